@@ -1,0 +1,115 @@
+//! How a run ended, and what each declared measurement came to.
+
+use serde::{Deserialize, Serialize};
+
+/// What a measurement came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// Inside the band by more than the measurement's own uncertainty.
+    Pass,
+    /// Inside the band, by less than the measurement's own expanded uncertainty (k = 2).
+    Marginal,
+    /// Outside the band.
+    Fail,
+    /// Declared and never measured. Counts as a failure.
+    Unset,
+}
+
+impl Verdict {
+    /// A run with this verdict can still pass.
+    pub const fn is_acceptable(self) -> bool {
+        matches!(self, Self::Pass | Self::Marginal)
+    }
+}
+
+/// How a run ended. Each has its own exit status.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Outcome {
+    /// Every measurement is acceptable.
+    Passed,
+    /// A measurement failed or was never made.
+    Failed,
+    /// The bench broke: a port, a device, a disk.
+    Error,
+    /// A step or the plan took longer than its limit.
+    Timeout,
+    /// Somebody stopped it.
+    Aborted,
+}
+
+/// Exit status of bad input: a plan, a bench or a device file that cannot be used.
+pub const EXIT_BAD_INPUT: u8 = 2;
+
+impl Outcome {
+    /// The documented exit status.
+    pub const fn exit_status(self) -> u8 {
+        match self {
+            Self::Passed => 0,
+            Self::Failed => 1,
+            Self::Error => 3,
+            Self::Timeout => 4,
+            Self::Aborted => 5,
+        }
+    }
+}
+
+/// One declared measurement after a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Measurement {
+    /// Name, unique in the plan.
+    pub name: String,
+    /// The figure that was judged; absent when nothing was measured.
+    pub value: Option<f64>,
+    /// Unit of `value`, `lower` and `upper`.
+    pub unit: String,
+    /// Lower end of the band, included.
+    pub lower: Option<f64>,
+    /// Upper end of the band, included.
+    pub upper: Option<f64>,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// What the paper gives, with its place.
+    pub paper: Option<String>,
+    /// What the figure is: "worst of 80", "share of 300 inside", "slope of 300 points".
+    pub statistic: String,
+    /// Standard uncertainty of `value`, in its unit; zero when it is exact.
+    pub uncertainty: f64,
+    /// How many observations it rests on.
+    pub observations: u64,
+}
+
+/// `summary.json` of a run folder.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// How the run ended.
+    pub outcome: Outcome,
+    /// Why, when it did not simply pass: one sentence.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub reason: Option<String>,
+    /// Name of the plan.
+    pub plan: String,
+    /// Its title.
+    pub title: String,
+    /// Version of the harness that ran it.
+    pub version: String,
+    /// The seed.
+    pub seed: u64,
+    /// `virtual` or `real`.
+    pub clock: String,
+    /// `memory` or `pty`.
+    pub bus: String,
+    /// `in-process` or `process`.
+    pub device_under_test: String,
+    /// Bench time from start to end, in seconds.
+    pub simulated_s: f64,
+    /// Time that the run took, in seconds.
+    pub wall_s: f64,
+    /// Events that the world handled.
+    pub events: u64,
+    /// What was measured.
+    pub measurements: Vec<Measurement>,
+    /// Names of further files that the plan made, in the run folder.
+    pub artifacts: Vec<String>,
+}

@@ -1,0 +1,88 @@
+//! What happened in a run. Checks, reports and identification read this and nothing else.
+
+use controller::mission::{Command, Report};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use wire::can::RecordedFrame;
+use wire::time::Timestamp;
+use wire::units::Pose;
+
+/// Whose event it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Device {
+    /// The engine that runs the plan.
+    Plan,
+    /// The controller: the device under test.
+    Controller,
+    /// The gyro.
+    Gyro,
+    /// The mobile base.
+    Base,
+    /// The rotary table.
+    Table,
+    /// The absolute measurement.
+    Absolute,
+}
+
+/// One event.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// When, in bench time.
+    pub at: Timestamp,
+    /// Whose.
+    pub device: Device,
+    /// What.
+    pub kind: RecordKind,
+}
+
+/// What happened. `Bytes` and `Frame` are kept only in a full record.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum RecordKind {
+    /// The device put these bytes on its serial line; they had arrived at `at`.
+    Bytes(Vec<u8>),
+    /// The device put this frame on the bus; it had arrived at `at`.
+    Frame(RecordedFrame),
+    /// A step of the plan began.
+    StepBegan {
+        /// Where it stands in the plan, e.g. `steps[2].repeat[1]`.
+        path: String,
+        /// What it is, in words.
+        title: String,
+    },
+    /// A step of the plan ended.
+    StepEnded {
+        /// Where it stands in the plan.
+        path: String,
+    },
+    /// The plan gave the controller this command.
+    Command(Command),
+    /// The controller sent this report.
+    Report(Report),
+    /// Something was measured.
+    Observation(Observation),
+    /// What is really so, which only an emulator can tell. Never judged by the paper's plans.
+    Truth {
+        /// True pose of the base; its heading is that of the turret.
+        pose: Pose,
+        /// True bias of the gyro, rad/s.
+        bias_rad_per_s: f64,
+        /// True temperature of the coil.
+        coil_celsius: f64,
+    },
+    /// Something went wrong, was dropped or was mended.
+    Note(String),
+}
+
+/// One measured value of a quantity, in the unit that the quantity is declared in.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Observation {
+    /// Name of the quantity, e.g. `lap.gyro_error`.
+    pub quantity: String,
+    /// Its value.
+    pub value: f64,
+    /// Its standard uncertainty, in the same unit.
+    pub uncertainty: f64,
+    /// What else was so: `direction` (+1 ccw, -1 cw), `temperature`, `run`, ...
+    pub tags: BTreeMap<String, f64>,
+}

@@ -1,0 +1,278 @@
+//! Byte streams of fibre-optic gyros: one sample type, four formats.
+//!
+//! | format | line | rate | fields | source |
+//! |---|---|---|---|---|
+//! | [`navigator`] | 9600 8N1 | 100 Hz | rate, temperature, status, sequence | our reconstruction, not claimed authentic |
+//! | [`ecore2000`] | 9600 8N1 | 100 Hz | rate | published decoder of the KVH E-Core 2000 |
+//! | [`dsp3000_ascii`] | 38400 8N1 | 100 Hz | rate, increment or integrated angle; validity | KVH DSP-3000 manual |
+//! | [`dsp3000_binary`] | 115200 8N1 | 1000 Hz | the same, and a 2-bit sequence | KVH DSP-3000 manual |
+//!
+//! [`GyroEncoder`] turns samples into bytes, [`GyroDecoder`] bytes into samples. A decoder never
+//! panics, counts what it throws away ([`Counters`]) and finds the next good frame within
+//! [`GyroFormat::resync_bytes_max`] bytes.
+
+pub mod dsp3000_ascii;
+pub mod dsp3000_binary;
+pub mod ecore2000;
+mod kvh_frame;
+pub mod navigator;
+
+use crate::packet::Packet;
+use crate::serial::SerialSettings;
+use crate::time::Span;
+use crate::units::{Angle, AngularRate, Temperature};
+use serde::{Deserialize, Serialize};
+
+/// What a gyro puts out: a rate, the angle since its last output, or the angle since reset.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum GyroOutput {
+    /// Mean rate since the last output.
+    Rate(AngularRate),
+    /// Angle turned since the last output.
+    Increment(Angle),
+    /// Angle turned since power-up or reset, modulo one turn.
+    Integrated(Angle),
+}
+
+/// A gyro's own word on its state. All clear where a stream has no such field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct GyroStatus {
+    /// The built-in test found a fault.
+    pub built_in_test_failed: bool,
+    /// Not yet at a steady temperature.
+    pub warming_up: bool,
+    /// The rate is beyond the range: the data are wrong.
+    pub over_range: bool,
+}
+
+/// A running number that shows lost samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Sequence {
+    /// The number of this sample.
+    pub value: u8,
+    /// It counts modulo this; at least 2.
+    pub modulus: u16,
+}
+
+impl Sequence {
+    /// Samples lost between `earlier` and `self`, modulo the counter.
+    pub fn lost_since(self, earlier: Self) -> u16 {
+        let modulus = self.modulus.max(1);
+        let step = (u16::from(self.value) + modulus - u16::from(earlier.value) % modulus) % modulus;
+        (step + modulus - 1) % modulus
+    }
+}
+
+/// One output of a gyro, as its stream carries it. Positive is counter-clockwise for a gyro mounted
+/// with its axis up and [`GyroStream::reversed`] unset.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct GyroSample {
+    /// Rate, increment or angle.
+    pub output: GyroOutput,
+    /// The stream's own validity bit; true where it has none. It stays true beyond the range
+    /// (KVH DSP-3000 manual).
+    pub valid: bool,
+    /// Status bits.
+    pub status: GyroStatus,
+    /// Temperature of the coil's sensor, where the stream carries one.
+    pub temperature: Option<Temperature>,
+    /// Running number, where the stream carries one.
+    pub sequence: Option<Sequence>,
+}
+
+/// What the DSP-3000 is asked to put out; the two others put out rate only.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OutputMode {
+    /// Mean rate since the last output (command `R`).
+    #[default]
+    Rate,
+    /// Incremental angle (command `A`).
+    Increment,
+    /// Integrated angle modulo one turn (command `P`).
+    Integrated,
+}
+
+/// The four stream formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum GyroFormat {
+    /// See [`navigator`].
+    Navigator,
+    /// See [`ecore2000`].
+    Ecore2000,
+    /// See [`dsp3000_ascii`].
+    Dsp3000Ascii,
+    /// See [`dsp3000_binary`].
+    Dsp3000Binary,
+}
+
+impl GyroFormat {
+    /// All formats.
+    pub const ALL: [Self; 4] =
+        [Self::Navigator, Self::Ecore2000, Self::Dsp3000Ascii, Self::Dsp3000Binary];
+
+    /// The settings of the line.
+    pub const fn serial(self) -> SerialSettings {
+        match self {
+            Self::Navigator | Self::Ecore2000 => SerialSettings::new_8n1(9_600),
+            Self::Dsp3000Ascii => SerialSettings::new_8n1(38_400),
+            Self::Dsp3000Binary => SerialSettings::new_8n1(115_200),
+        }
+    }
+
+    /// Nominal time between two outputs.
+    pub const fn period(self) -> Span {
+        match self {
+            Self::Navigator | Self::Ecore2000 | Self::Dsp3000Ascii => Span::from_millis(10),
+            Self::Dsp3000Binary => Span::from_millis(1),
+        }
+    }
+
+    /// The step between two neighbouring values on the wire, as a rate (or, for the DSP-3000 in an
+    /// angle mode, see its module).
+    pub const fn rate_step(self) -> AngularRate {
+        match self {
+            Self::Navigator => navigator::RATE_STEP,
+            Self::Ecore2000 => ecore2000::RATE_STEP,
+            Self::Dsp3000Ascii => dsp3000_ascii::RATE_STEP,
+            Self::Dsp3000Binary => dsp3000_binary::RATE_STEP,
+        }
+    }
+
+    /// After any bytes at all, a decoder delivers one of the good frames that follow within this
+    /// many bytes of them.
+    pub const fn resync_bytes_max(self) -> usize {
+        match self {
+            Self::Navigator => navigator::RESYNC_BYTES_MAX,
+            Self::Ecore2000 => ecore2000::RESYNC_BYTES_MAX,
+            Self::Dsp3000Ascii => dsp3000_ascii::RESYNC_BYTES_MAX,
+            Self::Dsp3000Binary => dsp3000_binary::RESYNC_BYTES_MAX,
+        }
+    }
+}
+
+/// A stream as it is set up: format, output mode, mounting.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GyroStream {
+    /// The format on the wire.
+    pub format: GyroFormat,
+    /// What the gyro puts out.
+    #[serde(default)]
+    pub mode: OutputMode,
+    /// The maker's positive direction is clockwise, or the axis points down.
+    #[serde(default)]
+    pub reversed: bool,
+}
+
+/// What a decoder has seen; all of it saturates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Counters {
+    /// Good frames.
+    pub frames: u64,
+    /// Frames whose checksum or parity was wrong.
+    pub checksum_errors: u64,
+    /// Frames that were right in form and held no usable value.
+    pub malformed: u64,
+    /// Bytes that belonged to no good frame.
+    pub bytes_discarded: u64,
+    /// Times that lock was found again after it had been lost.
+    pub resyncs: u64,
+}
+
+/// Samples to bytes, for one stream.
+#[derive(Debug, Clone)]
+pub struct GyroEncoder {
+    stream: GyroStream,
+}
+
+impl GyroEncoder {
+    /// An encoder for `stream`.
+    pub const fn new(stream: GyroStream) -> Self {
+        Self { stream }
+    }
+
+    /// The bytes of one sample. Values beyond what the wire can carry are clipped to it; fields that
+    /// the format lacks are left out; a NaN is sent as zero with the validity bit clear (where there
+    /// is one).
+    pub fn encode(&self, sample: &GyroSample) -> Packet {
+        let mut sample = *sample;
+        if self.stream.reversed {
+            sample.output = negated(sample.output);
+        }
+        match self.stream.format {
+            GyroFormat::Navigator => navigator::encode(&sample),
+            GyroFormat::Ecore2000 => ecore2000::encode(&sample),
+            GyroFormat::Dsp3000Ascii => dsp3000_ascii::encode(&sample),
+            GyroFormat::Dsp3000Binary => dsp3000_binary::encode(&sample),
+        }
+    }
+}
+
+/// Bytes to samples, for one stream.
+#[derive(Debug, Clone)]
+pub struct GyroDecoder {
+    reversed: bool,
+    format: FormatDecoder,
+}
+
+#[derive(Debug, Clone)]
+enum FormatDecoder {
+    Navigator(navigator::Decoder),
+    Ecore2000(ecore2000::Decoder),
+    Dsp3000Ascii(dsp3000_ascii::Decoder),
+    Dsp3000Binary(dsp3000_binary::Decoder),
+}
+
+impl GyroDecoder {
+    /// A decoder for `stream`, out of lock.
+    pub const fn new(stream: GyroStream) -> Self {
+        let format = match stream.format {
+            GyroFormat::Navigator => FormatDecoder::Navigator(navigator::Decoder::new()),
+            GyroFormat::Ecore2000 => FormatDecoder::Ecore2000(ecore2000::Decoder::new()),
+            GyroFormat::Dsp3000Ascii => {
+                FormatDecoder::Dsp3000Ascii(dsp3000_ascii::Decoder::new(stream.mode))
+            }
+            GyroFormat::Dsp3000Binary => {
+                FormatDecoder::Dsp3000Binary(dsp3000_binary::Decoder::new())
+            }
+        };
+        Self { reversed: stream.reversed, format }
+    }
+
+    /// Takes bytes in any division and hands each sample they complete to `deliver`.
+    pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(GyroSample)) {
+        let reversed = self.reversed;
+        let mut deliver = |mut sample: GyroSample| {
+            if reversed {
+                sample.output = negated(sample.output);
+            }
+            deliver(sample);
+        };
+        match &mut self.format {
+            FormatDecoder::Navigator(decoder) => decoder.feed(bytes, &mut deliver),
+            FormatDecoder::Ecore2000(decoder) => decoder.feed(bytes, &mut deliver),
+            FormatDecoder::Dsp3000Ascii(decoder) => decoder.feed(bytes, &mut deliver),
+            FormatDecoder::Dsp3000Binary(decoder) => decoder.feed(bytes, &mut deliver),
+        }
+    }
+
+    /// What has been seen so far.
+    pub const fn counters(&self) -> Counters {
+        match &self.format {
+            FormatDecoder::Navigator(decoder) => decoder.counters(),
+            FormatDecoder::Ecore2000(decoder) => decoder.counters(),
+            FormatDecoder::Dsp3000Ascii(decoder) => decoder.counters(),
+            FormatDecoder::Dsp3000Binary(decoder) => decoder.counters(),
+        }
+    }
+}
+
+fn negated(output: GyroOutput) -> GyroOutput {
+    match output {
+        GyroOutput::Rate(rate) => GyroOutput::Rate(-rate),
+        GyroOutput::Increment(angle) => GyroOutput::Increment(-angle),
+        GyroOutput::Integrated(angle) => GyroOutput::Integrated(-angle),
+    }
+}

@@ -1,0 +1,25 @@
+//! The shared vocabulary of the bench: what crosses a wire and the quantities it carries.
+//!
+//! * [`time`]: instants and spans in nanoseconds; nothing here reads a clock.
+//! * [`units`]: SI newtypes; degrees and counts enter and leave only through named constructors.
+//! * [`can`]: classic CAN frames. [`packet`]: a bounded run of serial bytes.
+//! * [`gyro`]: four byte streams of fibre-optic gyros, each an encoder and a resynchronising decoder.
+//! * [`base`]: the command set of a K2A-style mobile base, once, on two transports (CAN and serial).
+//! * [`table`]: the line protocol of a stepper-driven rotary table.
+//! * [`serial`]: what a serial port is set to, and how long a byte takes.
+//!
+//! No IO, no allocation, no `std`; no bytes from outside make any of it panic.
+
+#![no_std]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod base;
+pub mod can;
+pub mod gyro;
+pub mod packet;
+pub mod serial;
+pub mod table;
+pub mod time;
+pub mod units;

@@ -1,0 +1,98 @@
+//! A bounded run of serial bytes, sent as one.
+
+/// The longest run: the longest exchange of any codec here, with room to spare.
+pub const BYTES_MAX: usize = 64;
+
+/// Up to [`BYTES_MAX`] bytes; what does not fit is refused, never cut.
+#[derive(Clone, Copy)]
+pub struct Packet {
+    length: u8,
+    bytes: [u8; BYTES_MAX],
+}
+
+impl Packet {
+    /// No bytes.
+    pub const fn new() -> Self {
+        Self { length: 0, bytes: [0; BYTES_MAX] }
+    }
+
+    /// The bytes of `slice`; `None` when there are more than [`BYTES_MAX`].
+    pub fn from_slice(slice: &[u8]) -> Option<Self> {
+        let mut packet = Self::new();
+        packet.extend(slice).then_some(packet)
+    }
+
+    /// Adds one byte; `false`, and nothing added, when the packet is full.
+    pub fn push(&mut self, byte: u8) -> bool {
+        self.extend(&[byte])
+    }
+
+    /// Adds all of `slice`; `false`, and nothing added, when it does not fit.
+    pub fn extend(&mut self, slice: &[u8]) -> bool {
+        let start = usize::from(self.length);
+        match self.bytes.get_mut(start..start + slice.len()) {
+            Some(room) => {
+                room.copy_from_slice(slice);
+                self.length += slice.len() as u8;
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// The bytes.
+    pub fn as_slice(&self) -> &[u8] {
+        &self.bytes[..usize::from(self.length)]
+    }
+
+    /// No bytes.
+    pub const fn is_empty(&self) -> bool {
+        self.length == 0
+    }
+
+    /// How many bytes.
+    pub const fn len(&self) -> usize {
+        self.length as usize
+    }
+}
+
+impl Default for Packet {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl core::fmt::Debug for Packet {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "Packet(\"{}\")", self.as_slice().escape_ascii())
+    }
+}
+
+impl PartialEq for Packet {
+    fn eq(&self, other: &Self) -> bool {
+        self.as_slice() == other.as_slice()
+    }
+}
+
+impl Eq for Packet {}
+
+impl core::fmt::Write for Packet {
+    fn write_str(&mut self, text: &str) -> core::fmt::Result {
+        if self.extend(text.as_bytes()) { Ok(()) } else { Err(core::fmt::Error) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BYTES_MAX, Packet};
+
+    #[test]
+    fn what_does_not_fit_is_refused_whole() {
+        let mut packet = Packet::from_slice(&[7; BYTES_MAX - 1]).unwrap();
+        assert!(!packet.extend(&[1, 2]));
+        assert_eq!(packet.len(), BYTES_MAX - 1);
+        assert!(packet.push(1));
+        assert!(!packet.push(2));
+        assert!(Packet::from_slice(&[0; BYTES_MAX + 1]).is_none());
+    }
+}

@@ -1,0 +1,206 @@
+//! Instants and spans of bench time, in whole nanoseconds.
+//!
+//! Time is always an argument. Its origin is the start of the run: nothing in this crate reads a clock.
+
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use serde::{Deserialize, Serialize};
+
+/// An instant, in nanoseconds since the run began.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
+)]
+#[serde(transparent)]
+pub struct Timestamp(i64);
+
+/// A length of time in nanoseconds; negative where the end precedes the start.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
+)]
+#[serde(transparent)]
+pub struct Span(i64);
+
+const NANOS_PER_SECOND: f64 = 1e9;
+
+impl Timestamp {
+    /// The start of the run.
+    pub const ZERO: Self = Self(0);
+    /// Later than every event of a run.
+    pub const MAX: Self = Self(i64::MAX);
+
+    /// `nanos` nanoseconds after the run began.
+    pub const fn from_nanos(nanos: i64) -> Self {
+        Self(nanos)
+    }
+
+    /// `seconds` after the run began, to the nearest nanosecond; saturates.
+    pub fn from_secs_f64(seconds: f64) -> Self {
+        Self(Span::from_secs_f64(seconds).0)
+    }
+
+    /// Nanoseconds since the run began.
+    pub const fn as_nanos(self) -> i64 {
+        self.0
+    }
+
+    /// Seconds since the run began.
+    pub fn as_secs_f64(self) -> f64 {
+        self.0 as f64 / NANOS_PER_SECOND
+    }
+
+    /// The time from `earlier` to `self`.
+    pub const fn since(self, earlier: Self) -> Span {
+        Span(self.0.saturating_sub(earlier.0))
+    }
+}
+
+impl Span {
+    /// No time at all.
+    pub const ZERO: Self = Self(0);
+    /// Longer than every run.
+    pub const MAX: Self = Self(i64::MAX);
+
+    /// A span of whole nanoseconds.
+    pub const fn from_nanos(nanos: i64) -> Self {
+        Self(nanos)
+    }
+
+    /// A span of whole microseconds.
+    pub const fn from_micros(micros: i64) -> Self {
+        Self(micros.saturating_mul(1_000))
+    }
+
+    /// A span of whole milliseconds.
+    pub const fn from_millis(millis: i64) -> Self {
+        Self(millis.saturating_mul(1_000_000))
+    }
+
+    /// A span of whole seconds.
+    pub const fn from_secs(seconds: i64) -> Self {
+        Self(seconds.saturating_mul(1_000_000_000))
+    }
+
+    /// A span of `seconds`, to the nearest nanosecond; saturates, and a NaN is no time at all.
+    pub fn from_secs_f64(seconds: f64) -> Self {
+        Self(libm::round(seconds * NANOS_PER_SECOND) as i64)
+    }
+
+    /// The span in nanoseconds.
+    pub const fn as_nanos(self) -> i64 {
+        self.0
+    }
+
+    /// The span in seconds.
+    pub fn as_secs_f64(self) -> f64 {
+        self.0 as f64 / NANOS_PER_SECOND
+    }
+}
+
+impl Add<Span> for Timestamp {
+    type Output = Self;
+    fn add(self, span: Span) -> Self {
+        Self(self.0.saturating_add(span.0))
+    }
+}
+
+impl AddAssign<Span> for Timestamp {
+    fn add_assign(&mut self, span: Span) {
+        *self = *self + span;
+    }
+}
+
+impl Sub<Span> for Timestamp {
+    type Output = Self;
+    fn sub(self, span: Span) -> Self {
+        Self(self.0.saturating_sub(span.0))
+    }
+}
+
+impl Sub for Timestamp {
+    type Output = Span;
+    fn sub(self, earlier: Self) -> Span {
+        self.since(earlier)
+    }
+}
+
+impl Add for Span {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self(self.0.saturating_add(other.0))
+    }
+}
+
+impl AddAssign for Span {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl Sub for Span {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self(self.0.saturating_sub(other.0))
+    }
+}
+
+impl SubAssign for Span {
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+impl Neg for Span {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self(self.0.saturating_neg())
+    }
+}
+
+impl Mul<i64> for Span {
+    type Output = Self;
+    fn mul(self, count: i64) -> Self {
+        Self(self.0.saturating_mul(count))
+    }
+}
+
+impl Div<i64> for Span {
+    type Output = Self;
+    /// A division by zero leaves no time at all.
+    fn div(self, count: i64) -> Self {
+        Self(self.0.checked_div(count).unwrap_or(0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Span, Timestamp};
+    use proptest::prelude::*;
+
+    #[test]
+    fn seconds_become_nanoseconds_and_come_back() {
+        assert_eq!(Timestamp::from_secs_f64(0.027).as_nanos(), 27_000_000);
+        assert_eq!(Span::from_millis(27).as_secs_f64(), 0.027);
+        assert_eq!(Timestamp::from_secs_f64(57_600.0) - Timestamp::ZERO, Span::from_secs(57_600));
+    }
+
+    #[test]
+    fn the_ends_of_the_range_saturate() {
+        assert_eq!(Timestamp::MAX + Span::from_secs(1), Timestamp::MAX);
+        assert_eq!(Span::from_secs_f64(f64::INFINITY), Span::MAX);
+        assert_eq!(Span::from_secs_f64(f64::NAN), Span::ZERO);
+        assert_eq!(Span::from_secs(1) / 0, Span::ZERO);
+    }
+
+    proptest! {
+        #[test]
+        fn no_arithmetic_panics(a in any::<i64>(), b in any::<i64>(), n in any::<i64>()) {
+            let (t, s) = (Timestamp::from_nanos(a), Span::from_nanos(b));
+            let _ = (t + s, t - s, s + s, s - s, -s, s * n, s / n, t - Timestamp::from_nanos(b));
+        }
+
+        #[test]
+        fn a_span_added_is_the_span_between(a in -(1i64 << 60)..(1 << 60), b in -(1i64 << 60)..(1 << 60)) {
+            let (t, s) = (Timestamp::from_nanos(a), Span::from_nanos(b));
+            prop_assert_eq!((t + s) - t, s);
+        }
+    }
+}
