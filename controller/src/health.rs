@@ -1,0 +1,106 @@
+//! What the controller thinks of itself.
+
+use serde::{Deserialize, Serialize};
+
+/// How far the controller can be believed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Level {
+    /// Not every input has been heard yet.
+    #[default]
+    Starting,
+    /// All is well.
+    Ok,
+    /// It works, and its heading or pose may be worse than specified.
+    Degraded,
+    /// It will not move.
+    Fault,
+}
+
+/// What keeps the level from `ok`. Those that are set explain the level.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Causes {
+    /// Fault: no gyro sample within the time-out.
+    pub gyro_silent: bool,
+    /// Fault: invalid data or a failed built-in test.
+    pub gyro_fault: bool,
+    /// Fault: no motion message within the time-out.
+    pub base_silent: bool,
+    /// Fault: emergency stop, drive fault.
+    pub base_not_ready: bool,
+    /// Degraded: a rate beyond the gyro's range was integrated since the last bias test.
+    pub gyro_over_range: bool,
+    /// Degraded: invalid samples were bridged since the last bias test.
+    pub gyro_invalid: bool,
+    /// Degraded: samples were lost since the last bias test.
+    pub samples_lost: bool,
+    /// Degraded: the gyro's clock and the host's differ by more than the limit.
+    pub clock_mismatch: bool,
+    /// Degraded: no bias is known by the chosen method.
+    pub no_bias: bool,
+    /// Degraded: the last bias test failed.
+    pub bias_test_failed: bool,
+    /// Degraded: the base did not take the last pose.
+    pub pose_not_written: bool,
+    /// Degraded: an internal queue overflowed; reports or requests were lost.
+    pub overflow: bool,
+}
+
+impl Causes {
+    /// Any that forbids motion.
+    pub const fn any_fault(&self) -> bool {
+        self.gyro_silent || self.gyro_fault || self.base_silent || self.base_not_ready
+    }
+
+    /// Any that makes the result doubtful.
+    pub const fn any_degraded(&self) -> bool {
+        self.gyro_over_range
+            || self.gyro_invalid
+            || self.samples_lost
+            || self.clock_mismatch
+            || self.no_bias
+            || self.bias_test_failed
+            || self.pose_not_written
+            || self.overflow
+    }
+}
+
+/// Level and causes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Health {
+    /// How far the controller can be believed.
+    pub level: Level,
+    /// Why.
+    pub causes: Causes,
+}
+
+impl Health {
+    /// The level that follows from `causes`; `starting` while an input has never been heard.
+    pub const fn new(starting: bool, causes: Causes) -> Self {
+        let level = if starting {
+            Level::Starting
+        } else if causes.any_fault() {
+            Level::Fault
+        } else if causes.any_degraded() {
+            Level::Degraded
+        } else {
+            Level::Ok
+        };
+        Self { level, causes }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Causes, Health, Level};
+
+    #[test]
+    fn the_worst_cause_decides() {
+        let lost = Causes { samples_lost: true, ..Causes::default() };
+        assert_eq!(Health::new(false, Causes::default()).level, Level::Ok);
+        assert_eq!(Health::new(false, lost).level, Level::Degraded);
+        assert_eq!(Health::new(false, Causes { gyro_silent: true, ..lost }).level, Level::Fault);
+        assert_eq!(Health::new(true, lost).level, Level::Starting);
+    }
+}
