@@ -1,0 +1,195 @@
+//! What a controller must be told about its robot before it starts. Every default names its source.
+
+use serde::{Deserialize, Serialize};
+use wire::gyro::{GyroFormat, GyroStream, OutputMode};
+use wire::time::Span;
+use wire::units::{
+    Acceleration, Angle, AngularAcceleration, AngularRate, Length, Speed, Temperature,
+};
+
+/// The whole configuration.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Config {
+    /// The gyro.
+    pub gyro: GyroConfig,
+    /// The base; none on a rotary table.
+    pub base: Option<BaseConfig>,
+    /// The control loops.
+    pub motion: MotionConfig,
+}
+
+/// Which clock turns rates into angles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum IntegrationClock {
+    /// A sample lasts the nominal period: exact while the gyro's clock is.
+    #[default]
+    Samples,
+    /// A sample lasts from the arrival before to its own: exact while none is delayed.
+    HostTime,
+}
+
+/// The gyro and what is made of its samples.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct GyroConfig {
+    /// Format, mode, mounting.
+    pub stream: GyroStream,
+    /// Which clock turns rates into angles.
+    pub clock: IntegrationClock,
+    /// Silence beyond this is a fault. Assumption: ten periods of a 100 Hz stream.
+    pub timeout: Span,
+    /// Invalid data beyond this is a fault. Assumption: as long as silence may last.
+    pub invalid_max: Span,
+    /// Ratio of gyro clock to host clock may differ from one by this. Assumption: above the 0.2 %
+    /// that temperature does to a DSP-3000's clock, below the 3 % between units.
+    pub clock_mismatch_max: f64,
+    /// Largest standard deviation of the readings at rest. Assumption: three times the 0.014 deg/s
+    /// that 5 deg/h/sqrt(Hz) (E-Core 2000) gives at 100 Hz, and one step of quantisation.
+    pub rest_spread_max: AngularRate,
+    /// Largest difference between the means of the two halves of a bias test. Assumption: four times
+    /// the data sheet's drift of 0.005 deg/s.
+    pub rest_drift_max: AngularRate,
+    /// Largest credible bias. Assumption: 1,800 deg/h, a hundred times the data sheet's drift.
+    pub bias_max: AngularRate,
+}
+
+/// How commands reach the base.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Transport {
+    /// CAN frames as in `k2a.dbc`.
+    Can,
+    /// The Cybermotion-style ASCII-hex exchange.
+    Serial,
+}
+
+/// The base.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BaseConfig {
+    /// How commands reach it.
+    pub transport: Transport,
+    /// Silence beyond this while moving is a fault. Assumption: nine periods of the control loop.
+    pub timeout_moving: Span,
+    /// Silence beyond this at rest is a fault. Assumption: three polls.
+    pub timeout_at_rest: Span,
+    /// Time between two polls at rest, serial only. Assumption.
+    pub poll_at_rest: Span,
+    /// A serial exchange that takes longer is abandoned. Assumption: twice the longest exchange at
+    /// 19200 baud.
+    pub exchange_timeout: Span,
+    /// Top speed: 0.78 m/s (Cybermotion K2A).
+    pub speed_max: Speed,
+    /// Top steering rate: 120 deg/s (Cybermotion K2A).
+    pub steer_rate_max: AngularRate,
+}
+
+/// The control loops of the paper's sections 4.2.1 and 4.2.2. The paper names the loops, not their
+/// gains: the gains are assumptions, chosen for a loop delay of two periods.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct MotionConfig {
+    /// Period of the loops: 27 ms, as in the K2A's original host program.
+    pub period: Span,
+    /// From a measurement to its effect on the base, as the braking curve allows for. Assumption: two
+    /// periods and the line's own time.
+    pub loop_delay: Span,
+    /// Ramp of prescribed speed: 0.4 m/s^2, which with the rate's gives the paper's 64 s lap.
+    pub acceleration: Acceleration,
+    /// Ramp of prescribed rate: 15 deg/s^2, likewise.
+    pub angular_acceleration: AngularAcceleration,
+    /// Position loop: speed for each metre left, 1/s.
+    pub position_gain: f64,
+    /// Position loop: slowest speed before arrival.
+    pub creep_speed: Speed,
+    /// Position loop: near enough. Half of the paper's +-2 mm.
+    pub position_tolerance: Length,
+    /// Orientation loop: rate for each radian left, 1/s.
+    pub orientation_gain: f64,
+    /// Orientation loop: slowest rate before arrival.
+    pub creep_rate: AngularRate,
+    /// Orientation loop: near enough. Half of the paper's +-0.1 deg.
+    pub orientation_tolerance: Angle,
+    /// Steering correction: rate for each radian of heading error, 1/s.
+    pub steering_gain: f64,
+    /// Steering correction: largest rate.
+    pub steering_rate_max: AngularRate,
+    /// The base counts as at rest after this long without motion.
+    pub settle: Span,
+    /// Further approaches when a stop misses its tolerance.
+    pub corrections_max: u8,
+    /// Attempts at a pose download.
+    pub pose_writes_max: u8,
+    /// From one attempt to the next; also how long an answer may take.
+    pub pose_write_retry: Span,
+    /// The base's own acceleration limits, as a multiple of the prescribed ramps, so that it follows.
+    pub base_acceleration_margin: f64,
+}
+
+impl GyroConfig {
+    /// The defaults for a stream.
+    pub const fn new(stream: GyroStream) -> Self {
+        Self {
+            stream,
+            clock: IntegrationClock::Samples,
+            timeout: Span::from_millis(100),
+            invalid_max: Span::from_millis(100),
+            clock_mismatch_max: 0.005,
+            rest_spread_max: AngularRate::from_deg_per_s(0.05),
+            rest_drift_max: AngularRate::from_deg_per_s(0.02),
+            bias_max: AngularRate::from_deg_per_s(0.5),
+        }
+    }
+}
+
+impl Default for GyroConfig {
+    fn default() -> Self {
+        Self::new(GyroStream {
+            format: GyroFormat::Navigator,
+            mode: OutputMode::Rate,
+            reversed: false,
+        })
+    }
+}
+
+impl BaseConfig {
+    /// The defaults for a transport.
+    pub const fn new(transport: Transport) -> Self {
+        Self {
+            transport,
+            timeout_moving: Span::from_millis(250),
+            timeout_at_rest: Span::from_millis(1_600),
+            poll_at_rest: Span::from_millis(500),
+            exchange_timeout: Span::from_millis(60),
+            speed_max: Speed::from_m_per_s(0.78),
+            steer_rate_max: AngularRate::from_deg_per_s(120.0),
+        }
+    }
+}
+
+impl Default for MotionConfig {
+    fn default() -> Self {
+        Self {
+            period: Span::from_millis(27),
+            loop_delay: Span::from_millis(80),
+            acceleration: Acceleration::from_m_per_s2(0.4),
+            angular_acceleration: AngularAcceleration::from_deg_per_s2(15.0),
+            position_gain: 4.0,
+            creep_speed: Speed::from_m_per_s(0.005),
+            position_tolerance: Length::from_m(0.001),
+            orientation_gain: 4.0,
+            creep_rate: AngularRate::from_deg_per_s(0.3),
+            orientation_tolerance: Angle::from_deg(0.05),
+            steering_gain: 1.5,
+            steering_rate_max: AngularRate::from_deg_per_s(10.0),
+            settle: Span::from_millis(300),
+            corrections_max: 3,
+            pose_writes_max: 5,
+            pose_write_retry: Span::from_millis(700),
+            base_acceleration_margin: 1.5,
+        }
+    }
+}
+
+/// Range of temperatures that a sensor is believed in.
+pub(crate) const TEMPERATURE_MIN: Temperature = Temperature::from_celsius(-60.0);
+/// See [`TEMPERATURE_MIN`].
+pub(crate) const TEMPERATURE_MAX: Temperature = Temperature::from_celsius(125.0);
