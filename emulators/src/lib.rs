@@ -1,0 +1,4 @@
+//! x
+pub mod gyro;
+pub mod parameters;
+pub mod random;
