@@ -27,9 +27,10 @@ use lag::RateLag;
 use noise::RateNoise;
 use std::collections::VecDeque;
 use thermal::{Ramp, Thermal};
-use wire::gyro::dsp3000_ascii::{Command, CommandDecoder};
+use wire::gyro::dsp3000_command::{Command, CommandDecoder};
 use wire::gyro::{
     GyroEncoder, GyroFormat, GyroOutput, GyroSample, GyroStatus, GyroStream, OutputMode, Sequence,
+    dsp3000_binary, navigator,
 };
 use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
@@ -120,17 +121,15 @@ impl GyroEmulator {
         gyro
     }
 
-    /// Bytes from the host: the DSP-3000's commands `R`, `A`, `P` (output mode) and `Z` (integrated
-    /// angle to zero). The other gyros listen to nobody.
+    /// Bytes from the host: the commands `R`, `A`, `P` (output mode) and `Z` (integrated angle to
+    /// zero) of the DSP-3000's ASCII interface. The others listen to nobody.
     pub fn receive(&mut self, _now: Timestamp, bytes: &[u8]) {
-        if !has_modes(self.format) {
+        if self.format != GyroFormat::Dsp3000Ascii {
             return;
         }
         let (mode, integrated) = (&mut self.mode, &mut self.integrated);
         self.commands.feed(bytes, |command| match command {
-            Command::Rate => *mode = OutputMode::Rate,
-            Command::Increment => *mode = OutputMode::Increment,
-            Command::Integrated => *mode = OutputMode::Integrated,
+            Command::Output(asked) => *mode = asked,
             Command::Zero => *integrated = 0.0,
         });
     }
@@ -325,8 +324,8 @@ const fn has_modes(format: GyroFormat) -> bool {
 /// The streams' running numbers.
 const fn sequence_modulus(format: GyroFormat) -> Option<u16> {
     match format {
-        GyroFormat::Navigator => Some(256),
-        GyroFormat::Dsp3000Binary => Some(4),
+        GyroFormat::Navigator => Some(navigator::SEQUENCE_MODULUS),
+        GyroFormat::Dsp3000Binary => Some(dsp3000_binary::SEQUENCE_MODULUS),
         GyroFormat::Ecore2000 | GyroFormat::Dsp3000Ascii => None,
     }
 }
