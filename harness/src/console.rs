@@ -214,7 +214,7 @@ mod tests {
     #[test]
     fn a_narrow_terminal_wraps_the_cells() {
         let style = Style {
-            width: 80,
+            width: 100,
             colour: false,
         };
         let table = measurements_table(&[summary()], style);
