@@ -1,0 +1,2 @@
+//! stub
+pub mod least_squares;

@@ -1,0 +1,13 @@
+//! stub
+pub mod checks;
+pub mod console;
+pub mod engine;
+pub mod figures;
+pub mod junit;
+pub mod library;
+pub mod link;
+pub mod observation;
+pub mod outcome;
+pub mod plan;
+pub mod record;
+pub mod run_folder;
