@@ -18,7 +18,7 @@ pub use action::Action;
 
 use crate::observation::Observation;
 use crate::outcome::Outcome;
-use crate::plan::{Action as StepAction, Answer, Plan, quantities as q};
+use crate::plan::{Action as StepAction, Answer, Plan, Step, quantities as q};
 use crate::record::{Device, RecordKind};
 use controller::calibration::Calibration;
 use controller::health::Level;
@@ -134,7 +134,7 @@ impl Engine {
         let plan_deadline = now + plan.time_limit();
         Self {
             program: Program::new(Arc::clone(&plan), now, plan_deadline),
-            wanted: plan.quantities(),
+            wanted: wanted(&plan),
             plan,
             facts,
             ops: VecDeque::new(),
@@ -462,6 +462,25 @@ impl Engine {
             reason.push_str("the controller never confirmed that the base stands still");
         }
     }
+}
+
+/// Quantities that the plan judges or fits.
+fn wanted(plan: &Plan) -> BTreeSet<String> {
+    fn fitted(steps: &[Step], names: &mut BTreeSet<String>) {
+        for step in steps {
+            if let StepAction::Fit(fit) = &step.action {
+                names.insert(fit.quantity.as_str().to_owned());
+            }
+            fitted(step.action.steps(), names);
+        }
+    }
+    let mut names = BTreeSet::new();
+    for declared in &plan.measurements {
+        names.insert(declared.quantity.as_str().to_owned());
+        names.extend(declared.check.second_quantity().map(|(_, name)| name.as_str().to_owned()));
+    }
+    fitted(&plan.steps, &mut names);
+    names
 }
 
 /// An enumerator of the mission protocol as it stands in JSON, with spaces for underscores.

@@ -100,8 +100,8 @@ pub(super) fn expand(
             },
         },
         Action::SetParameter(set) => vec![Op::SetParameter {
-            device: set.parameter.device().to_owned(),
-            parameter: set.parameter.parameter().to_owned(),
+            device: set.parameter.device.to_string(),
+            parameter: set.parameter.parameter.to_string(),
             value: set.value,
         }],
         Action::PowerCycle(cycle) => {

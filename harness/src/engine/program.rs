@@ -168,7 +168,7 @@ fn swept(action: &Action, round: u64) -> Option<(String, String, f64)> {
     let Action::Sweep(sweep) = action else { return None };
     let value = *sweep.values.get(usize::try_from(round).ok()?)?;
     let parameter = &sweep.parameter;
-    Some((parameter.device().to_owned(), parameter.parameter().to_owned(), value))
+    Some((parameter.device.to_string(), parameter.parameter.to_string(), value))
 }
 
 /// Steps without steps in them, repetitions counted.
