@@ -36,7 +36,7 @@ impl Harmonic {
     /// The harmonic of these wheels; none where all feet are in one place.
     pub fn of(wheels: &[Wheel]) -> Self {
         let spread: f64 = wheels.iter().map(|w| w.x_m * w.x_m + w.y_m * w.y_m).sum();
-        if !(spread > 0.0) {
+        if spread == 0.0 {
             return Self::default();
         }
         let sum = |term: fn(&Wheel, f64) -> f64| {

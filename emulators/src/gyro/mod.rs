@@ -171,6 +171,14 @@ impl GyroEmulator {
         Some(packet)
     }
 
+    /// The carrier was put to another heading since the last output, as in a simulation where nobody
+    /// carries it there: the gyro sees nothing of that turn.
+    pub fn carrier_placed(&mut self, heading: Angle) {
+        if let Some((_, last_heading)) = &mut self.carrier {
+            *last_heading = heading;
+        }
+    }
+
     /// Sets the parameter of this name, effective from the next output on.
     pub fn set_parameter(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
         self.parameters.set(name, value)?;

@@ -1,6 +1,6 @@
 //! What an indexer makes of a move: a trapezoid of step rate over time.
 
-use libm::{ceil, sqrt};
+use libm::{ceil, round, sqrt};
 use wire::time::{Span, Timestamp};
 
 const NANOS_PER_SECOND: f64 = 1e9;
@@ -40,7 +40,11 @@ impl Profile {
         let length = distance.abs();
         let top_rate = rate.min(sqrt(length * ramp));
         let up_s = top_rate / ramp;
-        let level_s = if top_rate > 0.0 { (length / top_rate - up_s).max(0.0) } else { 0.0 };
+        let level_s = if top_rate > 0.0 {
+            (length / top_rate - up_s).max(0.0)
+        } else {
+            0.0
+        };
         Self {
             start,
             from,
@@ -52,16 +56,25 @@ impl Profile {
         }
     }
 
-    /// Down to rest from `now` on, with at most `ramp`, on a whole step.
+    /// Down to rest from `now` on, with about `ramp`, on a whole step. Where that takes less than a
+    /// step the motor stops at once, on the nearest one.
     pub(super) fn stopped(&self, now: Timestamp, ramp: f64) -> Self {
         let (from, rate) = (self.position(now), self.rate(now));
-        let to = if rate < 0.0 {
-            libm::floor(from - rate * rate / (2.0 * ramp))
-        } else {
-            ceil(from + rate * rate / (2.0 * ramp))
-        };
-        let down_s = if rate == 0.0 { 0.0 } else { 2.0 * (to - from) / rate };
-        Self { start: now, from, to, top_rate: rate, up_s: 0.0, level_s: 0.0, down_s }
+        let way = rate * rate / (2.0 * ramp);
+        if way < 1.0 {
+            return Self::at_rest(round(from));
+        }
+        let to = round(from + way.copysign(rate));
+        let down_s = 2.0 * (to - from) / rate;
+        Self {
+            start: now,
+            from,
+            to,
+            top_rate: rate,
+            up_s: 0.0,
+            level_s: 0.0,
+            down_s,
+        }
     }
 
     /// When the last step is done.
@@ -76,6 +89,9 @@ impl Profile {
             return self.to;
         }
         let t = (now - self.start).as_secs_f64();
+        if t <= 0.0 {
+            return self.from;
+        }
         if t < self.up_s {
             return self.from + 0.5 * self.top_rate / self.up_s * t * t;
         }
@@ -156,8 +172,9 @@ mod tests {
         for millis in [1, 777, 5_003, 13_400] {
             let now = Timestamp::ZERO + Span::from_millis(millis);
             let stopped = profile.stopped(now, 1_200.0);
-            assert_eq!(stopped.position(now), profile.position(now));
-            assert!((stopped.rate(now) - profile.rate(now)).abs() < 1e-6);
+            assert!((stopped.position(now) - profile.position(now)).abs() <= 0.5);
+            let change = stopped.rate(now) - profile.rate(now);
+            assert!(change.abs() < 1e-6 || profile.rate(now) < 49.0, "{change}");
             let last = stopped.position(stopped.end());
             assert_eq!(last, last.round());
         }
