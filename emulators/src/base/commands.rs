@@ -49,8 +49,7 @@ impl BaseEmulator {
         };
         let timeout = Span::from_secs_f64(self.parameters.command_timeout_s);
         let deadline = now + timeout;
-        self.deadline =
-            (targets != (0.0, 0.0) && deadline < Timestamp::MAX).then_some(deadline);
+        self.deadline = (targets != (0.0, 0.0) && deadline < Timestamp::MAX).then_some(deadline);
         if targets == self.kinematics.targets() {
             return;
         }

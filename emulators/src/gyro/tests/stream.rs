@@ -124,7 +124,12 @@ fn a_carrier_that_was_placed_did_not_turn() {
     let mut gyro = gyro(GyroParameters::default(), NAVIGATOR);
     run(&mut gyro, 1.0, |_| Angle::ZERO, |_| ());
     gyro.carrier_placed(Angle::from_deg(90.0));
-    run(&mut gyro, 2.0, |_| Angle::from_deg(90.0), |sample| assert_eq!(rate(sample), 0.0));
+    run(
+        &mut gyro,
+        2.0,
+        |_| Angle::from_deg(90.0),
+        |sample| assert_eq!(rate(sample), 0.0),
+    );
 }
 
 #[test]
