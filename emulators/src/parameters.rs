@@ -34,6 +34,16 @@ impl Domain {
         max: f64::INFINITY,
     };
 
+    /// Degrees Celsius that a room or an instrument may have, generously.
+    pub const CELSIUS: Self = Self {
+        min: -273.15,
+        max: 1e3,
+    };
+    /// Differences of such temperatures.
+    pub const KELVIN: Self = Self {
+        min: -1e3,
+        max: 1e3,
+    };
     /// Parts per million by which a clock may be off: half of its rate.
     pub const CLOCK_ERROR: Self = Self {
         min: -5e5,

@@ -2,6 +2,7 @@
 
 use super::{DSP3000, NAVIGATOR, gyro, increment, rate, run};
 use crate::gyro::{GyroEmulator, GyroParameters};
+use crate::parameters::Parameters as _;
 use proptest::prelude::*;
 use wire::gyro::{GyroOutput, GyroStream, OutputMode};
 use wire::time::{Span, Timestamp};
@@ -158,6 +159,23 @@ fn the_same_seed_gives_the_same_bytes_and_another_name_others() {
 }
 
 proptest! {
+    /// Time goes on with any value that a parameter may have.
+    #[test]
+    fn no_allowed_parameter_stops_the_clock(index in 0..GyroParameters::TABLE.len(), upper: bool) {
+        let info = GyroParameters::TABLE[index];
+        let mut gyro = gyro(GyroParameters::default(), DSP3000);
+        let value = if upper { info.domain.max } else { info.domain.min };
+        gyro.set_parameter(info.name, value).unwrap();
+        let mut last = Timestamp::from_nanos(-1);
+        for _ in 0..300 {
+            let now = gyro.next_wakeup();
+            prop_assert!(now > last || gyro.parameters().latency_s > 0.0);
+            gyro.wake(now, Angle::from_rad(1.0));
+            last = now;
+        }
+        prop_assert!(last > Timestamp::from_secs_f64(1.0));
+    }
+
     #[test]
     fn no_bytes_and_no_heading_panic(bytes in prop::collection::vec(any::<u8>(), 0..64), rad: f64) {
         let mut gyro = gyro(GyroParameters::default(), DSP3000);
