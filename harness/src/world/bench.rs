@@ -191,6 +191,18 @@ impl Bench {
         }
     }
 
+    /// Carries the robot to a pose. The gyro is off meanwhile, as far as the carrying goes: its
+    /// heading is told anew by the pose that the controller is given.
+    ///
+    /// # Errors
+    ///
+    /// When there is no robot, or it moves.
+    pub fn place(&mut self, now: Timestamp, pose: Pose) -> Result<(), &'static str> {
+        self.carrier.place(now, pose)?;
+        self.gyro.carrier_placed(self.carrier.heading_at(now));
+        Ok(())
+    }
+
     /// Sets a parameter of a device.
     ///
     /// # Errors
@@ -265,11 +277,16 @@ impl Carrier {
         }
     }
 
-    /// Carries the robot to a pose.
-    pub(super) fn place(&mut self, now: Timestamp, pose: Pose) -> Result<(), &'static str> {
+    /// Carries the robot to a pose; [`Bench::place`] tells the gyro.
+    fn place(&mut self, now: Timestamp, pose: Pose) -> Result<(), &'static str> {
         match self {
-            Self::Base(base) if base.place(now, pose) => Ok(()),
-            Self::Base(_) => Err("the robot moves and cannot be carried"),
+            Self::Base(base) => {
+                if base.place(now, pose) {
+                    Ok(())
+                } else {
+                    Err("the robot moves and cannot be carried")
+                }
+            }
             Self::Table(_) => Err("this bench has no robot that could be carried"),
         }
     }

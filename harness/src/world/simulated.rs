@@ -301,7 +301,7 @@ impl SimulatedWorld {
                 Some(pose) => self.engine.absolute(now, pose),
                 None => self.engine.broke(now, "this bench has no base whose pose could be measured"),
             },
-            Action::Place(pose) => match self.bench.carrier.place(now, pose) {
+            Action::Place(pose) => match self.bench.place(now, pose) {
                 Ok(()) => self.engine.answered(now),
                 Err(why) => self.engine.broke(now, why),
             },
