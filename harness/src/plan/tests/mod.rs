@@ -1,4 +1,0 @@
-//! Whole plans: what they parse to, and how their mistakes are shown.
-
-mod errors;
-mod paper;
