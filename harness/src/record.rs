@@ -1,8 +1,8 @@
 //! What happened in a run. Checks, reports and identification read this and nothing else.
 
+use crate::observation::Observation;
 use controller::mission::{Command, Report};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use wire::can::RecordedFrame;
 use wire::time::Timestamp;
 use wire::units::Pose;
@@ -72,17 +72,4 @@ pub enum RecordKind {
     },
     /// Something went wrong, was dropped or was mended.
     Note(String),
-}
-
-/// One measured value of a quantity, in the unit that the quantity is declared in.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Observation {
-    /// Name of the quantity, e.g. `lap.gyro_error`.
-    pub quantity: String,
-    /// Its value.
-    pub value: f64,
-    /// Its standard uncertainty, in the same unit.
-    pub uncertainty: f64,
-    /// What else was so: `direction` (+1 ccw, -1 cw), `temperature`, `run`, ...
-    pub tags: BTreeMap<String, f64>,
 }
