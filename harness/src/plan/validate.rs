@@ -191,6 +191,15 @@ impl<'a> Survey<'a> {
     fn measurement(&self, declared: &Declared, at: &Place<'_>) -> Checked {
         let unit = self.unit(&declared.quantity, at, &[Segment::Key("quantity")])?;
         self.filter(&declared.quantity, &declared.filter, at)?;
+        let on_the_floor = matches!(
+            declared.check,
+            Check::AllButInSquare { .. } | Check::UmbmarkWithin { .. }
+        );
+        if on_the_floor && unit != "m" {
+            let kind = declared.check.name();
+            let message = format!("`{}` is in {unit}, `{kind}` needs m", declared.quantity);
+            return Err(at.fault(&[Segment::Key("quantity")], message, None));
+        }
         let check = [Segment::Key("check"), Segment::Key(declared.check.name())];
         let in_check = |key| [check[0].clone(), check[1].clone(), Segment::Key(key)];
         if let Some((key, second)) = declared.check.second_quantity() {

@@ -142,6 +142,13 @@ fn mistakes_of_meaning_are_shown_in_place() {
             )),
         ),
         (
+            "a position that is none",
+            with_measurement(&format!(
+                "{base}unit = \"1\"\ncheck = {{ all_but_in_square = {{ count = 1, side_m = 0.1, \
+                 y = \"lap.return_y\" }} }}"
+            )),
+        ),
+        (
             "a name used twice",
             format!(
                 "{}{TAIL}{TAIL}",
