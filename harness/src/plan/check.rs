@@ -1,22 +1,4 @@
-//! What a declared measurement must satisfy. One key names the kind of check:
-//!
-//! | key | figure that is judged | must lie in |
-//! |---|---|---|
-//! | `all_within = band` | the worst value | the band |
-//! | `never_outside = { band, during }` | the worst value during a step or label | the band |
-//! | `share_within = { share, band }` | share of the values in the band | `share` to 1 |
-//! | `all_but_within = { count, band }` | number of values outside the band | 0 to `count` |
-//! | `all_but_in_square = { count, side_m, y }` | number of positions outside the square | 0 to `count` |
-//! | `mean_within = band` | mean | the band |
-//! | `rms_within = band` | root mean square | the band |
-//! | `rms_ratio_within = { to, band }` | root mean square over that of `to` | the band |
-//! | `slope_within = { against, band }` | slope of the least-squares line over a tag | the band |
-//! | `intercept_within = { against, band }` | that line at zero | the band |
-//! | `correlation_within = { against, band }` | correlation with a tag | the band |
-//! | `eventually_within = { band, within_s }` | time until values stay in the band | 0 to `within_s` |
-//! | `umbmark_within = { figure, y, side_m, band }` | a figure of UMBmark | the band |
-//!
-//! Where a check takes `y`, the measurement's own quantity is x.
+//! The kinds of checks that a measurement can be declared with.
 
 use super::band::Band;
 use super::number;
@@ -25,7 +7,25 @@ use serde::Deserialize;
 use wire::time::Span;
 use wire::units::Length;
 
-/// A kind of check and its bounds; see the [module](self).
+/// What a declared measurement must satisfy. One key names the kind of check:
+///
+/// | key | figure that is judged | must lie in |
+/// |---|---|---|
+/// | `all_within = band` | the worst value | the band |
+/// | `never_outside = { band, during }` | the worst value during a step or label | the band |
+/// | `share_within = { share, band }` | share of the values in the band | `share` to 1 |
+/// | `all_but_within = { count, band }` | number of values outside the band | 0 to `count` |
+/// | `all_but_in_square = { count, side_m, y }` | number of positions outside the square | 0 to `count` |
+/// | `mean_within = band` | mean | the band |
+/// | `rms_within = band` | root mean square | the band |
+/// | `rms_ratio_within = { to, band }` | root mean square over that of `to` | the band |
+/// | `slope_within = { against, band }` | slope of the least-squares line over a tag | the band |
+/// | `intercept_within = { against, band }` | that line at zero | the band |
+/// | `correlation_within = { against, band }` | correlation with a tag | the band |
+/// | `eventually_within = { band, within_s }` | time until values stay in the band | 0 to `within_s` |
+/// | `umbmark_within = { figure, y, side_m, band }` | a figure of UMBmark | the band |
+///
+/// Where a check takes `y`, the measurement's own quantity is x.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Check {
