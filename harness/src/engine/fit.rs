@@ -1,6 +1,6 @@
 //! Fits of what was observed, and the calibration that they become.
 
-use crate::checks::least_squares::{Line, line};
+use crate::checks::line::Line;
 use crate::observation::Observation;
 use crate::plan::{CalibrationPart, Fit, Model};
 use controller::calibration::{BIAS_POINTS_MAX, BiasPoint, Calibration, FACTORS_MAX, Factor};
@@ -31,7 +31,7 @@ impl fmt::Display for Fitted {
             Shape::Line(line) => write!(
                 f,
                 "slope {:.5} +- {:.5}, intercept {:.4} +- {:.4}",
-                line.slope, line.slope_u, line.intercept, line.intercept_u
+                line.slope, line.slope_uncertainty, line.intercept, line.intercept_uncertainty
             )?,
             Shape::Table(points) => write!(f, "table of {} points", points.len())?,
         }
@@ -55,8 +55,11 @@ pub(super) fn fit(step: &Fit, observed: &[Observation]) -> Result<Fitted, String
             Shape::ByDirection { cw, ccw }
         }
         Model::Line { against } => {
-            let points = points(&used, against);
-            Shape::Line(line(&points).ok_or("a line needs three points at two abscissas")?)
+            let points: Vec<_> = used
+                .iter()
+                .filter_map(|o| Some((*o.tags.get(against)?, o.value, o.uncertainty)))
+                .collect();
+            Shape::Line(Line::fit(&points).ok_or("a line needs finite points at two abscissae")?)
         }
         Model::Table { against, points: intervals } => {
             let intervals = (intervals.get() as usize).min(BIAS_POINTS_MAX);
