@@ -53,6 +53,14 @@ pub fn band(lower: Option<f64>, upper: Option<f64>, unit: &str) -> String {
     with_unit(text, unit)
 }
 
+/// What stands beside an axis.
+pub fn axis_label(name: &str, unit: &str) -> String {
+    match unit {
+        "" | "1" => name.to_owned(),
+        _ => format!("{name} in {unit}"),
+    }
+}
+
 /// A length of time in seconds as one would say it.
 pub fn duration(seconds: f64) -> String {
     if !seconds.is_finite() || seconds < 0.0 {
