@@ -1,4 +1,5 @@
 //! stub
+pub mod calibrations;
 pub mod checks;
 pub mod console;
 pub mod engine;
@@ -10,5 +11,7 @@ pub mod observation;
 pub mod outcome;
 pub mod plan;
 pub mod record;
+pub mod report;
+pub mod run;
 pub mod run_folder;
 pub mod world;

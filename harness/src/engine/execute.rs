@@ -68,6 +68,7 @@ impl Engine {
         match self.program.next(now, holds) {
             Next::Done => self.end(now, Outcome::Passed, None),
             Next::Round { set, not_before, overrun_s } => {
+                self.rounds += 1;
                 self.step_deadline = self.program.deadline();
                 if let Some(overrun_s) = overrun_s {
                     self.observe(now, |collector| {
@@ -109,9 +110,6 @@ impl Engine {
             during.push(step.action.name().to_owned());
             during.extend(step.label.as_ref().map(|label| label.as_str().to_owned()));
             match &step.action {
-                StepAction::Repeat(_) => {
-                    self.tags.insert("run".to_owned(), round as f64 + 1.0);
-                }
                 StepAction::Sweep(sweep) => {
                     if let Some(value) = sweep.values.get(round as usize) {
                         self.tags.insert(sweep.parameter.to_string(), *value);
@@ -120,7 +118,8 @@ impl Engine {
                 _ => {}
             }
         }
-        self.tags.entry("run".to_owned()).or_insert(1.0);
+        // Rounds keep counting when a repeat is entered again, so that no two share a number.
+        self.tags.insert("run".to_owned(), self.rounds.max(1) as f64);
         self.tags.extend(during.iter().map(|phase| (during_tag(phase), 1.0)));
     }
 

@@ -110,6 +110,8 @@ pub struct Engine {
     calibration: Calibration,
     heading_source: HeadingSource,
     tags: Tags,
+    /// Rounds of repeats and sweeps begun.
+    rounds: u64,
     /// Quantities that a measurement or a fit of the plan asks for.
     wanted: BTreeSet<String>,
     observations: BTreeMap<String, Vec<Observation>>,
@@ -151,6 +153,7 @@ impl Engine {
             calibration: Calibration::default(),
             heading_source: HeadingSource::default(),
             tags: Tags::new(),
+            rounds: 0,
             observations: BTreeMap::new(),
             calibrations,
             fits: BTreeMap::new(),

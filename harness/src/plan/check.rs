@@ -191,6 +191,18 @@ impl Check {
         }
     }
 
+    /// Where single values are meant to lie; none where the check is on a figure of all of them.
+    pub const fn value_band(&self) -> Option<Band> {
+        match self {
+            Self::AllWithin(band)
+            | Self::NeverOutside { band, .. }
+            | Self::ShareWithin { band, .. }
+            | Self::AllButWithin { band, .. }
+            | Self::EventuallyWithin { band, .. } => Some(*band),
+            _ => None,
+        }
+    }
+
     /// The key that names this kind of check.
     pub const fn name(&self) -> &'static str {
         match self {

@@ -26,7 +26,7 @@ impl PlanError {
     }
 
     /// What to do about it, where that is known.
-    pub fn help(&self) -> Option<&str> {
+    pub fn advice(&self) -> Option<&str> {
         self.help.as_deref()
     }
 

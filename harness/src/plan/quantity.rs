@@ -88,6 +88,15 @@ impl Filter {
         })
     }
 
+    /// The tags that must have one certain value.
+    pub fn equalities(&self) -> BTreeMap<String, f64> {
+        let equal = |(tag, wanted): (&String, &TagMatch)| match wanted {
+            TagMatch::Equal(number) => Some((tag.clone(), *number)),
+            TagMatch::Within(_) => None,
+        };
+        self.0.iter().filter_map(equal).collect()
+    }
+
     /// The tags that are asked for.
     pub fn tags(&self) -> impl Iterator<Item = &str> {
         self.0.keys().map(String::as_str)
