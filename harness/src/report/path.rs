@@ -127,7 +127,7 @@ pub(super) fn figure(believed: &Path, truth: &Path) -> Option<Markup> {
                 }
                 p {
                     (points) " places; corners nearer than "
-                    (crate::figures::value(tolerance_m * 1e3, 0.0))
+                    (format!("{:.1}", tolerance_m * 1e3))
                     " mm to the line are left out."
                     @if overflowed > 0 { " " (overflowed) " later places were not kept." }
                 }
