@@ -68,15 +68,28 @@ pub(super) fn long_run() -> impl Iterator<Item = Record> {
     const RUNS: u32 = 40;
     (0..RUNS).flat_map(|run| {
         let begin = f64::from(run) * 1_440.0;
-        let (id, run_tag) = (format!("steps[0].repeat[{run}]"), f64::from(run));
-        let mut all = vec![record(
-            begin,
-            Device::Plan,
-            RecordKind::StepBegan {
-                path: id.clone(),
-                title: format!("run {run}"),
-            },
-        )];
+        let run_tag = f64::from(run);
+        let mut all = Vec::new();
+        let step = |at_s: f64, inner: &str, title: Option<&str>| {
+            let path = format!("steps[0].repeat[{run}]{inner}");
+            let kind = match title {
+                Some(title) => RecordKind::StepBegan {
+                    path,
+                    title: title.to_owned(),
+                },
+                None => RecordKind::StepEnded { path },
+            };
+            record(begin + at_s, Device::Plan, kind)
+        };
+        all.push(step(0.0, "", Some(&format!("run {run}"))));
+        for (inner, title, from_s, to_s) in [
+            (".steps[0]", "static bias test", 0.0, 20.0),
+            (".steps[1]", "lap cw", 100.0, 164.0),
+            (".steps[2]", "lap ccw", 300.0, 364.0),
+        ] {
+            all.push(step(from_s, inner, Some(title)));
+            all.push(step(to_s, inner, None));
+        }
         for second in 0..1_440 {
             let warm = 40.0 - 18.0 * (-(begin + f64::from(second)) / 4_000.0).exp();
             let kind = observation(
@@ -123,11 +136,7 @@ pub(super) fn long_run() -> impl Iterator<Item = Record> {
                 all.push(record(at, Device::Controller, state));
             }
         }
-        all.push(record(
-            begin + 500.0,
-            Device::Plan,
-            RecordKind::StepEnded { path: id },
-        ));
+        all.push(step(1_430.0, "", None));
         all
     })
 }

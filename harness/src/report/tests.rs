@@ -71,7 +71,8 @@ fn sixteen_hours_fit_one_page() {
         5,
         "four quantities, two of them in one plot, and the path"
     );
-    assert_eq!(count(&document, "g.step"), 40);
+    assert_eq!(count(&document, "g.step"), 120);
+    assert!(page.contains("160 steps; 40 too short to be told apart are not drawn"));
     assert!(
         page.contains("57600 observations; "),
         "a thinned log says so"
