@@ -71,8 +71,9 @@ pub enum RecordKind {
         /// Where it stands in the plan.
         path: String,
     },
-    /// The plan gave the controller this command.
-    Command(Command),
+    /// The plan gave the controller this command. Boxed: a calibration is ten times as large as
+    /// anything else, and records are rarely commands.
+    Command(Box<Command>),
     /// The controller sent this report.
     Report(Report),
     /// Something was measured.

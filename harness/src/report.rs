@@ -5,14 +5,18 @@
 //!
 //! What is absent: judgement. Verdicts come from the summary; the page only shows them.
 
+mod against;
 mod collect;
 mod frame;
 mod heading;
+mod marks;
 mod measurements;
 mod observations;
 mod page;
 mod palette;
 mod path;
+#[cfg(test)]
+mod samples;
 mod scatter;
 #[cfg(test)]
 mod tests;

@@ -111,16 +111,20 @@ pub(crate) fn one_of_each() -> Vec<Record> {
             Device::Base,
             RecordKind::Frame(RecordedFrame::from(frame)),
         ),
-        record(0.03, Device::Plan, RecordKind::Command(Command::Turn(turn))),
+        record(
+            0.03,
+            Device::Plan,
+            RecordKind::Command(Box::new(Command::Turn(turn))),
+        ),
         record(
             0.04,
             Device::Plan,
-            RecordKind::Command(Command::BiasTest(BiasTest { duration_s: 20.0 })),
+            RecordKind::Command(Box::new(Command::BiasTest(BiasTest { duration_s: 20.0 }))),
         ),
         record(
             0.05,
             Device::Plan,
-            RecordKind::Command(Command::RequestState),
+            RecordKind::Command(Box::new(Command::RequestState)),
         ),
         record(
             20.1,

@@ -24,8 +24,8 @@ pub enum Level {
 /// 0.4 m/s with a point each 0.2 m and adds some 6 MB to 16 hours.
 pub const TRUTH_PERIOD: Span = Span::from_millis(500);
 
-/// The most records that a [`MemorySink`] keeps.
-pub const MEMORY_RECORDS_MAX: usize = 10_000_000;
+/// The most records that a [`MemorySink`] keeps: ten times the events of 16 hours, within 1 GB.
+pub const MEMORY_RECORDS_MAX: usize = 4_000_000;
 
 /// Takes what happens, in order.
 pub trait RecordSink {
@@ -222,6 +222,28 @@ impl RecordSink for NullSink {
     }
 
     fn finish(&mut self) {}
+}
+
+impl<S: RecordSink + ?Sized> RecordSink for Box<S> {
+    fn record(&mut self, record: Record) {
+        (**self).record(record);
+    }
+
+    fn bytes(&mut self, at: Timestamp, device: Device, bytes: &[u8]) {
+        (**self).bytes(at, device, bytes);
+    }
+
+    fn level(&self) -> Level {
+        (**self).level()
+    }
+
+    fn failed(&self) -> Option<&io::Error> {
+        (**self).failed()
+    }
+
+    fn finish(&mut self) {
+        (**self).finish();
+    }
 }
 
 /// Two sinks that take the same: a full file, say, and the events in memory to be judged.

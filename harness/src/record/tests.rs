@@ -43,7 +43,7 @@ fn read(file: &[u8]) -> (Vec<Record>, Option<RecordError>) {
 }
 
 fn refusal(file: &[u8]) -> RecordError {
-    RecordReader::new(file).err().expect("refused")
+    RecordReader::new(file).expect_err("refused")
 }
 
 #[test]
@@ -134,6 +134,11 @@ fn damage_is_named_with_its_place() {
     let mut longer = written(&one_of_each());
     longer.push(0);
     assert!(matches!(read(&longer).1, Some(RecordError::Damaged { .. })));
+}
+
+#[test]
+fn a_record_in_memory_is_small() {
+    assert!(size_of::<Record>() <= 256, "{}", size_of::<Record>());
 }
 
 /// A disk with room for so many bytes.
@@ -280,7 +285,7 @@ proptest! {
 
 #[test]
 fn the_longest_record_fits_its_prefix() {
-    assert!(RECORD_BYTES_MAX < 1 << (7 * PREFIX_BYTES_MAX));
+    const { assert!(RECORD_BYTES_MAX < 1 << (7 * PREFIX_BYTES_MAX)) };
     let fits = RecordKind::Bytes(vec![7; RECORD_BYTES_MAX - 20]);
     let records = [
         record(1.0, Device::Gyro, fits),

@@ -12,8 +12,8 @@ use wire::units::Pose;
 /// tells apart.
 const SAME_PLACE_M: f64 = 0.001;
 
-/// A longer step is no motion but a new pose: ten times what 0.78 m/s covers between two truths kept
-/// at the level of events would be a whole side, so this is just above one such step (assumption).
+/// A longer step was not driven: a new pose was set, or the base was carried. At the base's limit of
+/// 0.78 m/s, two truths kept at the level of events are 0.39 m apart.
 const JUMP_M: f64 = 0.5;
 
 /// The most points of a path that are kept.
@@ -127,7 +127,7 @@ pub(super) fn figure(believed: &Path, truth: &Path) -> Option<Markup> {
                 }
                 p {
                     (points) " places; corners nearer than "
-                    (crate::figures::value(tolerance_m * 1e3, 0.0))
+                    (format!("{:.1}", tolerance_m * 1e3))
                     " mm to the line are left out."
                     @if overflowed > 0 { " " (overflowed) " later places were not kept." }
                 }

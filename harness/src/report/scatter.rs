@@ -2,7 +2,8 @@
 
 use super::collect::{Direction, Sample, Series};
 use super::frame::{Axis, Frame, SCALE};
-use super::observations::{draw_marks, title};
+use super::marks::draw_marks;
+use super::observations::title;
 use super::palette::{BAND, CCW, CW, OUTSIDE, REFERENCE};
 use crate::record::header::Quantity;
 use maud::{Markup, html};

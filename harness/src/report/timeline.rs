@@ -19,6 +19,10 @@ const SHARE_MIN: f64 = 0.002;
 /// A character needs this share of the line.
 const CHARACTER_SHARE: f64 = 0.0062;
 
+/// Blank between boxes, and the narrowest box, in percent of the line.
+const GAP_PERCENT: f64 = 0.05;
+const WIDTH_PERCENT_MIN: f64 = 0.12;
+
 const ROW_PX: usize = 24;
 const AXIS_PX: usize = 26;
 
@@ -106,7 +110,7 @@ pub(super) fn figure(steps: &Steps, troubles: &Troubles, end_s: f64) -> Option<M
     let percent = |at_s: f64| format!("{:.2}%", 100.0 * at_s / end_s);
     let left_out = steps.all.len() - shown.len();
     Some(html! {
-        figure.wide {
+        figure {
             svg.timeline role="img" aria-label="steps over time" width="100%" height=(height) {
                 @for (at_s, label) in ticks(end_s) {
                     line.grid x1=(percent(at_s)) x2=(percent(at_s)) y1="0" y2=(axis_y) {}
@@ -147,8 +151,8 @@ fn step_box(step: &Step, end_s: f64) -> Markup {
     html! {
         g.step.(class) {
             title { (step.path) ": " (step.title) " (" (took) ")" }
-            rect x={ (format!("{x:.3}")) "%" } y=(y) height=(ROW_PX - 4) rx="3"
-                width={ (format!("{:.3}", (100.0 * share).max(0.08))) "%" } {}
+            rect x={ (format!("{x:.3}")) "%" } y=(y) height=(ROW_PX - 4) rx="2"
+                width={ (format!("{:.3}", (100.0 * share - GAP_PERCENT).max(WIDTH_PERCENT_MIN))) "%" } {}
             @if fits {
                 text x={ (format!("{:.3}", x + 0.4)) "%" } y=(y + 14) { (step.title) }
             }
