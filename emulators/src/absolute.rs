@@ -28,10 +28,7 @@ pub struct AbsoluteMeasurement {
 impl AbsoluteMeasurement {
     /// The measurement `name` in the run with `seed`.
     pub fn new(parameters: AbsoluteParameters, seed: u64, name: &str) -> Self {
-        Self {
-            parameters,
-            stream: RandomStream::new(seed, name, "absolute measurement"),
-        }
+        Self { parameters, stream: RandomStream::new(seed, name, "absolute measurement") }
     }
 
     /// One reading of `truth`; its heading is in [-180, 180) deg.
@@ -74,10 +71,7 @@ mod tests {
     #[test]
     fn readings_fill_their_limits_evenly() {
         const READINGS: u32 = 20_000;
-        let paper = AbsoluteParameters {
-            position_limit_m: 0.002,
-            heading_limit_deg: 0.2,
-        };
+        let paper = AbsoluteParameters { position_limit_m: 0.002, heading_limit_deg: 0.2 };
         let mut absolute = AbsoluteMeasurement::new(paper, 1, "absolute");
         let truth = Pose {
             x: Length::from_m(1.0),
@@ -103,10 +97,7 @@ mod tests {
     #[test]
     fn without_limits_it_is_the_truth() {
         let mut absolute = AbsoluteMeasurement::new(AbsoluteParameters::default(), 1, "absolute");
-        let truth = Pose {
-            heading: Angle::from_deg(100.0),
-            ..Pose::default()
-        };
+        let truth = Pose { heading: Angle::from_deg(100.0), ..Pose::default() };
         let read = absolute.measure(truth);
         assert!((read.heading - truth.heading).abs().rad() < 1e-15);
         assert!(absolute.set_parameter("heading_limit_deg", -1.0).is_err());

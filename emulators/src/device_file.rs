@@ -214,10 +214,7 @@ impl DeviceFile {
         let mut stream = model.stream;
         stream.mode = self.gyro.mode.unwrap_or(stream.mode);
         stream.reversed ^= self.gyro.upside_down;
-        let gyro = (
-            stream,
-            adjusted("gyro", model.parameters, &self.gyro.parameters)?,
-        );
+        let gyro = (stream, adjusted("gyro", model.parameters, &self.gyro.parameters)?);
 
         let mut base = None;
         if let Some(section) = &self.base {
@@ -231,13 +228,7 @@ impl DeviceFile {
             table = Some(adjusted("table", model.parameters, &section.parameters)?);
         }
         let absolute = adjusted("absolute", self.absolute.clone(), &BTreeMap::new())?;
-        Ok(Devices {
-            mount: self.mount,
-            gyro,
-            base,
-            table,
-            absolute,
-        })
+        Ok(Devices { mount: self.mount, gyro, base, table, absolute })
     }
 }
 
@@ -248,11 +239,7 @@ fn adjusted<P: Parameters, E>(
 ) -> Result<P, DeviceFileError<E>> {
     parameters
         .check()
-        .and_then(|()| {
-            changes
-                .iter()
-                .try_for_each(|(name, value)| parameters.set(name, *value))
-        })
+        .and_then(|()| changes.iter().try_for_each(|(name, value)| parameters.set(name, *value)))
         .map_err(|error| DeviceFileError::Parameter { section, error })?;
     Ok(parameters)
 }

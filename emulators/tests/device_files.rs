@@ -56,25 +56,12 @@ fn every_file_describes_devices() {
     files.sort();
     assert_eq!(
         files,
-        [
-            "dsp3000-table.toml",
-            "paper-serial.toml",
-            "paper-table.toml",
-            "paper.toml"
-        ]
+        ["dsp3000-table.toml", "paper-serial.toml", "paper-table.toml", "paper.toml"]
     );
     for file in &files {
         let devices = devices(file);
-        assert_eq!(
-            devices.base.is_some(),
-            devices.mount == Mount::Base,
-            "{file}"
-        );
-        assert_eq!(
-            devices.table.is_some(),
-            devices.mount == Mount::Table,
-            "{file}"
-        );
+        assert_eq!(devices.base.is_some(), devices.mount == Mount::Base, "{file}");
+        assert_eq!(devices.table.is_some(), devices.mount == Mount::Table, "{file}");
     }
 }
 
@@ -82,21 +69,12 @@ fn every_file_describes_devices() {
 fn the_papers_files_differ_in_what_they_say_and_share_the_rest() {
     let (can, serial) = (devices("paper.toml"), devices("paper-serial.toml"));
     let (can_base, serial_base) = (can.base.unwrap(), serial.base.unwrap());
-    assert_eq!(
-        (can_base.0, serial_base.0),
-        (Transport::Can, Transport::Serial)
-    );
+    assert_eq!((can_base.0, serial_base.0), (Transport::Can, Transport::Serial));
     assert_eq!(can_base.1, serial_base.1);
     assert_eq!((&can.gyro, &can.absolute), (&serial.gyro, &serial.absolute));
     assert_eq!(can.gyro, devices("paper-table.toml").gyro);
-    assert_eq!(
-        can.gyro.1.bias_drift_correlation_s,
-        WORST_CASE_CORRELATION_S
-    );
-    assert_eq!(
-        devices("dsp3000-table.toml").gyro.0.mode,
-        OutputMode::Increment
-    );
+    assert_eq!(can.gyro.1.bias_drift_correlation_s, WORST_CASE_CORRELATION_S);
+    assert_eq!(devices("dsp3000-table.toml").gyro.0.mode, OutputMode::Increment);
 }
 
 /// Angle by the gyro's bytes of one turn of the table, in degrees.
@@ -141,10 +119,7 @@ fn the_papers_table_run_gives_equation_5_through_the_bytes() {
             let error = turn_by_bytes(&devices, steps).abs() - 360.0;
             let equation_5 = -0.52 * celsius + 19.23;
             // Half a step of the rate, 0.0015 deg/s, for the 14 s of the turn; 0.01 deg of play.
-            assert!(
-                (error - equation_5).abs() < 0.021 + 0.01,
-                "{celsius}: {error} {equation_5}"
-            );
+            assert!((error - equation_5).abs() < 0.021 + 0.01, "{celsius}: {error} {equation_5}");
         }
     }
 }
@@ -152,11 +127,7 @@ fn the_papers_table_run_gives_equation_5_through_the_bytes() {
 #[test]
 fn increments_of_a_fast_clock_add_up() {
     let mut file: DeviceFile = read("dsp3000-table.toml").unwrap();
-    for name in [
-        "turn_on_bias_deg_per_h",
-        "bias_deg_per_h_per_kelvin",
-        "scale_ppm",
-    ] {
+    for name in ["turn_on_bias_deg_per_h", "bias_deg_per_h_per_kelvin", "scale_ppm"] {
         file.gyro.parameters.insert(name.to_owned(), 0.0);
     }
     let increments = turn_by_bytes(&file.resolve(&mut Folder).unwrap(), 28_800);

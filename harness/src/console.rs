@@ -34,10 +34,7 @@ pub struct Style {
 
 impl Style {
     /// For a file, a pipe, a log.
-    pub const PLAIN: Self = Self {
-        width: WIDTH_ELSEWHERE,
-        colour: false,
-    };
+    pub const PLAIN: Self = Self { width: WIDTH_ELSEWHERE, colour: false };
 
     /// What suits the standard output: its width, and colours on a terminal unless `NO_COLOR` is
     /// set to anything (no-color.org).
@@ -47,10 +44,7 @@ impl Style {
         }
         let no_colour = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
         let width = Table::new().width().unwrap_or(WIDTH_ELSEWHERE);
-        Self {
-            width,
-            colour: !no_colour,
-        }
+        Self { width, colour: !no_colour }
     }
 
     fn table(self, header: &[&str]) -> Table {
@@ -69,11 +63,7 @@ impl Style {
     }
 
     fn dim(self, cell: Cell) -> Cell {
-        if self.colour {
-            cell.add_attribute(Attribute::Dim)
-        } else {
-            cell
-        }
+        if self.colour { cell.add_attribute(Attribute::Dim) } else { cell }
     }
 
     fn verdict(self, verdict: Verdict) -> Cell {
@@ -89,22 +79,11 @@ impl Style {
 
 /// Paper against measured, one line a measurement, and a closing line with counts and exit status.
 pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
-    let header = [
-        "procedure",
-        "measurement",
-        "paper",
-        "measured",
-        "band",
-        "verdict",
-    ];
+    let header = ["procedure", "measurement", "paper", "measured", "band", "verdict"];
     let mut table = style.table(&header);
     for summary in summaries {
         for (index, measurement) in summary.measurements.iter().enumerate() {
-            let procedure = if index == 0 {
-                printable(&summary.plan)
-            } else {
-                String::new()
-            };
+            let procedure = if index == 0 { printable(&summary.plan) } else { String::new() };
             table.add_row(row(procedure, measurement, style));
         }
     }
@@ -121,17 +100,12 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
 }
 
 fn row(procedure: String, measurement: &Measurement, style: Style) -> Row {
-    let Measurement {
-        unit, lower, upper, ..
-    } = measurement;
+    let Measurement { unit, lower, upper, .. } = measurement;
     let measured = match measurement.value {
         Some(value) => figures::quantity(value, measurement.uncertainty, unit),
         None => "-".to_owned(),
     };
-    let paper = measurement
-        .paper
-        .as_deref()
-        .map_or_else(|| "-".to_owned(), printable);
+    let paper = measurement.paper.as_deref().map_or_else(|| "-".to_owned(), printable);
     Row::from([
         Cell::new(procedure),
         Cell::new(printable(&measurement.name)),
@@ -158,28 +132,19 @@ fn closing_line(summaries: &[Summary]) -> String {
 
 /// The outcome of several runs: that of the one that went worst.
 pub fn worst(summaries: &[Summary]) -> Outcome {
-    summaries
-        .iter()
-        .map(|summary| summary.outcome)
-        .max()
-        .unwrap_or(Outcome::Passed)
+    summaries.iter().map(|summary| summary.outcome).max().unwrap_or(Outcome::Passed)
 }
 
 /// Text from outside, without what would move the cursor or break the row.
 fn printable(text: &str) -> String {
-    text.chars()
-        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
-        .collect()
+    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }
 
 /// Breaks no cell of these columns, if that leaves room for the others.
 fn keep_whole(table: &mut Table, columns: &[usize], style: Style) {
     let widths = table.column_max_content_widths();
     let paddings = 2 * widths.len() as u16;
-    let whole: u16 = columns
-        .iter()
-        .filter_map(|&column| widths.get(column))
-        .sum();
+    let whole: u16 = columns.iter().filter_map(|&column| widths.get(column)).sum();
     if whole + paddings + WIDTH_OF_OTHERS_MIN > style.width.max(WIDTH_MIN) {
         return;
     }
@@ -213,28 +178,16 @@ mod tests {
 
     #[test]
     fn a_narrow_terminal_wraps_the_cells() {
-        let style = Style {
-            width: 100,
-            colour: false,
-        };
+        let style = Style { width: 100, colour: false };
         let table = measurements_table(&[summary()], style);
         let rows: Vec<_> = table.lines().take_while(|line| !line.is_empty()).collect();
-        assert!(
-            rows.iter().all(|line| line.chars().count() <= 100),
-            "{table}"
-        );
+        assert!(rows.iter().all(|line| line.chars().count() <= 100), "{table}");
         insta::assert_snapshot!(table);
     }
 
     #[test]
     fn colours_come_only_when_wanted() {
-        let coloured = measurements_table(
-            &[summary()],
-            Style {
-                colour: true,
-                ..Style::PLAIN
-            },
-        );
+        let coloured = measurements_table(&[summary()], Style { colour: true, ..Style::PLAIN });
         assert!(coloured.contains("\u{1b}["));
         assert!(!measurements_table(&[summary()], Style::PLAIN).contains('\u{1b}'));
     }
@@ -249,14 +202,8 @@ mod tests {
 
     #[test]
     fn the_worst_run_decides_the_exit_status() {
-        let passed = Summary {
-            outcome: Outcome::Passed,
-            ..summary()
-        };
-        let timeout = Summary {
-            outcome: Outcome::Timeout,
-            ..summary()
-        };
+        let passed = Summary { outcome: Outcome::Passed, ..summary() };
+        let timeout = Summary { outcome: Outcome::Timeout, ..summary() };
         assert!(closing_line(&[timeout, passed]).ends_with("exit status 4"));
         assert!(closing_line(&[]).ends_with("exit status 0"));
     }

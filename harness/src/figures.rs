@@ -23,10 +23,7 @@ pub fn value(value: f64, uncertainty: f64) -> String {
     }
     let written = rounded(value, EXACT_DIGITS - 1 - exponent(value));
     match written.contains('.') && !written.contains('e') {
-        true => written
-            .trim_end_matches('0')
-            .trim_end_matches('.')
-            .to_owned(),
+        true => written.trim_end_matches('0').trim_end_matches('.').to_owned(),
         false => written,
     }
 }
@@ -140,10 +137,7 @@ mod tests {
         assert_eq!(band(Some(-0.25), Some(0.25), "deg"), "±0.25 deg");
         assert_eq!(band(Some(0.9), None, ""), "at least 0.9");
         assert_eq!(band(None, Some(3.0), "%"), "at most 3 %");
-        assert_eq!(
-            band(Some(-0.6), Some(-0.44), "deg/K"),
-            "-0.6 to -0.44 deg/K"
-        );
+        assert_eq!(band(Some(-0.6), Some(-0.44), "deg/K"), "-0.6 to -0.44 deg/K");
         assert_eq!(band(Some(0.0), Some(0.0), ""), "0");
         assert_eq!(band(None, None, "deg"), "none");
     }

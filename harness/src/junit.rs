@@ -45,12 +45,7 @@ fn suite(summary: &Summary) -> TestSuite {
     if !matches!(summary.outcome, Outcome::Passed | Outcome::Failed) {
         suite.add_test_case(broken(summary));
     }
-    suite.add_test_cases(
-        summary
-            .measurements
-            .iter()
-            .map(|measurement| case(summary, measurement)),
-    );
+    suite.add_test_cases(summary.measurements.iter().map(|measurement| case(summary, measurement)));
     suite
 }
 
@@ -69,9 +64,7 @@ fn case(summary: &Summary, measurement: &Measurement) -> TestCase {
         TestCaseStatus::success()
     } else {
         let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
-        status
-            .set_message(&*sentence)
-            .set_type(measurement.verdict.name());
+        status.set_message(&*sentence).set_type(measurement.verdict.name());
         status
     };
     let mut case = TestCase::new(&*measurement.name, status);
@@ -84,13 +77,7 @@ fn case(summary: &Summary, measurement: &Measurement) -> TestCase {
 
 /// Value, band and paper in one line.
 fn sentence(measurement: &Measurement) -> String {
-    let Measurement {
-        unit,
-        lower,
-        upper,
-        statistic,
-        ..
-    } = measurement;
+    let Measurement { unit, lower, upper, statistic, .. } = measurement;
     let measured = match measurement.value {
         Some(value) => figures::quantity(value, measurement.uncertainty, unit),
         None => "nothing measured".to_owned(),
@@ -116,12 +103,7 @@ mod tests {
     fn a_broken_bench_is_an_error() {
         let reason = Some("gyro: \u{1b}[31mno such port <ttyUSB0>".to_owned());
         let measurements = Vec::new();
-        let broken = Summary {
-            outcome: Outcome::Error,
-            reason,
-            measurements,
-            ..summary()
-        };
+        let broken = Summary { outcome: Outcome::Error, reason, measurements, ..summary() };
         insta::assert_snapshot!(document(&[broken]).unwrap());
     }
 }

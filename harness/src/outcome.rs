@@ -193,11 +193,7 @@ impl Counts {
 impl std::fmt::Display for Counts {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let total = self.total();
-        write!(
-            f,
-            "{total} measurement{}",
-            if total == 1 { "" } else { "s" }
-        )?;
+        write!(f, "{total} measurement{}", if total == 1 { "" } else { "s" })?;
         let parts = [
             (self.passed, "passed"),
             (self.marginal, "marginal"),

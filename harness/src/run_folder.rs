@@ -48,15 +48,10 @@ impl RunFolder {
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, RunFolderError> {
         let folder = Self { path: path.into() };
         let path = || folder.path.clone();
-        fs::create_dir_all(&folder.path).map_err(|source| RunFolderError::Write {
-            path: path(),
-            source,
-        })?;
+        fs::create_dir_all(&folder.path)
+            .map_err(|source| RunFolderError::Write { path: path(), source })?;
         let is_empty = fs::read_dir(&folder.path)
-            .map_err(|source| RunFolderError::Read {
-                path: path(),
-                source,
-            })?
+            .map_err(|source| RunFolderError::Read { path: path(), source })?
             .next()
             .is_none();
         if !is_empty {
@@ -74,14 +69,8 @@ impl RunFolder {
     /// [`RunFolderError::NoRun`] when there is none.
     pub fn open(path: impl Into<PathBuf>) -> Result<Self, RunFolderError> {
         let folder = Self { path: path.into() };
-        let holds_any = [SUMMARY, RECORD]
-            .iter()
-            .any(|name| folder.path.join(name).is_file());
-        if holds_any {
-            Ok(folder)
-        } else {
-            Err(RunFolderError::NoRun { path: folder.path })
-        }
+        let holds_any = [SUMMARY, RECORD].iter().any(|name| folder.path.join(name).is_file());
+        if holds_any { Ok(folder) } else { Err(RunFolderError::NoRun { path: folder.path }) }
     }
 
     /// The folder.
@@ -109,19 +98,14 @@ impl RunFolder {
     /// Opens the record.
     pub fn records(&self) -> Result<RecordReader<File>, RunFolderError> {
         let path = self.file(RECORD);
-        let opened = File::open(&path)
-            .map_err(RecordError::Io)
-            .and_then(RecordReader::new);
+        let opened = File::open(&path).map_err(RecordError::Io).and_then(RecordReader::new);
         opened.map_err(|source| RunFolderError::Record { path, source })
     }
 
     /// Writes the summary.
     pub fn write_summary(&self, summary: &Summary) -> Result<(), RunFolderError> {
-        let mut json =
-            serde_json::to_vec_pretty(summary).map_err(|source| RunFolderError::Summary {
-                path: self.file(SUMMARY),
-                source,
-            })?;
+        let mut json = serde_json::to_vec_pretty(summary)
+            .map_err(|source| RunFolderError::Summary { path: self.file(SUMMARY), source })?;
         json.push(b'\n');
         self.replace(SUMMARY, &json)
     }
@@ -149,9 +133,7 @@ impl RunFolder {
     /// Writes what a plan made. The summary must name it.
     pub fn write_artifact(&self, name: &str, content: &[u8]) -> Result<(), RunFolderError> {
         if !is_artifact_name(name) {
-            return Err(RunFolderError::ArtifactName {
-                name: name.to_owned(),
-            });
+            return Err(RunFolderError::ArtifactName { name: name.to_owned() });
         }
         self.replace(name, content)
     }
@@ -177,14 +159,8 @@ impl RunFolder {
     /// Removes the files of an earlier run. The record goes last: broken off half-way, the folder is
     /// still known as ours.
     fn clear(&self) -> Result<(), RunFolderError> {
-        let artifacts = self
-            .summary()
-            .map(|summary| summary.artifacts)
-            .unwrap_or_default();
-        let artifacts = artifacts
-            .iter()
-            .map(String::as_str)
-            .filter(|name| is_artifact_name(name));
+        let artifacts = self.summary().map(|summary| summary.artifacts).unwrap_or_default();
+        let artifacts = artifacts.iter().map(String::as_str).filter(|name| is_artifact_name(name));
         for name in artifacts.chain([REPORT, JUNIT, SUMMARY, RECORD]) {
             let path = self.file(name);
             match fs::remove_file(&path) {
@@ -207,14 +183,11 @@ fn is_artifact_name(name: &str) -> bool {
 
 fn read_at_most(path: &Path, bytes_max: u64) -> io::Result<Vec<u8>> {
     let mut content = Vec::new();
-    File::open(path)?
-        .take(bytes_max + 1)
-        .read_to_end(&mut content)?;
+    File::open(path)?.take(bytes_max + 1).read_to_end(&mut content)?;
     match content.len() as u64 > bytes_max {
-        true => Err(io::Error::new(
-            io::ErrorKind::FileTooLarge,
-            format!("more than {bytes_max} bytes"),
-        )),
+        true => {
+            Err(io::Error::new(io::ErrorKind::FileTooLarge, format!("more than {bytes_max} bytes")))
+        }
         false => Ok(content),
     }
 }
@@ -236,9 +209,8 @@ mod tests {
 
     fn names(folder: &RunFolder) -> Vec<String> {
         let entries = fs::read_dir(folder.path()).unwrap();
-        let mut names: Vec<_> = entries
-            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .collect();
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
         names.sort();
         names
     }
@@ -247,21 +219,14 @@ mod tests {
     fn what_is_written_is_read_back() {
         let (_dir, folder) = folder();
         let mut sink = folder.record_sink(&Header::default(), Level::Full).unwrap();
-        one_of_each()
-            .into_iter()
-            .for_each(|record| sink.record(record));
+        one_of_each().into_iter().for_each(|record| sink.record(record));
         sink.finish();
         folder.write_summary(&summary()).unwrap();
         folder.write_junit("<testsuites/>").unwrap();
         folder.write_report("<!DOCTYPE html>").unwrap();
-        folder
-            .write_artifact("calibration.toml", b"scale = 1")
-            .unwrap();
+        folder.write_artifact("calibration.toml", b"scale = 1").unwrap();
 
-        assert_eq!(
-            names(&folder),
-            ["calibration.toml", JUNIT, RECORD, REPORT, SUMMARY]
-        );
+        assert_eq!(names(&folder), ["calibration.toml", JUNIT, RECORD, REPORT, SUMMARY]);
         let again = RunFolder::open(folder.path()).unwrap();
         assert_eq!(again.summary().unwrap(), summary());
         let records: Vec<_> = again.records().unwrap().map(Result::unwrap).collect();
@@ -303,10 +268,7 @@ mod tests {
         let (_dir, folder) = folder();
         for name in ["../x", "/x", "a/b", "", ".", "..", "x/", RECORD, ".hidden"] {
             let error = folder.write_artifact(name, b"").unwrap_err();
-            assert!(
-                matches!(error, RunFolderError::ArtifactName { .. }),
-                "{name}"
-            );
+            assert!(matches!(error, RunFolderError::ArtifactName { .. }), "{name}");
         }
         assert!(names(&folder).is_empty());
     }
@@ -316,10 +278,7 @@ mod tests {
         let (_dir, folder) = folder();
         fs::create_dir(folder.file(REPORT)).unwrap();
         let error = folder.write_report("x").unwrap_err();
-        assert!(
-            error.to_string().starts_with("failed to write /"),
-            "{error}"
-        );
+        assert!(error.to_string().starts_with("failed to write /"), "{error}");
         assert!(error.to_string().ends_with(REPORT), "{error}");
         assert!(std::error::Error::source(&error).is_some());
         assert_eq!(names(&folder), [REPORT], "nothing partial stays");

@@ -69,14 +69,8 @@ pub enum Verb {
 
 impl Verb {
     /// All verbs.
-    pub const ALL: [Self; 6] = [
-        Self::TopRate,
-        Self::Ramp,
-        Self::Distance,
-        Self::Go,
-        Self::Stop,
-        Self::State,
-    ];
+    pub const ALL: [Self; 6] =
+        [Self::TopRate, Self::Ramp, Self::Distance, Self::Go, Self::Stop, Self::State];
 
     /// The character that stands for it.
     pub const fn letter(self) -> u8 {
@@ -182,10 +176,7 @@ impl fmt::Display for Answer {
                 write!(f, "!{}", char::from(first))
             }
             Self::Refused(_) => f.write_str("!"),
-            Self::State {
-                position_steps,
-                moving,
-            } => {
+            Self::State { position_steps, moving } => {
                 write!(f, "=P{position_steps} M{}", u8::from(moving))
             }
         }

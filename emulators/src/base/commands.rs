@@ -11,10 +11,7 @@ use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Pose, S
 impl BaseEmulator {
     pub(super) fn advance(&mut self, now: Timestamp) {
         loop {
-            let next = [self.deadline, self.kinematics.phase_end()]
-                .into_iter()
-                .flatten()
-                .min();
+            let next = [self.deadline, self.kinematics.phase_end()].into_iter().flatten().min();
             match next {
                 Some(at) if at <= now => {
                     let mut targets = self.kinematics.targets();
@@ -40,10 +37,7 @@ impl BaseEmulator {
         let rate_max = AngularRate::from_deg_per_s(self.parameters.steer_rate_max_deg_per_s);
         // A command that is not a number must not move the base.
         let targets = if drive.is_finite() && steer.is_finite() {
-            (
-                drive.limited(speed_max).m_per_s(),
-                steer.limited(rate_max).rad_per_s(),
-            )
+            (drive.limited(speed_max).m_per_s(), steer.limited(rate_max).rad_per_s())
         } else {
             (0.0, 0.0)
         };
@@ -115,8 +109,7 @@ impl BaseEmulator {
     }
 
     pub(super) fn start_phase(&mut self, now: Timestamp, targets: (f64, f64), limits: (f64, f64)) {
-        self.kinematics
-            .start_phase(now, (targets.0, limits.0), (targets.1, limits.1));
+        self.kinematics.start_phase(now, (targets.0, limits.0), (targets.1, limits.1));
     }
 
     fn accelerations_max(&self) -> (f64, f64) {
@@ -158,10 +151,7 @@ pub(super) struct Spread {
 
 impl Spread {
     pub(super) fn new(seed: u64, device: &str, purpose: &str) -> Self {
-        Self {
-            stream: RandomStream::new(seed, device, purpose),
-            last: 0.0,
-        }
+        Self { stream: RandomStream::new(seed, device, purpose), last: 0.0 }
     }
 
     fn draw(&mut self) {

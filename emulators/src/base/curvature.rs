@@ -40,11 +40,7 @@ impl Harmonic {
             return Self::default();
         }
         let sum = |term: fn(&Wheel, f64) -> f64| {
-            wheels
-                .iter()
-                .map(|w| term(w, Angle::from_deg(w.toe_deg).rad()))
-                .sum::<f64>()
-                / spread
+            wheels.iter().map(|w| term(w, Angle::from_deg(w.toe_deg).rad())).sum::<f64>() / spread
         };
         Self {
             along_rad_per_m: sum(|w, toe| toe * w.x_m - w.radius_error * w.y_m),

@@ -167,14 +167,10 @@ impl BaseEmulator {
 
     /// When to call [`wake`](Self::wake) next: never, for a serial base at rest.
     pub fn next_wakeup(&self) -> Option<Timestamp> {
-        [
-            self.kinematics.phase_end(),
-            self.deadline,
-            self.reports.next_due(),
-        ]
-        .into_iter()
-        .flatten()
-        .min()
+        [self.kinematics.phase_end(), self.deadline, self.reports.next_due()]
+            .into_iter()
+            .flatten()
+            .min()
     }
 
     /// Carries out a request, as both transports do.
@@ -292,11 +288,7 @@ impl BaseEmulator {
     }
 
     fn reported_motion(&mut self, now: Timestamp) -> Motion {
-        let State {
-            displacement,
-            steered,
-            ..
-        } = self.kinematics.state_at(now);
+        let State { displacement, steered, .. } = self.kinematics.state_at(now);
         self.status.displacement = Length::from_m(displacement);
         self.status.heading = Angle::from_rad(self.stepped(steered)).wrapped();
         self.status.moving = self.kinematics.is_moving();
@@ -306,24 +298,15 @@ impl BaseEmulator {
     }
 
     fn reported_pose(&self, now: Timestamp) -> Pose {
-        let State {
-            reckoned, steered, ..
-        } = self.kinematics.state_at(now);
+        let State { reckoned, steered, .. } = self.kinematics.state_at(now);
         // What was written stays as fine as it was; only the turning since then has steps.
         let since_write = steered - self.steered_at_write;
         let heading = reckoned.heading() - since_write + self.stepped(since_write);
-        Pose {
-            heading: Angle::from_rad(heading).wrapped(),
-            ..reckoned.pose()
-        }
+        Pose { heading: Angle::from_rad(heading).wrapped(), ..reckoned.pose() }
     }
 
     fn stepped(&self, angle: f64) -> f64 {
         let step = Angle::from_deg(self.parameters.heading_step_deg).rad();
-        if step > 0.0 {
-            libm::round(angle / step) * step
-        } else {
-            angle
-        }
+        if step > 0.0 { libm::round(angle / step) * step } else { angle }
     }
 }

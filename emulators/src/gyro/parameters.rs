@@ -142,9 +142,5 @@ impl GyroParameters {
 
 /// What is left of a first-order difference after `seconds`; nothing where it follows at once.
 pub(super) fn remainder(seconds: f64, time_constant_s: f64) -> f64 {
-    if time_constant_s > 0.0 {
-        exp(-seconds / time_constant_s)
-    } else {
-        0.0
-    }
+    if time_constant_s > 0.0 { exp(-seconds / time_constant_s) } else { 0.0 }
 }

@@ -20,11 +20,7 @@ pub(super) struct Mechanics {
 
 impl Mechanics {
     /// At power-up the table stands in the middle of the play: nobody knows how it was left.
-    pub(super) const AT_POWER_UP: Self = Self {
-        lost: 0.0,
-        slip: Slip::None,
-        table: 0.0,
-    };
+    pub(super) const AT_POWER_UP: Self = Self { lost: 0.0, slip: Slip::None, table: 0.0 };
 
     /// The move `profile` is over, or broken off, at `now`.
     pub(super) fn end_move(&mut self, p: &TableParameters, profile: &Profile, now: Timestamp) {

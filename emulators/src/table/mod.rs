@@ -132,11 +132,7 @@ impl TableEmulator {
                 };
             }
         };
-        if accepted {
-            Answer::Done(verb)
-        } else {
-            Answer::refused(verb)
-        }
+        if accepted { Answer::Done(verb) } else { Answer::refused(verb) }
     }
 
     /// Sets the parameter of this name from `now` on; the limit of the ramp from the next move on.
@@ -158,8 +154,7 @@ impl TableEmulator {
     /// The table's true angle at `now` (unwrapped, counter-clockwise, zero at power-up), not before
     /// the last call that took a time.
     pub fn angle_at(&self, now: Timestamp) -> Angle {
-        self.mechanics
-            .angle_at(&self.parameters, &self.profile, now)
+        self.mechanics.angle_at(&self.parameters, &self.profile, now)
     }
 
     /// Steps lost until `now`, counter-clockwise ones positive.
@@ -185,8 +180,7 @@ impl TableEmulator {
         let from = self.profile.position(now);
         self.profile = Profile::new(now, from, f64::from(self.distance), rate, ramp);
         let limit = self.parameters.acceleration_limit_steps_per_s2;
-        self.mechanics
-            .begin_move(Slip::of(&self.profile, ramp, limit));
+        self.mechanics.begin_move(Slip::of(&self.profile, ramp, limit));
         self.moving = true;
         self.wake(now);
         true
@@ -195,8 +189,7 @@ impl TableEmulator {
     fn stop(&mut self, now: Timestamp) {
         if self.moving {
             let stopped = self.profile.stopped(now, f64::from(self.ramp));
-            self.mechanics
-                .end_move(&self.parameters, &self.profile, now);
+            self.mechanics.end_move(&self.parameters, &self.profile, now);
             self.profile = stopped;
             self.wake(now);
         }

@@ -40,11 +40,7 @@ impl Profile {
         let length = distance.abs();
         let top_rate = rate.min(sqrt(length * ramp));
         let up_s = top_rate / ramp;
-        let level_s = if top_rate > 0.0 {
-            (length / top_rate - up_s).max(0.0)
-        } else {
-            0.0
-        };
+        let level_s = if top_rate > 0.0 { (length / top_rate - up_s).max(0.0) } else { 0.0 };
         Self {
             start,
             from,
@@ -66,15 +62,7 @@ impl Profile {
         }
         let to = round(from + way.copysign(rate));
         let down_s = 2.0 * (to - from) / rate;
-        Self {
-            start: now,
-            from,
-            to,
-            top_rate: rate,
-            up_s: 0.0,
-            level_s: 0.0,
-            down_s,
-        }
+        Self { start: now, from, to, top_rate: rate, up_s: 0.0, level_s: 0.0, down_s }
     }
 
     /// When the last step is done.

@@ -48,15 +48,9 @@ impl Slip {
         let acceleration = 1.0 / (2.0 * lost / (rate * rate) + 1.0 / ramp);
         let duration_s = rate / acceleration;
         if duration_s <= profile.brakes_after_s() {
-            Self::CatchesUp {
-                acceleration,
-                duration_s,
-                lost,
-            }
+            Self::CatchesUp { acceleration, duration_s, lost }
         } else {
-            Self::Stalls {
-                share: whole_cycles(profile.length()) / profile.length(),
-            }
+            Self::Stalls { share: whole_cycles(profile.length()) / profile.length() }
         }
     }
 
@@ -64,11 +58,7 @@ impl Slip {
     pub(super) fn behind(&self, profile: &Profile, now: Timestamp) -> f64 {
         match *self {
             Self::None => 0.0,
-            Self::CatchesUp {
-                acceleration,
-                duration_s,
-                lost,
-            } => {
+            Self::CatchesUp { acceleration, duration_s, lost } => {
                 let t = profile.elapsed_s(now);
                 if t < duration_s {
                     (profile.commanded(now) - 0.5 * acceleration * t * t).max(0.0)
@@ -115,10 +105,7 @@ mod tests {
         let (profile, slip) = slip(-28_800.0, 2_400.0, 2_400.0, 1_200.0);
         // 2400^2/2 (1/1200 - 1/2400) = 1200 steps, 150 cycles.
         assert_eq!(slip.locked_in(&profile, profile.end()), 1_200.0);
-        assert_eq!(
-            slip.behind(&profile, Timestamp::from_secs_f64(1.0)),
-            1_200.0 - 600.0
-        );
+        assert_eq!(slip.behind(&profile, Timestamp::from_secs_f64(1.0)), 1_200.0 - 600.0);
     }
 
     #[test]

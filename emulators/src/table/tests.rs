@@ -36,27 +36,15 @@ fn an_ideal_table_turns_what_it_is_told() {
 
 #[test]
 fn the_indexer_answers() {
-    let mut table = table(TableParameters {
-        rate_max_steps_per_s: 5_000.0,
-        ..Default::default()
-    });
+    let mut table = table(TableParameters { rate_max_steps_per_s: 5_000.0, ..Default::default() });
     let at = |millis| Timestamp::ZERO + Span::from_millis(millis);
     assert_eq!(say(&mut table, at(0), "?\r"), "=P0 M0\r");
-    assert_eq!(
-        say(&mut table, at(0), "V2400\rA1200\rD28800\rG\r"),
-        "=V\r=A\r=D\r=G\r"
-    );
+    assert_eq!(say(&mut table, at(0), "V2400\rA1200\rD28800\rG\r"), "=V\r=A\r=D\r=G\r");
     assert_eq!(say(&mut table, at(1_000), "?\r"), "=P600 M1\r");
     assert_eq!(say(&mut table, at(1_000), "G\r"), "!G\r");
     assert_eq!(say(&mut table, at(14_000), "?\r"), "=P28800 M0\r");
-    assert_eq!(
-        say(&mut table, at(14_000), "V0\rV5001\rA0\rX\r"),
-        "!V\r!V\r!A\r!X\r"
-    );
-    assert_eq!(
-        say(&mut table, at(14_000), "D0\rG\r?\r"),
-        "=D\r=G\r=P28800 M0\r"
-    );
+    assert_eq!(say(&mut table, at(14_000), "V0\rV5001\rA0\rX\r"), "!V\r!V\r!A\r!X\r");
+    assert_eq!(say(&mut table, at(14_000), "D0\rG\r?\r"), "=D\r=G\r=P28800 M0\r");
 }
 
 #[test]
@@ -76,10 +64,7 @@ fn a_stop_ramps_down_to_a_whole_step() {
 
 #[test]
 fn ramped_too_hard_it_loses_whole_cycles_and_does_not_know() {
-    let weak = TableParameters {
-        acceleration_limit_steps_per_s2: 1_200.0,
-        ..Default::default()
-    };
+    let weak = TableParameters { acceleration_limit_steps_per_s2: 1_200.0, ..Default::default() };
     let mut table = table(weak);
     say(&mut table, Timestamp::ZERO, "A2400\r");
     let (end, angle) = turn(&mut table, Timestamp::ZERO, 360.0);
@@ -95,10 +80,7 @@ fn ramped_too_hard_it_loses_whole_cycles_and_does_not_know() {
 /// In a cw-ccw run play looks like a scale error of -B/360; three revolutions show the same B.
 #[test]
 fn play_is_lost_at_each_reversal_only() {
-    let mut table = table(TableParameters {
-        backlash_deg: 0.1,
-        ..Default::default()
-    });
+    let mut table = table(TableParameters { backlash_deg: 0.1, ..Default::default() });
     let (now, start) = turn(&mut table, Timestamp::ZERO, 10.0);
     assert!((start - 9.95).abs() < 1e-9, "from the middle of the play");
     let (now, same_way) = turn(&mut table, now, 360.0);

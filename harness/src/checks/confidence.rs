@@ -24,16 +24,8 @@ pub fn wilson(successes: u64, trials: u64, z: f64) -> Option<Interval> {
     let centre = (share + z2 / (2.0 * n)) / (1.0 + z2 / n);
     let half = z / (1.0 + z2 / n) * (share * (1.0 - share) / n + z2 / (4.0 * n * n)).sqrt();
     // At the ends rounding would leave a share of 0 or 1 just outside its own interval.
-    let lower = if successes == 0 {
-        0.0
-    } else {
-        (centre - half).max(0.0)
-    };
-    let upper = if successes == trials {
-        1.0
-    } else {
-        (centre + half).min(1.0)
-    };
+    let lower = if successes == 0 { 0.0 } else { (centre - half).max(0.0) };
+    let upper = if successes == trials { 1.0 } else { (centre + half).min(1.0) };
     Some(Interval { lower, upper })
 }
 
@@ -52,14 +44,8 @@ mod tests {
             (1, 29, 0.0061, 0.1718),
         ] {
             let interval = wilson(k, n, Z_95).unwrap();
-            assert!(
-                (interval.lower - lower).abs() < 5e-5,
-                "{k}/{n}: {interval:?}"
-            );
-            assert!(
-                (interval.upper - upper).abs() < 5e-5,
-                "{k}/{n}: {interval:?}"
-            );
+            assert!((interval.lower - lower).abs() < 5e-5, "{k}/{n}: {interval:?}");
+            assert!((interval.upper - upper).abs() < 5e-5, "{k}/{n}: {interval:?}");
         }
     }
 

@@ -61,16 +61,10 @@ pub(super) fn exceptions<T>(
     if count <= most as usize {
         // Otherwise a check would pass with nothing inside.
         let least = u64::from(most) + 1;
-        return Err(Refusal::Unset(format!(
-            "{count} observations of at least {least}"
-        )));
+        return Err(Refusal::Unset(format!("{count} observations of at least {least}")));
     }
-    let outside = |coverage: f64| {
-        items
-            .iter()
-            .filter(|item| !is_inside(item, coverage))
-            .count() as f64
-    };
+    let outside =
+        |coverage: f64| items.iter().filter(|item| !is_inside(item, coverage)).count() as f64;
     let (value, most) = (outside(0.0), f64::from(most));
     Ok(Figure {
         value,

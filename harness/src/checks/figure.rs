@@ -36,21 +36,13 @@ impl Figure {
         if !(value.is_finite() && uncertainty.is_finite()) {
             return Err(Refusal::Fail(format!("{statistic}: not a finite number")));
         }
-        Ok(Self {
-            value,
-            uncertainty,
-            verdict: verdict(value, uncertainty, band),
-            statistic,
-        })
+        Ok(Self { value, uncertainty, verdict: verdict(value, uncertainty, band), statistic })
     }
 }
 
 /// How a value of this standard uncertainty lies in the band.
 pub(super) fn verdict(value: f64, uncertainty: f64, band: Band) -> Verdict {
-    graded(
-        band.contains(value),
-        is_clear(value, uncertainty, band, COVERAGE),
-    )
+    graded(band.contains(value), is_clear(value, uncertainty, band, COVERAGE))
 }
 
 /// Is `value` inside by at least `coverage` uncertainties? A negative coverage widens the band.

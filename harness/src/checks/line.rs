@@ -31,20 +31,13 @@ impl Line {
         let centre_x = points.iter().map(|p| p.0).sum::<f64>() / count;
         let centre_y = points.iter().map(|p| p.1).sum::<f64>() / count;
         let sum = |term: &dyn Fn(f64, f64) -> f64| {
-            points
-                .iter()
-                .map(|p| term(p.0 - centre_x, p.1 - centre_y))
-                .sum::<f64>()
+            points.iter().map(|p| term(p.0 - centre_x, p.1 - centre_y)).sum::<f64>()
         };
         let (sxx, sxy, syy) = (sum(&|x, _| x * x), sum(&|x, y| x * y), sum(&|_, y| y * y));
         let slope = sxy / sxx;
         let intercept = centre_y - slope * centre_x;
         let residual = sum(&|x, y| (y - slope * x).powi(2));
-        let scatter = if points.len() > 2 {
-            residual / (count - 2.0)
-        } else {
-            0.0
-        };
+        let scatter = if points.len() > 2 { residual / (count - 2.0) } else { 0.0 };
         let own = points.iter().map(|p| p.2.powi(2)).sum::<f64>() / count;
         let variance = scatter.max(own);
         let line = Self {
@@ -55,12 +48,7 @@ impl Line {
             correlation: (sxy / (sxx * syy).sqrt()).clamp(-1.0, 1.0),
             scatter: scatter.sqrt(),
         };
-        let figures = [
-            slope,
-            intercept,
-            line.slope_uncertainty,
-            line.intercept_uncertainty,
-        ];
+        let figures = [slope, intercept, line.slope_uncertainty, line.intercept_uncertainty];
         (sxx > 0.0 && figures.iter().all(|figure| figure.is_finite())).then_some(line)
     }
 }
@@ -83,31 +71,19 @@ const CORRELATION_POINTS_MIN: usize = 3;
 pub(super) fn correlation_within(points: &[Point], band: Band) -> Result<Figure, Refusal> {
     let r = fit(points, CORRELATION_POINTS_MIN)?.correlation;
     if r.is_nan() {
-        return Err(Refusal::Unset(format!(
-            "{} points of the same value",
-            points.len()
-        )));
+        return Err(Refusal::Unset(format!("{} points of the same value", points.len())));
     }
     let uncertainty = (1.0 - r * r) / (points.len() as f64 - 1.0).sqrt();
-    Figure::in_band(
-        r,
-        uncertainty,
-        band,
-        format!("correlation of {} points", points.len()),
-    )
+    Figure::in_band(r, uncertainty, band, format!("correlation of {} points", points.len()))
 }
 
 fn fit(points: &[Point], least: usize) -> Result<Line, Refusal> {
     let count = points.len();
     if count < least {
-        return Err(Refusal::Unset(format!(
-            "{count} points of at least {least}"
-        )));
+        return Err(Refusal::Unset(format!("{count} points of at least {least}")));
     }
-    let points: Vec<_> = points
-        .iter()
-        .map(|p| (p.at, p.sample.value, p.sample.uncertainty))
-        .collect();
+    let points: Vec<_> =
+        points.iter().map(|p| (p.at, p.sample.value, p.sample.uncertainty)).collect();
     Line::fit(&points).ok_or_else(|| Refusal::Unset(format!("{count} points at one place")))
 }
 
@@ -124,13 +100,8 @@ mod tests {
     fn by_hand() {
         // x 1 2 3 4, y 2 4 5 8: Sxx 5, Sxy 9.5, slope 1.9, intercept 0; residuals 0.1 0.2 -0.7 0.4,
         // their squares 0.70, s^2 0.35; u(slope) sqrt(0.35/5), u(intercept) sqrt(0.35 (1/4 + 6.25/5)).
-        let line = Line::fit(&[
-            (1.0, 2.0, 0.0),
-            (2.0, 4.0, 0.0),
-            (3.0, 5.0, 0.0),
-            (4.0, 8.0, 0.0),
-        ])
-        .unwrap();
+        let line = Line::fit(&[(1.0, 2.0, 0.0), (2.0, 4.0, 0.0), (3.0, 5.0, 0.0), (4.0, 8.0, 0.0)])
+            .unwrap();
         assert!(close(line.slope, 1.9) && close(line.intercept, 0.0));
         assert!(close(line.slope_uncertainty, 0.07f64.sqrt()));
         assert!(close(line.intercept_uncertainty, 0.525f64.sqrt()));

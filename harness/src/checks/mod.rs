@@ -40,37 +40,19 @@ pub fn judge_all(
     declared: &[Declared],
     observations: &[Observation],
 ) -> (Vec<Measurement>, Outcome) {
-    let measurements: Vec<_> = declared
-        .iter()
-        .map(|declared| judge(declared, observations))
-        .collect();
-    let passed = measurements
-        .iter()
-        .all(|measurement| measurement.verdict.is_acceptable());
-    (
-        measurements,
-        if passed {
-            Outcome::Passed
-        } else {
-            Outcome::Failed
-        },
-    )
+    let measurements: Vec<_> =
+        declared.iter().map(|declared| judge(declared, observations)).collect();
+    let passed = measurements.iter().all(|measurement| measurement.verdict.is_acceptable());
+    (measurements, if passed { Outcome::Passed } else { Outcome::Failed })
 }
 
 /// Judges one measurement. `observations` may hold other quantities and may be in any order.
 pub fn judge(declared: &Declared, observations: &[Observation]) -> Measurement {
     let selection = Selection::new(declared, observations);
     let bounds = figure::bounds(&declared.check);
-    let judged = selection
-        .complete()
-        .and_then(|()| figure(&declared.check, &selection));
+    let judged = selection.complete().and_then(|()| figure(&declared.check, &selection));
     let (value, uncertainty, verdict, statistic) = match judged {
-        Ok(figure) => (
-            Some(figure.value),
-            figure.uncertainty,
-            figure.verdict,
-            figure.statistic,
-        ),
+        Ok(figure) => (Some(figure.value), figure.uncertainty, figure.verdict, figure.statistic),
         Err(Refusal::Unset(why)) => (None, 0.0, Verdict::Unset, why),
         Err(Refusal::Fail(why)) => (None, 0.0, Verdict::Fail, why),
     };
@@ -97,12 +79,9 @@ fn figure(check: &Check, selection: &Selection<'_>) -> Result<Figure, Refusal> {
         }
         Check::ShareWithin { share, band } => each::share(&samples(), *share, *band),
         Check::AllButWithin { count, band } => each::outside(&samples(), *count, *band),
-        Check::AllButInSquare {
-            count,
-            side,
-            centre,
-            ..
-        } => position::outside_square(&selection.positions()?, *count, *side, *centre),
+        Check::AllButInSquare { count, side, centre, .. } => {
+            position::outside_square(&selection.positions()?, *count, *side, *centre)
+        }
         Check::MeanWithin(band) => moments::mean_within(&samples(), *band),
         Check::RmsWithin(band) => moments::rms_within(&samples(), *band),
         Check::RmsRatioWithin { band, .. } => {
@@ -120,18 +99,15 @@ fn figure(check: &Check, selection: &Selection<'_>) -> Result<Figure, Refusal> {
         Check::EventuallyWithin { band, within } => {
             settling::eventually_within(&selection.points("time")?, *band, *within)
         }
-        Check::UmbmarkWithin {
-            figure, side, band, ..
-        } => umbmark::within(&selection.positions()?, *figure, *side, *band),
+        Check::UmbmarkWithin { figure, side, band, .. } => {
+            umbmark::within(&selection.positions()?, *figure, *side, *band)
+        }
     }
 }
 
 /// Was this observed during the phase, a step's name or label?
 fn is_during(observation: &Observation, phase: &str) -> bool {
-    observation
-        .tags
-        .get(&quantities::during_tag(phase))
-        .is_some_and(|&value| value != 0.0)
+    observation.tags.get(&quantities::during_tag(phase)).is_some_and(|&value| value != 0.0)
 }
 
 #[cfg(test)]

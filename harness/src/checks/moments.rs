@@ -22,18 +22,9 @@ pub(super) fn mean(samples: &[Sample]) -> Option<Estimate> {
     let own = samples.iter().map(|s| s.uncertainty.powi(2)).sum::<f64>() / count;
     let scatter = match samples.len() {
         1 => 0.0,
-        _ => {
-            samples
-                .iter()
-                .map(|s| (s.value - value).powi(2))
-                .sum::<f64>()
-                / (count - 1.0)
-        }
+        _ => samples.iter().map(|s| (s.value - value).powi(2)).sum::<f64>() / (count - 1.0),
     };
-    Some(Estimate {
-        value,
-        uncertainty: (own.max(scatter) / count).sqrt(),
-    })
+    Some(Estimate { value, uncertainty: (own.max(scatter) / count).sqrt() })
 }
 
 /// The root mean square: the root of the mean of the squares, each with the uncertainty that its value
@@ -49,17 +40,11 @@ pub(super) fn rms(samples: &[Sample]) -> Option<Estimate> {
     let square = mean(&squares)?;
     let value = square.value.sqrt();
     if value > 0.0 {
-        return Some(Estimate {
-            value,
-            uncertainty: square.uncertainty / (2.0 * value),
-        });
+        return Some(Estimate { value, uncertainty: square.uncertainty / (2.0 * value) });
     }
     // Every value is zero: the first order says nothing, the values' own uncertainties bound it.
     let own = samples.iter().map(|s| s.uncertainty.powi(2)).sum::<f64>();
-    Some(Estimate {
-        value,
-        uncertainty: (own / samples.len() as f64).sqrt(),
-    })
+    Some(Estimate { value, uncertainty: (own / samples.len() as f64).sqrt() })
 }
 
 pub(super) fn mean_within(samples: &[Sample], band: Band) -> Result<Figure, Refusal> {
@@ -67,11 +52,7 @@ pub(super) fn mean_within(samples: &[Sample], band: Band) -> Result<Figure, Refu
 }
 
 pub(super) fn rms_within(samples: &[Sample], band: Band) -> Result<Figure, Refusal> {
-    within(
-        rms(samples),
-        band,
-        format!("root mean square of {}", samples.len()),
-    )
+    within(rms(samples), band, format!("root mean square of {}", samples.len()))
 }
 
 /// The root mean square of `ours` over that of `theirs`, taken as independent.
@@ -89,11 +70,7 @@ pub(super) fn ratio_within(
         }
         _ => None,
     };
-    within(
-        ratio,
-        band,
-        format!("rms of {} over rms of {}", ours.len(), theirs.len()),
-    )
+    within(ratio, band, format!("rms of {} over rms of {}", ours.len(), theirs.len()))
 }
 
 fn within(estimate: Option<Estimate>, band: Band, statistic: String) -> Result<Figure, Refusal> {
@@ -108,10 +85,7 @@ mod tests {
     use super::{Sample, mean, rms};
 
     fn samples(values: &[f64], uncertainty: f64) -> Vec<Sample> {
-        values
-            .iter()
-            .map(|&value| Sample { value, uncertainty })
-            .collect()
+        values.iter().map(|&value| Sample { value, uncertainty }).collect()
     }
 
     #[test]

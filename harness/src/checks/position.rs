@@ -19,10 +19,5 @@ pub(super) fn outside_square(
         is_clear((x.value - centre_x).abs(), x.uncertainty, half, coverage)
             && is_clear((y.value - centre_y).abs(), y.uncertainty, half, coverage)
     };
-    exceptions(
-        positions,
-        most,
-        inside,
-        &format!("outside a square of {} m", side.m()),
-    )
+    exceptions(positions, most, inside, &format!("outside a square of {} m", side.m()))
 }

@@ -50,15 +50,8 @@ impl<'a> Selection<'a> {
             chosen
         };
         let first = of(&declared.quantity);
-        let second = declared
-            .check
-            .second_quantity()
-            .map(|(_, quantity)| of(quantity));
-        Self {
-            declared,
-            first,
-            second: second.unwrap_or_default(),
-        }
+        let second = declared.check.second_quantity().map(|(_, quantity)| of(quantity));
+        Self { declared, first, second: second.unwrap_or_default() }
     }
 
     /// How many observations there are of the measurement's own quantity.
@@ -76,16 +69,12 @@ impl<'a> Selection<'a> {
             let unusable = chosen.iter().filter(|o| !is_usable(o)).count();
             if unusable > 0 {
                 let all = chosen.len();
-                return Err(Refusal::Fail(format!(
-                    "{unusable} of {all} observations not finite"
-                )));
+                return Err(Refusal::Fail(format!("{unusable} of {all} observations not finite")));
             }
         }
         let least = self.declared.observations_min.get() as usize;
         if count < least {
-            return Err(Refusal::Unset(format!(
-                "{count} observations of at least {least}"
-            )));
+            return Err(Refusal::Unset(format!("{count} observations of at least {least}")));
         }
         Ok(())
     }
@@ -105,18 +94,13 @@ impl<'a> Selection<'a> {
             .iter()
             .filter_map(|o| {
                 let at = *o.tags.get(tag)?;
-                at.is_finite().then_some(Point {
-                    at,
-                    sample: sample(o),
-                })
+                at.is_finite().then_some(Point { at, sample: sample(o) })
             })
             .collect();
         let lost = self.first.len() - points.len();
         if lost > 0 {
             let all = self.first.len();
-            return Err(Refusal::Fail(format!(
-                "{lost} of {all} observations without `{tag}`"
-            )));
+            return Err(Refusal::Fail(format!("{lost} of {all} observations without `{tag}`")));
         }
         let mut points = points;
         // Stable: points of the same abscissa stay in the order of their values.
@@ -144,10 +128,7 @@ impl<'a> Selection<'a> {
 }
 
 fn sample(observation: &Observation) -> Sample {
-    Sample {
-        value: observation.value,
-        uncertainty: observation.uncertainty,
-    }
+    Sample { value: observation.value, uncertainty: observation.uncertainty }
 }
 
 fn is_usable(observation: &Observation) -> bool {
@@ -178,9 +159,7 @@ fn order_of_pairs(a: &Observation, b: &Observation) -> Ordering {
 }
 
 fn same_run(a: &Observation, b: &Observation) -> bool {
-    order_of_tag(a, b, "run")
-        .then_with(|| order_of_tag(a, b, "direction"))
-        .is_eq()
+    order_of_tag(a, b, "run").then_with(|| order_of_tag(a, b, "direction")).is_eq()
 }
 
 fn order_of_tag(a: &Observation, b: &Observation, tag: &str) -> Ordering {

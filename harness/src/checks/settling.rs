@@ -26,9 +26,7 @@ pub(super) fn eventually_within(
     };
     let count = points.len();
     let Some(value) = settled(0.0) else {
-        return Err(Refusal::Fail(format!(
-            "still outside {band} at the last of {count}"
-        )));
+        return Err(Refusal::Fail(format!("still outside {band} at the last of {count}")));
     };
     let in_time = |time: Option<f64>| time.is_some_and(|time| time <= within.as_secs_f64());
     let latest = settled(1.0).unwrap_or(last.at - first.at);

@@ -44,14 +44,8 @@ impl Centre {
     pub fn of(laps: &[ReturnError]) -> Option<Self> {
         let axis =
             |read: fn(&ReturnError) -> Sample| mean(&laps.iter().map(read).collect::<Vec<_>>());
-        let x = axis(|lap| Sample {
-            value: lap.x_m,
-            uncertainty: lap.x_uncertainty_m,
-        })?;
-        let y = axis(|lap| Sample {
-            value: lap.y_m,
-            uncertainty: lap.y_uncertainty_m,
-        })?;
+        let x = axis(|lap| Sample { value: lap.x_m, uncertainty: lap.x_uncertainty_m })?;
+        let y = axis(|lap| Sample { value: lap.y_m, uncertainty: lap.y_uncertainty_m })?;
         Some(Self {
             x_m: x.value,
             y_m: y.value,
@@ -70,10 +64,7 @@ impl Centre {
     pub fn distance_uncertainty_m(&self) -> f64 {
         let distance = self.distance_m();
         if distance > 0.0 {
-            let (x, y) = (
-                self.x_m * self.x_uncertainty_m,
-                self.y_m * self.y_uncertainty_m,
-            );
+            let (x, y) = (self.x_m * self.x_uncertainty_m, self.y_m * self.y_uncertainty_m);
             x.hypot(y) / distance
         } else {
             self.x_uncertainty_m.max(self.y_uncertainty_m)
@@ -119,19 +110,13 @@ impl Umbmark {
     }
 
     fn worse(&self) -> &Centre {
-        if self.cw.distance_m() > self.ccw.distance_m() {
-            &self.cw
-        } else {
-            &self.ccw
-        }
+        if self.cw.distance_m() > self.ccw.distance_m() { &self.cw } else { &self.ccw }
     }
 }
 
 fn umbmark(positions: &[Position], side: Length) -> Result<Umbmark, Refusal> {
     let going = |sign: f64| -> Vec<_> {
-        let laps = positions
-            .iter()
-            .filter(|position| position.direction == Some(sign));
+        let laps = positions.iter().filter(|position| position.direction == Some(sign));
         laps.map(|position| ReturnError {
             x_m: position.x.value,
             y_m: position.y.value,
@@ -162,33 +147,16 @@ pub(super) fn within(
     let (name, Estimate { value, uncertainty }) = match figure {
         UmbmarkFigure::EMaxSyst => {
             let uncertainty = umbmark.worse().distance_uncertainty_m();
-            (
-                "E_max,syst",
-                Estimate {
-                    value: umbmark.e_max_syst_m(),
-                    uncertainty,
-                },
-            )
+            ("E_max,syst", Estimate { value: umbmark.e_max_syst_m(), uncertainty })
         }
-        UmbmarkFigure::Alpha => (
-            "alpha",
-            Estimate {
-                value: umbmark.alpha().deg(),
-                uncertainty: angle,
-            },
-        ),
-        UmbmarkFigure::Beta => (
-            "beta",
-            Estimate {
-                value: umbmark.beta().deg(),
-                uncertainty: angle,
-            },
-        ),
+        UmbmarkFigure::Alpha => {
+            ("alpha", Estimate { value: umbmark.alpha().deg(), uncertainty: angle })
+        }
+        UmbmarkFigure::Beta => {
+            ("beta", Estimate { value: umbmark.beta().deg(), uncertainty: angle })
+        }
     };
-    let statistic = format!(
-        "{name} of {} cw and {} ccw",
-        umbmark.cw.laps, umbmark.ccw.laps
-    );
+    let statistic = format!("{name} of {} cw and {} ccw", umbmark.cw.laps, umbmark.ccw.laps);
     Figure::in_band(value, uncertainty, band, statistic)
 }
 
@@ -209,11 +177,7 @@ mod tests {
     #[test]
     fn by_hand() {
         // Centres (-0.12, -0.05) and (0.04, 0.03) on 4 m: alpha = -0.08 / -16, beta = -0.16 / -16.
-        let umbmark = Umbmark::new(
-            centre(-0.12, -0.05),
-            centre(0.04, 0.03),
-            Length::from_m(4.0),
-        );
+        let umbmark = Umbmark::new(centre(-0.12, -0.05), centre(0.04, 0.03), Length::from_m(4.0));
         assert!((umbmark.e_max_syst_m() - 0.13).abs() < 1e-12);
         assert!((umbmark.alpha().rad() - 0.005).abs() < 1e-12);
         assert!((umbmark.beta().rad() - 0.01).abs() < 1e-12);

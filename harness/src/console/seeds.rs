@@ -20,13 +20,7 @@ pub struct SeedShare {
     pub paper: Option<String>,
 }
 
-const HEADER: [&str; 5] = [
-    "procedure",
-    "measurement",
-    "seeds that pass",
-    "95 % interval",
-    "paper",
-];
+const HEADER: [&str; 5] = ["procedure", "measurement", "seeds that pass", "95 % interval", "paper"];
 
 impl SeedShare {
     fn cells(&self) -> [String; HEADER.len()] {
@@ -61,9 +55,7 @@ pub fn seeds_table(shares: &[SeedShare], style: Style) -> String {
 pub fn seeds_markdown(shares: &[SeedShare]) -> String {
     let mut text = markdown_row(HEADER.map(str::to_owned));
     text += &markdown_row(HEADER.map(|_| "---".to_owned()));
-    shares
-        .iter()
-        .for_each(|share| text += &markdown_row(share.cells()));
+    shares.iter().for_each(|share| text += &markdown_row(share.cells()));
     text
 }
 
@@ -86,13 +78,8 @@ mod tests {
             interval: (0.892_2, 0.961_6),
             paper: Some("±1.0 deg in 40 runs | Fig. 5".into()),
         };
-        let none = SeedShare {
-            passed: 0,
-            seeds: 0,
-            interval: (0.0, 1.0),
-            paper: None,
-            ..share.clone()
-        };
+        let none =
+            SeedShare { passed: 0, seeds: 0, interval: (0.0, 1.0), paper: None, ..share.clone() };
         vec![share, none]
     }
 

@@ -198,7 +198,7 @@ impl Engine {
             Command::SetCalibration(calibration) => self.calibration = calibration.clone(),
             _ => {}
         }
-        self.record(RecordKind::Command(command.clone()));
+        self.record(RecordKind::Command(Box::new(command.clone())));
         self.actions.push_back(Action::Mission(Mission { id, command }));
         self.waiting = Waiting::Mission(id);
     }

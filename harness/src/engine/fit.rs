@@ -17,7 +17,10 @@ pub(super) struct Fitted {
 #[derive(Debug, Clone, PartialEq)]
 enum Shape {
     Mean(f64),
-    ByDirection { cw: f64, ccw: f64 },
+    ByDirection {
+        cw: f64,
+        ccw: f64,
+    },
     Line(Line),
     /// Abscissa and mean of each interval that has observations.
     Table(Vec<(f64, f64)>),
@@ -82,10 +85,12 @@ pub(super) fn calibration<'a>(
             (Shape::ByDirection { cw, ccw }, Some(CalibrationPart::Direction)) => {
                 Factor::Direction { cw_error_deg: *cw, ccw_error_deg: *ccw }
             }
-            (Shape::Line(line), Some(CalibrationPart::TemperatureLine)) => Factor::TemperatureLine {
-                slope_deg_per_celsius: line.slope,
-                intercept_deg: line.intercept,
-            },
+            (Shape::Line(line), Some(CalibrationPart::TemperatureLine)) => {
+                Factor::TemperatureLine {
+                    slope_deg_per_celsius: line.slope,
+                    intercept_deg: line.intercept,
+                }
+            }
             (Shape::Table(points), Some(CalibrationPart::BiasTable)) => {
                 calibration.bias_table = points
                     .iter()

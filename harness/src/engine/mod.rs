@@ -22,9 +22,7 @@ use crate::plan::{Action as StepAction, Answer, Plan, Step, quantities as q};
 use crate::record::{Device, RecordKind};
 use controller::calibration::Calibration;
 use controller::health::Level;
-use controller::mission::{
-    BiasTestResult, HeadingSource, MissionId, MissionResult, Report, State,
-};
+use controller::mission::{BiasTestResult, HeadingSource, MissionId, MissionResult, Report, State};
 use fit::Fitted;
 use observe::{Collector, Ends, Tags};
 use op::Op;
@@ -207,9 +205,7 @@ impl Engine {
         let due = match self.waiting {
             // The first step waits for the controller to be heard; see `report`.
             Waiting::Nothing if self.state.is_some() => Timestamp::ZERO,
-            Waiting::Until(at)
-            | Waiting::Residual(at)
-            | Waiting::TableRest { ask_at: at } => at,
+            Waiting::Until(at) | Waiting::Residual(at) | Waiting::TableRest { ask_at: at } => at,
             Waiting::Log { until, due, .. } => until.min(due),
             _ => Timestamp::MAX,
         };
@@ -261,7 +257,8 @@ impl Engine {
             Report::Health(health) => {
                 self.times_degraded +=
                     u32::from(health.level >= Level::Degraded && self.level < Level::Degraded);
-                self.times_fault += u32::from(health.level == Level::Fault && self.level < Level::Fault);
+                self.times_fault +=
+                    u32::from(health.level == Level::Fault && self.level < Level::Fault);
                 self.level = health.level;
             }
             Report::Done { id, result } if self.waiting == Waiting::Mission(*id) => {
@@ -274,7 +271,8 @@ impl Engine {
                 self.end(now, Outcome::Failed, Some(reason));
             }
             Report::Aborted { id, reason } if self.waiting == Waiting::Mission(*id) => {
-                let reason = format!("{}: the controller broke off: {}", self.place(), words(reason));
+                let reason =
+                    format!("{}: the controller broke off: {}", self.place(), words(reason));
                 self.end(now, Outcome::Failed, Some(reason));
             }
             // An answer to a mission that nobody waits for any more.

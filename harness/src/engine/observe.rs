@@ -3,8 +3,8 @@
 use super::BenchFacts;
 use super::rest_watch::Window;
 use crate::observation::Observation;
-use crate::plan::quantities::{self as q, Quantity};
 use crate::plan::Direction;
+use crate::plan::quantities::{self as q, Quantity};
 use controller::mission::{BiasTestResult, State, StraightResult, TurnResult};
 use std::collections::BTreeMap;
 use wire::units::{Angle, Pose, Temperature};

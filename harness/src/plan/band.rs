@@ -15,26 +15,18 @@ pub struct Band {
 impl Band {
     /// From `lower` to `upper`; `None` where that is nothing at all or an end is not a number.
     pub fn new(lower: f64, upper: f64) -> Option<Self> {
-        (lower.is_finite() && upper.is_finite() && lower <= upper).then_some(Self {
-            lower: Some(lower),
-            upper: Some(upper),
-        })
+        (lower.is_finite() && upper.is_finite() && lower <= upper)
+            .then_some(Self { lower: Some(lower), upper: Some(upper) })
     }
 
     /// Everything up to `upper`, a finite number.
     pub const fn at_most(upper: f64) -> Self {
-        Self {
-            lower: None,
-            upper: Some(upper),
-        }
+        Self { lower: None, upper: Some(upper) }
     }
 
     /// Everything from `lower`, a finite number.
     pub const fn at_least(lower: f64) -> Self {
-        Self {
-            lower: Some(lower),
-            upper: None,
-        }
+        Self { lower: Some(lower), upper: None }
     }
 
     /// Lower end, included.
@@ -102,18 +94,12 @@ impl<'de> Visitor<'de> for BandVisitor {
         let [End(lower), End(upper)] = ends[..] else {
             return Err(de::Error::invalid_length(ends.len(), &self));
         };
-        checked(Band {
-            lower: Some(lower),
-            upper: Some(upper),
-        })
+        checked(Band { lower: Some(lower), upper: Some(upper) })
     }
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Band, A::Error> {
         let ends = Ends::deserialize(MapAccessDeserializer::new(map))?;
-        checked(Band {
-            lower: ends.at_least,
-            upper: ends.at_most,
-        })
+        checked(Band { lower: ends.at_least, upper: ends.at_most })
     }
 }
 
@@ -155,10 +141,7 @@ mod tests {
         assert_eq!(read("[0, 1]"), Ok(Band::new(0.0, 1.0).unwrap()));
         assert_eq!(read("{ at_most = 3 }"), Ok(Band::at_most(3.0)));
         assert_eq!(read("{ at_least = 0.9 }"), Ok(Band::at_least(0.9)));
-        assert_eq!(
-            read("{ at_least = 0, at_most = 1 }"),
-            Ok(Band::new(0.0, 1.0).unwrap())
-        );
+        assert_eq!(read("{ at_least = 0, at_most = 1 }"), Ok(Band::new(0.0, 1.0).unwrap()));
     }
 
     #[test]

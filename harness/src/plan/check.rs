@@ -114,11 +114,7 @@ pub enum Check {
         /// The quantity that is y, of the same unit.
         y: QuantityName,
         /// Side of the square path.
-        #[serde(
-            rename = "side_m",
-            default = "paper_side",
-            deserialize_with = "number::length"
-        )]
+        #[serde(rename = "side_m", default = "paper_side", deserialize_with = "number::length")]
         side: Length,
         /// The band.
         band: Band,
@@ -183,10 +179,7 @@ impl Check {
                 against => format!("{unit}/{against}"),
             },
             Self::EventuallyWithin { .. } => "s".to_owned(),
-            Self::UmbmarkWithin {
-                figure: UmbmarkFigure::EMaxSyst,
-                ..
-            } => unit.to_owned(),
+            Self::UmbmarkWithin { figure: UmbmarkFigure::EMaxSyst, .. } => unit.to_owned(),
             Self::UmbmarkWithin { .. } => "deg".to_owned(),
         }
     }

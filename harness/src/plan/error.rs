@@ -37,12 +37,7 @@ impl PlanError {
 
     pub(super) fn new(file: &str, text: &str, at: Range<usize>, message: String) -> Self {
         let source = NamedSource::new(file, text.to_owned()).with_language("toml");
-        Self {
-            message,
-            source_text: Arc::new(source),
-            at: at.into(),
-            help: None,
-        }
+        Self { message, source_text: Arc::new(source), at: at.into(), help: None }
     }
 
     pub(super) fn with_help(mut self, help: Option<String>) -> Self {
@@ -53,11 +48,7 @@ impl PlanError {
     pub(super) fn from_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
         // What is missing at the end is shown at the last line that has something.
         // What is missing at the end is shown at the last letter there is.
-        let last = text
-            .trim_end()
-            .char_indices()
-            .next_back()
-            .map_or(0, |(index, _)| index);
+        let last = text.trim_end().char_indices().next_back().map_or(0, |(index, _)| index);
         let at = error.span().unwrap_or(0..1);
         let at = at.start.min(last)..at.end.min(text.len());
         let (message, help) = hint::explain(error.message());

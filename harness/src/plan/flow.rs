@@ -24,11 +24,7 @@ pub struct Repeat {
     #[serde(deserialize_with = "times")]
     pub times: u32,
     /// From the begin of one repetition to the begin of the next; one that takes longer is followed at once.
-    #[serde(
-        rename = "period_s",
-        default,
-        deserialize_with = "number::duration_option"
-    )]
+    #[serde(rename = "period_s", default, deserialize_with = "number::duration_option")]
     pub period: Option<Span>,
     /// No further repetition begins once this holds.
     #[serde(default)]
@@ -82,9 +78,7 @@ impl TryFrom<SweepFields> for Sweep {
                 evenly(from, to, count)
             }
             (None, Some(_), Some(_), Some(count)) => {
-                return Err(format!(
-                    "a sweep of {count} values, expected 2 to {SWEEP_VALUES_MAX}"
-                ));
+                return Err(format!("a sweep of {count} values, expected 2 to {SWEEP_VALUES_MAX}"));
             }
             _ => {
                 return Err("a sweep needs either `values`, or `from`, `to` and `count`".to_owned());
@@ -92,15 +86,9 @@ impl TryFrom<SweepFields> for Sweep {
         };
         if values.is_empty() || values.len() > SWEEP_VALUES_MAX {
             let length = values.len();
-            return Err(format!(
-                "a sweep of {length} values, expected 1 to {SWEEP_VALUES_MAX}"
-            ));
+            return Err(format!("a sweep of {length} values, expected 1 to {SWEEP_VALUES_MAX}"));
         }
-        Ok(Self {
-            parameter: fields.parameter,
-            values,
-            steps: fields.steps,
-        })
+        Ok(Self { parameter: fields.parameter, values, steps: fields.steps })
     }
 }
 
@@ -143,21 +131,15 @@ pub struct Answer {
 
 fn times<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
     let times = i64::deserialize(deserializer)?;
-    u32::try_from(times)
-        .ok()
-        .filter(|times| (1..=REPEAT_TIMES_MAX).contains(times))
-        .ok_or_else(|| {
-            de::Error::invalid_value(Unexpected::Signed(times), &"1 to 100000 repetitions")
-        })
+    u32::try_from(times).ok().filter(|times| (1..=REPEAT_TIMES_MAX).contains(times)).ok_or_else(
+        || de::Error::invalid_value(Unexpected::Signed(times), &"1 to 100000 repetitions"),
+    )
 }
 
 fn uncertainty<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     let value = number::finite(deserializer)?;
     if value < 0.0 {
-        return Err(de::Error::invalid_value(
-            Unexpected::Float(value),
-            &"0 or more",
-        ));
+        return Err(de::Error::invalid_value(Unexpected::Float(value), &"0 or more"));
     }
     Ok(value)
 }
@@ -165,10 +147,7 @@ fn uncertainty<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Err
 fn prompt<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
     let text = String::deserialize(deserializer)?;
     if text.trim().is_empty() || text.len() > PROMPT_LEN_MAX {
-        return Err(de::Error::invalid_length(
-            text.len(),
-            &"a text of 1 to 500 bytes",
-        ));
+        return Err(de::Error::invalid_length(text.len(), &"a text of 1 to 500 bytes"));
     }
     Ok(text)
 }
@@ -193,10 +172,7 @@ mod tests {
         let values = evenly(-0.1, 0.3, 5);
         assert_eq!((values.len(), values[0], values[4]), (5, -0.1, 0.3));
         for (value, expected) in values.iter().zip([-0.1, 0.0, 0.1, 0.2, 0.3]) {
-            assert!(
-                (value - expected).abs() < 1e-15,
-                "{value} is not {expected}"
-            );
+            assert!((value - expected).abs() < 1e-15, "{value} is not {expected}");
         }
         assert_eq!(evenly(3.0, 1.0, 2), vec![3.0, 1.0]);
     }

@@ -8,10 +8,7 @@ const LIKENESS_MIN: f64 = 0.8;
 /// The message for people, and the help.
 pub(super) fn explain(message: &str) -> (String, Option<String>) {
     if message.contains("wanted exactly 1 element") {
-        return (
-            "expected a table with exactly one key here".to_owned(),
-            None,
-        );
+        return ("expected a table with exactly one key here".to_owned(), None);
     }
     let Some((what, expected)) = message.split_once(", expected ") else {
         return (message.to_owned(), None);
@@ -21,10 +18,7 @@ pub(super) fn explain(message: &str) -> (String, Option<String>) {
     }
     let known = quoted(expected);
     let wrong = quoted(what).first().copied().unwrap_or_default();
-    (
-        what.replacen("unknown variant", "unknown name", 1),
-        Some(proposal(wrong, &known)),
-    )
+    (what.replacen("unknown variant", "unknown name", 1), Some(proposal(wrong, &known)))
 }
 
 /// "did you mean ...?" where a name is near, and else all that are known.
@@ -35,11 +29,7 @@ pub(super) fn proposal(wrong: &str, known: &[&str]) -> String {
     if known.is_empty() {
         return "nothing is known here".to_owned();
     }
-    let list = known
-        .iter()
-        .map(|name| format!("`{name}`"))
-        .collect::<Vec<_>>()
-        .join(", ");
+    let list = known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     format!("known here: {list}")
 }
 

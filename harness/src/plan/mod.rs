@@ -88,11 +88,7 @@ pub struct Plan {
     /// Name of the device file.
     pub devices: Name,
     /// As it is written; see [`Plan::time_limit`] for what holds where it is not.
-    #[serde(
-        rename = "time_limit_s",
-        default,
-        deserialize_with = "number::duration_option"
-    )]
+    #[serde(rename = "time_limit_s", default, deserialize_with = "number::duration_option")]
     pub explicit_time_limit: Option<Span>,
     /// What is done, in order.
     #[serde(deserialize_with = "flow::some_steps")]

@@ -36,11 +36,7 @@ pub struct Turn {
     #[serde(rename = "angle_deg", deserialize_with = "number::turn")]
     pub angle: Angle,
     /// Steady rate.
-    #[serde(
-        rename = "rate_deg_per_s",
-        default = "paper_rate",
-        deserialize_with = "number::rate"
-    )]
+    #[serde(rename = "rate_deg_per_s", default = "paper_rate", deserialize_with = "number::rate")]
     pub rate: AngularRate,
 }
 
@@ -52,11 +48,7 @@ pub struct Straight {
     #[serde(rename = "distance_m", deserialize_with = "number::distance")]
     pub distance: Length,
     /// Steady speed.
-    #[serde(
-        rename = "speed_m_per_s",
-        default = "paper_speed",
-        deserialize_with = "number::speed"
-    )]
+    #[serde(rename = "speed_m_per_s", default = "paper_speed", deserialize_with = "number::speed")]
     pub speed: Speed,
 }
 
@@ -68,18 +60,10 @@ pub struct Lap {
     /// Which way round.
     pub direction: Direction,
     /// Length of a side.
-    #[serde(
-        rename = "side_m",
-        default = "paper_side",
-        deserialize_with = "number::length"
-    )]
+    #[serde(rename = "side_m", default = "paper_side", deserialize_with = "number::length")]
     pub side: Length,
     /// Steady speed along a side.
-    #[serde(
-        rename = "speed_m_per_s",
-        default = "paper_speed",
-        deserialize_with = "number::speed"
-    )]
+    #[serde(rename = "speed_m_per_s", default = "paper_speed", deserialize_with = "number::speed")]
     pub speed: Speed,
     /// Steady rate at a corner.
     #[serde(
@@ -126,11 +110,7 @@ pub struct TableTurn {
     #[serde(rename = "angle_deg", deserialize_with = "number::turn")]
     pub angle: Angle,
     /// Steady rate.
-    #[serde(
-        rename = "rate_deg_per_s",
-        default = "paper_rate",
-        deserialize_with = "number::rate"
-    )]
+    #[serde(rename = "rate_deg_per_s", default = "paper_rate", deserialize_with = "number::rate")]
     pub rate: AngularRate,
     /// Ramps.
     #[serde(

@@ -20,10 +20,7 @@ impl Name {
     pub fn new(text: &str) -> Option<Self> {
         let rest = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-' || b == b'_';
         (text.len() <= NAME_LEN_MAX
-            && text
-                .bytes()
-                .next()
-                .is_some_and(|first| first.is_ascii_lowercase())
+            && text.bytes().next().is_some_and(|first| first.is_ascii_lowercase())
             && text.bytes().all(rest))
         .then(|| Self(text.to_owned()))
     }
@@ -68,10 +65,7 @@ impl ParameterName {
     /// `None` where `text` is not `device.name`.
     pub fn new(text: &str) -> Option<Self> {
         let (device, parameter) = text.split_once('.')?;
-        Some(Self {
-            device: Name::new(device)?,
-            parameter: Name::new(parameter)?,
-        })
+        Some(Self { device: Name::new(device)?, parameter: Name::new(parameter)? })
     }
 }
 
@@ -99,17 +93,7 @@ mod tests {
             assert!(Name::new(good).is_some(), "{good}");
         }
         let long = "a".repeat(65);
-        for bad in [
-            "",
-            "A",
-            "2a",
-            "../a",
-            "a.b",
-            "a/b",
-            "-a",
-            "ä",
-            long.as_str(),
-        ] {
+        for bad in ["", "A", "2a", "../a", "a.b", "a/b", "-a", "ä", long.as_str()] {
             assert!(Name::new(bad).is_none(), "{bad}");
         }
     }

@@ -82,10 +82,8 @@ pub(super) fn share<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
 
 /// Seconds above zero.
 pub(super) fn duration<'de, D: Deserializer<'de>>(d: D) -> Result<Span, D::Error> {
-    read(d, "a number of seconds above 0, at most 31 days", |x| {
-        x > 0.0 && x <= DURATION_MAX_S
-    })
-    .map(Span::from_secs_f64)
+    read(d, "a number of seconds above 0, at most 31 days", |x| x > 0.0 && x <= DURATION_MAX_S)
+        .map(Span::from_secs_f64)
 }
 
 /// Seconds above zero, or nothing.
@@ -95,18 +93,14 @@ pub(super) fn duration_option<'de, D: Deserializer<'de>>(d: D) -> Result<Option<
 
 /// Seconds, zero included.
 pub(super) fn duration_or_zero<'de, D: Deserializer<'de>>(d: D) -> Result<Span, D::Error> {
-    read(d, "a number of seconds, 0 to 31 days", |x| {
-        (0.0..=DURATION_MAX_S).contains(&x)
-    })
-    .map(Span::from_secs_f64)
+    read(d, "a number of seconds, 0 to 31 days", |x| (0.0..=DURATION_MAX_S).contains(&x))
+        .map(Span::from_secs_f64)
 }
 
 /// Degrees of a turn: not zero.
 pub(super) fn turn<'de, D: Deserializer<'de>>(d: D) -> Result<Angle, D::Error> {
-    read(d, "degrees, not 0, at most 36000 either way", |x| {
-        x != 0.0 && x.abs() <= ANGLE_MAX_DEG
-    })
-    .map(Angle::from_deg)
+    read(d, "degrees, not 0, at most 36000 either way", |x| x != 0.0 && x.abs() <= ANGLE_MAX_DEG)
+        .map(Angle::from_deg)
 }
 
 /// Degrees of a heading.
@@ -116,52 +110,38 @@ pub(super) fn heading<'de, D: Deserializer<'de>>(d: D) -> Result<Angle, D::Error
 
 /// Degrees per second above zero.
 pub(super) fn rate<'de, D: Deserializer<'de>>(d: D) -> Result<AngularRate, D::Error> {
-    read(d, "degrees per second above 0, at most 1000", |x| {
-        x > 0.0 && x <= RATE_MAX_DEG_PER_S
-    })
-    .map(AngularRate::from_deg_per_s)
+    read(d, "degrees per second above 0, at most 1000", |x| x > 0.0 && x <= RATE_MAX_DEG_PER_S)
+        .map(AngularRate::from_deg_per_s)
 }
 
 /// Degrees per second squared above zero.
 pub(super) fn angular_acceleration<'de, D: Deserializer<'de>>(
     d: D,
 ) -> Result<AngularAcceleration, D::Error> {
-    read(
-        d,
-        "degrees per second squared above 0, at most 10000",
-        |x| x > 0.0 && x <= ANGULAR_ACCELERATION_MAX_DEG_PER_S2,
-    )
+    read(d, "degrees per second squared above 0, at most 10000", |x| {
+        x > 0.0 && x <= ANGULAR_ACCELERATION_MAX_DEG_PER_S2
+    })
     .map(AngularAcceleration::from_deg_per_s2)
 }
 
 /// Metres of a straight line: not zero.
 pub(super) fn distance<'de, D: Deserializer<'de>>(d: D) -> Result<Length, D::Error> {
-    read(d, "metres, not 0, at most 1000 either way", |x| {
-        x != 0.0 && x.abs() <= DISTANCE_MAX_M
-    })
-    .map(Length::from_m)
+    read(d, "metres, not 0, at most 1000 either way", |x| x != 0.0 && x.abs() <= DISTANCE_MAX_M)
+        .map(Length::from_m)
 }
 
 /// Metres above zero.
 pub(super) fn length<'de, D: Deserializer<'de>>(d: D) -> Result<Length, D::Error> {
-    read(d, "metres above 0, at most 1000", |x| {
-        x > 0.0 && x <= DISTANCE_MAX_M
-    })
-    .map(Length::from_m)
+    read(d, "metres above 0, at most 1000", |x| x > 0.0 && x <= DISTANCE_MAX_M).map(Length::from_m)
 }
 
 /// Metres of a coordinate.
 pub(super) fn coordinate<'de, D: Deserializer<'de>>(d: D) -> Result<Length, D::Error> {
-    read(d, "metres, at most 1000 either way", |x| {
-        x.abs() <= DISTANCE_MAX_M
-    })
-    .map(Length::from_m)
+    read(d, "metres, at most 1000 either way", |x| x.abs() <= DISTANCE_MAX_M).map(Length::from_m)
 }
 
 /// Metres per second above zero.
 pub(super) fn speed<'de, D: Deserializer<'de>>(d: D) -> Result<Speed, D::Error> {
-    read(d, "metres per second above 0, at most 10", |x| {
-        x > 0.0 && x <= SPEED_MAX_M_PER_S
-    })
-    .map(Speed::from_m_per_s)
+    read(d, "metres per second above 0, at most 10", |x| x > 0.0 && x <= SPEED_MAX_M_PER_S)
+        .map(Speed::from_m_per_s)
 }

@@ -41,26 +41,10 @@ pub const TAGS: &[Tag] = &[
         unit: "1",
         doc: "which repetition of the innermost repeat, from 1; goes on counting when it is entered again",
     },
-    Tag {
-        name: "time",
-        unit: "s",
-        doc: "bench time of the observation",
-    },
-    Tag {
-        name: "direction",
-        unit: "1",
-        doc: "+1 counter-clockwise, -1 clockwise",
-    },
-    Tag {
-        name: "temperature",
-        unit: "degC",
-        doc: "temperature that the gyro told",
-    },
-    Tag {
-        name: "age",
-        unit: "s",
-        doc: "time since the bias test whose bias is in force",
-    },
+    Tag { name: "time", unit: "s", doc: "bench time of the observation" },
+    Tag { name: "direction", unit: "1", doc: "+1 counter-clockwise, -1 clockwise" },
+    Tag { name: "temperature", unit: "degC", doc: "temperature that the gyro told" },
+    Tag { name: "age", unit: "s", doc: "time since the bias test whose bias is in force" },
 ];
 
 /// Before the name of a step or a label: the tag of what was observed during it.
@@ -75,10 +59,7 @@ pub fn during_tag(phase: &str) -> String {
 
 /// The quantity of that name.
 pub fn find(name: &str) -> Option<&'static Quantity> {
-    QUANTITIES
-        .iter()
-        .copied()
-        .find(|quantity| quantity.name == name)
+    QUANTITIES.iter().copied().find(|quantity| quantity.name == name)
 }
 
 /// The tag of that name.

@@ -47,14 +47,8 @@ impl<'de> Deserialize<'de> for QuantityName {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let name = String::deserialize(deserializer)?;
         Self::new(&name).ok_or_else(|| {
-            let known = NAMES
-                .iter()
-                .map(|name| format!("`{name}`"))
-                .collect::<Vec<_>>()
-                .join(", ");
-            de::Error::custom(format_args!(
-                "unknown quantity `{name}`, expected one of {known}"
-            ))
+            let known = NAMES.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+            de::Error::custom(format_args!("unknown quantity `{name}`, expected one of {known}"))
         })
     }
 }
@@ -78,13 +72,10 @@ impl Filter {
     /// Does this observation carry every tag, and does each match?
     pub fn matches(&self, observation: &Observation) -> bool {
         self.0.iter().all(|(tag, wanted)| {
-            observation
-                .tags
-                .get(tag)
-                .is_some_and(|&value| match wanted {
-                    TagMatch::Equal(number) => value == *number,
-                    TagMatch::Within(band) => band.contains(value),
-                })
+            observation.tags.get(tag).is_some_and(|&value| match wanted {
+                TagMatch::Equal(number) => value == *number,
+                TagMatch::Within(band) => band.contains(value),
+            })
         })
     }
 
@@ -159,13 +150,9 @@ mod tests {
                 quantity: "table.error".to_owned(),
                 value: 0.0,
                 uncertainty: 0.0,
-                tags: [
-                    ("direction", direction),
-                    ("temperature", temperature),
-                    ("run", run),
-                ]
-                .map(|(tag, value)| (tag.to_owned(), value))
-                .into(),
+                tags: [("direction", direction), ("temperature", temperature), ("run", run)]
+                    .map(|(tag, value)| (tag.to_owned(), value))
+                    .into(),
             };
             assert_eq!(filter.matches(&observation), expected);
             observation.tags.remove("run");
@@ -176,10 +163,7 @@ mod tests {
     #[test]
     fn quantities_are_those_of_the_table_and_of_operators() {
         assert!(QuantityName::new("table.error").is_some());
-        assert_eq!(
-            QuantityName::new("operator.gap").unwrap().operator_answer(),
-            Some("gap")
-        );
+        assert_eq!(QuantityName::new("operator.gap").unwrap().operator_answer(), Some("gap"));
         assert!(QuantityName::new("table.eror").is_none());
         assert!(QuantityName::new("operator.").is_none());
     }

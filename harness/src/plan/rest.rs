@@ -24,11 +24,7 @@ fn log_interval() -> Span {
 #[serde(deny_unknown_fields)]
 pub struct BiasTest {
     /// How long to average.
-    #[serde(
-        rename = "duration_s",
-        default = "bias_test",
-        deserialize_with = "number::duration"
-    )]
+    #[serde(rename = "duration_s", default = "bias_test", deserialize_with = "number::duration")]
     pub duration: Span,
 }
 
@@ -38,11 +34,7 @@ pub struct BiasTest {
 #[serde(deny_unknown_fields)]
 pub struct BiasResidual {
     /// How long to average.
-    #[serde(
-        rename = "duration_s",
-        default = "bias_test",
-        deserialize_with = "number::duration"
-    )]
+    #[serde(rename = "duration_s", default = "bias_test", deserialize_with = "number::duration")]
     pub duration: Span,
 }
 
@@ -94,11 +86,7 @@ pub enum Condition {
         #[serde(deserialize_with = "number::finite")]
         limit: f64,
         /// And has been for so long.
-        #[serde(
-            rename = "for_s",
-            default,
-            deserialize_with = "number::duration_or_zero"
-        )]
+        #[serde(rename = "for_s", default, deserialize_with = "number::duration_or_zero")]
         hold: Span,
     },
     /// The quantity is above a limit.
@@ -109,11 +97,7 @@ pub enum Condition {
         #[serde(deserialize_with = "number::finite")]
         limit: f64,
         /// And has been for so long.
-        #[serde(
-            rename = "for_s",
-            default,
-            deserialize_with = "number::duration_or_zero"
-        )]
+        #[serde(rename = "for_s", default, deserialize_with = "number::duration_or_zero")]
         hold: Span,
     },
 }

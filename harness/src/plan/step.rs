@@ -160,9 +160,7 @@ impl<'de> Visitor<'de> for StepVisitor {
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Step, A::Error> {
         let (mut action, mut label, mut limit) = (None, None, None);
         loop {
-            let seed = KeySeed {
-                action: action.as_ref().map(Action::name),
-            };
+            let seed = KeySeed { action: action.as_ref().map(Action::name) };
             let Some(key) = map.next_key_seed(seed)? else {
                 break;
             };
@@ -175,11 +173,7 @@ impl<'de> Visitor<'de> for StepVisitor {
         let action = action.ok_or_else(|| {
             de::Error::custom("a step without an action, expected one key such as `wait`")
         })?;
-        Ok(Step {
-            action,
-            label,
-            explicit_time_limit: limit,
-        })
+        Ok(Step { action, label, explicit_time_limit: limit })
     }
 }
 

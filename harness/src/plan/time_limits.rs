@@ -44,18 +44,14 @@ pub fn trapezoid(distance: f64, speed: f64, acceleration: f64) -> Span {
 /// Time of the motion alone, as it is prescribed; zero where nothing moves.
 pub fn nominal_motion(action: &Action) -> Span {
     match action {
-        Action::Turn(a) => trapezoid(
-            a.angle.abs().rad(),
-            a.rate.rad_per_s(),
-            TURN_RAMP.rad_per_s2(),
-        ),
+        Action::Turn(a) => {
+            trapezoid(a.angle.abs().rad(), a.rate.rad_per_s(), TURN_RAMP.rad_per_s2())
+        }
         Action::Straight(a) => trapezoid(a.distance.abs().m(), a.speed.m_per_s(), RAMP.m_per_s2()),
         Action::Lap(lap) => nominal_lap(lap),
-        Action::TableTurn(a) => trapezoid(
-            a.angle.abs().rad(),
-            a.rate.rad_per_s(),
-            a.acceleration.rad_per_s2(),
-        ),
+        Action::TableTurn(a) => {
+            trapezoid(a.angle.abs().rad(), a.rate.rad_per_s(), a.acceleration.rad_per_s2())
+        }
         _ => Span::ZERO,
     }
 }
@@ -100,16 +96,13 @@ pub fn default_limit(action: &Action) -> Span {
 }
 
 fn sum(steps: &[Step]) -> Span {
-    steps
-        .iter()
-        .fold(Span::ZERO, |sum, step| sum + step.time_limit())
+    steps.iter().fold(Span::ZERO, |sum, step| sum + step.time_limit())
 }
 
 impl Step {
     /// How long it may take: as written, or [`default_limit`].
     pub fn time_limit(&self) -> Span {
-        self.explicit_time_limit
-            .unwrap_or_else(|| default_limit(&self.action))
+        self.explicit_time_limit.unwrap_or_else(|| default_limit(&self.action))
     }
 }
 
@@ -132,10 +125,7 @@ mod tests {
         struct Holder {
             step: Step,
         }
-        toml::from_str::<Holder>(&format!("step = {text}"))
-            .unwrap()
-            .step
-            .action
+        toml::from_str::<Holder>(&format!("step = {text}")).unwrap().step.action
     }
 
     #[test]
@@ -162,24 +152,11 @@ mod tests {
             ("{ table_turn = { angle_deg = 360 } }", 3 * 14 + 10),
             ("{ straight = { distance_m = -4 } }", 3 * 11 + 10),
             ("{ use_calibration = \"none\" }", 10),
-            (
-                "{ repeat = { times = 3, steps = [{ bias_test = {} }] } }",
-                100,
-            ),
-            (
-                "{ repeat = { times = 3, period_s = 60, steps = [{ bias_test = {} }] } }",
-                190,
-            ),
-            (
-                "{ repeat = { times = 2, steps = [{ bias_test = {}, time_limit_s = 5 }] } }",
-                20,
-            ),
+            ("{ repeat = { times = 3, steps = [{ bias_test = {} }] } }", 100),
+            ("{ repeat = { times = 3, period_s = 60, steps = [{ bias_test = {} }] } }", 190),
+            ("{ repeat = { times = 2, steps = [{ bias_test = {}, time_limit_s = 5 }] } }", 20),
         ] {
-            assert_eq!(
-                default_limit(&action(text)),
-                Span::from_secs(seconds),
-                "{text}"
-            );
+            assert_eq!(default_limit(&action(text)), Span::from_secs(seconds), "{text}");
         }
     }
 }

@@ -20,20 +20,10 @@ impl fmt::Display for Action {
             Self::Wait(a) => write!(f, "wait {} s", a.duration.as_secs_f64()),
             Self::WaitUntil(condition) => write!(f, "wait until {condition}"),
             Self::Turn(a) => {
-                write!(
-                    f,
-                    "turn by {:.1} deg at {:.1} deg/s",
-                    a.angle.deg(),
-                    a.rate.deg_per_s()
-                )
+                write!(f, "turn by {:.1} deg at {:.1} deg/s", a.angle.deg(), a.rate.deg_per_s())
             }
             Self::Straight(a) => {
-                write!(
-                    f,
-                    "straight for {} m at {} m/s",
-                    a.distance.m(),
-                    a.speed.m_per_s()
-                )
+                write!(f, "straight for {} m at {} m/s", a.distance.m(), a.speed.m_per_s())
             }
             Self::Lap(a) => write!(f, "{} lap of a {} m square", a.direction.name(), a.side.m()),
             Self::TableTurn(a) => write!(
@@ -57,11 +47,7 @@ impl fmt::Display for Action {
                 Model::ByDirection => write!(f, "fit a mean for each direction to {}", a.quantity),
                 Model::Line { against } => write!(f, "fit a line to {} over {against}", a.quantity),
                 Model::Table { against, points } => {
-                    write!(
-                        f,
-                        "fit a table of {points} points to {} over {against}",
-                        a.quantity
-                    )
+                    write!(f, "fit a table of {points} points to {} over {against}", a.quantity)
                 }
             },
             Self::SaveCalibration(a) => write!(f, "save calibration {}", a.name),
@@ -71,12 +57,7 @@ impl fmt::Display for Action {
             },
             Self::SetParameter(a) => write!(f, "set {} to {}", a.parameter, a.value),
             Self::PowerCycle(a) => {
-                write!(
-                    f,
-                    "switch the {} off for {} s",
-                    a.device,
-                    a.off.as_secs_f64()
-                )
+                write!(f, "switch the {} off for {} s", a.device, a.off.as_secs_f64())
             }
             Self::OperatorPrompt(a) => write!(f, "ask the operator: {}", a.text),
             Self::Repeat(a) => match a.times {
@@ -91,23 +72,12 @@ impl fmt::Display for Action {
 impl fmt::Display for Condition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Steady {
-                quantity,
-                change_at_most,
-                over,
-            } => {
+            Self::Steady { quantity, change_at_most, over } => {
                 let seconds = over.as_secs_f64();
-                write!(
-                    f,
-                    "{quantity} changes by at most {change_at_most} in {seconds} s"
-                )
+                write!(f, "{quantity} changes by at most {change_at_most} in {seconds} s")
             }
-            Self::Below {
-                quantity, limit, ..
-            } => write!(f, "{quantity} is below {limit}"),
-            Self::Above {
-                quantity, limit, ..
-            } => write!(f, "{quantity} is above {limit}"),
+            Self::Below { quantity, limit, .. } => write!(f, "{quantity} is below {limit}"),
+            Self::Above { quantity, limit, .. } => write!(f, "{quantity} is above {limit}"),
         }
     }
 }

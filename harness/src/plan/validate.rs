@@ -37,25 +37,15 @@ pub(super) fn validate(plan: &Plan) -> Checked {
     let done = survey.steps(&plan.steps, &mut path, 1)?;
     if done > STEPS_DONE_MAX {
         let message = format!("{done} steps when carried out, expected at most {STEPS_DONE_MAX}");
-        return Err(Fault {
-            path,
-            message,
-            help: None,
-        });
+        return Err(Fault { path, message, help: None });
     }
     if plan.measurements.is_empty() {
         let message = "a plan that measures nothing, expected at least one [[measurement]]";
-        return Err(Fault {
-            path: Vec::new(),
-            message: message.to_owned(),
-            help: None,
-        });
+        return Err(Fault { path: Vec::new(), message: message.to_owned(), help: None });
     }
     let mut names: BTreeMap<&str, usize> = BTreeMap::new();
     for (index, declared) in plan.measurements.iter().enumerate() {
-        let at = Place {
-            root: &[Segment::Key("measurement"), Segment::Index(index)],
-        };
+        let at = Place { root: &[Segment::Key("measurement"), Segment::Index(index)] };
         if let Some(first) = names.insert(declared.name.as_str(), index) {
             let message = format!("measurement name `{}` is used twice", declared.name);
             let help = format!("the first is number {} in the file", first + 1);
@@ -73,11 +63,7 @@ struct Place<'a> {
 
 impl Place<'_> {
     fn fault(&self, rest: &[Segment], message: String, help: Option<String>) -> Fault {
-        Fault {
-            path: [self.root, rest].concat(),
-            message,
-            help,
-        }
+        Fault { path: [self.root, rest].concat(), message, help }
     }
 }
 
@@ -101,11 +87,7 @@ impl<'a> Survey<'a> {
     ) -> Result<u64, Fault> {
         if depth > DEPTH_MAX {
             let message = format!("steps nested {depth} deep, expected at most {DEPTH_MAX}");
-            return Err(Fault {
-                path: path.clone(),
-                message,
-                help: None,
-            });
+            return Err(Fault { path: path.clone(), message, help: None });
         }
         let mut done: u64 = 0;
         for (index, step) in steps.iter().enumerate() {
@@ -114,26 +96,17 @@ impl<'a> Survey<'a> {
             path.extend([Segment::Index(index), Segment::Key(name)]);
             if self.steps > STEPS_MAX {
                 let message = format!("more than {STEPS_MAX} steps in one plan");
-                return Err(Fault {
-                    path: path.clone(),
-                    message,
-                    help: None,
-                });
+                return Err(Fault { path: path.clone(), message, help: None });
             }
             self.phases.push(name);
-            self.phases
-                .extend(step.label.as_ref().map(|label| label.as_str()));
+            self.phases.extend(step.label.as_ref().map(|label| label.as_str()));
             if let Action::Sweep(sweep) = &step.action {
                 self.swept.push(sweep.parameter.to_string());
             }
             self.action(&step.action, &Place { root: path })?;
             path.push(Segment::Key("steps"));
             let within = step.action.steps();
-            let once = if within.is_empty() {
-                0
-            } else {
-                self.steps(within, path, depth + 1)?
-            };
+            let once = if within.is_empty() { 0 } else { self.steps(within, path, depth + 1)? };
             let all = once.saturating_mul(step.action.repetitions());
             done = done.saturating_add(1).saturating_add(all);
             path.truncate(path.len() - 3);
@@ -175,10 +148,8 @@ impl<'a> Survey<'a> {
                     };
                     if fit.becomes().is_none() {
                         let model = fit.model.name();
-                        let message = format!(
-                            "a calibration has no place for a {model} of {}",
-                            fit.quantity
-                        );
+                        let message =
+                            format!("a calibration has no place for a {model} of {}", fit.quantity);
                         return Err(at.fault(&here, message, None));
                     }
                 }
@@ -191,10 +162,8 @@ impl<'a> Survey<'a> {
     fn measurement(&self, declared: &Declared, at: &Place<'_>) -> Checked {
         let unit = self.unit(&declared.quantity, at, &[Segment::Key("quantity")])?;
         self.filter(&declared.quantity, &declared.filter, at)?;
-        let on_the_floor = matches!(
-            declared.check,
-            Check::AllButInSquare { .. } | Check::UmbmarkWithin { .. }
-        );
+        let on_the_floor =
+            matches!(declared.check, Check::AllButInSquare { .. } | Check::UmbmarkWithin { .. });
         if on_the_floor && unit != "m" {
             let kind = declared.check.name();
             let message = format!("`{}` is in {unit}, `{kind}` needs m", declared.quantity);
@@ -205,10 +174,8 @@ impl<'a> Survey<'a> {
         if let Some((key, second)) = declared.check.second_quantity() {
             let second_unit = self.unit(second, at, &in_check(key))?;
             if second_unit != unit {
-                let message = format!(
-                    "`{second}` is in {second_unit}, `{}` in {unit}",
-                    declared.quantity
-                );
+                let message =
+                    format!("`{second}` is in {second_unit}, `{}` in {unit}", declared.quantity);
                 return Err(at.fault(&in_check(key), message, None));
             }
         }
@@ -226,11 +193,7 @@ impl<'a> Survey<'a> {
     }
 
     fn figure_unit(&self, declared: &Declared, unit: &str, at: &Place<'_>) -> Checked {
-        let against = declared
-            .check
-            .against()
-            .and_then(find_tag)
-            .map(|tag| tag.unit);
+        let against = declared.check.against().and_then(find_tag).map(|tag| tag.unit);
         if against.is_none() && declared.check.against().is_some() {
             // A swept parameter: its unit is known to its device alone.
             return Ok(());
@@ -241,10 +204,7 @@ impl<'a> Survey<'a> {
         }
         let kind = declared.check.name();
         let message = format!("unit `{}`, expected `{expected}`", declared.unit);
-        let help = format!(
-            "`{kind}` of `{}` is judged in `{expected}`",
-            declared.quantity
-        );
+        let help = format!("`{kind}` of `{}` is judged in `{expected}`", declared.quantity);
         Err(at.fault(&[Segment::Key("unit")], message, Some(help)))
     }
 
@@ -258,19 +218,14 @@ impl<'a> Survey<'a> {
             return Ok(entry.unit);
         }
         let answer = quantity.operator_answer().unwrap_or_default();
-        self.answers
-            .get(answer)
-            .map(|answer| answer.unit.as_str())
-            .ok_or_else(|| {
-                let message = format!("no operator_prompt in this plan asks for `{answer}`");
-                at.fault(here, message, None)
-            })
+        self.answers.get(answer).map(|answer| answer.unit.as_str()).ok_or_else(|| {
+            let message = format!("no operator_prompt in this plan asks for `{answer}`");
+            at.fault(here, message, None)
+        })
     }
 
     fn filter(&self, quantity: &QuantityName, filter: &Filter, at: &Place<'_>) -> Checked {
-        filter
-            .tags()
-            .try_for_each(|tag| self.tag(quantity, tag, at, &[Segment::Key("where")]))
+        filter.tags().try_for_each(|tag| self.tag(quantity, tag, at, &[Segment::Key("where")]))
     }
 
     fn tag(&self, quantity: &QuantityName, tag: &str, at: &Place<'_>, here: &[Segment]) -> Checked {

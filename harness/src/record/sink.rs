@@ -35,11 +35,7 @@ pub trait RecordSink {
     /// Takes bytes of a serial line without a vector for them.
     fn bytes(&mut self, at: Timestamp, device: Device, bytes: &[u8]) {
         if self.level() == Level::Full {
-            self.record(Record {
-                at,
-                device,
-                kind: RecordKind::Bytes(bytes.to_vec()),
-            });
+            self.record(Record { at, device, kind: RecordKind::Bytes(bytes.to_vec()) });
         }
     }
 
@@ -62,10 +58,7 @@ struct Gate {
 
 impl Gate {
     const fn new(level: Level) -> Self {
-        Self {
-            level,
-            truth_due: Timestamp::ZERO,
-        }
+        Self { level, truth_due: Timestamp::ZERO }
     }
 
     fn keeps(&mut self, record: &Record) -> bool {
@@ -98,11 +91,7 @@ impl<W: Write> FileSink<W> {
     /// Writes the header.
     pub fn new(out: W, header: &Header, level: Level) -> io::Result<Self> {
         let writer = RecordWriter::new(out, header)?;
-        Ok(Self {
-            gate: Gate::new(level),
-            writer: Some(writer),
-            failed: None,
-        })
+        Ok(Self { gate: Gate::new(level), writer: Some(writer), failed: None })
     }
 
     fn attempt(&mut self, write: impl FnOnce(&mut RecordWriter<W>) -> io::Result<()>) {
@@ -159,12 +148,7 @@ impl MemorySink {
 
     /// Nothing yet, and never more than `records_max`.
     pub const fn with_records_max(level: Level, records_max: usize) -> Self {
-        Self {
-            gate: Gate::new(level),
-            records: Vec::new(),
-            records_max,
-            overflowed: 0,
-        }
+        Self { gate: Gate::new(level), records: Vec::new(), records_max, overflowed: 0 }
     }
 
     /// What was kept.

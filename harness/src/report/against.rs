@@ -65,42 +65,21 @@ mod tests {
 
     fn sample(at_s: f64, temperature: Option<f64>, run: Option<f64>) -> Sample {
         let direction = Some(Direction::Cw);
-        Sample {
-            at_s,
-            value: 0.3,
-            uncertainty: 0.0,
-            direction,
-            run,
-            temperature,
-        }
+        Sample { at_s, value: 0.3, uncertainty: 0.0, direction, run, temperature }
     }
 
     #[test]
     fn the_axis_is_the_one_that_says_most() {
         let of = |tags: [(Option<f64>, Option<f64>); 2]| {
-            let samples: Vec<_> = tags
-                .into_iter()
-                .map(|(t, run)| sample(30_000.0, t, run))
-                .collect();
+            let samples: Vec<_> =
+                tags.into_iter().map(|(t, run)| sample(30_000.0, t, run)).collect();
             Against::of(&samples)
         };
         let (one, two) = (Some(1.0), Some(2.0));
-        assert_eq!(
-            of([(Some(20.0), one), (Some(40.0), two)]),
-            Against::Temperature
-        );
+        assert_eq!(of([(Some(20.0), one), (Some(40.0), two)]), Against::Temperature);
         assert_eq!(of([(Some(20.0), one), (Some(20.1), two)]), Against::Run);
-        assert_eq!(
-            of([(None, one), (None, one)]),
-            Against::Time {
-                unit: "h",
-                unit_s: 3_600.0
-            }
-        );
-        assert_eq!(
-            of([(Some(20.0), None), (None, None)]).label(),
-            "bench time in h"
-        );
+        assert_eq!(of([(None, one), (None, one)]), Against::Time { unit: "h", unit_s: 3_600.0 });
+        assert_eq!(of([(Some(20.0), None), (None, None)]).label(), "bench time in h");
         assert_eq!(Against::of(&[]).label(), "bench time in s");
     }
 }

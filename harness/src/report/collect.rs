@@ -96,12 +96,7 @@ impl Collected {
     }
 
     fn observe(&mut self, at_s: f64, observation: &Observation) {
-        let Observation {
-            quantity,
-            value,
-            uncertainty,
-            tags,
-        } = observation;
+        let Observation { quantity, value, uncertainty, tags } = observation;
         if !self.series.contains_key(quantity) {
             if self.series.len() >= QUANTITIES_MAX {
                 self.series_overflowed += 1;
@@ -122,18 +117,12 @@ impl Collected {
             series.samples.push(Sample {
                 at_s,
                 value: *value,
-                uncertainty: if is_drawable(*uncertainty) {
-                    uncertainty.abs()
-                } else {
-                    0.0
-                },
-                direction: direction.map(|sign| {
-                    if sign < 0.0 {
-                        Direction::Cw
-                    } else {
-                        Direction::Ccw
-                    }
-                }),
+                uncertainty: if is_drawable(*uncertainty) { uncertainty.abs() } else { 0.0 },
+                direction: direction.map(
+                    |sign| {
+                        if sign < 0.0 { Direction::Cw } else { Direction::Ccw }
+                    },
+                ),
                 run: tag("run"),
                 temperature: tag("temperature"),
             });

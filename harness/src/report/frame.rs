@@ -57,9 +57,7 @@ impl Axis {
         let (low, high) = values
             .into_iter()
             .filter(|value| value.is_finite())
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
-                (a.min(v), b.max(v))
-            });
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
         let range = if low > high {
             -1.0..1.0
         } else {
@@ -68,10 +66,7 @@ impl Axis {
             let free = ((high - low) * FREE_SHARE).max(floor);
             low - free..high + free
         };
-        Self {
-            label: label.into(),
-            range,
-        }
+        Self { label: label.into(), range }
     }
 
     /// A tick with as many decimals as neighbouring ticks need to differ.
@@ -98,11 +93,7 @@ pub(super) struct Frame {
 impl Frame {
     /// A plot over an axis.
     pub(super) const fn wide(x: Axis, y: Axis) -> Self {
-        Self {
-            x,
-            y,
-            size: (WIDTH, HEIGHT),
-        }
+        Self { x, y, size: (WIDTH, HEIGHT) }
     }
 
     /// A plot in which both axes have the same scale: the shorter range is widened.
@@ -112,10 +103,7 @@ impl Frame {
             let middle = f64::midpoint(axis.range.start, axis.range.end);
             axis.range = middle - side / 2.0..middle + side / 2.0;
         }
-        let size = (
-            SQUARE_SIDE + LEFT + 2 * MARGIN,
-            SQUARE_SIDE + BOTTOM + 2 * MARGIN,
-        );
+        let size = (SQUARE_SIDE + LEFT + 2 * MARGIN, SQUARE_SIDE + BOTTOM + 2 * MARGIN);
         Self { x, y, size }
     }
 
@@ -187,10 +175,7 @@ mod tests {
     fn a_plot_asks_nobody_for_anything() {
         let svg = Frame::wide(axis(&[0.0, 1.0]), axis(&[0.0, 1.0])).plot("a", |_| Ok(()));
         let svg = svg.into_string();
-        assert!(
-            svg.starts_with("<svg class=\"plot\"") && svg.ends_with("</svg>"),
-            "{svg}"
-        );
+        assert!(svg.starts_with("<svg class=\"plot\"") && svg.ends_with("</svg>"), "{svg}");
         assert!(!svg.contains("http"));
         assert_eq!(svg.matches("<svg").count(), 1);
     }

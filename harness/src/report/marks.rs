@@ -32,14 +32,11 @@ pub(super) fn band_texts(bands: &[Band], unit: &str) -> Vec<String> {
 /// Outside a band that means it. Bands with tags that are not drawn here mark nothing.
 pub(super) fn is_outside(sample: &Sample, bands: &[Band]) -> bool {
     bands.iter().any(|band| {
-        let meant = band
-            .tags
-            .iter()
-            .all(|(tag, value)| match (tag.as_str(), sample.direction) {
-                ("direction", Some(Direction::Cw)) => *value < 0.0,
-                ("direction", Some(Direction::Ccw)) => *value > 0.0,
-                _ => false,
-            });
+        let meant = band.tags.iter().all(|(tag, value)| match (tag.as_str(), sample.direction) {
+            ("direction", Some(Direction::Cw)) => *value < 0.0,
+            ("direction", Some(Direction::Ccw)) => *value > 0.0,
+            _ => false,
+        });
         let inside = band.lower.is_none_or(|lower| sample.value >= lower)
             && band.upper.is_none_or(|upper| sample.value <= upper);
         meant && !inside
@@ -72,17 +69,11 @@ pub(super) fn draw_bands(chart: &mut Chart<'_>, frame: &Frame, bands: &[Band]) -
 }
 
 pub(super) fn draw_bars(chart: &mut Chart<'_>, samples: &[Sample], against: Against) -> Drawn {
-    let bars = samples
-        .iter()
-        .filter(|sample| sample.uncertainty > 0.0)
-        .map(|sample| {
-            let ends = [
-                sample.value - sample.uncertainty,
-                sample.value + sample.uncertainty,
-            ];
-            let x = against.x(sample);
-            PathElement::new(ends.map(|y| (x, y)), REFERENCE.stroke_width(SCALE))
-        });
+    let bars = samples.iter().filter(|sample| sample.uncertainty > 0.0).map(|sample| {
+        let ends = [sample.value - sample.uncertainty, sample.value + sample.uncertainty];
+        let x = against.x(sample);
+        PathElement::new(ends.map(|y| (x, y)), REFERENCE.stroke_width(SCALE))
+    });
     chart.draw_series(bars)?;
     Ok(())
 }
@@ -96,17 +87,9 @@ pub(super) fn draw_marks(
     if direction == Some(Direction::Cw) {
         // A triangle of the same height looks smaller than a disc.
         let size = MARK_RADIUS + 2;
-        chart.draw_series(
-            points
-                .into_iter()
-                .map(|at| TriangleMarker::new(at, size, style)),
-        )?;
+        chart.draw_series(points.into_iter().map(|at| TriangleMarker::new(at, size, style)))?;
     } else {
-        chart.draw_series(
-            points
-                .into_iter()
-                .map(|at| Circle::new(at, MARK_RADIUS, style)),
-        )?;
+        chart.draw_series(points.into_iter().map(|at| Circle::new(at, MARK_RADIUS, style)))?;
     }
     Ok(())
 }
@@ -120,14 +103,7 @@ mod tests {
 
     fn sample() -> Sample {
         let direction = Some(Direction::Cw);
-        Sample {
-            at_s: 0.0,
-            value: 0.3,
-            uncertainty: 0.0,
-            direction,
-            run: None,
-            temperature: None,
-        }
+        Sample { at_s: 0.0, value: 0.3, uncertainty: 0.0, direction, run: None, temperature: None }
     }
 
     #[test]
@@ -135,24 +111,15 @@ mod tests {
         let band = |direction: Option<f64>| Band {
             lower: Some(-0.25),
             upper: Some(0.25),
-            tags: direction
-                .map(|sign| ("direction".to_owned(), sign))
-                .into_iter()
-                .collect(),
+            tags: direction.map(|sign| ("direction".to_owned(), sign)).into_iter().collect(),
             ..Band::default()
         };
         let cw = sample();
         assert!(is_outside(&cw, &[band(None)]));
         assert!(is_outside(&cw, &[band(Some(1.0)), band(Some(-1.0))]));
         assert!(!is_outside(&cw, &[band(Some(1.0))]));
-        let other = Band {
-            tags: BTreeMap::from([("speed".to_owned(), 1.0)]),
-            ..band(None)
-        };
+        let other = Band { tags: BTreeMap::from([("speed".to_owned(), 1.0)]), ..band(None) };
         assert!(!is_outside(&cw, &[other]));
-        assert!(
-            !is_outside(&Sample { value: 0.25, ..cw }, &[band(None)]),
-            "ends are inside"
-        );
+        assert!(!is_outside(&Sample { value: 0.25, ..cw }, &[band(None)]), "ends are inside");
     }
 }

@@ -38,16 +38,7 @@ pub(super) fn table(measurements: &[Measurement]) -> Markup {
 }
 
 fn row(measurement: &Measurement) -> Markup {
-    let Measurement {
-        name,
-        value,
-        unit,
-        lower,
-        upper,
-        verdict,
-        uncertainty,
-        ..
-    } = measurement;
+    let Measurement { name, value, unit, lower, upper, verdict, uncertainty, .. } = measurement;
     let figure = |value: f64| figures::quantity(value, *uncertainty, unit);
     let margin = measurement.margin().filter(|margin| margin.is_finite());
     html! {
@@ -69,17 +60,11 @@ fn row(measurement: &Measurement) -> Markup {
 
 /// Why it did not simply pass.
 fn reason(measurement: &Measurement) -> Option<String> {
-    let Measurement {
-        unit, uncertainty, ..
-    } = measurement;
+    let Measurement { unit, uncertainty, .. } = measurement;
     let figure = |value: f64| figures::quantity(value, 0.0, unit);
     let margin = measurement.margin().map(|margin| {
         let digits = figures::value(margin.abs(), *uncertainty);
-        if unit.is_empty() || unit == "1" {
-            digits
-        } else {
-            format!("{digits} {unit}")
-        }
+        if unit.is_empty() || unit == "1" { digits } else { format!("{digits} {unit}") }
     });
     match (measurement.verdict, margin) {
         (Verdict::Pass, _) => None,
@@ -105,11 +90,7 @@ fn gauge(measurement: &Measurement) -> Option<Markup> {
             (lower - half, upper + half)
         }
         (Some(limit), None) | (None, Some(limit)) => {
-            let reach = (value - limit)
-                .abs()
-                .max(limit.abs() / 2.0)
-                .max(f64::MIN_POSITIVE)
-                * 1.3;
+            let reach = (value - limit).abs().max(limit.abs() / 2.0).max(f64::MIN_POSITIVE) * 1.3;
             (limit - reach, limit + reach)
         }
         (None, None) => return None,
@@ -148,15 +129,9 @@ mod tests {
             Some("it was never measured"),
             None,
         ];
-        assert_eq!(
-            reasons.iter().map(Option::as_deref).collect::<Vec<_>>(),
-            expected
-        );
+        assert_eq!(reasons.iter().map(Option::as_deref).collect::<Vec<_>>(), expected);
         let inside = measurement("x", 0.0, Verdict::Fail);
-        assert_eq!(
-            reason(&inside).unwrap(),
-            "an observation was outside or no number"
-        );
+        assert_eq!(reason(&inside).unwrap(), "an observation was outside or no number");
     }
 
     #[test]
@@ -164,44 +139,13 @@ mod tests {
         let any = measurement("x", 0.5, Verdict::Pass);
         let text = |m: &Measurement| gauge(m).unwrap().into_string();
         assert!(text(&any).contains(r#"cx="87.5""#), "{}", text(&any));
-        assert!(
-            text(&Measurement {
-                value: Some(1e300),
-                ..any.clone()
-            })
-            .contains(r#"cx="136.0""#)
-        );
-        let exact = Measurement {
-            lower: Some(0.0),
-            upper: Some(0.0),
-            ..any.clone()
-        };
+        assert!(text(&Measurement { value: Some(1e300), ..any.clone() }).contains(r#"cx="136.0""#));
+        let exact = Measurement { lower: Some(0.0), upper: Some(0.0), ..any.clone() };
         assert!(!text(&exact).contains("NaN"));
-        let at_most = Measurement {
-            lower: None,
-            value: Some(1.0),
-            ..any.clone()
-        };
-        assert!(
-            text(&at_most).contains(r#"cx="70.0""#),
-            "{}",
-            text(&at_most)
-        );
-        assert!(
-            gauge(&Measurement {
-                value: Some(f64::NAN),
-                ..any.clone()
-            })
-            .is_none()
-        );
-        assert!(
-            gauge(&Measurement {
-                lower: None,
-                upper: None,
-                ..any
-            })
-            .is_none()
-        );
+        let at_most = Measurement { lower: None, value: Some(1.0), ..any.clone() };
+        assert!(text(&at_most).contains(r#"cx="70.0""#), "{}", text(&at_most));
+        assert!(gauge(&Measurement { value: Some(f64::NAN), ..any.clone() }).is_none());
+        assert!(gauge(&Measurement { lower: None, upper: None, ..any }).is_none());
     }
 
     #[test]

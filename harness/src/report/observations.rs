@@ -28,12 +28,7 @@ const BARS_MAX: usize = 120;
 
 /// All plots of observations.
 pub(super) fn plots(header: &Header, collected: &Collected) -> Markup {
-    let declared = |name: &str| {
-        header
-            .quantities
-            .iter()
-            .find(|quantity| quantity.name == name)
-    };
+    let declared = |name: &str| header.quantities.iter().find(|quantity| quantity.name == name);
     let all = &collected.series;
     let mut figures: Vec<Markup> = Vec::new();
     let mut left_out = 0_usize;
@@ -77,19 +72,10 @@ fn figure(name: &str, series: &Series, declared: Option<&Quantity>) -> Markup {
         let bar = if has_bars { sample.uncertainty } else { 0.0 };
         [sample.value - bar, sample.value + bar]
     };
-    let ends = bands
-        .iter()
-        .flat_map(|band| [band.lower, band.upper])
-        .flatten();
+    let ends = bands.iter().flat_map(|band| [band.lower, band.upper]).flatten();
     let frame = Frame::wide(
-        Axis::around(
-            against.label(),
-            samples.iter().map(|sample| against.x(sample)),
-        ),
-        Axis::around(
-            figures::axis_label(name, unit),
-            samples.iter().flat_map(reach).chain(ends),
-        ),
+        Axis::around(against.label(), samples.iter().map(|sample| against.x(sample))),
+        Axis::around(figures::axis_label(name, unit), samples.iter().flat_map(reach).chain(ends)),
     );
     let mut drawn = 0;
     let plot = frame.plot(name, |chart| {
@@ -97,17 +83,12 @@ fn figure(name: &str, series: &Series, declared: Option<&Quantity>) -> Markup {
         if has_bars {
             draw_bars(chart, samples, against)?;
         }
-        for (direction, style) in [
-            (None, CCW),
-            (Some(Direction::Ccw), CCW),
-            (Some(Direction::Cw), CW),
-        ] {
+        for (direction, style) in
+            [(None, CCW), (Some(Direction::Ccw), CCW), (Some(Direction::Cw), CW)]
+        {
             let points = |keep: &dyn Fn(&Sample) -> bool| -> Vec<Point> {
-                let kept = samples
-                    .iter()
-                    .filter(|s| s.direction == direction && keep(s));
-                kept.map(|sample| (against.x(sample), sample.value))
-                    .collect()
+                let kept = samples.iter().filter(|s| s.direction == direction && keep(s));
+                kept.map(|sample| (against.x(sample), sample.value)).collect()
             };
             if is_log {
                 let line = extremes(&points(&|_| true), LINE_COLUMNS);
@@ -139,17 +120,10 @@ pub(super) fn title(name: &str, declared: Option<&Quantity>) -> Markup {
 
 fn caption(series: &Series, bands: &[Band], unit: &str, drawn: usize, is_log: bool) -> Markup {
     let samples = &series.samples;
-    let has = |direction| {
-        samples
-            .iter()
-            .any(|sample| sample.direction == Some(direction))
-    };
+    let has = |direction| samples.iter().any(|sample| sample.direction == Some(direction));
     let has_bars =
         samples.len() <= BARS_MAX && samples.iter().any(|sample| sample.uncertainty > 0.0);
-    let outside = samples
-        .iter()
-        .filter(|sample| is_outside(sample, bands))
-        .count();
+    let outside = samples.iter().filter(|sample| is_outside(sample, bands)).count();
     html! {
         figcaption {
             p.legend {

@@ -72,11 +72,8 @@ impl Path {
     fn thinned(&self, finest: f64) -> (Vec<Vec<Point>>, f64) {
         let mut tolerance = finest;
         loop {
-            let pieces: Vec<_> = self
-                .pieces
-                .iter()
-                .map(|piece| simplified(piece, tolerance))
-                .collect();
+            let pieces: Vec<_> =
+                self.pieces.iter().map(|piece| simplified(piece, tolerance)).collect();
             let corners: usize = pieces.iter().map(Vec::len).sum();
             // Each piece keeps its ends whatever the tolerance.
             if corners <= CORNERS_MAX.max(2 * pieces.len()) {
@@ -151,29 +148,16 @@ mod tests {
     fn path(points: impl IntoIterator<Item = (f64, f64)>) -> Path {
         let mut path = Path::default();
         for (x, y) in points {
-            path.add(Pose {
-                x: Length::from_m(x),
-                y: Length::from_m(y),
-                heading: Angle::ZERO,
-            });
+            path.add(Pose { x: Length::from_m(x), y: Length::from_m(y), heading: Angle::ZERO });
         }
         path
     }
 
     #[test]
     fn a_new_pose_begins_a_new_piece() {
-        let path = path([
-            (0.0, 0.0),
-            (0.0, 0.0),
-            (0.2, 0.0),
-            (4.0, 4.0),
-            (4.2, 4.0),
-            (f64::NAN, 0.0),
-        ]);
-        assert_eq!(
-            path.pieces,
-            [[(0.0, 0.0), (0.2, 0.0)], [(4.0, 4.0), (4.2, 4.0)]]
-        );
+        let path =
+            path([(0.0, 0.0), (0.0, 0.0), (0.2, 0.0), (4.0, 4.0), (4.2, 4.0), (f64::NAN, 0.0)]);
+        assert_eq!(path.pieces, [[(0.0, 0.0), (0.2, 0.0)], [(4.0, 4.0), (4.2, 4.0)]]);
     }
 
     #[test]

@@ -26,18 +26,8 @@ pub(super) fn header() -> Header {
         plan: "laps-observed".into(),
         seed: 7,
         quantities: vec![
-            quantity(
-                "table.error",
-                "deg",
-                "Error of a full turn",
-                vec![band(-1.0), band(1.0)],
-            ),
-            quantity(
-                "gyro.temperature",
-                "degC",
-                "Temperature of the gyro",
-                Vec::new(),
-            ),
+            quantity("table.error", "deg", "Error of a full turn", vec![band(-1.0), band(1.0)]),
+            quantity("gyro.temperature", "degC", "Temperature of the gyro", Vec::new()),
             quantity("lap.return_x", "m", "Return position", Vec::new()),
         ],
     }
@@ -51,16 +41,8 @@ pub(super) fn noise(index: u32) -> f64 {
 }
 
 fn truth(x: f64, y: f64) -> RecordKind {
-    let pose = Pose {
-        x: Length::from_m(x),
-        y: Length::from_m(y),
-        heading: Angle::ZERO,
-    };
-    RecordKind::Truth {
-        pose,
-        bias_rad_per_s: 0.0,
-        coil_celsius: 20.0,
-    }
+    let pose = Pose { x: Length::from_m(x), y: Length::from_m(y), heading: Angle::ZERO };
+    RecordKind::Truth { pose, bias_rad_per_s: 0.0, coil_celsius: 20.0 }
 }
 
 /// Sixteen hours: table runs over temperature, laps with their return, a log, paths and steps.
@@ -73,10 +55,7 @@ pub(super) fn long_run() -> impl Iterator<Item = Record> {
         let step = |at_s: f64, inner: &str, title: Option<&str>| {
             let path = format!("steps[0].repeat[{run}]{inner}");
             let kind = match title {
-                Some(title) => RecordKind::StepBegan {
-                    path,
-                    title: title.to_owned(),
-                },
+                Some(title) => RecordKind::StepBegan { path, title: title.to_owned() },
                 None => RecordKind::StepEnded { path },
             };
             record(begin + at_s, Device::Plan, kind)
@@ -92,28 +71,17 @@ pub(super) fn long_run() -> impl Iterator<Item = Record> {
         }
         for second in 0..1_440 {
             let warm = 40.0 - 18.0 * (-(begin + f64::from(second)) / 4_000.0).exp();
-            let kind = observation(
-                "gyro.temperature",
-                warm + 0.02 * noise(run * 1_440 + second),
-                &[],
-            );
+            let kind =
+                observation("gyro.temperature", warm + 0.02 * noise(run * 1_440 + second), &[]);
             all.push(record(begin + f64::from(second), Device::Gyro, kind));
         }
         for direction in [1.0, -1.0] {
             let temperature = 40.0 - 18.0 * (-begin / 4_000.0).exp();
-            let tags = [
-                ("direction", direction),
-                ("run", run_tag),
-                ("temperature", temperature),
-            ];
+            let tags = [("direction", direction), ("run", run_tag), ("temperature", temperature)];
             let chance = |salt: u32| noise(run * 17 + salt + direction as u32);
             let at = begin + 200.0 + 100.0 * direction;
             let mut observe = |quantity: &str, value: f64| {
-                all.push(record(
-                    at,
-                    Device::Absolute,
-                    observation(quantity, value, &tags),
-                ));
+                all.push(record(at, Device::Absolute, observation(quantity, value, &tags)));
             };
             observe("table.error", 0.22 * chance(1));
             observe("lap.gyro_error", 1.1 * chance(2));

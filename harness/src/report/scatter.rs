@@ -57,15 +57,8 @@ fn positions(x: &Series, y: &Series) -> Vec<Position> {
         let number = sample.run.unwrap_or(sample.at_s);
         (number.to_bits(), sample.run.is_some(), sample.direction)
     };
-    let ys: BTreeMap<_, _> = y
-        .samples
-        .iter()
-        .map(|sample| (key(sample), sample.value))
-        .collect();
-    let pairs = x
-        .samples
-        .iter()
-        .filter_map(|sample| Some((sample, ys.get(&key(sample))?)));
+    let ys: BTreeMap<_, _> = y.samples.iter().map(|sample| (key(sample), sample.value)).collect();
+    let pairs = x.samples.iter().filter_map(|sample| Some((sample, ys.get(&key(sample))?)));
     pairs
         .map(|(x, y)| Position {
             x_cm: x.value * CM_PER_M,
@@ -91,27 +84,14 @@ pub(super) fn figure(name: &str, x: &Series, y: &Series, declared: Option<&Quant
     let plot = frame.plot("return positions", |chart| {
         let square = [(-half, -half), (half, half)];
         chart.draw_series([Rectangle::new(square, BAND.mix(0.12).filled())])?;
-        let corners = [
-            (-half, -half),
-            (half, -half),
-            (half, half),
-            (-half, half),
-            (-half, -half),
-        ];
+        let corners = [(-half, -half), (half, -half), (half, half), (-half, half), (-half, -half)];
         chart.draw_series([PathElement::new(corners, BAND.stroke_width(SCALE))])?;
         let (xs, ys) = (&frame.x.range, &frame.y.range);
-        let cross = [
-            [(xs.start, 0.0), (xs.end, 0.0)],
-            [(0.0, ys.start), (0.0, ys.end)],
-        ];
+        let cross = [[(xs.start, 0.0), (xs.end, 0.0)], [(0.0, ys.start), (0.0, ys.end)]];
         let style = REFERENCE.stroke_width(SCALE / 2);
         chart.draw_series(cross.map(|line| PathElement::new(line, style)))?;
         for direction in [None, Some(Direction::Ccw), Some(Direction::Cw)] {
-            let colour = if direction == Some(Direction::Cw) {
-                CW
-            } else {
-                CCW
-            };
+            let colour = if direction == Some(Direction::Cw) { CW } else { CCW };
             for (is_outside, colour) in [(false, colour), (true, OUTSIDE)] {
                 let marks = all
                     .iter()
@@ -160,10 +140,7 @@ mod tests {
             run: Some(run),
             temperature: None,
         };
-        Series {
-            samples: samples.iter().map(sample).collect(),
-            ..Series::default()
-        }
+        Series { samples: samples.iter().map(sample).collect(), ..Series::default() }
     }
 
     #[test]

@@ -62,10 +62,7 @@ fn sixteen_hours_fit_one_page() {
     let page = page(&summary(), long_run());
     let document = assert_stands_alone(&page);
     assert_eq!(count(&document, "section"), 5);
-    assert_eq!(
-        count(&document, "table.measurements tbody tr"),
-        summary().measurements.len()
-    );
+    assert_eq!(count(&document, "table.measurements tbody tr"), summary().measurements.len());
     assert_eq!(
         count(&document, "svg.plot"),
         5,
@@ -73,10 +70,7 @@ fn sixteen_hours_fit_one_page() {
     );
     assert_eq!(count(&document, "g.step"), 120);
     assert!(page.contains("160 steps; 40 too short to be told apart are not drawn"));
-    assert!(
-        page.contains("57600 observations; "),
-        "a thinned log says so"
-    );
+    assert!(page.contains("57600 observations; "), "a thinned log says so");
     assert!(page.contains("table.error in deg") && page.contains("temperature in degC"));
 }
 
@@ -104,10 +98,7 @@ fn an_empty_run_is_a_page_too() {
 #[test]
 fn a_record_cut_short_is_drawn_as_far_as_it_goes() {
     let records = one_of_each().into_iter().take(14).map(Ok);
-    let cut = Err(RecordError::CutShort {
-        offset: 4_711,
-        trailing: 5,
-    });
+    let cut = Err(RecordError::CutShort { offset: 4_711, trailing: 5 });
     let page = render(&summary(), &header(), records.chain([cut]));
     let document = assert_stands_alone(&page);
     assert!(page.contains("5 bytes of an incomplete record at byte 4711"));
@@ -119,12 +110,7 @@ fn a_record_cut_short_is_drawn_as_far_as_it_goes() {
 fn text_from_outside_is_text() {
     let evil = "<img src=x onerror=alert(1)>\"'&";
     let mut hostile = summary();
-    for text in [
-        &mut hostile.title,
-        &mut hostile.plan,
-        &mut hostile.clock,
-        &mut hostile.version,
-    ] {
+    for text in [&mut hostile.title, &mut hostile.plan, &mut hostile.clock, &mut hostile.version] {
         *text = evil.into();
     }
     hostile.reason = Some(evil.into());
@@ -138,24 +124,14 @@ fn text_from_outside_is_text() {
         record(1.0, Device::Base, RecordKind::Note(evil.into())),
         record(2.0, Device::Base, observation(evil, 1.0, &[])),
     ];
-    let band = Band {
-        measurement: evil.into(),
-        paper: Some(evil.into()),
-        ..Band::default()
-    };
+    let band = Band { measurement: evil.into(), paper: Some(evil.into()), ..Band::default() };
     let quantity = Quantity {
         name: evil.into(),
         unit: evil.into(),
         title: evil.into(),
-        bands: vec![Band {
-            upper: Some(0.0),
-            ..band
-        }],
+        bands: vec![Band { upper: Some(0.0), ..band }],
     };
-    let header = Header {
-        quantities: vec![quantity],
-        ..Header::default()
-    };
+    let header = Header { quantities: vec![quantity], ..Header::default() };
     let page = render(&hostile, &header, records.into_iter().map(Ok));
     let document = Html::parse_document(&page);
     assert!(document.errors.is_empty(), "{:?}", document.errors);
@@ -175,13 +151,8 @@ fn wild_values_are_counted_and_not_drawn() {
 
 #[test]
 fn too_many_quantities_are_counted() {
-    let records = (0..400).map(|index| {
-        record(
-            1.0,
-            Device::Gyro,
-            observation(&format!("q{index:03}"), 0.5, &[]),
-        )
-    });
+    let records = (0..400)
+        .map(|index| record(1.0, Device::Gyro, observation(&format!("q{index:03}"), 0.5, &[])));
     let page = page(&summary(), records);
     assert_stands_alone(&page);
     assert!(page.contains("At most 40 plots are drawn"));
@@ -208,12 +179,7 @@ fn every_quantity_at_full_rate_stays_below_the_bound() {
 #[test]
 fn a_verdict_has_its_colour_in_the_sheet() {
     let sheet = include_str!("style.css");
-    for verdict in [
-        Verdict::Pass,
-        Verdict::Marginal,
-        Verdict::Fail,
-        Verdict::Unset,
-    ] {
+    for verdict in [Verdict::Pass, Verdict::Marginal, Verdict::Fail, Verdict::Unset] {
         assert!(sheet.contains(&format!("tr.{}", verdict.name())));
     }
 }

@@ -14,9 +14,7 @@ pub(super) fn extremes(points: &[Point], columns: usize) -> Vec<Point> {
     }
     let (first, last) = points
         .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (x, _)| {
-            (a.min(*x), b.max(*x))
-        });
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (x, _)| (a.min(*x), b.max(*x)));
     let width = (last - first).max(f64::MIN_POSITIVE);
     let mut found: Vec<Option<(usize, usize)>> = vec![None; columns];
     for (index, (x, y)) in points.iter().enumerate() {
@@ -32,11 +30,7 @@ pub(super) fn extremes(points: &[Point], columns: usize) -> Vec<Point> {
             *high = index;
         }
     }
-    let mut kept: Vec<usize> = found
-        .into_iter()
-        .flatten()
-        .flat_map(|(a, b)| [a, b])
-        .collect();
+    let mut kept: Vec<usize> = found.into_iter().flatten().flat_map(|(a, b)| [a, b]).collect();
     kept.sort_unstable();
     kept.dedup();
     kept.into_iter().map(|index| points[index]).collect()
@@ -112,11 +106,7 @@ mod tests {
         let mut line: Vec<Point> = (0..400).map(|n| (side(n), 0.0)).collect();
         line.extend((0..400).map(|n| (4.0, side(n))));
         line.extend((0..=400).map(|n| (4.0 - side(n), 4.0)));
-        assert_eq!(
-            simplified(&line, 0.001).len(),
-            4 + 1,
-            "corners, and the end of a chunk"
-        );
+        assert_eq!(simplified(&line, 0.001).len(), 4 + 1, "corners, and the end of a chunk");
         assert!(simplified(&[], 1.0).is_empty());
         assert_eq!(simplified(&[(1.0, 2.0)], 1.0), [(1.0, 2.0)]);
     }

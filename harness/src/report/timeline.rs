@@ -65,10 +65,7 @@ impl Steps {
 
     /// Ends the last step of this path that runs, and with it what ran inside.
     pub(super) fn end(&mut self, at_s: f64, path: &str) {
-        let found = self
-            .open
-            .iter()
-            .rposition(|&index| self.all[index].path == path);
+        let found = self.open.iter().rposition(|&index| self.all[index].path == path);
         if let Some(position) = found {
             for index in self.open.drain(position..) {
                 self.all[index].end_s = Some(at_s);
@@ -78,9 +75,7 @@ impl Steps {
 
     /// The title of the innermost step that had not ended.
     pub(super) fn unfinished(&self) -> Option<&str> {
-        self.open
-            .last()
-            .map(|&index| self.all[index].title.as_str())
+        self.open.last().map(|&index| self.all[index].title.as_str())
     }
 
     fn shown(&self, end_s: f64) -> Vec<&Step> {
@@ -167,9 +162,7 @@ fn ticks(end_s: f64) -> Vec<(f64, String)> {
         86_400.0,
     ];
     let longest = STEPS_S[STEPS_S.len() - 1];
-    let fits = STEPS_S
-        .into_iter()
-        .find(|step_s| end_s / step_s <= TICKS_MAX);
+    let fits = STEPS_S.into_iter().find(|step_s| end_s / step_s <= TICKS_MAX);
     let step_s = fits.unwrap_or_else(|| longest * (end_s / longest / TICKS_MAX).ceil());
     let (unit, unit_s) = match step_s {
         _ if step_s >= 1_800.0 => ("h", 3_600.0),
@@ -181,12 +174,7 @@ fn ticks(end_s: f64) -> Vec<(f64, String)> {
         .map(|index| f64::from(index) * step_s)
         // A label at the very end would be cut.
         .filter(|at_s| *at_s <= 0.97 * end_s)
-        .map(|at_s| {
-            (
-                at_s,
-                format!("{} {unit}", figures::value(at_s / unit_s, 0.0)),
-            )
-        })
+        .map(|at_s| (at_s, format!("{} {unit}", figures::value(at_s / unit_s, 0.0))))
         .collect()
 }
 
@@ -205,19 +193,8 @@ mod tests {
         steps.begin(3.0, "steps[0].repeat[1]", "turn again");
         steps.end(4.0, "steps[0]");
         steps.end(5.0, "never begun");
-        let seen: Vec<_> = steps
-            .all
-            .iter()
-            .map(|s| (s.depth, s.begin_s, s.end_s))
-            .collect();
-        assert_eq!(
-            seen,
-            [
-                (0, 0.0, Some(4.0)),
-                (1, 1.0, Some(2.0)),
-                (1, 3.0, Some(4.0))
-            ]
-        );
+        let seen: Vec<_> = steps.all.iter().map(|s| (s.depth, s.begin_s, s.end_s)).collect();
+        assert_eq!(seen, [(0, 0.0, Some(4.0)), (1, 1.0, Some(2.0)), (1, 3.0, Some(4.0))]);
         assert_eq!(steps.unfinished(), None);
         steps.begin(6.0, "steps[1]", "straight");
         assert_eq!(steps.unfinished(), Some("straight"));
@@ -233,9 +210,7 @@ mod tests {
         assert_eq!(steps.overflowed, 1);
         let end_s = STEPS_MAX as f64;
         assert!(steps.shown(end_s).len() <= 501);
-        let text = figure(&steps, &Troubles::default(), end_s)
-            .unwrap()
-            .into_string();
+        let text = figure(&steps, &Troubles::default(), end_s).unwrap().into_string();
         assert!(text.contains("too short to be told apart"));
     }
 

@@ -37,11 +37,7 @@ impl Troubles {
             return;
         }
         let text = text.chars().take(TEXT_MAX).collect();
-        self.listed.push(Trouble {
-            at_s: record.at.as_secs_f64(),
-            device: record.device,
-            text,
-        });
+        self.listed.push(Trouble { at_s: record.at.as_secs_f64(), device: record.device, text });
     }
 
     /// When they happened.
@@ -103,11 +99,7 @@ mod tests {
         let mut troubles = Troubles::default();
         assert!(list(&troubles).is_none());
         one_of_each().iter().for_each(|record| troubles.add(record));
-        let texts: Vec<_> = troubles
-            .listed
-            .iter()
-            .map(|trouble| trouble.text.as_str())
-            .collect();
+        let texts: Vec<_> = troubles.listed.iter().map(|trouble| trouble.text.as_str()).collect();
         let expected = [
             "refused mission 2: moving",
             "aborted mission 3: gyro_silent",
@@ -122,11 +114,6 @@ mod tests {
         let mut troubles = Troubles::default();
         let note = &one_of_each()[13];
         (0..TROUBLES_MAX + 7).for_each(|_| troubles.add(note));
-        assert!(
-            list(&troubles)
-                .unwrap()
-                .into_string()
-                .contains("and 7 more")
-        );
+        assert!(list(&troubles).unwrap().into_string().contains("and 7 more"));
     }
 }

@@ -9,8 +9,8 @@ use crate::engine::{Action, Ending, Engine};
 use crate::link::{CanBus, SerialLine};
 use crate::record::sink::{Level, RecordSink};
 use crate::record::{Device, Record, RecordKind};
-use controller::{Controller, Input, Output, Port};
 use controller::mission::{Activity, Report};
+use controller::{Controller, Input, Output, Port};
 use std::collections::BTreeMap;
 use wire::can::CanFrame;
 use wire::table::AnswerDecoder;
@@ -262,7 +262,9 @@ impl SimulatedWorld {
             while let Some(sent) = self.bench.carrier.transmit() {
                 quiet = false;
                 match (sent, &mut self.base_link) {
-                    (Sent::Frame(frame), BaseLink::Can(bus)) => bus.send(self.now, Node::Base, frame),
+                    (Sent::Frame(frame), BaseLink::Can(bus)) => {
+                        bus.send(self.now, Node::Base, frame)
+                    }
                     (Sent::BaseBytes(packet), BaseLink::Serial { to_controller, .. }) => {
                         to_controller.send(self.now, packet);
                     }
@@ -287,7 +289,9 @@ impl SimulatedWorld {
             (Output::Bytes(Port::Base, packet), BaseLink::Serial { to_base, .. }) => {
                 to_base.send(self.now, packet);
             }
-            (Output::Frame(frame), BaseLink::Can(bus)) => bus.send(self.now, Node::Controller, frame),
+            (Output::Frame(frame), BaseLink::Can(bus)) => {
+                bus.send(self.now, Node::Controller, frame)
+            }
             _ => {}
         }
     }
@@ -299,7 +303,9 @@ impl SimulatedWorld {
             Action::Table(command) => self.to_table.send(now, command.encode()),
             Action::MeasureAbsolute => match self.bench.measure_absolute(now) {
                 Some(pose) => self.engine.absolute(now, pose),
-                None => self.engine.broke(now, "this bench has no base whose pose could be measured"),
+                None => {
+                    self.engine.broke(now, "this bench has no base whose pose could be measured")
+                }
             },
             Action::Place(pose) => match self.bench.place(now, pose) {
                 Ok(()) => self.engine.answered(now),

@@ -36,11 +36,7 @@ fn data_frame(message: Message, payload: &Payload) -> Option<CanFrame> {
 }
 
 fn message_of(frame: &CanFrame) -> Option<Message> {
-    if frame.is_remote() {
-        None
-    } else {
-        Message::from_can_id(frame.id())
-    }
+    if frame.is_remote() { None } else { Message::from_can_id(frame.id()) }
 }
 
 #[cfg(test)]
@@ -90,10 +86,7 @@ mod tests {
         let stop = request_frame(&Request::Stop).unwrap();
         assert_eq!(parse_request(&stop), Some(Request::Stop));
         let extended = ExtendedId::new(0x104).unwrap();
-        assert_eq!(
-            parse_request(&CanFrame::new(extended, stop.data()).unwrap()),
-            None
-        );
+        assert_eq!(parse_request(&CanFrame::new(extended, stop.data()).unwrap()), None);
         for message in Message::ALL {
             let length = message.payload_bytes();
             let remote =

@@ -29,11 +29,7 @@ struct Row {
 /// A row; fails to compile where `can_id` has more than 11 bits.
 const fn row(can_id: u16, register: u16, payload_bytes: u8) -> Row {
     match StandardId::new(can_id) {
-        Some(can_id) => Row {
-            can_id,
-            register,
-            payload_bytes,
-        },
+        Some(can_id) => Row { can_id, register, payload_bytes },
         None => panic!("a standard identifier has 11 bits"),
     }
 }
@@ -89,16 +85,12 @@ impl Message {
 
     /// The message with this identifier; `None` for any other and for every extended one.
     pub fn from_can_id(id: Id) -> Option<Self> {
-        Self::ALL
-            .into_iter()
-            .find(|message| Id::Standard(message.can_id()) == id)
+        Self::ALL.into_iter().find(|message| Id::Standard(message.can_id()) == id)
     }
 
     /// The message that begins at this register.
     pub fn from_register(register: u16) -> Option<Self> {
-        Self::ALL
-            .into_iter()
-            .find(|message| message.register() == register)
+        Self::ALL.into_iter().find(|message| message.register() == register)
     }
 }
 
@@ -110,10 +102,7 @@ mod tests {
     #[test]
     fn each_message_is_found_by_its_identifier_and_by_its_register() {
         for message in Message::ALL {
-            assert_eq!(
-                Message::from_can_id(Id::Standard(message.can_id())),
-                Some(message)
-            );
+            assert_eq!(Message::from_can_id(Id::Standard(message.can_id())), Some(message));
             assert_eq!(Message::from_register(message.register()), Some(message));
             let extended = ExtendedId::new(message.can_id().as_raw().into()).unwrap();
             assert_eq!(Message::from_can_id(Id::Extended(extended)), None);
@@ -126,10 +115,7 @@ mod tests {
         for (index, one) in Message::ALL.into_iter().enumerate() {
             let end = usize::from(one.register()) + one.payload_bytes();
             for other in &Message::ALL[index + 1..] {
-                assert!(
-                    end <= usize::from(other.register()),
-                    "{one:?} runs into {other:?}"
-                );
+                assert!(end <= usize::from(other.register()), "{one:?} runs into {other:?}");
             }
         }
     }

@@ -84,17 +84,11 @@ impl Payload {
     pub fn from_slice(slice: &[u8]) -> Option<Self> {
         let mut bytes = [0; PAYLOAD_BYTES_MAX];
         bytes.get_mut(..slice.len())?.copy_from_slice(slice);
-        Some(Self {
-            length: slice.len() as u8,
-            bytes,
-        })
+        Some(Self { length: slice.len() as u8, bytes })
     }
 
     const fn full(bytes: [u8; PAYLOAD_BYTES_MAX]) -> Self {
-        Self {
-            length: PAYLOAD_BYTES_MAX as u8,
-            bytes,
-        }
+        Self { length: PAYLOAD_BYTES_MAX as u8, bytes }
     }
 
     const fn pair(first: [u8; 2], second: [u8; 2]) -> Self {
@@ -115,35 +109,20 @@ pub fn encode_request(request: &Request) -> Option<(Message, Payload)> {
         Request::SetVelocity { drive, steer } => {
             let drive = velocity_counts(drive.m_per_s() * COUNTS_PER_M);
             let steer = velocity_counts(steer.deg_per_s() * COUNTS_PER_DEG);
-            (
-                Message::SetVelocity,
-                Payload::pair(drive.to_le_bytes(), steer.to_le_bytes()),
-            )
+            (Message::SetVelocity, Payload::pair(drive.to_le_bytes(), steer.to_le_bytes()))
         }
         Request::SetAcceleration { drive, steer } => {
             let drive = limit_counts(drive.m_per_s2() * COUNTS_PER_M)?;
             let steer = limit_counts(steer.deg_per_s2() * COUNTS_PER_DEG)?;
-            (
-                Message::SetAcceleration,
-                Payload::pair(drive.to_le_bytes(), steer.to_le_bytes()),
-            )
+            (Message::SetAcceleration, Payload::pair(drive.to_le_bytes(), steer.to_le_bytes()))
         }
         Request::WritePose { pose, counter } => {
             if !is_writable(pose) {
                 return None;
             }
-            (
-                Message::WritePose,
-                pose_payload(pose, counter % POSE_WRITE_MODULUS),
-            )
+            (Message::WritePose, pose_payload(pose, counter % POSE_WRITE_MODULUS))
         }
-        Request::Stop => (
-            Message::Stop,
-            Payload {
-                length: 1,
-                bytes: [0; PAYLOAD_BYTES_MAX],
-            },
-        ),
+        Request::Stop => (Message::Stop, Payload { length: 1, bytes: [0; PAYLOAD_BYTES_MAX] }),
         Request::ReadMotion | Request::ReadPose => return None,
     })
 }
@@ -171,10 +150,7 @@ pub fn decode_request(message: Message, bytes: &[u8]) -> Option<Request> {
         Message::WritePose => {
             let bits = u64::from_le_bytes(bytes.try_into().ok()?);
             let counter = (bits >> COUNTER_SHIFT) as u8 % POSE_WRITE_MODULUS;
-            Some(Request::WritePose {
-                pose: pose_of(bits),
-                counter,
-            })
+            Some(Request::WritePose { pose: pose_of(bits), counter })
         }
         Message::Stop => (bytes.len() == message.payload_bytes()).then_some(Request::Stop),
         Message::Motion | Message::Pose => None,
@@ -193,9 +169,7 @@ pub fn encode_reply(reply: &Reply) -> (Message, Payload) {
 pub fn decode_reply(message: Message, bytes: &[u8]) -> Option<Reply> {
     match message {
         Message::Motion => Some(Reply::Motion(motion_of(bytes.try_into().ok()?))),
-        Message::Pose => Some(Reply::Pose(pose_of(u64::from_le_bytes(
-            bytes.try_into().ok()?,
-        )))),
+        Message::Pose => Some(Reply::Pose(pose_of(u64::from_le_bytes(bytes.try_into().ok()?)))),
         Message::SetVelocity | Message::SetAcceleration | Message::WritePose | Message::Stop => {
             None
         }
@@ -209,11 +183,7 @@ fn is_writable(pose: Pose) -> bool {
 }
 
 fn velocity_counts(counts: f64) -> i16 {
-    if counts.is_finite() {
-        libm::round(counts) as i16
-    } else {
-        0
-    }
+    if counts.is_finite() { libm::round(counts) as i16 } else { 0 }
 }
 
 fn limit_counts(counts: f64) -> Option<u16> {
@@ -226,10 +196,7 @@ fn heading_counts(heading: Angle, steps_per_turn: i32) -> i16 {
         return 0;
     }
     let turns = heading.wrapped() / Angle::TURN;
-    wrapped_counts(
-        libm::round(turns * f64::from(steps_per_turn)) as i32,
-        steps_per_turn,
-    )
+    wrapped_counts(libm::round(turns * f64::from(steps_per_turn)) as i32, steps_per_turn)
 }
 
 /// The heading of so many steps. It is wrapped as a whole number and half a turn comes out as -pi

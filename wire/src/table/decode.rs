@@ -23,17 +23,9 @@ pub fn parse_answer(line: &[u8]) -> Option<Answer> {
     match line {
         [b'!'] => Some(Answer::Refused(None)),
         [b'!', first] if first.is_ascii_graphic() => Some(Answer::Refused(Some(*first))),
-        [
-            b'=',
-            b'P',
-            position @ ..,
-            b' ',
-            b'M',
-            moving @ (b'0' | b'1'),
-        ] => Some(Answer::State {
-            position_steps: number(position)?,
-            moving: *moving == b'1',
-        }),
+        [b'=', b'P', position @ .., b' ', b'M', moving @ (b'0' | b'1')] => {
+            Some(Answer::State { position_steps: number(position)?, moving: *moving == b'1' })
+        }
         [b'=', letter] => match Verb::from_letter(*letter)? {
             Verb::State => None,
             verb => Some(Answer::Done(verb)),
@@ -49,11 +41,7 @@ fn number<N: FromStr>(digits: &[u8]) -> Option<N> {
 
 /// Decimal digits alone; the standard parser would take a `+`.
 fn unsigned(digits: &[u8]) -> Option<u32> {
-    if digits.first()?.is_ascii_digit() {
-        number(digits)
-    } else {
-        None
-    }
+    if digits.first()?.is_ascii_digit() { number(digits) } else { None }
 }
 
 /// The table's end: finds commands in a stream of bytes.

@@ -35,10 +35,8 @@ fn any_answer() -> impl Strategy<Value = Answer> {
     prop_oneof![
         prop::sample::select(Verb::ALL[..5].to_vec()).prop_map(Answer::Done),
         prop::option::of(b'!'..=b'~').prop_map(Answer::Refused),
-        (any::<i32>(), any::<bool>()).prop_map(|(position_steps, moving)| Answer::State {
-            position_steps,
-            moving
-        }),
+        (any::<i32>(), any::<bool>())
+            .prop_map(|(position_steps, moving)| Answer::State { position_steps, moving }),
     ]
 }
 
@@ -70,20 +68,8 @@ fn the_lines_of_the_table_in_the_documentation() {
         ("=G", Answer::Done(Verb::Go)),
         ("!G", Answer::refused(Verb::Go)),
         ("!", Answer::Refused(None)),
-        (
-            "=P-28800 M0",
-            Answer::State {
-                position_steps: -28_800,
-                moving: false,
-            },
-        ),
-        (
-            "=P0 M1",
-            Answer::State {
-                position_steps: 0,
-                moving: true,
-            },
-        ),
+        ("=P-28800 M0", Answer::State { position_steps: -28_800, moving: false }),
+        ("=P0 M1", Answer::State { position_steps: 0, moving: true }),
     ] {
         assert_eq!(parse_answer(line.as_bytes()), Some(answer));
         assert_eq!(answer.to_string(), line);
@@ -110,12 +96,7 @@ fn anything_else_is_refused_by_its_first_letter() {
         (b"G\r\nS\r\n\r\r", &[Ok(Command::Go), Ok(Command::Stop)]),
     ] {
         let mut decoder = CommandDecoder::new();
-        assert_eq!(
-            commands(&mut decoder, bytes),
-            expected,
-            "{:?}",
-            bytes.escape_ascii()
-        );
+        assert_eq!(commands(&mut decoder, bytes), expected, "{:?}", bytes.escape_ascii());
         let count = expected.iter().filter(|command| command.is_err()).count();
         assert_eq!(decoder.refused(), count as u64);
     }
@@ -123,24 +104,11 @@ fn anything_else_is_refused_by_its_first_letter() {
 
 #[test]
 fn a_line_that_is_no_answer_is_counted() {
-    for line in [
-        &b"=?"[..],
-        b"=X",
-        b"=P M0",
-        b"=P1 M2",
-        b"=P1  M0",
-        b"!GG",
-        b"! ",
-        b"V1",
-        b"=P1",
-    ] {
+    for line in [&b"=?"[..], b"=X", b"=P M0", b"=P1 M2", b"=P1  M0", b"!GG", b"! ", b"V1", b"=P1"] {
         assert_eq!(parse_answer(line), None, "{:?}", line.escape_ascii());
     }
     let mut decoder = AnswerDecoder::new();
-    assert_eq!(
-        answers(&mut decoder, b"=P12345678901234567 M0\r=?\r=S\r").len(),
-        1
-    );
+    assert_eq!(answers(&mut decoder, b"=P12345678901234567 M0\r=?\r=S\r").len(), 1);
     assert_eq!(decoder.malformed(), 2);
 }
 

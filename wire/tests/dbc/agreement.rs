@@ -21,10 +21,7 @@ pub const RESULTS: [PoseWriteResult; 4] = [
 fn request_values(request: &Request) -> Vec<(&'static str, f64)> {
     match *request {
         Request::SetVelocity { drive, steer } => {
-            vec![
-                ("DRIVE_SPEED", drive.m_per_s()),
-                ("STEER_RATE", steer.deg_per_s()),
-            ]
+            vec![("DRIVE_SPEED", drive.m_per_s()), ("STEER_RATE", steer.deg_per_s())]
         }
         Request::SetAcceleration { drive, steer } => vec![
             ("DRIVE_ACCELERATION", drive.m_per_s2()),
@@ -32,10 +29,7 @@ fn request_values(request: &Request) -> Vec<(&'static str, f64)> {
         ],
         Request::WritePose { pose, counter } => {
             let mut values = pose_values(pose);
-            values.push((
-                "POSE_WRITE_COUNTER",
-                f64::from(counter % POSE_WRITE_MODULUS),
-            ));
+            values.push(("POSE_WRITE_COUNTER", f64::from(counter % POSE_WRITE_MODULUS)));
             values
         }
         Request::Stop | Request::ReadMotion | Request::ReadPose => vec![],
@@ -61,21 +55,14 @@ fn reply_values(reply: &Reply) -> Vec<(&'static str, f64)> {
                     .position(|result| *result == motion.pose_write)
                     .expect("all are listed") as f64,
             ),
-            (
-                "POSE_WRITE_COUNTER",
-                f64::from(motion.pose_write_counter % POSE_WRITE_MODULUS),
-            ),
+            ("POSE_WRITE_COUNTER", f64::from(motion.pose_write_counter % POSE_WRITE_MODULUS)),
             ("SEQUENCE", f64::from(motion.sequence)),
         ],
     }
 }
 
 fn pose_values(pose: Pose) -> Vec<(&'static str, f64)> {
-    vec![
-        ("X", pose.x.m()),
-        ("Y", pose.y.m()),
-        ("HEADING", pose.heading.deg()),
-    ]
+    vec![("X", pose.x.m()), ("Y", pose.y.m()), ("HEADING", pose.heading.deg())]
 }
 
 /// Each signal of `message` reads, by the file's layout, as the value of its name, within half a
@@ -89,10 +76,7 @@ fn check(dbc: &Dbc, message: Message, data: &[u8], values: &[(&'static str, f64)
         let found = read(signal, data);
         let mut error = (found - value).abs();
         if signal.name == "HEADING" {
-            error = (Angle::from_deg(found) - Angle::from_deg(*value))
-                .wrapped()
-                .abs()
-                .deg();
+            error = (Angle::from_deg(found) - Angle::from_deg(*value)).wrapped().abs().deg();
         }
         let limit = signal.factor / 2.0 + ROUNDING;
         assert!(error <= limit, "{}: {value} reads as {found}", signal.name);

@@ -41,17 +41,8 @@ pub fn number(value: NumericValue) -> f64 {
 
 /// The bits of a signal within the eight bytes, counted from bit 0 of byte 0.
 pub fn mask(signal: &Signal) -> u64 {
-    assert_eq!(
-        signal.byte_order,
-        ByteOrder::LittleEndian,
-        "{}",
-        signal.name
-    );
-    assert!(
-        signal.size >= 1 && signal.start_bit + signal.size <= 64,
-        "{}",
-        signal.name
-    );
+    assert_eq!(signal.byte_order, ByteOrder::LittleEndian, "{}", signal.name);
+    assert!(signal.size >= 1 && signal.start_bit + signal.size <= 64, "{}", signal.name);
     (u64::MAX >> (64 - signal.size)) << signal.start_bit
 }
 

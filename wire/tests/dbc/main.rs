@@ -20,31 +20,15 @@ fn the_file_has_these_messages_and_no_others() {
     let found: Vec<_> = dbc
         .messages
         .iter()
-        .map(|entry| {
-            (
-                entry.id,
-                entry.name.as_str(),
-                entry.size,
-                entry.transmitter.as_deref(),
-            )
-        })
+        .map(|entry| (entry.id, entry.name.as_str(), entry.size, entry.transmitter.as_deref()))
         .collect();
     let expected = Message::ALL.map(|message| {
         let sender = if message.is_reply() { "BASE" } else { "HOST" };
-        (
-            id_of(message),
-            name_of(message),
-            message.payload_bytes() as u64,
-            Some(sender),
-        )
+        (id_of(message), name_of(message), message.payload_bytes() as u64, Some(sender))
     });
     assert_eq!(found, expected);
     for entry in &dbc.messages {
-        let receiver = if entry.transmitter.as_deref() == Some("BASE") {
-            "HOST"
-        } else {
-            "BASE"
-        };
+        let receiver = if entry.transmitter.as_deref() == Some("BASE") { "HOST" } else { "BASE" };
         for signal in &entry.signals {
             assert_eq!(signal.receivers, [receiver], "{}", signal.name);
         }
@@ -59,11 +43,7 @@ fn signals_lie_inside_their_message_and_do_not_overlap() {
     for entry in &dbc.messages {
         let mut taken = 0;
         for signal in &entry.signals {
-            assert!(
-                signal.start_bit + signal.size <= 8 * entry.size,
-                "{}",
-                signal.name
-            );
+            assert!(signal.start_bit + signal.size <= 8 * entry.size, "{}", signal.name);
             assert_eq!(taken & mask(signal), 0, "{} overlaps", signal.name);
             taken |= mask(signal);
             let (least, greatest) = counts(signal);
@@ -71,11 +51,7 @@ fn signals_lie_inside_their_message_and_do_not_overlap() {
                 ValueType::Signed => -(1 << (signal.size - 1))..=(1i64 << (signal.size - 1)) - 1,
                 ValueType::Unsigned => 0..=(1i64 << signal.size) - 1,
             };
-            assert!(
-                fits.contains(&least) && fits.contains(&greatest),
-                "{}",
-                signal.name
-            );
+            assert!(fits.contains(&least) && fits.contains(&greatest), "{}", signal.name);
             assert!(least < greatest, "{}", signal.name);
         }
     }
@@ -98,9 +74,7 @@ fn units_are_those_of_the_field() {
         }
     }
     let dbc = dbc();
-    let heading = dbc
-        .signal_by_name(id_of(Message::Motion), "HEADING")
-        .unwrap();
+    let heading = dbc.signal_by_name(id_of(Message::Motion), "HEADING").unwrap();
     assert_eq!(heading.factor, HEADING_STEP.deg());
 }
 
@@ -113,15 +87,8 @@ fn numbers_beyond_the_range_are_clipped_to_the_declared_one() {
             drive: Speed::from_m_per_s(far),
             steer: AngularRate::from_deg_per_s(far),
         };
-        let pose = Pose {
-            x: Length::from_m(far),
-            y: Length::from_m(far),
-            ..Pose::default()
-        };
-        let motion = Motion {
-            displacement: Length::from_m(far),
-            ..Motion::default()
-        };
+        let pose = Pose { x: Length::from_m(far), y: Length::from_m(far), ..Pose::default() };
+        let motion = Motion { displacement: Length::from_m(far), ..Motion::default() };
         let frames = [
             request_frame(&request).unwrap(),
             reply_frame(&Reply::Pose(pose)),
@@ -133,11 +100,7 @@ fn numbers_beyond_the_range_are_clipped_to_the_declared_one() {
                 {
                     let end = if sign > 0.0 { signal.max } else { signal.min };
                     let found = read(signal, frame.data());
-                    assert!(
-                        (found - number(end)).abs() < ROUNDING,
-                        "{}: {found}",
-                        signal.name
-                    );
+                    assert!((found - number(end)).abs() < ROUNDING, "{}: {found}", signal.name);
                 }
             }
         }
@@ -148,26 +111,13 @@ fn numbers_beyond_the_range_are_clipped_to_the_declared_one() {
 fn the_results_of_a_pose_write_are_named() {
     let dbc = dbc();
     let named = dbc.value_descriptions_for_signal(id_of(Message::Motion), "POSE_WRITE_RESULT");
-    let named: Vec<_> = named
-        .unwrap()
-        .iter()
-        .map(|value| (value.id, value.description.as_str()))
-        .collect();
-    let expected = [
-        (0, "none"),
-        (1, "accepted"),
-        (2, "refused in motion"),
-        (3, "refused value"),
-    ];
+    let named: Vec<_> =
+        named.unwrap().iter().map(|value| (value.id, value.description.as_str())).collect();
+    let expected = [(0, "none"), (1, "accepted"), (2, "refused in motion"), (3, "refused value")];
     assert_eq!(named, expected);
     for (result, (id, _)) in RESULTS.into_iter().zip(expected) {
-        let frame = reply_frame(&Reply::Motion(Motion {
-            pose_write: result,
-            ..Motion::default()
-        }));
-        let signal = dbc
-            .signal_by_name(id_of(Message::Motion), "POSE_WRITE_RESULT")
-            .unwrap();
+        let frame = reply_frame(&Reply::Motion(Motion { pose_write: result, ..Motion::default() }));
+        let signal = dbc.signal_by_name(id_of(Message::Motion), "POSE_WRITE_RESULT").unwrap();
         assert_eq!(read(signal, frame.data()), id as f64);
     }
 }
@@ -178,11 +128,7 @@ fn each_message_and_each_signal_is_explained() {
     for entry in &dbc.messages {
         assert!(dbc.message_comment(entry.id).is_some(), "{}", entry.name);
         for signal in &entry.signals {
-            assert!(
-                dbc.signal_comment(entry.id, &signal.name).is_some(),
-                "{}",
-                signal.name
-            );
+            assert!(dbc.signal_comment(entry.id, &signal.name).is_some(), "{}", signal.name);
         }
     }
 }
@@ -192,12 +138,7 @@ fn cycle_times() {
     let dbc = dbc();
     for (message, cycle_ms) in Message::ALL.into_iter().zip([27, 0, 0, 0, 20, 500]) {
         let found = dbc.resolved_message_attribute(id_of(message), "GenMsgCycleTime");
-        assert_eq!(
-            found,
-            Some(&AttributeValue::Uint(cycle_ms)),
-            "{}",
-            name_of(message)
-        );
+        assert_eq!(found, Some(&AttributeValue::Uint(cycle_ms)), "{}", name_of(message));
     }
 }
 

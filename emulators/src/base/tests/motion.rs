@@ -11,10 +11,7 @@ use wire::units::{Acceleration, Angle, AngularAcceleration, Length, Pose, Speed}
 #[test]
 fn odometry_errs_on_a_lap_as_in_the_paper() {
     for (direction, error_deg) in [(-1.0, -2.0), (1.0, -6.0)] {
-        let patient = BaseParameters {
-            command_timeout_s: f64::INFINITY,
-            ..papers_base()
-        };
+        let patient = BaseParameters { command_timeout_s: f64::INFINITY, ..papers_base() };
         let (odometer, truth) = lap(&mut base(patient), direction);
         assert!((odometer.abs() - 360.0).abs() < 1e-6, "{odometer}");
         let error = odometer.abs() - truth.abs();
@@ -25,26 +22,17 @@ fn odometry_errs_on_a_lap_as_in_the_paper() {
 
 #[test]
 fn an_ideal_base_returns_from_a_lap() {
-    let ideal = BaseParameters {
-        command_timeout_s: f64::INFINITY,
-        ..Default::default()
-    };
+    let ideal = BaseParameters { command_timeout_s: f64::INFINITY, ..Default::default() };
     let mut base = base(ideal);
     let (_, truth) = lap(&mut base, 1.0);
     let pose = base.truth_at(seconds(64.0)).pose;
     assert!((truth - 360.0).abs() < 1e-6);
-    assert!(
-        pose.x.abs().m() < 1e-6 && pose.y.abs().m() < 1e-6,
-        "{pose:?}"
-    );
+    assert!(pose.x.abs().m() < 1e-6 && pose.y.abs().m() < 1e-6, "{pose:?}");
 }
 
 #[test]
 fn limits_of_the_hardware_hold() {
-    let mut base = base(BaseParameters {
-        command_timeout_s: f64::INFINITY,
-        ..Default::default()
-    });
+    let mut base = base(BaseParameters { command_timeout_s: f64::INFINITY, ..Default::default() });
     base.request(
         Timestamp::ZERO,
         Request::SetAcceleration {
@@ -69,30 +57,21 @@ fn limits_of_the_hardware_hold() {
 #[test]
 fn a_carried_base_knows_nothing_of_it() {
     let mut base = base(papers_base());
-    let pose = Pose {
-        x: Length::from_m(3.0),
-        y: Length::ZERO,
-        heading: Angle::from_deg(90.0),
-    };
+    let pose = Pose { x: Length::from_m(3.0), y: Length::ZERO, heading: Angle::from_deg(90.0) };
     assert!(base.place(Timestamp::ZERO, pose));
     assert_eq!(base.truth_at(Timestamp::ZERO).pose, pose);
     base.request(Timestamp::ZERO, velocity(0.1, 0.0));
     assert!(!base.place(seconds(0.2), pose));
     let reported = replies(&mut base, Timestamp::ZERO, seconds(0.2));
     assert!(
-        reported
-            .iter()
-            .any(|(_, reply)| matches!(reply, Reply::Pose(p) if *p == Pose::default()))
+        reported.iter().any(|(_, reply)| matches!(reply, Reply::Pose(p) if *p == Pose::default()))
     );
 }
 
 #[test]
 fn spread_is_drawn_at_each_start_and_for_this_base_alone() {
-    let parameters = BaseParameters {
-        turn_scale_spread: 0.01,
-        command_timeout_s: 10.0,
-        ..Default::default()
-    };
+    let parameters =
+        BaseParameters { turn_scale_spread: 0.01, command_timeout_s: 10.0, ..Default::default() };
     let turns = |name| {
         let mut base = BaseEmulator::new(parameters.clone(), Transport::Can, 1, name);
         [0.0, 20.0].map(|start| {

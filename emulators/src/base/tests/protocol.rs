@@ -16,18 +16,12 @@ fn silence_stops_the_base_and_is_reported() {
     base.request(Timestamp::ZERO, velocity(0.5, 0.0));
     let log = motions(replies(&mut base, Timestamp::ZERO, seconds(5.0)));
     // 0.25 m/s^2 for the time-out of 0.5 s, and back.
-    let (stopped_at, last) = log
-        .iter()
-        .find(|(_, motion)| motion.command_timed_out && !motion.moving)
-        .unwrap();
+    let (stopped_at, last) =
+        log.iter().find(|(_, motion)| motion.command_timed_out && !motion.moving).unwrap();
     assert_eq!(*stopped_at, seconds(1.0));
     assert!((last.displacement.m() - 0.0625).abs() < 1e-4);
     base.request(seconds(5.0), velocity(0.1, 0.0));
-    assert!(
-        !motions(replies(&mut base, seconds(5.0), seconds(5.0)))[0]
-            .1
-            .command_timed_out
-    );
+    assert!(!motions(replies(&mut base, seconds(5.0), seconds(5.0)))[0].1.command_timed_out);
     // A command to stand still has nothing to run out of.
     base.request(seconds(5.0), velocity(0.0, 0.0));
     assert!(
@@ -40,33 +34,24 @@ fn silence_stops_the_base_and_is_reported() {
 #[test]
 fn a_pose_is_written_at_rest_only() {
     let mut base = base(papers_base());
-    let pose = Pose {
-        x: Length::from_m(1.0),
-        y: Length::from_m(-2.0),
-        heading: Angle::from_deg(10.14),
-    };
+    let pose =
+        Pose { x: Length::from_m(1.0), y: Length::from_m(-2.0), heading: Angle::from_deg(10.14) };
     let write = |counter| Request::WritePose { pose, counter };
     let result = |base: &mut BaseEmulator, at| {
         let motion = motions(replies(base, at, at)).last().unwrap().1;
         (motion.pose_write, motion.pose_write_counter)
     };
     base.request(Timestamp::ZERO, write(1));
-    assert_eq!(
-        result(&mut base, Timestamp::ZERO),
-        (PoseWriteResult::Accepted, 1)
-    );
+    assert_eq!(result(&mut base, Timestamp::ZERO), (PoseWriteResult::Accepted, 1));
     base.request(seconds(1.0), velocity(0.2, 0.0));
     base.request(seconds(1.1), write(2));
-    assert_eq!(
-        result(&mut base, seconds(1.1)),
-        (PoseWriteResult::RefusedInMotion, 2)
-    );
-    let written = replies(&mut base, seconds(1.1), seconds(5.0))
-        .into_iter()
-        .rev()
-        .find_map(|(_, reply)| match reply {
-            Reply::Pose(pose) => Some(pose),
-            Reply::Motion(_) => None,
+    assert_eq!(result(&mut base, seconds(1.1)), (PoseWriteResult::RefusedInMotion, 2));
+    let written =
+        replies(&mut base, seconds(1.1), seconds(5.0)).into_iter().rev().find_map(|(_, reply)| {
+            match reply {
+                Reply::Pose(pose) => Some(pose),
+                Reply::Motion(_) => None,
+            }
         });
     let (driven, heading) = (written.unwrap(), pose.heading);
     // As fine as it was written, and dead-reckoned from there: 0.1 m forward before it timed out.
@@ -90,10 +75,7 @@ fn headings_are_reported_in_steps() {
 fn motion_comes_often_in_motion_seldom_at_rest_and_at_once_on_a_change() {
     let mut base = base(BaseParameters::default());
     let log = motions(replies(&mut base, Timestamp::ZERO, seconds(1.3)));
-    assert_eq!(
-        log.iter().map(|(at, _)| *at).collect::<Vec<_>>(),
-        [0.0, 0.5, 1.0].map(seconds)
-    );
+    assert_eq!(log.iter().map(|(at, _)| *at).collect::<Vec<_>>(), [0.0, 0.5, 1.0].map(seconds));
     assert_eq!(log[1].0 - log[0].0, MOTION_PERIOD_AT_REST);
     base.request(seconds(1.3), velocity(0.1, 0.0));
     let log = motions(replies(&mut base, seconds(1.3), seconds(5.0)));
@@ -104,11 +86,7 @@ fn motion_comes_often_in_motion_seldom_at_rest_and_at_once_on_a_change() {
     let (stopped_at, _) = log.iter().find(|(_, motion)| !motion.moving).unwrap();
     assert_eq!(*stopped_at, seconds(1.3 + 0.5 + 0.4));
     let sequences: Vec<u8> = log.iter().map(|(_, motion)| motion.sequence).collect();
-    assert!(
-        sequences
-            .windows(2)
-            .all(|pair| pair[1] == pair[0].wrapping_add(1))
-    );
+    assert!(sequences.windows(2).all(|pair| pair[1] == pair[0].wrapping_add(1)));
 }
 
 #[test]
@@ -122,19 +100,10 @@ fn an_emergency_stop_stops_hard_and_holds() {
     let log = motions(replies(&mut base, seconds(0.5), seconds(2.0)));
     assert!(log.iter().all(|(_, motion)| motion.emergency_stop));
     // 0.1 m/s at 0.5 m/s^2.
-    assert_eq!(
-        log.iter().find(|(_, motion)| !motion.moving).unwrap().0,
-        seconds(0.6)
-    );
+    assert_eq!(log.iter().find(|(_, motion)| !motion.moving).unwrap().0, seconds(0.6));
     base.set_emergency_stop(seconds(2.0), false);
     base.request(seconds(2.0), velocity(0.1, 0.0));
-    assert!(
-        motions(replies(&mut base, seconds(2.0), seconds(2.1)))
-            .last()
-            .unwrap()
-            .1
-            .moving
-    );
+    assert!(motions(replies(&mut base, seconds(2.0), seconds(2.1))).last().unwrap().1.moving);
 }
 
 #[test]
@@ -154,18 +123,10 @@ fn the_serial_line_answers_writes_and_reads() {
         events
     };
     let written = exchange(&mut base, Timestamp::ZERO, velocity(0.2, 0.0));
-    assert!(
-        matches!(written[..], [HostEvent::Written(_)]),
-        "{written:?}"
-    );
+    assert!(matches!(written[..], [HostEvent::Written(_)]), "{written:?}");
     let read = exchange(&mut base, seconds(0.4), Request::ReadMotion);
-    let [HostEvent::Reply(Reply::Motion(motion))] = read[..] else {
-        panic!("{read:?}")
-    };
+    let [HostEvent::Reply(Reply::Motion(motion))] = read[..] else { panic!("{read:?}") };
     assert!(motion.moving && (motion.displacement.m() - 0.02).abs() < 1e-4);
     let read = exchange(&mut base, seconds(0.4), Request::ReadPose);
-    assert!(
-        matches!(read[..], [HostEvent::Reply(Reply::Pose(_))]),
-        "{read:?}"
-    );
+    assert!(matches!(read[..], [HostEvent::Reply(Reply::Pose(_))]), "{read:?}");
 }

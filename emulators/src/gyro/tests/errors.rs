@@ -22,29 +22,19 @@ fn the_papers_scale_gives_equation_5() {
                 NAVIGATOR,
             );
             let mut turned = 0.0;
-            run(&mut gyro, 16.0, table_turn(direction), |sample| {
-                turned += rate(sample) * 0.01
-            });
+            run(&mut gyro, 16.0, table_turn(direction), |sample| turned += rate(sample) * 0.01);
             let error = direction * turned - 360.0;
-            assert!(
-                (error - (-0.52 * celsius + 19.23)).abs() < 1e-9,
-                "{celsius}: {error}"
-            );
+            assert!((error - (-0.52 * celsius + 19.23)).abs() < 1e-9, "{celsius}: {error}");
         }
     }
 }
 
 #[test]
 fn beyond_the_range_the_data_are_wrong_and_the_validity_stays_good() {
-    let parameters = GyroParameters {
-        range_deg_per_s: 100.0,
-        ..Default::default()
-    };
-    for (true_rate, shown, over) in [
-        (99.0, 99.0, false),
-        (150.0, 100.0, true),
-        (-101.0, -100.0, true),
-    ] {
+    let parameters = GyroParameters { range_deg_per_s: 100.0, ..Default::default() };
+    for (true_rate, shown, over) in
+        [(99.0, 99.0, false), (150.0, 100.0, true), (-101.0, -100.0, true)]
+    {
         let mut gyro = gyro(parameters.clone(), NAVIGATOR);
         run(
             &mut gyro,
@@ -69,10 +59,7 @@ fn warm_up_moves_bias_and_flag_and_a_hot_start_does_not() {
         warm_up_flag_kelvin: 1.0,
         ..Default::default()
     };
-    let hot = GyroParameters {
-        powered_before_s: 1e6,
-        ..cold.clone()
-    };
+    let hot = GyroParameters { powered_before_s: 1e6, ..cold.clone() };
     let mut drift = gyro(cold, NAVIGATOR);
     let mut last = None;
     run(
@@ -85,10 +72,7 @@ fn warm_up_moves_bias_and_flag_and_a_hot_start_does_not() {
         },
     );
     let expected_deg_per_h = -3.0 * 20.0 * (-1.0f64).exp();
-    assert!(
-        (last.unwrap() * 3_600.0 - expected_deg_per_h).abs() < 1e-3,
-        "{last:?}"
-    );
+    assert!((last.unwrap() * 3_600.0 - expected_deg_per_h).abs() < 1e-3, "{last:?}");
     assert!((drift.truth().bias.deg_per_h() - expected_deg_per_h).abs() < 1e-3);
     let mut steady = gyro(hot, NAVIGATOR);
     run(
@@ -116,34 +100,20 @@ fn scale_depends_on_direction_rate_and_tilt() {
         );
         last / true_rate
     };
-    let asymmetric = GyroParameters {
-        scale_asymmetry_ppm: 400.0,
-        ..Default::default()
-    };
+    let asymmetric = GyroParameters { scale_asymmetry_ppm: 400.0, ..Default::default() };
     assert!((shown(asymmetric.clone(), 30.0) - 1.0002).abs() < 1e-9);
     assert!((shown(asymmetric, -30.0) - 0.9998).abs() < 1e-9);
-    let cubic = GyroParameters {
-        scale_ppm_at_30_deg_per_s: -1_000.0,
-        ..Default::default()
-    };
+    let cubic = GyroParameters { scale_ppm_at_30_deg_per_s: -1_000.0, ..Default::default() };
     assert!((shown(cubic.clone(), 30.0) - 0.999).abs() < 1e-9);
     assert!((shown(cubic, -15.0) - 0.99975).abs() < 1e-9);
-    let tilted = GyroParameters {
-        axis_tilt_deg: 1.0,
-        ..Default::default()
-    };
+    let tilted = GyroParameters { axis_tilt_deg: 1.0, ..Default::default() };
     assert!(((shown(tilted, 30.0) - 1.0) * 360.0 + 0.055).abs() < 1e-3);
 }
 
 #[test]
 fn parameters_change_during_a_run() {
-    let mut gyro = gyro(
-        GyroParameters {
-            thermal_time_constant_s: 10.0,
-            ..Default::default()
-        },
-        NAVIGATOR,
-    );
+    let mut gyro =
+        gyro(GyroParameters { thermal_time_constant_s: 10.0, ..Default::default() }, NAVIGATOR);
     run(&mut gyro, 3.505, |_| Angle::ZERO, |_| ());
     gyro.set_parameter("bias_deg_per_h", 3_600.0).unwrap();
     gyro.set_parameter("ambient_celsius", 30.0).unwrap();
@@ -166,14 +136,8 @@ fn parameters_change_during_a_run() {
 /// (IEEE Std 952-1997, annex B), at averaging times where each one rules.
 #[test]
 fn allan_deviations_are_those_of_theory() {
-    let white = GyroParameters {
-        angle_random_walk_deg_per_sqrt_h: 0.6,
-        ..Default::default()
-    };
-    let walk = GyroParameters {
-        rate_random_walk_deg_per_s_per_sqrt_s: 1e-3,
-        ..Default::default()
-    };
+    let white = GyroParameters { angle_random_walk_deg_per_sqrt_h: 0.6, ..Default::default() };
+    let walk = GyroParameters { rate_random_walk_deg_per_s_per_sqrt_s: 1e-3, ..Default::default() };
     let drift = GyroParameters {
         bias_drift_deg_per_s: 0.005,
         bias_drift_correlation_s: 10.0,
@@ -185,37 +149,23 @@ fn allan_deviations_are_those_of_theory() {
         let bracket = 2.0 * r - 3.0 + 4.0 * (-r).exp() - (-2.0 * r).exp();
         0.005 * (bracket / (r * r)).sqrt()
     };
-    let cases: [(GyroParameters, &dyn Fn(f64) -> f64); 3] = [
-        (white, &|t| 0.01 / t.sqrt()),
-        (walk, &|t| 1e-3 * (t / 3.0).sqrt()),
-        (drift, &markov),
-    ];
+    let cases: [(GyroParameters, &dyn Fn(f64) -> f64); 3] =
+        [(white, &|t| 0.01 / t.sqrt()), (walk, &|t| 1e-3 * (t / 3.0).sqrt()), (drift, &markov)];
     for (parameters, theory) in cases {
         let mut rates = Vec::new();
-        run(
-            &mut gyro(parameters, NAVIGATOR),
-            20_000.0,
-            |_| Angle::ZERO,
-            |s| rates.push(rate(s)),
-        );
+        run(&mut gyro(parameters, NAVIGATOR), 20_000.0, |_| Angle::ZERO, |s| rates.push(rate(s)));
         for seconds in [1usize, 10, 20] {
             let means: Vec<f64> = rates
                 .chunks_exact(seconds * 100)
                 .map(|chunk| chunk.iter().sum::<f64>() / chunk.len() as f64)
                 .collect();
-            let square: f64 = means
-                .windows(2)
-                .map(|pair| (pair[1] - pair[0]).powi(2))
-                .sum();
+            let square: f64 = means.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum();
             let deviation = (square / (2 * (means.len() - 1)) as f64).sqrt();
             // Relative standard error of an Allan deviation from n means: 1/sqrt(2 (n - 1)), more by
             // up to sqrt(3/2) where neighbours are correlated; 4 of them allowed.
             let allowed = 4.0 * (1.5 / (2.0 * (means.len() - 1) as f64)).sqrt();
             let ratio = deviation / theory(seconds as f64);
-            assert!(
-                (ratio - 1.0).abs() < allowed,
-                "{seconds} s: {ratio} +- {allowed}"
-            );
+            assert!((ratio - 1.0).abs() < allowed, "{seconds} s: {ratio} +- {allowed}");
         }
     }
 }

@@ -8,17 +8,11 @@ use wire::gyro::{GyroFormat, GyroOutput, GyroSample, GyroStream, OutputMode};
 use wire::time::Timestamp;
 use wire::units::Angle;
 
-const NAVIGATOR: GyroStream = GyroStream {
-    format: GyroFormat::Navigator,
-    mode: OutputMode::Rate,
-    reversed: false,
-};
+const NAVIGATOR: GyroStream =
+    GyroStream { format: GyroFormat::Navigator, mode: OutputMode::Rate, reversed: false };
 
-const DSP3000: GyroStream = GyroStream {
-    format: GyroFormat::Dsp3000Ascii,
-    mode: OutputMode::Increment,
-    reversed: false,
-};
+const DSP3000: GyroStream =
+    GyroStream { format: GyroFormat::Dsp3000Ascii, mode: OutputMode::Increment, reversed: false };
 
 pub(super) fn gyro(parameters: GyroParameters, stream: GyroStream) -> GyroEmulator {
     GyroEmulator::new(parameters, stream, 5, "gyro")

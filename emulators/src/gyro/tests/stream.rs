@@ -31,19 +31,11 @@ fn an_ideal_gyro_reads_the_carrier() {
 
 #[test]
 fn a_clock_error_spoils_rate_times_nominal_time_but_not_increments() {
-    let parameters = GyroParameters {
-        clock_error_ppm: 20_000.0,
-        ..Default::default()
-    };
+    let parameters = GyroParameters { clock_error_ppm: 20_000.0, ..Default::default() };
     let heading = |t: f64| Angle::from_deg(30.0 * t);
     let mut by_rate = 0.0;
-    let rates = GyroStream {
-        mode: OutputMode::Rate,
-        ..DSP3000
-    };
-    run(&mut gyro(parameters.clone(), rates), 12.0, heading, |s| {
-        by_rate += rate(s) * 0.01
-    });
+    let rates = GyroStream { mode: OutputMode::Rate, ..DSP3000 };
+    run(&mut gyro(parameters.clone(), rates), 12.0, heading, |s| by_rate += rate(s) * 0.01);
     let (mut by_increment, mut outputs) = (0.0, 0);
     run(&mut gyro(parameters, DSP3000), 12.0, heading, |sample| {
         by_increment += increment(sample);
@@ -64,27 +56,17 @@ fn commands_change_the_mode_and_zero_the_angle() {
     run(&mut gyro, 2.0, heading, |sample| last = Some(sample.output));
     assert!(matches!(last, Some(GyroOutput::Integrated(a)) if (a.deg() - 60.0).abs() < 1e-6));
     gyro.receive(Timestamp::from_secs_f64(2.0), b"Z\n");
-    run(&mut gyro, 15.0, heading, |sample| {
-        last = Some(sample.output)
-    });
+    run(&mut gyro, 15.0, heading, |sample| last = Some(sample.output));
     assert!(matches!(last, Some(GyroOutput::Integrated(a)) if (a.deg() - 30.0).abs() < 1e-6));
     gyro.receive(Timestamp::from_secs_f64(15.0), b"R\n");
-    run(&mut gyro, 16.0, heading, |sample| {
-        last = Some(sample.output)
-    });
+    run(&mut gyro, 16.0, heading, |sample| last = Some(sample.output));
     assert!(matches!(last, Some(GyroOutput::Rate(_))));
 }
 
 #[test]
 fn latency_delays_the_bytes_and_not_the_measurement() {
-    let delayed = GyroParameters {
-        latency_s: 0.025,
-        ..Default::default()
-    };
-    let (mut late, mut prompt) = (
-        gyro(delayed, NAVIGATOR),
-        gyro(Default::default(), NAVIGATOR),
-    );
+    let delayed = GyroParameters { latency_s: 0.025, ..Default::default() };
+    let (mut late, mut prompt) = (gyro(delayed, NAVIGATOR), gyro(Default::default(), NAVIGATOR));
     let log = |gyro: &mut GyroEmulator| {
         let mut log = Vec::new();
         while gyro.next_wakeup() <= Timestamp::from_secs_f64(1.0) {
@@ -125,12 +107,7 @@ fn a_carrier_that_was_placed_did_not_turn() {
     let mut gyro = gyro(GyroParameters::default(), NAVIGATOR);
     run(&mut gyro, 1.0, |_| Angle::ZERO, |_| ());
     gyro.carrier_placed(Angle::from_deg(90.0));
-    run(
-        &mut gyro,
-        2.0,
-        |_| Angle::from_deg(90.0),
-        |sample| assert_eq!(rate(sample), 0.0),
-    );
+    run(&mut gyro, 2.0, |_| Angle::from_deg(90.0), |sample| assert_eq!(rate(sample), 0.0));
 }
 
 #[test]
@@ -145,11 +122,7 @@ fn the_same_seed_gives_the_same_bytes_and_another_name_others() {
         let mut bytes = Vec::new();
         while bytes.len() < 8_000 {
             let now = gyro.next_wakeup();
-            bytes.extend(
-                gyro.wake(now, Angle::ZERO)
-                    .iter()
-                    .flat_map(|p| p.as_slice().to_vec()),
-            );
+            bytes.extend(gyro.wake(now, Angle::ZERO).iter().flat_map(|p| p.as_slice().to_vec()));
         }
         bytes
     };

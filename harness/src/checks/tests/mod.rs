@@ -21,10 +21,7 @@ fn observation(quantity: &str, value: f64, uncertainty: f64, tags: &[(&str, f64)
         quantity: quantity.to_owned(),
         value,
         uncertainty,
-        tags: tags
-            .iter()
-            .map(|&(tag, value)| (tag.to_owned(), value))
-            .collect(),
+        tags: tags.iter().map(|&(tag, value)| (tag.to_owned(), value)).collect(),
     }
 }
 
@@ -32,11 +29,7 @@ fn observation(quantity: &str, value: f64, uncertainty: f64, tags: &[(&str, f64)
 fn table_errors(values: &[f64], uncertainty: f64) -> Vec<Observation> {
     let tags = |index: usize| {
         let index = index as f64;
-        [
-            ("time", index),
-            ("temperature", 20.0 + index),
-            ("run", 1.0 + index),
-        ]
+        [("time", index), ("temperature", 20.0 + index), ("run", 1.0 + index)]
     };
     let each = |(index, &value): (usize, &f64)| {
         observation("table.error", value, uncertainty, &tags(index))

@@ -39,21 +39,11 @@ fn checks(lower: f64, upper: f64) -> Vec<Declared> {
     let square = format!(
         "{{ all_but_in_square = {{ count = 2, side_m = {side:?}, y = \"table.angle\" }} }}"
     );
-    error
-        .iter()
-        .chain([&square])
-        .map(|check| declared("table.error", check))
-        .collect()
+    error.iter().chain([&square]).map(|check| declared("table.error", check)).collect()
 }
 
 fn observations() -> impl Strategy<Value = Vec<Observation>> {
-    let one = (
-        -2.0f64..2.0,
-        -2.0f64..2.0,
-        0.0f64..0.3,
-        15.0f64..45.0,
-        any::<bool>(),
-    );
+    let one = (-2.0f64..2.0, -2.0f64..2.0, 0.0f64..0.3, 15.0f64..45.0, any::<bool>());
     prop::collection::vec(one, 0..12).prop_map(|all| {
         let both = |(index, (x, y, uncertainty, temperature, ccw)): (usize, _)| {
             let (time, direction) = (index as f64, if ccw { 1.0 } else { -1.0 });

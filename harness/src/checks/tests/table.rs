@@ -26,26 +26,11 @@ fn verdicts_on_single_values_and_shares() {
         ("{ all_within = { at_least = 0 } }", &[-1e-9], 0.0, Fail),
         (nine_tenths, &ten, 0.001, Pass),
         (nine_tenths, &ten, 0.011, Marginal),
-        (
-            "{ share_within = { share = 0.91, band = [-0.1, 0.1] } }",
-            &ten,
-            0.0,
-            Fail,
-        ),
-        (
-            "{ share_within = { share = 0.91, band = [-0.1, 0.1] } }",
-            &ten,
-            9.0,
-            Fail,
-        ),
+        ("{ share_within = { share = 0.91, band = [-0.1, 0.1] } }", &ten, 0.0, Fail),
+        ("{ share_within = { share = 0.91, band = [-0.1, 0.1] } }", &ten, 9.0, Fail),
         (but_one, &ten, 0.001, Pass),
         (but_one, &ten, 0.011, Marginal),
-        (
-            "{ all_but_within = { count = 0, band = [-0.1, 0.1] } }",
-            &ten,
-            0.0,
-            Fail,
-        ),
+        ("{ all_but_within = { count = 0, band = [-0.1, 0.1] } }", &ten, 0.0, Fail),
         (but_one, &[0.3], 0.0, Unset),
         (but_one, &[0.3, 0.0], 0.0, Pass),
     ] {
@@ -62,9 +47,7 @@ fn verdicts_on_moments_and_lines() {
     // Mean 2, standard uncertainty 1 / sqrt(3) = 0.577.
     let three = [1.0, 2.0, 3.0];
     // Exactly -0.52 T + 19.23; readings of +-0.1: u(slope) = 0.1 / sqrt(sum (T - Tm)^2) = 0.1 / sqrt(10).
-    let line: Vec<f64> = (0..5)
-        .map(|i| 19.23 - 0.52 * (20.0 + f64::from(i)))
-        .collect();
+    let line: Vec<f64> = (0..5).map(|i| 19.23 - 0.52 * (20.0 + f64::from(i))).collect();
     let slope = "{ slope_within = { against = \"temperature\", band = [-0.54, -0.50] } }";
     let intercept = "{ intercept_within = { against = \"temperature\", band = [18, 20] } }";
     let tracks = "{ correlation_within = { against = \"temperature\", band = [-1, -0.9] } }";
@@ -85,12 +68,7 @@ fn verdicts_on_moments_and_lines() {
         (tracks, &three, 0.0, Fail),
         (tracks, &[1.0, 1.0, 1.0], 0.0, Unset),
         (tracks, &three[..2], 0.0, Unset),
-        (
-            "{ slope_within = { against = \"age\", band = [0, 1] } }",
-            &line,
-            0.0,
-            Fail,
-        ),
+        ("{ slope_within = { against = \"age\", band = [0, 1] } }", &line, 0.0, Fail),
     ] {
         assert_eq!(
             verdict(check, &table_errors(values, uncertainty)),
@@ -103,19 +81,12 @@ fn verdicts_on_moments_and_lines() {
 #[test]
 fn verdicts_on_settling() {
     let values = [5.0, 3.0, 0.5, 3.0, 0.8, 0.2, 0.1];
-    for (within, uncertainty, expected) in [
-        (4.0, 0.0, Pass),
-        (3.9, 0.0, Fail),
-        (4.0, 0.15, Marginal),
-        (5.0, 0.15, Pass),
-    ] {
+    for (within, uncertainty, expected) in
+        [(4.0, 0.0, Pass), (3.9, 0.0, Fail), (4.0, 0.15, Marginal), (5.0, 0.15, Pass)]
+    {
         let check = format!("{{ eventually_within = {{ band = [-1, 1], within_s = {within} }} }}");
         let measured = judged(&check, &table_errors(&values, uncertainty));
-        assert_eq!(
-            (measured.verdict, measured.value),
-            (expected, Some(4.0)),
-            "{check}"
-        );
+        assert_eq!((measured.verdict, measured.value), (expected, Some(4.0)), "{check}");
     }
     let check = "{ eventually_within = { band = [-1, 1], within_s = 100 } }";
     assert_eq!(verdict(check, &table_errors(&[0.0, 0.0, 2.0], 0.0)), Fail);
@@ -125,10 +96,7 @@ fn verdicts_on_settling() {
 fn a_phase_must_have_been_seen() {
     let during = |value, phase| observation("table.error", value, 0.0, &[(phase, 1.0)]);
     let check = "{ never_outside = { band = [-0.3, 0.3], during = \"straight\" } }";
-    let (inside, outside) = (
-        during(0.2, "during.straight"),
-        during(0.9, "during.straight"),
-    );
+    let (inside, outside) = (during(0.2, "during.straight"), during(0.9, "during.straight"));
     let elsewhere = during(0.9, "during.turn");
     assert_eq!(verdict(check, &[inside.clone(), elsewhere.clone()]), Pass);
     assert_eq!(verdict(check, &[inside, outside]), Fail);
@@ -172,10 +140,7 @@ fn verdicts_on_return_positions() {
     let both = judge(&umbmark, &returns(&[(-0.12, -0.05), (0.04, 0.03)], 0.002));
     assert!((both.value.unwrap() - 0.005f64.to_degrees()).abs() < 1e-12);
     assert_eq!(both.verdict, Pass);
-    assert_eq!(
-        judge(&umbmark, &returns(&[(-0.12, -0.05)], 0.002)).verdict,
-        Unset
-    );
+    assert_eq!(judge(&umbmark, &returns(&[(-0.12, -0.05)], 0.002)).verdict, Unset);
 }
 
 #[test]
@@ -186,18 +151,11 @@ fn one_method_is_better_than_another() {
         let noisy = |quantity: &str, scale: f64| {
             [1.0, -1.1, 0.9, -1.0].map(|value| observation(quantity, scale * value, 0.0, &[]))
         };
-        [
-            noisy("bias.residual_test", ours),
-            noisy("bias.residual_table", theirs),
-        ]
-        .concat()
+        [noisy("bias.residual_test", ours), noisy("bias.residual_table", theirs)].concat()
     };
-    for (ours, theirs, expected) in [
-        (1.0, 2.0, Pass),
-        (1.0, 1.02, Marginal),
-        (2.0, 1.0, Fail),
-        (1.0, 0.0, Fail),
-    ] {
+    for (ours, theirs, expected) in
+        [(1.0, 2.0, Pass), (1.0, 1.02, Marginal), (2.0, 1.0, Fail), (1.0, 0.0, Fail)]
+    {
         assert_eq!(
             judge(&better, &observations(ours, theirs)).verdict,
             expected,
@@ -234,48 +192,22 @@ fn what_is_judged_is_said() {
     broken[2].value = f64::NAN;
     let lines: Vec<_> = [
         ("{ all_within = [-0.25, 0.25] }", &observations),
-        (
-            "{ share_within = { share = 0.6, band = [-0.2, 0.2] } }",
-            &observations,
-        ),
-        (
-            "{ all_but_within = { count = 2, band = [-0.2, 0.2] } }",
-            &observations,
-        ),
+        ("{ share_within = { share = 0.6, band = [-0.2, 0.2] } }", &observations),
+        ("{ all_but_within = { count = 2, band = [-0.2, 0.2] } }", &observations),
         ("{ mean_within = { at_most = 0.1 } }", &observations),
         ("{ rms_within = { at_most = 0.2 } }", &observations),
-        (
-            "{ slope_within = { against = \"temperature\", band = [-0.1, 0.1] } }",
-            &observations,
-        ),
-        (
-            "{ intercept_within = { against = \"temperature\", band = [-9, 9] } }",
-            &observations,
-        ),
-        (
-            "{ correlation_within = { against = \"temperature\", band = [-1, 1] } }",
-            &observations,
-        ),
-        (
-            "{ eventually_within = { band = [-0.23, 0.3], within_s = 10 } }",
-            &observations,
-        ),
-        (
-            "{ never_outside = { band = [-1, 1], during = \"lap\" } }",
-            &observations,
-        ),
+        ("{ slope_within = { against = \"temperature\", band = [-0.1, 0.1] } }", &observations),
+        ("{ intercept_within = { against = \"temperature\", band = [-9, 9] } }", &observations),
+        ("{ correlation_within = { against = \"temperature\", band = [-1, 1] } }", &observations),
+        ("{ eventually_within = { band = [-0.23, 0.3], within_s = 10 } }", &observations),
+        ("{ never_outside = { band = [-1, 1], during = \"lap\" } }", &observations),
         ("{ all_within = [-1, 1] }", &broken),
-        (
-            "{ slope_within = { against = \"age\", band = [-1, 1] } }",
-            &observations,
-        ),
+        ("{ slope_within = { against = \"age\", band = [-1, 1] } }", &observations),
     ]
     .into_iter()
     .map(|(check, observations)| {
         let m = judged(check, observations);
-        let value = m
-            .value
-            .map_or("-".to_owned(), |value| format!("{value:.4}"));
+        let value = m.value.map_or("-".to_owned(), |value| format!("{value:.4}"));
         let bound = |bound: Option<f64>| bound.map_or("..".to_owned(), |bound| bound.to_string());
         format!(
             "{:<9} {value:>8} +- {:<7.4} {:>5} to {:<5} {}",

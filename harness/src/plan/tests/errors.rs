@@ -33,59 +33,29 @@ fn rendered(error: &PlanError) -> String {
 fn mistakes_of_writing_are_shown_in_place() {
     let cases = [
         ("no TOML at all", format!("{HEAD}steps = [")),
-        (
-            "an unknown key of a plan",
-            format!("{HEAD}steps = []\nseeds = 1\n"),
-        ),
-        (
-            "an unknown key of a step",
-            with_steps("{ bias_test = { durations_s = 20 } }"),
-        ),
-        (
-            "a misspelt step",
-            with_steps("{ trun = { angle_deg = 90 } }"),
-        ),
+        ("an unknown key of a plan", format!("{HEAD}steps = []\nseeds = 1\n")),
+        ("an unknown key of a step", with_steps("{ bias_test = { durations_s = 20 } }")),
+        ("a misspelt step", with_steps("{ trun = { angle_deg = 90 } }")),
         (
             "two actions in a step",
             with_steps("{ wait = { duration_s = 1 }, turn = { angle_deg = 9 } }"),
         ),
         ("no action in a step", with_steps("{ label = \"warm\" }")),
-        (
-            "a wrong type",
-            with_steps("{ wait = { duration_s = \"20\" } }"),
-        ),
+        ("a wrong type", with_steps("{ wait = { duration_s = \"20\" } }")),
         ("a step that is no table", with_steps("\"wait\"")),
-        (
-            "a negative duration",
-            with_steps("{ wait = { duration_s = -20 } }"),
-        ),
-        (
-            "a negative limit",
-            with_steps("{ bias_test = {}, time_limit_s = -1 }"),
-        ),
+        ("a negative duration", with_steps("{ wait = { duration_s = -20 } }")),
+        ("a negative limit", with_steps("{ bias_test = {}, time_limit_s = -1 }")),
         ("a missing key", with_steps("{ turn = {} }")),
-        (
-            "no repetitions",
-            with_steps("{ repeat = { times = 0, steps = [{ bias_test = {} }] } }"),
-        ),
-        (
-            "nothing to repeat",
-            with_steps("{ repeat = { times = 2, steps = [] } }"),
-        ),
+        ("no repetitions", with_steps("{ repeat = { times = 0, steps = [{ bias_test = {} }] } }")),
+        ("nothing to repeat", with_steps("{ repeat = { times = 2, steps = [] } }")),
         (
             "two kinds of sweep",
             with_steps(
                 "{ sweep = { parameter = \"gyro.x\", values = [1], from = 1, steps = [{ bias_test = {} }] } }",
             ),
         ),
-        (
-            "an unsafe name",
-            with_steps("{ use_calibration = \"../../etc\" }"),
-        ),
-        (
-            "a misspelt choice",
-            with_steps("{ heading_source = \"odometer\" }"),
-        ),
+        ("an unsafe name", with_steps("{ use_calibration = \"../../etc\" }")),
+        ("a misspelt choice", with_steps("{ heading_source = \"odometer\" }")),
     ];
     insta::assert_snapshot!(table(&cases));
 }
@@ -95,10 +65,7 @@ fn mistakes_of_meaning_are_shown_in_place() {
     let base = "name = \"m\"\ndoc = \"d\"\nquantity = \"table.error\"\n";
     let cases = [
         ("no steps", format!("{HEAD}steps = []\n{TAIL}")),
-        (
-            "no measurement",
-            format!("{HEAD}steps = [{{ bias_test = {{}} }}]\n"),
-        ),
+        ("no measurement", format!("{HEAD}steps = [{{ bias_test = {{}} }}]\n")),
         (
             "a band reversed",
             with_measurement(&format!(
@@ -150,10 +117,7 @@ fn mistakes_of_meaning_are_shown_in_place() {
         ),
         (
             "a name used twice",
-            format!(
-                "{}{TAIL}{TAIL}",
-                with_steps("{ bias_test = {} }").trim_end_matches(TAIL)
-            ),
+            format!("{}{TAIL}{TAIL}", with_steps("{ bias_test = {} }").trim_end_matches(TAIL)),
         ),
         (
             "an answer nobody asks for",
@@ -178,10 +142,7 @@ fn mistakes_of_meaning_are_shown_in_place() {
 }
 
 fn table(cases: &[(&str, String)]) -> String {
-    cases
-        .iter()
-        .map(|(what, text)| format!("## {what}\n{}\n", rendered(&error(text))))
-        .collect()
+    cases.iter().map(|(what, text)| format!("## {what}\n{}\n", rendered(&error(text)))).collect()
 }
 
 #[test]
@@ -190,11 +151,7 @@ fn sizes_are_bounded() {
     for _ in 0..DEPTH_MAX {
         nested = format!("{{ repeat = {{ times = 1, steps = [{nested}] }} }}");
     }
-    assert!(
-        error(&with_steps(&nested))
-            .message()
-            .starts_with("steps nested")
-    );
+    assert!(error(&with_steps(&nested)).message().starts_with("steps nested"));
 
     let many = "{ bias_test = {} },".repeat(STEPS_MAX + 1);
     assert!(error(&with_steps(&many)).message().starts_with("more than"));
@@ -203,11 +160,7 @@ fn sizes_are_bounded() {
     for _ in 0..2 {
         often = format!("{{ repeat = {{ times = 100000, steps = [{often}] }} }}");
     }
-    assert!(
-        error(&with_steps(&often))
-            .message()
-            .contains("when carried out")
-    );
+    assert!(error(&with_steps(&often)).message().contains("when carried out"));
 
     let long = "#".repeat(FILE_LEN_MAX + 1);
     assert!(rendered(&error(&long)).contains("bytes"));

@@ -15,22 +15,12 @@ fn the_verification_of_fig_6() {
     let plan = plan(include_str!("verification.toml"));
     assert_eq!(plan.name.as_str(), "verification");
     assert_eq!(plan.steps.len(), 3);
-    let Action::Repeat(repeat) = &plan.steps[2].action else {
-        panic!("a repeat")
-    };
-    assert_eq!(
-        (repeat.times, repeat.period),
-        (20, Some(Span::from_secs(120)))
-    );
-    let Action::TableTurn(turn) = &repeat.steps[1].action else {
-        panic!("a turn")
-    };
+    let Action::Repeat(repeat) = &plan.steps[2].action else { panic!("a repeat") };
+    assert_eq!((repeat.times, repeat.period), (20, Some(Span::from_secs(120))));
+    let Action::TableTurn(turn) = &repeat.steps[1].action else { panic!("a turn") };
     assert_eq!(turn.angle, Angle::from_deg(-360.0));
     assert_eq!(turn.rate, AngularRate::from_deg_per_s(30.0));
-    assert_eq!(
-        turn.acceleration,
-        AngularAcceleration::from_deg_per_s2(15.0)
-    );
+    assert_eq!(turn.acceleration, AngularAcceleration::from_deg_per_s2(15.0));
     let cw = &plan.measurements[0];
     assert_eq!(cw.check, Check::AllWithin(Band::new(-0.25, 0.25).unwrap()));
     assert_eq!(cw.observations_min, NonZeroU32::new(20).unwrap());
@@ -54,11 +44,8 @@ fn every_step_and_every_check_can_be_written() {
 #[test]
 fn waiting_for_a_steady_temperature() {
     let plan = plan(include_str!("everything.toml"));
-    let Action::WaitUntil(Condition::Steady {
-        quantity,
-        change_at_most,
-        over,
-    }) = &plan.steps[1].action
+    let Action::WaitUntil(Condition::Steady { quantity, change_at_most, over }) =
+        &plan.steps[1].action
     else {
         panic!("a condition");
     };
@@ -77,11 +64,7 @@ fn titles(steps: &[Step], depth: usize) -> String {
     let line = |step: &Step| {
         let limit = step.time_limit().as_secs_f64();
         let within = titles(step.action.steps(), depth + 1);
-        format!(
-            "{:depth$}{step}  [{limit:.0} s]\n{within}",
-            "",
-            depth = 2 * depth
-        )
+        format!("{:depth$}{step}  [{limit:.0} s]\n{within}", "", depth = 2 * depth)
     };
     steps.iter().map(line).collect()
 }

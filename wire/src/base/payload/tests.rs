@@ -24,10 +24,7 @@ pub(in crate::base) fn any_request() -> impl Strategy<Value = Request> {
 
 /// A reply with ordinary and absurd numbers.
 pub(in crate::base) fn any_reply() -> impl Strategy<Value = Reply> {
-    prop_oneof![
-        any_pose().prop_map(Reply::Pose),
-        any_motion().prop_map(Reply::Motion)
-    ]
+    prop_oneof![any_pose().prop_map(Reply::Pose), any_motion().prop_map(Reply::Motion)]
 }
 
 /// What a request becomes on its way: rounded and clipped; `None` where it is not sent.
@@ -60,27 +57,19 @@ fn any_motion() -> impl Strategy<Value = Motion> {
     ];
     let flags = any::<[bool; 4]>();
     let result = prop::sample::select(results.to_vec());
-    (
-        number(1e5),
-        number(720.0),
-        flags,
-        result,
-        any::<u8>(),
-        any::<u8>(),
+    (number(1e5), number(720.0), flags, result, any::<u8>(), any::<u8>()).prop_map(
+        |(displacement, heading, flags, pose_write, pose_write_counter, sequence)| Motion {
+            displacement: Length::from_m(displacement),
+            heading: Angle::from_deg(heading),
+            moving: flags[0],
+            command_timed_out: flags[1],
+            emergency_stop: flags[2],
+            fault: flags[3],
+            pose_write,
+            pose_write_counter,
+            sequence,
+        },
     )
-        .prop_map(
-            |(displacement, heading, flags, pose_write, pose_write_counter, sequence)| Motion {
-                displacement: Length::from_m(displacement),
-                heading: Angle::from_deg(heading),
-                moving: flags[0],
-                command_timed_out: flags[1],
-                emergency_stop: flags[2],
-                fault: flags[3],
-                pose_write,
-                pose_write_counter,
-                sequence,
-            },
-        )
 }
 
 fn velocity(drive_m_per_s: f64, steer_deg_per_s: f64) -> Request {
@@ -98,11 +87,7 @@ fn limits(drive_m_per_s2: f64, steer_deg_per_s2: f64) -> Request {
 }
 
 fn pose(x_m: f64, y_m: f64, heading_deg: f64) -> Pose {
-    Pose {
-        x: Length::from_m(x_m),
-        y: Length::from_m(y_m),
-        heading: Angle::from_deg(heading_deg),
-    }
+    Pose { x: Length::from_m(x_m), y: Length::from_m(y_m), heading: Angle::from_deg(heading_deg) }
 }
 
 /// Half a count, and what floating point adds to it.
@@ -114,21 +99,12 @@ fn half(counts_per_unit: f64) -> f64 {
 fn check_direction(sent: Angle, came: Angle, tolerance_deg: f64) {
     let error_deg = (sent - came).wrapped().abs().deg();
     assert!(error_deg <= tolerance_deg, "{sent:?} came as {came:?}");
-    assert!(
-        (-180.0..180.0).contains(&came.deg()),
-        "{came:?} is not wrapped"
-    );
+    assert!((-180.0..180.0).contains(&came.deg()), "{came:?} is not wrapped");
 }
 
 fn check_pose(sent: Pose, came: Pose) {
-    assert!(
-        (sent.x - came.x).abs().m() <= half(COUNTS_PER_M),
-        "{sent:?} came as {came:?}"
-    );
-    assert!(
-        (sent.y - came.y).abs().m() <= half(COUNTS_PER_M),
-        "{sent:?} came as {came:?}"
-    );
+    assert!((sent.x - came.x).abs().m() <= half(COUNTS_PER_M), "{sent:?} came as {came:?}");
+    assert!((sent.y - came.y).abs().m() <= half(COUNTS_PER_M), "{sent:?} came as {came:?}");
     check_direction(sent.heading, came.heading, half(COUNTS_PER_DEG));
 }
 
@@ -221,10 +197,7 @@ fn a_velocity_is_clipped_and_a_broken_one_is_zero() {
         (velocity(-9.0, -999.0), velocity(-3.2768, -327.68)),
         (velocity(f64::NAN, 30.0), velocity(0.0, 30.0)),
         (velocity(0.4, f64::NAN), velocity(0.4, 0.0)),
-        (
-            velocity(f64::INFINITY, f64::NEG_INFINITY),
-            velocity(0.0, 0.0),
-        ),
+        (velocity(f64::INFINITY, f64::NEG_INFINITY), velocity(0.0, 0.0)),
         (velocity(0.4, -30.0), velocity(0.4, -30.0)),
     ] {
         assert_eq!(carried_request(&asked), Some(carried));
@@ -237,22 +210,10 @@ fn a_limit_with_which_the_base_could_not_stop_is_refused() {
         assert_eq!(encode_request(&limits(bad, 21.0)), None);
         assert_eq!(encode_request(&limits(0.25, bad)), None);
     }
-    assert_eq!(
-        carried_request(&limits(1e-9, 1e-9)),
-        Some(limits(0.0001, 0.01))
-    );
-    assert_eq!(
-        carried_request(&limits(99.0, 9e9)),
-        Some(limits(6.5535, 655.35))
-    );
-    assert_eq!(
-        decode_request(Message::SetAcceleration, &[0, 0, 1, 0]),
-        None
-    );
-    assert_eq!(
-        decode_request(Message::SetAcceleration, &[1, 0, 0, 0]),
-        None
-    );
+    assert_eq!(carried_request(&limits(1e-9, 1e-9)), Some(limits(0.0001, 0.01)));
+    assert_eq!(carried_request(&limits(99.0, 9e9)), Some(limits(6.5535, 655.35)));
+    assert_eq!(decode_request(Message::SetAcceleration, &[0, 0, 1, 0]), None);
+    assert_eq!(decode_request(Message::SetAcceleration, &[1, 0, 0, 0]), None);
 }
 
 #[test]
@@ -277,10 +238,7 @@ fn half_a_turn_is_sent_as_the_closed_end_of_the_circle() {
     for heading in [180.0, -180.0, 179.999, 540.0] {
         let (_, payload) = encode_reply(&Reply::Pose(pose(0.0, 0.0, heading)));
         assert_eq!(payload.as_slice()[6..], (-18_000i16).to_le_bytes());
-        let motion = Motion {
-            heading: Angle::from_deg(heading),
-            ..Motion::default()
-        };
+        let motion = Motion { heading: Angle::from_deg(heading), ..Motion::default() };
         let (_, payload) = encode_reply(&Reply::Motion(motion));
         assert_eq!(payload.as_slice()[4..6], (-600i16).to_le_bytes());
     }
@@ -288,21 +246,12 @@ fn half_a_turn_is_sent_as_the_closed_end_of_the_circle() {
 
 #[test]
 fn a_heading_from_beyond_the_circle_is_the_same_direction() {
-    for (counts, deg) in [
-        (24_576i16, -114.24),
-        (-18_001, 179.99),
-        (18_000, -180.0),
-        (9_000, 90.0),
-    ] {
+    for (counts, deg) in [(24_576i16, -114.24), (-18_001, 179.99), (18_000, -180.0), (9_000, 90.0)]
+    {
         let mut bytes = [0; 8];
         bytes[6..].copy_from_slice(&counts.to_le_bytes());
-        let Some(Reply::Pose(pose)) = decode_reply(Message::Pose, &bytes) else {
-            panic!("a pose")
-        };
-        assert!(
-            (pose.heading.deg() - deg).abs() < 1e-9,
-            "{counts}: {pose:?}"
-        );
+        let Some(Reply::Pose(pose)) = decode_reply(Message::Pose, &bytes) else { panic!("a pose") };
+        assert!((pose.heading.deg() - deg).abs() < 1e-9, "{counts}: {pose:?}");
     }
 }
 
@@ -327,21 +276,12 @@ fn known_payloads() {
     });
     // -40,000 counts, -300 steps, result 2 and counter 3.
     let bytes = [0xC0, 0x63, 0xFF, 0xFF, 0xD4, 0xFE, 0b1110_1001, 200];
-    assert_eq!(
-        encode_reply(&motion),
-        (Message::Motion, Payload::full(bytes))
-    );
+    assert_eq!(encode_reply(&motion), (Message::Motion, Payload::full(bytes)));
 
-    let request = Request::WritePose {
-        pose: pose(4.0, -0.0001, 90.0),
-        counter: 5,
-    };
+    let request = Request::WritePose { pose: pose(4.0, -0.0001, 90.0), counter: 5 };
     // x = 40,000 in bits 0-22, y = -1 in bits 23-45, counter 1 in bits 46-47, heading 9,000.
     let bytes = [0x40, 0x9C, 0x80, 0xFF, 0xFF, 0x7F, 0x28, 0x23];
-    assert_eq!(
-        encode_request(&request),
-        Some((Message::WritePose, Payload::full(bytes)))
-    );
+    assert_eq!(encode_request(&request), Some((Message::WritePose, Payload::full(bytes))));
 
     assert_eq!(
         encode_request(&velocity(0.4, -30.0)).map(|(_, payload)| payload),

@@ -123,10 +123,7 @@ impl Device {
 
     /// The counters.
     pub const fn counters(&self) -> DeviceCounters {
-        DeviceCounters {
-            skipped: self.decoder.skipped(),
-            ..self.counters
-        }
+        DeviceCounters { skipped: self.decoder.skipped(), ..self.counters }
     }
 
     fn count(&mut self, event: DeviceEvent) {
@@ -148,16 +145,10 @@ impl Device {
 /// What a good line asks of this command set.
 fn understand(line: &Line) -> Result<DeviceEvent, Refusal> {
     let (address, computer, count, is_read) = match line {
-        Line::Write {
-            address,
-            computer,
-            data,
-        } => (*address, *computer, data.as_slice().len(), false),
-        Line::Read {
-            address,
-            computer,
-            count,
-        } => (*address, *computer, usize::from(*count), true),
+        Line::Write { address, computer, data } => {
+            (*address, *computer, data.as_slice().len(), false)
+        }
+        Line::Read { address, computer, count } => (*address, *computer, usize::from(*count), true),
     };
     if computer != COMPUTER_ID {
         return Err(Refusal::OtherComputer(computer));
@@ -170,14 +161,10 @@ fn understand(line: &Line) -> Result<DeviceEvent, Refusal> {
     }
     match line {
         Line::Write { data, .. } => decode_request(message, data.as_slice())
-            .map(|request| DeviceEvent::Write {
-                request,
-                answer: line.checksum(),
-            })
+            .map(|request| DeviceEvent::Write { request, answer: line.checksum() })
             .ok_or(Refusal::WrongValue(message)),
-        Line::Read { .. } => Ok(DeviceEvent::Read(ReadAnswer {
-            message,
-            request_checksum: line.checksum(),
-        })),
+        Line::Read { .. } => {
+            Ok(DeviceEvent::Read(ReadAnswer { message, request_checksum: line.checksum() }))
+        }
     }
 }

@@ -66,14 +66,7 @@ impl Host {
         }
         let read = |message: Message| {
             let count = message.payload_bytes() as u8;
-            (
-                message,
-                Line::Read {
-                    address: message.register(),
-                    computer: COMPUTER_ID,
-                    count,
-                },
-            )
+            (message, Line::Read { address: message.register(), computer: COMPUTER_ID, count })
         };
         let (message, line) = match request {
             Request::ReadMotion => read(Message::Motion),
@@ -81,14 +74,7 @@ impl Host {
             write => {
                 let (message, data) = encode_request(write)?;
                 let address = message.register();
-                (
-                    message,
-                    Line::Write {
-                        address,
-                        computer: COMPUTER_ID,
-                        data,
-                    },
-                )
+                (message, Line::Write { address, computer: COMPUTER_ID, data })
             }
         };
         self.outstanding = Some(Exchange {
@@ -134,11 +120,7 @@ impl Host {
             return Some(HostEvent::Unexpected(byte));
         };
         let message = exchange.message;
-        let data_bytes = if message.is_reply() {
-            message.payload_bytes()
-        } else {
-            0
-        };
+        let data_bytes = if message.is_reply() { message.payload_bytes() } else { 0 };
         if exchange.received < data_bytes {
             exchange.answer[exchange.received] = byte;
             exchange.received += 1;

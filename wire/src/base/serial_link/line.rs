@@ -63,21 +63,10 @@ impl Line {
 
     fn fields(&self) -> ([u8; HEADER_BYTES], &[u8]) {
         let (count, address, computer, data) = match self {
-            Self::Write {
-                address,
-                computer,
-                data,
-            } => (
-                data.as_slice().len() as u8,
-                address,
-                *computer,
-                data.as_slice(),
-            ),
-            Self::Read {
-                address,
-                computer,
-                count,
-            } => (*count, address, *computer, &[][..]),
+            Self::Write { address, computer, data } => {
+                (data.as_slice().len() as u8, address, *computer, data.as_slice())
+            }
+            Self::Read { address, computer, count } => (*count, address, *computer, &[][..]),
         };
         let [high, low] = address.to_be_bytes();
         ([count, high, low, computer], data)
@@ -104,12 +93,7 @@ struct Partial {
 
 impl Partial {
     const fn new(start: u8) -> Self {
-        Self {
-            start,
-            fields: [0; FIELD_BYTES_MAX],
-            complete: 0,
-            high_digit: None,
-        }
+        Self { start, fields: [0; FIELD_BYTES_MAX], complete: 0, high_digit: None }
     }
 
     /// Adds a digit; `None` when it is not one or there is no room.
@@ -127,26 +111,17 @@ impl Partial {
 
     fn finish(&self) -> Result<Line, LineError> {
         let bytes = self.fields.get(..self.complete).unwrap_or_default();
-        let (&[count, high, low, computer], [data @ .., _]) = bytes
-            .split_first_chunk::<HEADER_BYTES>()
-            .ok_or(LineError::Malformed)?
+        let (&[count, high, low, computer], [data @ .., _]) =
+            bytes.split_first_chunk::<HEADER_BYTES>().ok_or(LineError::Malformed)?
         else {
             return Err(LineError::Malformed);
         };
         let address = u16::from_be_bytes([high, low]);
         let line = match self.start {
             WRITE if data.len() == usize::from(count) => {
-                Payload::from_slice(data).map(|data| Line::Write {
-                    address,
-                    computer,
-                    data,
-                })
+                Payload::from_slice(data).map(|data| Line::Write { address, computer, data })
             }
-            READ if data.is_empty() => Some(Line::Read {
-                address,
-                computer,
-                count,
-            }),
+            READ if data.is_empty() => Some(Line::Read { address, computer, count }),
             _ => None,
         };
         match line {
@@ -175,10 +150,7 @@ pub struct LineDecoder {
 impl LineDecoder {
     /// A decoder that waits for a line to start.
     pub const fn new() -> Self {
-        Self {
-            partial: None,
-            skipped: 0,
-        }
+        Self { partial: None, skipped: 0 }
     }
 
     /// Takes one character. A line, or what was wrong with it, comes with its CR, with the first

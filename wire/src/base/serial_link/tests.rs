@@ -48,30 +48,16 @@ fn the_published_lines_have_another_count_than_the_messages_here() {
 #[test]
 fn a_good_line_may_still_be_refused() {
     let good = Payload::from_slice(&[0; 4]).unwrap();
-    let write = |address, computer| Line::Write {
-        address,
-        computer,
-        data: good,
-    };
-    let read = |address, count| Line::Read {
-        address,
-        computer: COMPUTER_ID,
-        count,
-    };
+    let write = |address, computer| Line::Write { address, computer, data: good };
+    let read = |address, count| Line::Read { address, computer: COMPUTER_ID, count };
     for (line, refusal) in [
         (write(0x1F00, 2), Refusal::OtherComputer(2)),
         (write(0x1F04, COMPUTER_ID), Refusal::UnknownRegister(0x1F04)),
         (write(0xE000, COMPUTER_ID), Refusal::UnknownRegister(0xE000)),
         (read(0x1F00, 4), Refusal::UnknownRegister(0x1F00)),
         (read(0xE008, 7), Refusal::WrongCount(Message::Pose)),
-        (
-            write(0x1F10, COMPUTER_ID),
-            Refusal::WrongCount(Message::WritePose),
-        ),
-        (
-            write(0x1F08, COMPUTER_ID),
-            Refusal::WrongValue(Message::SetAcceleration),
-        ),
+        (write(0x1F10, COMPUTER_ID), Refusal::WrongCount(Message::WritePose)),
+        (write(0x1F08, COMPUTER_ID), Refusal::WrongValue(Message::SetAcceleration)),
     ] {
         let mut device = Device::new();
         let events = device_events(&mut device, line.encode().as_slice());
@@ -83,15 +69,9 @@ fn a_good_line_may_still_be_refused() {
 fn a_published_host_loop_has_time_for_a_write_and_a_read() {
     let mut host = Host::new();
     let write = host
-        .start(&Request::SetVelocity {
-            drive: Default::default(),
-            steer: Default::default(),
-        })
+        .start(&Request::SetVelocity { drive: Default::default(), steer: Default::default() })
         .unwrap();
-    assert_eq!(
-        host_events(&mut host, &[0xDC]),
-        [HostEvent::Written(Message::SetVelocity)]
-    );
+    assert_eq!(host_events(&mut host, &[0xDC]), [HostEvent::Written(Message::SetVelocity)]);
     let read = host.start(&Request::ReadMotion).unwrap();
     let characters = write.len() + 1 + read.len() + ANSWER_BYTES_MAX;
     assert_eq!(characters, 42);
@@ -114,47 +94,27 @@ fn one_exchange_at_a_time() {
 #[test]
 fn a_stray_byte_costs_one_exchange_when_the_host_waits() {
     let (mut host, mut device) = (Host::new(), Device::new());
-    let reply = Reply::Motion(Motion {
-        sequence: 7,
-        ..Motion::default()
-    });
+    let reply = Reply::Motion(Motion { sequence: 7, ..Motion::default() });
     let mut answer = |host: &mut Host| {
         let request = host.start(&Request::ReadMotion).unwrap();
         let events = device_events(&mut device, request.as_slice());
-        let [DeviceEvent::Read(answer)] = events[..] else {
-            panic!("{events:?}")
-        };
+        let [DeviceEvent::Read(answer)] = events[..] else { panic!("{events:?}") };
         answer.packet(&reply).unwrap()
     };
     let first = answer(&mut host);
     let last = *first.as_slice().last().unwrap();
     let events = host_events(&mut host, &[&[0x55], first.as_slice()].concat());
-    assert_eq!(
-        events,
-        [
-            HostEvent::BadChecksum(Message::Motion),
-            HostEvent::Unexpected(last)
-        ]
-    );
+    assert_eq!(events, [HostEvent::BadChecksum(Message::Motion), HostEvent::Unexpected(last)]);
     let second = answer(&mut host);
-    assert_eq!(
-        host_events(&mut host, second.as_slice()),
-        [HostEvent::Reply(reply)]
-    );
+    assert_eq!(host_events(&mut host, second.as_slice()), [HostEvent::Reply(reply)]);
     assert!(quiet_time() >= SETTINGS.time_for(ANSWER_BYTES_MAX));
 }
 
 #[test]
 fn an_answer_must_be_the_message_that_was_asked_for() {
-    let line = Line::Read {
-        address: 0xE008,
-        computer: COMPUTER_ID,
-        count: 8,
-    };
+    let line = Line::Read { address: 0xE008, computer: COMPUTER_ID, count: 8 };
     let events = device_events(&mut Device::new(), line.encode().as_slice());
-    let [DeviceEvent::Read(answer)] = events[..] else {
-        panic!("{events:?}")
-    };
+    let [DeviceEvent::Read(answer)] = events[..] else { panic!("{events:?}") };
     assert_eq!(ReadAnswer::message(answer), Message::Pose);
     assert_eq!(answer.packet(&Reply::Motion(Motion::default())), None);
     // 08 E0 08 01 and eight zeros: the checksum is that of the request.

@@ -9,29 +9,17 @@ use std::vec::Vec;
 
 fn decode(bytes: &[u8]) -> Vec<Result<Line, LineError>> {
     let mut decoder = LineDecoder::new();
-    bytes
-        .iter()
-        .filter_map(|byte| decoder.push(*byte))
-        .collect()
+    bytes.iter().filter_map(|byte| decoder.push(*byte)).collect()
 }
 
 fn any_line() -> impl Strategy<Value = Line> {
     let data = prop::collection::vec(any::<u8>(), 0..=PAYLOAD_BYTES_MAX);
     prop_oneof![
         (any::<u16>(), any::<u8>(), data).prop_map(|(address, computer, data)| {
-            Line::Write {
-                address,
-                computer,
-                data: Payload::from_slice(&data).unwrap(),
-            }
+            Line::Write { address, computer, data: Payload::from_slice(&data).unwrap() }
         }),
-        (any::<u16>(), any::<u8>(), any::<u8>()).prop_map(|(address, computer, count)| {
-            Line::Read {
-                address,
-                computer,
-                count,
-            }
-        }),
+        (any::<u16>(), any::<u8>(), any::<u8>())
+            .prop_map(|(address, computer, count)| { Line::Read { address, computer, count } }),
     ]
 }
 
@@ -44,16 +32,9 @@ fn the_published_lines() {
     };
     assert_eq!(write.encode().as_slice(), b":031F0001010203D7\r");
     assert_eq!(write.checksum(), 0xD7);
-    let read = Line::Read {
-        address: 0xE000,
-        computer: COMPUTER_ID,
-        count: 5,
-    };
+    let read = Line::Read { address: 0xE000, computer: COMPUTER_ID, count: 5 };
     assert_eq!(read.encode().as_slice(), b";05E000011A\r");
-    assert_eq!(
-        decode(b":031F0001010203D7\r;05E000011A\r"),
-        [Ok(write), Ok(read)]
-    );
+    assert_eq!(decode(b":031F0001010203D7\r;05E000011A\r"), [Ok(write), Ok(read)]);
 }
 
 #[test]
@@ -61,14 +42,7 @@ fn a_line_that_is_not_understood_says_why() {
     use LineError::{BadChecksum, Malformed};
     for (bytes, expected) in [
         (&b";05E000011B\r"[..], &[Err(BadChecksum)][..]),
-        (
-            b";05e000011a\r",
-            &[Ok(Line::Read {
-                address: 0xE000,
-                computer: 1,
-                count: 5,
-            })],
-        ),
+        (b";05e000011a\r", &[Ok(Line::Read { address: 0xE000, computer: 1, count: 5 })]),
         (b";05E0000:05E000", &[Err(Malformed)]),
         (b";05E00001 1A\r", &[Err(Malformed)]),
         (b";05E000011A0\r", &[Err(Malformed)]),
