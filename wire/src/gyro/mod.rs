@@ -9,13 +9,20 @@
 //!
 //! [`GyroEncoder`] turns samples into bytes, [`GyroDecoder`] bytes into samples. A decoder never
 //! panics, counts what it throws away ([`Counters`]) and finds the next good frame within
-//! [`GyroFormat::resync_bytes_max`] bytes.
+//! [`GyroFormat::resync_bytes_max`] bytes. The host's commands to a DSP-3000 are in
+//! [`dsp3000_command`].
 
 pub mod dsp3000_ascii;
 pub mod dsp3000_binary;
+pub mod dsp3000_command;
 pub mod ecore2000;
 mod kvh_frame;
 pub mod navigator;
+mod tally;
+#[cfg(test)]
+mod test_support;
+#[cfg(test)]
+mod tests;
 
 use crate::packet::Packet;
 use crate::serial::SerialSettings;
@@ -55,11 +62,13 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Samples lost between `earlier` and `self`, modulo the counter.
+    /// Samples lost between `earlier` and `self`, modulo the counter: a repeated number reads as all
+    /// numbers but one lost.
     pub fn lost_since(self, earlier: Self) -> u16 {
-        let modulus = self.modulus.max(1);
-        let step = (u16::from(self.value) + modulus - u16::from(earlier.value) % modulus) % modulus;
-        (step + modulus - 1) % modulus
+        let modulus = i32::from(self.modulus.max(1));
+        let lost = i32::from(self.value) - i32::from(earlier.value) - 1;
+        // Below the modulus, which is a `u16`.
+        lost.rem_euclid(modulus) as u16
     }
 }
 
@@ -69,8 +78,8 @@ impl Sequence {
 pub struct GyroSample {
     /// Rate, increment or angle.
     pub output: GyroOutput,
-    /// The stream's own validity bit; true where it has none. It stays true beyond the range
-    /// (KVH DSP-3000 manual).
+    /// The stream's own validity bit; true where it has none (the Navigator then fails the built-in
+    /// test). It stays true beyond the range (KVH DSP-3000 manual).
     pub valid: bool,
     /// Status bits.
     pub status: GyroStatus,
@@ -109,8 +118,12 @@ pub enum GyroFormat {
 
 impl GyroFormat {
     /// All formats.
-    pub const ALL: [Self; 4] =
-        [Self::Navigator, Self::Ecore2000, Self::Dsp3000Ascii, Self::Dsp3000Binary];
+    pub const ALL: [Self; 4] = [
+        Self::Navigator,
+        Self::Ecore2000,
+        Self::Dsp3000Ascii,
+        Self::Dsp3000Binary,
+    ];
 
     /// The settings of the line.
     pub const fn serial(self) -> SerialSettings {
@@ -137,6 +150,14 @@ impl GyroFormat {
             Self::Ecore2000 => ecore2000::RATE_STEP,
             Self::Dsp3000Ascii => dsp3000_ascii::RATE_STEP,
             Self::Dsp3000Binary => dsp3000_binary::RATE_STEP,
+        }
+    }
+
+    /// The format can carry this output.
+    pub const fn carries(self, mode: OutputMode) -> bool {
+        match self {
+            Self::Navigator | Self::Ecore2000 => matches!(mode, OutputMode::Rate),
+            Self::Dsp3000Ascii | Self::Dsp3000Binary => true,
         }
     }
 
@@ -173,9 +194,10 @@ pub struct Counters {
     pub frames: u64,
     /// Frames whose checksum or parity was wrong.
     pub checksum_errors: u64,
-    /// Frames that were right in form and held no usable value.
+    /// Whole frames or lines that held no usable value.
     pub malformed: u64,
-    /// Bytes that belonged to no good frame.
+    /// Bytes that belonged to no good frame. Those of good frames, these, and those that a decoder
+    /// still holds add up to all bytes that came in.
     pub bytes_discarded: u64,
     /// Times that lock was found again after it had been lost.
     pub resyncs: u64,
@@ -194,8 +216,10 @@ impl GyroEncoder {
     }
 
     /// The bytes of one sample. Values beyond what the wire can carry are clipped to it; fields that
-    /// the format lacks are left out; a NaN is sent as zero with the validity bit clear (where there
-    /// is one).
+    /// the format lacks are left out. A NaN, or an output that the format does not carry
+    /// ([`GyroFormat::carries`]), is sent as zero with the validity bit clear, on the Navigator with
+    /// the built-in test failed, and on the E-Core 2000, which has neither, just as zero.
+    #[inline]
     pub fn encode(&self, sample: &GyroSample) -> Packet {
         let mut sample = *sample;
         if self.stream.reversed {
@@ -238,10 +262,14 @@ impl GyroDecoder {
                 FormatDecoder::Dsp3000Binary(dsp3000_binary::Decoder::new())
             }
         };
-        Self { reversed: stream.reversed, format }
+        Self {
+            reversed: stream.reversed,
+            format,
+        }
     }
 
     /// Takes bytes in any division and hands each sample they complete to `deliver`.
+    #[inline]
     pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(GyroSample)) {
         let reversed = self.reversed;
         let mut deliver = |mut sample: GyroSample| {
@@ -267,6 +295,23 @@ impl GyroDecoder {
             FormatDecoder::Dsp3000Binary(decoder) => decoder.counters(),
         }
     }
+
+    /// Bytes that came in and may still become part of a frame; at most one frame's.
+    pub const fn bytes_pending(&self) -> usize {
+        match &self.format {
+            FormatDecoder::Navigator(decoder) => decoder.bytes_pending(),
+            FormatDecoder::Ecore2000(decoder) => decoder.bytes_pending(),
+            FormatDecoder::Dsp3000Ascii(decoder) => decoder.bytes_pending(),
+            FormatDecoder::Dsp3000Binary(decoder) => decoder.bytes_pending(),
+        }
+    }
+}
+
+/// `steps` to the nearest whole number in `lowest..=highest`; `None` for a NaN.
+#[inline]
+fn quantised(steps: f64, lowest: i32, highest: i32) -> Option<i32> {
+    let steps = steps.clamp(f64::from(lowest), f64::from(highest));
+    (!steps.is_nan()).then(|| libm::rint(steps) as i32)
 }
 
 fn negated(output: GyroOutput) -> GyroOutput {

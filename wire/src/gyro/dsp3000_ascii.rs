@@ -1,0 +1,386 @@
+//! The KVH DSP-3000 stream, 100 Hz ASCII interface (part 02-1222-01).
+//!
+//! A line holds a decimal number and a validity flag: `(-)xxx.xxxxxx y` CR LF, where y is 1 for valid
+//! data and 0 for a fault (KVH DSP-3000 Technical Manual 54-0215 Rev. C, section 2.1). The number is a
+//! rate in deg/s, an increment in deg or an angle in deg modulo 360; the line does not say which, so
+//! that the decoder must be told, and whoever tells it wrong is not contradicted.
+//!
+//! Public drivers record lines of exactly 21 bytes, the number flush right in 15 columns, three
+//! spaces, the flag, CR LF (`libdsp3000`, EPFL, 2006; parser tests of the ROS package `kvh`, 2016).
+//! The encoder sends these. The decoder takes them, and lines just as the manual pictures them, with
+//! three digits before the point and one space after the number.
+//!
+//! Lines carry no checksum. Both forms fix the number of digits, so that a lost, doubled or non-digit
+//! byte is caught; a digit that became another digit, or a minus that became a space, is not.
+
+use super::tally::Tally;
+use super::{Counters, GyroOutput, GyroSample, GyroStatus, OutputMode, quantised};
+use crate::packet::Packet;
+use crate::units::{Angle, AngularRate};
+
+/// One step of a rate: the sixth decimal of deg/s.
+pub const RATE_STEP: AngularRate = AngularRate::from_deg_per_s(1.0 / STEPS_PER_UNIT);
+
+/// One step of an angle: the sixth decimal of deg.
+pub const ANGLE_STEP: Angle = Angle::from_deg(1.0 / STEPS_PER_UNIT);
+
+/// Garbage without a line end costs the line it runs into; the next one is delivered.
+pub const RESYNC_BYTES_MAX: usize = 2 * LINE_BYTES;
+
+/// Bytes of a line as public drivers record it.
+pub const LINE_BYTES: usize = 21;
+
+const STEPS_PER_UNIT: f64 = 1e6;
+/// The largest number that three digits and six decimals hold, in steps.
+const STEPS_MAX: i32 = 999_999_999;
+const STEPS_PER_TURN: i32 = 360_000_000;
+
+/// The number is flush right in this many columns.
+const NUMBER_COLUMNS: usize = 15;
+const GAP: &[u8] = b"   ";
+const LINE_END: &[u8] = b"\r\n";
+const DECIMALS: usize = 6;
+const INTEGER_DIGITS_MAX: usize = 3;
+
+/// The line of one sample. A rate or an increment is clipped to +-999.999999; an angle is sent in
+/// [0, 360) deg.
+pub fn encode(sample: &GyroSample) -> Packet {
+    let steps = match sample.output {
+        GyroOutput::Rate(rate) => quantised(rate / RATE_STEP, -STEPS_MAX, STEPS_MAX),
+        GyroOutput::Increment(angle) => quantised(angle / ANGLE_STEP, -STEPS_MAX, STEPS_MAX),
+        GyroOutput::Integrated(angle) => quantised(
+            angle.wrapped() / ANGLE_STEP,
+            -STEPS_PER_TURN,
+            STEPS_PER_TURN,
+        )
+        .map(|steps| steps.rem_euclid(STEPS_PER_TURN)),
+    };
+    let valid = sample.valid && steps.is_some();
+
+    let mut line = [b' '; LINE_BYTES];
+    write_number(&mut line[..NUMBER_COLUMNS], steps.unwrap_or(0));
+    line[NUMBER_COLUMNS + GAP.len()] = if valid { b'1' } else { b'0' };
+    line[LINE_BYTES - LINE_END.len()..].copy_from_slice(LINE_END);
+    Packet::from_slice(&line).unwrap_or_default()
+}
+
+/// Writes `steps` millionths flush right: at least one digit before the point, six after it.
+fn write_number(columns: &mut [u8], steps: i32) {
+    let mut rest = steps.unsigned_abs();
+    let mut digits_written = 0;
+    let mut sign = (steps < 0).then_some(b'-');
+    for column in columns.iter_mut().rev() {
+        if digits_written == DECIMALS {
+            *column = b'.';
+        } else if rest > 0 || digits_written <= DECIMALS + 1 {
+            *column = b'0' + (rest % 10) as u8;
+            rest /= 10;
+        } else {
+            match sign.take() {
+                Some(sign) => *column = sign,
+                None => return,
+            }
+        }
+        digits_written += 1;
+    }
+}
+
+/// Bytes to samples.
+#[derive(Debug, Clone)]
+pub struct Decoder {
+    mode: OutputMode,
+    tally: Tally,
+    /// A line begun, without its end.
+    line: [u8; LINE_BYTES],
+    line_bytes: usize,
+    /// The line is longer than any good one: everything up to its end is thrown away.
+    too_long: bool,
+}
+
+impl Decoder {
+    /// A decoder of a gyro set to `mode`.
+    pub const fn new(mode: OutputMode) -> Self {
+        Self {
+            mode,
+            tally: Tally::new(),
+            line: [0; LINE_BYTES],
+            line_bytes: 0,
+            too_long: false,
+        }
+    }
+
+    /// Takes bytes in any division and hands each sample they complete to `deliver`.
+    pub fn feed(&mut self, mut bytes: &[u8], deliver: &mut impl FnMut(GyroSample)) {
+        loop {
+            if self.line_bytes == 0 && !self.too_long {
+                // The usual case: whole lines, read where they lie.
+                while let Some((line, rest)) = bytes.split_first_chunk::<LINE_BYTES>() {
+                    let Some(reading) = read_columns(line) else {
+                        break;
+                    };
+                    bytes = rest;
+                    self.judge(Some(reading), LINE_BYTES, deliver);
+                }
+            }
+            let Some((&byte, rest)) = bytes.split_first() else {
+                return;
+            };
+            bytes = rest;
+            self.push(byte, deliver);
+        }
+    }
+
+    /// What has been seen so far. A line that holds no usable number counts as malformed.
+    pub const fn counters(&self) -> Counters {
+        self.tally.counters()
+    }
+
+    /// Bytes of a line that is not yet complete.
+    pub const fn bytes_pending(&self) -> usize {
+        self.line_bytes
+    }
+
+    fn push(&mut self, byte: u8, deliver: &mut impl FnMut(GyroSample)) {
+        if !self.too_long {
+            match self.line.get_mut(self.line_bytes) {
+                Some(room) => {
+                    *room = byte;
+                    self.line_bytes += 1;
+                }
+                None => {
+                    self.tally.discard(self.line_bytes);
+                    self.line_bytes = 0;
+                    self.too_long = true;
+                }
+            }
+        }
+        if self.too_long {
+            self.tally.discard(1);
+        }
+        if byte == b'\n' {
+            let reading = self.line.get(..self.line_bytes).and_then(read_line);
+            self.judge(reading, self.line_bytes, deliver);
+            self.line_bytes = 0;
+            self.too_long = false;
+        }
+    }
+
+    /// Judges a whole line; one that was too long has no bytes left to throw away.
+    fn judge(
+        &mut self,
+        reading: Option<Reading>,
+        line_bytes: usize,
+        deliver: &mut impl FnMut(GyroSample),
+    ) {
+        let output = reading.and_then(|reading| reading.output(self.mode));
+        match (output, reading) {
+            (Some(output), Some(Reading { valid, .. })) => {
+                self.tally.good_frame();
+                deliver(GyroSample {
+                    output,
+                    valid,
+                    status: GyroStatus::default(),
+                    temperature: None,
+                    sequence: None,
+                });
+            }
+            _ => {
+                self.tally.malformed();
+                self.tally.discard(line_bytes);
+                self.tally.lose_lock();
+            }
+        }
+    }
+}
+
+/// What a line says.
+#[derive(Debug, Clone, Copy)]
+struct Reading {
+    steps: i32,
+    valid: bool,
+}
+
+impl Reading {
+    /// The value in the unit of `mode`; `None` for an angle of more than one turn.
+    fn output(self, mode: OutputMode) -> Option<GyroOutput> {
+        // The division gives the double nearest to the decimal number.
+        let value = f64::from(self.steps) / STEPS_PER_UNIT;
+        match mode {
+            OutputMode::Rate => Some(GyroOutput::Rate(AngularRate::from_deg_per_s(value))),
+            OutputMode::Increment => Some(GyroOutput::Increment(Angle::from_deg(value))),
+            OutputMode::Integrated => (self.steps.abs() <= STEPS_PER_TURN)
+                .then_some(GyroOutput::Integrated(Angle::from_deg(value))),
+        }
+    }
+}
+
+/// Reads a line, its end included, in either form.
+fn read_line(line: &[u8]) -> Option<Reading> {
+    if let Ok(columns) = line.try_into() {
+        return read_columns(columns);
+    }
+    let line = line.strip_suffix(LINE_END)?;
+    let (&flag, line) = line.split_last()?;
+    let number = line.strip_suffix(b" ")?;
+    let digits = number.strip_prefix(b"-").unwrap_or(number);
+    (digits.len() == INTEGER_DIGITS_MAX + 1 + DECIMALS).then_some(())?;
+    Some(Reading {
+        steps: read_number(number)?,
+        valid: read_flag(flag)?,
+    })
+}
+
+/// Reads a line in fixed columns.
+fn read_columns(line: &[u8; LINE_BYTES]) -> Option<Reading> {
+    let (number, rest) = line.split_at(NUMBER_COLUMNS);
+    let (&flag, end) = rest.strip_prefix(GAP)?.split_first()?;
+    (end == LINE_END).then_some(())?;
+    let start = number.iter().position(|&byte| byte != b' ')?;
+    Some(Reading {
+        steps: read_number(&number[start..])?,
+        valid: read_flag(flag)?,
+    })
+}
+
+/// Reads one to three digits, a point and six digits, with or without a minus, in steps.
+fn read_number(number: &[u8]) -> Option<i32> {
+    let digits = number.strip_prefix(b"-").unwrap_or(number);
+    let (integer, fraction) = digits.split_at_checked(digits.len().checked_sub(DECIMALS)?)?;
+    let (&point, integer) = integer.split_last()?;
+    if point != b'.' || !(1..=INTEGER_DIGITS_MAX).contains(&integer.len()) {
+        return None;
+    }
+    let mut steps = 0;
+    for &byte in integer.iter().chain(fraction) {
+        let digit = byte.wrapping_sub(b'0');
+        if digit > 9 {
+            return None;
+        }
+        // At most nine digits: no overflow.
+        steps = steps * 10 + i32::from(digit);
+    }
+    Some(if digits.len() < number.len() {
+        -steps
+    } else {
+        steps
+    })
+}
+
+fn read_flag(flag: u8) -> Option<bool> {
+    match flag {
+        b'1' => Some(true),
+        b'0' => Some(false),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_support::{decoded, rate_sample};
+    use super::encode;
+    use crate::gyro::{GyroFormat, GyroOutput, GyroSample, OutputMode};
+    use crate::units::{Angle, AngularRate};
+    use insta::assert_snapshot;
+    use std::string::{String, ToString};
+    use std::vec::Vec;
+
+    fn line(sample: GyroSample) -> String {
+        encode(&sample).as_slice().escape_ascii().to_string()
+    }
+
+    fn angle(deg: f64) -> GyroSample {
+        GyroSample {
+            output: GyroOutput::Integrated(Angle::from_deg(deg)),
+            ..rate_sample(0.0)
+        }
+    }
+
+    fn read(text: &[u8], mode: OutputMode) -> Vec<GyroOutput> {
+        let samples = decoded(GyroFormat::Dsp3000Ascii, mode, text);
+        samples.iter().map(|sample| sample.output).collect()
+    }
+
+    #[test]
+    fn known_lines() {
+        assert_snapshot!(line(rate_sample(0.0)), @r"       0.000000   1\r\n");
+        assert_snapshot!(line(rate_sample(30.0)), @r"      30.000000   1\r\n");
+        assert_snapshot!(line(rate_sample(-30.0)), @r"     -30.000000   1\r\n");
+        assert_snapshot!(line(rate_sample(-0.000_001)), @r"      -0.000001   1\r\n");
+        assert_snapshot!(line(rate_sample(-0.000_000_1)), @r"       0.000000   1\r\n");
+        assert_snapshot!(line(rate_sample(1e9)), @r"     999.999999   1\r\n");
+        assert_snapshot!(line(rate_sample(-1e9)), @r"    -999.999999   1\r\n");
+        assert_snapshot!(line(rate_sample(f64::NAN)), @r"       0.000000   0\r\n");
+        assert_snapshot!(line(angle(-90.0)), @r"     270.000000   1\r\n");
+        assert_snapshot!(line(angle(719.999_999_9)), @r"       0.000000   1\r\n");
+        assert_snapshot!(line(angle(f64::INFINITY)), @r"       0.000000   0\r\n");
+    }
+
+    #[test]
+    fn a_recorded_line_is_read() {
+        // From the parser tests of the ROS package `kvh`.
+        let read = read(b"       0.015733   1\r\n", OutputMode::Rate);
+        assert_eq!(
+            read,
+            [GyroOutput::Rate(AngularRate::from_deg_per_s(0.015_733))]
+        );
+    }
+
+    #[test]
+    fn the_manuals_form_is_read() {
+        let read = read(b"-001.500000 1\r\n090.000000 0\r\n", OutputMode::Increment);
+        assert_eq!(
+            read,
+            [-1.5, 90.0].map(|deg| GyroOutput::Increment(Angle::from_deg(deg)))
+        );
+    }
+
+    #[test]
+    fn lines_that_are_not_right_are_refused() {
+        for text in [
+            "\r\n",
+            "      30.000000   1\n\n",
+            "      30.000000   2\r\n",
+            "      30.00000    1\r\n",
+            "      30,000000   1\r\n",
+            "       +0.00000   1\r\n",
+            "    - 30.000000   1\r\n",
+            "    1030.000000   1\r\n",
+            "        .000000   1\r\n",
+            "30.000000 1\r\n",
+            "0030.000000 1\r\n",
+            "030.000000  1\r\n",
+            "     --.-------   1\r\n",
+        ] {
+            assert!(
+                read(text.as_bytes(), OutputMode::Rate).is_empty(),
+                "{text:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_lost_or_doubled_byte_is_caught() {
+        let line = encode(&rate_sample(-123.456_789)).as_slice().to_vec();
+        for at in 0..line.len() {
+            let mut lost = line.clone();
+            lost.remove(at);
+            assert!(read(&lost, OutputMode::Rate).is_empty(), "lost {at}");
+            let mut doubled = line.clone();
+            doubled.insert(at, line[at]);
+            // A second line feed is an empty line after a good one.
+            let expected = usize::from(at == line.len() - 1);
+            assert_eq!(
+                read(&doubled, OutputMode::Rate).len(),
+                expected,
+                "doubled {at}"
+            );
+        }
+    }
+
+    #[test]
+    fn an_angle_of_more_than_a_turn_is_refused() {
+        let text = b"     360.000001   1\r\n     -90.000000   1\r\n";
+        let read = read(text, OutputMode::Integrated);
+        assert_eq!(read, [GyroOutput::Integrated(Angle::from_deg(-90.0))]);
+    }
+}
