@@ -1,0 +1,122 @@
+//! The six messages of the command set and where each lives: CAN identifier, register, length.
+
+use crate::can::{Id, StandardId};
+
+/// A message of the command set, without its content.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Message {
+    /// [`Request::SetVelocity`](super::Request::SetVelocity).
+    SetVelocity,
+    /// [`Request::SetAcceleration`](super::Request::SetAcceleration).
+    SetAcceleration,
+    /// [`Request::WritePose`](super::Request::WritePose).
+    WritePose,
+    /// [`Request::Stop`](super::Request::Stop).
+    Stop,
+    /// [`Reply::Motion`](super::Reply::Motion).
+    Motion,
+    /// [`Reply::Pose`](super::Reply::Pose).
+    Pose,
+}
+
+/// One row of the table: CAN identifier, serial register, payload bytes.
+struct Row {
+    can_id: StandardId,
+    register: u16,
+    payload_bytes: u8,
+}
+
+/// A row; fails to compile where `can_id` has more than 11 bits.
+const fn row(can_id: u16, register: u16, payload_bytes: u8) -> Row {
+    match StandardId::new(can_id) {
+        Some(can_id) => Row { can_id, register, payload_bytes },
+        None => panic!("a standard identifier has 11 bits"),
+    }
+}
+
+const SET_VELOCITY: Row = row(0x101, 0x1F00, 4);
+const SET_ACCELERATION: Row = row(0x102, 0x1F08, 4);
+const WRITE_POSE: Row = row(0x103, 0x1F10, 8);
+const STOP: Row = row(0x104, 0x1F18, 1);
+const MOTION: Row = row(0x181, 0xE000, 8);
+const POSE: Row = row(0x182, 0xE008, 8);
+
+impl Message {
+    /// All messages, in the order of their CAN identifiers.
+    pub const ALL: [Self; 6] = [
+        Self::SetVelocity,
+        Self::SetAcceleration,
+        Self::WritePose,
+        Self::Stop,
+        Self::Motion,
+        Self::Pose,
+    ];
+
+    const fn row(self) -> &'static Row {
+        match self {
+            Self::SetVelocity => &SET_VELOCITY,
+            Self::SetAcceleration => &SET_ACCELERATION,
+            Self::WritePose => &WRITE_POSE,
+            Self::Stop => &STOP,
+            Self::Motion => &MOTION,
+            Self::Pose => &POSE,
+        }
+    }
+
+    /// Its identifier on CAN.
+    pub const fn can_id(self) -> StandardId {
+        self.row().can_id
+    }
+
+    /// The address of its first byte on the serial line.
+    pub const fn register(self) -> u16 {
+        self.row().register
+    }
+
+    /// Bytes of its payload, on either transport.
+    pub const fn payload_bytes(self) -> usize {
+        self.row().payload_bytes as usize
+    }
+
+    /// Sent by the base; the others are sent by the host.
+    pub const fn is_reply(self) -> bool {
+        matches!(self, Self::Motion | Self::Pose)
+    }
+
+    /// The message with this identifier; `None` for any other and for every extended one.
+    pub fn from_can_id(id: Id) -> Option<Self> {
+        Self::ALL.into_iter().find(|message| Id::Standard(message.can_id()) == id)
+    }
+
+    /// The message that begins at this register.
+    pub fn from_register(register: u16) -> Option<Self> {
+        Self::ALL.into_iter().find(|message| message.register() == register)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Message;
+    use crate::can::{ExtendedId, Id};
+
+    #[test]
+    fn each_message_is_found_by_its_identifier_and_by_its_register() {
+        for message in Message::ALL {
+            assert_eq!(Message::from_can_id(Id::Standard(message.can_id())), Some(message));
+            assert_eq!(Message::from_register(message.register()), Some(message));
+            let extended = ExtendedId::new(message.can_id().as_raw().into()).unwrap();
+            assert_eq!(Message::from_can_id(Id::Extended(extended)), None);
+        }
+        assert_eq!(Message::from_register(0x1F01), None);
+    }
+
+    #[test]
+    fn no_two_registers_overlap() {
+        for (index, one) in Message::ALL.into_iter().enumerate() {
+            let end = usize::from(one.register()) + one.payload_bytes();
+            for other in &Message::ALL[index + 1..] {
+                assert!(end <= usize::from(other.register()), "{one:?} runs into {other:?}");
+            }
+        }
+    }
+}
