@@ -2,7 +2,7 @@
 
 use crate::config::{BaseConfig, Transport};
 use heapless::Deque;
-use wire::base::serial_link::{Host, HostEvent};
+use wire::base::serial_link::{Host, HostEvent, quiet_time};
 use wire::base::{Motion, Reply, Request, can_link};
 use wire::can::CanFrame;
 use wire::packet::Packet;
@@ -10,6 +10,9 @@ use wire::time::Timestamp;
 
 /// Requests that wait for the line; more are refused and counted.
 const REQUESTS_MAX: usize = 8;
+
+/// How often a request is tried on the serial line.
+const TRIES_MAX: u8 = 3;
 
 /// What goes out to the base.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,7 +24,20 @@ pub(crate) enum Outgoing {
 #[derive(Debug, Clone)]
 enum Line {
     Can,
-    Serial { host: Host, abandon_at: Timestamp, poll_at: Timestamp },
+    Serial(SerialLine),
+}
+
+/// The serial line: one exchange at a time.
+#[derive(Debug, Clone)]
+struct SerialLine {
+    host: Host,
+    /// The exchange under way, its request, and how often that has been tried.
+    under_way: Option<(Request, u8)>,
+    abandon_at: Timestamp,
+    /// Until then the line is left alone, so that a late answer cannot be taken for the next one's.
+    quiet_until: Timestamp,
+    poll_at: Timestamp,
+    repeat: Option<(Request, u8)>,
 }
 
 /// The host's side of the base.
@@ -33,19 +49,21 @@ pub(crate) struct BaseDriver {
     velocity: Option<Request>,
     requests: Deque<Request, REQUESTS_MAX>,
     refused: u32,
-    abandoned: u32,
     motion: Option<(Timestamp, Motion)>,
 }
 
 impl BaseDriver {
-    pub(crate) const fn new(config: BaseConfig) -> Self {
+    pub(crate) fn new(config: BaseConfig) -> Self {
         let line = match config.transport {
             Transport::Can => Line::Can,
-            Transport::Serial => Line::Serial {
+            Transport::Serial => Line::Serial(SerialLine {
                 host: Host::new(),
+                under_way: None,
                 abandon_at: Timestamp::MAX,
+                quiet_until: Timestamp::ZERO,
                 poll_at: Timestamp::ZERO,
-            },
+                repeat: None,
+            }),
         };
         Self {
             config,
@@ -53,7 +71,6 @@ impl BaseDriver {
             velocity: None,
             requests: Deque::new(),
             refused: 0,
-            abandoned: 0,
             motion: None,
         }
     }
@@ -92,8 +109,8 @@ impl BaseDriver {
 
     /// Asks for the motion now, where it does not come by itself.
     pub(crate) fn poll(&mut self, now: Timestamp) {
-        if let Line::Serial { poll_at, .. } = &mut self.line {
-            *poll_at = now;
+        if let Line::Serial(line) = &mut self.line {
+            line.poll_at = now;
         }
     }
 
@@ -113,15 +130,18 @@ impl BaseDriver {
 
     /// Takes bytes; gives the motion message if they complete one.
     pub(crate) fn receive_bytes(&mut self, now: Timestamp, bytes: &[u8]) -> Option<Motion> {
-        let Line::Serial { host, abandon_at, .. } = &mut self.line else { return None };
+        let Line::Serial(line) = &mut self.line else { return None };
         let mut heard = None;
-        host.feed(bytes, |event| {
-            if let HostEvent::Reply(Reply::Motion(motion)) = event {
-                heard = Some(motion);
-            }
+        let mut garbled = false;
+        line.host.feed(bytes, |event| match event {
+            HostEvent::Reply(Reply::Motion(motion)) => heard = Some(motion),
+            HostEvent::BadChecksum(_) => garbled = true,
+            HostEvent::Reply(Reply::Pose(_)) | HostEvent::Written(_) | HostEvent::Unexpected(_) => {}
         });
-        if !host.busy() {
-            *abandon_at = Timestamp::MAX;
+        if !line.host.busy() {
+            let failed = line.under_way.take().filter(|_| garbled);
+            line.abandon_at = Timestamp::MAX;
+            line.failed(now, failed);
         }
         if let Some(motion) = heard {
             self.motion = Some((now, motion));
@@ -131,54 +151,87 @@ impl BaseDriver {
 
     /// Gives up an exchange that has taken too long.
     pub(crate) fn wake(&mut self, now: Timestamp) {
-        if let Line::Serial { host, abandon_at, .. } = &mut self.line
-            && now >= *abandon_at
+        if let Line::Serial(line) = &mut self.line
+            && now >= line.abandon_at
         {
-            host.abandon();
-            *abandon_at = Timestamp::MAX;
-            self.abandoned = self.abandoned.saturating_add(1);
+            line.host.abandon();
+            line.abandon_at = Timestamp::MAX;
+            let failed = line.under_way.take();
+            line.failed(now, failed);
         }
     }
 
     /// What goes out next, if the line is free.
     pub(crate) fn transmit(&mut self, now: Timestamp) -> Option<Outgoing> {
-        if matches!(self.line, Line::Can) {
+        let mut serial_turn = None;
+        match &mut self.line {
+            Line::Can => {}
+            Line::Serial(line) if line.host.busy() || now < line.quiet_until => return None,
+            Line::Serial(line) => serial_turn = Some((line.repeat.take(), now >= line.poll_at)),
+        }
+        let Some((repeat, poll_due)) = serial_turn else {
             while let Some(request) = self.next_request() {
                 if let Some(frame) = can_link::request_frame(&request) {
                     return Some(Outgoing::Frame(frame));
                 }
             }
             return None;
-        }
-        if matches!(&self.line, Line::Serial { host, .. } if host.busy()) {
-            return None;
-        }
-        let poll_due = matches!(&self.line, Line::Serial { poll_at, .. } if now >= *poll_at);
-        let request = match self.next_request() {
-            Some(request) => request,
-            None if poll_due => Request::ReadMotion,
-            None => return None,
         };
-        let Line::Serial { host, abandon_at, poll_at } = &mut self.line else { return None };
-        if matches!(request, Request::ReadMotion) {
-            *poll_at = now + self.config.poll_at_rest;
+        // A stop waits for nothing.
+        let stop = matches!(self.requests.front(), Some(Request::Stop));
+        let mut repeat = repeat.filter(|_| !stop);
+        loop {
+            let (request, tries) = match repeat.take() {
+                Some(repeat) => repeat,
+                None => match self.next_request() {
+                    Some(request) => (request, 0),
+                    None if poll_due => (Request::ReadMotion, 0),
+                    None => return None,
+                },
+            };
+            let Line::Serial(line) = &mut self.line else { return None };
+            let poll = matches!(request, Request::ReadMotion);
+            if poll {
+                line.poll_at = now + self.config.poll_at_rest;
+            }
+            if let Some(packet) = line.host.start(&request) {
+                line.under_way = Some((request, tries + 1));
+                line.abandon_at = now + self.config.exchange_timeout;
+                return Some(Outgoing::Bytes(packet));
+            }
+            // The request cannot be put in bytes: it is let go, and the next one has its turn.
+            if poll {
+                return None;
+            }
         }
-        let packet = host.start(&request)?;
-        *abandon_at = now + self.config.exchange_timeout;
-        Some(Outgoing::Bytes(packet))
     }
 
     /// When [`Self::wake`] or [`Self::transmit`] has something to do without anything being heard.
     pub(crate) fn next_wakeup(&self) -> Timestamp {
         match &self.line {
             Line::Can => Timestamp::MAX,
-            Line::Serial { host, abandon_at, poll_at } => {
-                if host.busy() { *abandon_at } else { *poll_at }
+            Line::Serial(line) if line.host.busy() => line.abandon_at,
+            Line::Serial(line) => {
+                let waiting = line.repeat.is_some()
+                    || self.velocity.is_some()
+                    || !self.requests.is_empty();
+                if waiting { line.quiet_until } else { line.poll_at.max(line.quiet_until) }
             }
         }
     }
 
     fn next_request(&mut self) -> Option<Request> {
         self.requests.pop_front().or_else(|| self.velocity.take())
+    }
+}
+
+impl SerialLine {
+    /// An exchange came to nothing: the line rests, and what is not sent again by itself (a velocity
+    /// is, and a pose write has its own retries) is repeated a few times.
+    fn failed(&mut self, now: Timestamp, failed: Option<(Request, u8)>) {
+        let Some((request, tries)) = failed else { return };
+        self.quiet_until = now + quiet_time();
+        let repeatable = matches!(request, Request::SetAcceleration { .. } | Request::Stop);
+        self.repeat = (repeatable && tries < TRIES_MAX).then_some((request, tries));
     }
 }

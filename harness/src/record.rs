@@ -1,4 +1,20 @@
 //! What happened in a run. Checks, reports and identification read this and nothing else.
+//!
+//! * [`header`]: what a record file says about itself. [`writer`], [`reader`]: the file.
+//! * [`sink`]: where a running world puts its records. [`text`]: a record as one line to read.
+
+mod encoding;
+pub mod header;
+pub mod reader;
+#[cfg(test)]
+pub(crate) mod samples;
+pub mod sink;
+#[cfg(test)]
+mod tests;
+pub mod text;
+pub mod writer;
+
+pub use encoding::RECORD_BYTES_MAX;
 
 use controller::mission::{Command, Report};
 use serde::{Deserialize, Serialize};

@@ -31,6 +31,7 @@ pub const RESYNC_BYTES_MAX: usize = 2 * LINE_BYTES;
 pub const LINE_BYTES: usize = 21;
 
 const STEPS_PER_UNIT: f64 = 1e6;
+const STEPS_PER_RAD: f64 = 1.0 / ANGLE_STEP.rad();
 /// The largest number that three digits and six decimals hold, in steps.
 const STEPS_MAX: i32 = 999_999_999;
 const STEPS_PER_TURN: i32 = 360_000_000;
@@ -46,10 +47,14 @@ const INTEGER_DIGITS_MAX: usize = 3;
 /// [0, 360) deg.
 pub fn encode(sample: &GyroSample) -> Packet {
     let steps = match sample.output {
-        GyroOutput::Rate(rate) => quantised(rate / RATE_STEP, -STEPS_MAX, STEPS_MAX),
-        GyroOutput::Increment(angle) => quantised(angle / ANGLE_STEP, -STEPS_MAX, STEPS_MAX),
+        GyroOutput::Rate(rate) => {
+            quantised(rate.rad_per_s() * STEPS_PER_RAD, -STEPS_MAX, STEPS_MAX)
+        }
+        GyroOutput::Increment(angle) => {
+            quantised(angle.rad() * STEPS_PER_RAD, -STEPS_MAX, STEPS_MAX)
+        }
         GyroOutput::Integrated(angle) => quantised(
-            angle.wrapped() / ANGLE_STEP,
+            angle.wrapped().rad() * STEPS_PER_RAD,
             -STEPS_PER_TURN,
             STEPS_PER_TURN,
         )
@@ -58,30 +63,29 @@ pub fn encode(sample: &GyroSample) -> Packet {
     let valid = sample.valid && steps.is_some();
 
     let mut line = [b' '; LINE_BYTES];
-    write_number(&mut line[..NUMBER_COLUMNS], steps.unwrap_or(0));
-    line[NUMBER_COLUMNS + GAP.len()] = if valid { b'1' } else { b'0' };
-    line[LINE_BYTES - LINE_END.len()..].copy_from_slice(LINE_END);
+    let (number, rest) = line.split_at_mut(NUMBER_COLUMNS);
+    write_number(number, steps.unwrap_or(0));
+    rest[GAP.len()] = if valid { b'1' } else { b'0' };
+    rest[GAP.len() + 1..].copy_from_slice(LINE_END);
     Packet::from_slice(&line).unwrap_or_default()
 }
 
 /// Writes `steps` millionths flush right: at least one digit before the point, six after it.
 fn write_number(columns: &mut [u8], steps: i32) {
+    const POINT: usize = NUMBER_COLUMNS - DECIMALS - 1;
     let mut rest = steps.unsigned_abs();
-    let mut digits_written = 0;
-    let mut sign = (steps < 0).then_some(b'-');
-    for column in columns.iter_mut().rev() {
-        if digits_written == DECIMALS {
-            *column = b'.';
-        } else if rest > 0 || digits_written <= DECIMALS + 1 {
-            *column = b'0' + (rest % 10) as u8;
-            rest /= 10;
+    let mut column = NUMBER_COLUMNS;
+    while rest > 0 || column >= POINT {
+        column -= 1;
+        if column == POINT {
+            columns[column] = b'.';
         } else {
-            match sign.take() {
-                Some(sign) => *column = sign,
-                None => return,
-            }
+            columns[column] = b'0' + (rest % 10) as u8;
+            rest /= 10;
         }
-        digits_written += 1;
+    }
+    if steps < 0 {
+        columns[column - 1] = b'-';
     }
 }
 
@@ -275,112 +279,4 @@ fn read_flag(flag: u8) -> Option<bool> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::test_support::{decoded, rate_sample};
-    use super::encode;
-    use crate::gyro::{GyroFormat, GyroOutput, GyroSample, OutputMode};
-    use crate::units::{Angle, AngularRate};
-    use insta::assert_snapshot;
-    use std::string::{String, ToString};
-    use std::vec::Vec;
-
-    fn line(sample: GyroSample) -> String {
-        encode(&sample).as_slice().escape_ascii().to_string()
-    }
-
-    fn angle(deg: f64) -> GyroSample {
-        GyroSample {
-            output: GyroOutput::Integrated(Angle::from_deg(deg)),
-            ..rate_sample(0.0)
-        }
-    }
-
-    fn read(text: &[u8], mode: OutputMode) -> Vec<GyroOutput> {
-        let samples = decoded(GyroFormat::Dsp3000Ascii, mode, text);
-        samples.iter().map(|sample| sample.output).collect()
-    }
-
-    #[test]
-    fn known_lines() {
-        assert_snapshot!(line(rate_sample(0.0)), @r"       0.000000   1\r\n");
-        assert_snapshot!(line(rate_sample(30.0)), @r"      30.000000   1\r\n");
-        assert_snapshot!(line(rate_sample(-30.0)), @r"     -30.000000   1\r\n");
-        assert_snapshot!(line(rate_sample(-0.000_001)), @r"      -0.000001   1\r\n");
-        assert_snapshot!(line(rate_sample(-0.000_000_1)), @r"       0.000000   1\r\n");
-        assert_snapshot!(line(rate_sample(1e9)), @r"     999.999999   1\r\n");
-        assert_snapshot!(line(rate_sample(-1e9)), @r"    -999.999999   1\r\n");
-        assert_snapshot!(line(rate_sample(f64::NAN)), @r"       0.000000   0\r\n");
-        assert_snapshot!(line(angle(-90.0)), @r"     270.000000   1\r\n");
-        assert_snapshot!(line(angle(719.999_999_9)), @r"       0.000000   1\r\n");
-        assert_snapshot!(line(angle(f64::INFINITY)), @r"       0.000000   0\r\n");
-    }
-
-    #[test]
-    fn a_recorded_line_is_read() {
-        // From the parser tests of the ROS package `kvh`.
-        let read = read(b"       0.015733   1\r\n", OutputMode::Rate);
-        assert_eq!(
-            read,
-            [GyroOutput::Rate(AngularRate::from_deg_per_s(0.015_733))]
-        );
-    }
-
-    #[test]
-    fn the_manuals_form_is_read() {
-        let read = read(b"-001.500000 1\r\n090.000000 0\r\n", OutputMode::Increment);
-        assert_eq!(
-            read,
-            [-1.5, 90.0].map(|deg| GyroOutput::Increment(Angle::from_deg(deg)))
-        );
-    }
-
-    #[test]
-    fn lines_that_are_not_right_are_refused() {
-        for text in [
-            "\r\n",
-            "      30.000000   1\n\n",
-            "      30.000000   2\r\n",
-            "      30.00000    1\r\n",
-            "      30,000000   1\r\n",
-            "       +0.00000   1\r\n",
-            "    - 30.000000   1\r\n",
-            "    1030.000000   1\r\n",
-            "        .000000   1\r\n",
-            "30.000000 1\r\n",
-            "0030.000000 1\r\n",
-            "030.000000  1\r\n",
-            "     --.-------   1\r\n",
-        ] {
-            assert!(
-                read(text.as_bytes(), OutputMode::Rate).is_empty(),
-                "{text:?}"
-            );
-        }
-    }
-
-    #[test]
-    fn a_lost_or_doubled_byte_is_caught() {
-        let line = encode(&rate_sample(-123.456_789)).as_slice().to_vec();
-        for at in 0..line.len() {
-            let mut lost = line.clone();
-            lost.remove(at);
-            assert!(read(&lost, OutputMode::Rate).is_empty(), "lost {at}");
-            let mut doubled = line.clone();
-            doubled.insert(at, line[at]);
-            // A second line feed is an empty line after a good one.
-            let expected = usize::from(at == line.len() - 1);
-            assert_eq!(
-                read(&doubled, OutputMode::Rate).len(),
-                expected,
-                "doubled {at}"
-            );
-        }
-    }
-
-    #[test]
-    fn an_angle_of_more_than_a_turn_is_refused() {
-        let text = b"     360.000001   1\r\n     -90.000000   1\r\n";
-        let read = read(text, OutputMode::Integrated);
-        assert_eq!(read, [GyroOutput::Integrated(Angle::from_deg(-90.0))]);
-    }
-}
+mod tests;

@@ -50,6 +50,9 @@ pub const RESYNC_BYTES_MAX: usize = (CHANCE_FRAMES_MAX + 2 + LOCK_FRAMES as usiz
 /// Windows at a wrong offset that pass in a row: more than ten happen once in 10^9 times.
 const CHANCE_FRAMES_MAX: usize = 10;
 
+const STEPS_PER_RAD_PER_S: f64 = 1.0 / RATE_STEP.rad_per_s();
+const STEPS_PER_RAD: f64 = 1.0 / ANGLE_STEP.rad();
+
 const VALID_BIT: u32 = 31;
 const SEQUENCE_SHIFT: u32 = 29;
 const TYPE_SHIFT: u32 = 27;
@@ -69,9 +72,9 @@ const TYPE_INTEGRATED: u32 = 2;
 #[inline]
 pub fn encode(sample: &GyroSample) -> Packet {
     let (kind, steps) = match sample.output {
-        GyroOutput::Rate(rate) => (TYPE_RATE, rate / RATE_STEP),
-        GyroOutput::Increment(angle) => (TYPE_INCREMENT, angle / ANGLE_STEP),
-        GyroOutput::Integrated(angle) => (TYPE_INTEGRATED, angle.wrapped() / ANGLE_STEP),
+        GyroOutput::Rate(rate) => (TYPE_RATE, rate.rad_per_s() * STEPS_PER_RAD_PER_S),
+        GyroOutput::Increment(angle) => (TYPE_INCREMENT, angle.rad() * STEPS_PER_RAD),
+        GyroOutput::Integrated(angle) => (TYPE_INTEGRATED, angle.wrapped().rad() * STEPS_PER_RAD),
     };
     let content = quantised(steps, CONTENT_MIN, CONTENT_MAX);
     let valid = sample.valid && content.is_some();
@@ -82,8 +85,8 @@ pub fn encode(sample: &GyroSample) -> Packet {
         | sequence << SEQUENCE_SHIFT
         | kind << TYPE_SHIFT
         | (content.unwrap_or(0) as u32 & CONTENT_MASK);
-    let even = word.count_ones() % 2 == 0;
-    let word = word | u32::from(even) << PARITY_BIT;
+    let parity = u32::from(!Word(word).has_odd_parity());
+    let word = word | parity << PARITY_BIT;
     Packet::from_slice(&word.to_be_bytes()).unwrap_or_default()
 }
 

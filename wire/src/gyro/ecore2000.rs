@@ -26,12 +26,17 @@ pub const RATE_STEP: AngularRate =
 pub const RESYNC_BYTES_MAX: usize = kvh_frame::RESYNC_BYTES_MAX;
 
 const STEPS_PER_RANGE: f64 = 32_768.0;
+const STEPS_PER_RAD_PER_S: f64 = 1.0 / RATE_STEP.rad_per_s();
 
 /// The frame of one sample. The rate is clipped to what 16 bits carry.
 #[inline]
 pub fn encode(sample: &GyroSample) -> Packet {
     let rate = match sample.output {
-        GyroOutput::Rate(rate) => quantised(rate / RATE_STEP, i16::MIN.into(), i16::MAX.into()),
+        GyroOutput::Rate(rate) => quantised(
+            rate.rad_per_s() * STEPS_PER_RAD_PER_S,
+            i16::MIN.into(),
+            i16::MAX.into(),
+        ),
         GyroOutput::Increment(_) | GyroOutput::Integrated(_) => None,
     };
     let [high, low] = (rate.unwrap_or(0) as i16).to_be_bytes();

@@ -221,15 +221,21 @@ impl GyroEncoder {
     /// the built-in test failed, and on the E-Core 2000, which has neither, just as zero.
     #[inline]
     pub fn encode(&self, sample: &GyroSample) -> Packet {
-        let mut sample = *sample;
-        if self.stream.reversed {
-            sample.output = negated(sample.output);
-        }
+        let mirrored;
+        let sample = if self.stream.reversed {
+            mirrored = GyroSample {
+                output: negated(sample.output),
+                ..*sample
+            };
+            &mirrored
+        } else {
+            sample
+        };
         match self.stream.format {
-            GyroFormat::Navigator => navigator::encode(&sample),
-            GyroFormat::Ecore2000 => ecore2000::encode(&sample),
-            GyroFormat::Dsp3000Ascii => dsp3000_ascii::encode(&sample),
-            GyroFormat::Dsp3000Binary => dsp3000_binary::encode(&sample),
+            GyroFormat::Navigator => navigator::encode(sample),
+            GyroFormat::Ecore2000 => ecore2000::encode(sample),
+            GyroFormat::Dsp3000Ascii => dsp3000_ascii::encode(sample),
+            GyroFormat::Dsp3000Binary => dsp3000_binary::encode(sample),
         }
     }
 }
@@ -310,8 +316,8 @@ impl GyroDecoder {
 /// `steps` to the nearest whole number in `lowest..=highest`; `None` for a NaN.
 #[inline]
 fn quantised(steps: f64, lowest: i32, highest: i32) -> Option<i32> {
-    let steps = steps.clamp(f64::from(lowest), f64::from(highest));
-    (!steps.is_nan()).then(|| libm::rint(steps) as i32)
+    // The conversion saturates.
+    (!steps.is_nan()).then(|| (libm::rint(steps) as i32).clamp(lowest, highest))
 }
 
 fn negated(output: GyroOutput) -> GyroOutput {

@@ -38,6 +38,8 @@ pub const SEQUENCE_MODULUS: u16 = 256;
 pub const RESYNC_BYTES_MAX: usize = kvh_frame::RESYNC_BYTES_MAX;
 
 const STEPS_PER_RANGE: f64 = 32_768.0;
+const STEPS_PER_RAD_PER_S: f64 = 1.0 / RATE_STEP.rad_per_s();
+const STEPS_PER_CELSIUS: f64 = 1.0 / TEMPERATURE_STEP.celsius();
 const NOT_MEASURED: i16 = i16::MIN;
 
 const BUILT_IN_TEST_FAILED: u8 = 1 << 0;
@@ -49,12 +51,16 @@ const OVER_RANGE: u8 = 1 << 2;
 #[inline]
 pub fn encode(sample: &GyroSample) -> Packet {
     let rate = match sample.output {
-        GyroOutput::Rate(rate) => quantised(rate / RATE_STEP, i16::MIN.into(), i16::MAX.into()),
+        GyroOutput::Rate(rate) => quantised(
+            rate.rad_per_s() * STEPS_PER_RAD_PER_S,
+            i16::MIN.into(),
+            i16::MAX.into(),
+        ),
         GyroOutput::Increment(_) | GyroOutput::Integrated(_) => None,
     };
     let temperature = sample.temperature.and_then(|t| {
         quantised(
-            t / TEMPERATURE_STEP,
+            t.celsius() * STEPS_PER_CELSIUS,
             (NOT_MEASURED + 1).into(),
             i16::MAX.into(),
         )
@@ -69,13 +75,18 @@ pub fn encode(sample: &GyroSample) -> Packet {
     kvh_frame::encode(Payload::from_bytes([
         temperature_high,
         temperature_low,
-        u8::from(failed) * BUILT_IN_TEST_FAILED
-            | u8::from(status.warming_up) * WARMING_UP
-            | u8::from(status.over_range) * OVER_RANGE,
+        if_set(failed, BUILT_IN_TEST_FAILED)
+            | if_set(status.warming_up, WARMING_UP)
+            | if_set(status.over_range, OVER_RANGE),
         sample.sequence.map_or(0, |sequence| sequence.value),
         rate_high,
         rate_low,
     ]))
+}
+
+#[inline]
+const fn if_set(flag: bool, bit: u8) -> u8 {
+    if flag { bit } else { 0 }
 }
 
 #[inline]

@@ -1,0 +1,487 @@
+//! A K2A-style synchro-drive base: commands in, motion, its own odometry out.
+//!
+//! All wheels steer and drive together; a turret turns with them. Its heading, body heading plus
+//! steering angle, is the direction of travel and what a gyro on the turret sees. The odometer counts
+//! path and steering angle; the truth differs by scale errors and by the body's own turning
+//! ([`curvature`]).
+//!
+//! Rates ramp to the commanded ones under the accelerations in force: the host's, or the hardware's
+//! where they are lower. Between commands and ramp ends motion is a closed form of time, or pieces of
+//! 10 ms on a fixed grid while the base steers and drives at once, so that it does not depend on how
+//! often anybody looks.
+//!
+//! # Odometry against truth on a closed lap
+//!
+//! A lap that closes by odometry turns the odometer by 360 deg. With a turn scale error e the steering
+//! truly turns 360 (1 + e) deg, and leakage k0 adds k0 times the path, counter-clockwise for k0 > 0
+//! whichever way the lap goes. With E = |odometry| - |true|, as in the paper's Eq. 1,
+//!
+//! E_cw = -360 e + k0 s,  E_ccw = -360 e - k0 s.
+//!
+//! The paper's -2 and -6 deg over s = 16 m give e = 4/360 = 1.1 % and k0 = 2 deg / 16 m = 0.125 deg/m.
+
+pub mod curvature;
+mod kinematics;
+mod parameters;
+mod ramp;
+mod reports;
+#[cfg(test)]
+mod tests;
+mod track;
+
+pub use parameters::{BaseParameters, Wheel};
+pub use reports::{MOTION_PERIOD_AT_REST, MOTION_PERIOD_IN_MOTION, OUTPUTS_MAX, POSE_PERIOD};
+
+use crate::parameters::{ParameterError, Parameters as _};
+use crate::random::RandomStream;
+use curvature::Harmonic;
+use kinematics::{Kinematics, State};
+use reports::Reports;
+use serde::{Deserialize, Serialize};
+use track::{Track, TrackModel};
+use wire::base::serial_link::{Device, DeviceEvent, write_answer};
+use wire::base::{Message, Motion, PoseWriteResult, Reply, Request, can_link};
+use wire::can::CanFrame;
+use wire::packet::Packet;
+use wire::time::{Span, Timestamp};
+use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Pose, Speed};
+
+/// How a base is connected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Transport {
+    /// Classic CAN; the base reports of its own accord.
+    Can,
+    /// A serial line; the base answers.
+    Serial,
+}
+
+/// What a base sends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BaseOutput {
+    /// On [`Transport::Can`].
+    Frame(CanFrame),
+    /// On [`Transport::Serial`].
+    Bytes(Packet),
+}
+
+/// What is true of a base at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BaseTruth {
+    /// The centre on the floor, and the turret's heading (unwrapped).
+    pub pose: Pose,
+    /// Heading of the body (unwrapped): zero until something turns it.
+    pub body_heading: Angle,
+    /// Steering angle relative to the body (unwrapped).
+    pub steering_angle: Angle,
+    /// Speed along the wheels' direction.
+    pub speed: Speed,
+    /// Rate of the steering relative to the body.
+    pub steer_rate: AngularRate,
+}
+
+/// An emulated base.
+#[derive(Debug)]
+pub struct BaseEmulator {
+    parameters: BaseParameters,
+    kinematics: Kinematics,
+    /// Set by the host: of the drive in m/s^2, of the steering in rad/s^2.
+    limits: (f64, f64),
+    /// When a velocity command runs out; none while there is nothing to stop.
+    deadline: Option<Timestamp>,
+    status: Motion,
+    /// The odometer's heading at the last pose write, in rad.
+    steered_at_write: f64,
+    turn_scale: Spread,
+    leakage: Spread,
+    device: Device,
+    frames_ignored: u64,
+    reports: Reports,
+}
+
+impl BaseEmulator {
+    /// The base `name` in the run with `seed`, at rest at the origin, heading along the x axis.
+    pub fn new(parameters: BaseParameters, transport: Transport, seed: u64, name: &str) -> Self {
+        let limits = (
+            parameters.acceleration_m_per_s2,
+            Angle::from_deg(parameters.steer_acceleration_deg_per_s2).rad(),
+        );
+        let mut base = Self {
+            kinematics: Kinematics::new(TrackModel::PERFECT),
+            parameters,
+            limits,
+            deadline: None,
+            status: Motion::default(),
+            steered_at_write: 0.0,
+            turn_scale: Spread::new(seed, name, "base turn scale"),
+            leakage: Spread::new(seed, name, "base leakage"),
+            device: Device::new(),
+            frames_ignored: 0,
+            reports: Reports::new(transport),
+        };
+        base.apply_track_model();
+        base
+    }
+
+    /// A frame from the bus. Frames that are no request are counted and ignored.
+    pub fn receive_frame(&mut self, now: Timestamp, frame: &CanFrame) {
+        match can_link::parse_request(frame) {
+            Some(request) => self.request(now, request),
+            None => self.frames_ignored = self.frames_ignored.saturating_add(1),
+        }
+    }
+
+    /// Bytes from the serial line, in any division.
+    pub fn receive_bytes(&mut self, now: Timestamp, bytes: &[u8]) {
+        let mut device = std::mem::take(&mut self.device);
+        device.feed(bytes, |event| match event {
+            DeviceEvent::Write { request, answer } => {
+                self.request(now, request);
+                self.reports.answer(write_answer(answer));
+            }
+            DeviceEvent::Read(read) => {
+                self.advance(now);
+                let reply = match read.message() {
+                    Message::Pose => Reply::Pose(self.reported_pose(now)),
+                    _ => Reply::Motion(self.reported_motion(now)),
+                };
+                if let Some(packet) = read.packet(&reply) {
+                    self.reports.answer(packet);
+                }
+            }
+            DeviceEvent::Refused(_) => {}
+        });
+        self.device = device;
+    }
+
+    /// Goes on to `now` and, on CAN, reports what is due.
+    pub fn wake(&mut self, now: Timestamp) {
+        self.advance(now);
+        self.report(now);
+    }
+
+    /// The next thing to send, if any; call until there is none after each receive and wake.
+    pub fn transmit(&mut self) -> Option<BaseOutput> {
+        self.reports.transmit()
+    }
+
+    /// When to call [`wake`](Self::wake) next: never, for a serial base at rest.
+    pub fn next_wakeup(&self) -> Option<Timestamp> {
+        [
+            self.kinematics.phase_end(),
+            self.deadline,
+            self.reports.next_due(),
+        ]
+        .into_iter()
+        .flatten()
+        .min()
+    }
+
+    /// Carries out a request, as both transports do.
+    pub fn request(&mut self, now: Timestamp, request: Request) {
+        self.advance(now);
+        match request {
+            Request::SetVelocity { drive, steer } => self.set_velocity(now, drive, steer),
+            Request::SetAcceleration { drive, steer } => {
+                self.set_acceleration(now, drive, steer);
+            }
+            Request::WritePose { pose, counter } => self.write_pose(now, pose, counter),
+            Request::Stop => {
+                self.deadline = None;
+                self.ramp_to(now, (0.0, 0.0), self.accelerations());
+            }
+            // Only the serial line can read, and answers by itself.
+            Request::ReadMotion | Request::ReadPose => {}
+        }
+        self.report(now);
+    }
+
+    /// Presses or releases the emergency stop: the base stops as hard as it can, and takes no
+    /// velocity while it is pressed.
+    pub fn set_emergency_stop(&mut self, now: Timestamp, pressed: bool) {
+        self.advance(now);
+        self.status.emergency_stop = pressed;
+        self.inhibit(now);
+    }
+
+    /// A drive's fault comes or goes: the same as the emergency stop, under another flag.
+    pub fn set_fault(&mut self, now: Timestamp, fault: bool) {
+        self.advance(now);
+        self.status.fault = fault;
+        self.inhibit(now);
+    }
+
+    /// Puts the base, at rest, elsewhere, as somebody who carries it would: centre and turret's
+    /// heading. Its odometry knows nothing of it. `false`, and nothing done, in motion.
+    pub fn place(&mut self, now: Timestamp, pose: Pose) -> bool {
+        self.advance(now);
+        if self.kinematics.is_moving() || !pose.is_finite() {
+            return false;
+        }
+        let mut state = self.kinematics.state_at(now);
+        state.truth.x = pose.x.m();
+        state.truth.y = pose.y.m();
+        state.truth.body = pose.heading.rad() - state.truth.steer;
+        self.kinematics.set_state(state);
+        true
+    }
+
+    /// Sets the parameter of this name from `now` on. Wheels are named as `wheels.0.toe_deg`.
+    pub fn set_parameter(
+        &mut self,
+        now: Timestamp,
+        name: &str,
+        value: f64,
+    ) -> Result<(), ParameterError> {
+        self.advance(now);
+        self.parameters.set(name, value)?;
+        let targets = self.kinematics.targets();
+        self.kinematics_phase(now, targets, self.accelerations());
+        self.apply_track_model();
+        Ok(())
+    }
+
+    /// The parameters in force.
+    pub const fn parameters(&self) -> &BaseParameters {
+        &self.parameters
+    }
+
+    /// What is true at `now`, not before the last call that took a time.
+    pub fn truth_at(&self, now: Timestamp) -> BaseTruth {
+        let truth = self.kinematics.state_at(now).truth;
+        let (drive, steer) = self.kinematics.rates_at(now);
+        let model = self.kinematics.model();
+        BaseTruth {
+            pose: truth.pose(),
+            body_heading: Angle::from_rad(truth.body),
+            steering_angle: Angle::from_rad(truth.steer),
+            speed: Speed::from_m_per_s(drive * model.path_scale),
+            steer_rate: AngularRate::from_rad_per_s(steer * model.turn_scale),
+        }
+    }
+
+    /// The turret's true heading at `now` (unwrapped): what a gyro on the base sees.
+    pub fn turret_heading_at(&self, now: Timestamp) -> Angle {
+        Angle::from_rad(self.kinematics.state_at(now).truth.heading())
+    }
+
+    /// The counters of the serial line's end.
+    pub const fn serial_counters(&self) -> wire::base::serial_link::DeviceCounters {
+        self.device.counters()
+    }
+
+    /// Frames that were no request.
+    pub const fn frames_ignored(&self) -> u64 {
+        self.frames_ignored
+    }
+
+    /// Outputs lost because more than [`OUTPUTS_MAX`] were waiting.
+    pub const fn outputs_dropped(&self) -> u64 {
+        self.reports.dropped()
+    }
+
+    fn advance(&mut self, now: Timestamp) {
+        loop {
+            let next = [self.deadline, self.kinematics.phase_end()]
+                .into_iter()
+                .flatten()
+                .min();
+            match next {
+                Some(at) if at <= now => {
+                    let mut targets = self.kinematics.targets();
+                    if self.deadline == next {
+                        self.deadline = None;
+                        self.status.command_timed_out = true;
+                        targets = (0.0, 0.0);
+                    }
+                    self.ramp_to(at, targets, self.accelerations());
+                }
+                _ => break,
+            }
+        }
+        self.kinematics.advance(now);
+    }
+
+    fn set_velocity(&mut self, now: Timestamp, drive: Speed, steer: AngularRate) {
+        self.status.command_timed_out = false;
+        if self.status.emergency_stop || self.status.fault {
+            return;
+        }
+        let speed_max = Speed::from_m_per_s(self.parameters.speed_max_m_per_s);
+        let rate_max = AngularRate::from_deg_per_s(self.parameters.steer_rate_max_deg_per_s);
+        // A command that is not a number must not move the base.
+        let targets = if drive.is_finite() && steer.is_finite() {
+            (
+                drive.limited(speed_max).m_per_s(),
+                steer.limited(rate_max).rad_per_s(),
+            )
+        } else {
+            (0.0, 0.0)
+        };
+        let timeout = Span::from_secs_f64(self.parameters.command_timeout_s);
+        self.deadline = (targets != (0.0, 0.0)).then(|| now + timeout);
+        if targets == self.kinematics.targets() {
+            return;
+        }
+        if !self.kinematics.is_moving() {
+            self.turn_scale.draw();
+            self.leakage.draw();
+            self.apply_track_model();
+        }
+        self.ramp_to(now, targets, self.accelerations());
+    }
+
+    fn set_acceleration(
+        &mut self,
+        now: Timestamp,
+        drive: Acceleration,
+        steer: AngularAcceleration,
+    ) {
+        let (drive, steer) = (drive.m_per_s2(), steer.rad_per_s2());
+        // The codec refuses others; with them the base could never stop.
+        if drive > 0.0 && steer > 0.0 {
+            self.limits = (drive, steer);
+            self.ramp_to(now, self.kinematics.targets(), self.accelerations());
+        }
+    }
+
+    fn write_pose(&mut self, now: Timestamp, pose: Pose, counter: u8) {
+        self.status.pose_write_counter = counter;
+        self.status.pose_write = if self.kinematics.is_moving() {
+            PoseWriteResult::RefusedInMotion
+        } else if !pose.is_finite() {
+            PoseWriteResult::RefusedValue
+        } else {
+            let mut state = self.kinematics.state_at(now);
+            state.reckoned = Track {
+                x: pose.x.m(),
+                y: pose.y.m(),
+                body: pose.heading.rad() - state.reckoned.steer,
+                steer: state.reckoned.steer,
+            };
+            self.steered_at_write = state.steered;
+            self.kinematics.set_state(state);
+            PoseWriteResult::Accepted
+        };
+        self.reports.motion_is_due(now);
+    }
+
+    /// Stops as hard as the hardware can where a stop or a fault is present.
+    fn inhibit(&mut self, now: Timestamp) {
+        if self.status.emergency_stop || self.status.fault {
+            self.deadline = None;
+            self.ramp_to(now, (0.0, 0.0), self.accelerations_max());
+        }
+        self.reports.motion_is_due(now);
+        self.report(now);
+    }
+
+    fn ramp_to(&mut self, now: Timestamp, targets: (f64, f64), limits: (f64, f64)) {
+        let was_moving = self.kinematics.is_moving();
+        self.kinematics_phase(now, targets, limits);
+        if was_moving != self.kinematics.is_moving() {
+            self.reports.motion_is_due(now);
+        }
+    }
+
+    fn kinematics_phase(&mut self, now: Timestamp, targets: (f64, f64), limits: (f64, f64)) {
+        self.kinematics
+            .start_phase(now, (targets.0, limits.0), (targets.1, limits.1));
+    }
+
+    fn accelerations_max(&self) -> (f64, f64) {
+        (
+            self.parameters.acceleration_max_m_per_s2,
+            Angle::from_deg(self.parameters.steer_acceleration_max_deg_per_s2).rad(),
+        )
+    }
+
+    fn accelerations(&self) -> (f64, f64) {
+        if self.status.emergency_stop || self.status.fault {
+            return self.accelerations_max();
+        }
+        let max = self.accelerations_max();
+        (self.limits.0.min(max.0), self.limits.1.min(max.1))
+    }
+
+    /// How the odometer's rates become motion, by the parameters and the last draws.
+    fn apply_track_model(&mut self) {
+        let p = &self.parameters;
+        let turn_scale_error = p.turn_scale_error + p.turn_scale_spread * self.turn_scale.last;
+        let leakage_deg_per_m =
+            p.leakage_deg_per_m + p.leakage_spread_deg_per_m * self.leakage.last;
+        self.kinematics.set_model(TrackModel {
+            path_scale: 1.0 + p.displacement_scale_error,
+            turn_scale: 1.0 + turn_scale_error,
+            wheels: Harmonic::of(&p.wheels),
+            leakage_rad_per_m: Angle::from_deg(leakage_deg_per_m).rad(),
+        });
+    }
+
+    fn report(&mut self, now: Timestamp) {
+        if self.reports.motion_due(now) {
+            let motion = self.reported_motion(now);
+            self.reports.send_motion(now, motion);
+        }
+        if self.reports.pose_due(now) {
+            let pose = self.reported_pose(now);
+            self.reports.send_pose(now, pose);
+        }
+    }
+
+    fn reported_motion(&mut self, now: Timestamp) -> Motion {
+        let State {
+            displacement,
+            steered,
+            ..
+        } = self.kinematics.state_at(now);
+        self.status.displacement = Length::from_m(displacement);
+        self.status.heading = Angle::from_rad(self.stepped(steered)).wrapped();
+        self.status.moving = self.kinematics.is_moving();
+        let motion = self.status;
+        self.status.sequence = motion.sequence.wrapping_add(1);
+        motion
+    }
+
+    fn reported_pose(&self, now: Timestamp) -> Pose {
+        let State {
+            reckoned, steered, ..
+        } = self.kinematics.state_at(now);
+        // What was written stays as fine as it was; only the turning since then has steps.
+        let since_write = steered - self.steered_at_write;
+        let heading = reckoned.heading() - since_write + self.stepped(since_write);
+        Pose {
+            heading: Angle::from_rad(heading).wrapped(),
+            ..reckoned.pose()
+        }
+    }
+
+    fn stepped(&self, angle: f64) -> f64 {
+        let step = Angle::from_deg(self.parameters.heading_step_deg).rad();
+        if step > 0.0 {
+            libm::round(angle / step) * step
+        } else {
+            angle
+        }
+    }
+}
+
+/// A standard normal number that is drawn anew at each start from rest.
+#[derive(Debug)]
+struct Spread {
+    stream: RandomStream,
+    last: f64,
+}
+
+impl Spread {
+    fn new(seed: u64, device: &str, purpose: &str) -> Self {
+        Self {
+            stream: RandomStream::new(seed, device, purpose),
+            last: 0.0,
+        }
+    }
+
+    fn draw(&mut self) {
+        self.last = self.stream.standard_normal();
+    }
+}

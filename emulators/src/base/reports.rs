@@ -1,0 +1,100 @@
+//! What a base sends, and when.
+
+use super::{BaseOutput, Transport};
+use std::collections::VecDeque;
+use wire::base::{Motion, Reply, can_link};
+use wire::packet::Packet;
+use wire::time::{Span, Timestamp};
+use wire::units::Pose;
+
+/// The most frames or answers that wait to be sent.
+pub const OUTPUTS_MAX: usize = 64;
+
+/// Time between two motion reports on CAN while the base moves (assumption).
+pub const MOTION_PERIOD_IN_MOTION: Span = Span::from_millis(20);
+
+/// Time between two motion reports on CAN at rest (assumption).
+pub const MOTION_PERIOD_AT_REST: Span = Span::from_millis(500);
+
+/// Time between two pose reports on CAN (assumption).
+pub const POSE_PERIOD: Span = Span::from_millis(500);
+
+#[derive(Debug)]
+pub(super) struct Reports {
+    transport: Transport,
+    motion_at: Timestamp,
+    pose_at: Timestamp,
+    outputs: VecDeque<BaseOutput>,
+    dropped: u64,
+}
+
+impl Reports {
+    pub(super) fn new(transport: Transport) -> Self {
+        Self {
+            transport,
+            motion_at: Timestamp::ZERO,
+            pose_at: Timestamp::ZERO,
+            outputs: VecDeque::new(),
+            dropped: 0,
+        }
+    }
+
+    /// When a report falls due next; never on a serial line.
+    pub(super) fn next_due(&self) -> Option<Timestamp> {
+        self.reports().then(|| self.motion_at.min(self.pose_at))
+    }
+
+    pub(super) fn motion_due(&self, now: Timestamp) -> bool {
+        self.reports() && self.motion_at <= now
+    }
+
+    pub(super) fn pose_due(&self, now: Timestamp) -> bool {
+        self.reports() && self.pose_at <= now
+    }
+
+    /// Something happened at `now` that a host should hear of at once.
+    pub(super) fn motion_is_due(&mut self, now: Timestamp) {
+        self.motion_at = self.motion_at.min(now);
+    }
+
+    pub(super) fn send_motion(&mut self, now: Timestamp, motion: Motion) {
+        let period = if motion.moving {
+            MOTION_PERIOD_IN_MOTION
+        } else {
+            MOTION_PERIOD_AT_REST
+        };
+        self.motion_at = now + period;
+        self.push(BaseOutput::Frame(can_link::reply_frame(&Reply::Motion(
+            motion,
+        ))));
+    }
+
+    pub(super) fn send_pose(&mut self, now: Timestamp, pose: Pose) {
+        self.pose_at = now + POSE_PERIOD;
+        self.push(BaseOutput::Frame(can_link::reply_frame(&Reply::Pose(pose))));
+    }
+
+    pub(super) fn answer(&mut self, packet: Packet) {
+        self.push(BaseOutput::Bytes(packet));
+    }
+
+    pub(super) fn transmit(&mut self) -> Option<BaseOutput> {
+        self.outputs.pop_front()
+    }
+
+    pub(super) const fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    fn reports(&self) -> bool {
+        self.transport == Transport::Can
+    }
+
+    fn push(&mut self, output: BaseOutput) {
+        if self.outputs.len() < OUTPUTS_MAX {
+            self.outputs.push_back(output);
+        } else {
+            self.dropped = self.dropped.saturating_add(1);
+        }
+    }
+}

@@ -1,0 +1,331 @@
+//! A fibre-optic gyro: the carrier's true heading in, the bytes of its stream out.
+//!
+//! From the carrier's heading at the instants of output (by the gyro's own clock) follow
+//!
+//! 1. the mean rate since the last output, through the first-order lag of the bandwidth;
+//! 2. times the scale, which depends on temperature, rate and direction;
+//! 3. plus bias (temperature, its rate of change, drift, random walk, turn-on) and white noise;
+//! 4. clipped to the range and flagged beyond it, with the stream's validity bit left good;
+//! 5. as a rate, an increment or an integrated angle, quantised by the stream's encoder.
+//!
+//! Temperatures and what depends on them are worked out once a second of the gyro's clock and run in
+//! straight lines between, which is off by less than 1e-6 K.
+
+mod clock;
+mod lag;
+mod noise;
+mod parameters;
+#[cfg(test)]
+mod tests;
+mod thermal;
+
+pub use parameters::{GyroParameters, WORST_CASE_CORRELATION_S};
+
+use crate::parameters::{ParameterError, Parameters as _};
+use clock::OutputClock;
+use lag::RateLag;
+use noise::RateNoise;
+use std::collections::VecDeque;
+use thermal::{Ramp, Thermal};
+use wire::gyro::dsp3000_command::{Command, CommandDecoder};
+use wire::gyro::{
+    GyroEncoder, GyroFormat, GyroOutput, GyroSample, GyroStatus, GyroStream, OutputMode, Sequence,
+    dsp3000_binary, navigator,
+};
+use wire::packet::Packet;
+use wire::time::{Span, Timestamp};
+use wire::units::{Angle, AngularRate, Temperature};
+
+/// The most outputs that wait for their latency to pass.
+pub const PENDING_OUTPUTS_MAX: usize = 128;
+
+/// Gyro time between two evaluations of temperatures and what depends on them.
+const THERMAL_STEP: Span = Span::from_secs(1);
+
+/// What is true of a gyro at its last output, for the record and for tests.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GyroTruth {
+    /// Everything that is added to the scaled rate, white noise excepted.
+    pub bias: AngularRate,
+    /// Temperature of the coil; the sensor's may differ.
+    pub coil_temperature: Temperature,
+    /// What multiplies a low rate, the mean of both directions; 1 is ideal.
+    pub scale: f64,
+}
+
+/// An emulated gyro.
+#[derive(Debug)]
+pub struct GyroEmulator {
+    parameters: GyroParameters,
+    format: GyroFormat,
+    mode: OutputMode,
+    encoder: GyroEncoder,
+    commands: CommandDecoder,
+    clock: OutputClock,
+    /// Where the carrier was at the last output; not known before the first wake.
+    carrier: Option<(Timestamp, Angle)>,
+    lag: RateLag,
+    noise: RateNoise,
+    thermal: Thermal,
+    thermal_outputs: u32,
+    thermal_outputs_left: u32,
+    bias: Ramp,
+    scale: Ramp,
+    cubic: f64,
+    half_asymmetry: f64,
+    range: f64,
+    warming_up: bool,
+    integrated: f64,
+    outputs: u64,
+    pending: VecDeque<(Timestamp, Packet)>,
+    dropped: u64,
+}
+
+impl GyroEmulator {
+    /// The gyro `name` in the run with `seed`, switched on at the start of the run (or
+    /// `powered_before_s` earlier). A mode other than rate is for the DSP-3000 alone.
+    pub fn new(parameters: GyroParameters, stream: GyroStream, seed: u64, name: &str) -> Self {
+        let period = stream.format.period();
+        let thermal = Thermal::new(&parameters, seed, name);
+        let clock = OutputClock::new(period, parameters.clock_rate(thermal.coil().1));
+        let step_s = clock.period_s();
+        let mut gyro = Self {
+            format: stream.format,
+            mode: if has_modes(stream.format) {
+                stream.mode
+            } else {
+                OutputMode::Rate
+            },
+            encoder: GyroEncoder::new(stream),
+            commands: CommandDecoder::new(),
+            clock,
+            carrier: None,
+            lag: RateLag::new(parameters.bandwidth_hz, step_s),
+            noise: RateNoise::new(&parameters, step_s, seed, name),
+            thermal,
+            thermal_outputs: (THERMAL_STEP.as_nanos() / period.as_nanos()) as u32,
+            thermal_outputs_left: 0,
+            bias: Ramp::default(),
+            scale: Ramp::default(),
+            cubic: 0.0,
+            half_asymmetry: 0.0,
+            range: f64::INFINITY,
+            warming_up: false,
+            integrated: 0.0,
+            outputs: 0,
+            pending: VecDeque::new(),
+            dropped: 0,
+            parameters,
+        };
+        gyro.configure();
+        gyro
+    }
+
+    /// Bytes from the host: the commands `R`, `A`, `P` (output mode) and `Z` (integrated angle to
+    /// zero) of the DSP-3000's ASCII interface. The others listen to nobody.
+    pub fn receive(&mut self, _now: Timestamp, bytes: &[u8]) {
+        if self.format != GyroFormat::Dsp3000Ascii {
+            return;
+        }
+        let (mode, integrated) = (&mut self.mode, &mut self.integrated);
+        self.commands.feed(bytes, |command| match command {
+            Command::Output(asked) => *mode = asked,
+            Command::Zero => *integrated = 0.0,
+        });
+    }
+
+    /// When to call [`wake`](Self::wake) next: at the next output by the gyro's own clock, or when an
+    /// output that waits for its latency falls due.
+    pub fn next_wakeup(&self) -> Timestamp {
+        self.pending
+            .front()
+            .map_or(self.clock.next(), |&(due, _)| due.min(self.clock.next()))
+    }
+
+    /// Takes the carrier's true heading at `now` (unwrapped) and returns the bytes that begin to
+    /// leave the gyro now, if any. The first call only learns where the carrier is.
+    ///
+    /// `now` should be [`next_wakeup`](Self::next_wakeup). When it is later, the carrier is taken to
+    /// have turned evenly since the last output; call again until the next wake-up lies ahead.
+    #[inline]
+    pub fn wake(&mut self, now: Timestamp, carrier_heading: Angle) -> Option<Packet> {
+        if now >= self.clock.next() {
+            let due = self.clock.next();
+            let sample = self.measure(now, carrier_heading)?;
+            let packet = self.encoder.encode(&sample);
+            if self.parameters.latency_s == 0.0 && self.pending.is_empty() {
+                return Some(packet);
+            }
+            if self.pending.len() == PENDING_OUTPUTS_MAX {
+                self.pending.pop_front();
+                self.dropped = self.dropped.saturating_add(1);
+            }
+            self.pending
+                .push_back((due + Span::from_secs_f64(self.parameters.latency_s), packet));
+        }
+        let &(due, packet) = self.pending.front()?;
+        if due > now {
+            return None;
+        }
+        self.pending.pop_front();
+        Some(packet)
+    }
+
+    /// Sets the parameter of this name, effective from the next output on.
+    pub fn set_parameter(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
+        self.parameters.set(name, value)?;
+        self.thermal.cut(self.thermal_share());
+        self.thermal_outputs_left = 0;
+        self.clock.set_rate(
+            self.format.period(),
+            self.parameters.clock_rate(self.thermal.coil().1),
+        );
+        self.configure();
+        Ok(())
+    }
+
+    /// The parameters in force.
+    pub const fn parameters(&self) -> &GyroParameters {
+        &self.parameters
+    }
+
+    /// What is true at the last output.
+    pub fn truth(&self) -> GyroTruth {
+        GyroTruth {
+            bias: AngularRate::from_rad_per_s(self.bias.value + self.noise.bias()),
+            coil_temperature: Temperature::from_celsius(self.thermal.coil_at(self.thermal_share())),
+            scale: self.scale.value,
+        }
+    }
+
+    /// Outputs lost because more than [`PENDING_OUTPUTS_MAX`] were waiting.
+    pub const fn outputs_dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    fn thermal_share(&self) -> f64 {
+        1.0 - f64::from(self.thermal_outputs_left) / f64::from(self.thermal_outputs)
+    }
+
+    /// What follows from the parameters alone.
+    fn configure(&mut self) {
+        let step_s = self.clock.period_s();
+        self.lag = self.lag.with(self.parameters.bandwidth_hz, step_s);
+        self.noise.configure(&self.parameters, step_s);
+        self.cubic = self.parameters.cubic();
+        self.half_asymmetry = self.parameters.half_asymmetry();
+        self.range = Angle::from_deg(self.parameters.range_deg_per_s).rad();
+        let coil = self.thermal.coil().1;
+        self.bias.value = self.parameters.bias(coil, 0.0);
+        self.scale.value = self.parameters.scale(coil);
+    }
+
+    /// What follows from the temperatures, for the next second.
+    fn start_thermal_step(&mut self) {
+        let outputs = self.thermal_outputs;
+        let step_s = self.clock.period_s() * f64::from(outputs);
+        self.thermal.advance(&self.parameters, step_s);
+        let (start, end) = self.thermal.coil();
+        let slope = (end - start) / step_s;
+        let parameters = &self.parameters;
+        self.bias = Ramp::new(
+            parameters.bias(start, slope),
+            parameters.bias(end, slope),
+            outputs,
+        );
+        self.scale = Ramp::new(parameters.scale(start), parameters.scale(end), outputs);
+        self.clock
+            .set_rate(self.format.period(), parameters.clock_rate(start));
+        self.warming_up =
+            (start - parameters.steady_celsius()).abs() > parameters.warm_up_flag_kelvin;
+        self.thermal_outputs_left = outputs;
+    }
+
+    /// The next output, for the carrier at `heading` now; none at the first call.
+    #[inline]
+    fn measure(&mut self, now: Timestamp, heading: Angle) -> Option<GyroSample> {
+        let Some((last, last_heading)) = self.carrier else {
+            // The clock starts where the carrier is first seen.
+            self.carrier = Some((now, heading));
+            self.clock.start(now);
+            return None;
+        };
+        if self.thermal_outputs_left == 0 {
+            self.start_thermal_step();
+        }
+        self.thermal_outputs_left -= 1;
+        self.bias.step();
+        self.scale.step();
+
+        let at = self.clock.next();
+        self.clock.tick();
+        let interval_s = (at - last).as_secs_f64();
+        let turned = heading - last_heading;
+        let turned = if now == at {
+            turned
+        } else {
+            turned * share(at - last, now - last)
+        };
+        self.carrier = Some((at, last_heading + turned));
+
+        let rate = self.lag.mean(turned.rad() / interval_s);
+        let scale =
+            self.scale.value + self.cubic * rate * rate + self.half_asymmetry.copysign(rate);
+        let wanted = rate * scale + self.bias.value + self.noise.next();
+        let over_range = wanted.abs() > self.range;
+        let measured = if over_range {
+            self.range.copysign(wanted)
+        } else {
+            wanted
+        };
+        Some(self.sample(measured, interval_s, over_range))
+    }
+
+    fn sample(&mut self, rate: f64, interval_s: f64, over_range: bool) -> GyroSample {
+        let increment = rate * interval_s;
+        self.integrated += increment;
+        let output = match self.mode {
+            OutputMode::Rate => GyroOutput::Rate(AngularRate::from_rad_per_s(rate)),
+            OutputMode::Increment => GyroOutput::Increment(Angle::from_rad(increment)),
+            OutputMode::Integrated => {
+                GyroOutput::Integrated(Angle::from_rad(self.integrated).wrapped())
+            }
+        };
+        let sequence = sequence_modulus(self.format).map(|modulus| Sequence {
+            value: (self.outputs % u64::from(modulus)) as u8,
+            modulus,
+        });
+        self.outputs = self.outputs.wrapping_add(1);
+        GyroSample {
+            output,
+            // It stays good beyond the range: KVH DSP-3000 manual.
+            valid: true,
+            status: GyroStatus {
+                built_in_test_failed: false,
+                warming_up: self.warming_up,
+                over_range,
+            },
+            temperature: Some(Temperature::from_celsius(self.thermal.reading())),
+            sequence,
+        }
+    }
+}
+
+/// `part` of `whole`.
+fn share(part: Span, whole: Span) -> f64 {
+    part.as_secs_f64() / whole.as_secs_f64()
+}
+
+/// The DSP-3000 can be told what to put out.
+const fn has_modes(format: GyroFormat) -> bool {
+    matches!(format, GyroFormat::Dsp3000Ascii | GyroFormat::Dsp3000Binary)
+}
+
+/// The streams' running numbers.
+const fn sequence_modulus(format: GyroFormat) -> Option<u16> {
+    match format {
+        GyroFormat::Navigator => Some(navigator::SEQUENCE_MODULUS),
+        GyroFormat::Dsp3000Binary => Some(dsp3000_binary::SEQUENCE_MODULUS),
+        GyroFormat::Ecore2000 | GyroFormat::Dsp3000Ascii => None,
+    }
+}

@@ -1,0 +1,150 @@
+//! The imperfections of a gyro, each a named number.
+
+use crate::parameters::parameters;
+use libm::{cos, exp};
+use wire::units::Angle;
+
+/// Correlation time of the bias drift where a device file does not give one (assumption).
+///
+/// A data sheet states the drift's rms and no time scale. This is the time for which a 20 s bias
+/// test, followed at once by a lap of 64 s travel, is helped least by the bias test: it maximises
+/// the variance of the mean drift during the lap less the mean drift during the test. The worst
+/// case, that is, not a fit to any result; `gyro::noise` computes it.
+pub const WORST_CASE_CORRELATION_S: f64 = 20.0;
+
+parameters! {
+    /// The imperfections of a gyro. The default is an ideal one: everything off.
+    ///
+    /// Signs: counter-clockwise is positive; a positive scale error reads too much. Sizes are those
+    /// of this class of instrument (fibre-optic, about 1 to 20 deg/h).
+    pub struct GyroParameters {
+        /// White noise of the rate, as angle random walk N (IEEE Std 952). KVH E-Core 2000: 0.083;
+        /// this class: 0.07 to 1.
+        angle_random_walk_deg_per_sqrt_h: NOT_NEGATIVE = 0.0,
+        /// Bias drift at steady temperature, rms: a first-order Gauss-Markov process. The paper's
+        /// data sheet: 0.005.
+        bias_drift_deg_per_s: NOT_NEGATIVE = 0.0,
+        /// Correlation time of the bias drift. Not published; see [`WORST_CASE_CORRELATION_S`].
+        bias_drift_correlation_s: POSITIVE = WORST_CASE_CORRELATION_S,
+        /// Rate random walk K (IEEE Std 952), zero at power-up. This class: about 1e-3 and less.
+        rate_random_walk_deg_per_s_per_sqrt_s: NOT_NEGATIVE = 0.0,
+        /// Turn-on bias, rms from one power-up to the next; drawn once. This class: 1 to 20.
+        turn_on_bias_deg_per_h: NOT_NEGATIVE = 0.0,
+        /// Constant bias, the vertical part of the Earth's rate included (10.1 deg/h at 42.3 deg
+        /// north).
+        bias_deg_per_h: FINITE = 0.0,
+        /// Bias against coil temperature, about `reference_celsius`. This class: 1 to 5.
+        bias_deg_per_h_per_kelvin: FINITE = 0.0,
+        /// Bias against the square of the coil temperature, about `reference_celsius`.
+        bias_deg_per_h_per_kelvin2: FINITE = 0.0,
+        /// Bias against the rate of change of the coil temperature (Shupe effect). This class: 5 to
+        /// 20.
+        bias_deg_per_h_per_kelvin_per_min: FINITE = 0.0,
+        /// The coil temperature at which bias and clock are as stated.
+        reference_celsius: FINITE = 25.0,
+        /// Scale error against coil temperature. The paper's unit: -1444 (slope of Eq. 5 over 360
+        /// deg).
+        scale_ppm_per_kelvin: FINITE = 0.0,
+        /// The coil temperature at which the scale error is `scale_ppm`. The paper's unit: 36.98
+        /// (the zero of Eq. 5).
+        scale_zero_celsius: FINITE = 25.0,
+        /// Constant scale error. This class: up to 10000 uncorrected.
+        scale_ppm: FINITE = 0.0,
+        /// How much larger the scale is counter-clockwise than clockwise. This class: 0 to 500.
+        scale_asymmetry_ppm: FINITE = 0.0,
+        /// Scale error at 30 deg/s that grows with the square of the rate. This class: -700 to
+        /// -4000 uncorrected.
+        scale_ppm_at_30_deg_per_s: FINITE = 0.0,
+        /// Angle between the sensitive axis and the vertical: 1 deg costs 0.055 deg in a turn.
+        axis_tilt_deg: FINITE = 0.0,
+        /// Rates beyond this are clipped and flagged. The paper's data sheet: 100.
+        range_deg_per_s: LIMIT = f64::INFINITY,
+        /// Frequency at which the response, a first-order lag, has fallen by 3 dB. The paper's data
+        /// sheet: 100.
+        bandwidth_hz: LIMIT = f64::INFINITY,
+        /// From the end of the interval that an output covers to its first byte.
+        latency_s: LATENCY = 0.0,
+        /// How much too fast the gyro's own clock runs, and with it the outputs. KVH DSP-3000: up to
+        /// +-30000 from unit to unit.
+        clock_error_ppm: CLOCK_ERROR = 0.0,
+        /// The same against coil temperature, about `reference_celsius`. KVH DSP-3000: +-2000 over
+        /// its temperatures.
+        clock_ppm_per_kelvin: CLOCK_ERROR = 0.0,
+        /// Temperature of the room; may change during a run.
+        ambient_celsius: FINITE = 20.0,
+        /// How much warmer than the room the coil gets by its own power.
+        self_heating_kelvin: FINITE = 0.0,
+        /// Time constant of the coil's temperature; 0 follows at once. This class: 30 to 40 min.
+        thermal_time_constant_s: NOT_NEGATIVE = 0.0,
+        /// How long the gyro had been switched on when the run began.
+        powered_before_s: NOT_NEGATIVE = 0.0,
+        /// The warm-up flag is set while the coil is further than this from its steady temperature.
+        warm_up_flag_kelvin: LIMIT = f64::INFINITY,
+        /// Time by which the temperature sensor lags the coil, first order.
+        temperature_lag_s: NOT_NEGATIVE = 0.0,
+        /// What the sensor reads too much.
+        temperature_offset_kelvin: FINITE = 0.0,
+        /// White noise of the sensor, rms of a reading.
+        temperature_noise_kelvin: NOT_NEGATIVE = 0.0,
+        /// Step of the sensor's readings; 0 for none beyond that of the stream.
+        temperature_resolution_kelvin: NOT_NEGATIVE = 0.0,
+    }
+}
+
+/// The rate at which `scale_ppm_at_30_deg_per_s` is stated: the paper's table rate.
+const CUBIC_REFERENCE_DEG_PER_S: f64 = 30.0;
+const PPM: f64 = 1e-6;
+const SECONDS_PER_MINUTE: f64 = 60.0;
+
+impl GyroParameters {
+    /// Temperature that the coil tends to.
+    pub(super) fn steady_celsius(&self) -> f64 {
+        self.ambient_celsius + self.self_heating_kelvin
+    }
+
+    /// Deterministic bias in rad/s for the coil at `celsius`, changing by `kelvin_per_s`.
+    pub(super) fn bias(&self, celsius: f64, kelvin_per_s: f64) -> f64 {
+        let off_reference = celsius - self.reference_celsius;
+        let deg_per_h = self.bias_deg_per_h
+            + off_reference
+                * (self.bias_deg_per_h_per_kelvin
+                    + off_reference * self.bias_deg_per_h_per_kelvin2)
+            + self.bias_deg_per_h_per_kelvin_per_min * kelvin_per_s * SECONDS_PER_MINUTE;
+        wire::units::AngularRate::from_deg_per_h(deg_per_h).rad_per_s()
+    }
+
+    /// What multiplies the rate, for the coil at `celsius`, at low rates and the mean of both
+    /// directions.
+    pub(super) fn scale(&self, celsius: f64) -> f64 {
+        let ppm = self.scale_ppm + self.scale_ppm_per_kelvin * (celsius - self.scale_zero_celsius);
+        (1.0 + ppm * PPM) * cos(Angle::from_deg(self.axis_tilt_deg).rad())
+    }
+
+    /// Scale error per (rad/s)^2.
+    pub(super) fn cubic(&self) -> f64 {
+        let reference = Angle::from_deg(CUBIC_REFERENCE_DEG_PER_S).rad();
+        self.scale_ppm_at_30_deg_per_s * PPM / (reference * reference)
+    }
+
+    /// Scale error of counter-clockwise rates; that of clockwise ones is its negative.
+    pub(super) fn half_asymmetry(&self) -> f64 {
+        self.scale_asymmetry_ppm * PPM / 2.0
+    }
+
+    /// Output rate over nominal output rate, for the coil at `celsius`.
+    pub(super) fn clock_rate(&self, celsius: f64) -> f64 {
+        let ppm =
+            self.clock_error_ppm + self.clock_ppm_per_kelvin * (celsius - self.reference_celsius);
+        let bound = crate::parameters::Domain::CLOCK_ERROR;
+        1.0 + ppm.clamp(bound.min, bound.max) * PPM
+    }
+}
+
+/// What is left of a first-order difference after `seconds`; nothing where it follows at once.
+pub(super) fn remainder(seconds: f64, time_constant_s: f64) -> f64 {
+    if time_constant_s > 0.0 {
+        exp(-seconds / time_constant_s)
+    } else {
+        0.0
+    }
+}

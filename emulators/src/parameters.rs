@@ -1,0 +1,311 @@
+//! Named numbers of a device: declared once, read from a device file, set by name during a run.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// The values a parameter may take. A NaN is never one of them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Domain {
+    /// The smallest.
+    pub min: f64,
+    /// The largest.
+    pub max: f64,
+}
+
+impl Domain {
+    /// Any finite number.
+    pub const FINITE: Self = Self {
+        min: f64::MIN,
+        max: f64::MAX,
+    };
+    /// Zero or more, and finite.
+    pub const NOT_NEGATIVE: Self = Self {
+        min: 0.0,
+        max: f64::MAX,
+    };
+    /// More than zero, and finite.
+    pub const POSITIVE: Self = Self {
+        min: f64::MIN_POSITIVE,
+        max: f64::MAX,
+    };
+    /// More than zero; `inf` stands for "no limit".
+    pub const LIMIT: Self = Self {
+        min: f64::MIN_POSITIVE,
+        max: f64::INFINITY,
+    };
+
+    /// Parts per million by which a clock may be off: half of its rate.
+    pub const CLOCK_ERROR: Self = Self {
+        min: -5e5,
+        max: 5e5,
+    };
+    /// Seconds by which an output may come late: what the emulator's queue of outputs can hold.
+    pub const LATENCY: Self = Self { min: 0.0, max: 0.1 };
+
+    /// Whether `value` is one of them.
+    pub const fn contains(self, value: f64) -> bool {
+        value >= self.min && value <= self.max
+    }
+}
+
+/// What is known of a parameter before it has a value.
+#[derive(Debug, Clone, Copy)]
+pub struct ParameterInfo {
+    /// Its name, as in a device file; the unit is its last part.
+    pub name: &'static str,
+    /// What it is, with source and usual size.
+    pub doc: &'static str,
+    /// The values it may take.
+    pub domain: Domain,
+    /// The value it has where a device file does not name it: that of an ideal device.
+    pub ideal: f64,
+}
+
+/// Why a parameter was not set.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ParameterError {
+    /// The device has none of this name.
+    #[error("no parameter `{name}`{}", hint(.nearest))]
+    Unknown {
+        /// The name asked for.
+        name: String,
+        /// The most similar of the names that exist.
+        nearest: Option<&'static str>,
+    },
+    /// The value is not one that the parameter may take.
+    #[error("`{name}` = {value} is not within {} to {}", .domain.min, .domain.max)]
+    OutOfDomain {
+        /// The parameter.
+        name: String,
+        /// The value asked for.
+        value: f64,
+        /// What is allowed.
+        domain: Domain,
+    },
+}
+
+fn hint(nearest: &Option<&'static str>) -> String {
+    nearest
+        .map(|name| format!(", did you mean `{name}`?"))
+        .unwrap_or_default()
+}
+
+/// A set of named numbers.
+pub trait Parameters {
+    /// Every parameter that is a single number.
+    const TABLE: &'static [ParameterInfo];
+
+    /// The place of the parameter `name`, and what may be put there.
+    fn slot(&mut self, name: &str) -> Option<(&mut f64, Domain)>;
+
+    /// Sets the parameter `name`, or leaves everything as it was.
+    fn set(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
+        let Some((slot, domain)) = self.slot(name) else {
+            return Err(ParameterError::Unknown {
+                name: name.to_owned(),
+                nearest: nearest(name, Self::TABLE),
+            });
+        };
+        if !domain.contains(value) {
+            return Err(ParameterError::OutOfDomain {
+                name: name.to_owned(),
+                value,
+                domain,
+            });
+        }
+        *slot = value;
+        Ok(())
+    }
+
+    /// Whether every value, however it came there, is one it may be.
+    fn check(&mut self) -> Result<(), ParameterError> {
+        for info in Self::TABLE {
+            if let Some((&mut value, domain)) = self.slot(info.name)
+                && !domain.contains(value)
+            {
+                let name = info.name.to_owned();
+                return Err(ParameterError::OutOfDomain {
+                    name,
+                    value,
+                    domain,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The name with the longest common start, if it shares at least a word with `name`.
+fn nearest(name: &str, table: &[ParameterInfo]) -> Option<&'static str> {
+    let common = |other: &str| {
+        name.bytes()
+            .zip(other.bytes())
+            .take_while(|(a, b)| a == b)
+            .count()
+    };
+    let word = name.find('_').unwrap_or(name.len()).max(1);
+    let best = table
+        .iter()
+        .map(|info| info.name)
+        .max_by_key(|other| common(other))?;
+    (common(best) >= word).then_some(best)
+}
+
+/// Declares a struct of named `f64` parameters: fields, documentation, domain and ideal value in one
+/// place, so that a device file, a plan step and a listing cannot disagree.
+macro_rules! parameters {
+    (
+        $(#[doc = $struct_doc:literal])*
+        pub struct $name:ident {
+            $(
+                $(#[doc = $doc:literal])*
+                $field:ident: $domain:ident = $ideal:expr,
+            )*
+        }
+        $(
+            lists {
+                $(#[doc = $list_doc:literal])*
+                $list:ident: $item:ty = $list_ideal:expr,
+            }
+        )?
+    ) => {
+        $(#[doc = $struct_doc])*
+        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct $name {
+            $($(#[doc = $doc])* pub $field: f64,)*
+            $($(#[doc = $list_doc])* pub $list: Vec<$item>,)?
+        }
+
+        impl Default for $name {
+            /// The ideal device.
+            fn default() -> Self {
+                Self { $($field: $ideal,)* $($list: $list_ideal,)? }
+            }
+        }
+
+        impl $crate::parameters::Parameters for $name {
+            const TABLE: &'static [$crate::parameters::ParameterInfo] = &[
+                $($crate::parameters::ParameterInfo {
+                    name: stringify!($field),
+                    doc: concat!($($doc),*),
+                    domain: $crate::parameters::Domain::$domain,
+                    ideal: $ideal,
+                },)*
+            ];
+
+            fn slot(&mut self, name: &str) -> Option<(&mut f64, $crate::parameters::Domain)> {
+                $(
+                    if let Some(rest) = name.strip_prefix(concat!(stringify!($list), ".")) {
+                        let (index, field) = rest.split_once('.')?;
+                        return self.$list.get_mut(index.parse::<usize>().ok()?)?.slot(field);
+                    }
+                )?
+                match name {
+                    $(stringify!($field) => {
+                        Some((&mut self.$field, $crate::parameters::Domain::$domain))
+                    })*
+                    _ => None,
+                }
+            }
+
+            $(
+                fn check(&mut self) -> Result<(), $crate::parameters::ParameterError> {
+                    self.$list.iter_mut().try_for_each(|item| item.check())?;
+                    for info in Self::TABLE {
+                        if let Some((&mut value, _)) = self.slot(info.name) {
+                            self.set(info.name, value)?;
+                        }
+                    }
+                    Ok(())
+                }
+            )?
+        }
+    };
+}
+pub(crate) use parameters;
+
+#[cfg(test)]
+mod tests {
+    use super::{ParameterError, Parameters};
+
+    parameters! {
+        /// An item.
+        pub struct Item {
+            /// Anything.
+            toe_deg: FINITE = 0.0,
+        }
+    }
+
+    parameters! {
+        /// For the tests.
+        pub struct Example {
+            /// How warm it is.
+            ambient_celsius: FINITE = 20.0,
+            /// How fast it goes.
+            /// At most.
+            range_deg_per_s: LIMIT = f64::INFINITY,
+        }
+        lists {
+            /// Several.
+            wheels: Item = vec![Item::default(), Item::default()],
+        }
+    }
+
+    #[test]
+    fn a_parameter_is_set_by_name() {
+        let mut example = Example::default();
+        example.set("ambient_celsius", 25.0).unwrap();
+        example.set("range_deg_per_s", f64::INFINITY).unwrap();
+        example.set("wheels.1.toe_deg", 0.1).unwrap();
+        assert_eq!(
+            (example.ambient_celsius, example.wheels[1].toe_deg),
+            (25.0, 0.1)
+        );
+        assert_eq!(Example::TABLE[1].doc, " How fast it goes. At most.");
+    }
+
+    #[test]
+    fn a_wrong_name_or_value_is_refused_and_changes_nothing() {
+        let mut example = Example::default();
+        for name in [
+            "",
+            "ambient",
+            "wheels",
+            "wheels.2.toe_deg",
+            "wheels.x.toe_deg",
+            "wheels.0.",
+        ] {
+            assert!(
+                matches!(example.set(name, 1.0), Err(ParameterError::Unknown { .. })),
+                "{name}"
+            );
+        }
+        for value in [0.0, -1.0, f64::NAN] {
+            assert!(example.set("range_deg_per_s", value).is_err());
+        }
+        assert!(example.set("wheels.0.toe_deg", f64::INFINITY).is_err());
+        assert_eq!(example, Example::default());
+        assert_eq!(
+            example
+                .set("ambient_kelvin", 300.0)
+                .unwrap_err()
+                .to_string(),
+            "no parameter `ambient_kelvin`, did you mean `ambient_celsius`?"
+        );
+    }
+
+    #[test]
+    fn a_file_is_checked_whole() {
+        let read = |text| toml::from_str::<Example>(text);
+        assert!(read("ambient_celsius = 21").unwrap().check().is_ok());
+        assert!(read("range_deg_per_s = nan").unwrap().check().is_err());
+        assert!(
+            read("wheels = [{ toe_deg = inf }]")
+                .unwrap()
+                .check()
+                .is_err()
+        );
+        assert!(read("ambient = 21").is_err());
+    }
+}

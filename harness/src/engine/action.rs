@@ -1,0 +1,40 @@
+//! What the engine asks of the world.
+
+use crate::record::{Device, RecordKind};
+use controller::calibration::Calibration;
+use controller::mission::Mission;
+use wire::table;
+use wire::units::Pose;
+
+/// One thing to be done by the world, at once.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Action {
+    /// Give the controller a mission.
+    Mission(Mission),
+    /// Send the table a command.
+    Table(table::Command),
+    /// Measure the pose by the absolute measurement; answer with `Engine::absolute`.
+    MeasureAbsolute,
+    /// Carry the robot to a pose; answer with `Engine::answered`.
+    Place(Pose),
+    /// Set a parameter of an emulated device; answer with `Engine::answered` or `Engine::broke`.
+    SetParameter {
+        /// `gyro`, `base`, `table` or `absolute`.
+        device: String,
+        /// Its parameter, as in the device file.
+        parameter: String,
+        /// Its new value.
+        value: f64,
+    },
+    /// Tell the operator something and wait until it is confirmed; answer with `Engine::answered`.
+    Prompt(String),
+    /// Keep a calibration in the run folder and for later plans.
+    SaveCalibration {
+        /// Its name.
+        name: String,
+        /// What it holds.
+        calibration: Calibration,
+    },
+    /// Write this into the record.
+    Record(Device, RecordKind),
+}

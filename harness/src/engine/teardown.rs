@@ -1,0 +1,78 @@
+//! The end of every run, however it came about: the base is told to stop, and asked until it stands.
+
+use super::Action;
+use controller::mission::{Command, Mission, MissionId, Report};
+use std::collections::VecDeque;
+use wire::table;
+use wire::time::{Span, Timestamp};
+
+/// How long the base is given. Assumption: the longest braking (0.78 m/s at 0.4 m/s^2) takes 2 s.
+const REST_WAIT: Span = Span::from_secs(5);
+/// Between two questions.
+const ASK_PERIOD: Span = Span::from_millis(200);
+
+/// Stops base and table and waits for rest.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Teardown {
+    give_up: Timestamp,
+    ask_at: Timestamp,
+    told: bool,
+    at_rest: bool,
+}
+
+impl Teardown {
+    pub(super) const fn begin(now: Timestamp) -> Self {
+        Self { give_up: now_plus(now), ask_at: now, told: false, at_rest: false }
+    }
+
+    pub(super) fn next_wakeup(&self) -> Timestamp {
+        self.ask_at.min(self.give_up)
+    }
+
+    /// The controller has confirmed that nothing moves.
+    pub(super) const fn at_rest(&self) -> bool {
+        self.at_rest
+    }
+
+    pub(super) fn report(&mut self, report: &Report) {
+        if let Report::State(state) = report {
+            // A state from before the stop says nothing.
+            self.at_rest |= self.told && !state.moving;
+        }
+    }
+
+    /// Asks again when it is time; true when there is nothing left to wait for.
+    pub(super) fn step(
+        &mut self,
+        now: Timestamp,
+        next_id: &mut MissionId,
+        actions: &mut VecDeque<Action>,
+    ) -> bool {
+        if self.at_rest || now >= self.give_up {
+            return true;
+        }
+        if now < self.ask_at {
+            return false;
+        }
+        let mut send = |command| {
+            actions.push_back(Action::Mission(Mission { id: *next_id, command }));
+            *next_id = next_id.wrapping_add(1);
+        };
+        if !self.told {
+            self.told = true;
+            send(Command::Stop);
+            actions.push_back(Action::Table(table::Command::Stop));
+        }
+        actions_after_stop(send);
+        self.ask_at = now + ASK_PERIOD;
+        false
+    }
+}
+
+fn actions_after_stop(mut send: impl FnMut(Command)) {
+    send(Command::RequestState);
+}
+
+const fn now_plus(now: Timestamp) -> Timestamp {
+    Timestamp::from_nanos(now.as_nanos().saturating_add(REST_WAIT.as_nanos()))
+}

@@ -1,0 +1,199 @@
+//! The plans, device files and calibrations that ship with the harness, and those on disk.
+//!
+//! A name is looked for among the shipped files, a path on disk: what ends in `.toml` or holds a
+//! separator is a path. Files next to a plan on disk go before the shipped ones, so that a copy of
+//! `test-plans` can be changed as a whole.
+
+use include_dir::{Dir, include_dir};
+use std::path::{Path, PathBuf};
+
+static SHIPPED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../test-plans");
+
+/// The procedures of the paper, in the order in which they need each other's results.
+pub const PAPER_PLANS: [&str; 10] = [
+    "warm-up",
+    "static-bias",
+    "temperature-calibration",
+    "verification",
+    "laps-observed",
+    "straight-accuracy",
+    "turn-accuracy",
+    "laps-corrected",
+    "laps-uncorrected",
+    "umbmark",
+];
+
+/// A file's text and where it comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    /// How messages call it: a path, or `test-plans/...` for a shipped file.
+    pub origin: String,
+    /// Its text.
+    pub text: String,
+}
+
+/// Why a file cannot be had.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum LibraryError {
+    /// No shipped file has that name.
+    #[error("no {kind} is called \"{name}\"")]
+    #[diagnostic(help("shipped: {known}; a path ends in .toml or holds a /"))]
+    UnknownName {
+        /// `plan`, `device file`, ...
+        kind: Kind,
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// The file cannot be read.
+    #[error("failed to read {}: {cause}", path.display())]
+    Unreadable {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        cause: std::io::Error,
+    },
+}
+
+/// Kinds of files in the library.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A plan.
+    Plan,
+    /// A device file: what the emulated devices are like.
+    Devices,
+    /// A gyro that device files refer to.
+    Gyro,
+    /// A calibration of a gyro.
+    Calibration,
+    /// A bench file: which port plays which role.
+    Bench,
+}
+
+impl Kind {
+    /// Folder below `test-plans`.
+    const fn folder(self) -> &'static str {
+        match self {
+            Self::Plan => "",
+            Self::Devices => "devices",
+            Self::Gyro => "devices/gyros",
+            Self::Calibration => "calibrations",
+            Self::Bench => "benches",
+        }
+    }
+}
+
+impl std::fmt::Display for Kind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Plan => "plan",
+            Self::Devices => "device file",
+            Self::Gyro => "gyro",
+            Self::Calibration => "calibration",
+            Self::Bench => "bench",
+        })
+    }
+}
+
+/// Where to look, besides the shipped files.
+#[derive(Debug, Clone, Default)]
+pub struct Library {
+    folder: Option<PathBuf>,
+}
+
+impl Library {
+    /// The shipped files alone.
+    pub const fn shipped() -> Self {
+        Self { folder: None }
+    }
+
+    /// The shipped files, and before them those in the folder of `plan`, if it is a path.
+    pub fn beside(plan: &str) -> Self {
+        let folder = is_path(plan).then(|| Path::new(plan).parent().map(Path::to_owned)).flatten();
+        Self { folder }
+    }
+
+    /// The file that `name` means.
+    ///
+    /// # Errors
+    ///
+    /// When no shipped file has that name or the path cannot be read.
+    pub fn open(&self, kind: Kind, name: &str) -> Result<Source, LibraryError> {
+        if is_path(name) {
+            return read(Path::new(name));
+        }
+        let file = Path::new(kind.folder()).join(format!("{name}.toml"));
+        if let Some(path) = self.folder.as_ref().map(|folder| folder.join(&file))
+            && path.is_file()
+        {
+            return read(&path);
+        }
+        let shipped = SHIPPED.get_file(&file).and_then(include_dir::File::contents_utf8);
+        match shipped {
+            Some(text) => Ok(Source {
+                origin: format!("test-plans/{}", file.display()),
+                text: text.to_owned(),
+            }),
+            None => Err(LibraryError::UnknownName {
+                kind,
+                name: name.to_owned(),
+                known: names(kind).join(", "),
+            }),
+        }
+    }
+}
+
+/// Names of the shipped files of a kind, sorted.
+pub fn names(kind: Kind) -> Vec<String> {
+    let folder = match kind.folder() {
+        "" => Some(&SHIPPED),
+        folder => SHIPPED.get_dir(folder),
+    };
+    let mut names: Vec<String> = folder
+        .into_iter()
+        .flat_map(Dir::files)
+        .filter_map(|file| file.path().file_name()?.to_str()?.strip_suffix(".toml"))
+        .map(str::to_owned)
+        .collect();
+    names.sort();
+    names
+}
+
+fn is_path(name: &str) -> bool {
+    name.contains('/') || Path::new(name).extension().is_some_and(|end| end == "toml")
+}
+
+fn read(path: &Path) -> Result<Source, LibraryError> {
+    match std::fs::read_to_string(path) {
+        Ok(text) => Ok(Source { origin: path.display().to_string(), text }),
+        Err(cause) => Err(LibraryError::Unreadable { path: path.to_owned(), cause }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Kind, Library, PAPER_PLANS, names};
+
+    #[test]
+    fn every_procedure_of_the_paper_ships() {
+        let shipped = names(Kind::Plan);
+        for plan in PAPER_PLANS {
+            assert!(shipped.iter().any(|name| name == plan), "{plan}");
+        }
+    }
+
+    #[test]
+    fn an_unknown_name_lists_what_there_is() {
+        let error = Library::shipped().open(Kind::Plan, "varification").unwrap_err();
+        assert_eq!(error.to_string(), "no plan is called \"varification\"");
+        let help = miette::Diagnostic::help(&error).map(|help| help.to_string());
+        assert!(help.is_some_and(|help| help.contains("verification")));
+    }
+
+    #[test]
+    fn a_missing_path_names_the_path_and_the_cause() {
+        let error = Library::shipped().open(Kind::Bench, "no/such.toml").unwrap_err();
+        assert!(error.to_string().starts_with("failed to read no/such.toml: "), "{error}");
+    }
+}

@@ -1,0 +1,132 @@
+//! The beginning of a record file: magic, format version, and a block that describes itself.
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 8 | [`MAGIC`] |
+//! | 2 | format version, little-endian |
+//! | 4 | length of the block, little-endian, at most [`HEADER_BYTES_MAX`] |
+//! | … | the block: [`Header`] as JSON, ended by a line feed |
+//!
+//! `head -2` shows a person whose record it is; a program need not know this crate to read that.
+
+use super::reader::RecordError;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::io::{self, Read, Write};
+
+/// The first bytes of every record file. The first is no text, so that nothing takes it for text;
+/// the last is changed by whatever mangles line ends.
+pub const MAGIC: [u8; 8] = *b"\x89hilrec\n";
+
+/// The version that this crate writes, and the newest that it reads.
+pub const FORMAT_VERSION: u16 = 1;
+
+/// The longest block: hundreds of quantities fit.
+pub const HEADER_BYTES_MAX: usize = 1024 * 1024;
+
+/// What a record file says about itself.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Header {
+    /// Version of the harness that wrote it.
+    pub harness: String,
+    /// Name of the plan.
+    pub plan: String,
+    /// The seed.
+    pub seed: u64,
+    /// What the observations in it mean.
+    #[serde(default)]
+    pub quantities: Vec<Quantity>,
+}
+
+/// A quantity that the plan observes, as a report needs it: without the plan at hand.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Quantity {
+    /// Name, as in an observation.
+    pub name: String,
+    /// Unit of its values; empty where it has none.
+    pub unit: String,
+    /// What it is, in a few words.
+    pub title: String,
+    /// Where single values are meant to lie.
+    #[serde(default)]
+    pub bands: Vec<Band>,
+}
+
+/// Where single values of a quantity are meant to lie, in its unit.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Band {
+    /// The measurement that says so.
+    pub measurement: String,
+    /// Lower end, included; none where there is no limit.
+    pub lower: Option<f64>,
+    /// Upper end, included; none where there is no limit.
+    pub upper: Option<f64>,
+    /// What the paper gives, with its place.
+    pub paper: Option<String>,
+    /// The observations that are meant: those with these tags. Empty: all.
+    #[serde(default)]
+    pub tags: BTreeMap<String, f64>,
+}
+
+impl Header {
+    /// Writes magic, version and block.
+    pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
+        let mut block = serde_json::to_vec(self)?;
+        block.push(b'\n');
+        let length = u32::try_from(block.len())
+            .ok()
+            .filter(|_| block.len() <= HEADER_BYTES_MAX);
+        let Some(length) = length else {
+            return Err(io::Error::new(
+                io::ErrorKind::InvalidInput,
+                format!(
+                    "the header takes {} bytes; {HEADER_BYTES_MAX} are allowed",
+                    block.len()
+                ),
+            ));
+        };
+        out.write_all(&MAGIC)?;
+        out.write_all(&FORMAT_VERSION.to_le_bytes())?;
+        out.write_all(&length.to_le_bytes())?;
+        out.write_all(&block)
+    }
+
+    /// Reads magic, version and block, and leaves `input` at the first record.
+    pub(super) fn read(input: &mut impl Read) -> Result<Self, RecordError> {
+        let mut magic = [0; MAGIC.len()];
+        read_exact(input, &mut magic).map_err(|error| match error {
+            RecordError::HeaderCutShort => RecordError::NotARecord,
+            other => other,
+        })?;
+        if magic != MAGIC {
+            return Err(RecordError::NotARecord);
+        }
+        let mut version = [0; 2];
+        read_exact(input, &mut version)?;
+        let found = u16::from_le_bytes(version);
+        if found > FORMAT_VERSION {
+            return Err(RecordError::NewerFormat { found });
+        }
+        if found == 0 {
+            return Err(RecordError::NotARecord);
+        }
+        let mut length = [0; 4];
+        read_exact(input, &mut length)?;
+        let length = usize::try_from(u32::from_le_bytes(length)).unwrap_or(usize::MAX);
+        if length > HEADER_BYTES_MAX {
+            return Err(RecordError::HeaderTooLong { length });
+        }
+        let mut block = vec![0; length];
+        read_exact(input, &mut block)?;
+        serde_json::from_slice(&block).map_err(RecordError::Header)
+    }
+}
+
+fn read_exact(input: &mut impl Read, buffer: &mut [u8]) -> Result<(), RecordError> {
+    input
+        .read_exact(buffer)
+        .map_err(|error| match error.kind() {
+            io::ErrorKind::UnexpectedEof => RecordError::HeaderCutShort,
+            _ => RecordError::Io(error),
+        })
+}
