@@ -32,18 +32,13 @@ fn answer(id: u32) -> impl FnMut(&Report) -> Option<Report> {
     }
 }
 
-fn started(gyro_port: &str, base_port: &str) -> Process {
-    Process::start(&[
-        "--gyro",
-        gyro_port,
-        "--base",
-        &format!("serial:{base_port}"),
-    ])
+fn serial(base: &pty::Device) -> String {
+    format!("serial:{}", base.port)
 }
 
 /// A process whose base is on its way.
-fn driving(gyro_port: &str, base_port: &str) -> Process {
-    let mut process = started(gyro_port, base_port);
+fn driving(gyro_port: &str, base: &str) -> Process {
+    let mut process = Process::start(&["--gyro", gyro_port, "--base", base]);
     // The first messages of both devices.
     process.wait_for(|report| {
         matches!(report, Report::Health(health) if health.level == Level::Degraded).then_some(())
@@ -105,11 +100,27 @@ fn a_bias_test_runs_on_a_gyro_alone() {
 #[test]
 fn stdin_closed_brings_the_base_to_rest() {
     let (gyro, (base, requests)) = (gyro(b""), base(b""));
-    let mut process = driving(&gyro.port, &base.port);
+    let mut process = driving(&gyro.port, &serial(&base));
     process.close_stdin();
     let (status, reports, log) = process.wait();
     assert_eq!(status, Some(0), "{log}");
     assert!(log.contains("stdin was closed"), "{log}");
+    assert_stopped_and_at_rest(&requests, &reports);
+}
+
+/// Needs an interface `vcan0`; `tests/vcan-guest/run` gives one.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_base_on_can_is_driven_and_brought_to_rest() {
+    let Some((_base, requests)) = devices::can_base("vcan0") else {
+        eprintln!("skipped: no CAN interface vcan0");
+        return;
+    };
+    let gyro = gyro(b"");
+    let mut process = driving(&gyro.port, "can:vcan0");
+    process.close_stdin();
+    let (status, reports, log) = process.wait();
+    assert_eq!(status, Some(0), "{log}");
     assert_stopped_and_at_rest(&requests, &reports);
 }
 
@@ -121,7 +132,7 @@ fn a_signal_brings_the_base_to_rest() {
         (Signal::HUP, "SIGHUP"),
     ] {
         let (gyro, (base, requests)) = (gyro(b""), base(b""));
-        let process = driving(&gyro.port, &base.port);
+        let process = driving(&gyro.port, &serial(&base));
         process.signal(signal);
         let (status, reports, log) = process.wait();
         assert_eq!(status, Some(0), "{log}");
@@ -133,7 +144,7 @@ fn a_signal_brings_the_base_to_rest() {
 #[test]
 fn stdout_closed_brings_the_base_to_rest() {
     let (gyro, (base, requests)) = (gyro(b""), base(b""));
-    let mut process = driving(&gyro.port, &base.port);
+    let mut process = driving(&gyro.port, &serial(&base));
     process.close_stdout();
     let (status, _, log) = process.wait();
     assert_eq!(status, Some(0), "{log}");
@@ -169,7 +180,7 @@ fn a_base_that_does_not_answer_is_told_in_the_status() {
     let mute = pty::Device::spawn(|line, _| {
         line.read();
     });
-    let mut process = started(&gyro.port, &mute.port);
+    let mut process = Process::start(&["--gyro", &gyro.port, "--base", &serial(&mute)]);
     process.close_stdin();
     let (status, _, log) = process.wait();
     assert_eq!(status, Some(1), "{log}");
@@ -183,7 +194,7 @@ fn a_base_that_does_not_answer_is_told_in_the_status() {
 fn garbage_on_both_ports_hurts_nobody() {
     const NOISE: &[u8] = b"\xff\x00\x80:;0F\r\n\x7f\xfe";
     let (gyro, (base, requests)) = (gyro(NOISE), base(NOISE));
-    let mut process = driving(&gyro.port, &base.port);
+    let mut process = driving(&gyro.port, &serial(&base));
     process.say("{\"id\":9,\"command\":\"stop\"}\n");
     process.wait_for(answer(9));
     process.close_stdin();
@@ -262,7 +273,7 @@ fn bad_arguments_have_their_own_status() {
 #[test]
 fn a_port_that_vanishes_shows_as_silence_and_the_base_is_stopped() {
     let (gyro, (base, requests)) = (gyro(b""), base(b""));
-    let mut process = driving(&gyro.port, &base.port);
+    let mut process = driving(&gyro.port, &serial(&base));
     let port = gyro.port.clone();
     drop(gyro);
     assert_eq!(
