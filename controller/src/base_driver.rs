@@ -65,14 +65,7 @@ impl BaseDriver {
                 repeat: None,
             }),
         };
-        Self {
-            config,
-            line,
-            velocity: None,
-            requests: Deque::new(),
-            refused: 0,
-            motion: None,
-        }
+        Self { config, line, velocity: None, requests: Deque::new(), refused: 0, motion: None }
     }
 
     /// The last motion message and when it came.
@@ -136,7 +129,8 @@ impl BaseDriver {
         line.host.feed(bytes, |event| match event {
             HostEvent::Reply(Reply::Motion(motion)) => heard = Some(motion),
             HostEvent::BadChecksum(_) => garbled = true,
-            HostEvent::Reply(Reply::Pose(_)) | HostEvent::Written(_) | HostEvent::Unexpected(_) => {}
+            HostEvent::Reply(Reply::Pose(_)) | HostEvent::Written(_) | HostEvent::Unexpected(_) => {
+            }
         });
         if !line.host.busy() {
             let failed = line.under_way.take().filter(|_| garbled);
@@ -212,9 +206,8 @@ impl BaseDriver {
             Line::Can => Timestamp::MAX,
             Line::Serial(line) if line.host.busy() => line.abandon_at,
             Line::Serial(line) => {
-                let waiting = line.repeat.is_some()
-                    || self.velocity.is_some()
-                    || !self.requests.is_empty();
+                let waiting =
+                    line.repeat.is_some() || self.velocity.is_some() || !self.requests.is_empty();
                 if waiting { line.quiet_until } else { line.poll_at.max(line.quiet_until) }
             }
         }

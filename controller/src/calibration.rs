@@ -97,7 +97,9 @@ impl Calibration {
     /// a temperature counts as one while none is known.
     pub fn gain(&self, temperature: Option<Temperature>, rate: AngularRate) -> f64 {
         let direction = rate.rad_per_s();
-        self.factors.iter().fold(self.scale, |gain, factor| gain * factor.value(temperature, direction))
+        self.factors
+            .iter()
+            .fold(self.scale, |gain, factor| gain * factor.value(temperature, direction))
     }
 
     /// Does any factor depend on temperature?
@@ -191,7 +193,8 @@ mod tests {
         for (celsius, bias_deg_per_s) in [(20.0, 0.01), (30.0, 0.03), (40.0, 0.02)] {
             calibration.bias_table.push(BiasPoint { celsius, bias_deg_per_s }).unwrap();
         }
-        for (t, expected) in [(0.0, 0.01), (20.0, 0.01), (25.0, 0.02), (35.0, 0.025), (90.0, 0.02)] {
+        for (t, expected) in [(0.0, 0.01), (20.0, 0.01), (25.0, 0.02), (35.0, 0.025), (90.0, 0.02)]
+        {
             let bias = calibration.table_bias(Temperature::from_celsius(t)).unwrap();
             assert!((bias.deg_per_s() - expected).abs() < 1e-12, "{t} degC");
         }
@@ -201,8 +204,11 @@ mod tests {
     fn a_mistake_in_a_file_is_not_usable() {
         assert!(with(&[paper()]).is_usable());
         assert!(!with(&[Factor::Constant(f64::NAN)]).is_usable());
-        assert!(!with(&[Factor::Direction { cw_error_deg: -360.0, ccw_error_deg: 0.0 }]).is_usable());
-        let swapped = Factor::TemperatureLine { slope_deg_per_celsius: 19.23, intercept_deg: -0.52 };
+        assert!(
+            !with(&[Factor::Direction { cw_error_deg: -360.0, ccw_error_deg: 0.0 }]).is_usable()
+        );
+        let swapped =
+            Factor::TemperatureLine { slope_deg_per_celsius: 19.23, intercept_deg: -0.52 };
         assert!(!with(&[swapped]).is_usable());
         let mut falling = Calibration::default();
         for celsius in [30.0, 20.0] {

@@ -74,7 +74,12 @@ pub(crate) struct Drive {
 }
 
 impl Drive {
-    pub(crate) fn straight(id: MissionId, order: Straight, config: &MotionConfig, sight: &Sight) -> Self {
+    pub(crate) fn straight(
+        id: MissionId,
+        order: Straight,
+        config: &MotionConfig,
+        sight: &Sight,
+    ) -> Self {
         let tuning = Tuning {
             speed: order.speed.m_per_s(),
             acceleration: config.acceleration.m_per_s2(),
@@ -112,10 +117,8 @@ impl Drive {
             tolerance: tolerance.rad(),
             delay: config.loop_delay,
         };
-        let motion = Motion::Turn {
-            from_gyro: sight.gyro_heading,
-            from_odometry: sight.odometry_heading,
-        };
+        let motion =
+            Motion::Turn { from_gyro: sight.gyro_heading, from_odometry: sight.odometry_heading };
         Self::new(id, motion, order.angle.rad(), tuning, config, sight.now)
     }
 

@@ -58,7 +58,8 @@ impl GyroInput {
 
     /// A bias test passed: what went wrong before it no longer touches the heading from here on.
     pub(crate) fn forgive(&mut self) {
-        self.trouble = GyroTrouble { clock_mismatch: self.trouble.clock_mismatch, ..GyroTrouble::default() };
+        self.trouble =
+            GyroTrouble { clock_mismatch: self.trouble.clock_mismatch, ..GyroTrouble::default() };
     }
 
     /// Has any sample been heard yet?

@@ -147,7 +147,8 @@ impl HeadingIntegrator {
             GyroOutput::Rate(rate) => rate,
             GyroOutput::Increment(angle) => angle / self.period,
             GyroOutput::Integrated(angle) => {
-                let turned = self.last_integrated.map_or(Angle::ZERO, |last| (angle - last).wrapped());
+                let turned =
+                    self.last_integrated.map_or(Angle::ZERO, |last| (angle - last).wrapped());
                 self.last_integrated = Some(angle);
                 turned / (self.period * spans)
             }

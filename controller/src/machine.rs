@@ -221,8 +221,7 @@ impl Controller {
                 self.ready_to_move(now, in_range).map(|mut sight| {
                     self.reference += order.angle;
                     sight.reference = self.reference;
-                    let drive =
-                        Drive::turn(id, order, self.source, &self.config.motion, &sight);
+                    let drive = Drive::turn(id, order, self.source, &self.config.motion, &sight);
                     self.begin_drive(now, drive);
                 })
             }
@@ -241,13 +240,13 @@ impl Controller {
             }
             Command::SetCalibration(calibration) => {
                 let usable = calibration.is_usable();
-                self.idle_at_rest(now).and(if usable { Ok(()) } else { Err(Refusal::OutOfRange) }).map(
-                    |()| {
+                self.idle_at_rest(now)
+                    .and(if usable { Ok(()) } else { Err(Refusal::OutOfRange) })
+                    .map(|()| {
                         self.gyro.integrator_mut().set_calibration(calibration);
                         self.update_bias();
                         self.done(id, MissionResult::Applied);
-                    },
-                )
+                    })
             }
             Command::RequestState => {
                 self.report_state(now);
@@ -320,8 +319,10 @@ impl Controller {
     /// The base is not known to be at rest.
     fn is_moving(&self, now: Timestamp) -> bool {
         match &self.base {
-            None => self.raw_rate.count() > 0
-                && self.raw_rate.mean().abs() > self.config.gyro.bias_max.rad_per_s(),
+            None => {
+                self.raw_rate.count() > 0
+                    && self.raw_rate.mean().abs() > self.config.gyro.bias_max.rad_per_s()
+            }
             Some(base) => match base.motion() {
                 Some((_, motion)) => motion.moving || now > self.base_silent_at(),
                 None => true,
@@ -380,7 +381,12 @@ impl Controller {
         Ok(self.sight(now))
     }
 
-    fn begin_bias_test(&mut self, now: Timestamp, id: MissionId, order: BiasTest) -> Result<(), Refusal> {
+    fn begin_bias_test(
+        &mut self,
+        now: Timestamp,
+        id: MissionId,
+        order: BiasTest,
+    ) -> Result<(), Refusal> {
         if !(order.duration_s > 0.0 && order.duration_s <= BIAS_TEST_S_MAX) {
             return Err(Refusal::OutOfRange);
         }
@@ -449,7 +455,13 @@ impl Controller {
         Ok(())
     }
 
-    fn begin_pose_download(&mut self, now: Timestamp, id: MissionId, pose: Pose, result: MissionResult) {
+    fn begin_pose_download(
+        &mut self,
+        now: Timestamp,
+        id: MissionId,
+        pose: Pose,
+        result: MissionResult,
+    ) {
         let download = PoseDownload::new(id, pose, result, self.pose_write_counter, now);
         self.task = Task::PoseDownload(download);
         self.step_pose_download(now);

@@ -44,7 +44,12 @@ impl PoseDownload {
     }
 
     /// Looks at the base's last word, `None` if it has not spoken since the last write.
-    pub(crate) fn step(&mut self, now: Timestamp, motion: &Motion, config: &MotionConfig) -> Progress {
+    pub(crate) fn step(
+        &mut self,
+        now: Timestamp,
+        motion: &Motion,
+        config: &MotionConfig,
+    ) -> Progress {
         let answered = self.attempts > 0 && motion.pose_write_counter == self.counter;
         if answered && motion.pose_write == PoseWriteResult::Accepted {
             return Progress::Written(self.attempts);
@@ -114,8 +119,7 @@ mod tests {
     fn it_gives_up_after_the_last_attempt() {
         let config = MotionConfig::default();
         let mut now = Timestamp::ZERO;
-        let mut download =
-            PoseDownload::new(7, Pose::default(), MissionResult::Applied, 0, now);
+        let mut download = PoseDownload::new(7, Pose::default(), MissionResult::Applied, 0, now);
         let mut writes = 0;
         loop {
             match download.step(now, &Motion::default(), &config) {

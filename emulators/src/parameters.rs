@@ -14,31 +14,20 @@ pub struct Domain {
 
 impl Domain {
     /// Any finite number.
-    pub const FINITE: Self = Self {
-        min: f64::MIN,
-        max: f64::MAX,
-    };
+    pub const FINITE: Self = Self { min: f64::MIN, max: f64::MAX };
     /// Zero or more, and finite.
-    pub const NOT_NEGATIVE: Self = Self {
-        min: 0.0,
-        max: f64::MAX,
-    };
+    pub const NOT_NEGATIVE: Self = Self { min: 0.0, max: f64::MAX };
     /// More than zero, and finite.
-    pub const POSITIVE: Self = Self {
-        min: f64::MIN_POSITIVE,
-        max: f64::MAX,
-    };
+    pub const POSITIVE: Self = Self { min: f64::MIN_POSITIVE, max: f64::MAX };
     /// More than zero; `inf` stands for "no limit".
-    pub const LIMIT: Self = Self {
-        min: f64::MIN_POSITIVE,
-        max: f64::INFINITY,
-    };
+    pub const LIMIT: Self = Self { min: f64::MIN_POSITIVE, max: f64::INFINITY };
 
+    /// Degrees Celsius that a room or an instrument may have, generously.
+    pub const CELSIUS: Self = Self { min: -273.15, max: 1e3 };
+    /// Differences of such temperatures.
+    pub const KELVIN: Self = Self { min: -1e3, max: 1e3 };
     /// Parts per million by which a clock may be off: half of its rate.
-    pub const CLOCK_ERROR: Self = Self {
-        min: -5e5,
-        max: 5e5,
-    };
+    pub const CLOCK_ERROR: Self = Self { min: -5e5, max: 5e5 };
     /// Seconds by which an output may come late: what the emulator's queue of outputs can hold.
     pub const LATENCY: Self = Self { min: 0.0, max: 0.1 };
 
@@ -85,9 +74,7 @@ pub enum ParameterError {
 }
 
 fn hint(nearest: &Option<&'static str>) -> String {
-    nearest
-        .map(|name| format!(", did you mean `{name}`?"))
-        .unwrap_or_default()
+    nearest.map(|name| format!(", did you mean `{name}`?")).unwrap_or_default()
 }
 
 /// A set of named numbers.
@@ -107,11 +94,7 @@ pub trait Parameters {
             });
         };
         if !domain.contains(value) {
-            return Err(ParameterError::OutOfDomain {
-                name: name.to_owned(),
-                value,
-                domain,
-            });
+            return Err(ParameterError::OutOfDomain { name: name.to_owned(), value, domain });
         }
         *slot = value;
         Ok(())
@@ -124,11 +107,7 @@ pub trait Parameters {
                 && !domain.contains(value)
             {
                 let name = info.name.to_owned();
-                return Err(ParameterError::OutOfDomain {
-                    name,
-                    value,
-                    domain,
-                });
+                return Err(ParameterError::OutOfDomain { name, value, domain });
             }
         }
         Ok(())
@@ -137,17 +116,9 @@ pub trait Parameters {
 
 /// The name with the longest common start, if it shares at least a word with `name`.
 fn nearest(name: &str, table: &[ParameterInfo]) -> Option<&'static str> {
-    let common = |other: &str| {
-        name.bytes()
-            .zip(other.bytes())
-            .take_while(|(a, b)| a == b)
-            .count()
-    };
+    let common = |other: &str| name.bytes().zip(other.bytes()).take_while(|(a, b)| a == b).count();
     let word = name.find('_').unwrap_or(name.len()).max(1);
-    let best = table
-        .iter()
-        .map(|info| info.name)
-        .max_by_key(|other| common(other))?;
+    let best = table.iter().map(|info| info.name).max_by_key(|other| common(other))?;
     (common(best) >= word).then_some(best)
 }
 
@@ -258,24 +229,14 @@ mod tests {
         example.set("ambient_celsius", 25.0).unwrap();
         example.set("range_deg_per_s", f64::INFINITY).unwrap();
         example.set("wheels.1.toe_deg", 0.1).unwrap();
-        assert_eq!(
-            (example.ambient_celsius, example.wheels[1].toe_deg),
-            (25.0, 0.1)
-        );
+        assert_eq!((example.ambient_celsius, example.wheels[1].toe_deg), (25.0, 0.1));
         assert_eq!(Example::TABLE[1].doc, " How fast it goes. At most.");
     }
 
     #[test]
     fn a_wrong_name_or_value_is_refused_and_changes_nothing() {
         let mut example = Example::default();
-        for name in [
-            "",
-            "ambient",
-            "wheels",
-            "wheels.2.toe_deg",
-            "wheels.x.toe_deg",
-            "wheels.0.",
-        ] {
+        for name in ["", "ambient", "wheels", "wheels.2.toe_deg", "wheels.x.toe_deg", "wheels.0."] {
             assert!(
                 matches!(example.set(name, 1.0), Err(ParameterError::Unknown { .. })),
                 "{name}"
@@ -287,10 +248,7 @@ mod tests {
         assert!(example.set("wheels.0.toe_deg", f64::INFINITY).is_err());
         assert_eq!(example, Example::default());
         assert_eq!(
-            example
-                .set("ambient_kelvin", 300.0)
-                .unwrap_err()
-                .to_string(),
+            example.set("ambient_kelvin", 300.0).unwrap_err().to_string(),
             "no parameter `ambient_kelvin`, did you mean `ambient_celsius`?"
         );
     }
@@ -300,12 +258,7 @@ mod tests {
         let read = |text| toml::from_str::<Example>(text);
         assert!(read("ambient_celsius = 21").unwrap().check().is_ok());
         assert!(read("range_deg_per_s = nan").unwrap().check().is_err());
-        assert!(
-            read("wheels = [{ toe_deg = inf }]")
-                .unwrap()
-                .check()
-                .is_err()
-        );
+        assert!(read("wheels = [{ toe_deg = inf }]").unwrap().check().is_err());
         assert!(read("ambient = 21").is_err());
     }
 }

@@ -21,9 +21,7 @@ impl RandomStream {
         key[..8].copy_from_slice(&seed.to_le_bytes());
         key[8..16].copy_from_slice(&fnv1a(device).to_le_bytes());
         key[16..24].copy_from_slice(&fnv1a(purpose).to_le_bytes());
-        Self {
-            generator: ChaCha8Rng::from_seed(key),
-        }
+        Self { generator: ChaCha8Rng::from_seed(key) }
     }
 
     /// A draw from the normal distribution with mean 0 and variance 1 (ziggurat).
@@ -45,9 +43,7 @@ impl RandomStream {
 fn fnv1a(text: &str) -> u64 {
     const OFFSET_BASIS: u64 = 0xcbf2_9ce4_8422_2325;
     const PRIME: u64 = 0x0000_0100_0000_01b3;
-    text.bytes().fold(OFFSET_BASIS, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(PRIME)
-    })
+    text.bytes().fold(OFFSET_BASIS, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME))
 }
 
 #[cfg(test)]
@@ -64,9 +60,7 @@ mod tests {
     #[test]
     fn streams_differ_in_seed_device_and_purpose_and_repeat() {
         let first = |seed, device, purpose| {
-            RandomStream::new(seed, device, purpose)
-                .standard_normal()
-                .to_bits()
+            RandomStream::new(seed, device, purpose).standard_normal().to_bits()
         };
         let one = first(1, "gyro", "white");
         assert_eq!(one, first(1, "gyro", "white"));

@@ -63,8 +63,12 @@ pub enum Kind {
     Plan,
     /// A device file: what the emulated devices are like.
     Devices,
-    /// A gyro that device files refer to.
-    Gyro,
+    /// A gyro that device files name.
+    GyroModel,
+    /// A base that device files name.
+    BaseModel,
+    /// A table that device files name.
+    TableModel,
     /// A calibration of a gyro.
     Calibration,
     /// A bench file: which port plays which role.
@@ -77,7 +81,9 @@ impl Kind {
         match self {
             Self::Plan => "",
             Self::Devices => "devices",
-            Self::Gyro => "devices/gyros",
+            Self::GyroModel => "devices/gyros",
+            Self::BaseModel => "devices/bases",
+            Self::TableModel => "devices/tables",
             Self::Calibration => "calibrations",
             Self::Bench => "benches",
         }
@@ -89,7 +95,9 @@ impl std::fmt::Display for Kind {
         f.write_str(match self {
             Self::Plan => "plan",
             Self::Devices => "device file",
-            Self::Gyro => "gyro",
+            Self::GyroModel => "gyro model",
+            Self::BaseModel => "base model",
+            Self::TableModel => "table model",
             Self::Calibration => "calibration",
             Self::Bench => "bench",
         })

@@ -1,5 +1,8 @@
 //! How a run ended, and what each declared measurement came to.
 
+#[cfg(test)]
+pub(crate) mod samples;
+
 use serde::{Deserialize, Serialize};
 
 /// What a measurement came to.
@@ -112,4 +115,98 @@ pub struct Summary {
     pub measurements: Vec<Measurement>,
     /// Names of further files that the plan made, in the run folder.
     pub artifacts: Vec<String>,
+}
+
+impl Verdict {
+    /// The word for it, as in `summary.json`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Marginal => "marginal",
+            Self::Fail => "fail",
+            Self::Unset => "unset",
+        }
+    }
+}
+
+impl Outcome {
+    /// The word for it, as in `summary.json`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Passed => "passed",
+            Self::Failed => "failed",
+            Self::Error => "error",
+            Self::Timeout => "timeout",
+            Self::Aborted => "aborted",
+        }
+    }
+}
+
+impl Measurement {
+    /// How far inside the band the figure is, in its unit, to the nearer end; negative outside.
+    /// `None` where there is no figure or no band.
+    pub fn margin(&self) -> Option<f64> {
+        let value = self.value?;
+        let to_lower = self.lower.map(|lower| value - lower);
+        let to_upper = self.upper.map(|upper| upper - value);
+        match (to_lower, to_upper) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (one, other) => one.or(other),
+        }
+    }
+}
+
+/// How many measurements came to what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Inside the band.
+    pub passed: usize,
+    /// Inside by less than the uncertainty.
+    pub marginal: usize,
+    /// Outside.
+    pub failed: usize,
+    /// Never measured.
+    pub unset: usize,
+}
+
+impl Counts {
+    /// Counts the verdicts of `measurements`.
+    pub fn of<'a>(measurements: impl IntoIterator<Item = &'a Measurement>) -> Self {
+        let mut counts = Self::default();
+        for measurement in measurements {
+            *match measurement.verdict {
+                Verdict::Pass => &mut counts.passed,
+                Verdict::Marginal => &mut counts.marginal,
+                Verdict::Fail => &mut counts.failed,
+                Verdict::Unset => &mut counts.unset,
+            } += 1;
+        }
+        counts
+    }
+
+    /// All of them.
+    pub const fn total(self) -> usize {
+        self.passed + self.marginal + self.failed + self.unset
+    }
+}
+
+impl std::fmt::Display for Counts {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let total = self.total();
+        write!(f, "{total} measurement{}", if total == 1 { "" } else { "s" })?;
+        let parts = [
+            (self.passed, "passed"),
+            (self.marginal, "marginal"),
+            (self.failed, "failed"),
+            (self.unset, "never measured"),
+        ];
+        let mut separator = ": ";
+        for (count, word) in parts {
+            if count > 0 {
+                write!(f, "{separator}{count} {word}")?;
+                separator = ", ";
+            }
+        }
+        Ok(())
+    }
 }

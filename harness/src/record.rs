@@ -16,9 +16,9 @@ pub mod writer;
 
 pub use encoding::RECORD_BYTES_MAX;
 
+pub use crate::observation::Observation;
 use controller::mission::{Command, Report};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use wire::can::RecordedFrame;
 use wire::time::Timestamp;
 use wire::units::Pose;
@@ -71,8 +71,9 @@ pub enum RecordKind {
         /// Where it stands in the plan.
         path: String,
     },
-    /// The plan gave the controller this command.
-    Command(Command),
+    /// The plan gave the controller this command. Boxed: a calibration is ten times as large as
+    /// anything else, and records are rarely commands.
+    Command(Box<Command>),
     /// The controller sent this report.
     Report(Report),
     /// Something was measured.
@@ -88,17 +89,4 @@ pub enum RecordKind {
     },
     /// Something went wrong, was dropped or was mended.
     Note(String),
-}
-
-/// One measured value of a quantity, in the unit that the quantity is declared in.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Observation {
-    /// Name of the quantity, e.g. `lap.gyro_error`.
-    pub quantity: String,
-    /// Its value.
-    pub value: f64,
-    /// Its standard uncertainty, in the same unit.
-    pub uncertainty: f64,
-    /// What else was so: `direction` (+1 ccw, -1 cw), `temperature`, `run`, ...
-    pub tags: BTreeMap<String, f64>,
 }

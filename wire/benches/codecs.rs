@@ -21,27 +21,18 @@ fn samples() -> Vec<GyroSample> {
             valid: true,
             status: GyroStatus::default(),
             temperature: Some(Temperature::from_celsius(25.0)),
-            sequence: Some(Sequence {
-                value: index as u8,
-                modulus: 256,
-            }),
+            sequence: Some(Sequence { value: index as u8, modulus: 256 }),
         }
     };
     (0..SAMPLES).map(sample).collect()
 }
 
 fn gyro(criterion: &mut Criterion, name: &str, format: GyroFormat) {
-    let stream = GyroStream {
-        format,
-        mode: OutputMode::Rate,
-        reversed: false,
-    };
+    let stream = GyroStream { format, mode: OutputMode::Rate, reversed: false };
     let encoder = GyroEncoder::new(stream);
     let samples = samples();
-    let bytes: Vec<u8> = samples
-        .iter()
-        .flat_map(|sample| encoder.encode(sample).as_slice().to_vec())
-        .collect();
+    let bytes: Vec<u8> =
+        samples.iter().flat_map(|sample| encoder.encode(sample).as_slice().to_vec()).collect();
 
     let mut group = criterion.benchmark_group(name);
     group.throughput(Throughput::Elements(SAMPLES as u64));

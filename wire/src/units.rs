@@ -45,10 +45,16 @@ macro_rules! quantity {
                 Self(self.0.max(other.0))
             }
 
-            /// The value, no further from zero than `limit`.
+            /// The value, no further from zero than `limit`. Not-a-number stays what it is.
             pub const fn limited(self, limit: Self) -> Self {
                 let limit = limit.0.abs();
-                Self(self.0.max(-limit).min(limit))
+                if self.0 > limit {
+                    Self(limit)
+                } else if self.0 < -limit {
+                    Self(-limit)
+                } else {
+                    self
+                }
             }
 
             /// The magnitude of `self` with the sign of `sign`.
@@ -294,6 +300,7 @@ mod tests {
         #[test]
         fn limits_hold(value in any::<f64>(), limit in 0.0f64..1e9) {
             let limited = Angle::from_rad(value).limited(Angle::from_rad(limit));
+            prop_assert!(limited.rad().is_nan() == value.is_nan());
             prop_assert!(value.is_nan() || limited.abs().rad() <= limit);
         }
     }

@@ -36,15 +36,11 @@ impl Harmonic {
     /// The harmonic of these wheels; none where all feet are in one place.
     pub fn of(wheels: &[Wheel]) -> Self {
         let spread: f64 = wheels.iter().map(|w| w.x_m * w.x_m + w.y_m * w.y_m).sum();
-        if !(spread > 0.0) {
+        if spread == 0.0 {
             return Self::default();
         }
         let sum = |term: fn(&Wheel, f64) -> f64| {
-            wheels
-                .iter()
-                .map(|w| term(w, Angle::from_deg(w.toe_deg).rad()))
-                .sum::<f64>()
-                / spread
+            wheels.iter().map(|w| term(w, Angle::from_deg(w.toe_deg).rad())).sum::<f64>() / spread
         };
         Self {
             along_rad_per_m: sum(|w, toe| toe * w.x_m - w.radius_error * w.y_m),

@@ -70,10 +70,8 @@ impl Kinematics {
 
     /// When a ramp ends next.
     pub(super) fn phase_end(&self) -> Option<Timestamp> {
-        let ends = [
-            self.drive.settles_at(self.phase_start),
-            self.steer.settles_at(self.phase_start),
-        ];
+        let ends =
+            [self.drive.settles_at(self.phase_start), self.steer.settles_at(self.phase_start)];
         ends.into_iter().flatten().min()
     }
 
@@ -89,17 +87,11 @@ impl Kinematics {
                 return *start;
             }
             let after = |track: &Track, model| track.after_arc(model, path);
-            (
-                after(&start.truth, &self.model),
-                after(&start.reckoned, &TrackModel::PERFECT),
-            )
+            (after(&start.truth, &self.model), after(&start.reckoned, &TrackModel::PERFECT))
         } else if self.drive.is_at_rest() {
             let start = &self.at_start;
             let after = |track: &Track, model| track.after_turn(model, turn);
-            (
-                after(&start.truth, &self.model),
-                after(&start.reckoned, &TrackModel::PERFECT),
-            )
+            (after(&start.truth, &self.model), after(&start.reckoned, &TrackModel::PERFECT))
         } else {
             let mut state = self.at_piece;
             for piece in self.pieces..elapsed.as_nanos() / PIECE_NS {
@@ -162,13 +154,9 @@ impl Kinematics {
 
     fn integrate(&self, state: &mut State, from_s: f64, to_s: f64) {
         let span = (from_s, to_s);
-        state.truth = state
-            .truth
-            .after_piece(&self.model, &self.drive, &self.steer, span);
+        state.truth = state.truth.after_piece(&self.model, &self.drive, &self.steer, span);
         state.reckoned =
-            state
-                .reckoned
-                .after_piece(&TrackModel::PERFECT, &self.drive, &self.steer, span);
+            state.reckoned.after_piece(&TrackModel::PERFECT, &self.drive, &self.steer, span);
     }
 }
 

@@ -20,6 +20,7 @@
 //!
 //! The paper's -2 and -6 deg over s = 16 m give e = 4/360 = 1.1 % and k0 = 2 deg / 16 m = 0.125 deg/m.
 
+mod commands;
 pub mod curvature;
 mod kinematics;
 mod parameters;
@@ -33,18 +34,17 @@ pub use parameters::{BaseParameters, Wheel};
 pub use reports::{MOTION_PERIOD_AT_REST, MOTION_PERIOD_IN_MOTION, OUTPUTS_MAX, POSE_PERIOD};
 
 use crate::parameters::{ParameterError, Parameters as _};
-use crate::random::RandomStream;
-use curvature::Harmonic;
+use commands::Spread;
 use kinematics::{Kinematics, State};
 use reports::Reports;
 use serde::{Deserialize, Serialize};
-use track::{Track, TrackModel};
+use track::TrackModel;
 use wire::base::serial_link::{Device, DeviceEvent, write_answer};
-use wire::base::{Message, Motion, PoseWriteResult, Reply, Request, can_link};
+use wire::base::{Message, Motion, Reply, Request, can_link};
 use wire::can::CanFrame;
 use wire::packet::Packet;
-use wire::time::{Span, Timestamp};
-use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Pose, Speed};
+use wire::time::Timestamp;
+use wire::units::{Angle, AngularRate, Length, Pose, Speed};
 
 /// How a base is connected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -167,14 +167,10 @@ impl BaseEmulator {
 
     /// When to call [`wake`](Self::wake) next: never, for a serial base at rest.
     pub fn next_wakeup(&self) -> Option<Timestamp> {
-        [
-            self.kinematics.phase_end(),
-            self.deadline,
-            self.reports.next_due(),
-        ]
-        .into_iter()
-        .flatten()
-        .min()
+        [self.kinematics.phase_end(), self.deadline, self.reports.next_due()]
+            .into_iter()
+            .flatten()
+            .min()
     }
 
     /// Carries out a request, as both transports do.
@@ -236,7 +232,7 @@ impl BaseEmulator {
         self.advance(now);
         self.parameters.set(name, value)?;
         let targets = self.kinematics.targets();
-        self.kinematics_phase(now, targets, self.accelerations());
+        self.start_phase(now, targets, self.accelerations());
         self.apply_track_model();
         Ok(())
     }
@@ -280,144 +276,6 @@ impl BaseEmulator {
         self.reports.dropped()
     }
 
-    fn advance(&mut self, now: Timestamp) {
-        loop {
-            let next = [self.deadline, self.kinematics.phase_end()]
-                .into_iter()
-                .flatten()
-                .min();
-            match next {
-                Some(at) if at <= now => {
-                    let mut targets = self.kinematics.targets();
-                    if self.deadline == next {
-                        self.deadline = None;
-                        self.status.command_timed_out = true;
-                        targets = (0.0, 0.0);
-                    }
-                    self.ramp_to(at, targets, self.accelerations());
-                }
-                _ => break,
-            }
-        }
-        self.kinematics.advance(now);
-    }
-
-    fn set_velocity(&mut self, now: Timestamp, drive: Speed, steer: AngularRate) {
-        self.status.command_timed_out = false;
-        if self.status.emergency_stop || self.status.fault {
-            return;
-        }
-        let speed_max = Speed::from_m_per_s(self.parameters.speed_max_m_per_s);
-        let rate_max = AngularRate::from_deg_per_s(self.parameters.steer_rate_max_deg_per_s);
-        // A command that is not a number must not move the base.
-        let targets = if drive.is_finite() && steer.is_finite() {
-            (
-                drive.limited(speed_max).m_per_s(),
-                steer.limited(rate_max).rad_per_s(),
-            )
-        } else {
-            (0.0, 0.0)
-        };
-        let timeout = Span::from_secs_f64(self.parameters.command_timeout_s);
-        self.deadline = (targets != (0.0, 0.0)).then(|| now + timeout);
-        if targets == self.kinematics.targets() {
-            return;
-        }
-        if !self.kinematics.is_moving() {
-            self.turn_scale.draw();
-            self.leakage.draw();
-            self.apply_track_model();
-        }
-        self.ramp_to(now, targets, self.accelerations());
-    }
-
-    fn set_acceleration(
-        &mut self,
-        now: Timestamp,
-        drive: Acceleration,
-        steer: AngularAcceleration,
-    ) {
-        let (drive, steer) = (drive.m_per_s2(), steer.rad_per_s2());
-        // The codec refuses others; with them the base could never stop.
-        if drive > 0.0 && steer > 0.0 {
-            self.limits = (drive, steer);
-            self.ramp_to(now, self.kinematics.targets(), self.accelerations());
-        }
-    }
-
-    fn write_pose(&mut self, now: Timestamp, pose: Pose, counter: u8) {
-        self.status.pose_write_counter = counter;
-        self.status.pose_write = if self.kinematics.is_moving() {
-            PoseWriteResult::RefusedInMotion
-        } else if !pose.is_finite() {
-            PoseWriteResult::RefusedValue
-        } else {
-            let mut state = self.kinematics.state_at(now);
-            state.reckoned = Track {
-                x: pose.x.m(),
-                y: pose.y.m(),
-                body: pose.heading.rad() - state.reckoned.steer,
-                steer: state.reckoned.steer,
-            };
-            self.steered_at_write = state.steered;
-            self.kinematics.set_state(state);
-            PoseWriteResult::Accepted
-        };
-        self.reports.motion_is_due(now);
-    }
-
-    /// Stops as hard as the hardware can where a stop or a fault is present.
-    fn inhibit(&mut self, now: Timestamp) {
-        if self.status.emergency_stop || self.status.fault {
-            self.deadline = None;
-            self.ramp_to(now, (0.0, 0.0), self.accelerations_max());
-        }
-        self.reports.motion_is_due(now);
-        self.report(now);
-    }
-
-    fn ramp_to(&mut self, now: Timestamp, targets: (f64, f64), limits: (f64, f64)) {
-        let was_moving = self.kinematics.is_moving();
-        self.kinematics_phase(now, targets, limits);
-        if was_moving != self.kinematics.is_moving() {
-            self.reports.motion_is_due(now);
-        }
-    }
-
-    fn kinematics_phase(&mut self, now: Timestamp, targets: (f64, f64), limits: (f64, f64)) {
-        self.kinematics
-            .start_phase(now, (targets.0, limits.0), (targets.1, limits.1));
-    }
-
-    fn accelerations_max(&self) -> (f64, f64) {
-        (
-            self.parameters.acceleration_max_m_per_s2,
-            Angle::from_deg(self.parameters.steer_acceleration_max_deg_per_s2).rad(),
-        )
-    }
-
-    fn accelerations(&self) -> (f64, f64) {
-        if self.status.emergency_stop || self.status.fault {
-            return self.accelerations_max();
-        }
-        let max = self.accelerations_max();
-        (self.limits.0.min(max.0), self.limits.1.min(max.1))
-    }
-
-    /// How the odometer's rates become motion, by the parameters and the last draws.
-    fn apply_track_model(&mut self) {
-        let p = &self.parameters;
-        let turn_scale_error = p.turn_scale_error + p.turn_scale_spread * self.turn_scale.last;
-        let leakage_deg_per_m =
-            p.leakage_deg_per_m + p.leakage_spread_deg_per_m * self.leakage.last;
-        self.kinematics.set_model(TrackModel {
-            path_scale: 1.0 + p.displacement_scale_error,
-            turn_scale: 1.0 + turn_scale_error,
-            wheels: Harmonic::of(&p.wheels),
-            leakage_rad_per_m: Angle::from_deg(leakage_deg_per_m).rad(),
-        });
-    }
-
     fn report(&mut self, now: Timestamp) {
         if self.reports.motion_due(now) {
             let motion = self.reported_motion(now);
@@ -430,11 +288,7 @@ impl BaseEmulator {
     }
 
     fn reported_motion(&mut self, now: Timestamp) -> Motion {
-        let State {
-            displacement,
-            steered,
-            ..
-        } = self.kinematics.state_at(now);
+        let State { displacement, steered, .. } = self.kinematics.state_at(now);
         self.status.displacement = Length::from_m(displacement);
         self.status.heading = Angle::from_rad(self.stepped(steered)).wrapped();
         self.status.moving = self.kinematics.is_moving();
@@ -444,44 +298,15 @@ impl BaseEmulator {
     }
 
     fn reported_pose(&self, now: Timestamp) -> Pose {
-        let State {
-            reckoned, steered, ..
-        } = self.kinematics.state_at(now);
+        let State { reckoned, steered, .. } = self.kinematics.state_at(now);
         // What was written stays as fine as it was; only the turning since then has steps.
         let since_write = steered - self.steered_at_write;
         let heading = reckoned.heading() - since_write + self.stepped(since_write);
-        Pose {
-            heading: Angle::from_rad(heading).wrapped(),
-            ..reckoned.pose()
-        }
+        Pose { heading: Angle::from_rad(heading).wrapped(), ..reckoned.pose() }
     }
 
     fn stepped(&self, angle: f64) -> f64 {
         let step = Angle::from_deg(self.parameters.heading_step_deg).rad();
-        if step > 0.0 {
-            libm::round(angle / step) * step
-        } else {
-            angle
-        }
-    }
-}
-
-/// A standard normal number that is drawn anew at each start from rest.
-#[derive(Debug)]
-struct Spread {
-    stream: RandomStream,
-    last: f64,
-}
-
-impl Spread {
-    fn new(seed: u64, device: &str, purpose: &str) -> Self {
-        Self {
-            stream: RandomStream::new(seed, device, purpose),
-            last: 0.0,
-        }
-    }
-
-    fn draw(&mut self) {
-        self.last = self.stream.standard_normal();
+        if step > 0.0 { libm::round(angle / step) * step } else { angle }
     }
 }

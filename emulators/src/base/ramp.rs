@@ -25,20 +25,10 @@ impl Ramp {
         let settles_after = Span::from_nanos(ceil(change.abs() / limit * NANOS_PER_SECOND) as i64);
         if settles_after > Span::ZERO {
             let acceleration = change / settles_after.as_secs_f64();
-            Self {
-                rate,
-                target,
-                acceleration,
-                settles_after,
-            }
+            Self { rate, target, acceleration, settles_after }
         } else {
             // No change, or no limit to it.
-            Self {
-                rate: target,
-                target,
-                acceleration: 0.0,
-                settles_after,
-            }
+            Self { rate: target, target, acceleration: 0.0, settles_after }
         }
     }
 
@@ -89,10 +79,7 @@ mod tests {
     #[test]
     fn a_ramp_through_zero_takes_its_time() {
         let ramp = Ramp::new(0.4, -0.4, 0.25);
-        assert_eq!(
-            ramp.settles_at(Timestamp::ZERO),
-            Some(Timestamp::from_secs_f64(3.2))
-        );
+        assert_eq!(ramp.settles_at(Timestamp::ZERO), Some(Timestamp::from_secs_f64(3.2)));
         assert!(ramp.rate(1.6).abs() < 1e-15 && !ramp.is_at_rest());
         assert!(ramp.integral(3.2).abs() < 1e-15);
     }

@@ -58,15 +58,9 @@ impl Reports {
     }
 
     pub(super) fn send_motion(&mut self, now: Timestamp, motion: Motion) {
-        let period = if motion.moving {
-            MOTION_PERIOD_IN_MOTION
-        } else {
-            MOTION_PERIOD_AT_REST
-        };
+        let period = if motion.moving { MOTION_PERIOD_IN_MOTION } else { MOTION_PERIOD_AT_REST };
         self.motion_at = now + period;
-        self.push(BaseOutput::Frame(can_link::reply_frame(&Reply::Motion(
-            motion,
-        ))));
+        self.push(BaseOutput::Frame(can_link::reply_frame(&Reply::Motion(motion))));
     }
 
     pub(super) fn send_pose(&mut self, now: Timestamp, pose: Pose) {

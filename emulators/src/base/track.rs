@@ -28,10 +28,7 @@ impl TrackModel {
     pub(super) const PERFECT: Self = Self {
         path_scale: 1.0,
         turn_scale: 1.0,
-        wheels: Harmonic {
-            along_rad_per_m: 0.0,
-            across_rad_per_m: 0.0,
-        },
+        wheels: Harmonic { along_rad_per_m: 0.0, across_rad_per_m: 0.0 },
         leakage_rad_per_m: 0.0,
     };
 
@@ -87,10 +84,7 @@ impl Track {
 
     /// Steered on the spot by `turn` of the odometer. Exact.
     pub(super) fn after_turn(&self, model: &TrackModel, turn: f64) -> Self {
-        Self {
-            steer: self.steer + turn * model.turn_scale,
-            ..*self
-        }
+        Self { steer: self.steer + turn * model.turn_scale, ..*self }
     }
 
     /// Moved from `from_s` to `to_s` of two ramps, at most [`PIECE_S`] apart, by Simpson's rule.
@@ -118,12 +112,7 @@ impl Track {
                     + 4.0 * middle.1 * f(body_middle + middle.0)
                     + end.1 * f(body_end + end.0))
         };
-        Self {
-            x: self.x + sum(cos),
-            y: self.y + sum(sin),
-            body: body_end,
-            steer: end.0,
-        }
+        Self { x: self.x + sum(cos), y: self.y + sum(sin), body: body_end, steer: end.0 }
     }
 }
 
@@ -136,10 +125,7 @@ mod tests {
     const BENT: TrackModel = TrackModel {
         path_scale: 1.01,
         turn_scale: 1.02,
-        wheels: Harmonic {
-            along_rad_per_m: 0.003,
-            across_rad_per_m: -0.002,
-        },
+        wheels: Harmonic { along_rad_per_m: 0.003, across_rad_per_m: -0.002 },
         leakage_rad_per_m: 0.002,
     };
 
@@ -181,12 +167,7 @@ mod tests {
 
     #[test]
     fn forward_and_back_ends_at_the_start() {
-        let start = Track {
-            x: 0.0,
-            y: 0.0,
-            body: 0.3,
-            steer: 1.0,
-        };
+        let start = Track { x: 0.0, y: 0.0, body: 0.3, steer: 1.0 };
         let back = start.after_arc(&BENT, 4.0).after_arc(&BENT, -4.0);
         assert!((back.x.abs() + back.y.abs() + (back.body - 0.3).abs()) < 1e-12);
     }

@@ -16,11 +16,7 @@ pub(super) struct OutputClock {
 impl OutputClock {
     /// A clock whose first instant is the start of the run, at `rate` times its nominal rate.
     pub(super) fn new(nominal: Span, rate: f64) -> Self {
-        let mut clock = Self {
-            next: Timestamp::ZERO,
-            fraction_ns: 0.0,
-            period_ns: 0.0,
-        };
+        let mut clock = Self { next: Timestamp::ZERO, fraction_ns: 0.0, period_ns: 0.0 };
         clock.set_rate(nominal, rate);
         clock
     }

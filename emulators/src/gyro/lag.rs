@@ -30,19 +30,12 @@ impl RateLag {
             let decay = exp(-steps);
             (decay, (1.0 - decay) / steps)
         };
-        Self {
-            state: 0.0,
-            decay,
-            held,
-        }
+        Self { state: 0.0, decay, held }
     }
 
     /// The same lag for another step, its state kept.
     pub(super) fn with(self, bandwidth_hz: f64, step_s: f64) -> Self {
-        Self {
-            state: self.state,
-            ..Self::new(bandwidth_hz, step_s)
-        }
+        Self { state: self.state, ..Self::new(bandwidth_hz, step_s) }
     }
 
     /// The mean of the lagged rate over a step in which the true rate was `rate`.
@@ -63,10 +56,7 @@ mod tests {
     #[test]
     fn an_infinite_bandwidth_changes_nothing() {
         let mut lag = RateLag::new(f64::INFINITY, 0.01);
-        assert_eq!(
-            [1.0, -2.0, 3.0].map(|rate| lag.mean(rate)),
-            [1.0, -2.0, 3.0]
-        );
+        assert_eq!([1.0, -2.0, 3.0].map(|rate| lag.mean(rate)), [1.0, -2.0, 3.0]);
     }
 
     #[test]

@@ -91,11 +91,7 @@ impl GyroEmulator {
         let step_s = clock.period_s();
         let mut gyro = Self {
             format: stream.format,
-            mode: if has_modes(stream.format) {
-                stream.mode
-            } else {
-                OutputMode::Rate
-            },
+            mode: if has_modes(stream.format) { stream.mode } else { OutputMode::Rate },
             encoder: GyroEncoder::new(stream),
             commands: CommandDecoder::new(),
             clock,
@@ -137,9 +133,7 @@ impl GyroEmulator {
     /// When to call [`wake`](Self::wake) next: at the next output by the gyro's own clock, or when an
     /// output that waits for its latency falls due.
     pub fn next_wakeup(&self) -> Timestamp {
-        self.pending
-            .front()
-            .map_or(self.clock.next(), |&(due, _)| due.min(self.clock.next()))
+        self.pending.front().map_or(self.clock.next(), |&(due, _)| due.min(self.clock.next()))
     }
 
     /// Takes the carrier's true heading at `now` (unwrapped) and returns the bytes that begin to
@@ -160,8 +154,7 @@ impl GyroEmulator {
                 self.pending.pop_front();
                 self.dropped = self.dropped.saturating_add(1);
             }
-            self.pending
-                .push_back((due + Span::from_secs_f64(self.parameters.latency_s), packet));
+            self.pending.push_back((due + Span::from_secs_f64(self.parameters.latency_s), packet));
         }
         let &(due, packet) = self.pending.front()?;
         if due > now {
@@ -171,15 +164,21 @@ impl GyroEmulator {
         Some(packet)
     }
 
+    /// The carrier was put to another heading since the last output, as in a simulation where nobody
+    /// carries it there: the gyro sees nothing of that turn.
+    pub fn carrier_placed(&mut self, heading: Angle) {
+        if let Some((_, last_heading)) = &mut self.carrier {
+            *last_heading = heading;
+        }
+    }
+
     /// Sets the parameter of this name, effective from the next output on.
     pub fn set_parameter(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
         self.parameters.set(name, value)?;
         self.thermal.cut(self.thermal_share());
         self.thermal_outputs_left = 0;
-        self.clock.set_rate(
-            self.format.period(),
-            self.parameters.clock_rate(self.thermal.coil().1),
-        );
+        self.clock
+            .set_rate(self.format.period(), self.parameters.clock_rate(self.thermal.coil().1));
         self.configure();
         Ok(())
     }
@@ -228,14 +227,9 @@ impl GyroEmulator {
         let (start, end) = self.thermal.coil();
         let slope = (end - start) / step_s;
         let parameters = &self.parameters;
-        self.bias = Ramp::new(
-            parameters.bias(start, slope),
-            parameters.bias(end, slope),
-            outputs,
-        );
+        self.bias = Ramp::new(parameters.bias(start, slope), parameters.bias(end, slope), outputs);
         self.scale = Ramp::new(parameters.scale(start), parameters.scale(end), outputs);
-        self.clock
-            .set_rate(self.format.period(), parameters.clock_rate(start));
+        self.clock.set_rate(self.format.period(), parameters.clock_rate(start));
         self.warming_up =
             (start - parameters.steady_celsius()).abs() > parameters.warm_up_flag_kelvin;
         self.thermal_outputs_left = outputs;
@@ -261,11 +255,7 @@ impl GyroEmulator {
         self.clock.tick();
         let interval_s = (at - last).as_secs_f64();
         let turned = heading - last_heading;
-        let turned = if now == at {
-            turned
-        } else {
-            turned * share(at - last, now - last)
-        };
+        let turned = if now == at { turned } else { turned * share(at - last, now - last) };
         self.carrier = Some((at, last_heading + turned));
 
         let rate = self.lag.mean(turned.rad() / interval_s);
@@ -273,11 +263,7 @@ impl GyroEmulator {
             self.scale.value + self.cubic * rate * rate + self.half_asymmetry.copysign(rate);
         let wanted = rate * scale + self.bias.value + self.noise.next();
         let over_range = wanted.abs() > self.range;
-        let measured = if over_range {
-            self.range.copysign(wanted)
-        } else {
-            wanted
-        };
+        let measured = if over_range { self.range.copysign(wanted) } else { wanted };
         Some(self.sample(measured, interval_s, over_range))
     }
 
@@ -291,10 +277,8 @@ impl GyroEmulator {
                 GyroOutput::Integrated(Angle::from_rad(self.integrated).wrapped())
             }
         };
-        let sequence = sequence_modulus(self.format).map(|modulus| Sequence {
-            value: (self.outputs % u64::from(modulus)) as u8,
-            modulus,
-        });
+        let sequence = sequence_modulus(self.format)
+            .map(|modulus| Sequence { value: (self.outputs % u64::from(modulus)) as u8, modulus });
         self.outputs = self.outputs.wrapping_add(1);
         GyroSample {
             output,

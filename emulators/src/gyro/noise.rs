@@ -36,10 +36,7 @@ struct Term {
 impl RateNoise {
     /// Noise of `device` in the run with `seed`, for outputs every `step_s`.
     pub(super) fn new(parameters: &GyroParameters, step_s: f64, seed: u64, device: &str) -> Self {
-        let term = |purpose| Term {
-            stream: RandomStream::new(seed, device, purpose),
-            state: 0.0,
-        };
+        let term = |purpose| Term { stream: RandomStream::new(seed, device, purpose), state: 0.0 };
         let mut noise = Self {
             white: term("gyro white noise"),
             white_sigma: 0.0,
@@ -119,9 +116,7 @@ mod tests {
     fn the_assumed_correlation_time_is_the_least_favourable_one() {
         // The paper's 20 s bias test and the 64 s of travel of its lap, on a grid of whole seconds.
         let variance = |seconds: u32| variance_after_bias_test(20.0, 64.0, f64::from(seconds));
-        let worst = (1..=1_000)
-            .max_by(|&a, &b| variance(a).total_cmp(&variance(b)))
-            .unwrap();
+        let worst = (1..=1_000).max_by(|&a, &b| variance(a).total_cmp(&variance(b))).unwrap();
         assert_eq!(f64::from(worst), WORST_CASE_CORRELATION_S);
         // A bias test then leaves 0.89 of the drift's rms: 0.0045 of the data sheet's 0.005 deg/s,
         // 0.29 deg in 64 s.
@@ -132,10 +127,7 @@ mod tests {
     #[test]
     fn the_simulated_drift_has_that_variance() {
         const PAIRS: u32 = 2_000;
-        let parameters = GyroParameters {
-            bias_drift_deg_per_s: 0.005,
-            ..Default::default()
-        };
+        let parameters = GyroParameters { bias_drift_deg_per_s: 0.005, ..Default::default() };
         let mut noise = RateNoise::new(&parameters, 0.1, 11, "gyro");
         let mut mean = |seconds: u32| {
             (0..seconds * 10).map(|_| noise.next()).sum::<f64>() / f64::from(seconds * 10)
@@ -151,25 +143,15 @@ mod tests {
         let expected = variance_after_bias_test(20.0, 64.0, WORST_CASE_CORRELATION_S)
             * Angle::from_deg(0.005).rad().powi(2);
         // Standard error of a variance from 2000 independent pairs: 3.2 %; 4 of them allowed.
-        assert!(
-            (square / expected - 1.0).abs() < 0.13,
-            "{}",
-            square / expected
-        );
+        assert!((square / expected - 1.0).abs() < 0.13, "{}", square / expected);
     }
 
     #[test]
     fn terms_that_are_off_are_silent_and_the_others_keep_their_numbers() {
         let mut off = RateNoise::new(&GyroParameters::default(), 0.01, 1, "gyro");
         assert!((0..100).all(|_| off.next() == 0.0));
-        let white = GyroParameters {
-            angle_random_walk_deg_per_sqrt_h: 0.1,
-            ..Default::default()
-        };
-        let both = GyroParameters {
-            rate_random_walk_deg_per_s_per_sqrt_s: 1e-3,
-            ..white.clone()
-        };
+        let white = GyroParameters { angle_random_walk_deg_per_sqrt_h: 0.1, ..Default::default() };
+        let both = GyroParameters { rate_random_walk_deg_per_s_per_sqrt_s: 1e-3, ..white.clone() };
         let mut alone = RateNoise::new(&white, 0.01, 1, "gyro");
         let mut with_walk = RateNoise::new(&both, 0.01, 1, "gyro");
         for _ in 0..100 {
@@ -181,22 +163,12 @@ mod tests {
     #[test]
     fn turn_on_bias_has_its_rms_over_many_power_ups() {
         const UNITS: u32 = 2_000;
-        let parameters = GyroParameters {
-            turn_on_bias_deg_per_h: 10.0,
-            ..Default::default()
-        };
+        let parameters = GyroParameters { turn_on_bias_deg_per_h: 10.0, ..Default::default() };
         let square: f64 = (0..UNITS)
-            .map(|seed| {
-                RateNoise::new(&parameters, 0.01, seed.into(), "gyro")
-                    .bias()
-                    .powi(2)
-            })
+            .map(|seed| RateNoise::new(&parameters, 0.01, seed.into(), "gyro").bias().powi(2))
             .sum();
         let rms_deg_per_h = (square / f64::from(UNITS)).sqrt().to_degrees() * 3_600.0;
         // Standard error of an rms from 2000 draws: 1.6 %; 4 of them allowed.
-        assert!(
-            (rms_deg_per_h / 10.0 - 1.0).abs() < 0.064,
-            "{rms_deg_per_h}"
-        );
+        assert!((rms_deg_per_h / 10.0 - 1.0).abs() < 0.064, "{rms_deg_per_h}");
     }
 }

@@ -41,13 +41,13 @@ parameters! {
         /// 20.
         bias_deg_per_h_per_kelvin_per_min: FINITE = 0.0,
         /// The coil temperature at which bias and clock are as stated.
-        reference_celsius: FINITE = 25.0,
+        reference_celsius: CELSIUS = 25.0,
         /// Scale error against coil temperature. The paper's unit: -1444 (slope of Eq. 5 over 360
         /// deg).
         scale_ppm_per_kelvin: FINITE = 0.0,
         /// The coil temperature at which the scale error is `scale_ppm`. The paper's unit: 36.98
         /// (the zero of Eq. 5).
-        scale_zero_celsius: FINITE = 25.0,
+        scale_zero_celsius: CELSIUS = 25.0,
         /// Constant scale error. This class: up to 10000 uncorrected.
         scale_ppm: FINITE = 0.0,
         /// How much larger the scale is counter-clockwise than clockwise. This class: 0 to 500.
@@ -71,9 +71,9 @@ parameters! {
         /// its temperatures.
         clock_ppm_per_kelvin: CLOCK_ERROR = 0.0,
         /// Temperature of the room; may change during a run.
-        ambient_celsius: FINITE = 20.0,
+        ambient_celsius: CELSIUS = 20.0,
         /// How much warmer than the room the coil gets by its own power.
-        self_heating_kelvin: FINITE = 0.0,
+        self_heating_kelvin: KELVIN = 0.0,
         /// Time constant of the coil's temperature; 0 follows at once. This class: 30 to 40 min.
         thermal_time_constant_s: NOT_NEGATIVE = 0.0,
         /// How long the gyro had been switched on when the run began.
@@ -83,7 +83,7 @@ parameters! {
         /// Time by which the temperature sensor lags the coil, first order.
         temperature_lag_s: NOT_NEGATIVE = 0.0,
         /// What the sensor reads too much.
-        temperature_offset_kelvin: FINITE = 0.0,
+        temperature_offset_kelvin: KELVIN = 0.0,
         /// White noise of the sensor, rms of a reading.
         temperature_noise_kelvin: NOT_NEGATIVE = 0.0,
         /// Step of the sensor's readings; 0 for none beyond that of the stream.
@@ -142,9 +142,5 @@ impl GyroParameters {
 
 /// What is left of a first-order difference after `seconds`; nothing where it follows at once.
 pub(super) fn remainder(seconds: f64, time_constant_s: f64) -> f64 {
-    if time_constant_s > 0.0 {
-        exp(-seconds / time_constant_s)
-    } else {
-        0.0
-    }
+    if time_constant_s > 0.0 { exp(-seconds / time_constant_s) } else { 0.0 }
 }

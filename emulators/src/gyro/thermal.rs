@@ -27,19 +27,11 @@ pub(super) struct Thermal {
 
 impl Thermal {
     pub(super) fn new(parameters: &GyroParameters, seed: u64, device: &str) -> Self {
-        let cold = remainder(
-            parameters.powered_before_s,
-            parameters.thermal_time_constant_s,
-        );
+        let cold = remainder(parameters.powered_before_s, parameters.thermal_time_constant_s);
         let coil = parameters.ambient_celsius + parameters.self_heating_kelvin * (1.0 - cold);
         let now = Temperatures { coil, sensor: coil };
         let noise = RandomStream::new(seed, device, "gyro temperature sensor");
-        Self {
-            start: now,
-            end: now,
-            reading: coil,
-            noise,
-        }
+        Self { start: now, end: now, reading: coil, noise }
     }
 
     /// The coil's temperature at the start and at the end of the step.
@@ -84,11 +76,7 @@ impl Thermal {
             reading += parameters.temperature_noise_kelvin * self.noise.standard_normal();
         }
         let resolution = parameters.temperature_resolution_kelvin;
-        if resolution > 0.0 {
-            round(reading / resolution) * resolution
-        } else {
-            reading
-        }
+        if resolution > 0.0 { round(reading / resolution) * resolution } else { reading }
     }
 }
 
@@ -101,10 +89,7 @@ pub(super) struct Ramp {
 
 impl Ramp {
     pub(super) fn new(from: f64, to: f64, outputs: u32) -> Self {
-        Self {
-            value: from,
-            slope: (to - from) / f64::from(outputs),
-        }
+        Self { value: from, slope: (to - from) / f64::from(outputs) }
     }
 
     #[inline]
@@ -142,10 +127,7 @@ mod tests {
 
     #[test]
     fn a_hot_start_begins_warm_and_the_room_changes_it() {
-        let mut parameters = GyroParameters {
-            powered_before_s: 1e6,
-            ..warming()
-        };
+        let mut parameters = GyroParameters { powered_before_s: 1e6, ..warming() };
         let mut thermal = Thermal::new(&parameters, 1, "gyro");
         assert!((thermal.coil().1 - 42.0).abs() < 1e-9);
         parameters.ambient_celsius = 30.0;
@@ -155,10 +137,7 @@ mod tests {
 
     #[test]
     fn the_sensor_lags_a_ramp_by_slope_times_lag() {
-        let parameters = GyroParameters {
-            temperature_lag_s: 60.0,
-            ..warming()
-        };
+        let parameters = GyroParameters { temperature_lag_s: 60.0, ..warming() };
         let mut thermal = Thermal::new(&parameters, 1, "gyro");
         for _ in 0..600 {
             thermal.advance(&parameters, 1.0);
@@ -166,10 +145,7 @@ mod tests {
         let (start, end) = thermal.coil();
         // The slope itself falls by 60/2100 within a lag.
         let behind = start - thermal.reading();
-        assert!(
-            (behind / ((end - start) * 60.0) - 1.0).abs() < 0.04,
-            "{behind}"
-        );
+        assert!((behind / ((end - start) * 60.0) - 1.0).abs() < 0.04, "{behind}");
     }
 
     #[test]
@@ -183,10 +159,7 @@ mod tests {
         let mut thermal = Thermal::new(&parameters, 1, "gyro");
         thermal.advance(&parameters, 1.0);
         assert_eq!(thermal.reading(), 21.25);
-        let noisy = GyroParameters {
-            temperature_noise_kelvin: 0.1,
-            ..Default::default()
-        };
+        let noisy = GyroParameters { temperature_noise_kelvin: 0.1, ..Default::default() };
         let mut thermal = Thermal::new(&noisy, 1, "gyro");
         thermal.advance(&noisy, 1.0);
         let first = thermal.reading();

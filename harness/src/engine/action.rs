@@ -1,9 +1,11 @@
 //! What the engine asks of the world.
 
+use crate::plan::Answer;
 use crate::record::{Device, RecordKind};
 use controller::calibration::Calibration;
 use controller::mission::Mission;
 use wire::table;
+use wire::time::Span;
 use wire::units::Pose;
 
 /// One thing to be done by the world, at once.
@@ -17,7 +19,7 @@ pub enum Action {
     MeasureAbsolute,
     /// Carry the robot to a pose; answer with `Engine::answered`.
     Place(Pose),
-    /// Set a parameter of an emulated device; answer with `Engine::answered` or `Engine::broke`.
+    /// Set a parameter of a device; answer with `Engine::answered` or `Engine::broke`.
     SetParameter {
         /// `gyro`, `base`, `table` or `absolute`.
         device: String,
@@ -26,8 +28,21 @@ pub enum Action {
         /// Its new value.
         value: f64,
     },
-    /// Tell the operator something and wait until it is confirmed; answer with `Engine::answered`.
-    Prompt(String),
+    /// Switch a device off and on again; answer with `Engine::answered` once it is on.
+    PowerCycle {
+        /// Its role.
+        device: String,
+        /// How long it stays off.
+        off: Span,
+    },
+    /// Tell a person something; answer with `Engine::answered`, or with `Engine::answered_with` where a
+    /// number is asked for.
+    Prompt {
+        /// What is said.
+        text: String,
+        /// What is asked for.
+        answer: Option<Answer>,
+    },
     /// Keep a calibration in the run folder and for later plans.
     SaveCalibration {
         /// Its name.

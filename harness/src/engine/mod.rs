@@ -3,41 +3,55 @@
 //! The engine does no IO and reads no clock, so that the simulated and the live world run the same
 //! one. Its owner calls [`Engine::wake`] whenever [`Engine::next_wakeup`] is due, hands it every
 //! report and answer, and carries out every [`Action`] until there are none. Whatever happens, the
-//! engine ends with the base told to stop ([`teardown`]).
+//! engine ends with the base told to stop, and waits until it stands.
 
 mod action;
+mod execute;
+mod fit;
 mod observe;
 mod op;
 mod program;
+mod rest_watch;
 mod teardown;
 
 pub use action::Action;
-pub use observe::Uncertainties;
 
 use crate::observation::Observation;
 use crate::outcome::Outcome;
-use crate::plan::Plan;
+use crate::plan::{Action as StepAction, Answer, Plan, Step, quantities as q};
 use crate::record::{Device, RecordKind};
 use controller::calibration::Calibration;
-use controller::mission::{
-    BiasTestResult, Command, HeadingSource, Mission, MissionId, MissionResult, Report, State,
-};
+use controller::health::Level;
+use controller::mission::{BiasTestResult, HeadingSource, MissionId, MissionResult, Report, State};
+use fit::Fitted;
 use observe::{Collector, Ends, Tags};
 use op::Op;
 use program::Program;
+use rest_watch::RestWatch;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use teardown::Teardown;
 use wire::base::HEADING_STEP;
 use wire::table;
 use wire::time::{Span, Timestamp};
-use wire::units::Pose;
+use wire::units::{Angle, Pose};
 
-/// Between two questions to a table that turns.
-const TABLE_POLL: Span = Span::from_millis(100);
-/// Stream quantities are kept at most this many times each; a plan that makes more is cut off there,
-/// and says so. 16 hours of 1 Hz are 57,600; a lap's heading errors are 2,500.
-pub const STREAM_OBSERVATIONS_MAX: usize = 2_000_000;
+/// A quantity is kept at most this often; a plan that makes more of one is cut off there, and the
+/// record says so. 16 hours of 1 Hz are 57,600; the heading errors of 80 laps 130,000.
+pub const OBSERVATIONS_MAX: usize = 1_000_000;
+
+/// What the engine must know of the bench.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BenchFacts {
+    /// Standard uncertainty of a position by the absolute measurement, m.
+    pub absolute_position_u_m: f64,
+    /// Standard uncertainty of a heading by the absolute measurement, deg.
+    pub absolute_heading_u_deg: f64,
+    /// Standard uncertainty of the table's angle at rest, deg.
+    pub table_u_deg: f64,
+    /// What one step of the table's motor turns the table by.
+    pub table_step: Angle,
+}
 
 /// How a run ended, and why if it did not simply end.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,6 +62,7 @@ pub struct Ending {
     pub reason: Option<String>,
 }
 
+/// What the engine waits for.
 #[derive(Debug, Clone, PartialEq)]
 enum Waiting {
     /// Nothing: the next operation can begin.
@@ -56,10 +71,16 @@ enum Waiting {
     Mission(MissionId),
     /// This instant.
     Until(Timestamp),
-    /// The absolute measurement; true: before, false: after.
-    Absolute { before: bool },
-    /// The world's confirmation.
-    Answer,
+    /// The end of a log, and of its interval.
+    Log { until: Timestamp, interval: Span, due: Timestamp },
+    /// The end of a window at rest.
+    Residual(Timestamp),
+    /// The step's condition.
+    Condition,
+    /// The absolute measurement.
+    Absolute(op::Op),
+    /// The world's confirmation, and a number if one is asked for.
+    Answer(Option<Answer>),
     /// The table's word on a command.
     TableWord,
     /// The table's state, asked again at this instant while it turns.
@@ -70,58 +91,73 @@ enum Waiting {
 #[derive(Debug)]
 pub struct Engine {
     plan: Arc<Plan>,
+    facts: BenchFacts,
     program: Program,
     ops: VecDeque<Op>,
     waiting: Waiting,
+    /// The step that is under way, since when, and until when at most.
+    step: Option<(StepAction, Timestamp)>,
     step_deadline: Timestamp,
     plan_deadline: Timestamp,
     began: Timestamp,
     next_id: MissionId,
     state: Option<State>,
     ends: Ends,
-    bias_test: Option<BiasTestResult>,
+    rest: RestWatch,
+    bias_test: Option<(Timestamp, BiasTestResult)>,
+    calibration: Calibration,
     heading_source: HeadingSource,
     tags: Tags,
+    /// Rounds of repeats and sweeps begun.
+    rounds: u64,
     /// Quantities that a measurement or a fit of the plan asks for.
     wanted: BTreeSet<String>,
     observations: BTreeMap<String, Vec<Observation>>,
     calibrations: BTreeMap<String, Calibration>,
-    fits: BTreeMap<String, program::Fit>,
-    uncertainties: Uncertainties,
+    fits: BTreeMap<String, Fitted>,
+    times_degraded: u32,
+    times_fault: u32,
+    level: Level,
     teardown: Option<Teardown>,
     ending: Option<Ending>,
     actions: VecDeque<Action>,
 }
 
 impl Engine {
-    /// An engine that begins `plan` at `now`. `calibrations` are those that the plan names;
-    /// `uncertainties` those of the bench's measuring devices.
+    /// An engine that begins `plan` at `now`. `calibrations` are those that can be used by name.
     pub fn new(
         plan: Arc<Plan>,
         calibrations: BTreeMap<String, Calibration>,
-        uncertainties: Uncertainties,
+        facts: BenchFacts,
         now: Timestamp,
     ) -> Self {
         let plan_deadline = now + plan.time_limit();
         Self {
-            program: Program::new(Arc::clone(&plan)),
-            wanted: plan.wanted_quantities(),
+            program: Program::new(Arc::clone(&plan), now, plan_deadline),
+            wanted: wanted(&plan),
             plan,
+            facts,
             ops: VecDeque::new(),
             waiting: Waiting::Nothing,
+            step: None,
             step_deadline: Timestamp::MAX,
             plan_deadline,
             began: now,
             next_id: 1,
             state: None,
             ends: Ends::default(),
+            rest: RestWatch::default(),
             bias_test: None,
+            calibration: Calibration::default(),
             heading_source: HeadingSource::default(),
             tags: Tags::new(),
+            rounds: 0,
             observations: BTreeMap::new(),
             calibrations,
             fits: BTreeMap::new(),
-            uncertainties,
+            times_degraded: 0,
+            times_fault: 0,
+            level: Level::Starting,
             teardown: None,
             ending: None,
             actions: VecDeque::new(),
@@ -138,13 +174,18 @@ impl Engine {
         &self.observations
     }
 
+    /// The last state that the controller reported.
+    pub const fn state(&self) -> Option<&State> {
+        self.state.as_ref()
+    }
+
     /// How it ended; `None` while it runs.
     pub fn ending(&self) -> Option<&Ending> {
         self.ending.as_ref().filter(|_| self.teardown.is_none())
     }
 
-    /// Steps done and steps in all, as far as they can be told.
-    pub fn progress(&self) -> (u64, u64) {
+    /// Steps done and steps in all, repetitions counted.
+    pub const fn progress(&self) -> (u64, u64) {
         self.program.progress()
     }
 
@@ -162,11 +203,11 @@ impl Engine {
             return Timestamp::MAX;
         }
         let due = match self.waiting {
-            Waiting::Nothing => Timestamp::ZERO,
-            Waiting::Until(at) | Waiting::TableRest { ask_at: at } => at,
-            Waiting::Mission(_) | Waiting::Absolute { .. } | Waiting::Answer | Waiting::TableWord => {
-                Timestamp::MAX
-            }
+            // The first step waits for the controller to be heard; see `report`.
+            Waiting::Nothing if self.state.is_some() => Timestamp::ZERO,
+            Waiting::Until(at) | Waiting::Residual(at) | Waiting::TableRest { ask_at: at } => at,
+            Waiting::Log { until, due, .. } => until.min(due),
+            _ => Timestamp::MAX,
         };
         due.min(self.step_deadline).min(self.plan_deadline)
     }
@@ -180,36 +221,28 @@ impl Engine {
         if self.ending.is_some() {
             return;
         }
-        match self.waiting {
-            Waiting::Until(at) if now >= at => self.waiting = Waiting::Nothing,
-            Waiting::TableRest { ask_at } if now >= ask_at => {
-                self.actions.push_back(Action::Table(table::Command::State));
-                self.waiting = Waiting::TableRest { ask_at: now + TABLE_POLL };
-            }
-            _ => {}
-        }
-        // An operation that is done in time has not missed its limit.
+        self.pass_time(now);
+        // What is done in time has not missed its limit.
         self.advance(now);
-        if self.ending.is_none() && now >= self.step_deadline {
-            let step = self.program.place();
-            self.end(now, Outcome::Timeout, Some(format!("{step} took longer than its limit")));
-        } else if self.ending.is_none() && now >= self.plan_deadline {
+        if self.ending.is_some() {
+            return;
+        }
+        if now >= self.plan_deadline {
             self.end(now, Outcome::Timeout, Some("the plan took longer than its limit".to_owned()));
+        } else if now >= self.step_deadline {
+            let reason = format!("{} took longer than its limit", self.place());
+            self.end(now, Outcome::Timeout, Some(reason));
         }
     }
 
     /// Stops the run: somebody asked for it.
     pub fn abort(&mut self, now: Timestamp) {
-        if self.ending.is_none() {
-            self.end(now, Outcome::Aborted, Some("stopped by request".to_owned()));
-        }
+        self.end(now, Outcome::Aborted, Some("stopped by request".to_owned()));
     }
 
     /// The world could not do what was asked, or lost what it needs.
     pub fn broke(&mut self, now: Timestamp, why: &str) {
-        if self.ending.is_none() {
-            self.end(now, Outcome::Error, Some(why.to_owned()));
-        }
+        self.end(now, Outcome::Error, Some(why.to_owned()));
     }
 
     /// Takes a report of the controller.
@@ -221,18 +254,25 @@ impl Engine {
         }
         match report {
             Report::State(state) => self.take_state(now, state),
-            Report::Health(_) => {}
+            Report::Health(health) => {
+                self.times_degraded +=
+                    u32::from(health.level >= Level::Degraded && self.level < Level::Degraded);
+                self.times_fault +=
+                    u32::from(health.level == Level::Fault && self.level < Level::Fault);
+                self.level = health.level;
+            }
             Report::Done { id, result } if self.waiting == Waiting::Mission(*id) => {
                 self.take_result(now, result);
                 self.waiting = Waiting::Nothing;
                 self.advance(now);
             }
             Report::Refused { id, reason } if self.waiting == Waiting::Mission(*id) => {
-                let reason = format!("{}: the controller refused: {}", self.program.place(), words(reason));
+                let reason = format!("{}: the controller refused: {}", self.place(), words(reason));
                 self.end(now, Outcome::Failed, Some(reason));
             }
             Report::Aborted { id, reason } if self.waiting == Waiting::Mission(*id) => {
-                let reason = format!("{}: the controller broke off: {}", self.program.place(), words(reason));
+                let reason =
+                    format!("{}: the controller broke off: {}", self.place(), words(reason));
                 self.end(now, Outcome::Failed, Some(reason));
             }
             // An answer to a mission that nobody waits for any more.
@@ -243,12 +283,12 @@ impl Engine {
     /// Takes the table's answer.
     pub fn table(&mut self, now: Timestamp, answer: table::Answer) {
         match (&self.waiting, answer) {
-            (Waiting::TableWord, table::Answer::Accepted(_)) => self.waiting = Waiting::Nothing,
-            (Waiting::TableRest { .. }, table::Answer::State { moving: false, .. }) => {
+            (Waiting::TableWord, table::Answer::Done(_))
+            | (Waiting::TableRest { .. }, table::Answer::State { moving: false, .. }) => {
                 self.waiting = Waiting::Nothing;
             }
             (Waiting::TableWord | Waiting::TableRest { .. }, table::Answer::Refused(_)) => {
-                let reason = format!("{}: the table refused a command", self.program.place());
+                let reason = format!("{}: the table refused a command", self.place());
                 self.end(now, Outcome::Error, Some(reason));
             }
             _ => {}
@@ -258,112 +298,73 @@ impl Engine {
 
     /// Takes what the absolute measurement found.
     pub fn absolute(&mut self, now: Timestamp, pose: Pose) {
-        if let Waiting::Absolute { before } = self.waiting {
-            let end = if before { &mut self.ends.pose_before } else { &mut self.ends.pose_after };
-            *end = Some(pose);
-            self.waiting = Waiting::Nothing;
-            self.advance(now);
-        }
-    }
-
-    /// Takes the world's confirmation of a `Place`, `SetParameter` or `Prompt`.
-    pub fn answered(&mut self, now: Timestamp) {
-        if self.waiting == Waiting::Answer {
-            self.waiting = Waiting::Nothing;
-            self.advance(now);
-        }
-    }
-
-    /// Begins operations until one has to be waited for.
-    fn advance(&mut self, now: Timestamp) {
-        while self.waiting == Waiting::Nothing && self.ending.is_none() {
-            match self.ops.pop_front() {
-                Some(op) => self.begin(now, op),
-                None => self.next_step(now),
-            }
-        }
-    }
-
-    fn begin(&mut self, now: Timestamp, op: Op) {
+        let Waiting::Absolute(op) = &self.waiting else { return };
         match op {
-            Op::Mission(command) => self.send(command),
-            Op::StateBefore => {
-                self.ends.state_before = None;
-                self.send(Command::RequestState);
+            Op::AbsoluteBefore => self.ends.pose_before = Some(pose),
+            Op::AbsoluteAfter => self.ends.pose_after = Some(pose),
+            _ => {
+                let facts = self.facts;
+                self.observe(now, |collector| collector.pose(&pose, &facts));
             }
-            Op::StateAfter => {
-                self.ends.state_after = None;
-                self.send(Command::RequestState);
-            }
-            Op::AbsoluteBefore | Op::AbsoluteAfter => {
-                self.actions.push_back(Action::MeasureAbsolute);
-                self.waiting = Waiting::Absolute { before: op == Op::AbsoluteBefore };
-            }
-            Op::SetMeasuredPose => match self.ends.pose_before {
-                Some(pose) => self.send(Command::SetPose(pose)),
-                None => self.broke(now, "no pose has been measured that could be set"),
-            },
-            Op::Pause(span) => self.waiting = Waiting::Until(now + span),
-            Op::PauseUntil(at) => self.waiting = Waiting::Until(at),
-            Op::Table(command) => {
-                self.actions.push_back(Action::Table(command));
-                self.waiting = Waiting::TableWord;
-            }
-            Op::TableAtRest => {
-                self.actions.push_back(Action::Table(table::Command::State));
-                self.waiting = Waiting::TableRest { ask_at: now + TABLE_POLL };
-            }
-            Op::ObserveLap(direction) => {
-                let (ends, uncertainties) = (self.ends, self.uncertainties);
-                self.observe(now, |collector| collector.lap(&ends, direction, &uncertainties));
-            }
-            Op::ObserveTableTurn { angle_deg } => {
-                let (ends, uncertainties) = (self.ends, self.uncertainties);
-                self.observe(now, |collector| collector.table_turn(&ends, angle_deg, &uncertainties));
-            }
-            Op::Place(pose) => {
-                self.actions.push_back(Action::Place(pose));
-                self.waiting = Waiting::Answer;
-            }
-            Op::SetParameter { device, parameter, value } => {
-                self.actions.push_back(Action::SetParameter { device, parameter, value });
-                self.waiting = Waiting::Answer;
-            }
-            Op::Prompt(text) => {
-                self.actions.push_back(Action::Prompt(text));
-                self.waiting = Waiting::Answer;
-            }
+        }
+        self.waiting = Waiting::Nothing;
+        self.advance(now);
+    }
+
+    /// Takes the world's confirmation that something is done.
+    pub fn answered(&mut self, now: Timestamp) {
+        if self.waiting == Waiting::Answer(None) {
+            self.waiting = Waiting::Nothing;
+            self.advance(now);
         }
     }
 
-    fn send(&mut self, command: Command) {
-        let id = self.next_id;
-        self.next_id = self.next_id.wrapping_add(1);
-        if let Command::SetHeadingSource(source) = command {
-            self.heading_source = source;
+    /// Takes the number that a person was asked for; one out of range is asked for again by whoever
+    /// asks, and refused here.
+    pub fn answered_with(&mut self, now: Timestamp, value: f64) {
+        let Waiting::Answer(Some(answer)) = &self.waiting else { return };
+        let answer = answer.clone();
+        if !answer.range.contains(value) {
+            let (name, range, unit) = (&answer.name, answer.range, &answer.unit);
+            let why = format!("the answer {name} = {value} {unit} is not in {range}");
+            self.end(now, Outcome::Error, Some(why));
+            return;
         }
-        let record = RecordKind::Command(command.clone());
-        self.actions.push_back(Action::Record(Device::Plan, record));
-        self.actions.push_back(Action::Mission(Mission { id, command }));
-        self.waiting = Waiting::Mission(id);
+        let name = format!("{}{}", q::OPERATOR_PREFIX, answer.name);
+        self.observe(now, |collector| {
+            collector.add_named(&name, value, answer.uncertainty, &[]);
+        });
+        self.waiting = Waiting::Nothing;
+        self.advance(now);
+    }
+
+    fn place(&self) -> String {
+        match &self.step {
+            Some((action, _)) => format!("{} ({action})", self.program.place()),
+            None => self.program.place(),
+        }
     }
 
     fn take_state(&mut self, now: Timestamp, state: &State) {
-        self.state = Some(*state);
-        if self.ends.state_before.is_none() {
-            self.ends.state_before = Some(*state);
+        let first = self.state.replace(*state).is_none();
+        self.ends.state_before.get_or_insert(*state);
+        self.ends.state_after.get_or_insert(*state);
+        self.rest.take(now, state);
+        if let Some(error) = state.heading_error
+            && self.wanted.contains(q::STRAIGHT_HEADING_ERROR.name)
+        {
+            self.observe(now, |collector| {
+                collector.add(&q::STRAIGHT_HEADING_ERROR, -error.deg(), 0.0, &[]);
+            });
         }
-        if self.ends.state_after.is_none() {
-            self.ends.state_after = Some(*state);
+        if self.waiting == Waiting::Condition
+            && let Some((StepAction::WaitUntil(condition), _)) = &self.step
+            && self.rest.holds(condition)
+        {
+            self.waiting = Waiting::Nothing;
         }
-        match state.heading_error {
-            Some(error) if self.wants("controller.heading_error") => {
-                self.observe(now, |collector| collector.heading_error(error));
-            }
-            None if !state.moving && (self.wants("gyro.rate") || self.wants("gyro.temperature")) => {
-                self.observe(now, |collector| collector.log(state));
-            }
-            _ => {}
+        if first || self.waiting == Waiting::Nothing {
+            self.advance(now);
         }
     }
 
@@ -376,8 +377,8 @@ impl Engine {
         };
         match result {
             MissionResult::BiasTest(result) => {
-                let before = self.bias_test.replace(*result);
-                self.observe(now, |collector| collector.bias_test(result, before.as_ref()));
+                self.bias_test = Some((now, *result));
+                self.observe(now, |collector| collector.bias_test(result));
             }
             MissionResult::Straight(result) => {
                 self.observe(now, |collector| collector.straight(result, heading_u_deg));
@@ -389,14 +390,9 @@ impl Engine {
         }
     }
 
-    fn wants(&self, quantity: &str) -> bool {
-        self.wanted.contains(quantity)
-    }
-
     /// Keeps the observations that the plan asks for, and records them.
     fn observe(&mut self, now: Timestamp, make: impl FnOnce(&mut Collector<'_>)) {
-        let elapsed = now - self.began;
-        self.tags.insert("time".to_owned(), elapsed.as_secs_f64());
+        self.tags.insert("time".to_owned(), (now - self.began).as_secs_f64());
         let mut collector = Collector::new(&self.tags);
         make(&mut collector);
         for observation in collector.out {
@@ -404,34 +400,62 @@ impl Engine {
                 continue;
             }
             let kept = self.observations.entry(observation.quantity.clone()).or_default();
-            if kept.len() < STREAM_OBSERVATIONS_MAX {
-                kept.push(observation.clone());
-                let record = RecordKind::Observation(observation);
-                self.actions.push_back(Action::Record(Device::Plan, record));
+            if kept.len() == OBSERVATIONS_MAX {
+                let note = format!("more than {OBSERVATIONS_MAX} of {}", observation.quantity);
+                self.end(now, Outcome::Error, Some(note));
+                return;
             }
+            kept.push(observation.clone());
+            let record = RecordKind::Observation(observation);
+            self.actions.push_back(Action::Record(Device::Plan, record));
         }
     }
 
     fn end(&mut self, now: Timestamp, outcome: Outcome, reason: Option<String>) {
+        if self.ending.is_some() {
+            return;
+        }
         if let Some(reason) = &reason {
             let note = RecordKind::Note(reason.clone());
             self.actions.push_back(Action::Record(Device::Plan, note));
         }
         self.ending = Some(Ending { outcome, reason });
+        self.observe_whole_run(now);
+        self.ops.clear();
         self.teardown = Some(Teardown::begin(now));
         self.step_teardown(now);
     }
 
+    /// What is known of the run as a whole.
+    fn observe_whole_run(&mut self, now: Timestamp) {
+        let (degraded, fault) = (self.times_degraded, self.times_fault);
+        let state = self.state;
+        self.observe(now, |collector| {
+            collector.add(&q::HEALTH_DEGRADED, f64::from(degraded), 0.0, &[]);
+            collector.add(&q::HEALTH_FAULT, f64::from(fault), 0.0, &[]);
+            let Some(state) = state else { return };
+            collector.add(&q::SAMPLES_USED, state.samples as f64, 0.0, &[]);
+            collector.add(&q::SAMPLES_LOST, state.samples_lost as f64, 0.0, &[]);
+            let overflows = f64::from(u8::from(state.health.causes.overflow));
+            collector.add(&q::QUEUE_OVERFLOWS, overflows, 0.0, &[]);
+            if let Some(ratio) = state.clock_ratio {
+                collector.add(&q::CLOCK_RATIO, ratio, 0.0, &[]);
+            }
+        });
+    }
+
     fn step_teardown(&mut self, now: Timestamp) {
         let Some(teardown) = &mut self.teardown else { return };
-        let done = teardown.step(now, &mut self.next_id, &mut self.actions);
-        if !done {
+        if !teardown.step(now, &mut self.next_id, &mut self.actions) {
             return;
         }
         let at_rest = teardown.at_rest();
         self.teardown = None;
         if !at_rest && let Some(ending) = &mut self.ending {
-            ending.outcome = ending.outcome.max(Outcome::Error);
+            // A failure or a time-out says more than that the bench fell silent afterwards.
+            if ending.outcome == Outcome::Passed {
+                ending.outcome = Outcome::Error;
+            }
             let reason = ending.reason.get_or_insert_default();
             if !reason.is_empty() {
                 reason.push_str("; ");
@@ -439,6 +463,25 @@ impl Engine {
             reason.push_str("the controller never confirmed that the base stands still");
         }
     }
+}
+
+/// Quantities that the plan judges or fits.
+fn wanted(plan: &Plan) -> BTreeSet<String> {
+    fn fitted(steps: &[Step], names: &mut BTreeSet<String>) {
+        for step in steps {
+            if let StepAction::Fit(fit) = &step.action {
+                names.insert(fit.quantity.as_str().to_owned());
+            }
+            fitted(step.action.steps(), names);
+        }
+    }
+    let mut names = BTreeSet::new();
+    for declared in &plan.measurements {
+        names.insert(declared.quantity.as_str().to_owned());
+        names.extend(declared.check.second_quantity().map(|(_, name)| name.as_str().to_owned()));
+    }
+    fitted(&plan.steps, &mut names);
+    names
 }
 
 /// An enumerator of the mission protocol as it stands in JSON, with spaces for underscores.

@@ -1,24 +1,16 @@
-//! From answers and measured poses to observations of named quantities.
+//! From answers and measured poses to observations of the named quantities.
 
-use super::op::Direction;
+use super::BenchFacts;
+use super::rest_watch::Window;
 use crate::observation::Observation;
+use crate::plan::Direction;
+use crate::plan::quantities::{self as q, Quantity};
 use controller::mission::{BiasTestResult, State, StraightResult, TurnResult};
 use std::collections::BTreeMap;
-use wire::units::{Angle, Pose};
+use wire::units::{Angle, Pose, Temperature};
 
-/// Standard uncertainties that an observation inherits from what measured it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Uncertainties {
-    /// Position of one absolute measurement, m.
-    pub absolute_position_m: f64,
-    /// Heading of one absolute measurement, deg.
-    pub absolute_heading_deg: f64,
-    /// Angle of the table at rest, deg.
-    pub table_deg: f64,
-}
-
-/// Resolution of the base's displacement (0.1 mm on the wire), as a standard uncertainty in m.
-const DISPLACEMENT_U_M: f64 = 0.000_1 / 3.464;
+/// Resolution of the base's displacement, 0.1 mm on the wire, as a standard uncertainty in m.
+const DISPLACEMENT_U_M: f64 = 0.000_1 / 3.464_101_615_137_754_6;
 
 /// What stands at both ends of a lap or of a turn of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -38,68 +30,98 @@ pub(super) struct Collector<'a> {
     pub(super) out: Vec<Observation>,
 }
 
+fn temperature_tag(temperature: Option<Temperature>) -> Option<(&'static str, f64)> {
+    temperature.map(|t| ("temperature", t.celsius()))
+}
+
 impl<'a> Collector<'a> {
     pub(super) const fn new(tags: &'a Tags) -> Self {
         Self { tags, out: Vec::new() }
     }
 
-    fn add(&mut self, quantity: &str, value: f64, uncertainty: f64, more: &[(&str, f64)]) {
-        let mut tags = self.tags.clone();
-        tags.extend(more.iter().map(|&(name, value)| (name.to_owned(), value)));
-        self.out.push(Observation { quantity: quantity.to_owned(), value, uncertainty, tags });
+    pub(super) fn add(&mut self, quantity: &Quantity, value: f64, u: f64, more: &[(&str, f64)]) {
+        self.add_named(quantity.name, value, u, more);
     }
 
-    /// A bias test: what it found, and how far each method's prediction was off. `before` is the test
-    /// before this one, whose mean would have been subtracted up to now.
-    pub(super) fn bias_test(&mut self, result: &BiasTestResult, before: Option<&BiasTestResult>) {
-        let mean = result.mean.deg_per_s();
-        let spread = result.spread.deg_per_s();
-        // Independent readings: the mean is this well known.
-        let u_mean = spread / f64::from(result.samples.max(1)).sqrt();
-        let temperature = result.temperature.map(|t| ("temperature", t.celsius()));
-        let more = temperature.as_slice();
-        self.add("bias.mean", mean, u_mean, more);
-        self.add("bias.spread", spread, u_mean / std::f64::consts::SQRT_2, more);
-        if let Some(before) = before {
-            let u_before = before.spread.deg_per_s() / f64::from(before.samples.max(1)).sqrt();
-            let u = u_mean.hypot(u_before);
-            self.add("bias.residual_test", mean - before.mean.deg_per_s(), u, more);
+    pub(super) fn add_named(&mut self, name: &str, value: f64, u: f64, more: &[(&str, f64)]) {
+        let mut tags = self.tags.clone();
+        tags.extend(more.iter().map(|&(name, value)| (name.to_owned(), value)));
+        self.out.push(Observation { quantity: name.to_owned(), value, uncertainty: u, tags });
+    }
+
+    /// What a bias test found.
+    pub(super) fn bias_test(&mut self, result: &BiasTestResult) {
+        let more = temperature_tag(result.temperature);
+        let u = u_of_mean(result, u64::from(result.samples));
+        self.add(&q::BIAS_MEAN, result.mean.deg_per_s(), u, more.as_slice());
+        let u_spread = u / std::f64::consts::SQRT_2;
+        self.add(&q::BIAS_SPREAD, result.spread.deg_per_s(), u_spread, more.as_slice());
+    }
+
+    /// How far each method's prediction is off the mean of a later window at rest. `test` is the last
+    /// bias test and its age in s.
+    pub(super) fn bias_residual(
+        &mut self,
+        window: &Window,
+        test: Option<(&BiasTestResult, f64)>,
+        table_deg_per_s: Option<f64>,
+    ) {
+        let rate = window.rate_deg_per_s;
+        let mut more: Vec<_> = temperature_tag(window.temperature).into_iter().collect();
+        more.extend(test.map(|(_, age)| ("age", age)));
+        let u = test.map_or(0.0, |(result, _)| u_of_mean(result, window.samples));
+        if let Some((result, _)) = test {
+            let u_test = u_of_mean(result, u64::from(result.samples));
+            let residual = rate - result.mean.deg_per_s();
+            self.add(&q::BIAS_RESIDUAL_TEST, residual, u.hypot(u_test), &more);
         }
-        if let Some(table) = result.table {
-            self.add("bias.residual_table", mean - table.deg_per_s(), u_mean, more);
+        if let Some(table) = table_deg_per_s {
+            self.add(&q::BIAS_RESIDUAL_TABLE, rate - table, u, &more);
         }
-        self.add("bias.residual_none", mean, u_mean, more);
+        self.add(&q::BIAS_RESIDUAL_NONE, rate, u, &more);
+    }
+
+    /// One interval of a log at rest.
+    pub(super) fn log(&mut self, window: &Window) {
+        let more = temperature_tag(window.temperature);
+        self.add(&q::GYRO_RATE, window.rate_deg_per_s, 0.0, more.as_slice());
+        if let Some(temperature) = window.temperature {
+            self.add(&q::GYRO_TEMPERATURE, temperature.celsius(), 0.0, &[]);
+        }
     }
 
     /// A straight line, by the base's displacement and the heading source.
     pub(super) fn straight(&mut self, result: &StraightResult, heading_u_deg: f64) {
-        self.add("straight.stop_error", result.stop_error.m(), DISPLACEMENT_U_M, &[]);
+        self.add(&q::STRAIGHT_STOP_ERROR, result.stop_error.m(), DISPLACEMENT_U_M, &[]);
         let heading_error = result.heading_error_max.deg();
-        self.add("straight.heading_error", heading_error, heading_u_deg, &[]);
-        self.add("pose_write.attempts", f64::from(result.pose_writes), 0.0, &[]);
+        self.add(&q::STRAIGHT_HEADING_ERROR_MAX, heading_error, heading_u_deg, &[]);
+        let retries = f64::from(result.pose_writes.saturating_sub(1));
+        self.add(&q::POSE_WRITE_RETRIES, retries, 0.0, &[]);
     }
 
     /// A turn, by the heading source.
     pub(super) fn turn(&mut self, result: &TurnResult, heading_u_deg: f64) {
-        let direction = Direction::of(result.gyro_angle.rad()).sign();
-        let more = [("direction", direction)];
-        self.add("turn.stop_error", result.stop_error.deg(), heading_u_deg, &more);
+        let more = [("direction", 1f64.copysign(result.gyro_angle.rad()))];
+        self.add(&q::TURN_STOP_ERROR, result.stop_error.deg(), heading_u_deg, &more);
+        let difference = result.odometry_angle - result.gyro_angle;
+        self.add(&q::TURN_ODOMETRY_ERROR, difference.deg(), heading_u_deg, &more);
     }
 
     /// One turn of the table: Eqs 1 and 2, `E = |theta| - 360`, generalised to any angle.
-    pub(super) fn table_turn(&mut self, ends: &Ends, angle_deg: f64, uncertainties: &Uncertainties) {
+    pub(super) fn table_turn(&mut self, ends: &Ends, angle: Angle, facts: &BenchFacts) {
         let (Some(before), Some(after)) = (&ends.state_before, &ends.state_after) else { return };
-        let direction = Direction::of(angle_deg).sign();
-        let turned = (after.gyro_heading - before.gyro_heading).deg();
+        let direction = 1f64.copysign(angle.rad());
+        let turned = direction * (after.gyro_heading - before.gyro_heading).deg();
         let mut more = vec![("direction", direction)];
-        more.extend(after.temperature.map(|t| ("temperature", t.celsius())));
-        let u = uncertainties.table_deg * std::f64::consts::SQRT_2;
-        self.add("table.error", direction * turned - angle_deg.abs(), u, &more);
+        more.extend(temperature_tag(after.temperature));
+        let u = facts.table_u_deg * std::f64::consts::SQRT_2;
+        self.add(&q::TABLE_ANGLE, turned, u, &more);
+        self.add(&q::TABLE_ERROR, turned - angle.abs().deg(), u, &more);
     }
 
     /// One lap: how far each heading is off by Eq. 1's signs, and where the robot came back to, seen
     /// from where it started.
-    pub(super) fn lap(&mut self, ends: &Ends, direction: Direction, uncertainties: &Uncertainties) {
+    pub(super) fn lap(&mut self, ends: &Ends, direction: Direction, facts: &BenchFacts) {
         let Ends {
             state_before: Some(state_before),
             state_after: Some(state_after),
@@ -111,41 +133,38 @@ impl<'a> Collector<'a> {
         };
         let sign = direction.sign();
         let mut more = vec![("direction", sign)];
-        more.extend(state_after.temperature.map(|t| ("temperature", t.celsius())));
+        more.extend(temperature_tag(state_after.temperature));
         // Two readings of the absolute measurement stand behind each figure.
-        let u_heading = uncertainties.absolute_heading_deg * std::f64::consts::SQRT_2;
-        let u_position = uncertainties.absolute_position_m * std::f64::consts::SQRT_2;
+        let u_heading = facts.absolute_heading_u_deg * std::f64::consts::SQRT_2;
+        let u_position = facts.absolute_position_u_m * std::f64::consts::SQRT_2;
         let nominal = Angle::TURN * sign;
         let off_nominal = (pose_after.heading - pose_before.heading - nominal).wrapped();
         let turned = nominal + off_nominal;
         let gyro = state_after.gyro_heading - state_before.gyro_heading;
         let odometry = state_after.odometry_heading - state_before.odometry_heading;
-        self.add("lap.gyro_error", sign * (gyro - turned).deg(), u_heading, &more);
-        self.add("lap.odometry_error", sign * (odometry - turned).deg(), u_heading, &more);
-        self.add("lap.return_heading", off_nominal.deg(), u_heading, &more);
+        self.add(&q::LAP_GYRO_ERROR, sign * (gyro - turned).deg(), u_heading, &more);
+        self.add(&q::LAP_ODOMETRY_ERROR, sign * (odometry - turned).deg(), u_heading, &more);
+        self.add(&q::LAP_RETURN_HEADING, off_nominal.deg(), u_heading, &more);
         let (x, y) = seen_from(pose_before, pose_after);
-        self.add("lap.return_x", x, u_position, &more);
-        self.add("lap.return_y", y, u_position, &more);
+        self.add(&q::LAP_RETURN_X, x, u_position, &more);
+        self.add(&q::LAP_RETURN_Y, y, u_position, &more);
+        self.add(&q::LAP_POSITION_ERROR, x.hypot(y), u_position, &more);
         let believed = seen_from(&state_before.pose, &state_after.pose);
-        self.add("lap.position_error_x", x - believed.0, u_position, &more);
-        self.add("lap.position_error_y", y - believed.1, u_position, &more);
-        let lost = state_after.samples_lost - state_before.samples_lost;
-        self.add("samples.lost", lost as f64, 0.0, &more);
+        self.add(&q::UMBMARK_X, x - believed.0, u_position, &more);
+        self.add(&q::UMBMARK_Y, y - believed.1, u_position, &more);
     }
 
-    /// The running log: rate and temperature at rest.
-    pub(super) fn log(&mut self, state: &State) {
-        let temperature = state.temperature.map(|t| ("temperature", t.celsius()));
-        self.add("gyro.rate", state.raw_rate.deg_per_s(), 0.0, temperature.as_slice());
-        if let Some(temperature) = state.temperature {
-            self.add("gyro.temperature", temperature.celsius(), 0.0, &[]);
-        }
+    /// One reading of the absolute measurement.
+    pub(super) fn pose(&mut self, pose: &Pose, facts: &BenchFacts) {
+        self.add(&q::POSE_X, pose.x.m(), facts.absolute_position_u_m, &[]);
+        self.add(&q::POSE_Y, pose.y.m(), facts.absolute_position_u_m, &[]);
+        self.add(&q::POSE_HEADING, pose.heading.deg(), facts.absolute_heading_u_deg, &[]);
     }
+}
 
-    /// The continuous observer of a straight line's heading.
-    pub(super) fn heading_error(&mut self, error: Angle) {
-        self.add("controller.heading_error", error.deg(), 0.0, &[]);
-    }
+/// Standard uncertainty of a mean of `samples` readings that scatter as in `result`, deg/s.
+fn u_of_mean(result: &BiasTestResult, samples: u64) -> f64 {
+    result.spread.deg_per_s() / (samples.max(1) as f64).sqrt()
 }
 
 /// Position of `to` in the frame that stands at `from`, in metres.

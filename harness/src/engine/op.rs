@@ -1,30 +1,16 @@
 //! Steps of a plan, broken down to what the engine does one after another.
 
-use controller::mission::Command;
+use crate::plan::{Action, Answer, Direction, Lap, Name, Step, TableTurn};
+use controller::calibration::Calibration;
+use controller::mission::{self, Command};
+use std::collections::BTreeMap;
 use wire::table::Command as TableCommand;
-use wire::time::Span;
-use wire::units::Pose;
+use wire::time::{Span, Timestamp};
+use wire::units::{Angle, Pose};
 
-/// Which way round.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Direction {
-    Cw,
-    Ccw,
-}
-
-impl Direction {
-    pub(super) fn of(signed: f64) -> Self {
-        if signed < 0.0 { Self::Cw } else { Self::Ccw }
-    }
-
-    /// +1 ccw, -1 cw: the tag `direction`.
-    pub(super) const fn sign(self) -> f64 {
-        match self {
-            Self::Cw => -1.0,
-            Self::Ccw => 1.0,
-        }
-    }
-}
+/// After a turn the table's ramp and the gyro's last samples are given this long. Assumption: ten
+/// periods of a 100 Hz stream and its latency.
+const TABLE_SETTLE: Span = Span::from_millis(200);
 
 /// The smallest thing that the engine does; each ends by itself, by a report or by an answer.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,24 +25,125 @@ pub(super) enum Op {
     AbsoluteBefore,
     /// Measure the pose; it becomes the pose after what came.
     AbsoluteAfter,
-    /// Tell the controller the pose that was measured before.
-    SetMeasuredPose,
+    /// Measure the pose and observe it.
+    AbsoluteNamed,
     /// Let time pass.
     Pause(Span),
-    /// Let time pass until this long after the step, or the iteration of a repeat, began.
-    PauseUntil(wire::time::Timestamp),
+    /// Let time pass until then.
+    PauseUntil(Timestamp),
+    /// Log rate and temperature at rest.
+    Log { duration: Span, interval: Span },
+    /// Average a window at rest and compare the methods of bias correction.
+    Residual(Span),
+    /// Wait until the step's condition holds.
+    Condition,
     /// Send the table a command and wait for its word.
     Table(TableCommand),
     /// Ask the table for its state until it is at rest.
     TableAtRest,
     /// One lap is over: observe it.
     ObserveLap(Direction),
-    /// One turn of the table is over, this many degrees: observe it.
-    ObserveTableTurn { angle_deg: f64 },
+    /// One turn of the table is over: observe it.
+    ObserveTableTurn(Angle),
     /// Carry the robot.
     Place(Pose),
-    /// Set a parameter of an emulated device.
+    /// Set a parameter of a device.
     SetParameter { device: String, parameter: String, value: f64 },
-    /// Wait for the operator.
-    Prompt(String),
+    /// Switch a device off and on again.
+    PowerCycle { device: String, off: Span },
+    /// Wait for a person.
+    Prompt { text: String, answer: Option<Answer> },
+    /// Fit a model: the step's.
+    Fit,
+    /// Make and keep a calibration: the step's.
+    SaveCalibration,
+}
+
+/// What a step is broken down to, or why it cannot be.
+pub(super) fn expand(
+    step: &Step,
+    calibrations: &BTreeMap<String, Calibration>,
+    table_step: Angle,
+) -> Result<Vec<Op>, String> {
+    let mission = |command| vec![Op::Mission(command)];
+    Ok(match &step.action {
+        Action::BiasTest(test) => mission(Command::BiasTest(mission::BiasTest {
+            duration_s: test.duration.as_secs_f64(),
+        })),
+        Action::BiasResidual(window) => vec![Op::Residual(window.duration)],
+        Action::Log(log) => vec![Op::Log { duration: log.duration, interval: log.interval }],
+        Action::Wait(wait) => vec![Op::Pause(wait.duration)],
+        Action::WaitUntil(_) => vec![Op::Condition],
+        Action::Turn(turn) => {
+            mission(Command::Turn(mission::Turn { angle: turn.angle, rate: turn.rate }))
+        }
+        Action::Straight(straight) => mission(Command::Straight(mission::Straight {
+            distance: straight.distance,
+            speed: straight.speed,
+        })),
+        Action::Lap(lap) => lap_ops(lap),
+        Action::TableTurn(turn) => table_ops(turn, table_step),
+        Action::Place(place) => {
+            let pose = Pose { x: place.x, y: place.y, heading: place.heading };
+            vec![Op::Place(pose), Op::Mission(Command::SetPose(pose))]
+        }
+        Action::MeasurePose(_) => vec![Op::AbsoluteNamed],
+        Action::HeadingSource(source) => mission(Command::SetHeadingSource(*source)),
+        Action::BiasMethod(method) => mission(Command::SetBiasMethod(*method)),
+        Action::Fit(_) => vec![Op::Fit],
+        Action::SaveCalibration(_) => vec![Op::SaveCalibration],
+        Action::UseCalibration(wanted) => match wanted.name().map(Name::as_str) {
+            None => mission(Command::SetCalibration(Calibration::default())),
+            Some(name) => match calibrations.get(name) {
+                Some(calibration) => mission(Command::SetCalibration(calibration.clone())),
+                None => return Err(format!("no calibration \"{name}\" has been made or found")),
+            },
+        },
+        Action::SetParameter(set) => vec![Op::SetParameter {
+            device: set.parameter.device.to_string(),
+            parameter: set.parameter.parameter.to_string(),
+            value: set.value,
+        }],
+        Action::PowerCycle(cycle) => {
+            vec![Op::PowerCycle { device: cycle.device.as_str().to_owned(), off: cycle.off }]
+        }
+        Action::OperatorPrompt(prompt) => {
+            vec![Op::Prompt { text: prompt.text.clone(), answer: prompt.answer.clone() }]
+        }
+        // The program walks into these by itself.
+        Action::Repeat(_) | Action::Sweep(_) => Vec::new(),
+    })
+}
+
+/// Four sides and four corners, the absolute pose measured before and after.
+fn lap_ops(lap: &Lap) -> Vec<Op> {
+    let mut ops = vec![Op::AbsoluteBefore, Op::StateBefore];
+    for _ in 0..4 {
+        ops.push(Op::Mission(Command::Straight(mission::Straight {
+            distance: lap.side,
+            speed: lap.speed,
+        })));
+        ops.push(Op::Mission(Command::Turn(mission::Turn {
+            angle: Angle::from_deg(90.0 * lap.direction.sign()),
+            rate: lap.turn_rate,
+        })));
+    }
+    ops.extend([Op::StateAfter, Op::AbsoluteAfter, Op::ObserveLap(lap.direction)]);
+    ops
+}
+
+fn table_ops(turn: &TableTurn, step: Angle) -> Vec<Op> {
+    let steps = |value: f64| (value / step.rad()).round();
+    vec![
+        Op::StateBefore,
+        // Casts saturate; the plan's own limits are far below.
+        Op::Table(TableCommand::TopRate(steps(turn.rate.rad_per_s()) as u32)),
+        Op::Table(TableCommand::Ramp(steps(turn.acceleration.rad_per_s2()) as u32)),
+        Op::Table(TableCommand::Distance(steps(turn.angle.rad()) as i32)),
+        Op::Table(TableCommand::Go),
+        Op::TableAtRest,
+        Op::Pause(TABLE_SETTLE),
+        Op::StateAfter,
+        Op::ObserveTableTurn(turn.angle),
+    ]
 }

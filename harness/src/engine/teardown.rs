@@ -55,22 +55,21 @@ impl Teardown {
             return false;
         }
         let mut send = |command| {
-            actions.push_back(Action::Mission(Mission { id: *next_id, command }));
+            let mission = Mission { id: *next_id, command };
             *next_id = next_id.wrapping_add(1);
+            actions.push_back(Action::Mission(mission));
         };
         if !self.told {
-            self.told = true;
             send(Command::Stop);
+        }
+        send(Command::RequestState);
+        if !self.told {
+            self.told = true;
             actions.push_back(Action::Table(table::Command::Stop));
         }
-        actions_after_stop(send);
         self.ask_at = now + ASK_PERIOD;
         false
     }
-}
-
-fn actions_after_stop(mut send: impl FnMut(Command)) {
-    send(Command::RequestState);
 }
 
 const fn now_plus(now: Timestamp) -> Timestamp {

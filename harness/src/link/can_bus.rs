@@ -96,7 +96,11 @@ mod tests {
         for id in [0x300, 0x200, 0x100, 0x200] {
             bus.send(Timestamp::ZERO, id, frame(id));
         }
-        bus.send(Timestamp::ZERO, 0x999, CanFrame::new(ExtendedId::new(0x100 << 18).unwrap(), &[]).unwrap());
+        bus.send(
+            Timestamp::ZERO,
+            0x999,
+            CanFrame::new(ExtendedId::new(0x100 << 18).unwrap(), &[]).unwrap(),
+        );
         let mut order = Vec::new();
         while let Some((from, _)) = bus.arrived(bus.next_arrival()) {
             order.push(from);

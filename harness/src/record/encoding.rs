@@ -76,11 +76,7 @@ pub(super) fn encode<K: Recordable>(
 ) -> postcard::Result<()> {
     buffer.clear();
     let since_last_ns = at.as_nanos().wrapping_sub(last.as_nanos());
-    let encoded = Encoded {
-        since_last_ns,
-        device,
-        kind,
-    };
+    let encoded = Encoded { since_last_ns, device, kind };
     postcard::serialize_with_flavor(&encoded, Appending(buffer))
 }
 
@@ -91,11 +87,7 @@ pub(super) fn decode(payload: &[u8], last: Timestamp) -> postcard::Result<Record
         return Err(postcard::Error::DeserializeBadEncoding);
     }
     let at = Timestamp::from_nanos(last.as_nanos().wrapping_add(encoded.since_last_ns));
-    Ok(Record {
-        at,
-        device: encoded.device,
-        kind: encoded.kind,
-    })
+    Ok(Record { at, device: encoded.device, kind: encoded.kind })
 }
 
 /// The length of a payload as a varint, least significant group first; how many bytes it takes.

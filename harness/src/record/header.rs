@@ -73,16 +73,11 @@ impl Header {
     pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
         let mut block = serde_json::to_vec(self)?;
         block.push(b'\n');
-        let length = u32::try_from(block.len())
-            .ok()
-            .filter(|_| block.len() <= HEADER_BYTES_MAX);
+        let length = u32::try_from(block.len()).ok().filter(|_| block.len() <= HEADER_BYTES_MAX);
         let Some(length) = length else {
             return Err(io::Error::new(
                 io::ErrorKind::InvalidInput,
-                format!(
-                    "the header takes {} bytes; {HEADER_BYTES_MAX} are allowed",
-                    block.len()
-                ),
+                format!("the header takes {} bytes; {HEADER_BYTES_MAX} are allowed", block.len()),
             ));
         };
         out.write_all(&MAGIC)?;
@@ -123,10 +118,8 @@ impl Header {
 }
 
 fn read_exact(input: &mut impl Read, buffer: &mut [u8]) -> Result<(), RecordError> {
-    input
-        .read_exact(buffer)
-        .map_err(|error| match error.kind() {
-            io::ErrorKind::UnexpectedEof => RecordError::HeaderCutShort,
-            _ => RecordError::Io(error),
-        })
+    input.read_exact(buffer).map_err(|error| match error.kind() {
+        io::ErrorKind::UnexpectedEof => RecordError::HeaderCutShort,
+        _ => RecordError::Io(error),
+    })
 }

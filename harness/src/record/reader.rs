@@ -77,10 +77,7 @@ impl<R: Read> RecordReader<R> {
     /// # Errors
     /// Anything but [`RecordError::CutShort`] and [`RecordError::Damaged`].
     pub fn new(input: R) -> Result<Self, RecordError> {
-        let mut input = Counted {
-            input: BufReader::with_capacity(BUFFER_BYTES, input),
-            bytes: 0,
-        };
+        let mut input = Counted { input: BufReader::with_capacity(BUFFER_BYTES, input), bytes: 0 };
         let header = Header::read(&mut input)?;
         Ok(Self {
             offset: input.bytes,
@@ -145,17 +142,11 @@ impl<R: Read> RecordReader<R> {
     }
 
     const fn cut_short(&self, trailing: usize) -> RecordError {
-        RecordError::CutShort {
-            offset: self.offset,
-            trailing: trailing as u64,
-        }
+        RecordError::CutShort { offset: self.offset, trailing: trailing as u64 }
     }
 
     const fn damaged(&self, reason: &'static str) -> RecordError {
-        RecordError::Damaged {
-            offset: self.offset,
-            reason,
-        }
+        RecordError::Damaged { offset: self.offset, reason }
     }
 }
 

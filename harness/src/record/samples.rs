@@ -13,11 +13,7 @@ use wire::time::Timestamp;
 use wire::units::{Angle, AngularRate, Length, Pose, Temperature};
 
 fn pose(x: f64, y: f64, heading_deg: f64) -> Pose {
-    Pose {
-        x: Length::from_m(x),
-        y: Length::from_m(y),
-        heading: Angle::from_deg(heading_deg),
-    }
+    Pose { x: Length::from_m(x), y: Length::from_m(y), heading: Angle::from_deg(heading_deg) }
 }
 
 pub(crate) fn state(x: f64, y: f64) -> State {
@@ -35,21 +31,12 @@ pub(crate) fn state(x: f64, y: f64) -> State {
         samples: 12_345,
         samples_lost: 2,
         clock_ratio: Some(0.998),
-        health: Health::new(
-            false,
-            Causes {
-                samples_lost: true,
-                ..Causes::default()
-            },
-        ),
+        health: Health::new(false, Causes { samples_lost: true, ..Causes::default() }),
     }
 }
 
 pub(crate) fn observation(quantity: &str, value: f64, tags: &[(&str, f64)]) -> RecordKind {
-    let tags = tags
-        .iter()
-        .map(|(tag, value)| ((*tag).to_owned(), *value))
-        .collect();
+    let tags = tags.iter().map(|(tag, value)| ((*tag).to_owned(), *value)).collect();
     RecordKind::Observation(Observation {
         quantity: quantity.to_owned(),
         value,
@@ -59,20 +46,13 @@ pub(crate) fn observation(quantity: &str, value: f64, tags: &[(&str, f64)]) -> R
 }
 
 pub(crate) fn record(at_s: f64, device: Device, kind: RecordKind) -> Record {
-    Record {
-        at: Timestamp::from_secs_f64(at_s),
-        device,
-        kind,
-    }
+    Record { at: Timestamp::from_secs_f64(at_s), device, kind }
 }
 
 /// Each kind, and each report once.
 pub(crate) fn one_of_each() -> Vec<Record> {
     let frame = CanFrame::new(StandardId::new(0x123).unwrap(), &[0xde, 0xad]).unwrap();
-    let turn = Turn {
-        angle: Angle::from_rad(1.5),
-        rate: AngularRate::from_rad_per_s(0.5),
-    };
+    let turn = Turn { angle: Angle::from_rad(1.5), rate: AngularRate::from_rad_per_s(0.5) };
     let bias = BiasTestResult {
         mean: AngularRate::from_rad_per_s(-0.000_012_1),
         spread: AngularRate::from_rad_per_s(0.001),
@@ -85,13 +65,7 @@ pub(crate) fn one_of_each() -> Vec<Record> {
         bias_rad_per_s: 1e-5,
         coil_celsius: 31.25,
     };
-    let health = Health::new(
-        false,
-        Causes {
-            gyro_silent: true,
-            ..Causes::default()
-        },
-    );
+    let health = Health::new(false, Causes { gyro_silent: true, ..Causes::default() });
     vec![
         record(
             0.0,
@@ -101,83 +75,40 @@ pub(crate) fn one_of_each() -> Vec<Record> {
                 title: "turn by 90 deg".into(),
             },
         ),
-        record(
-            0.01,
-            Device::Gyro,
-            RecordKind::Bytes(vec![0x80, 1, 2, 3, 0x7f]),
-        ),
-        record(
-            0.02,
-            Device::Base,
-            RecordKind::Frame(RecordedFrame::from(frame)),
-        ),
-        record(0.03, Device::Plan, RecordKind::Command(Command::Turn(turn))),
+        record(0.01, Device::Gyro, RecordKind::Bytes(vec![0x80, 1, 2, 3, 0x7f])),
+        record(0.02, Device::Base, RecordKind::Frame(RecordedFrame::from(frame))),
+        record(0.03, Device::Plan, RecordKind::Command(Box::new(Command::Turn(turn)))),
         record(
             0.04,
             Device::Plan,
-            RecordKind::Command(Command::BiasTest(BiasTest { duration_s: 20.0 })),
+            RecordKind::Command(Box::new(Command::BiasTest(BiasTest { duration_s: 20.0 }))),
         ),
-        record(
-            0.05,
-            Device::Plan,
-            RecordKind::Command(Command::RequestState),
-        ),
+        record(0.05, Device::Plan, RecordKind::Command(Box::new(Command::RequestState))),
         record(
             20.1,
             Device::Controller,
-            RecordKind::Report(Report::Done {
-                id: 1,
-                result: MissionResult::BiasTest(bias),
-            }),
+            RecordKind::Report(Report::Done { id: 1, result: MissionResult::BiasTest(bias) }),
         ),
-        record(
-            20.2,
-            Device::Controller,
-            RecordKind::Report(Report::State(state(1.0, 2.0))),
-        ),
+        record(20.2, Device::Controller, RecordKind::Report(Report::State(state(1.0, 2.0)))),
         record(
             20.3,
             Device::Controller,
-            RecordKind::Report(Report::Refused {
-                id: 2,
-                reason: Refusal::Moving,
-            }),
+            RecordKind::Report(Report::Refused { id: 2, reason: Refusal::Moving }),
         ),
         record(
             20.4,
             Device::Controller,
-            RecordKind::Report(Report::Aborted {
-                id: 3,
-                reason: AbortReason::GyroSilent,
-            }),
+            RecordKind::Report(Report::Aborted { id: 3, reason: AbortReason::GyroSilent }),
         ),
-        record(
-            20.5,
-            Device::Controller,
-            RecordKind::Report(Report::Health(health)),
-        ),
+        record(20.5, Device::Controller, RecordKind::Report(Report::Health(health))),
         record(
             20.6,
             Device::Absolute,
-            observation(
-                "lap.gyro_error",
-                -0.31,
-                &[("direction", -1.0), ("run", 3.0)],
-            ),
+            observation("lap.gyro_error", -0.31, &[("direction", -1.0), ("run", 3.0)]),
         ),
         record(57_600.0, Device::Base, truth),
-        record(
-            57_600.0,
-            Device::Base,
-            RecordKind::Note("1 frame lost".into()),
-        ),
-        record(
-            57_601.0,
-            Device::Plan,
-            RecordKind::StepEnded {
-                path: "steps[0].repeat[1]".into(),
-            },
-        ),
+        record(57_600.0, Device::Base, RecordKind::Note("1 frame lost".into())),
+        record(57_601.0, Device::Plan, RecordKind::StepEnded { path: "steps[0].repeat[1]".into() }),
     ]
 }
 
@@ -208,26 +139,12 @@ pub(crate) fn any_record() -> impl Strategy<Value = Record> {
             bias_rad_per_s,
             coil_celsius: x,
         }),
-        (
-            any::<String>(),
-            number(),
-            prop::collection::btree_map(any::<String>(), number(), 0..4)
-        )
+        (any::<String>(), number(), prop::collection::btree_map(any::<String>(), number(), 0..4))
             .prop_map(|(quantity, value, tags): (_, _, BTreeMap<_, _>)| {
                 let uncertainty = 0.1;
-                RecordKind::Observation(Observation {
-                    quantity,
-                    value,
-                    uncertainty,
-                    tags,
-                })
+                RecordKind::Observation(Observation { quantity, value, uncertainty, tags })
             }),
     ];
-    (any::<i64>(), prop::sample::select(devices.to_vec()), kind).prop_map(|(at, device, kind)| {
-        Record {
-            at: Timestamp::from_nanos(at),
-            device,
-            kind,
-        }
-    })
+    (any::<i64>(), prop::sample::select(devices.to_vec()), kind)
+        .prop_map(|(at, device, kind)| Record { at: Timestamp::from_nanos(at), device, kind })
 }

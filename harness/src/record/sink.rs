@@ -24,8 +24,8 @@ pub enum Level {
 /// 0.4 m/s with a point each 0.2 m and adds some 6 MB to 16 hours.
 pub const TRUTH_PERIOD: Span = Span::from_millis(500);
 
-/// The most records that a [`MemorySink`] keeps.
-pub const MEMORY_RECORDS_MAX: usize = 10_000_000;
+/// The most records that a [`MemorySink`] keeps: ten times the events of 16 hours, within 1 GB.
+pub const MEMORY_RECORDS_MAX: usize = 4_000_000;
 
 /// Takes what happens, in order.
 pub trait RecordSink {
@@ -35,11 +35,7 @@ pub trait RecordSink {
     /// Takes bytes of a serial line without a vector for them.
     fn bytes(&mut self, at: Timestamp, device: Device, bytes: &[u8]) {
         if self.level() == Level::Full {
-            self.record(Record {
-                at,
-                device,
-                kind: RecordKind::Bytes(bytes.to_vec()),
-            });
+            self.record(Record { at, device, kind: RecordKind::Bytes(bytes.to_vec()) });
         }
     }
 
@@ -62,10 +58,7 @@ struct Gate {
 
 impl Gate {
     const fn new(level: Level) -> Self {
-        Self {
-            level,
-            truth_due: Timestamp::ZERO,
-        }
+        Self { level, truth_due: Timestamp::ZERO }
     }
 
     fn keeps(&mut self, record: &Record) -> bool {
@@ -98,11 +91,7 @@ impl<W: Write> FileSink<W> {
     /// Writes the header.
     pub fn new(out: W, header: &Header, level: Level) -> io::Result<Self> {
         let writer = RecordWriter::new(out, header)?;
-        Ok(Self {
-            gate: Gate::new(level),
-            writer: Some(writer),
-            failed: None,
-        })
+        Ok(Self { gate: Gate::new(level), writer: Some(writer), failed: None })
     }
 
     fn attempt(&mut self, write: impl FnOnce(&mut RecordWriter<W>) -> io::Result<()>) {
@@ -159,12 +148,7 @@ impl MemorySink {
 
     /// Nothing yet, and never more than `records_max`.
     pub const fn with_records_max(level: Level, records_max: usize) -> Self {
-        Self {
-            gate: Gate::new(level),
-            records: Vec::new(),
-            records_max,
-            overflowed: 0,
-        }
+        Self { gate: Gate::new(level), records: Vec::new(), records_max, overflowed: 0 }
     }
 
     /// What was kept.
@@ -222,6 +206,28 @@ impl RecordSink for NullSink {
     }
 
     fn finish(&mut self) {}
+}
+
+impl<S: RecordSink + ?Sized> RecordSink for Box<S> {
+    fn record(&mut self, record: Record) {
+        (**self).record(record);
+    }
+
+    fn bytes(&mut self, at: Timestamp, device: Device, bytes: &[u8]) {
+        (**self).bytes(at, device, bytes);
+    }
+
+    fn level(&self) -> Level {
+        (**self).level()
+    }
+
+    fn failed(&self) -> Option<&io::Error> {
+        (**self).failed()
+    }
+
+    fn finish(&mut self) {
+        (**self).finish();
+    }
 }
 
 /// Two sinks that take the same: a full file, say, and the events in memory to be judged.

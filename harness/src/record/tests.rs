@@ -13,20 +13,13 @@ use std::io::{self, Write};
 use wire::time::Timestamp;
 
 fn header() -> Header {
-    Header {
-        harness: "0.1.0".into(),
-        plan: "laps".into(),
-        seed: 7,
-        quantities: Vec::new(),
-    }
+    Header { harness: "0.1.0".into(), plan: "laps".into(), seed: 7, quantities: Vec::new() }
 }
 
 fn written(records: &[Record]) -> Vec<u8> {
     let mut file = Vec::new();
     let mut writer = RecordWriter::new(&mut file, &header()).unwrap();
-    records
-        .iter()
-        .for_each(|record| writer.write(record).unwrap());
+    records.iter().for_each(|record| writer.write(record).unwrap());
     writer.finish().unwrap();
     file
 }
@@ -43,7 +36,7 @@ fn read(file: &[u8]) -> (Vec<Record>, Option<RecordError>) {
 }
 
 fn refusal(file: &[u8]) -> RecordError {
-    RecordReader::new(file).err().expect("refused")
+    RecordReader::new(file).expect_err("refused")
 }
 
 #[test]
@@ -51,29 +44,17 @@ fn the_header_says_whose_record_it_is() {
     let file = written(&[]);
     let text = String::from_utf8_lossy(&file);
     assert!(text.contains(r#"{"harness":"0.1.0","plan":"laps","seed":7,"quantities":[]}"#));
-    assert_eq!(
-        RecordReader::new(file.as_slice()).unwrap().header(),
-        &header()
-    );
+    assert_eq!(RecordReader::new(file.as_slice()).unwrap().header(), &header());
 }
 
 #[test]
 fn foreign_and_newer_files_are_refused_by_name() {
     let mut newer = written(&[]);
     newer[MAGIC.len()] = FORMAT_VERSION as u8 + 1;
-    assert!(matches!(
-        refusal(&newer),
-        RecordError::NewerFormat { found: 2 }
-    ));
-    assert!(matches!(
-        refusal(b"candump log, certainly"),
-        RecordError::NotARecord
-    ));
+    assert!(matches!(refusal(&newer), RecordError::NewerFormat { found: 2 }));
+    assert!(matches!(refusal(b"candump log, certainly"), RecordError::NotARecord));
     assert!(matches!(refusal(b""), RecordError::NotARecord));
-    assert!(matches!(
-        refusal(&written(&[])[..20]),
-        RecordError::HeaderCutShort
-    ));
+    assert!(matches!(refusal(&written(&[])[..20]), RecordError::HeaderCutShort));
     let mut long = written(&[]);
     long[10..14].copy_from_slice(&(HEADER_BYTES_MAX as u32 + 1).to_le_bytes());
     assert!(matches!(refusal(&long), RecordError::HeaderTooLong { .. }));
@@ -82,20 +63,8 @@ fn foreign_and_newer_files_are_refused_by_name() {
 #[test]
 fn a_header_too_long_to_be_read_is_not_written() {
     let title = "x".repeat(HEADER_BYTES_MAX);
-    let quantities = vec![Quantity {
-        title,
-        ..Quantity::default()
-    }];
-    assert!(
-        RecordWriter::new(
-            Vec::new(),
-            &Header {
-                quantities,
-                ..header()
-            }
-        )
-        .is_err()
-    );
+    let quantities = vec![Quantity { title, ..Quantity::default() }];
+    assert!(RecordWriter::new(Vec::new(), &Header { quantities, ..header() }).is_err());
 }
 
 #[test]
@@ -115,9 +84,7 @@ fn a_record_beyond_the_bound_becomes_a_note() {
     let long = RecordKind::Bytes(vec![0; RECORD_BYTES_MAX]);
     let (records, error) = read(&written(&[record(1.0, Device::Gyro, long)]));
     assert!(error.is_none());
-    let RecordKind::Note(text) = &records[0].kind else {
-        panic!("{records:?}")
-    };
+    let RecordKind::Note(text) = &records[0].kind else { panic!("{records:?}") };
     assert!(text.contains("left out"), "{text}");
 }
 
@@ -134,6 +101,11 @@ fn damage_is_named_with_its_place() {
     let mut longer = written(&one_of_each());
     longer.push(0);
     assert!(matches!(read(&longer).1, Some(RecordError::Damaged { .. })));
+}
+
+#[test]
+fn a_record_in_memory_is_small() {
+    assert!(size_of::<Record>() <= 256, "{}", size_of::<Record>());
 }
 
 /// A disk with room for so many bytes.
@@ -159,15 +131,9 @@ fn a_full_disk_is_remembered_and_does_not_stop_the_run() {
     for index in 0..200_000 {
         sink.bytes(Timestamp::from_nanos(index), Device::Gyro, &[0; 8]);
     }
-    assert_eq!(
-        sink.failed().map(io::Error::kind),
-        Some(io::ErrorKind::StorageFull)
-    );
+    assert_eq!(sink.failed().map(io::Error::kind), Some(io::ErrorKind::StorageFull));
     sink.finish();
-    assert_eq!(
-        sink.failed().map(io::Error::kind),
-        Some(io::ErrorKind::StorageFull)
-    );
+    assert_eq!(sink.failed().map(io::Error::kind), Some(io::ErrorKind::StorageFull));
 }
 
 #[test]
@@ -176,11 +142,7 @@ fn events_leave_out_what_comes_at_full_rate() {
     let truth = one_of_each()[12].kind.clone();
     let period_s = TRUTH_PERIOD.as_secs_f64();
     for step in 0..40 {
-        sink.record(record(
-            f64::from(step) * period_s / 10.0,
-            Device::Base,
-            truth.clone(),
-        ));
+        sink.record(record(f64::from(step) * period_s / 10.0, Device::Base, truth.clone()));
     }
     assert_eq!(sink.records().len(), 4);
     sink.bytes(Timestamp::ZERO, Device::Gyro, &[1]);
@@ -209,10 +171,7 @@ fn a_dropped_sink_has_written_everything_but_the_end_mark() {
     drop(sink);
     let (records, error) = read(&file);
     assert_eq!(records, one_of_each());
-    assert!(matches!(
-        error,
-        Some(RecordError::CutShort { trailing: 0, .. })
-    ));
+    assert!(matches!(error, Some(RecordError::CutShort { trailing: 0, .. })));
 }
 
 proptest! {
@@ -280,15 +239,11 @@ proptest! {
 
 #[test]
 fn the_longest_record_fits_its_prefix() {
-    assert!(RECORD_BYTES_MAX < 1 << (7 * PREFIX_BYTES_MAX));
+    const { assert!(RECORD_BYTES_MAX < 1 << (7 * PREFIX_BYTES_MAX)) };
     let fits = RecordKind::Bytes(vec![7; RECORD_BYTES_MAX - 20]);
     let records = [
         record(1.0, Device::Gyro, fits),
-        record(
-            2.0,
-            Device::Controller,
-            RecordKind::Report(Report::State(state(0.0, 0.0))),
-        ),
+        record(2.0, Device::Controller, RecordKind::Report(Report::State(state(0.0, 0.0)))),
     ];
     assert_eq!(read(&written(&records)).0, records);
 }

@@ -37,11 +37,7 @@ impl fmt::Display for Line<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Record { at, device, kind } = self.0;
         let seconds = Seconds(at.as_nanos()).to_string();
-        write!(
-            f,
-            "{seconds:>SECONDS_WIDTH$} {:<DEVICE_WIDTH$} ",
-            device.name()
-        )?;
+        write!(f, "{seconds:>SECONDS_WIDTH$} {:<DEVICE_WIDTH$} ", device.name())?;
         match kind {
             RecordKind::Bytes(bytes) => {
                 write!(f, "bytes")?;
@@ -57,11 +53,7 @@ impl fmt::Display for Line<'_> {
             RecordKind::Report(Report::Health(health)) => write_health(f, health),
             RecordKind::Report(report) => write_json(f, "report", report),
             RecordKind::Observation(observation) => write_observation(f, observation),
-            RecordKind::Truth {
-                pose,
-                bias_rad_per_s,
-                coil_celsius,
-            } => {
+            RecordKind::Truth { pose, bias_rad_per_s, coil_celsius } => {
                 write!(f, "truth {}, ", Readable(*pose))?;
                 let bias = wire::units::AngularRate::from_rad_per_s(*bias_rad_per_s).deg_per_h();
                 write!(f, "bias {bias:.3} deg/h, coil {coil_celsius:.2} degC")
@@ -89,13 +81,7 @@ struct Readable(Pose);
 impl fmt::Display for Readable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Pose { x, y, heading } = self.0;
-        write!(
-            f,
-            "at {:.4} {:.4} m, heading {:.3} deg",
-            x.m(),
-            y.m(),
-            heading.deg()
-        )
+        write!(f, "at {:.4} {:.4} m, heading {:.3} deg", x.m(), y.m(), heading.deg())
     }
 }
 
@@ -108,10 +94,7 @@ fn write_frame(f: &mut fmt::Formatter<'_>, recorded: RecordedFrame) -> fmt::Resu
     if frame.is_remote() {
         return write!(f, "R");
     }
-    frame
-        .data()
-        .iter()
-        .try_for_each(|byte| write!(f, "{byte:02X}"))
+    frame.data().iter().try_for_each(|byte| write!(f, "{byte:02X}"))
 }
 
 fn write_identifier(f: &mut fmt::Formatter<'_>, frame: &CanFrame) -> fmt::Result {
@@ -130,12 +113,7 @@ fn write_json(f: &mut fmt::Formatter<'_>, word: &str, value: &impl Serialize) ->
 }
 
 fn write_state(f: &mut fmt::Formatter<'_>, state: &State) -> fmt::Result {
-    write!(
-        f,
-        "state {} {}",
-        name_of(&state.activity),
-        Readable(state.pose)
-    )?;
+    write!(f, "state {} {}", name_of(&state.activity), Readable(state.pose))?;
     write!(f, ", gyro {:.3} deg", state.gyro_heading.deg())?;
     write!(f, ", odometry {:.3} deg", state.odometry_heading.deg())?;
     write!(f, ", raw {:.4} deg/s", state.raw_rate.deg_per_s())?;
@@ -148,28 +126,20 @@ fn write_state(f: &mut fmt::Formatter<'_>, state: &State) -> fmt::Result {
         write!(f, " ({} lost)", state.samples_lost)?;
     }
     write!(f, ", {}", name_of(&state.health.level))?;
-    if state.moving {
-        write!(f, ", moving")
-    } else {
-        Ok(())
-    }
+    if state.moving { write!(f, ", moving") } else { Ok(()) }
 }
 
 fn write_health(f: &mut fmt::Formatter<'_>, health: &Health) -> fmt::Result {
     write!(f, "health {}", name_of(&health.level))?;
-    cause_names(&health.causes)
-        .iter()
-        .try_for_each(|cause| write!(f, " {cause}"))
+    cause_names(&health.causes).iter().try_for_each(|cause| write!(f, " {cause}"))
 }
 
 /// The names of the causes that are set.
 pub(crate) fn cause_names(causes: &Causes) -> Vec<String> {
     match serde_json::to_value(causes) {
-        Ok(serde_json::Value::Object(all)) => all
-            .into_iter()
-            .filter(|(_, set)| set == true)
-            .map(|(name, _)| name)
-            .collect(),
+        Ok(serde_json::Value::Object(all)) => {
+            all.into_iter().filter(|(_, set)| set == true).map(|(name, _)| name).collect()
+        }
         _ => Vec::new(),
     }
 }
@@ -183,18 +153,12 @@ pub(crate) fn name_of(value: &impl Serialize) -> String {
 }
 
 fn write_observation(f: &mut fmt::Formatter<'_>, observation: &Observation) -> fmt::Result {
-    let Observation {
-        quantity,
-        value,
-        uncertainty,
-        tags,
-    } = observation;
+    let Observation { quantity, value, uncertainty, tags } = observation;
     write!(f, "observation {} {value}", quantity.escape_debug())?;
     if *uncertainty != 0.0 {
         write!(f, " +- {uncertainty}")?;
     }
-    tags.iter()
-        .try_for_each(|(tag, value)| write!(f, " {}={value}", tag.escape_debug()))
+    tags.iter().try_for_each(|(tag, value)| write!(f, " {}={value}", tag.escape_debug()))
 }
 
 #[cfg(test)]
@@ -204,10 +168,7 @@ mod tests {
 
     #[test]
     fn each_kind_has_its_line() {
-        let lines: Vec<_> = one_of_each()
-            .iter()
-            .map(|record| Line(record).to_string())
-            .collect();
+        let lines: Vec<_> = one_of_each().iter().map(|record| Line(record).to_string()).collect();
         insta::assert_snapshot!(lines.join("\n"));
     }
 
@@ -215,11 +176,7 @@ mod tests {
     fn a_record_is_one_line_whatever_it_holds() {
         use crate::record::{Device, Record, RecordKind};
         let kind = RecordKind::Note("two\nlines\u{1b}[2J".into());
-        let record = Record {
-            at: wire::time::Timestamp::ZERO,
-            device: Device::Base,
-            kind,
-        };
+        let record = Record { at: wire::time::Timestamp::ZERO, device: Device::Base, kind };
         let line = Line(&record).to_string();
         assert!(line.ends_with(r"note two\nlines\u{1b}[2J"), "{line}");
     }

@@ -25,12 +25,7 @@ impl<W: Write> RecordWriter<W> {
     pub fn new(out: W, header: &Header) -> io::Result<Self> {
         let mut out = BufWriter::with_capacity(BUFFER_BYTES, out);
         header.write(&mut out)?;
-        Ok(Self {
-            out,
-            payload: Vec::new(),
-            last: Timestamp::ZERO,
-            records: 0,
-        })
+        Ok(Self { out, payload: Vec::new(), last: Timestamp::ZERO, records: 0 })
     }
 
     /// Appends a record. One longer than [`RECORD_BYTES_MAX`] is replaced by a note that says so.

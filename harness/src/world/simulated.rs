@@ -4,13 +4,16 @@
 //! due, transmit until nothing moves any more, record. Nothing here reads a clock or draws a number,
 //! so plan, seed and version determine every byte of the record.
 
-use super::bench::{Bench, Carrier};
+use super::bench::{Bench, Carrier, Sent};
 use crate::engine::{Action, Ending, Engine};
 use crate::link::{CanBus, SerialLine};
-use crate::record::{Device, RecordKind};
 use crate::record::sink::{Level, RecordSink};
-use controller::{Controller, Input, Output, Port};
+use crate::record::{Device, Record, RecordKind};
 use controller::mission::{Activity, Report};
+use controller::{Controller, Input, Output, Port};
+use std::collections::BTreeMap;
+use wire::can::CanFrame;
+use wire::table::AnswerDecoder;
 use wire::time::{Span, Timestamp};
 
 /// Rounds of transmitting at one instant; more means that two devices answer each other for ever.
@@ -58,6 +61,8 @@ pub struct SimulatedWorld {
     base_link: BaseLink,
     to_table: SerialLine,
     from_table: SerialLine,
+    table_answers: AnswerDecoder,
+    answers: BTreeMap<String, f64>,
     state_kept: Option<Timestamp>,
     events: u64,
 }
@@ -89,9 +94,17 @@ impl SimulatedWorld {
             to_table: SerialLine::new(table),
             from_table: SerialLine::new(table),
             bench,
+            table_answers: AnswerDecoder::new(),
+            answers: BTreeMap::new(),
             state_kept: None,
             events: 0,
         }
+    }
+
+    /// Answers to what a person would be asked, by name.
+    pub fn with_answers(mut self, answers: BTreeMap<String, f64>) -> Self {
+        self.answers = answers;
+        self
     }
 
     /// Bench time.
@@ -180,11 +193,11 @@ impl SimulatedWorld {
                 while let Some((from, frame)) = bus.arrived(now) {
                     match from {
                         Node::Controller => {
-                            sink.frame(now, Device::Controller, frame);
+                            record_frame(sink, now, Device::Controller, frame);
                             base.receive_frame(now, &frame);
                         }
                         Node::Base => {
-                            sink.frame(now, Device::Base, frame);
+                            record_frame(sink, now, Device::Base, frame);
                             self.controller.receive(now, Port::Base, Input::Frame(frame));
                         }
                     }
@@ -210,7 +223,7 @@ impl SimulatedWorld {
         }
         while let Some(packet) = self.from_table.arrived(now) {
             sink.bytes(now, Device::Table, packet.as_slice());
-            self.bench.table_answers.feed(packet.as_slice(), |answer| self.engine.table(now, answer));
+            self.table_answers.feed(packet.as_slice(), |answer| self.engine.table(now, answer));
         }
     }
 
@@ -246,19 +259,19 @@ impl SimulatedWorld {
                 self.record_report(sink, report);
                 self.engine.report(self.now, &report);
             }
-            self.bench.carrier.transmit(|sent| {
+            while let Some(sent) = self.bench.carrier.transmit() {
                 quiet = false;
                 match (sent, &mut self.base_link) {
-                    (super::bench::Sent::Frame(frame), BaseLink::Can(bus)) => {
-                        bus.send(self.now, Node::Base, frame);
+                    (Sent::Frame(frame), BaseLink::Can(bus)) => {
+                        bus.send(self.now, Node::Base, frame)
                     }
-                    (super::bench::Sent::BaseBytes(packet), BaseLink::Serial { to_controller, .. }) => {
+                    (Sent::BaseBytes(packet), BaseLink::Serial { to_controller, .. }) => {
                         to_controller.send(self.now, packet);
                     }
-                    (super::bench::Sent::TableBytes(packet), _) => self.from_table.send(self.now, packet),
+                    (Sent::TableBytes(packet), _) => self.from_table.send(self.now, packet),
                     _ => {}
                 }
-            });
+            }
             while let Some(action) = self.engine.action() {
                 quiet = false;
                 self.act(sink, keep, action);
@@ -276,7 +289,9 @@ impl SimulatedWorld {
             (Output::Bytes(Port::Base, packet), BaseLink::Serial { to_base, .. }) => {
                 to_base.send(self.now, packet);
             }
-            (Output::Frame(frame), BaseLink::Can(bus)) => bus.send(self.now, Node::Controller, frame),
+            (Output::Frame(frame), BaseLink::Can(bus)) => {
+                bus.send(self.now, Node::Controller, frame)
+            }
             _ => {}
         }
     }
@@ -288,9 +303,11 @@ impl SimulatedWorld {
             Action::Table(command) => self.to_table.send(now, command.encode()),
             Action::MeasureAbsolute => match self.bench.measure_absolute(now) {
                 Some(pose) => self.engine.absolute(now, pose),
-                None => self.engine.broke(now, "this bench has no base whose pose could be measured"),
+                None => {
+                    self.engine.broke(now, "this bench has no base whose pose could be measured")
+                }
             },
-            Action::Place(pose) => match self.bench.carrier.place(now, pose) {
+            Action::Place(pose) => match self.bench.place(now, pose) {
                 Ok(()) => self.engine.answered(now),
                 Err(why) => self.engine.broke(now, why),
             },
@@ -300,10 +317,24 @@ impl SimulatedWorld {
                     Err(why) => self.engine.broke(now, &why),
                 }
             }
-            // Nobody stands beside a simulated bench: what the operator is asked to do is done.
-            Action::Prompt(_) => self.engine.answered(now),
+            Action::PowerCycle { device, .. } => {
+                let why = format!("this bench cannot switch the power of \"{device}\"");
+                self.engine.broke(now, &why);
+            }
+            // Nobody stands beside a simulated bench: what a person is asked to do is done, and a
+            // number must have been given before.
+            Action::Prompt { answer: None, .. } => self.engine.answered(now),
+            Action::Prompt { answer: Some(answer), .. } => {
+                match self.answers.get(answer.name.as_str()) {
+                    Some(value) => self.engine.answered_with(now, *value),
+                    None => {
+                        let why = format!("no answer \"{}\" was given", answer.name);
+                        self.engine.broke(now, &why);
+                    }
+                }
+            }
             Action::SaveCalibration { .. } => keep(&action),
-            Action::Record(device, kind) => sink.record(now, device, kind),
+            Action::Record(device, kind) => sink.record(Record { at: now, device, kind }),
         }
     }
 
@@ -319,9 +350,11 @@ impl SimulatedWorld {
                 return;
             }
             self.state_kept = Some(self.now);
-            sink.record(self.now, Device::Gyro, self.bench.truth(self.now));
+            let truth = self.bench.truth(self.now);
+            sink.record(Record { at: self.now, device: Device::Gyro, kind: truth });
         }
-        sink.record(self.now, Device::Controller, RecordKind::Report(report));
+        let kind = RecordKind::Report(report);
+        sink.record(Record { at: self.now, device: Device::Controller, kind });
     }
 }
 
@@ -342,3 +375,8 @@ impl SimulatedWorld {
     }
 }
 
+fn record_frame(sink: &mut impl RecordSink, at: Timestamp, device: Device, frame: CanFrame) {
+    if sink.level() == Level::Full {
+        sink.record(Record { at, device, kind: RecordKind::Frame(frame.into()) });
+    }
+}

@@ -36,10 +36,8 @@
 //! * A heading is a direction: either side wraps it into [-180, 180) deg. One of more than a million
 //!   turns is treated as not a number.
 
-use super::{HEADING_STEP, Message, Motion, POSE_WRITE_MODULUS, PoseWriteResult, Reply, Request};
-use crate::units::{
-    Acceleration, Angle, AngularAcceleration, AngularRate, Length, Pose, Speed,
-};
+use super::{Message, Motion, POSE_WRITE_MODULUS, PoseWriteResult, Reply, Request};
+use crate::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Pose, Speed};
 use core::ops::RangeInclusive;
 
 /// The longest payload, in bytes: what a classic CAN frame carries.
@@ -50,6 +48,12 @@ pub const COUNTS_PER_M: f64 = 10_000.0;
 
 /// Counts per degree of a pose's heading, per deg/s and per deg/s^2.
 pub const COUNTS_PER_DEG: f64 = 100.0;
+
+/// Counts of a pose's heading in a full turn.
+const POSE_HEADING_STEPS: i32 = 36_000;
+
+/// Counts of a motion's heading in a full turn: [`HEADING_STEP`](super::HEADING_STEP) each.
+const MOTION_HEADING_STEPS: i32 = 1_200;
 
 /// Counts in which x and y of a pose are sent: 23 bits.
 const COORDINATE: RangeInclusive<f64> = -4_194_304.0..=4_194_303.0;
@@ -175,7 +179,7 @@ pub fn decode_reply(message: Message, bytes: &[u8]) -> Option<Reply> {
 /// A pose that the layout carries to within half a count.
 fn is_writable(pose: Pose) -> bool {
     let fits = |length: Length| COORDINATE.contains(&libm::round(length.m() * COUNTS_PER_M));
-    fits(pose.x) && fits(pose.y) && pose.heading.rad().abs() <= HEADING_RAD_MAX
+    fits(pose.x) && fits(pose.y) && is_direction(pose.heading)
 }
 
 fn velocity_counts(counts: f64) -> i16 {
@@ -186,14 +190,30 @@ fn limit_counts(counts: f64) -> Option<u16> {
     (counts.is_finite() && counts > 0.0).then(|| (libm::round(counts) as u16).max(1))
 }
 
-/// Whole steps of `step` in the wrapped `heading`; the upper end of the circle is the lower one.
-fn heading_counts(heading: Angle, step: Angle) -> i16 {
-    if heading.rad().abs() > HEADING_RAD_MAX {
+/// The whole number of steps nearest to `heading`, wrapped.
+fn heading_counts(heading: Angle, steps_per_turn: i32) -> i16 {
+    if !is_direction(heading) {
         return 0;
     }
-    let counts = libm::round(heading.wrapped() / step);
-    let half_turn = libm::round(Angle::TURN / step / 2.0);
-    (if counts >= half_turn { -half_turn } else { counts }) as i16
+    let turns = heading.wrapped() / Angle::TURN;
+    wrapped_counts(libm::round(turns * f64::from(steps_per_turn)) as i32, steps_per_turn)
+}
+
+/// The heading of so many steps. It is wrapped as a whole number and half a turn comes out as -pi
+/// exactly, so that it is sent again unchanged.
+fn heading_of(counts: i16, steps_per_turn: i32) -> Angle {
+    let counts = wrapped_counts(counts.into(), steps_per_turn);
+    Angle::TURN * (f64::from(counts) / f64::from(steps_per_turn))
+}
+
+/// The same direction, from half a turn clockwise up to, but without, half a turn counter-clockwise.
+fn wrapped_counts(counts: i32, steps_per_turn: i32) -> i16 {
+    let half = steps_per_turn / 2;
+    ((counts + half).rem_euclid(steps_per_turn) - half) as i16
+}
+
+fn is_direction(heading: Angle) -> bool {
+    heading.rad().abs() <= HEADING_RAD_MAX
 }
 
 fn pose_payload(pose: Pose, counter: u8) -> Payload {
@@ -202,7 +222,7 @@ fn pose_payload(pose: Pose, counter: u8) -> Payload {
         let counts = counts.clamp(*COORDINATE.start(), *COORDINATE.end()) as i64;
         counts as u64 & ((1 << COORDINATE_BITS) - 1)
     };
-    let heading = heading_counts(pose.heading, Angle::from_deg(1.0 / COUNTS_PER_DEG));
+    let heading = heading_counts(pose.heading, POSE_HEADING_STEPS);
     let bits = coordinate(pose.x)
         | coordinate(pose.y) << COORDINATE_BITS
         | u64::from(counter) << COUNTER_SHIFT
@@ -216,11 +236,10 @@ fn pose_of(bits: u64) -> Pose {
         let counts = (bits << above) as i64 >> (u64::BITS - COORDINATE_BITS);
         Length::from_m(counts as f64 / COUNTS_PER_M)
     };
-    let heading = f64::from((bits >> POSE_HEADING_SHIFT) as i16) / COUNTS_PER_DEG;
     Pose {
         x: coordinate(u64::BITS - COORDINATE_BITS),
         y: coordinate(u64::BITS - 2 * COORDINATE_BITS),
-        heading: Angle::from_deg(heading).wrapped(),
+        heading: heading_of((bits >> POSE_HEADING_SHIFT) as i16, POSE_HEADING_STEPS),
     }
 }
 
@@ -240,7 +259,7 @@ fn motion_payload(motion: &Motion) -> Payload {
         | (motion.pose_write_counter % POSE_WRITE_MODULUS) << RESULT_COUNTER_SHIFT;
     let displacement = libm::round(motion.displacement.m() * COUNTS_PER_M) as i32;
     let [d0, d1, d2, d3] = displacement.to_le_bytes();
-    let [h0, h1] = heading_counts(motion.heading, HEADING_STEP).to_le_bytes();
+    let [h0, h1] = heading_counts(motion.heading, MOTION_HEADING_STEPS).to_le_bytes();
     Payload::full([d0, d1, d2, d3, h0, h1, status, motion.sequence])
 }
 
@@ -249,7 +268,7 @@ fn motion_of(bytes: [u8; PAYLOAD_BYTES_MAX]) -> Motion {
     let displacement = f64::from(i32::from_le_bytes([d0, d1, d2, d3])) / COUNTS_PER_M;
     Motion {
         displacement: Length::from_m(displacement),
-        heading: (HEADING_STEP * f64::from(i16::from_le_bytes([h0, h1]))).wrapped(),
+        heading: heading_of(i16::from_le_bytes([h0, h1]), MOTION_HEADING_STEPS),
         moving: status & MOVING != 0,
         command_timed_out: status & COMMAND_TIMED_OUT != 0,
         emergency_stop: status & EMERGENCY_STOP != 0,

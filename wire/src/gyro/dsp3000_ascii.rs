@@ -53,12 +53,10 @@ pub fn encode(sample: &GyroSample) -> Packet {
         GyroOutput::Increment(angle) => {
             quantised(angle.rad() * STEPS_PER_RAD, -STEPS_MAX, STEPS_MAX)
         }
-        GyroOutput::Integrated(angle) => quantised(
-            angle.wrapped().rad() * STEPS_PER_RAD,
-            -STEPS_PER_TURN,
-            STEPS_PER_TURN,
-        )
-        .map(|steps| steps.rem_euclid(STEPS_PER_TURN)),
+        GyroOutput::Integrated(angle) => {
+            quantised(angle.wrapped().rad() * STEPS_PER_RAD, -STEPS_PER_TURN, STEPS_PER_TURN)
+                .map(|steps| steps.rem_euclid(STEPS_PER_TURN))
+        }
     };
     let valid = sample.valid && steps.is_some();
 
@@ -104,13 +102,7 @@ pub struct Decoder {
 impl Decoder {
     /// A decoder of a gyro set to `mode`.
     pub const fn new(mode: OutputMode) -> Self {
-        Self {
-            mode,
-            tally: Tally::new(),
-            line: [0; LINE_BYTES],
-            line_bytes: 0,
-            too_long: false,
-        }
+        Self { mode, tally: Tally::new(), line: [0; LINE_BYTES], line_bytes: 0, too_long: false }
     }
 
     /// Takes bytes in any division and hands each sample they complete to `deliver`.
@@ -228,10 +220,7 @@ fn read_line(line: &[u8]) -> Option<Reading> {
     let number = line.strip_suffix(b" ")?;
     let digits = number.strip_prefix(b"-").unwrap_or(number);
     (digits.len() == INTEGER_DIGITS_MAX + 1 + DECIMALS).then_some(())?;
-    Some(Reading {
-        steps: read_number(number)?,
-        valid: read_flag(flag)?,
-    })
+    Some(Reading { steps: read_number(number)?, valid: read_flag(flag)? })
 }
 
 /// Reads a line in fixed columns.
@@ -240,10 +229,7 @@ fn read_columns(line: &[u8; LINE_BYTES]) -> Option<Reading> {
     let (&flag, end) = rest.strip_prefix(GAP)?.split_first()?;
     (end == LINE_END).then_some(())?;
     let start = number.iter().position(|&byte| byte != b' ')?;
-    Some(Reading {
-        steps: read_number(&number[start..])?,
-        valid: read_flag(flag)?,
-    })
+    Some(Reading { steps: read_number(&number[start..])?, valid: read_flag(flag)? })
 }
 
 /// Reads one to three digits, a point and six digits, with or without a minus, in steps.
@@ -263,11 +249,7 @@ fn read_number(number: &[u8]) -> Option<i32> {
         // At most nine digits: no overflow.
         steps = steps * 10 + i32::from(digit);
     }
-    Some(if digits.len() < number.len() {
-        -steps
-    } else {
-        steps
-    })
+    Some(if digits.len() < number.len() { -steps } else { steps })
 }
 
 fn read_flag(flag: u8) -> Option<bool> {

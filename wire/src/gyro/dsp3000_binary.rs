@@ -78,9 +78,7 @@ pub fn encode(sample: &GyroSample) -> Packet {
     };
     let content = quantised(steps, CONTENT_MIN, CONTENT_MAX);
     let valid = sample.valid && content.is_some();
-    let sequence = sample
-        .sequence
-        .map_or(0, |sequence| u32::from(sequence.value) & TWO_BITS);
+    let sequence = sample.sequence.map_or(0, |sequence| u32::from(sequence.value) & TWO_BITS);
     let word = u32::from(valid) << VALID_BIT
         | sequence << SEQUENCE_SHIFT
         | kind << TYPE_SHIFT
@@ -121,10 +119,7 @@ impl Word {
             valid: self.0 >> VALID_BIT != 0,
             status: GyroStatus::default(),
             temperature: None,
-            sequence: Some(Sequence {
-                value: self.sequence(),
-                modulus: SEQUENCE_MODULUS,
-            }),
+            sequence: Some(Sequence { value: self.sequence(), modulus: SEQUENCE_MODULUS }),
         })
     }
 }
@@ -142,10 +137,7 @@ struct Run {
     expected: u8,
 }
 
-const NO_RUN: Run = Run {
-    frames: 0,
-    expected: 0,
-};
+const NO_RUN: Run = Run { frames: 0, expected: 0 };
 
 /// Bytes to samples.
 #[derive(Debug, Clone)]

@@ -58,10 +58,7 @@ impl CommandDecoder {
     /// Takes bytes in any division and hands each command to `deliver`.
     pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(Command)) {
         for &byte in bytes {
-            match Command::ALL
-                .into_iter()
-                .find(|command| command.letter() == byte)
-            {
+            match Command::ALL.into_iter().find(|command| command.letter() == byte) {
                 Some(command) => deliver(command),
                 None if matches!(byte, b'\r' | b'\n' | b'\0') => {}
                 None => self.bytes_discarded = self.bytes_discarded.saturating_add(1),
@@ -91,10 +88,7 @@ mod tests {
     #[test]
     fn what_is_sent_is_received() {
         for command in Command::ALL {
-            assert_eq!(
-                commands(command.encode().as_slice()),
-                (Vec::from([command]), 0)
-            );
+            assert_eq!(commands(command.encode().as_slice()), (Vec::from([command]), 0));
         }
         assert_eq!(Command::Zero.encode().as_slice(), b"Z\n");
     }
@@ -102,10 +96,7 @@ mod tests {
     #[test]
     fn the_habits_of_public_drivers_are_understood() {
         let integrated = Command::Output(OutputMode::Integrated);
-        assert_eq!(
-            commands(b"P\n\0Z\n\0"),
-            (Vec::from([integrated, Command::Zero]), 0)
-        );
+        assert_eq!(commands(b"P\n\0Z\n\0"), (Vec::from([integrated, Command::Zero]), 0));
         assert_eq!(commands(b"ZZZ"), (Vec::from([Command::Zero; 3]), 0));
     }
 

@@ -32,11 +32,9 @@ const STEPS_PER_RAD_PER_S: f64 = 1.0 / RATE_STEP.rad_per_s();
 #[inline]
 pub fn encode(sample: &GyroSample) -> Packet {
     let rate = match sample.output {
-        GyroOutput::Rate(rate) => quantised(
-            rate.rad_per_s() * STEPS_PER_RAD_PER_S,
-            i16::MIN.into(),
-            i16::MAX.into(),
-        ),
+        GyroOutput::Rate(rate) => {
+            quantised(rate.rad_per_s() * STEPS_PER_RAD_PER_S, i16::MIN.into(), i16::MAX.into())
+        }
         GyroOutput::Increment(_) | GyroOutput::Integrated(_) => None,
     };
     let [high, low] = (rate.unwrap_or(0) as i16).to_be_bytes();
@@ -64,16 +62,13 @@ pub struct Decoder {
 impl Decoder {
     /// A decoder that has seen nothing.
     pub const fn new() -> Self {
-        Self {
-            deframer: Deframer::new(),
-        }
+        Self { deframer: Deframer::new() }
     }
 
     /// Takes bytes in any division and hands each sample they complete to `deliver`.
     #[inline]
     pub fn feed(&mut self, bytes: &[u8], deliver: &mut impl FnMut(GyroSample)) {
-        self.deframer
-            .feed(bytes, &mut |payload| deliver(decode(payload)));
+        self.deframer.feed(bytes, &mut |payload| deliver(decode(payload)));
     }
 
     /// What has been seen so far.

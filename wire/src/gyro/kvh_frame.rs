@@ -64,11 +64,7 @@ pub(super) struct Deframer {
 
 impl Deframer {
     pub(super) const fn new() -> Self {
-        Self {
-            tally: Tally::new(),
-            pending: 0,
-            pending_bytes: 0,
-        }
+        Self { tally: Tally::new(), pending: 0, pending_bytes: 0 }
     }
 
     pub(super) const fn tally(&self) -> &Tally {
@@ -233,10 +229,7 @@ mod tests {
             for change in 1..=u8::MAX {
                 let mut bytes = packet.as_slice().to_vec();
                 bytes[at] ^= change;
-                assert!(
-                    payloads(&bytes).is_empty(),
-                    "byte {at} changed by {change:#04x}"
-                );
+                assert!(payloads(&bytes).is_empty(), "byte {at} changed by {change:#04x}");
             }
         }
         assert_eq!(payloads(packet.as_slice()), [payload]);

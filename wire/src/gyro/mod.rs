@@ -118,12 +118,8 @@ pub enum GyroFormat {
 
 impl GyroFormat {
     /// All formats.
-    pub const ALL: [Self; 4] = [
-        Self::Navigator,
-        Self::Ecore2000,
-        Self::Dsp3000Ascii,
-        Self::Dsp3000Binary,
-    ];
+    pub const ALL: [Self; 4] =
+        [Self::Navigator, Self::Ecore2000, Self::Dsp3000Ascii, Self::Dsp3000Binary];
 
     /// The settings of the line.
     pub const fn serial(self) -> SerialSettings {
@@ -223,10 +219,7 @@ impl GyroEncoder {
     pub fn encode(&self, sample: &GyroSample) -> Packet {
         let mirrored;
         let sample = if self.stream.reversed {
-            mirrored = GyroSample {
-                output: negated(sample.output),
-                ..*sample
-            };
+            mirrored = GyroSample { output: negated(sample.output), ..*sample };
             &mirrored
         } else {
             sample
@@ -268,10 +261,7 @@ impl GyroDecoder {
                 FormatDecoder::Dsp3000Binary(dsp3000_binary::Decoder::new())
             }
         };
-        Self {
-            reversed: stream.reversed,
-            format,
-        }
+        Self { reversed: stream.reversed, format }
     }
 
     /// Takes bytes in any division and hands each sample they complete to `deliver`.

@@ -51,27 +51,20 @@ const OVER_RANGE: u8 = 1 << 2;
 #[inline]
 pub fn encode(sample: &GyroSample) -> Packet {
     let rate = match sample.output {
-        GyroOutput::Rate(rate) => quantised(
-            rate.rad_per_s() * STEPS_PER_RAD_PER_S,
-            i16::MIN.into(),
-            i16::MAX.into(),
-        ),
+        GyroOutput::Rate(rate) => {
+            quantised(rate.rad_per_s() * STEPS_PER_RAD_PER_S, i16::MIN.into(), i16::MAX.into())
+        }
         GyroOutput::Increment(_) | GyroOutput::Integrated(_) => None,
     };
     let temperature = sample.temperature.and_then(|t| {
-        quantised(
-            t.celsius() * STEPS_PER_CELSIUS,
-            (NOT_MEASURED + 1).into(),
-            i16::MAX.into(),
-        )
+        quantised(t.celsius() * STEPS_PER_CELSIUS, (NOT_MEASURED + 1).into(), i16::MAX.into())
     });
 
     let status = sample.status;
     let failed = status.built_in_test_failed || !sample.valid || rate.is_none();
     let [rate_high, rate_low] = (rate.unwrap_or(0) as i16).to_be_bytes();
-    let [temperature_high, temperature_low] = temperature
-        .map_or(NOT_MEASURED, |steps| steps as i16)
-        .to_be_bytes();
+    let [temperature_high, temperature_low] =
+        temperature.map_or(NOT_MEASURED, |steps| steps as i16).to_be_bytes();
     kvh_frame::encode(Payload::from_bytes([
         temperature_high,
         temperature_low,
@@ -91,14 +84,8 @@ const fn if_set(flag: bool, bit: u8) -> u8 {
 
 #[inline]
 fn decode(payload: Payload) -> GyroSample {
-    let [
-        temperature_high,
-        temperature_low,
-        status,
-        sequence,
-        rate_high,
-        rate_low,
-    ] = payload.to_bytes();
+    let [temperature_high, temperature_low, status, sequence, rate_high, rate_low] =
+        payload.to_bytes();
     let rate = i16::from_be_bytes([rate_high, rate_low]);
     let temperature = i16::from_be_bytes([temperature_high, temperature_low]);
     GyroSample {
@@ -111,10 +98,7 @@ fn decode(payload: Payload) -> GyroSample {
         },
         temperature: (temperature != NOT_MEASURED)
             .then(|| TEMPERATURE_STEP * f64::from(temperature)),
-        sequence: Some(Sequence {
-            value: sequence,
-            modulus: SEQUENCE_MODULUS,
-        }),
+        sequence: Some(Sequence { value: sequence, modulus: SEQUENCE_MODULUS }),
     }
 }
 
@@ -127,16 +111,13 @@ pub struct Decoder {
 impl Decoder {
     /// A decoder that has seen nothing.
     pub const fn new() -> Self {
-        Self {
-            deframer: Deframer::new(),
-        }
+        Self { deframer: Deframer::new() }
     }
 
     /// Takes bytes in any division and hands each sample they complete to `deliver`.
     #[inline]
     pub fn feed(&mut self, bytes: &[u8], deliver: &mut impl FnMut(GyroSample)) {
-        self.deframer
-            .feed(bytes, &mut |payload| deliver(decode(payload)));
+        self.deframer.feed(bytes, &mut |payload| deliver(decode(payload)));
     }
 
     /// What has been seen so far.
@@ -167,20 +148,13 @@ mod tests {
     fn sample(deg_per_s: f64) -> GyroSample {
         GyroSample {
             temperature: Some(Temperature::from_celsius(25.0)),
-            sequence: Some(Sequence {
-                value: 7,
-                modulus: 256,
-            }),
+            sequence: Some(Sequence { value: 7, modulus: 256 }),
             ..rate_sample(deg_per_s)
         }
     }
 
     fn sent_and_received(sample: &GyroSample) -> GyroSample {
-        decoded(
-            GyroFormat::Navigator,
-            OutputMode::Rate,
-            encode(sample).as_slice(),
-        )[0]
+        decoded(GyroFormat::Navigator, OutputMode::Rate, encode(sample).as_slice())[0]
     }
 
     #[test]
@@ -188,11 +162,7 @@ mod tests {
         // +30 deg/s by hand: 9830 = 0x2666 steps; the payload 09 c4 00 07 26 66 sums to 0x60, so the
         // checksum is 0xa0; a0 09 c4 00 07 26 66 in groups of seven bits is 50 02 38 40 00 1c 4c 66.
         let warm_and_over = GyroSample {
-            status: GyroStatus {
-                warming_up: true,
-                over_range: true,
-                ..Default::default()
-            },
+            status: GyroStatus { warming_up: true, over_range: true, ..Default::default() },
             ..sample(250.0)
         };
         assert_snapshot!(hex_table(encode, &[
@@ -221,10 +191,7 @@ mod tests {
         assert!((rate(1e6) - 100.0 * 32_767.0 / 32_768.0).abs() < 1e-9);
         assert!((rate(f64::NEG_INFINITY) + 100.0).abs() < 1e-9);
 
-        let cold = GyroSample {
-            temperature: Some(Temperature::from_celsius(-1e6)),
-            ..sample(0.0)
-        };
+        let cold = GyroSample { temperature: Some(Temperature::from_celsius(-1e6)), ..sample(0.0) };
         let celsius = sent_and_received(&cold).temperature.unwrap().celsius();
         assert!((celsius + 327.67).abs() < 1e-9);
     }
@@ -234,14 +201,8 @@ mod tests {
         let increment = GyroOutput::Increment(Angle::from_deg(1.0));
         for bad in [
             sample(f64::NAN),
-            GyroSample {
-                valid: false,
-                ..sample(1.0)
-            },
-            GyroSample {
-                output: increment,
-                ..sample(0.0)
-            },
+            GyroSample { valid: false, ..sample(1.0) },
+            GyroSample { output: increment, ..sample(0.0) },
         ] {
             assert!(sent_and_received(&bad).status.built_in_test_failed);
         }
@@ -254,10 +215,8 @@ mod tests {
 
     #[test]
     fn a_temperature_that_is_no_number_is_not_measured() {
-        let bad = GyroSample {
-            temperature: Some(Temperature::from_celsius(f64::NAN)),
-            ..sample(0.0)
-        };
+        let bad =
+            GyroSample { temperature: Some(Temperature::from_celsius(f64::NAN)), ..sample(0.0) };
         assert_eq!(sent_and_received(&bad).temperature, None);
     }
 
@@ -266,12 +225,7 @@ mod tests {
         let frame = encode(&sample(1.0));
         let mut decoder = Decoder::new();
         let mut samples = 0;
-        for bytes in [
-            &[0x11, 0x22][..],
-            frame.as_slice(),
-            &[0x33; 5],
-            frame.as_slice(),
-        ] {
+        for bytes in [&[0x11, 0x22][..], frame.as_slice(), &[0x33; 5], frame.as_slice()] {
             decoder.feed(bytes, &mut |_| samples += 1);
         }
         decoder.feed(frame.as_slice(), &mut |_| samples += 1);

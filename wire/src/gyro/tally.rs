@@ -22,10 +22,7 @@ impl Tally {
             bytes_discarded: 0,
             resyncs: 0,
         };
-        Self {
-            counters,
-            locked: false,
-        }
+        Self { counters, locked: false }
     }
 
     pub(super) const fn counters(&self) -> Counters {

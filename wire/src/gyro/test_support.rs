@@ -21,11 +21,7 @@ pub(super) fn rate_sample(deg_per_s: f64) -> GyroSample {
 /// What a fresh decoder makes of `bytes`.
 pub(super) fn decoded(format: GyroFormat, mode: OutputMode, bytes: &[u8]) -> Vec<GyroSample> {
     let mut samples = Vec::new();
-    let mut decoder = GyroDecoder::new(GyroStream {
-        format,
-        mode,
-        reversed: false,
-    });
+    let mut decoder = GyroDecoder::new(GyroStream { format, mode, reversed: false });
     decoder.feed(bytes, |sample| samples.push(sample));
     samples
 }
@@ -33,11 +29,8 @@ pub(super) fn decoded(format: GyroFormat, mode: OutputMode, bytes: &[u8]) -> Vec
 /// One line a sample: its name and its frame in hexadecimal.
 pub(super) fn hex_table(encode: fn(&GyroSample) -> Packet, rows: &[(&str, GyroSample)]) -> String {
     let row = |(name, sample): &(&str, GyroSample)| {
-        let bytes: Vec<String> = encode(sample)
-            .as_slice()
-            .iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect();
+        let bytes: Vec<String> =
+            encode(sample).as_slice().iter().map(|byte| format!("{byte:02x}")).collect();
         format!("{name:<22}{}\n", bytes.join(" "))
     };
     rows.iter().map(row).collect()

@@ -10,11 +10,7 @@ use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use std::vec::Vec;
 
-const MODES: [OutputMode; 3] = [
-    OutputMode::Rate,
-    OutputMode::Increment,
-    OutputMode::Integrated,
-];
+const MODES: [OutputMode; 3] = [OutputMode::Rate, OutputMode::Increment, OutputMode::Integrated];
 
 /// Frames at the start of a stream that only make lock.
 fn frames_to_lock(format: GyroFormat) -> usize {
@@ -43,16 +39,8 @@ fn half_step(stream: GyroStream) -> f64 {
 }
 
 fn streams() -> impl Strategy<Value = GyroStream> {
-    (
-        select(&GyroFormat::ALL[..]),
-        select(&MODES[..]),
-        any::<bool>(),
-    )
-        .prop_map(|(format, mode, reversed)| GyroStream {
-            format,
-            mode,
-            reversed,
-        })
+    (select(&GyroFormat::ALL[..]), select(&MODES[..]), any::<bool>())
+        .prop_map(|(format, mode, reversed)| GyroStream { format, mode, reversed })
         .prop_filter("carried", |stream| stream.format.carries(stream.mode))
 }
 
@@ -95,10 +83,7 @@ fn stream_and_samples(
 
 fn encoded(stream: GyroStream, samples: &[GyroSample]) -> Vec<u8> {
     let encoder = GyroEncoder::new(stream);
-    samples
-        .iter()
-        .flat_map(|sample| encoder.encode(sample).as_slice().to_vec())
-        .collect()
+    samples.iter().flat_map(|sample| encoder.encode(sample).as_slice().to_vec()).collect()
 }
 
 /// Feeds `bytes` in pieces that end at `cuts`.
@@ -250,11 +235,7 @@ fn a_sample_that_is_no_number_is_not_valid_where_that_can_be_said() {
             OutputMode::Integrated => GyroOutput::Integrated(Angle::from_rad(f64::NAN)),
         };
         for format in [GyroFormat::Dsp3000Ascii, GyroFormat::Dsp3000Binary] {
-            let stream = GyroStream {
-                format,
-                mode,
-                reversed: false,
-            };
+            let stream = GyroStream { format, mode, reversed: false };
             let sent: Vec<GyroSample> = (0..10)
                 .map(|value| GyroSample {
                     output: nan,
@@ -263,9 +244,7 @@ fn a_sample_that_is_no_number_is_not_valid_where_that_can_be_said() {
                 })
                 .collect();
             let received = decoded(format, mode, &encoded(stream, &sent));
-            let last = received
-                .last()
-                .expect("ten frames make lock in every format");
+            let last = received.last().expect("ten frames make lock in every format");
             assert!(!last.valid);
             assert_eq!(last.output, output(mode, 0.0));
         }

@@ -1,15 +1,13 @@
 //! Round trips and the rules for what does not fit; generators for the tests of both transports.
 
 use super::{
-    COUNTS_PER_DEG, COUNTS_PER_M, PAYLOAD_BYTES_MAX, Payload, decode_reply, decode_request,
-    encode_reply, encode_request,
+    COUNTS_PER_DEG, COUNTS_PER_M, MOTION_HEADING_STEPS, PAYLOAD_BYTES_MAX, POSE_HEADING_STEPS,
+    Payload, decode_reply, decode_request, encode_reply, encode_request,
 };
 use crate::base::{
     HEADING_STEP, Message, Motion, POSE_WRITE_MODULUS, PoseWriteResult, Reply, Request,
 };
-use crate::units::{
-    Acceleration, Angle, AngularAcceleration, AngularRate, Length, Pose, Speed,
-};
+use crate::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Pose, Speed};
 use proptest::prelude::*;
 
 /// A request with ordinary and absurd numbers.
@@ -17,8 +15,7 @@ pub(in crate::base) fn any_request() -> impl Strategy<Value = Request> {
     prop_oneof![
         (number(4.0), number(400.0)).prop_map(|(drive, steer)| velocity(drive, steer)),
         (number(8.0), number(800.0)).prop_map(|(drive, steer)| limits(drive, steer)),
-        (any_pose(), any::<u8>())
-            .prop_map(|(pose, counter)| Request::WritePose { pose, counter }),
+        (any_pose(), any::<u8>()).prop_map(|(pose, counter)| Request::WritePose { pose, counter }),
         Just(Request::Stop),
         Just(Request::ReadMotion),
         Just(Request::ReadPose),
@@ -90,11 +87,7 @@ fn limits(drive_m_per_s2: f64, steer_deg_per_s2: f64) -> Request {
 }
 
 fn pose(x_m: f64, y_m: f64, heading_deg: f64) -> Pose {
-    Pose {
-        x: Length::from_m(x_m),
-        y: Length::from_m(y_m),
-        heading: Angle::from_deg(heading_deg),
-    }
+    Pose { x: Length::from_m(x_m), y: Length::from_m(y_m), heading: Angle::from_deg(heading_deg) }
 }
 
 /// Half a count, and what floating point adds to it.
@@ -249,6 +242,24 @@ fn half_a_turn_is_sent_as_the_closed_end_of_the_circle() {
         let (_, payload) = encode_reply(&Reply::Motion(motion));
         assert_eq!(payload.as_slice()[4..6], (-600i16).to_le_bytes());
     }
+}
+
+#[test]
+fn a_heading_from_beyond_the_circle_is_the_same_direction() {
+    for (counts, deg) in [(24_576i16, -114.24), (-18_001, 179.99), (18_000, -180.0), (9_000, 90.0)]
+    {
+        let mut bytes = [0; 8];
+        bytes[6..].copy_from_slice(&counts.to_le_bytes());
+        let Some(Reply::Pose(pose)) = decode_reply(Message::Pose, &bytes) else { panic!("a pose") };
+        assert!((pose.heading.deg() - deg).abs() < 1e-9, "{counts}: {pose:?}");
+    }
+}
+
+#[test]
+fn a_motion_counts_its_heading_in_steps_of_the_odometry() {
+    let turn = HEADING_STEP * f64::from(MOTION_HEADING_STEPS);
+    assert!((turn - Angle::TURN).abs().rad() < 1e-12);
+    assert_eq!(f64::from(POSE_HEADING_STEPS), 360.0 * COUNTS_PER_DEG);
 }
 
 #[test]

@@ -118,14 +118,19 @@ impl Partial {
         };
         let address = u16::from_be_bytes([high, low]);
         let line = match self.start {
-            WRITE if data.len() == usize::from(count) => Payload::from_slice(data)
-                .map(|data| Line::Write { address, computer, data }),
+            WRITE if data.len() == usize::from(count) => {
+                Payload::from_slice(data).map(|data| Line::Write { address, computer, data })
+            }
             READ if data.is_empty() => Some(Line::Read { address, computer, count }),
             _ => None,
         };
         match line {
             Some(line) if self.high_digit.is_none() => {
-                if checksum(bytes) == 0 { Ok(line) } else { Err(LineError::BadChecksum) }
+                if checksum(bytes) == 0 {
+                    Ok(line)
+                } else {
+                    Err(LineError::BadChecksum)
+                }
             }
             _ => Err(LineError::Malformed),
         }
@@ -176,3 +181,6 @@ impl LineDecoder {
         self.skipped
     }
 }
+
+#[cfg(test)]
+mod tests;

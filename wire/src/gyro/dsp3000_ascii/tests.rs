@@ -11,10 +11,7 @@ fn line(sample: GyroSample) -> String {
 }
 
 fn angle(deg: f64) -> GyroSample {
-    GyroSample {
-        output: GyroOutput::Integrated(Angle::from_deg(deg)),
-        ..rate_sample(0.0)
-    }
+    GyroSample { output: GyroOutput::Integrated(Angle::from_deg(deg)), ..rate_sample(0.0) }
 }
 
 fn read(text: &[u8], mode: OutputMode) -> Vec<GyroOutput> {
@@ -41,19 +38,13 @@ fn known_lines() {
 fn a_recorded_line_is_read() {
     // From the parser tests of the ROS package `kvh`.
     let read = read(b"       0.015733   1\r\n", OutputMode::Rate);
-    assert_eq!(
-        read,
-        [GyroOutput::Rate(AngularRate::from_deg_per_s(0.015_733))]
-    );
+    assert_eq!(read, [GyroOutput::Rate(AngularRate::from_deg_per_s(0.015_733))]);
 }
 
 #[test]
 fn the_manuals_form_is_read() {
     let read = read(b"-001.500000 1\r\n090.000000 0\r\n", OutputMode::Increment);
-    assert_eq!(
-        read,
-        [-1.5, 90.0].map(|deg| GyroOutput::Increment(Angle::from_deg(deg)))
-    );
+    assert_eq!(read, [-1.5, 90.0].map(|deg| GyroOutput::Increment(Angle::from_deg(deg))));
 }
 
 #[test]
@@ -73,10 +64,7 @@ fn lines_that_are_not_right_are_refused() {
         "030.000000  1\r\n",
         "     --.-------   1\r\n",
     ] {
-        assert!(
-            read(text.as_bytes(), OutputMode::Rate).is_empty(),
-            "{text:?}"
-        );
+        assert!(read(text.as_bytes(), OutputMode::Rate).is_empty(), "{text:?}");
     }
 }
 
@@ -91,11 +79,7 @@ fn a_lost_or_doubled_byte_is_caught() {
         doubled.insert(at, line[at]);
         // A second line feed is an empty line after a good one.
         let expected = usize::from(at == line.len() - 1);
-        assert_eq!(
-            read(&doubled, OutputMode::Rate).len(),
-            expected,
-            "doubled {at}"
-        );
+        assert_eq!(read(&doubled, OutputMode::Rate).len(), expected, "doubled {at}");
     }
 }
 

@@ -9,30 +9,15 @@ use std::vec::Vec;
 const LOCK: usize = LOCK_FRAMES as usize;
 
 fn numbered(index: usize, output: GyroOutput) -> GyroSample {
-    let sequence = Sequence {
-        value: (index % 4) as u8,
-        modulus: 4,
-    };
-    GyroSample {
-        output,
-        sequence: Some(sequence),
-        ..rate_sample(0.0)
-    }
+    let sequence = Sequence { value: (index % 4) as u8, modulus: 4 };
+    GyroSample { output, sequence: Some(sequence), ..rate_sample(0.0) }
 }
 
 fn rates(deg_per_s: &[f64]) -> Vec<u8> {
     let numbered = |(index, &rate)| {
-        encode(&numbered(
-            index,
-            GyroOutput::Rate(AngularRate::from_deg_per_s(rate)),
-        ))
+        encode(&numbered(index, GyroOutput::Rate(AngularRate::from_deg_per_s(rate))))
     };
-    deg_per_s
-        .iter()
-        .enumerate()
-        .map(numbered)
-        .flat_map(|p| p.as_slice().to_vec())
-        .collect()
+    deg_per_s.iter().enumerate().map(numbered).flat_map(|p| p.as_slice().to_vec()).collect()
 }
 
 /// `count` frames of slowly growing rate.
@@ -50,12 +35,7 @@ fn delivered(decoder: &mut Decoder, bytes: &[u8]) -> Vec<GyroSample> {
 fn known_frames() {
     // +30 deg/s by hand: 500,000 steps = 0x007a120 with seven ones; with the valid bit they are
     // eight, so that the parity bit is set.
-    let sequence = |value| {
-        Some(Sequence {
-            value,
-            modulus: 256,
-        })
-    };
+    let sequence = |value| Some(Sequence { value, modulus: 256 });
     let angle = |deg| GyroSample {
         output: GyroOutput::Integrated(Angle::from_deg(deg)),
         ..rate_sample(0.0)
@@ -84,10 +64,7 @@ fn the_tenth_good_frame_locks_and_is_delivered() {
     let mut decoder = Decoder::new();
     let bytes = ramp(LOCK + 3);
     assert!(delivered(&mut decoder, &bytes[..LOCK * FRAME_BYTES - 1]).is_empty());
-    assert_eq!(
-        delivered(&mut decoder, &bytes[LOCK * FRAME_BYTES - 1..]).len(),
-        4
-    );
+    assert_eq!(delivered(&mut decoder, &bytes[LOCK * FRAME_BYTES - 1..]).len(), 4);
     let counters = decoder.counters();
     assert_eq!((counters.frames, counters.resyncs), (4, 0));
     assert_eq!(counters.bytes_discarded, 9 * 4);
@@ -120,11 +97,7 @@ fn a_rate_that_never_changes_is_found_at_the_right_offset() {
     for cut in 0..FRAME_BYTES {
         let samples = delivered(&mut Decoder::new(), &bytes[cut..]);
         assert_eq!(samples.len(), 40 - 9 - usize::from(cut > 0));
-        assert!(
-            samples
-                .iter()
-                .all(|s| s.output == GyroOutput::Rate(AngularRate::ZERO))
-        );
+        assert!(samples.iter().all(|s| s.output == GyroOutput::Rate(AngularRate::ZERO)));
     }
 }
 
@@ -136,14 +109,7 @@ fn a_type_that_is_not_defined_is_malformed_and_keeps_lock() {
     bytes[20 * FRAME_BYTES] ^= 0b0001_1000;
     assert_eq!(delivered(&mut decoder, &bytes).len(), 30 - 9 - 1);
     let counters = decoder.counters();
-    assert_eq!(
-        (
-            counters.malformed,
-            counters.checksum_errors,
-            counters.resyncs
-        ),
-        (1, 0, 0)
-    );
+    assert_eq!((counters.malformed, counters.checksum_errors, counters.resyncs), (1, 0, 0));
 }
 
 #[test]

@@ -1,0 +1,245 @@
+//! Device files: which devices a run has, and how imperfect each is.
+//!
+//! A **model file** describes one kind of device (`gyros/navigator.toml`); a **device file** puts
+//! models together (`paper.toml`) and may change single parameters. Neither is read from disk here:
+//! the caller deserialises them and hands in a [`ModelSource`] that finds models by name.
+//!
+//! ```toml
+//! title = "The paper's robot"
+//! mount = "base"
+//!
+//! [gyro]
+//! model = "navigator"
+//! parameters = { ambient_celsius = 24 }
+//!
+//! [base]
+//! model = "k2a"
+//! transport = "can"
+//! ```
+
+use crate::absolute::AbsoluteParameters;
+use crate::base::{BaseParameters, Transport};
+use crate::gyro::GyroParameters;
+use crate::parameters::{ParameterError, Parameters};
+use crate::table::TableParameters;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use thiserror::Error;
+use wire::gyro::{GyroStream, OutputMode};
+
+/// What carries the gyro.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mount {
+    /// The turret of the base.
+    Base,
+    /// The rotary table.
+    Table,
+}
+
+/// A file that puts devices together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DeviceFile {
+    /// What it is, in a line.
+    pub title: String,
+    /// Where its numbers come from.
+    #[serde(default)]
+    pub source: String,
+    /// What carries the gyro.
+    pub mount: Mount,
+    /// The gyro.
+    pub gyro: GyroSection,
+    /// The base, needed where it carries the gyro.
+    pub base: Option<BaseSection>,
+    /// The table, needed where it carries the gyro.
+    pub table: Option<TableSection>,
+    /// The absolute measurement; without it, one without errors.
+    #[serde(default)]
+    pub absolute: AbsoluteParameters,
+}
+
+/// The gyro of a [`DeviceFile`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GyroSection {
+    /// Name of a [`GyroModel`].
+    pub model: String,
+    /// Another output mode than the model's.
+    pub mode: Option<OutputMode>,
+    /// Mounted the other way round than the model says: axis down, or up.
+    #[serde(default)]
+    pub upside_down: bool,
+    /// Parameters that differ from the model's.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, f64>,
+}
+
+/// The base of a [`DeviceFile`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BaseSection {
+    /// Name of a [`BaseModel`].
+    pub model: String,
+    /// How it is connected.
+    pub transport: Transport,
+    /// Parameters that differ from the model's.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, f64>,
+}
+
+/// The table of a [`DeviceFile`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableSection {
+    /// Name of a [`TableModel`].
+    pub model: String,
+    /// Parameters that differ from the model's.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, f64>,
+}
+
+/// A kind of gyro.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GyroModel {
+    /// What it is, in a line.
+    pub title: String,
+    /// Where its numbers come from.
+    #[serde(default)]
+    pub source: String,
+    /// Its stream.
+    pub stream: GyroStream,
+    /// Its imperfections.
+    #[serde(default)]
+    pub parameters: GyroParameters,
+}
+
+/// A kind of base.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BaseModel {
+    /// What it is, in a line.
+    pub title: String,
+    /// Where its numbers come from.
+    #[serde(default)]
+    pub source: String,
+    /// Its limits and imperfections.
+    #[serde(default)]
+    pub parameters: BaseParameters,
+}
+
+/// A kind of table.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableModel {
+    /// What it is, in a line.
+    pub title: String,
+    /// Where its numbers come from.
+    #[serde(default)]
+    pub source: String,
+    /// Its limits and imperfections.
+    #[serde(default)]
+    pub parameters: TableParameters,
+}
+
+/// Finds models by name: in files, or in what a program carries along.
+pub trait ModelSource {
+    /// Why a model was not found, or not understood.
+    type Error;
+
+    /// The gyro model `name`.
+    fn gyro(&mut self, name: &str) -> Result<GyroModel, Self::Error>;
+    /// The base model `name`.
+    fn base(&mut self, name: &str) -> Result<BaseModel, Self::Error>;
+    /// The table model `name`.
+    fn table(&mut self, name: &str) -> Result<TableModel, Self::Error>;
+}
+
+/// Everything it takes to make the devices of a run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Devices {
+    /// What carries the gyro.
+    pub mount: Mount,
+    /// The gyro's stream, and its imperfections.
+    pub gyro: (GyroStream, GyroParameters),
+    /// The base.
+    pub base: Option<(Transport, BaseParameters)>,
+    /// The table.
+    pub table: Option<TableParameters>,
+    /// The absolute measurement.
+    pub absolute: AbsoluteParameters,
+}
+
+/// Why a device file does not describe devices.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum DeviceFileError<E> {
+    /// A model was not found, or not understood.
+    #[error("failed to load the model of [{section}]")]
+    Model {
+        /// The section that names it.
+        section: &'static str,
+        /// Why.
+        source: E,
+    },
+    /// A parameter does not exist or has a value that it may not take.
+    #[error("[{section}]: {error}")]
+    Parameter {
+        /// The section that has it, or names the model that has it.
+        section: &'static str,
+        /// What is wrong.
+        error: ParameterError,
+    },
+    /// The gyro is mounted on something the file does not have.
+    #[error("the gyro is mounted on the {0:?}, which the file does not have")]
+    NoCarrier(Mount),
+}
+
+impl DeviceFile {
+    /// Loads the models and applies what the file changes; every value is checked.
+    pub fn resolve<S: ModelSource>(
+        &self,
+        models: &mut S,
+    ) -> Result<Devices, DeviceFileError<S::Error>> {
+        let failed = |section| move |source| DeviceFileError::Model { section, source };
+        let carried = match self.mount {
+            Mount::Base => self.base.is_some(),
+            Mount::Table => self.table.is_some(),
+        };
+        if !carried {
+            return Err(DeviceFileError::NoCarrier(self.mount));
+        }
+
+        let model = models.gyro(&self.gyro.model).map_err(failed("gyro"))?;
+        let mut stream = model.stream;
+        stream.mode = self.gyro.mode.unwrap_or(stream.mode);
+        stream.reversed ^= self.gyro.upside_down;
+        let gyro = (stream, adjusted("gyro", model.parameters, &self.gyro.parameters)?);
+
+        let mut base = None;
+        if let Some(section) = &self.base {
+            let model = models.base(&section.model).map_err(failed("base"))?;
+            let parameters = adjusted("base", model.parameters, &section.parameters)?;
+            base = Some((section.transport, parameters));
+        }
+        let mut table = None;
+        if let Some(section) = &self.table {
+            let model = models.table(&section.model).map_err(failed("table"))?;
+            table = Some(adjusted("table", model.parameters, &section.parameters)?);
+        }
+        let absolute = adjusted("absolute", self.absolute.clone(), &BTreeMap::new())?;
+        Ok(Devices { mount: self.mount, gyro, base, table, absolute })
+    }
+}
+
+fn adjusted<P: Parameters, E>(
+    section: &'static str,
+    mut parameters: P,
+    changes: &BTreeMap<String, f64>,
+) -> Result<P, DeviceFileError<E>> {
+    parameters
+        .check()
+        .and_then(|()| changes.iter().try_for_each(|(name, value)| parameters.set(name, *value)))
+        .map_err(|error| DeviceFileError::Parameter { section, error })?;
+    Ok(parameters)
+}

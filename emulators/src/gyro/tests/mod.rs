@@ -1,0 +1,63 @@
+//! The whole chain, looked at before the encoder rounds it.
+
+mod errors;
+mod stream;
+
+use super::{GyroEmulator, GyroParameters};
+use wire::gyro::{GyroFormat, GyroOutput, GyroSample, GyroStream, OutputMode};
+use wire::time::Timestamp;
+use wire::units::Angle;
+
+const NAVIGATOR: GyroStream =
+    GyroStream { format: GyroFormat::Navigator, mode: OutputMode::Rate, reversed: false };
+
+const DSP3000: GyroStream =
+    GyroStream { format: GyroFormat::Dsp3000Ascii, mode: OutputMode::Increment, reversed: false };
+
+pub(super) fn gyro(parameters: GyroParameters, stream: GyroStream) -> GyroEmulator {
+    GyroEmulator::new(parameters, stream, 5, "gyro")
+}
+
+/// Every output up to `seconds`, on a carrier that heads where `heading` says.
+pub(super) fn run(
+    gyro: &mut GyroEmulator,
+    seconds: f64,
+    heading: impl Fn(f64) -> Angle,
+    mut deliver: impl FnMut(GyroSample),
+) {
+    while gyro.next_wakeup() <= Timestamp::from_secs_f64(seconds) {
+        let now = gyro.next_wakeup();
+        if let Some(sample) = gyro.measure(now, heading(now.as_secs_f64())) {
+            deliver(sample);
+        }
+    }
+}
+
+pub(super) fn rate(sample: GyroSample) -> f64 {
+    match sample.output {
+        GyroOutput::Rate(rate) => rate.deg_per_s(),
+        other => panic!("not a rate: {other:?}"),
+    }
+}
+
+pub(super) fn increment(sample: GyroSample) -> f64 {
+    match sample.output {
+        GyroOutput::Increment(angle) => angle.deg(),
+        other => panic!("not an increment: {other:?}"),
+    }
+}
+
+/// A turn at 30 deg/s with ramps of 15 deg/s^2, begun at 1 s: the paper's table run.
+pub(super) fn table_turn(direction: f64) -> impl Fn(f64) -> Angle {
+    move |t| {
+        let t = (t - 1.0).clamp(0.0, 14.0);
+        let deg = if t < 2.0 {
+            7.5 * t * t
+        } else if t < 12.0 {
+            30.0 + 30.0 * (t - 2.0)
+        } else {
+            360.0 - 7.5 * (14.0 - t).powi(2)
+        };
+        Angle::from_deg(direction * deg)
+    }
+}

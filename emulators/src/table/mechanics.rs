@@ -1,0 +1,62 @@
+//! From rotor steps to the table's angle: play of the gear and eccentricity.
+
+use super::parameters::TableParameters;
+use super::profile::Profile;
+use super::slip::Slip;
+use libm::sin;
+use wire::time::Timestamp;
+use wire::units::Angle;
+
+/// Rotor, gear and table.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Mechanics {
+    /// Steps lost in moves that are over, signed like them.
+    lost: f64,
+    /// What the present move loses.
+    slip: Slip,
+    /// Where the gear had left the table when the move began, in rad.
+    table: f64,
+}
+
+impl Mechanics {
+    /// At power-up the table stands in the middle of the play: nobody knows how it was left.
+    pub(super) const AT_POWER_UP: Self = Self { lost: 0.0, slip: Slip::None, table: 0.0 };
+
+    /// The move `profile` is over, or broken off, at `now`.
+    pub(super) fn end_move(&mut self, p: &TableParameters, profile: &Profile, now: Timestamp) {
+        self.lost += profile.direction() * self.slip.locked_in(profile, now);
+        self.slip = Slip::None;
+        self.table = self.table_at(p, profile, now);
+    }
+
+    /// A move begins that loses steps like this.
+    pub(super) fn begin_move(&mut self, slip: Slip) {
+        self.slip = slip;
+    }
+
+    /// Steps lost until `now`, signed.
+    pub(super) fn lost_steps(&self, profile: &Profile, now: Timestamp) -> f64 {
+        self.lost + profile.direction() * self.slip.behind(profile, now)
+    }
+
+    /// The table's angle by its gear, play included, in rad.
+    fn table_at(&self, p: &TableParameters, profile: &Profile, now: Timestamp) -> f64 {
+        let rotor = profile.position(now) - self.lost_steps(profile, now);
+        let gear = Angle::from_deg(rotor * p.step_deg).rad();
+        let half_play = 0.5 * Angle::from_deg(p.backlash_deg).rad();
+        // The gear goes one way within a move, and takes the table along once the play is used up.
+        self.table.clamp(gear - half_play, gear + half_play)
+    }
+
+    /// The table's true angle, unwrapped: zero at power-up.
+    pub(super) fn angle_at(&self, p: &TableParameters, profile: &Profile, now: Timestamp) -> Angle {
+        let table = self.table_at(p, profile, now);
+        let harmonic = |times: f64, amplitude_deg: f64, phase_deg: f64| {
+            let phase = Angle::from_deg(phase_deg).rad();
+            Angle::from_deg(amplitude_deg) * (sin(times * table + phase) - sin(phase))
+        };
+        Angle::from_rad(table)
+            + harmonic(1.0, p.eccentricity_1x_deg, p.eccentricity_1x_phase_deg)
+            + harmonic(2.0, p.eccentricity_2x_deg, p.eccentricity_2x_phase_deg)
+    }
+}

@@ -1,0 +1,70 @@
+//! How sure a share is: k of n seeds passed, what does that say about all seeds?
+
+/// Standard normal quantile of a two-sided 95 % interval.
+pub const Z_95: f64 = 1.959_963_984_540_054;
+
+/// An interval of shares, within 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// Lower end.
+    pub lower: f64,
+    /// Upper end.
+    pub upper: f64,
+}
+
+/// Wilson's score interval (Wilson 1927) for `successes` of `trials`, without continuity correction; `z` is
+/// the standard normal quantile, for instance [`Z_95`]. `None` where there are no trials or fewer than
+/// successes.
+pub fn wilson(successes: u64, trials: u64, z: f64) -> Option<Interval> {
+    if trials == 0 || successes > trials {
+        return None;
+    }
+    let (n, share) = (trials as f64, successes as f64 / trials as f64);
+    let z2 = z * z;
+    let centre = (share + z2 / (2.0 * n)) / (1.0 + z2 / n);
+    let half = z / (1.0 + z2 / n) * (share * (1.0 - share) / n + z2 / (4.0 * n * n)).sqrt();
+    // At the ends rounding would leave a share of 0 or 1 just outside its own interval.
+    let lower = if successes == 0 { 0.0 } else { (centre - half).max(0.0) };
+    let upper = if successes == trials { 1.0 } else { (centre + half).min(1.0) };
+    Some(Interval { lower, upper })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Z_95, wilson};
+    use proptest::prelude::*;
+
+    #[test]
+    fn published_values() {
+        // Newcombe 1998, table I, method 3: 81/263, 15/148, 0/20, 1/29.
+        for (k, n, lower, upper) in [
+            (81, 263, 0.2553, 0.3662),
+            (15, 148, 0.0624, 0.1605),
+            (0, 20, 0.0, 0.1611),
+            (1, 29, 0.0061, 0.1718),
+        ] {
+            let interval = wilson(k, n, Z_95).unwrap();
+            assert!((interval.lower - lower).abs() < 5e-5, "{k}/{n}: {interval:?}");
+            assert!((interval.upper - upper).abs() < 5e-5, "{k}/{n}: {interval:?}");
+        }
+    }
+
+    #[test]
+    fn no_trials_say_nothing() {
+        assert_eq!(wilson(0, 0, Z_95), None);
+        assert_eq!(wilson(2, 1, Z_95), None);
+    }
+
+    proptest! {
+        #[test]
+        fn the_share_is_inside_and_failures_mirror_successes(n in 1u64..10_000, part in 0.0f64..=1.0) {
+            let k = (n as f64 * part) as u64;
+            let interval = wilson(k, n, Z_95).unwrap();
+            let share = k as f64 / n as f64;
+            prop_assert!(0.0 <= interval.lower && interval.lower <= share);
+            prop_assert!(share <= interval.upper && interval.upper <= 1.0);
+            let mirrored = wilson(n - k, n, Z_95).unwrap();
+            prop_assert!((interval.lower - (1.0 - mirrored.upper)).abs() < 1e-12);
+        }
+    }
+}

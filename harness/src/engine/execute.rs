@@ -1,0 +1,254 @@
+//! Begins operations, and goes from step to step.
+
+use super::op::{Op, expand};
+use super::program::Next;
+use super::{Action, Engine, StepAction, Waiting, fit};
+use crate::outcome::Outcome;
+use crate::plan::quantities::{self as q, during_tag};
+use crate::record::{Device, RecordKind};
+use controller::mission::{Command, Mission};
+use wire::table;
+use wire::time::{Span, Timestamp};
+use wire::units::Temperature;
+
+/// Between two questions to a table that turns.
+const TABLE_POLL: Span = Span::from_millis(100);
+
+impl Engine {
+    /// Begins operations until one has to be waited for.
+    pub(super) fn advance(&mut self, now: Timestamp) {
+        while self.waiting == Waiting::Nothing && self.ending.is_none() {
+            match self.ops.pop_front() {
+                Some(op) => self.begin(now, op),
+                None => self.next_step(now),
+            }
+        }
+    }
+
+    /// What time alone brings.
+    pub(super) fn pass_time(&mut self, now: Timestamp) {
+        match self.waiting {
+            Waiting::Until(at) if now >= at => self.waiting = Waiting::Nothing,
+            Waiting::Residual(at) if now >= at => {
+                self.waiting = Waiting::Nothing;
+                self.end_residual(now);
+            }
+            Waiting::Log { until, interval, due } if now >= due => {
+                if let Some(window) = self.rest.close() {
+                    self.observe(now, |collector| collector.log(&window));
+                }
+                self.waiting = if now >= until {
+                    Waiting::Nothing
+                } else {
+                    Waiting::Log { until, interval, due: (due + interval).min(until) }
+                };
+            }
+            Waiting::TableRest { ask_at } if now >= ask_at => {
+                self.actions.push_back(Action::Table(table::Command::State));
+                self.waiting = Waiting::TableRest { ask_at: now + TABLE_POLL };
+            }
+            _ => {}
+        }
+    }
+
+    fn next_step(&mut self, now: Timestamp) {
+        if let Some((action, since)) = self.step.take() {
+            let duration_s = (now - since).as_secs_f64();
+            self.observe(now, |collector| collector.add(&q::STEP_DURATION, duration_s, 0.0, &[]));
+            let path = self.program.place();
+            self.record(RecordKind::StepEnded { path });
+            let _ = action;
+            self.program.step_done();
+        }
+        let rest = &self.rest;
+        let holds = |action: &StepAction| {
+            matches!(action, StepAction::Repeat(repeat)
+                if repeat.until.as_ref().is_some_and(|until| rest.holds(until)))
+        };
+        match self.program.next(now, holds) {
+            Next::Done => self.end(now, Outcome::Passed, None),
+            Next::Round { set, not_before, overrun_s } => {
+                self.rounds += 1;
+                self.step_deadline = self.program.deadline();
+                if let Some(overrun_s) = overrun_s {
+                    self.observe(now, |collector| {
+                        collector.add(&q::REPEAT_OVERRUN, overrun_s, 0.0, &[]);
+                    });
+                }
+                if not_before > now {
+                    self.ops.push_back(Op::PauseUntil(not_before));
+                }
+                if let Some((device, parameter, value)) = set {
+                    self.ops.push_back(Op::SetParameter { device, parameter, value });
+                }
+            }
+            Next::Step(step) => {
+                self.retag(&step.action, step.label.as_ref().map(|label| label.as_str()));
+                self.step_deadline = (now + step.time_limit()).min(self.program.deadline());
+                self.record(RecordKind::StepBegan {
+                    path: self.program.place(),
+                    title: step.action.to_string(),
+                });
+                self.step = Some((step.action.clone(), now));
+                match expand(&step, &self.calibrations, self.facts.table_step) {
+                    Ok(ops) => self.ops.extend(ops),
+                    Err(why) => {
+                        let reason = format!("{}: {why}", self.place());
+                        self.end(now, Outcome::Error, Some(reason));
+                    }
+                }
+            }
+        }
+    }
+
+    /// The tags of what is observed from here on.
+    fn retag(&mut self, action: &StepAction, label: Option<&str>) {
+        self.tags.clear();
+        let mut during = vec![action.name().to_owned()];
+        during.extend(label.map(str::to_owned));
+        for (step, round) in self.program.around() {
+            during.push(step.action.name().to_owned());
+            during.extend(step.label.as_ref().map(|label| label.as_str().to_owned()));
+            match &step.action {
+                StepAction::Sweep(sweep) => {
+                    if let Some(value) = sweep.values.get(round as usize) {
+                        self.tags.insert(sweep.parameter.to_string(), *value);
+                    }
+                }
+                _ => {}
+            }
+        }
+        // Rounds keep counting when a repeat is entered again, so that no two share a number.
+        self.tags.insert("run".to_owned(), self.rounds.max(1) as f64);
+        self.tags.extend(during.iter().map(|phase| (during_tag(phase), 1.0)));
+    }
+
+    fn begin(&mut self, now: Timestamp, op: Op) {
+        match op {
+            Op::Mission(command) => self.send(command),
+            Op::StateBefore => {
+                self.ends.state_before = None;
+                self.send(Command::RequestState);
+            }
+            Op::StateAfter => {
+                self.ends.state_after = None;
+                self.send(Command::RequestState);
+            }
+            Op::AbsoluteBefore | Op::AbsoluteAfter | Op::AbsoluteNamed => {
+                self.actions.push_back(Action::MeasureAbsolute);
+                self.waiting = Waiting::Absolute(op);
+            }
+            Op::Pause(span) => self.waiting = Waiting::Until(now + span),
+            Op::PauseUntil(at) => self.waiting = Waiting::Until(at),
+            Op::Log { duration, interval } => {
+                self.rest.open();
+                let until = now + duration;
+                let due = (now + interval).min(until);
+                self.waiting = Waiting::Log { until, interval, due };
+            }
+            Op::Residual(duration) => {
+                self.rest.open();
+                self.waiting = Waiting::Residual(now + duration);
+            }
+            Op::Condition => self.waiting = Waiting::Condition,
+            Op::Table(command) => {
+                self.actions.push_back(Action::Table(command));
+                self.waiting = Waiting::TableWord;
+            }
+            Op::TableAtRest => {
+                self.actions.push_back(Action::Table(table::Command::State));
+                self.waiting = Waiting::TableRest { ask_at: now + TABLE_POLL };
+            }
+            Op::ObserveLap(direction) => {
+                let (ends, facts) = (self.ends, self.facts);
+                self.observe(now, |collector| collector.lap(&ends, direction, &facts));
+            }
+            Op::ObserveTableTurn(angle) => {
+                let (ends, facts) = (self.ends, self.facts);
+                self.observe(now, |collector| collector.table_turn(&ends, angle, &facts));
+            }
+            Op::Place(pose) => self.ask(Action::Place(pose)),
+            Op::SetParameter { device, parameter, value } => {
+                self.ask(Action::SetParameter { device, parameter, value });
+            }
+            Op::PowerCycle { device, off } => self.ask(Action::PowerCycle { device, off }),
+            Op::Prompt { text, answer } => {
+                self.waiting = Waiting::Answer(answer.clone());
+                self.actions.push_back(Action::Prompt { text, answer });
+            }
+            Op::Fit => self.fit(now),
+            Op::SaveCalibration => self.save_calibration(now),
+        }
+    }
+
+    fn ask(&mut self, action: Action) {
+        self.waiting = Waiting::Answer(None);
+        self.actions.push_back(action);
+    }
+
+    fn record(&mut self, kind: RecordKind) {
+        self.actions.push_back(Action::Record(Device::Plan, kind));
+    }
+
+    fn send(&mut self, command: Command) {
+        let id = self.next_id;
+        self.next_id = self.next_id.wrapping_add(1);
+        match &command {
+            Command::SetHeadingSource(source) => self.heading_source = *source,
+            Command::SetCalibration(calibration) => self.calibration = calibration.clone(),
+            _ => {}
+        }
+        self.record(RecordKind::Command(Box::new(command.clone())));
+        self.actions.push_back(Action::Mission(Mission { id, command }));
+        self.waiting = Waiting::Mission(id);
+    }
+
+    fn end_residual(&mut self, now: Timestamp) {
+        let Some(window) = self.rest.close() else {
+            let reason = format!("{}: no gyro sample came at rest", self.place());
+            self.end(now, Outcome::Failed, Some(reason));
+            return;
+        };
+        let test = self.bias_test;
+        let table = window
+            .temperature
+            .and_then(|t: Temperature| self.calibration.table_bias(t))
+            .map(|bias| bias.deg_per_s());
+        self.observe(now, |collector| {
+            let test = test.as_ref().map(|(at, result)| (result, (now - *at).as_secs_f64()));
+            collector.bias_residual(&window, test, table);
+        });
+    }
+
+    fn fit(&mut self, now: Timestamp) {
+        let Some((StepAction::Fit(step), _)) = &self.step else { return };
+        let observed = self.observations.get(step.quantity.as_str()).map_or(&[][..], Vec::as_slice);
+        match fit::fit(step, observed) {
+            Ok(fitted) => {
+                let (name, note) = (step.name.as_str().to_owned(), fitted.to_string());
+                self.record(RecordKind::Note(format!("fit {name}: {note}")));
+                self.fits.insert(name, fitted);
+            }
+            Err(why) => {
+                let reason = format!("{}: {why}", self.place());
+                self.end(now, Outcome::Failed, Some(reason));
+            }
+        }
+    }
+
+    fn save_calibration(&mut self, now: Timestamp) {
+        let Some((StepAction::SaveCalibration(step), _)) = &self.step else { return };
+        let fits = step.from.iter().filter_map(|name| self.fits.get(name.as_str()));
+        match fit::calibration(fits) {
+            Ok(calibration) => {
+                let name = step.name.as_str().to_owned();
+                self.calibrations.insert(name.clone(), calibration.clone());
+                self.actions.push_back(Action::SaveCalibration { name, calibration });
+            }
+            Err(why) => {
+                let reason = format!("{}: {why}", self.place());
+                self.end(now, Outcome::Failed, Some(reason));
+            }
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! How figures are written for people: digits by the uncertainty, bands in words.
+
+/// Digits of an uncertainty (GUM 7.2.6: at most two).
+const UNCERTAINTY_DIGITS: i32 = 2;
+
+/// Digits of a figure without uncertainty.
+const EXACT_DIGITS: i32 = 4;
+
+/// Beyond this many decimals a figure is written with an exponent.
+const DECIMALS_MAX: i32 = 9;
+
+/// A value, rounded where its standard uncertainty makes further digits meaningless.
+pub fn value(value: f64, uncertainty: f64) -> String {
+    if !value.is_finite() {
+        return value.to_string();
+    }
+    if uncertainty > 0.0 && uncertainty.is_finite() {
+        let decimals = UNCERTAINTY_DIGITS - 1 - exponent(uncertainty);
+        return rounded(value, decimals);
+    }
+    if value.fract() == 0.0 {
+        return positive_zero(format!("{value:.0}"));
+    }
+    let written = rounded(value, EXACT_DIGITS - 1 - exponent(value));
+    match written.contains('.') && !written.contains('e') {
+        true => written.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => written,
+    }
+}
+
+/// A value with its standard uncertainty, where it has one, and its unit.
+pub fn quantity(value: f64, uncertainty: f64, unit: &str) -> String {
+    let mut text = self::value(value, uncertainty);
+    if uncertainty > 0.0 && uncertainty.is_finite() {
+        text += &format!(" ± {}", self::value(uncertainty, uncertainty));
+    }
+    with_unit(text, unit)
+}
+
+/// A band in words.
+pub fn band(lower: Option<f64>, upper: Option<f64>, unit: &str) -> String {
+    let text = match (lower, upper) {
+        (None, None) => return "none".to_owned(),
+        (None, Some(upper)) => format!("at most {}", value(upper, 0.0)),
+        (Some(lower), None) => format!("at least {}", value(lower, 0.0)),
+        (Some(lower), Some(upper)) if lower == upper => value(lower, 0.0),
+        (Some(lower), Some(upper)) if lower == -upper => format!("±{}", value(upper, 0.0)),
+        (Some(lower), Some(upper)) => format!("{} to {}", value(lower, 0.0), value(upper, 0.0)),
+    };
+    with_unit(text, unit)
+}
+
+/// What stands beside an axis.
+pub fn axis_label(name: &str, unit: &str) -> String {
+    match unit {
+        "" | "1" => name.to_owned(),
+        _ => format!("{name} in {unit}"),
+    }
+}
+
+/// A length of time in seconds as one would say it.
+pub fn duration(seconds: f64) -> String {
+    if !seconds.is_finite() || seconds < 0.0 {
+        return format!("{seconds} s");
+    }
+    // Rounded first: 59.96 s is a minute, not 60.0 s.
+    let tenths = (seconds * 10.0).round() as u64;
+    let whole = seconds.round() as u64;
+    match whole {
+        _ if tenths < 600 => format!("{}.{} s", tenths / 10, tenths % 10),
+        0..3_600 => format!("{} min {:02} s", whole / 60, whole % 60),
+        _ => format!("{} h {:02} min", whole / 3_600, whole / 60 % 60),
+    }
+}
+
+fn with_unit(text: String, unit: &str) -> String {
+    // A bare "1" is the SI way to say that there is no unit.
+    match unit {
+        "" | "1" => text,
+        "%" => format!("{text} %"),
+        _ => format!("{text} {unit}"),
+    }
+}
+
+/// The power of ten of the first digit.
+fn exponent(value: f64) -> i32 {
+    value.abs().log10().floor() as i32
+}
+
+fn rounded(value: f64, decimals: i32) -> String {
+    match usize::try_from(decimals.max(0)) {
+        Ok(decimals) if decimals <= DECIMALS_MAX as usize => {
+            positive_zero(format!("{value:.decimals$}"))
+        }
+        _ => format!("{value:.2e}"),
+    }
+}
+
+/// Drops the sign of what was rounded to zero.
+fn positive_zero(text: String) -> String {
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_owned(),
+        _ => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{band, duration, quantity, value};
+    use proptest::prelude::*;
+
+    #[test]
+    fn the_uncertainty_decides_the_digits() {
+        for (v, u, written) in [
+            (-0.314_159, 0.2, "-0.31"),
+            (-0.314_159, 0.02, "-0.314"),
+            (1_234.56, 25.0, "1235"),
+            (1_234.56, 2_500.0, "1235"),
+            (-0.001, 0.2, "0.00"),
+            (0.0, 0.0, "0"),
+            (300.0, 0.0, "300"),
+            (-0.52, 0.0, "-0.52"),
+            (0.953_333_3, 0.0, "0.9533"),
+            (-0.000_012_1, 0.0, "-0.0000121"),
+            (1.5e-12, 0.0, "1.50e-12"),
+            (f64::NAN, 0.2, "NaN"),
+            (1.25, f64::NAN, "1.25"),
+        ] {
+            assert_eq!(value(v, u), written, "{v} {u}");
+        }
+        assert_eq!(quantity(-0.52, 0.004, "deg/K"), "-0.5200 ± 0.0040 deg/K");
+        assert_eq!(quantity(1.0, 0.0, "1"), "1");
+    }
+
+    #[test]
+    fn a_band_is_said_in_words() {
+        assert_eq!(band(Some(-0.25), Some(0.25), "deg"), "±0.25 deg");
+        assert_eq!(band(Some(0.9), None, ""), "at least 0.9");
+        assert_eq!(band(None, Some(3.0), "%"), "at most 3 %");
+        assert_eq!(band(Some(-0.6), Some(-0.44), "deg/K"), "-0.6 to -0.44 deg/K");
+        assert_eq!(band(Some(0.0), Some(0.0), ""), "0");
+        assert_eq!(band(None, None, "deg"), "none");
+    }
+
+    #[test]
+    fn time_is_said_in_two_units() {
+        assert_eq!(duration(1.23), "1.2 s");
+        assert_eq!(duration(59.96), "1 min 00 s");
+        assert_eq!(duration(125.0), "2 min 05 s");
+        assert_eq!(duration(57_600.0), "16 h 00 min");
+    }
+
+    proptest! {
+        #[test]
+        fn a_written_value_is_within_its_uncertainty(v in -1e6f64..1e6, u in 1e-6f64..1e3) {
+            let back: f64 = value(v, u).parse().unwrap();
+            prop_assert!((back - v).abs() <= u.max(0.5), "{} {}", v, u);
+        }
+
+        #[test]
+        fn no_figure_panics(v in any::<f64>(), u in any::<f64>()) {
+            let _ = (quantity(v, u, "m"), band(Some(v), Some(u), "m"), duration(v));
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! From a path in a plan to its place in the file.
+
+use super::validate::Segment;
+use std::ops::Range;
+use toml::de::{DeArray, DeTable, DeValue};
+
+/// The bytes of the value at `path`, or of the nearest one above it that there is.
+pub(super) fn locate(text: &str, path: &[Segment]) -> Range<usize> {
+    let Ok(document) = DeTable::parse(text) else {
+        return 0..0;
+    };
+    let mut found = 0..first_line(text);
+    let mut table = Some(document.get_ref());
+    let mut array: Option<&DeArray<'_>> = None;
+    for segment in path {
+        let value = match (segment, table, array) {
+            (Segment::Key(key), Some(table), _) => table.get(*key),
+            (Segment::Index(index), _, Some(array)) => array.get(*index),
+            _ => None,
+        };
+        let Some(value) = value else { break };
+        found = value.span();
+        table = value.get_ref().as_table();
+        array = match value.get_ref() {
+            DeValue::Array(array) => Some(array),
+            _ => None,
+        };
+    }
+    found
+}
+
+fn first_line(text: &str) -> usize {
+    text.find('\n').unwrap_or(text.len())
+}

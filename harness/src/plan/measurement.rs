@@ -1,0 +1,36 @@
+//! A measurement as it is declared: before the run, with its band and the place in the paper it is from.
+
+use super::check::Check;
+use super::name::Name;
+use super::quantity::{Filter, QuantityName};
+use serde::Deserialize;
+use std::num::NonZeroU32;
+
+/// One `[[measurement]]` of a plan.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Declared {
+    /// Unique in the plan.
+    pub name: Name,
+    /// What it shows, in a sentence.
+    pub doc: String,
+    /// What is observed.
+    pub quantity: QuantityName,
+    /// Which of its observations are meant; all where it is absent.
+    #[serde(rename = "where", default)]
+    pub filter: Filter,
+    /// Unit of the figure that is judged; `1` for shares, counts and ratios.
+    pub unit: String,
+    /// What it must satisfy.
+    pub check: Check,
+    /// What the paper gives, with its place.
+    #[serde(default)]
+    pub paper: Option<String>,
+    /// With fewer observations than this it is unset, and fails.
+    #[serde(default = "one")]
+    pub observations_min: NonZeroU32,
+}
+
+fn one() -> NonZeroU32 {
+    NonZeroU32::MIN
+}

@@ -1,0 +1,123 @@
+//! Plans: what is done on the bench, in which order, and what is judged. Written in TOML 1.1.
+//!
+//! ```toml
+//! name = "verification"
+//! title = "Independent table runs after correction"
+//! paper = "section 3, Fig. 6"
+//! devices = "paper-table"
+//! steps = [
+//!   { use_calibration = "temperature" },
+//!   { wait = { duration_s = 7200 } },
+//!   { repeat = { times = 20, period_s = 120, steps = [
+//!       { bias_test = { duration_s = 20 } },
+//!       { table_turn = { angle_deg = -360 } },
+//!       { table_turn = { angle_deg = 360 } },
+//!   ] } },
+//! ]
+//!
+//! [[measurement]]
+//! name = "table_error_cw"
+//! doc = "Error of one clockwise turn after correction"
+//! quantity = "table.error"
+//! where = { direction = -1 }
+//! unit = "deg"
+//! check = { all_within = [-0.25, 0.25] }
+//! paper = "all within +-0.25 deg (Fig. 6)"
+//! ```
+//!
+//! A step is a table with one key, the [`Action`]; `label` and `time_limit_s` may stand beside it. A key
+//! carries its unit; the parsed plan is SI. Nothing is guessed: an unknown key, a value out of bounds or
+//! a reference to nothing is a [`PlanError`] that shows its place in the file.
+//!
+//! Nothing in this module reads a file.
+
+mod band;
+mod check;
+mod error;
+mod fit;
+mod flow;
+mod hint;
+mod locate;
+mod measurement;
+mod motion;
+mod name;
+mod number;
+pub mod quantities;
+mod quantity;
+mod rest;
+mod step;
+pub mod time_limits;
+mod title;
+mod validate;
+
+pub use band::Band;
+pub use check::{Check, PAPER_SIDE, UmbmarkFigure};
+pub use error::PlanError;
+pub use fit::{CalibrationPart, Fit, Model, NO_CALIBRATION, SaveCalibration, UseCalibration};
+pub use flow::{Answer, OperatorPrompt, REPEAT_TIMES_MAX, Repeat, SWEEP_VALUES_MAX, Sweep};
+pub use measurement::Declared;
+pub use motion::{Direction, Lap, MeasurePose, Place, Straight, TableTurn, Turn};
+pub use name::{Name, ParameterName};
+pub use quantity::{Filter, QuantityName, TagMatch};
+pub use rest::{BiasResidual, BiasTest, Condition, Log, PowerCycle, SetParameter, Wait};
+pub use step::{Action, Step};
+
+use serde::Deserialize;
+use wire::time::Span;
+
+/// Largest plan file, in bytes.
+pub const FILE_LEN_MAX: usize = 1 << 20;
+/// Most steps written in one plan.
+pub const STEPS_MAX: usize = 1_000;
+/// Most steps carried out by one plan, all repetitions counted.
+pub const STEPS_DONE_MAX: u64 = 1_000_000;
+/// Steps may stand in repeats and sweeps so deep.
+pub const DEPTH_MAX: usize = 6;
+
+/// A plan that can be run.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plan {
+    /// Its name; the file's too.
+    pub name: Name,
+    /// What it is, in a line.
+    pub title: String,
+    /// Where the paper describes it.
+    #[serde(default)]
+    pub paper: Option<String>,
+    /// Name of the device file.
+    pub devices: Name,
+    /// As it is written; see [`Plan::time_limit`] for what holds where it is not.
+    #[serde(rename = "time_limit_s", default, deserialize_with = "number::duration_option")]
+    pub explicit_time_limit: Option<Span>,
+    /// What is done, in order.
+    #[serde(deserialize_with = "flow::some_steps")]
+    pub steps: Vec<Step>,
+    /// What is judged.
+    #[serde(rename = "measurement", default)]
+    pub measurements: Vec<Declared>,
+}
+
+impl Plan {
+    /// Reads a plan; `file` names it in errors.
+    ///
+    /// # Errors
+    ///
+    /// The first mistake, with its place.
+    pub fn parse(file: &str, text: &str) -> Result<Self, PlanError> {
+        if text.len() > FILE_LEN_MAX {
+            let message = format!("{} bytes, expected at most {FILE_LEN_MAX}", text.len());
+            return Err(PlanError::new(file, "", 0..0, message));
+        }
+        let plan: Self =
+            toml::from_str(text).map_err(|error| PlanError::from_toml(file, text, &error))?;
+        validate::validate(&plan).map_err(|fault| {
+            let at = locate::locate(text, &fault.path);
+            PlanError::new(file, text, at, fault.message).with_help(fault.help)
+        })?;
+        Ok(plan)
+    }
+}
+
+#[cfg(test)]
+mod tests;

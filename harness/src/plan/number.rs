@@ -1,0 +1,147 @@
+//! Numbers of a plan file: bounded while they are read, SI from then on.
+//!
+//! Each function is a serde `deserialize_with`. A value out of bounds is refused there, so that the
+//! error carries the place of the value in the file.
+
+use serde::Deserializer;
+use serde::de::{self, Unexpected, Visitor};
+use std::fmt;
+use wire::time::Span;
+use wire::units::{Angle, AngularAcceleration, AngularRate, Length, Speed};
+
+/// Longest duration in a plan: 31 days. Assumption: longer is a slip of units.
+pub const DURATION_MAX_S: f64 = 31.0 * 86_400.0;
+/// Largest angle of one motion: 100 turns. Assumption: more is a slip of units.
+pub const ANGLE_MAX_DEG: f64 = 36_000.0;
+/// Largest rate of one motion, in deg/s. Assumption: ten times the range of the paper's gyro.
+pub const RATE_MAX_DEG_PER_S: f64 = 1_000.0;
+/// Largest angular acceleration, in deg/s^2. Assumption: beyond every stepper table.
+pub const ANGULAR_ACCELERATION_MAX_DEG_PER_S2: f64 = 10_000.0;
+/// Farthest position or distance, in metres. Assumption: beyond every test floor.
+pub const DISTANCE_MAX_M: f64 = 1_000.0;
+/// Largest speed, in m/s. Assumption: far beyond the 0.78 m/s of the K2A.
+pub const SPEED_MAX_M_PER_S: f64 = 10.0;
+
+/// A finite number that `accept` takes; `expected` says which those are.
+struct Number<F> {
+    expected: &'static str,
+    accept: F,
+}
+
+impl<F: Fn(f64) -> bool> Visitor<'_> for Number<F> {
+    type Value = f64;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.expected)
+    }
+
+    fn visit_f64<E: de::Error>(self, value: f64) -> Result<f64, E> {
+        if value.is_finite() && (self.accept)(value) {
+            Ok(value)
+        } else {
+            Err(E::invalid_value(Unexpected::Float(value), &self.expected))
+        }
+    }
+
+    fn visit_i64<E: de::Error>(self, value: i64) -> Result<f64, E> {
+        if (self.accept)(value as f64) {
+            Ok(value as f64)
+        } else {
+            Err(E::invalid_value(Unexpected::Signed(value), &self.expected))
+        }
+    }
+}
+
+fn read<'de, D: Deserializer<'de>>(
+    deserializer: D,
+    expected: &'static str,
+    accept: impl Fn(f64) -> bool,
+) -> Result<f64, D::Error> {
+    deserializer.deserialize_f64(Number { expected, accept })
+}
+
+/// Any finite number.
+pub(super) fn finite<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
+    read(d, "a finite number", |_| true)
+}
+
+/// A finite number, or nothing.
+pub(super) fn finite_option<'de, D: Deserializer<'de>>(d: D) -> Result<Option<f64>, D::Error> {
+    finite(d).map(Some)
+}
+
+/// A number above zero.
+pub(super) fn positive<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
+    read(d, "a number above zero", |x| x > 0.0)
+}
+
+/// A share of a whole: above 0, at most 1.
+pub(super) fn share<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
+    read(d, "a share above 0 and at most 1", |x| x > 0.0 && x <= 1.0)
+}
+
+/// Seconds above zero.
+pub(super) fn duration<'de, D: Deserializer<'de>>(d: D) -> Result<Span, D::Error> {
+    read(d, "a number of seconds above 0, at most 31 days", |x| x > 0.0 && x <= DURATION_MAX_S)
+        .map(Span::from_secs_f64)
+}
+
+/// Seconds above zero, or nothing.
+pub(super) fn duration_option<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Span>, D::Error> {
+    duration(d).map(Some)
+}
+
+/// Seconds, zero included.
+pub(super) fn duration_or_zero<'de, D: Deserializer<'de>>(d: D) -> Result<Span, D::Error> {
+    read(d, "a number of seconds, 0 to 31 days", |x| (0.0..=DURATION_MAX_S).contains(&x))
+        .map(Span::from_secs_f64)
+}
+
+/// Degrees of a turn: not zero.
+pub(super) fn turn<'de, D: Deserializer<'de>>(d: D) -> Result<Angle, D::Error> {
+    read(d, "degrees, not 0, at most 36000 either way", |x| x != 0.0 && x.abs() <= ANGLE_MAX_DEG)
+        .map(Angle::from_deg)
+}
+
+/// Degrees of a heading.
+pub(super) fn heading<'de, D: Deserializer<'de>>(d: D) -> Result<Angle, D::Error> {
+    read(d, "a heading of -360 to 360 degrees", |x| x.abs() <= 360.0).map(Angle::from_deg)
+}
+
+/// Degrees per second above zero.
+pub(super) fn rate<'de, D: Deserializer<'de>>(d: D) -> Result<AngularRate, D::Error> {
+    read(d, "degrees per second above 0, at most 1000", |x| x > 0.0 && x <= RATE_MAX_DEG_PER_S)
+        .map(AngularRate::from_deg_per_s)
+}
+
+/// Degrees per second squared above zero.
+pub(super) fn angular_acceleration<'de, D: Deserializer<'de>>(
+    d: D,
+) -> Result<AngularAcceleration, D::Error> {
+    read(d, "degrees per second squared above 0, at most 10000", |x| {
+        x > 0.0 && x <= ANGULAR_ACCELERATION_MAX_DEG_PER_S2
+    })
+    .map(AngularAcceleration::from_deg_per_s2)
+}
+
+/// Metres of a straight line: not zero.
+pub(super) fn distance<'de, D: Deserializer<'de>>(d: D) -> Result<Length, D::Error> {
+    read(d, "metres, not 0, at most 1000 either way", |x| x != 0.0 && x.abs() <= DISTANCE_MAX_M)
+        .map(Length::from_m)
+}
+
+/// Metres above zero.
+pub(super) fn length<'de, D: Deserializer<'de>>(d: D) -> Result<Length, D::Error> {
+    read(d, "metres above 0, at most 1000", |x| x > 0.0 && x <= DISTANCE_MAX_M).map(Length::from_m)
+}
+
+/// Metres of a coordinate.
+pub(super) fn coordinate<'de, D: Deserializer<'de>>(d: D) -> Result<Length, D::Error> {
+    read(d, "metres, at most 1000 either way", |x| x.abs() <= DISTANCE_MAX_M).map(Length::from_m)
+}
+
+/// Metres per second above zero.
+pub(super) fn speed<'de, D: Deserializer<'de>>(d: D) -> Result<Speed, D::Error> {
+    read(d, "metres per second above 0, at most 10", |x| x > 0.0 && x <= SPEED_MAX_M_PER_S)
+        .map(Speed::from_m_per_s)
+}

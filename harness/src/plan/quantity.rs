@@ -1,0 +1,170 @@
+//! Names of quantities in a plan, and which of their observations are meant.
+
+use super::band::Band;
+use super::name::Name;
+use super::quantities::{self, NAMES, OPERATOR_PREFIX, Quantity};
+use crate::observation::Observation;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{self, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// The name of a quantity: one of [`quantities::QUANTITIES`], or `operator.<answer>`.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct QuantityName(String);
+
+impl QuantityName {
+    /// `None` where there is no such quantity.
+    pub fn new(name: &str) -> Option<Self> {
+        let operator = name.strip_prefix(OPERATOR_PREFIX).and_then(Name::new);
+        (operator.is_some() || quantities::find(name).is_some()).then(|| Self(name.to_owned()))
+    }
+
+    /// The name.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+
+    /// Its entry in the table; none for what an operator answers.
+    pub fn entry(&self) -> Option<&'static Quantity> {
+        quantities::find(&self.0)
+    }
+
+    /// The answer's name where an operator gives this quantity.
+    pub fn operator_answer(&self) -> Option<&str> {
+        self.0.strip_prefix(OPERATOR_PREFIX)
+    }
+}
+
+impl fmt::Display for QuantityName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl<'de> Deserialize<'de> for QuantityName {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        Self::new(&name).ok_or_else(|| {
+            let known = NAMES.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+            de::Error::custom(format_args!("unknown quantity `{name}`, expected one of {known}"))
+        })
+    }
+}
+
+/// Which observations of a quantity are meant: those whose tags match, all of them. In a file:
+/// `where = { direction = -1, temperature = [20, 30] }`.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(transparent)]
+pub struct Filter(BTreeMap<String, TagMatch>);
+
+/// What one tag must be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TagMatch {
+    /// This number.
+    Equal(f64),
+    /// In this band.
+    Within(Band),
+}
+
+impl Filter {
+    /// Does this observation carry every tag, and does each match?
+    pub fn matches(&self, observation: &Observation) -> bool {
+        self.0.iter().all(|(tag, wanted)| {
+            observation.tags.get(tag).is_some_and(|&value| match wanted {
+                TagMatch::Equal(number) => value == *number,
+                TagMatch::Within(band) => band.contains(value),
+            })
+        })
+    }
+
+    /// The tags that must have one certain value.
+    pub fn equalities(&self) -> BTreeMap<String, f64> {
+        let equal = |(tag, wanted): (&String, &TagMatch)| match wanted {
+            TagMatch::Equal(number) => Some((tag.clone(), *number)),
+            TagMatch::Within(_) => None,
+        };
+        self.0.iter().filter_map(equal).collect()
+    }
+
+    /// The tags that are asked for.
+    pub fn tags(&self) -> impl Iterator<Item = &str> {
+        self.0.keys().map(String::as_str)
+    }
+}
+
+struct TagMatchVisitor;
+
+impl<'de> Visitor<'de> for TagMatchVisitor {
+    type Value = TagMatch;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a number or a band")
+    }
+
+    fn visit_f64<E: de::Error>(self, value: f64) -> Result<TagMatch, E> {
+        if value.is_finite() {
+            Ok(TagMatch::Equal(value))
+        } else {
+            Err(E::invalid_value(de::Unexpected::Float(value), &self))
+        }
+    }
+
+    fn visit_i64<E: de::Error>(self, value: i64) -> Result<TagMatch, E> {
+        Ok(TagMatch::Equal(value as f64))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<TagMatch, A::Error> {
+        Band::deserialize(SeqAccessDeserializer::new(seq)).map(TagMatch::Within)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<TagMatch, A::Error> {
+        Band::deserialize(MapAccessDeserializer::new(map)).map(TagMatch::Within)
+    }
+}
+
+impl<'de> Deserialize<'de> for TagMatch {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(TagMatchVisitor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Filter, Observation, QuantityName};
+
+    #[test]
+    fn a_filter_asks_for_every_tag() {
+        let filter: Filter =
+            toml::from_str("direction = -1\ntemperature = [20, 30]\nrun = { at_least = 2 }")
+                .unwrap();
+        for (direction, temperature, run, expected) in [
+            (-1.0, 25.0, 2.0, true),
+            (1.0, 25.0, 2.0, false),
+            (-1.0, 31.0, 2.0, false),
+            (-1.0, 25.0, 1.0, false),
+            (-1.0, f64::NAN, 2.0, false),
+        ] {
+            let mut observation = Observation {
+                quantity: "table.error".to_owned(),
+                value: 0.0,
+                uncertainty: 0.0,
+                tags: [("direction", direction), ("temperature", temperature), ("run", run)]
+                    .map(|(tag, value)| (tag.to_owned(), value))
+                    .into(),
+            };
+            assert_eq!(filter.matches(&observation), expected);
+            observation.tags.remove("run");
+            assert!(!filter.matches(&observation), "a tag is absent");
+        }
+    }
+
+    #[test]
+    fn quantities_are_those_of_the_table_and_of_operators() {
+        assert!(QuantityName::new("table.error").is_some());
+        assert_eq!(QuantityName::new("operator.gap").unwrap().operator_answer(), Some("gap"));
+        assert!(QuantityName::new("table.eror").is_none());
+        assert!(QuantityName::new("operator.").is_none());
+    }
+}

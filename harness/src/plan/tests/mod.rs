@@ -1,0 +1,4 @@
+//! Whole plans: what they parse to, and how their mistakes are shown.
+
+mod errors;
+mod paper;

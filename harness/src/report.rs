@@ -1,0 +1,42 @@
+//! `report.html`: a run on one page, for a person.
+//!
+//! The page stands alone: no script, no request, light or dark as the reader's system is, fit to be
+//! printed. It is computed from the summary and the record only, so that it can be drawn again later.
+//!
+//! What is absent: judgement. Verdicts come from the summary; the page only shows them.
+
+mod against;
+mod collect;
+mod frame;
+mod heading;
+mod marks;
+mod measurements;
+mod observations;
+mod page;
+mod palette;
+mod path;
+#[cfg(test)]
+mod samples;
+mod scatter;
+#[cfg(test)]
+mod tests;
+mod thin;
+mod timeline;
+mod trouble;
+
+use crate::outcome::Summary;
+use crate::record::Record;
+use crate::record::header::Header;
+use crate::record::reader::RecordError;
+use collect::Collected;
+
+/// The page of a run: its summary, what its record says about itself, and its records, read once
+/// and not kept. A record that ends early is drawn as far as it goes, and the page says so.
+pub fn render(
+    summary: &Summary,
+    header: &Header,
+    records: impl IntoIterator<Item = Result<Record, RecordError>>,
+) -> String {
+    let collected = Collected::of(records);
+    page::page(summary, header, &collected).into_string()
+}

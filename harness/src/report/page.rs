@@ -1,0 +1,59 @@
+//! The page: what comes where.
+
+use super::collect::Collected;
+use super::{heading, measurements, observations, path, timeline, trouble};
+use crate::outcome::Summary;
+use crate::record::header::Header;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+/// Part of the page, so that it needs nothing beside it.
+const STYLE: &str = include_str!("style.css");
+
+/// The whole document.
+pub(super) fn page(summary: &Summary, header: &Header, collected: &Collected) -> Markup {
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (summary.plan) ": " (summary.outcome.name()) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                main {
+                    (heading::heading(summary, collected))
+                    (section("Paper against measured", Some(measurements::table(&summary.measurements))))
+                    (section("Notes and faults", trouble::list(&collected.troubles)))
+                    (section("Observations", Some(observations::plots(header, collected))))
+                    (section("Where it went", path::figure(&collected.believed, &collected.truth)))
+                    (section(
+                        "Steps",
+                        timeline::figure(&collected.steps, &collected.troubles, collected.end_s),
+                    ))
+                    (section("Files", artifacts(&summary.artifacts)))
+                }
+            }
+        }
+    }
+}
+
+/// A section that has something to show.
+fn section(title: &str, content: Option<Markup>) -> Markup {
+    html! {
+        @if let Some(content) = content {
+            section { h2 { (title) } (content) }
+        }
+    }
+}
+
+fn artifacts(names: &[String]) -> Option<Markup> {
+    if names.is_empty() {
+        return None;
+    }
+    Some(html! {
+        p { "Beside this page:" }
+        ul { @for name in names { li { code { (name) } } } }
+    })
+}

@@ -1,0 +1,293 @@
+//! The emulated devices of a run, and what the controller and the engine must know of them.
+
+use crate::engine::BenchFacts;
+use crate::library::{Kind, Library, LibraryError};
+use crate::record::RecordKind;
+use controller::config::{BaseConfig, Config, GyroConfig, MotionConfig, Transport};
+use emulators::absolute::AbsoluteMeasurement;
+use emulators::base::{self, BaseEmulator, BaseOutput};
+use emulators::device_file::{
+    BaseModel, DeviceFile, DeviceFileError, Devices, GyroModel, ModelSource, Mount, TableModel,
+};
+use emulators::gyro::GyroEmulator;
+use emulators::table::TableEmulator;
+use miette::{NamedSource, SourceSpan};
+use serde::de::DeserializeOwned;
+use wire::can::CanFrame;
+use wire::gyro::GyroStream;
+use wire::packet::Packet;
+use wire::time::Timestamp;
+use wire::units::{Angle, Pose};
+
+/// What turns the gyro.
+#[derive(Debug)]
+pub enum Carrier {
+    /// The turret of the robot.
+    Base(Box<BaseEmulator>),
+    /// The rotary table.
+    Table(Box<TableEmulator>),
+}
+
+/// What a carrier sends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Sent {
+    /// The base, on CAN.
+    Frame(CanFrame),
+    /// The base, on its serial line.
+    BaseBytes(Packet),
+    /// The table, on its serial line.
+    TableBytes(Packet),
+}
+
+/// The emulated devices of one run.
+#[derive(Debug)]
+pub struct Bench {
+    pub(super) gyro: GyroEmulator,
+    pub(super) carrier: Carrier,
+    absolute: AbsoluteMeasurement,
+    devices: Devices,
+}
+
+/// Why a device file cannot be used.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum DevicesError {
+    /// It or a file that it names cannot be had.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Library(#[from] LibraryError),
+    /// It is not right.
+    #[error("{message}")]
+    Toml {
+        /// What is wrong.
+        message: String,
+        /// The file.
+        #[source_code]
+        file: NamedSource<String>,
+        /// The place.
+        #[label("here")]
+        at: Option<SourceSpan>,
+    },
+    /// Its sections do not fit together.
+    #[error("{origin}: {message}")]
+    Unfit {
+        /// The file.
+        origin: String,
+        /// What is wrong.
+        message: String,
+    },
+}
+
+fn read_toml<T: DeserializeOwned>(
+    library: &Library,
+    kind: Kind,
+    name: &str,
+) -> Result<(String, T), DevicesError> {
+    let source = library.open(kind, name)?;
+    match toml::from_str(&source.text) {
+        Ok(value) => Ok((source.origin, value)),
+        Err(error) => Err(DevicesError::Toml {
+            message: error.message().to_owned(),
+            at: error.span().map(SourceSpan::from),
+            file: NamedSource::new(source.origin, source.text).with_language("TOML"),
+        }),
+    }
+}
+
+struct Models<'a>(&'a Library);
+
+impl ModelSource for Models<'_> {
+    type Error = DevicesError;
+
+    fn gyro(&mut self, name: &str) -> Result<GyroModel, DevicesError> {
+        read_toml(self.0, Kind::GyroModel, name).map(|(_, model)| model)
+    }
+
+    fn base(&mut self, name: &str) -> Result<BaseModel, DevicesError> {
+        read_toml(self.0, Kind::BaseModel, name).map(|(_, model)| model)
+    }
+
+    fn table(&mut self, name: &str) -> Result<TableModel, DevicesError> {
+        read_toml(self.0, Kind::TableModel, name).map(|(_, model)| model)
+    }
+}
+
+/// The devices that a device file describes.
+///
+/// # Errors
+///
+/// When it, or a model that it names, is missing or not right.
+pub fn load_devices(library: &Library, name: &str) -> Result<Devices, DevicesError> {
+    let (origin, file): (String, DeviceFile) = read_toml(library, Kind::Devices, name)?;
+    file.resolve(&mut Models(library)).map_err(|error| match error {
+        DeviceFileError::Model { source, .. } => source,
+        error => DevicesError::Unfit { origin, message: error.to_string() },
+    })
+}
+
+impl Bench {
+    /// The devices, each with its own random numbers from `seed`.
+    pub fn new(devices: Devices, seed: u64) -> Self {
+        let (stream, parameters) = devices.gyro.clone();
+        let carrier = match (devices.mount, &devices.base, &devices.table) {
+            (Mount::Base, Some((transport, parameters)), _) => Carrier::Base(Box::new(
+                BaseEmulator::new(parameters.clone(), *transport, seed, "base"),
+            )),
+            (_, _, table) => {
+                let parameters = table.clone().unwrap_or_default();
+                Carrier::Table(Box::new(TableEmulator::new(parameters)))
+            }
+        };
+        Self {
+            gyro: GyroEmulator::new(parameters, stream, seed, "gyro"),
+            carrier,
+            absolute: AbsoluteMeasurement::new(devices.absolute.clone(), seed, "absolute"),
+            devices,
+        }
+    }
+
+    /// The gyro's stream.
+    pub const fn gyro_stream(&self) -> GyroStream {
+        self.devices.gyro.0
+    }
+
+    /// How the base is connected; none on a table.
+    pub fn base_transport(&self) -> Option<Transport> {
+        match (&self.carrier, &self.devices.base) {
+            (Carrier::Base(_), Some((base::Transport::Can, _))) => Some(Transport::Can),
+            (Carrier::Base(_), Some((base::Transport::Serial, _))) => Some(Transport::Serial),
+            _ => None,
+        }
+    }
+
+    /// What the controller must be told.
+    pub fn controller_config(&self) -> Config {
+        Config {
+            gyro: GyroConfig::new(self.gyro_stream()),
+            base: self.base_transport().map(BaseConfig::new),
+            motion: MotionConfig::default(),
+        }
+    }
+
+    /// What the engine must be told.
+    pub fn facts(&self) -> BenchFacts {
+        let table = self.devices.table.clone().unwrap_or_default();
+        BenchFacts {
+            absolute_position_u_m: self.absolute.position_uncertainty().m(),
+            absolute_heading_u_deg: self.absolute.heading_uncertainty().deg(),
+            // Half a step either way, uniform.
+            table_u_deg: table.step_deg / 12f64.sqrt(),
+            table_step: Angle::from_deg(table.step_deg),
+        }
+    }
+
+    /// Measures the pose of the base; none on a table.
+    pub fn measure_absolute(&mut self, now: Timestamp) -> Option<Pose> {
+        match &mut self.carrier {
+            Carrier::Base(base) => {
+                base.wake(now);
+                Some(self.absolute.measure(base.truth_at(now).pose))
+            }
+            Carrier::Table(_) => None,
+        }
+    }
+
+    /// Carries the robot to a pose. The gyro is off meanwhile, as far as the carrying goes: its
+    /// heading is told anew by the pose that the controller is given.
+    ///
+    /// # Errors
+    ///
+    /// When there is no robot, or it moves.
+    pub fn place(&mut self, now: Timestamp, pose: Pose) -> Result<(), &'static str> {
+        self.carrier.place(now, pose)?;
+        self.gyro.carrier_placed(self.carrier.heading_at(now));
+        Ok(())
+    }
+
+    /// Sets a parameter of a device.
+    ///
+    /// # Errors
+    ///
+    /// When there is no such device or parameter, or the value is out of its domain.
+    pub fn set_parameter(
+        &mut self,
+        now: Timestamp,
+        device: &str,
+        parameter: &str,
+        value: f64,
+    ) -> Result<(), String> {
+        let result = match (device, &mut self.carrier) {
+            ("gyro", _) => self.gyro.set_parameter(parameter, value),
+            ("absolute", _) => self.absolute.set_parameter(parameter, value),
+            ("base", Carrier::Base(base)) => base.set_parameter(now, parameter, value),
+            ("table", Carrier::Table(table)) => table.set_parameter(now, parameter, value),
+            _ => return Err(format!("this bench has no device \"{device}\"")),
+        };
+        result.map_err(|error| format!("failed to set {device}.{parameter}: {error}"))
+    }
+
+    /// What is true now.
+    pub fn truth(&mut self, now: Timestamp) -> RecordKind {
+        let gyro = self.gyro.truth();
+        let pose = match &mut self.carrier {
+            Carrier::Base(base) => {
+                base.wake(now);
+                base.truth_at(now).pose
+            }
+            Carrier::Table(table) => Pose { heading: table.angle_at(now), ..Pose::default() },
+        };
+        RecordKind::Truth {
+            pose,
+            bias_rad_per_s: gyro.bias.rad_per_s(),
+            coil_celsius: gyro.coil_temperature.celsius(),
+        }
+    }
+}
+
+impl Carrier {
+    pub(super) fn next_wakeup(&self) -> Timestamp {
+        match self {
+            Self::Base(base) => base.next_wakeup(),
+            Self::Table(table) => table.next_wakeup(),
+        }
+        .unwrap_or(Timestamp::MAX)
+    }
+
+    pub(super) fn wake(&mut self, now: Timestamp) {
+        match self {
+            Self::Base(base) => base.wake(now),
+            Self::Table(table) => table.wake(now),
+        }
+    }
+
+    /// True heading of what carries the gyro, not wrapped.
+    pub(super) fn heading_at(&self, now: Timestamp) -> Angle {
+        match self {
+            Self::Base(base) => base.turret_heading_at(now),
+            Self::Table(table) => table.angle_at(now),
+        }
+    }
+
+    pub(super) fn transmit(&mut self) -> Option<Sent> {
+        match self {
+            Self::Base(base) => base.transmit().map(|output| match output {
+                BaseOutput::Frame(frame) => Sent::Frame(frame),
+                BaseOutput::Bytes(packet) => Sent::BaseBytes(packet),
+            }),
+            Self::Table(table) => table.transmit().map(Sent::TableBytes),
+        }
+    }
+
+    /// Carries the robot to a pose; [`Bench::place`] tells the gyro.
+    fn place(&mut self, now: Timestamp, pose: Pose) -> Result<(), &'static str> {
+        match self {
+            Self::Base(base) => {
+                if base.place(now, pose) {
+                    Ok(())
+                } else {
+                    Err("the robot moves and cannot be carried")
+                }
+            }
+            Self::Table(_) => Err("this bench has no robot that could be carried"),
+        }
+    }
+}
