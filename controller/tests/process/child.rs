@@ -48,21 +48,12 @@ impl Process {
             String::from_utf8_lossy(&text).into_owned()
         });
         let stdin = child.stdin.take();
-        Self {
-            child,
-            stdin,
-            reports: Some(reports),
-            log: Some(log),
-        }
+        Self { child, stdin, reports: Some(reports), log: Some(log) }
     }
 
     /// Writes to its stdin.
     pub fn say(&mut self, text: impl AsRef<[u8]>) {
-        self.stdin
-            .as_mut()
-            .unwrap()
-            .write_all(text.as_ref())
-            .unwrap();
+        self.stdin.as_mut().unwrap().write_all(text.as_ref()).unwrap();
     }
 
     /// Closes its stdin.
@@ -88,9 +79,7 @@ impl Process {
         loop {
             let left = deadline.saturating_duration_since(now());
             assert!(!left.is_zero(), "others come, and not this report");
-            let line = reports
-                .recv_timeout(left)
-                .expect("the report comes in time");
+            let line = reports.recv_timeout(left).expect("the report comes in time");
             if let Some(found) = pick(&line.report) {
                 return found;
             }
@@ -113,14 +102,11 @@ impl Process {
             assert!(now() < deadline, "the process does not end");
             self.rest(POLL);
         };
-        let reports = self.reports.take().map_or_else(Vec::new, |reports| {
-            reports.iter().map(|line| line.report).collect()
-        });
-        (
-            status.code(),
-            reports,
-            self.log.take().unwrap().join().unwrap(),
-        )
+        let reports = self
+            .reports
+            .take()
+            .map_or_else(Vec::new, |reports| reports.iter().map(|line| line.report).collect());
+        (status.code(), reports, self.log.take().unwrap().join().unwrap())
     }
 }
 
@@ -131,10 +117,7 @@ impl Drop for Process {
     }
 }
 
-#[expect(
-    clippy::disallowed_methods,
-    reason = "a process runs on the real clock"
-)]
+#[expect(clippy::disallowed_methods, reason = "a process runs on the real clock")]
 fn now() -> Instant {
     Instant::now()
 }

@@ -14,11 +14,8 @@ use wire::units::{AngularRate, Length, Temperature};
 /// Bias of the gyro, as the bias test is to find it.
 pub const BIAS_DEG_PER_S: f64 = 0.0061;
 
-const STREAM: GyroStream = GyroStream {
-    format: GyroFormat::Navigator,
-    mode: OutputMode::Rate,
-    reversed: false,
-};
+const STREAM: GyroStream =
+    GyroStream { format: GyroFormat::Navigator, mode: OutputMode::Rate, reversed: false };
 
 fn frame(number: u64) -> Vec<u8> {
     let modulus = 256;
@@ -27,10 +24,7 @@ fn frame(number: u64) -> Vec<u8> {
         valid: true,
         status: GyroStatus::default(),
         temperature: Some(Temperature::from_celsius(30.0)),
-        sequence: Some(Sequence {
-            value: (number % u64::from(modulus)) as u8,
-            modulus,
-        }),
+        sequence: Some(Sequence { value: (number % u64::from(modulus)) as u8, modulus }),
     };
     GyroEncoder::new(STREAM).encode(&sample).as_slice().to_vec()
 }

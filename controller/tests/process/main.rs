@@ -56,21 +56,14 @@ fn driving(gyro_port: &str, base: &str) -> Process {
 
 fn assert_stopped_and_at_rest(requests: &devices::Requests, reports: &[Report]) {
     assert_eq!(requests.lock().unwrap().last(), Some(&Request::Stop));
-    let aborted = Report::Aborted {
-        id: 2,
-        reason: AbortReason::Stopped,
-    };
+    let aborted = Report::Aborted { id: 2, reason: AbortReason::Stopped };
     assert!(reports.contains(&aborted), "{reports:?}");
     let last = reports.iter().rev().find_map(|report| match report {
         Report::State(state) => Some(state.moving),
         _ => None,
     });
     assert_eq!(last, Some(false));
-    assert!(
-        !reports
-            .iter()
-            .any(|report| matches!(report, Report::Done { .. }))
-    );
+    assert!(!reports.iter().any(|report| matches!(report, Report::Done { .. })));
 }
 
 #[test]
@@ -79,18 +72,12 @@ fn a_bias_test_runs_on_a_gyro_alone() {
     let mut process = Process::start(&["--gyro", &gyro.port]);
     process.wait_for(|report| matches!(report, Report::State(_)).then_some(()));
     process.say(BIAS_TEST);
-    let Report::Done {
-        result: MissionResult::BiasTest(result),
-        ..
-    } = process.wait_for(answer(1))
+    let Report::Done { result: MissionResult::BiasTest(result), .. } = process.wait_for(answer(1))
     else {
         panic!("not done")
     };
     // One step of the Navigator stream is 0.00305 deg/s.
-    assert!(
-        (result.mean.deg_per_s() - BIAS_DEG_PER_S).abs() < 0.002,
-        "{result:?}"
-    );
+    assert!((result.mean.deg_per_s() - BIAS_DEG_PER_S).abs() < 0.002, "{result:?}");
     assert!((30..=51).contains(&result.samples), "{result:?}");
     process.close_stdin();
     let (status, _, log) = process.wait();
@@ -126,11 +113,9 @@ fn a_base_on_can_is_driven_and_brought_to_rest() {
 
 #[test]
 fn a_signal_brings_the_base_to_rest() {
-    for (signal, name) in [
-        (Signal::TERM, "SIGTERM"),
-        (Signal::INT, "SIGINT"),
-        (Signal::HUP, "SIGHUP"),
-    ] {
+    for (signal, name) in
+        [(Signal::TERM, "SIGTERM"), (Signal::INT, "SIGINT"), (Signal::HUP, "SIGHUP")]
+    {
         let (gyro, (base, requests)) = (gyro(b""), base(b""));
         let process = driving(&gyro.port, &serial(&base));
         process.signal(signal);
@@ -184,10 +169,7 @@ fn a_base_that_does_not_answer_is_told_in_the_status() {
     process.close_stdin();
     let (status, _, log) = process.wait();
     assert_eq!(status, Some(1), "{log}");
-    assert!(
-        log.contains("has not said in 2 s that it is at rest"),
-        "{log}"
-    );
+    assert!(log.contains("has not said in 2 s that it is at rest"), "{log}");
 }
 
 #[test]
@@ -217,10 +199,7 @@ fn garbage_on_stdin_is_counted_and_the_next_mission_answered() {
     let (status, _, log) = process.wait();
     assert_eq!(status, Some(0), "{log}");
     assert!(log.contains("lines_refused=5"), "{log}");
-    assert!(
-        log.contains("unknown variant `fly`") && log.contains("longer than 65536"),
-        "{log}"
-    );
+    assert!(log.contains("unknown variant `fly`") && log.contains("longer than 65536"), "{log}");
     assert!(!log.contains('\x1b'), "{log}");
 }
 
@@ -229,26 +208,14 @@ fn a_port_that_cannot_be_opened_is_named_with_what_to_check() {
     let file = std::env::current_exe().unwrap();
     let file = file.to_str().unwrap();
     for (gyro, base, says) in [
-        (
-            "/dev/no-such-port",
-            "none",
-            ["gyro port /dev/no-such-port", "check the spelling"],
-        ),
+        ("/dev/no-such-port", "none", ["gyro port /dev/no-such-port", "check the spelling"]),
         (
             "/dev/no-such-port",
             "serial:/dev/neither",
             ["gyro port /dev/no", "base port /dev/neither"],
         ),
-        (
-            file,
-            "none",
-            ["cannot open gyro port", "check that it is a serial port"],
-        ),
-        (
-            "/dev/null",
-            "can:nocan7",
-            ["cannot open gyro port /dev/null", "base port nocan7"],
-        ),
+        (file, "none", ["cannot open gyro port", "check that it is a serial port"]),
+        ("/dev/null", "can:nocan7", ["cannot open gyro port /dev/null", "base port nocan7"]),
     ] {
         let (status, reports, log) = Process::start(&["--gyro", gyro, "--base", base]).wait();
         assert_eq!(status, Some(3), "{log}");
@@ -259,11 +226,7 @@ fn a_port_that_cannot_be_opened_is_named_with_what_to_check() {
 
 #[test]
 fn bad_arguments_have_their_own_status() {
-    for arguments in [
-        &[][..],
-        &["--gyro", "x", "--mode", "increment"],
-        &["--gyro", "x:1"],
-    ] {
+    for arguments in [&[][..], &["--gyro", "x", "--mode", "increment"], &["--gyro", "x:1"]] {
         let (status, reports, log) = Process::start(arguments).wait();
         assert_eq!((status, reports.len()), (Some(2), 0), "{log}");
         assert!(log.contains("error: "), "{log}");
@@ -278,10 +241,7 @@ fn a_port_that_vanishes_shows_as_silence_and_the_base_is_stopped() {
     drop(gyro);
     assert_eq!(
         process.wait_for(answer(2)),
-        Report::Aborted {
-            id: 2,
-            reason: AbortReason::GyroSilent
-        }
+        Report::Aborted { id: 2, reason: AbortReason::GyroSilent }
     );
     process.wait_for(|report| {
         matches!(report, Report::Health(health) if health.causes.gyro_silent).then_some(())

@@ -65,12 +65,7 @@ impl Device {
                 }
             }
         });
-        Self {
-            port,
-            stop: Some(stop),
-            thread: Some(thread),
-            _slave: slave,
-        }
+        Self { port, stop: Some(stop), thread: Some(thread), _slave: slave }
     }
 }
 

@@ -100,11 +100,8 @@ impl FromStr for SerialPort {
             |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
         let (path, baud) = match text.rsplit_once(':') {
             Some((path, number)) if digits(number) => {
-                let baud = number
-                    .parse()
-                    .ok()
-                    .filter(|baud| BAUD.contains(baud))
-                    .ok_or_else(|| {
+                let baud =
+                    number.parse().ok().filter(|baud| BAUD.contains(baud)).ok_or_else(|| {
                         format!(
                             "{number} is no baud rate between {} and {}",
                             BAUD.start(),
@@ -118,10 +115,7 @@ impl FromStr for SerialPort {
         if path.is_empty() {
             return Err("the port has no name".to_owned());
         }
-        Ok(Self {
-            path: path.to_owned(),
-            baud,
-        })
+        Ok(Self { path: path.to_owned(), baud })
     }
 }
 
@@ -156,10 +150,7 @@ pub(crate) struct SerialPlace {
 impl SerialPlace {
     fn new(port: SerialPort, usual: SerialSettings) -> Self {
         let baud = port.baud.unwrap_or(usual.baud);
-        Self {
-            path: port.path,
-            settings: SerialSettings { baud, ..usual },
-        }
+        Self { path: port.path, settings: SerialSettings { baud, ..usual } }
     }
 }
 
@@ -205,28 +196,17 @@ impl Arguments {
             ),
             Base::Can(interface) => (BasePlace::Can(interface), Some(Transport::Can)),
         };
-        let stream = GyroStream {
-            format,
-            mode,
-            reversed: self.reversed,
-        };
+        let stream = GyroStream { format, mode, reversed: self.reversed };
         let clock = match self.integrate_by {
             IntegrateBy::Samples => IntegrationClock::Samples,
             IntegrateBy::HostTime => IntegrationClock::HostTime,
         };
         let config = Config {
-            gyro: GyroConfig {
-                clock,
-                ..GyroConfig::new(stream)
-            },
+            gyro: GyroConfig { clock, ..GyroConfig::new(stream) },
             base: transport.map(BaseConfig::new),
             motion: MotionConfig::default(),
         };
-        Ok(Setup {
-            config,
-            gyro: SerialPlace::new(self.gyro, format.serial()),
-            base,
-        })
+        Ok(Setup { config, gyro: SerialPlace::new(self.gyro, format.serial()), base })
     }
 }
 
@@ -238,12 +218,8 @@ mod tests {
     use wire::gyro::{GyroFormat, OutputMode};
 
     fn setup(line: &str) -> Result<Setup, String> {
-        let words = ["k2a-controller"]
-            .into_iter()
-            .chain(line.split_whitespace());
-        Arguments::try_parse_from(words)
-            .map_err(|cause| cause.to_string())?
-            .setup()
+        let words = ["k2a-controller"].into_iter().chain(line.split_whitespace());
+        Arguments::try_parse_from(words).map_err(|cause| cause.to_string())?.setup()
     }
 
     #[test]
@@ -254,10 +230,7 @@ mod tests {
     #[test]
     fn a_port_alone_takes_the_rate_of_its_stream() {
         let setup = setup("--gyro /dev/ttyUSB0").unwrap();
-        assert_eq!(
-            (setup.gyro.path.as_str(), setup.gyro.settings.baud),
-            ("/dev/ttyUSB0", 9_600)
-        );
+        assert_eq!((setup.gyro.path.as_str(), setup.gyro.settings.baud), ("/dev/ttyUSB0", 9_600));
         assert_eq!(setup.config.gyro.stream.format, GyroFormat::Navigator);
         assert_eq!((setup.base, setup.config.base), (BasePlace::None, None));
     }
@@ -270,18 +243,10 @@ mod tests {
         assert_eq!(setup.gyro.path, "/dev/serial/by-path/pci-0:1.0-port0");
         assert_eq!(setup.gyro.settings.baud, 57_600);
         let gyro = setup.config.gyro;
-        assert_eq!(
-            (gyro.stream.mode, gyro.stream.reversed),
-            (OutputMode::Increment, true)
-        );
+        assert_eq!((gyro.stream.mode, gyro.stream.reversed), (OutputMode::Increment, true));
         assert_eq!(gyro.clock, IntegrationClock::HostTime);
-        let BasePlace::Serial(base) = setup.base else {
-            panic!("not serial")
-        };
-        assert_eq!(
-            (base.path.as_str(), base.settings.baud),
-            ("/dev/ttyS1", 38_400)
-        );
+        let BasePlace::Serial(base) = setup.base else { panic!("not serial") };
+        assert_eq!((base.path.as_str(), base.settings.baud), ("/dev/ttyS1", 38_400));
         assert_eq!(setup.config.base.unwrap().transport, Transport::Serial);
     }
 

@@ -13,9 +13,8 @@ use tracing_subscriber::fmt::time::uptime;
 /// When the system gives no thread.
 pub(crate) fn start() -> io::Result<Outlet> {
     let outlet = Outlet::spawn("log", io::stderr())?;
-    let filter = EnvFilter::builder()
-        .with_default_directive(LevelFilter::INFO.into())
-        .from_env_lossy();
+    let filter =
+        EnvFilter::builder().with_default_directive(LevelFilter::INFO.into()).from_env_lossy();
     let subscriber = tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_timer(uptime())

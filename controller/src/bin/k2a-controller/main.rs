@@ -42,9 +42,7 @@ const FLUSH_MAX: Duration = Duration::from_millis(500);
 fn main() -> ExitCode {
     let setup = match Arguments::parse().setup() {
         Ok(setup) => setup,
-        Err(cause) => Arguments::command()
-            .error(ErrorKind::ArgumentConflict, cause)
-            .exit(),
+        Err(cause) => Arguments::command().error(ErrorKind::ArgumentConflict, cause).exit(),
     };
     match run(setup) {
         Ok(status) => ExitCode::from(status),
@@ -58,9 +56,7 @@ fn main() -> ExitCode {
 /// Runs the process; gives its exit status, or why the system does not let it run.
 fn run(setup: Setup) -> io::Result<u8> {
     let clock = Clock::start();
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let log = log::start()?;
     let reports = Outlet::spawn("stdout", io::stdout())?;
     let status = runtime.block_on(serve(setup, clock, &reports));
@@ -100,7 +96,7 @@ async fn serve(setup: Setup, clock: Clock, reports: &Outlet) -> io::Result<u8> {
             return Ok(EXIT_PORT);
         }
     };
-    let orders = orders::read(io::stdin())?;
+    let orders = orders::read(io::BufReader::new(io::stdin()))?;
     let mut shell = Shell {
         controller: Controller::new(setup.config, clock.now()),
         clock,

@@ -6,7 +6,7 @@
 use crate::outlet::is_worth_telling;
 use controller::mission::Mission;
 use std::fmt;
-use std::io::{self, Read};
+use std::io::{self, BufRead, Read as _};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use tokio::sync::mpsc;
@@ -16,8 +16,6 @@ use tracing::{error, warn};
 pub(crate) const LINE_BYTES_MAX: usize = 64 * 1_024;
 /// Missions read ahead; beyond them the sender waits.
 const MISSIONS_MAX: usize = 16;
-/// Taken from stdin at once.
-const READ_BYTES: usize = 4_096;
 
 /// What arrives on stdin. The channel closes when stdin does.
 pub(crate) struct Orders {
@@ -31,7 +29,7 @@ pub(crate) struct Orders {
 ///
 /// # Errors
 /// When the system gives no thread.
-pub(crate) fn read(source: impl Read + Send + 'static) -> io::Result<Orders> {
+pub(crate) fn read(source: impl BufRead + Send + 'static) -> io::Result<Orders> {
     let (sender, missions) = mpsc::channel(MISSIONS_MAX);
     let refused = Arc::<AtomicU64>::default();
     let counter = Arc::clone(&refused);
@@ -42,38 +40,55 @@ pub(crate) fn read(source: impl Read + Send + 'static) -> io::Result<Orders> {
     Ok(Orders { missions, refused })
 }
 
-fn pass_on(mut source: impl Read, missions: &mpsc::Sender<Mission>, refused: &AtomicU64) {
-    let mut lines = Lines::default();
-    let mut buffer = [0; READ_BYTES];
-    loop {
-        let count = match source.read(&mut buffer) {
-            Ok(count) => count,
-            Err(cause) if cause.kind() == io::ErrorKind::Interrupted => continue,
+fn pass_on(mut source: impl BufRead, missions: &mpsc::Sender<Mission>, refused: &AtomicU64) {
+    let mut line = Vec::new();
+    for number in 1u64.. {
+        let mission = match next_line(&mut source, &mut line) {
+            Ok(None) => return,
+            Ok(Some(LineEnd::Whole)) => parse(&line),
+            Ok(Some(LineEnd::Overlong)) => Err(BadLine::Overlong),
             Err(cause) => {
                 error!(%cause, "stdin cannot be read any more");
-                0
+                return;
             }
         };
-        let mut open = true;
-        let mut take = |number, line: Result<&[u8], BadLine>| match line.and_then(parse) {
-            Ok(Some(mission)) => open &= missions.blocking_send(mission).is_ok(),
+        match mission {
             Ok(None) => {}
+            Ok(Some(mission)) => {
+                if missions.blocking_send(mission).is_err() {
+                    // The loop has ended.
+                    return;
+                }
+            }
             Err(bad) => {
                 let count = refused.fetch_add(1, Ordering::Relaxed) + 1;
                 if is_worth_telling(count) {
                     warn!(line = number, count, "not a mission: {bad}");
                 }
             }
-        };
-        if count == 0 {
-            lines.finish(&mut take);
-            return;
-        }
-        lines.feed(buffer.get(..count).unwrap_or_default(), &mut take);
-        if !open {
-            return;
         }
     }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum LineEnd {
+    Whole,
+    /// Longer than [`LINE_BYTES_MAX`]; what is beyond has been passed over.
+    Overlong,
+}
+
+/// Reads the next line, of which the end of the input is an end too; `None` where there is none.
+fn next_line(source: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option<LineEnd>> {
+    line.clear();
+    let limit = LINE_BYTES_MAX as u64 + 1;
+    if source.by_ref().take(limit).read_until(b'\n', line)? == 0 {
+        return Ok(None);
+    }
+    if line.len() <= LINE_BYTES_MAX || line.ends_with(b"\n") {
+        return Ok(Some(LineEnd::Whole));
+    }
+    source.skip_until(b'\n')?;
+    Ok(Some(LineEnd::Overlong))
 }
 
 /// Why a line is no mission.
@@ -100,97 +115,39 @@ fn parse(line: &[u8]) -> Result<Option<Mission>, BadLine> {
     if line.is_empty() {
         return Ok(None);
     }
-    serde_json::from_slice(line)
-        .map(Some)
-        .map_err(BadLine::Json)
-}
-
-/// Cuts bytes into lines of bounded length.
-#[derive(Default)]
-struct Lines {
-    line: Vec<u8>,
-    number: u64,
-    overlong: bool,
-}
-
-impl Lines {
-    /// Hands each line that `bytes` complete, with its number from one, to `take`.
-    fn feed(&mut self, bytes: &[u8], mut take: impl FnMut(u64, Result<&[u8], BadLine>)) {
-        for part in bytes.split_inclusive(|byte| *byte == b'\n') {
-            let (content, ended) = match part.split_last() {
-                Some((b'\n', content)) => (content, true),
-                _ => (part, false),
-            };
-            if self.line.len() + content.len() > LINE_BYTES_MAX {
-                self.overlong = true;
-                self.line.clear();
-            }
-            if !self.overlong {
-                self.line.extend_from_slice(content);
-            }
-            if ended {
-                self.end_line(&mut take);
-            }
-        }
-    }
-
-    /// The end of the input ends the last line.
-    fn finish(&mut self, mut take: impl FnMut(u64, Result<&[u8], BadLine>)) {
-        if self.overlong || !self.line.is_empty() {
-            self.end_line(&mut take);
-        }
-    }
-
-    fn end_line(&mut self, take: &mut impl FnMut(u64, Result<&[u8], BadLine>)) {
-        self.number += 1;
-        take(
-            self.number,
-            if self.overlong {
-                Err(BadLine::Overlong)
-            } else {
-                Ok(&self.line)
-            },
-        );
-        self.overlong = false;
-        self.line.clear();
-    }
+    serde_json::from_slice(line).map(Some).map_err(BadLine::Json)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{LINE_BYTES_MAX, Lines, parse, read};
+    use super::{LINE_BYTES_MAX, LineEnd, next_line, parse, read};
     use controller::mission::Command;
     use proptest::prelude::*;
+    use std::io::BufReader;
     use std::sync::atomic::Ordering;
 
-    fn cut(chunks: &[&[u8]]) -> Vec<(u64, Option<Vec<u8>>)> {
-        let (mut lines, mut seen) = (Lines::default(), Vec::new());
-        let mut take = |number, line: Result<&[u8], _>| {
-            seen.push((number, line.ok().map(<[u8]>::to_vec)));
-        };
-        for chunk in chunks {
-            lines.feed(chunk, &mut take);
+    /// The lines of `bytes`, which come in parts of `part` bytes; `None` for an overlong one.
+    fn lines(bytes: &[u8], part: usize) -> Vec<Option<Vec<u8>>> {
+        let mut source = BufReader::with_capacity(part, bytes);
+        let (mut line, mut all) = (Vec::new(), Vec::new());
+        while let Some(end) = next_line(&mut source, &mut line).unwrap() {
+            all.push((end == LineEnd::Whole).then(|| line.trim_ascii_end().to_vec()));
         }
-        lines.finish(&mut take);
-        seen
+        all
     }
 
     #[test]
     fn an_overlong_line_is_one_bad_line_and_the_next_is_whole() {
         let long = vec![b'x'; LINE_BYTES_MAX + 1];
-        let seen = cut(&[b"a\n", &long, &long, b"tail\nb\n", &long[1..], b"\n", b"c"]);
-        assert_eq!(seen[0], (1, Some(b"a".to_vec())));
-        assert_eq!(seen[1], (2, None));
-        assert_eq!(seen[2], (3, Some(b"b".to_vec())));
-        assert_eq!(seen[3], (4, Some(long[1..].to_vec())));
-        assert_eq!(seen[4], (5, Some(b"c".to_vec())));
+        let text = [b"a\n", &long[..], &long, b"tail\nb\n", &long[1..], b"\n", &long].concat();
+        let expected =
+            [Some(b"a".to_vec()), None, Some(b"b".to_vec()), Some(long[1..].to_vec()), None];
+        assert_eq!(lines(&text, 4_096), expected);
     }
 
     #[test]
     fn the_documented_missions_are_missions_and_blank_lines_are_nothing() {
-        let mission = parse(b"{\"id\":9,\"command\":\"stop\"}\r")
-            .unwrap()
-            .unwrap();
+        let mission = parse(b"{\"id\":9,\"command\":\"stop\"}\r").unwrap().unwrap();
         assert_eq!((mission.id, mission.command), (9, Command::Stop));
         assert!(parse(b" \r").unwrap().is_none());
         for bad in [
@@ -221,14 +178,12 @@ mod tests {
     proptest! {
         #[test]
         fn lines_are_the_same_in_any_division(
-            bytes in prop::collection::vec(prop_oneof![Just(b'\n'), any::<u8>()], 0..200),
-            at in any::<prop::sample::Index>(),
+            bytes in prop::collection::vec(prop_oneof![Just(b'\n'), b'a'..=b'z'], 0..200),
+            part in 1usize..20,
         ) {
-            let (head, tail) = bytes.split_at(at.index(bytes.len() + 1));
-            prop_assert_eq!(cut(&[head, tail]), cut(&[&bytes]));
-            let text: Vec<u8> = cut(&[&bytes]).into_iter().flat_map(|(_, line)| line.unwrap()).collect();
-            let expected: Vec<u8> = bytes.iter().copied().filter(|byte| *byte != b'\n').collect();
-            prop_assert_eq!(text, expected);
+            let text = std::str::from_utf8(&bytes).unwrap();
+            let expected: Vec<_> = text.lines().map(|line| Some(line.as_bytes().to_vec())).collect();
+            prop_assert_eq!(lines(&bytes, part), expected);
         }
 
         #[test]

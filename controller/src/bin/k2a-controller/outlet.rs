@@ -69,22 +69,14 @@ impl Outlet {
     /// When the system gives no thread.
     pub(crate) fn spawn(name: &str, writer: impl Write + Send + 'static) -> std::io::Result<Self> {
         let (queue, lines) = mpsc::channel(LINES_MAX + 1);
-        let end = queue
-            .clone()
-            .try_reserve_owned()
-            .map_err(std::io::Error::other)?;
+        let end = queue.clone().try_reserve_owned().map_err(std::io::Error::other)?;
         let (ended_sender, ended) = blocking::sync_channel(1);
-        std::thread::Builder::new()
-            .name(name.to_owned())
-            .spawn(move || {
-                write_lines(lines, writer);
-                // Nobody waits for it when the process ends by itself.
-                let _ = ended_sender.try_send(());
-            })?;
-        let sender = LineSender {
-            queue,
-            lost: Arc::default(),
-        };
+        std::thread::Builder::new().name(name.to_owned()).spawn(move || {
+            write_lines(lines, writer);
+            // Nobody waits for it when the process ends by itself.
+            let _ = ended_sender.try_send(());
+        })?;
+        let sender = LineSender { queue, lost: Arc::default() };
         Ok(Self { sender, end, ended })
     }
 
@@ -103,11 +95,7 @@ impl Outlet {
 
 fn write_lines(mut lines: mpsc::Receiver<Item>, mut writer: impl Write) {
     while let Some(Item::Line(line)) = lines.blocking_recv() {
-        if writer
-            .write_all(&line)
-            .and_then(|()| writer.flush())
-            .is_err()
-        {
+        if writer.write_all(&line).and_then(|()| writer.flush()).is_err() {
             return;
         }
     }
@@ -178,19 +166,13 @@ mod tests {
             sender.send(b"answer\n".to_vec());
         }
         let lost = sender.lost();
-        assert!(
-            lost >= (LINES_MAX + RESERVED_FOR_MAJOR - 1) as u64,
-            "{lost}"
-        );
+        assert!(lost >= (LINES_MAX + RESERVED_FOR_MAJOR - 1) as u64, "{lost}");
         drop(release);
         outlet.finish(LIMIT);
         let written = String::from_utf8(memory.0.lock().unwrap().clone()).unwrap();
         let answers = written.lines().filter(|line| *line == "answer").count();
         assert_eq!(answers, RESERVED_FOR_MAJOR);
-        assert_eq!(
-            written.lines().count() as u64 + lost,
-            (2 * LINES_MAX + answers) as u64
-        );
+        assert_eq!(written.lines().count() as u64 + lost, (2 * LINES_MAX + answers) as u64);
     }
 
     #[test]
@@ -207,9 +189,7 @@ mod tests {
         let outlet = Outlet::spawn("test", Broken).unwrap();
         let sender = outlet.sender();
         sender.send(b"x\n".to_vec());
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .build()
-            .unwrap();
+        let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
         runtime.block_on(sender.closed());
         sender.send(b"y\n".to_vec());
         assert_eq!(sender.lost(), 1);
@@ -218,9 +198,7 @@ mod tests {
 
     #[test]
     fn a_flood_is_told_ever_less() {
-        let told = (1..=1_000_000)
-            .filter(|count| is_worth_telling(*count))
-            .count();
+        let told = (1..=1_000_000).filter(|count| is_worth_telling(*count)).count();
         assert_eq!(told, 8 + 16);
     }
 }

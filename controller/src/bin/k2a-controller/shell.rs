@@ -146,13 +146,7 @@ impl Shell {
                     moving = Some(state.moving);
                 }
                 // What the shell asks for at the end is nobody else's.
-                !matches!(
-                    report,
-                    Report::Done {
-                        id: SHELL_MISSION,
-                        ..
-                    }
-                )
+                !matches!(report, Report::Done { id: SHELL_MISSION, .. })
             });
             if matches!(self.base, BaseLink::None) {
                 return true;
@@ -171,15 +165,10 @@ impl Shell {
             }
             if now >= look {
                 look = now + STOP_LOOK;
-                self.controller
-                    .command(now, shell_mission(Command::RequestState));
+                self.controller.command(now, shell_mission(Command::RequestState));
                 continue;
             }
-            let wake = self
-                .controller
-                .next_wakeup()
-                .min(look)
-                .min(begin + STOP_MAX);
+            let wake = self.controller.next_wakeup().min(look).min(begin + STOP_MAX);
             tokio::select! {
                 Some((at, heard)) = self.heard.recv() => {
                     // A port that is lost now is one that stays silent.
@@ -197,10 +186,7 @@ impl Shell {
     pub(crate) fn log_end(&self, end: End, at_rest: bool, lines_refused: u64) {
         let (gyro_dropped, base_dropped) = (self.gyro.dropped(), self.base.dropped());
         let reports_lost = self.reports.lost();
-        info!(
-            lines_refused,
-            reports_lost, gyro_dropped, base_dropped, "ended: {end}"
-        );
+        info!(lines_refused, reports_lost, gyro_dropped, base_dropped, "ended: {end}");
         if !at_rest {
             error!(
                 "the base was told to stop and has not said in {} s that it is at rest",
@@ -267,8 +253,5 @@ impl Shell {
 }
 
 const fn shell_mission(command: Command) -> Mission {
-    Mission {
-        id: SHELL_MISSION,
-        command,
-    }
+    Mission { id: SHELL_MISSION, command }
 }

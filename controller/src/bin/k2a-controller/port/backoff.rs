@@ -29,9 +29,7 @@ impl Backoff {
 
     /// The next delay; `None` when it is time to give up.
     pub(super) fn next(&mut self) -> Option<Duration> {
-        let delay = self
-            .last
-            .map_or(DELAY_MIN, |last| (last * 2).min(DELAY_MAX));
+        let delay = self.last.map_or(DELAY_MIN, |last| (last * 2).min(DELAY_MAX));
         self.total += delay;
         self.last = Some(delay);
         (self.total <= TOTAL_MAX).then_some(delay)

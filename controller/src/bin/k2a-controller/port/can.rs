@@ -37,12 +37,7 @@ mod linux {
 
         fn error(&self, cause: &io::Error, advice: String) -> PortError {
             let (name, cause) = (self.interface.clone(), cause.to_string());
-            PortError {
-                port: Port::Base,
-                name,
-                cause,
-                advice,
-            }
+            PortError { port: Port::Base, name, cause, advice }
         }
 
         /// `None` where the system does not tell.
@@ -188,16 +183,10 @@ mod linux {
 
         #[test]
         fn a_missing_interface_is_told_from_a_kernel_without_can() {
-            let text = CanPort::new("nocan7".to_owned())
-                .open()
-                .unwrap_err()
-                .to_string();
+            let text = CanPort::new("nocan7".to_owned()).open().unwrap_err().to_string();
             assert!(text.starts_with("cannot open base port nocan7: "), "{text}");
-            let expected = if kernel_has_can().is_ok() {
-                "check the spelling"
-            } else {
-                "has no CAN sockets"
-            };
+            let expected =
+                if kernel_has_can().is_ok() { "check the spelling" } else { "has no CAN sockets" };
             assert!(text.contains(expected), "{text}");
         }
     }

@@ -141,25 +141,10 @@ pub(crate) fn spawn<M: Medium>(
     let (queue, outgoing) = mpsc::channel(OUTGOING_MAX);
     let dropped = Arc::<AtomicU64>::default();
     let port = medium.port();
-    let ears = Ears {
-        heard,
-        dropped: Arc::clone(&dropped),
-        port,
-        clock,
-    };
+    let ears = Ears { heard, dropped: Arc::clone(&dropped), port, clock };
     info!("{} port {} is open", role(port), medium.name());
-    tokio::spawn(keep_open(
-        Arc::new(medium),
-        link,
-        ears,
-        outgoing,
-        queue.downgrade(),
-    ));
-    Ok(Outgoing {
-        port,
-        queue,
-        dropped,
-    })
+    tokio::spawn(keep_open(Arc::new(medium), link, ears, outgoing, queue.downgrade()));
+    Ok(Outgoing { port, queue, dropped })
 }
 
 async fn keep_open<M: Medium>(
@@ -221,17 +206,8 @@ pub(crate) struct PortError {
 
 impl fmt::Display for PortError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            port,
-            name,
-            cause,
-            advice,
-        } = self;
-        write!(
-            f,
-            "cannot open {} port {name}: {cause}; {advice}",
-            role(*port)
-        )
+        let Self { port, name, cause, advice } = self;
+        write!(f, "cannot open {} port {name}: {cause}; {advice}", role(*port))
     }
 }
 

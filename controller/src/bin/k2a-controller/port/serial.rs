@@ -24,11 +24,7 @@ pub(crate) struct SerialPort {
 impl SerialPort {
     /// The port at `place`; the device is sent `greeting` whenever it has come back.
     pub(crate) const fn new(port: Port, place: SerialPlace, greeting: Option<Packet>) -> Self {
-        Self {
-            port,
-            place,
-            greeting,
-        }
+        Self { port, place, greeting }
     }
 
     fn error(&self, cause: &tokio_serial::Error) -> PortError {
@@ -43,17 +39,9 @@ impl SerialPort {
                  `sudo usermod -aG dialout $USER` and log in again"
             ),
             ErrorKind::NoDevice => format!("another program has it; `fuser -v {path}` tells which"),
-            _ => format!(
-                "check that it is a serial port and can do {} baud",
-                settings.baud
-            ),
+            _ => format!("check that it is a serial port and can do {} baud", settings.baud),
         };
-        PortError {
-            port: self.port,
-            name: path.clone(),
-            cause: cause.to_string(),
-            advice,
-        }
+        PortError { port: self.port, name: path.clone(), cause: cause.to_string(), advice }
     }
 }
 
@@ -78,11 +66,7 @@ impl Medium for SerialPort {
                 serial::Parity::Even => Parity::Even,
                 serial::Parity::Odd => Parity::Odd,
             })
-            .stop_bits(if settings.stop_bits == 2 {
-                StopBits::Two
-            } else {
-                StopBits::One
-            });
+            .stop_bits(if settings.stop_bits == 2 { StopBits::Two } else { StopBits::One });
         let stream = SerialStream::open(&builder).map_err(|cause| self.error(&cause))?;
         // Received before the settings were in force: at another rate, or long ago.
         tokio_serial::SerialPort::clear(&stream, ClearBuffer::Input)
