@@ -6,3 +6,4 @@
 pub mod bench;
 mod lines;
 pub mod simulated;
+mod stage;
