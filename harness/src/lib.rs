@@ -6,6 +6,8 @@ pub mod engine;
 pub mod figures;
 pub mod junit;
 pub mod library;
+#[cfg(feature = "live")]
+pub mod live;
 pub mod link;
 pub mod observation;
 pub mod outcome;
@@ -14,4 +16,6 @@ pub mod record;
 pub mod report;
 pub mod run;
 pub mod run_folder;
+#[cfg(feature = "live")]
+pub mod run_live;
 pub mod world;

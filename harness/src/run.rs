@@ -177,15 +177,27 @@ pub fn run_to_folder(
     let run = simulate(prepared, options.seed, &options.answers, &mut sink, pulse);
     drop(sink);
     let mut summary = summarise(prepared, options.seed, &run);
-    for (name, calibration) in &run.made {
-        let file = format!("{name}.toml");
-        let origin = format!("made by plan {}, seed {}", prepared.plan.name, options.seed);
-        folder.write_artifact(&file, calibrations::to_toml(calibration, &origin).as_bytes())?;
-        summary.artifacts.push(file);
-    }
+    keep_artifacts(&folder, prepared, options.seed, &run.made, &mut summary)?;
     summary.wall_s = wall_s();
     write_documents(&folder, &summary, &header)?;
     Ok((summary, run.made))
+}
+
+/// Writes what the plan made into the run folder, and names it in the summary.
+pub(crate) fn keep_artifacts(
+    folder: &RunFolder,
+    prepared: &Prepared,
+    seed: u64,
+    made: &BTreeMap<String, Calibration>,
+    summary: &mut Summary,
+) -> Result<(), RunFolderError> {
+    for (name, calibration) in made {
+        let file = format!("{name}.toml");
+        let origin = format!("made by plan {}, seed {seed}", prepared.plan.name);
+        folder.write_artifact(&file, calibrations::to_toml(calibration, &origin).as_bytes())?;
+        summary.artifacts.push(file);
+    }
+    Ok(())
 }
 
 /// Writes summary, JUnit file and report of a run whose record is complete.
@@ -205,7 +217,7 @@ pub fn write_documents(
     folder.write_report(&report::render(summary, header, folder.records()?))
 }
 
-fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
+pub(crate) fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
     let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
     let outcome = match run.ending.outcome {
         Outcome::Passed => judged,

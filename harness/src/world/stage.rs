@@ -136,6 +136,12 @@ impl Stage {
         None
     }
 
+    /// Records what went wrong without ending the run.
+    #[cfg(feature = "live")]
+    pub(super) fn note(&mut self, now: Timestamp, sink: &mut impl RecordSink, what: String) {
+        sink.record(Record { at: now, device: Device::Controller, kind: RecordKind::Note(what) });
+    }
+
     /// Records a report, the truth beside a state. Without the full record, states are thinned.
     pub(super) fn record_report(
         &mut self,
