@@ -48,10 +48,6 @@ impl GyroInput {
         &mut self.integrator
     }
 
-    pub(crate) const fn config(&self) -> &GyroConfig {
-        &self.config
-    }
-
     pub(crate) const fn trouble(&self) -> GyroTrouble {
         self.trouble
     }

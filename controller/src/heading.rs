@@ -31,6 +31,7 @@ pub(crate) struct HeadingIntegrator {
     period: Span,
     silence_max: Span,
     heading: Angle,
+    held: bool,
     bias: AngularRate,
     calibration: Calibration,
     gain_ccw: f64,
@@ -56,6 +57,7 @@ impl HeadingIntegrator {
             period,
             silence_max: config.timeout,
             heading: Angle::ZERO,
+            held: false,
             bias: AngularRate::ZERO,
             calibration: Calibration::default(),
             gain_ccw: 1.0,
@@ -80,6 +82,12 @@ impl HeadingIntegrator {
 
     pub(crate) const fn set_heading(&mut self, heading: Angle) {
         self.heading = heading;
+    }
+
+    /// While held the heading stays as it is: what the gyro reads on a robot that is known to stand is
+    /// bias, not rotation.
+    pub(crate) const fn hold(&mut self, held: bool) {
+        self.held = held;
     }
 
     pub(crate) const fn bias(&self) -> AngularRate {
@@ -169,7 +177,9 @@ impl HeadingIntegrator {
         } else {
             (self.corrected(raw_rate) + self.corrected(bridge) * f64::from(lost)) * period_s
         };
-        self.heading += Angle::from_rad(step);
+        if !self.held {
+            self.heading += Angle::from_rad(step);
+        }
         self.last_arrival = Some(now);
         self.last_rate = raw_rate;
         self.samples += 1;
@@ -273,6 +283,20 @@ mod tests {
         }
         let expected = 300.0 * 360.0 / (379.23 - 0.52 * 25.0);
         assert!((integrator.heading().deg() - expected).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_held_heading_stays_and_the_samples_count_on() {
+        let mut integrator = HeadingIntegrator::new(&GyroConfig::default());
+        let output = GyroOutput::Rate(AngularRate::from_deg_per_s(0.01));
+        integrator.hold(true);
+        for n in 0..100 {
+            integrator.sample(at(n), &sample(output, n), 0);
+        }
+        assert_eq!((integrator.heading(), integrator.samples()), (Angle::ZERO, 100));
+        integrator.hold(false);
+        integrator.sample(at(100), &sample(output, 100), 0);
+        assert!(integrator.heading() > Angle::ZERO);
     }
 
     #[test]

@@ -266,6 +266,13 @@ impl Controller {
         self.update_health(now);
     }
 
+    /// The heading is held while the base is known to stand and nothing is about to move it.
+    fn update_hold(&mut self, now: Timestamp) {
+        let about_to_move = matches!(self.task, Task::Drive(_)) || self.stopping;
+        let held = self.base.is_some() && !about_to_move && !self.is_moving(now);
+        self.gyro.integrator_mut().hold(held);
+    }
+
     fn receive_gyro(&mut self, now: Timestamp, bytes: &[u8]) {
         let Self { gyro, raw_rate, task, .. } = self;
         gyro.receive(now, bytes, |reading, _| {
@@ -648,6 +655,7 @@ impl Controller {
     }
 
     fn update_health(&mut self, now: Timestamp) {
+        self.update_hold(now);
         let starting = self.gyro.is_starting()
             || self.base.as_ref().is_some_and(|base| base.motion().is_none());
         let health = Health::new(starting, self.causes(now));

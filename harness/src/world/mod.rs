@@ -4,4 +4,6 @@
 //! * [`simulated`]: virtual time, lines in memory; 16 hours in seconds, the same bytes every time.
 
 pub mod bench;
+mod lines;
 pub mod simulated;
+mod stage;
