@@ -58,6 +58,13 @@ pub fn load(
     Ok(loaded)
 }
 
+/// Names of the calibrations that `plan` makes.
+pub fn made_by(plan: &Plan) -> BTreeSet<String> {
+    let mut saved = BTreeSet::new();
+    collect(&plan.steps, &mut BTreeSet::new(), &mut saved);
+    saved
+}
+
 fn collect(steps: &[Step], used: &mut BTreeSet<String>, saved: &mut BTreeSet<String>) {
     for step in steps {
         match &step.action {

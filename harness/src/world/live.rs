@@ -138,9 +138,11 @@ impl LiveWorld {
         let mut base = if with_base && emulated(BASE) { Some(Pty::open()?) } else { None };
         let mut ports = self.ports.clone();
         let opened = [(GYRO, &gyro), (BASE, &base)];
-        ports.extend(opened.into_iter().filter_map(|(role, pty)| {
-            Some((role.to_owned(), pty.as_ref()?.path().to_owned()))
-        }));
+        ports.extend(
+            opened
+                .into_iter()
+                .filter_map(|(role, pty)| Some((role.to_owned(), pty.as_ref()?.path().to_owned()))),
+        );
         let clock = Clock::start();
         let config = self.stage.bench.controller_config();
         let mut device = Running::start(&self.device_under_test, config, &ports, log)?;

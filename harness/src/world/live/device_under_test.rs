@@ -215,7 +215,10 @@ fn our_program() -> PathBuf {
         .and_then(|path| {
             let folder = path.parent()?;
             // A test's program lies one folder deeper.
-            [folder, folder.parent()?].map(|folder| folder.join(name)).into_iter().find(|p| p.is_file())
+            [folder, folder.parent()?]
+                .map(|folder| folder.join(name))
+                .into_iter()
+                .find(|p| p.is_file())
         })
         .unwrap_or_else(|| PathBuf::from(name))
 }
