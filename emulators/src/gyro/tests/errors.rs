@@ -132,8 +132,33 @@ fn parameters_change_during_a_run() {
     assert!((gyro.truth().coil_temperature.celsius() - expected).abs() < 0.02);
 }
 
+/// Its seconds stay where they are, and its values what they are.
+#[test]
+fn setting_parameters_leaves_the_bias_instability_alone() {
+    let parameters = GyroParameters { bias_instability_rms_deg_per_s: 0.005, ..Default::default() };
+    let rates = |interval_s: f64| {
+        let mut gyro = gyro(parameters.clone(), NAVIGATOR);
+        let (mut rates, mut until) = (Vec::new(), 0.0);
+        while until < 30.0 {
+            until += interval_s;
+            run(&mut gyro, until, |_| Angle::ZERO, |sample| rates.push(rate(sample)));
+            gyro.set_parameter("ambient_celsius", 20.0 + until).unwrap();
+            let shown = rates.last().copied().unwrap_or_default();
+            assert!((gyro.truth().bias.deg_per_s() - shown).abs() < 1e-12);
+        }
+        rates
+    };
+    let (often, never) = (rates(0.3), rates(30.0));
+    assert_eq!(often.len(), never.len());
+    assert!(often.iter().zip(&never).all(|(one, other)| (one - other).abs() < 1e-12));
+    // A straight line within a second, and not the same one in the next.
+    let second = |at: usize| never[at + 98] - never[at];
+    assert!((2.0 * (never[149] - never[100]) - second(100)).abs() < 1e-12);
+    assert!((second(200) - second(100)).abs() > 1e-6);
+}
+
 /// Allan variance of white noise N^2/t, of a Gauss-Markov process and of a rate random walk K^2 t/3
-/// (IEEE Std 952-1997, annex B), at averaging times where each one rules.
+/// (IEEE Std 952-1997, annex C), at averaging times where each one rules.
 #[test]
 fn allan_deviations_are_those_of_theory() {
     let white = GyroParameters { angle_random_walk_deg_per_sqrt_h: 0.6, ..Default::default() };
