@@ -154,11 +154,7 @@ impl GyroEmulator {
             if self.parameters.latency_s == 0.0 && self.pending.is_empty() {
                 return Some(packet);
             }
-            if self.pending.len() == PENDING_OUTPUTS_MAX {
-                self.pending.pop_front();
-                self.dropped = self.dropped.saturating_add(1);
-            }
-            self.pending.push_back((due + Span::from_secs_f64(self.parameters.latency_s), packet));
+            self.hold_back(due, packet);
         }
         let &(due, packet) = self.pending.front()?;
         if due > now {
@@ -166,6 +162,15 @@ impl GyroEmulator {
         }
         self.pending.pop_front();
         Some(packet)
+    }
+
+    /// An output of `due` waits for its latency to pass.
+    fn hold_back(&mut self, due: Timestamp, packet: Packet) {
+        if self.pending.len() == PENDING_OUTPUTS_MAX {
+            self.pending.pop_front();
+            self.dropped = self.dropped.saturating_add(1);
+        }
+        self.pending.push_back((due + Span::from_secs_f64(self.parameters.latency_s), packet));
     }
 
     /// The carrier was put to another heading since the last output, as in a simulation where nobody
@@ -213,7 +218,7 @@ impl GyroEmulator {
         self.noise.configure(&self.parameters, steps);
         self.cubic = self.parameters.cubic();
         self.half_asymmetry = self.parameters.half_asymmetry();
-        self.range = Angle::from_deg(self.parameters.range_deg_per_s).rad();
+        self.range = Angle::from_deg(self.parameters.range_deg_per_s).rad().max(0.0);
         let coil = self.thermal.coil().1;
         let slow_bias = self.noise.slow_bias(self.slow.share_of_second());
         self.bias.value = self.parameters.bias(coil, 0.0) + slow_bias;
@@ -256,12 +261,13 @@ impl GyroEmulator {
             self.start_slow_step();
         }
         self.slow.output();
+        // Drawn before anything else is worked out, so that nothing has to be kept across the draw.
+        let noise = self.noise.next();
         self.bias.step();
         self.scale.step();
 
-        let at = self.clock.next();
+        let (at, interval_s) = (self.clock.next(), self.clock.interval_s());
         self.clock.tick();
-        let interval_s = (at - last).as_secs_f64();
         let turned = heading - last_heading;
         let turned = if now == at { turned } else { turned * share(at - last, now - last) };
         self.carrier = Some((at, last_heading + turned));
@@ -269,9 +275,9 @@ impl GyroEmulator {
         let rate = self.lag.mean(turned.rad() / interval_s);
         let scale =
             self.scale.value + self.cubic * rate * rate + self.half_asymmetry.copysign(rate);
-        let wanted = rate * scale + self.bias.value + self.noise.next();
+        let wanted = rate * scale + self.bias.value + noise;
         let over_range = wanted.abs() > self.range;
-        let measured = if over_range { self.range.copysign(wanted) } else { wanted };
+        let measured = wanted.clamp(-self.range, self.range);
         Some(self.sample(measured, interval_s, over_range))
     }
 

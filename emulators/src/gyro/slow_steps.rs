@@ -70,3 +70,32 @@ impl SlowSteps {
         1.0 - f64::from(self.left + self.rest) / f64::from(self.outputs_per_second)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::SlowSteps;
+    use proptest::prelude::*;
+    use wire::time::Span;
+
+    proptest! {
+        /// Wherever they are cut, seconds begin every 100 outputs of a 100 Hz stream.
+        #[test]
+        fn cuts_do_not_move_the_seconds(cuts in prop::collection::vec(0u32..1_000, 0..20)) {
+            let mut slow = SlowSteps::new(Span::from_millis(10));
+            for output in 0..1_000 {
+                for _ in cuts.iter().filter(|&&cut| cut == output) {
+                    slow.cut();
+                    prop_assert_eq!(slow.share(), 1.0);
+                }
+                if slow.is_over() {
+                    let (outputs, second_begins) = slow.start();
+                    prop_assert_eq!(second_begins, output % 100 == 0);
+                    prop_assert_eq!(outputs, 100 - output % 100);
+                }
+                let of_second = f64::from(output % 100) / 100.0;
+                prop_assert!((slow.share_of_second() - of_second).abs() < 1e-12);
+                slow.output();
+            }
+        }
+    }
+}
