@@ -22,8 +22,8 @@ use wire::units::Angle;
 
 /// Processes to each decade of correlation times.
 ///
-/// Neighbours at a ratio r ripple the density by 2 sech(pi^2 / ln r): 5.5 % with one to the decade, 1e-5
-/// with three. What is left are the parts of the band beyond the first and the last.
+/// Neighbours at a ratio r ripple the density by 2 sech(pi^2 / ln r): 5.5 % with one to the decade,
+/// 1e-5 with three. What is left of an error are the ends, half a part of the band each.
 const PROCESSES_PER_DECADE: f64 = 3.0;
 
 /// The most processes: more than twelve decades are spaced wider.
@@ -44,8 +44,8 @@ struct Process {
 /// At the seconds its variance and correlations are those of the continuous processes, exactly; it
 /// was there before anybody looked, so it starts in its steady distribution. Between two seconds it
 /// runs in a straight line, which takes (1 - e^(-1 s / correlation time)) / 3 of a process's mean
-/// square: with correlation times from 1 s to 10,000 s 2.8 % of the sum's, all of it noise faster than
-/// a few seconds.
+/// square: with correlation times from 1 s to 10,000 s 2.8 % of the sum's, all of it noise faster
+/// than a few seconds.
 #[derive(Debug)]
 pub(super) struct BiasInstability {
     stream: RandomStream,

@@ -132,21 +132,10 @@ impl RateNoise {
 mod tests {
     use super::{RateNoise, Steps};
     use crate::gyro::parameters::{GyroParameters, WORST_CASE_CORRELATION_S};
+    use crate::gyro::tests::variance_after_bias_test;
     use wire::units::Angle;
 
     const STEPS: Steps = Steps { output_s: 0.01, slow_s: 1.0 };
-
-    /// Variance of the mean over `later` less the mean over the `earlier` seconds just before it,
-    /// for a Gauss-Markov process of unit variance, from its covariance e^(-|t|/T) integrated over
-    /// both intervals.
-    fn variance_after_bias_test(earlier: f64, later: f64, correlation_s: f64) -> f64 {
-        let t = correlation_s;
-        let own =
-            |length: f64| 2.0 * (t / length).powi(2) * (length / t - 1.0 + (-length / t).exp());
-        let shared =
-            t * t / (earlier * later) * (1.0 - (-earlier / t).exp()) * (1.0 - (-later / t).exp());
-        own(earlier) + own(later) - 2.0 * shared
-    }
 
     #[test]
     fn the_assumed_correlation_time_is_the_least_favourable_one() {

@@ -9,7 +9,7 @@ use wire::units::Angle;
 ///
 /// This is the time for which a 20 s bias test, followed at once by a lap of 64 s travel, is helped
 /// least by the bias test: it maximises the variance of the mean drift during the lap less the mean
-/// drift during the test. The worst that any spectrum of the same rms can do, that is, not a fit to
+/// drift during the test. No sum of such processes of the same rms does worse. It is not a fit to
 /// any result; `gyro::noise` computes it.
 pub const WORST_CASE_CORRELATION_S: f64 = 20.0;
 

@@ -1,5 +1,6 @@
 use super::{BiasInstability, CorrelationTimes};
 use crate::gyro::parameters::GyroParameters;
+use crate::gyro::tests::variance_after_bias_test;
 use proptest::prelude::*;
 use std::f64::consts::{LN_2, PI};
 use wire::units::Angle;
@@ -45,15 +46,6 @@ fn flat_allan_deviation() -> f64 {
     b * (2.0 * LN_2 / PI).sqrt()
 }
 
-/// The mean of the autocovariance e^(-|t|/T) over two intervals one after the other, and over each of
-/// them with itself: the variance of the mean over `later` less the mean over `earlier` seconds.
-fn variance_after(earlier: f64, later: f64, t: f64) -> f64 {
-    let own = |length: f64| 2.0 * (t / length).powi(2) * (length / t - 1.0 + (-length / t).exp());
-    let shared =
-        t * t / (earlier * later) * (1.0 - (-earlier / t).exp()) * (1.0 - (-later / t).exp());
-    own(earlier) + own(later) - 2.0 * shared
-}
-
 #[test]
 fn twelve_processes_stand_for_four_decades() {
     let times: Vec<f64> = CorrelationTimes::of(&parameters()).seconds().collect();
@@ -83,7 +75,7 @@ fn the_allan_deviation_is_flat_within_the_band() {
 /// that the bias runs straight within a second changes less than the last digit.
 #[test]
 fn a_bias_test_leaves_more_than_half_of_the_rms() {
-    let left = over_the_bank(|t| variance_after(20.0, 64.0, t)).sqrt();
+    let left = over_the_bank(|t| variance_after_bias_test(20.0, 64.0, t)).sqrt();
     println!("share of the rms left in 64 s after a 20 s bias test: {left:.4}");
     assert!((left - 0.5607).abs() < 5e-5, "{left}");
 }
