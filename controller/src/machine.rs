@@ -569,7 +569,7 @@ impl Controller {
             AbortReason::EmergencyStop
         } else if motion.is_some_and(|motion| motion.fault) {
             AbortReason::BaseFault
-        } else if moves && motion.is_some_and(|motion| motion.command_timed_out) {
+        } else if self.has_command_timed_out(now) {
             AbortReason::BaseCommandTimeout
         } else {
             return;
@@ -578,6 +578,18 @@ impl Controller {
         if moves {
             self.stop_base(now);
         }
+    }
+
+    /// The base stopped by itself while a mission drove it. It goes on saying so until it hears the
+    /// next velocity, so that nothing it says before that is meant for this mission.
+    fn has_command_timed_out(&self, now: Timestamp) -> bool {
+        let (Task::Drive(drive), Some(config), Some(base)) =
+            (&self.task, &self.config.base, &self.base)
+        else {
+            return false;
+        };
+        now > drive.commanding_since() + config.timeout_moving
+            && base.motion().is_some_and(|(_, motion)| motion.command_timed_out)
     }
 
     fn abort(&mut self, reason: AbortReason) {
