@@ -85,6 +85,10 @@ impl BaseDriver {
             Request::SetVelocity { .. } => self.velocity = Some(request),
             Request::Stop => {
                 self.velocity = None;
+                // One that waits already says it all.
+                if self.requests.front() == Some(&Request::Stop) {
+                    return;
+                }
                 if self.requests.is_full() {
                     self.requests.pop_back();
                     self.refused = self.refused.saturating_add(1);
