@@ -378,7 +378,8 @@ impl Controller {
             return Err(Refusal::BaseNotReady);
         }
         if self.source == HeadingSource::Gyro {
-            if causes.gyro_silent || causes.gyro_fault {
+            // One that was never heard is silent as well, though no fault before everything has started.
+            if self.gyro.is_silent(now) || causes.gyro_fault {
                 return Err(Refusal::NoGyro);
             }
             if causes.no_bias {
