@@ -13,12 +13,13 @@ use crate::mission::{
 };
 use crate::pose_download::{PoseDownload, Progress};
 use heapless::Deque;
+use wire::base::payload::{COUNTS_PER_DEG, COUNTS_PER_M, encode_request};
 use wire::base::{Motion, Request};
 use wire::can::CanFrame;
 use wire::gyro::{GyroFormat, dsp3000_command};
 use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
-use wire::units::{Angle, AngularRate, Pose};
+use wire::units::{Angle, AngularRate, Pose, Speed};
 
 /// Reports that wait to be fetched; the oldest state gives way, and the loss shows in health.
 pub const REPORTS_MAX: usize = 64;
@@ -30,6 +31,10 @@ pub const BIAS_TEST_S_MAX: f64 = 3_600.0;
 pub const DISTANCE_M_MAX: f64 = 1_000.0;
 /// See [`DISTANCE_M_MAX`].
 pub const ANGLE_RAD_MAX: f64 = 1_000.0;
+/// Slowest speed of a mission: one count of the wire. Below it the base would be told to stand.
+pub const SPEED_MIN: Speed = Speed::from_m_per_s(1.0 / COUNTS_PER_M);
+/// Slowest rate of a mission; see [`SPEED_MIN`].
+pub const RATE_MIN: AngularRate = AngularRate::from_deg_per_s(1.0 / COUNTS_PER_DEG);
 
 /// A port of the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -208,7 +213,7 @@ impl Controller {
             Command::BiasTest(order) => self.begin_bias_test(now, id, order),
             Command::Straight(order) => {
                 let in_range = order.distance.m().abs() <= DISTANCE_M_MAX
-                    && order.speed.m_per_s() > 0.0
+                    && order.speed >= SPEED_MIN
                     && self.config.base.is_some_and(|base| order.speed <= base.speed_max);
                 self.ready_to_move(now, in_range).map(|sight| {
                     let drive = Drive::straight(id, order, &self.config.motion, &sight);
@@ -217,7 +222,7 @@ impl Controller {
             }
             Command::Turn(order) => {
                 let in_range = order.angle.rad().abs() <= ANGLE_RAD_MAX
-                    && order.rate.rad_per_s() > 0.0
+                    && order.rate >= RATE_MIN
                     && self.config.base.is_some_and(|base| order.rate <= base.steer_rate_max);
                 self.ready_to_move(now, in_range).map(|mut sight| {
                     self.reference += order.angle;
@@ -449,7 +454,9 @@ impl Controller {
     }
 
     fn begin_set_pose(&mut self, now: Timestamp, id: MissionId, pose: Pose) -> Result<(), Refusal> {
-        if !pose.is_finite() {
+        let on_the_wire = Pose { heading: pose.heading.wrapped(), ..pose };
+        let writable = encode_request(&Request::WritePose { pose: on_the_wire, counter: 0 });
+        if !pose.is_finite() || (self.base.is_some() && writable.is_none()) {
             return Err(Refusal::OutOfRange);
         }
         self.idle_at_rest(now)?;
