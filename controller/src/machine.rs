@@ -300,7 +300,11 @@ impl Controller {
         self.reckoning.odometry(&motion);
         let heading = self.heading();
         self.reckoning.advance(&motion, heading);
-        self.stopping &= motion.moving;
+        if self.stopping && !motion.moving {
+            // The next mission starts from where the base came to rest, not from where it was stopped.
+            self.stopping = false;
+            self.reference = heading;
+        }
         if matches!(self.task, Task::PoseDownload(_)) {
             self.step_pose_download(now);
         }
