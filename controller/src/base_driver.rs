@@ -6,13 +6,16 @@ use wire::base::serial_link::{Host, HostEvent, quiet_time};
 use wire::base::{Motion, Reply, Request, can_link};
 use wire::can::CanFrame;
 use wire::packet::Packet;
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 
 /// Requests that wait for the line; more are refused and counted.
 const REQUESTS_MAX: usize = 8;
 
 /// How often a request is tried on the serial line.
 const TRIES_MAX: u8 = 3;
+
+/// Polls within the time-out while the base moves of which nobody here is the cause.
+const POLLS_PER_TIMEOUT: i64 = 3;
 
 /// What goes out to the base.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,6 +88,10 @@ impl BaseDriver {
             Request::SetVelocity { .. } => self.velocity = Some(request),
             Request::Stop => {
                 self.velocity = None;
+                // One that waits already says it all.
+                if self.requests.front() == Some(&Request::Stop) {
+                    return;
+                }
                 if self.requests.is_full() {
                     self.requests.pop_back();
                     self.refused = self.refused.saturating_add(1);
@@ -139,6 +146,10 @@ impl BaseDriver {
         }
         if let Some(motion) = heard {
             self.motion = Some((now, motion));
+            let poll_at = now + self.poll_period();
+            if let Line::Serial(line) = &mut self.line {
+                line.poll_at = line.poll_at.min(poll_at);
+            }
         }
         heard
     }
@@ -183,10 +194,11 @@ impl BaseDriver {
                     None => return None,
                 },
             };
+            let poll_at = now + self.poll_period();
             let Line::Serial(line) = &mut self.line else { return None };
             let poll = matches!(request, Request::ReadMotion);
             if poll {
-                line.poll_at = now + self.config.poll_at_rest;
+                line.poll_at = poll_at;
             }
             if let Some(packet) = line.host.start(&request) {
                 line.under_way = Some((request, tries + 1));
@@ -210,6 +222,15 @@ impl BaseDriver {
                     line.repeat.is_some() || self.velocity.is_some() || !self.requests.is_empty();
                 if waiting { line.quiet_until } else { line.poll_at.max(line.quiet_until) }
             }
+        }
+    }
+
+    /// Time between two polls that nobody asks for. A base that moves is silent sooner than one that
+    /// stands, and is asked more often.
+    fn poll_period(&self) -> Span {
+        match self.motion {
+            Some((_, motion)) if motion.moving => self.config.timeout_moving / POLLS_PER_TIMEOUT,
+            _ => self.config.poll_at_rest,
         }
     }
 

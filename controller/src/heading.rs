@@ -20,6 +20,8 @@ pub(crate) struct Reading {
     pub(crate) temperature: Option<Temperature>,
     /// Samples lost before this one.
     pub(crate) lost: u16,
+    /// Silence before it was too long to be bridged.
+    pub(crate) after_silence: bool,
     /// A comparison of the clocks ended with this sample.
     pub(crate) clock_ratio: Option<f64>,
 }
@@ -134,7 +136,8 @@ impl HeadingIntegrator {
     /// Takes one valid sample that arrived `now`. `skipped` samples before it were invalid: where
     /// the stream has no sequence they count as lost.
     pub(crate) fn sample(&mut self, now: Timestamp, sample: &GyroSample, skipped: u16) -> Reading {
-        if self.last_arrival.is_some_and(|last| now - last > self.silence_max) {
+        let after_silence = self.last_arrival.is_some_and(|last| now - last > self.silence_max);
+        if after_silence {
             self.lose_track();
         }
         let lost = match (sample.sequence, self.last_sequence) {
@@ -185,7 +188,7 @@ impl HeadingIntegrator {
         self.samples += 1;
         self.samples_lost += u64::from(lost);
         let clock_ratio = self.watch.sample(now, lost);
-        Reading { raw_rate, temperature, lost, clock_ratio }
+        Reading { raw_rate, temperature, lost, after_silence, clock_ratio }
     }
 
     /// rad/s
@@ -305,7 +308,7 @@ mod tests {
         let output = GyroOutput::Rate(AngularRate::from_deg_per_s(10.0));
         integrator.sample(at(0), &sample(output, 0), 0);
         let reading = integrator.sample(at(500), &sample(output, 244), 0);
-        assert_eq!(reading.lost, 0);
+        assert!(reading.lost == 0 && reading.after_silence);
         assert!((integrator.heading().deg() - 0.2).abs() < 1e-9);
     }
 

@@ -42,6 +42,6 @@ pub mod mission;
 mod pose_download;
 
 pub use machine::{
-    ANGLE_RAD_MAX, BIAS_TEST_S_MAX, Controller, DISTANCE_M_MAX, Input, Output, Port, REPORTS_MAX,
-    STATE_PERIOD_AT_REST,
+    ANGLE_RAD_MAX, BIAS_TEST_S_MAX, Controller, DISTANCE_M_MAX, Input, Output, Port, RATE_MIN,
+    REPORTS_MAX, SPEED_MIN, STATE_PERIOD_AT_REST,
 };

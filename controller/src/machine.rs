@@ -13,12 +13,13 @@ use crate::mission::{
 };
 use crate::pose_download::{PoseDownload, Progress};
 use heapless::Deque;
+use wire::base::payload::{COUNTS_PER_DEG, COUNTS_PER_M, encode_request};
 use wire::base::{Motion, Request};
 use wire::can::CanFrame;
 use wire::gyro::{GyroFormat, dsp3000_command};
 use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
-use wire::units::{Angle, AngularRate, Pose};
+use wire::units::{Angle, AngularRate, Pose, Speed};
 
 /// Reports that wait to be fetched; the oldest state gives way, and the loss shows in health.
 pub const REPORTS_MAX: usize = 64;
@@ -30,6 +31,10 @@ pub const BIAS_TEST_S_MAX: f64 = 3_600.0;
 pub const DISTANCE_M_MAX: f64 = 1_000.0;
 /// See [`DISTANCE_M_MAX`].
 pub const ANGLE_RAD_MAX: f64 = 1_000.0;
+/// Slowest speed of a mission: one count of the wire. Below it the base would be told to stand.
+pub const SPEED_MIN: Speed = Speed::from_m_per_s(1.0 / COUNTS_PER_M);
+/// Slowest rate of a mission; see [`SPEED_MIN`].
+pub const RATE_MIN: AngularRate = AngularRate::from_deg_per_s(1.0 / COUNTS_PER_DEG);
 
 /// A port of the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -173,7 +178,8 @@ impl Controller {
         if let Some(base) = &self.base {
             at = at.min(base.next_wakeup());
             if !self.health.causes.base_silent {
-                at = at.min(self.base_silent_at());
+                // One nanosecond late: the limit itself is still in time.
+                at = at.min(self.base_silent_at() + Span::from_nanos(1));
             }
         }
         at
@@ -207,7 +213,7 @@ impl Controller {
             Command::BiasTest(order) => self.begin_bias_test(now, id, order),
             Command::Straight(order) => {
                 let in_range = order.distance.m().abs() <= DISTANCE_M_MAX
-                    && order.speed.m_per_s() > 0.0
+                    && order.speed >= SPEED_MIN
                     && self.config.base.is_some_and(|base| order.speed <= base.speed_max);
                 self.ready_to_move(now, in_range).map(|sight| {
                     let drive = Drive::straight(id, order, &self.config.motion, &sight);
@@ -216,7 +222,7 @@ impl Controller {
             }
             Command::Turn(order) => {
                 let in_range = order.angle.rad().abs() <= ANGLE_RAD_MAX
-                    && order.rate.rad_per_s() > 0.0
+                    && order.rate >= RATE_MIN
                     && self.config.base.is_some_and(|base| order.rate <= base.steer_rate_max);
                 self.ready_to_move(now, in_range).map(|mut sight| {
                     self.reference += order.angle;
@@ -294,7 +300,11 @@ impl Controller {
         self.reckoning.odometry(&motion);
         let heading = self.heading();
         self.reckoning.advance(&motion, heading);
-        self.stopping &= motion.moving;
+        if self.stopping && !motion.moving {
+            // The next mission starts from where the base came to rest, not from where it was stopped.
+            self.stopping = false;
+            self.reference = heading;
+        }
         if matches!(self.task, Task::PoseDownload(_)) {
             self.step_pose_download(now);
         }
@@ -377,7 +387,8 @@ impl Controller {
             return Err(Refusal::BaseNotReady);
         }
         if self.source == HeadingSource::Gyro {
-            if causes.gyro_silent || causes.gyro_fault {
+            // One that was never heard is silent as well, though no fault before everything has started.
+            if self.gyro.is_silent(now) || causes.gyro_fault {
                 return Err(Refusal::NoGyro);
             }
             if causes.no_bias {
@@ -447,7 +458,9 @@ impl Controller {
     }
 
     fn begin_set_pose(&mut self, now: Timestamp, id: MissionId, pose: Pose) -> Result<(), Refusal> {
-        if !pose.is_finite() {
+        let on_the_wire = Pose { heading: pose.heading.wrapped(), ..pose };
+        let writable = encode_request(&Request::WritePose { pose: on_the_wire, counter: 0 });
+        if !pose.is_finite() || (self.base.is_some() && writable.is_none()) {
             return Err(Refusal::OutOfRange);
         }
         self.idle_at_rest(now)?;
@@ -568,7 +581,7 @@ impl Controller {
             AbortReason::EmergencyStop
         } else if motion.is_some_and(|motion| motion.fault) {
             AbortReason::BaseFault
-        } else if moves && motion.is_some_and(|motion| motion.command_timed_out) {
+        } else if self.has_command_timed_out(now) {
             AbortReason::BaseCommandTimeout
         } else {
             return;
@@ -577,6 +590,18 @@ impl Controller {
         if moves {
             self.stop_base(now);
         }
+    }
+
+    /// The base stopped by itself while a mission drove it. It goes on saying so until it hears the
+    /// next velocity, so that nothing it says before that is meant for this mission.
+    fn has_command_timed_out(&self, now: Timestamp) -> bool {
+        let (Task::Drive(drive), Some(config), Some(base)) =
+            (&self.task, &self.config.base, &self.base)
+        else {
+            return false;
+        };
+        now > drive.commanding_since() + config.timeout_moving
+            && base.motion().is_some_and(|(_, motion)| motion.command_timed_out)
     }
 
     fn abort(&mut self, reason: AbortReason) {

@@ -1,1 +1,12 @@
-//! x
+//! What the scenarios share.
+//!
+//! * [`rig`]: controller and emulated devices joined by paced lines, stepped by hand, with taps on
+//!   every direction; for scenarios about the controller.
+//! * [`devices`]: ideal devices, and those that ship.
+//! * [`plans`]: plans given as text, run in the simulated world; for scenarios about the engine.
+//! * [`rooms`]: the sources of the workspace, for the checks of the house rules.
+
+pub mod devices;
+pub mod plans;
+pub mod rig;
+pub mod rooms;

@@ -1,0 +1,108 @@
+//! Plans given as text, run in the simulated world, and what their records say.
+
+use emulators::device_file::Devices;
+use harness::calibrations;
+use harness::library::Library;
+use harness::plan::Plan;
+use harness::record::header::Header;
+use harness::record::sink::{FileSink, Level, MemorySink};
+use harness::record::{Device, Record, RecordKind};
+use harness::run::{Prepared, Simulated, simulate};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// A plan of these steps that judges nothing: whatever is measured will do.
+pub fn plan_of(steps: &str) -> String {
+    plan_measuring(steps, "health.degraded", "1")
+}
+
+/// The same, with observations of this quantity, in its unit.
+pub fn plan_measuring(steps: &str, quantity: &str, unit: &str) -> String {
+    format!(
+        r#"
+name = "scenario"
+title = "A scenario"
+devices = "none"
+steps = [{steps}]
+
+[[measurement]]
+name = "{}"
+doc = "A plan must measure something"
+quantity = "{quantity}"
+unit = "{unit}"
+check = {{ all_within = {{ at_least = -1e9 }} }}
+"#,
+        quantity.replace('.', "_")
+    )
+}
+
+/// A plan given as text, on these devices, with the calibrations that ship.
+///
+/// # Panics
+///
+/// When the text is no plan.
+pub fn prepared(text: &str, devices: Devices) -> Prepared {
+    let plan = match Plan::parse("scenario", text) {
+        Ok(plan) => plan,
+        Err(error) => panic!("{error}: {:?}", &text[error.range()]),
+    };
+    // A calibration that does not ship is left for the run to miss.
+    let calibrations =
+        calibrations::load(&plan, &Library::shipped(), &BTreeMap::new()).unwrap_or_default();
+    Prepared { plan: Arc::new(plan), devices, calibrations }
+}
+
+/// A run and its full record.
+#[derive(Debug)]
+pub struct Run {
+    /// What it came to.
+    pub simulated: Simulated,
+    /// What happened.
+    pub records: Vec<Record>,
+}
+
+/// Runs it with nobody to answer and nobody to stop it.
+pub fn run(prepared: &Prepared, seed: u64) -> Run {
+    run_with(prepared, seed, &BTreeMap::new())
+}
+
+/// Runs it with these answers to what a person is asked.
+pub fn run_with(prepared: &Prepared, seed: u64, answers: &BTreeMap<String, f64>) -> Run {
+    let mut sink = MemorySink::new(Level::Full);
+    let simulated = simulate(prepared, seed, answers, &mut sink, &mut |_| true);
+    assert_eq!(sink.overflowed(), 0, "a scenario fits the memory");
+    Run { simulated, records: sink.into_records() }
+}
+
+/// The bytes of the record file of a run, at the full level.
+///
+/// # Panics
+///
+/// When they cannot be written, which memory never refuses.
+pub fn record_file(prepared: &Prepared, seed: u64) -> Vec<u8> {
+    let mut file = Vec::new();
+    // Without the seed in the header, so that files differ only in what happened.
+    let header = Header { plan: prepared.plan.name.as_str().to_owned(), ..Header::default() };
+    let mut sink =
+        FileSink::new(&mut file, &header, Level::Full).expect("memory takes what is written");
+    simulate(prepared, seed, &BTreeMap::new(), &mut sink, &mut |_| true);
+    drop(sink);
+    file
+}
+
+impl Run {
+    /// What the device put on its lines, in order.
+    pub fn sent_by(&self, device: Device) -> Vec<&Record> {
+        let sent = |record: &&Record| {
+            record.device == device
+                && matches!(record.kind, RecordKind::Bytes(_) | RecordKind::Frame(_))
+        };
+        self.records.iter().filter(sent).collect()
+    }
+
+    /// The values of what was observed under this name, in order.
+    pub fn observed(&self, quantity: &str) -> Vec<f64> {
+        let of = |o: &&harness::observation::Observation| o.quantity == quantity;
+        self.simulated.observations.iter().filter(of).map(|o| o.value).collect()
+    }
+}
