@@ -9,9 +9,9 @@
 //! 4. clipped to the range and flagged beyond it, with the stream's validity bit left good;
 //! 5. as a rate, an increment or an integrated angle, quantised by the stream's encoder.
 //!
-//! What is slow, temperatures with all that depends on them and bias instability, is worked out once a
-//! second of the gyro's clock and runs in straight lines between. That is off by less than 1e-6 K, and
-//! takes 1.4 % of the rms of a bias instability over four decades from 1 s (see `bias_instability`).
+//! What is slow, temperatures with all that depends on them and bias instability, is worked out once
+//! a second of the gyro's clock and runs in straight lines between. That is off by less than 1e-6 K,
+//! and takes 1.4 % of the rms of a bias instability over four decades from 1 s.
 
 mod bias_instability;
 mod clock;

@@ -32,9 +32,9 @@ parameters! {
         /// this class: 0.07 to 1.
         angle_random_walk_deg_per_sqrt_h: NOT_NEGATIVE = 0.0,
         /// Bias instability (IEEE Std 952), flicker noise: rms of all that has correlation times
-        /// from `bias_instability_shortest_s` to `bias_instability_longest_s`. B is 0.58 of
-        /// it over four decades, and 0.664 B the flat part of the Allan deviation. The paper's data sheet: 0.005
-        /// (bias drift at stabilised temperature).
+        /// from `bias_instability_shortest_s` to `bias_instability_longest_s`. Over four decades B
+        /// is 0.58 of it, and 0.664 B the flat part of the Allan deviation. The paper's data sheet:
+        /// 0.005 (bias drift at stabilised temperature).
         bias_instability_rms_deg_per_s: NOT_NEGATIVE = 0.0,
         /// Shortest correlation time of the bias instability; see [`INSTABILITY_SHORTEST_S`].
         bias_instability_shortest_s: POSITIVE = INSTABILITY_SHORTEST_S,
