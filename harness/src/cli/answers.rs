@@ -102,6 +102,13 @@ mod tests {
             { operator_prompt = { text = "Weigh it", answer = { name = "mass", unit = "kg", range = [10, 90] } } },
             { operator_prompt = { text = "Put it back" } },
         ] } }]
+
+        [[measurement]]
+        name = "mass"
+        doc = "What the scales say"
+        quantity = "operator.mass"
+        unit = "kg"
+        check = { all_within = [10, 90] }
     "#;
 
     fn collected(given: &[&str], all_needed: bool) -> Result<Answers, String> {

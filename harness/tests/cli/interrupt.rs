@@ -13,6 +13,7 @@ name = "endless"
 title = "No end"
 devices = "paper"
 steps = [
+    { bias_test = { duration_s = 5 } },
     { turn = { angle_deg = 90 } },
     { repeat = { times = 2000, steps = [{ wait = { duration_s = 7200 } }] } },
 ]
