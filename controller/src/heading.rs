@@ -12,7 +12,7 @@ use wire::units::{Angle, AngularRate, Temperature};
 const TEMPERATURE_UPDATE: Span = Span::from_secs(1);
 
 /// One sample, understood.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Reading {
     /// Raw rate: nominally scaled, nothing subtracted.
     pub(crate) raw_rate: AngularRate,
@@ -141,7 +141,16 @@ impl HeadingIntegrator {
             self.lose_track();
         }
         let lost = match (sample.sequence, self.last_sequence) {
-            (Some(this), Some(last)) => this.lost_since(last),
+            (Some(this), Some(last)) => {
+                let lost = this.lost_since(last);
+                if self.has_room_for(now, lost) {
+                    lost
+                } else if this == last {
+                    return Reading { raw_rate: self.last_rate, ..Reading::default() };
+                } else {
+                    0
+                }
+            }
             (None, _) if self.last_arrival.is_some() => skipped,
             _ => 0,
         };
@@ -189,6 +198,14 @@ impl HeadingIntegrator {
         self.samples_lost += u64::from(lost);
         let clock_ratio = self.watch.sample(now, lost);
         Reading { raw_rate, temperature, lost, after_silence, clock_ratio }
+    }
+
+    /// So many samples may have been due since the last one arrived. A running number that says more
+    /// is repeated or wrong, and bridging it would turn the heading for nothing. What a host hands over
+    /// in bunches may seem to have come at once, so that the limit of silence is allowed on top.
+    fn has_room_for(&self, now: Timestamp, lost: u16) -> bool {
+        self.last_arrival
+            .is_some_and(|last| self.period * i64::from(lost) <= (now - last) + self.silence_max)
     }
 
     /// rad/s
@@ -326,6 +343,20 @@ mod tests {
             }
             assert!((integrator.heading().deg() - expected).abs() < 0.01, "{clock:?}");
         }
+    }
+
+    #[test]
+    fn a_number_that_repeats_or_leaps_is_not_bridged() {
+        let rate = GyroOutput::Rate(AngularRate::from_deg_per_s(30.0));
+        let mut integrator = HeadingIntegrator::new(&GyroConfig::default());
+        integrator.sample(at(0), &sample(rate, 0), 0);
+        integrator.sample(at(1), &sample(rate, 1), 0);
+        integrator.sample(at(1), &sample(rate, 1), 0);
+        assert!((integrator.heading().deg() - 0.6).abs() < 1e-9, "doubled");
+        integrator.sample(at(2), &sample(rate, 200), 0);
+        integrator.sample(at(3), &sample(rate, 3), 0);
+        assert!((integrator.heading().deg() - 1.2).abs() < 1e-9, "leapt and back");
+        assert_eq!((integrator.samples(), integrator.samples_lost()), (4, 0));
     }
 
     proptest! {
