@@ -43,15 +43,25 @@ fn driving(gyro_port: &str, base: &str) -> Process {
     process.wait_for(|report| {
         matches!(report, Report::Health(health) if health.level == Level::Degraded).then_some(())
     });
-    process.say(BIAS_TEST);
-    let done = process.wait_for(answer(1));
-    assert!(matches!(done, Report::Done { .. }), "{done:?}");
-    process.say(LONG_STRAIGHT);
-    process.wait_for(|report| {
-        matches!(report, Report::State(state) if state.moving && state.displacement.m() > 0.02)
-            .then_some(())
-    });
-    process
+    // The devices are threads of this test. On a machine that has no time for them for a tenth of a
+    // second the controller rightly breaks the mission off: then once more from the start.
+    for _ in 0..5 {
+        process.say(BIAS_TEST);
+        let done = process.wait_for(answer(1));
+        if matches!(done, Report::Done { .. }) {
+            process.say(LONG_STRAIGHT);
+            let on_its_way = process.wait_for(|report| match report {
+                Report::State(state) if state.moving && state.displacement.m() > 0.02 => Some(true),
+                Report::Aborted { id: 2, .. } | Report::Refused { id: 2, .. } => Some(false),
+                _ => None,
+            });
+            if on_its_way {
+                return process;
+            }
+        }
+        process.rest(std::time::Duration::from_secs(2));
+    }
+    panic!("the base never got on its way");
 }
 
 fn assert_stopped_and_at_rest(requests: &devices::Requests, reports: &[Report]) {
