@@ -32,9 +32,8 @@
 //! use harness::run::{Prepared, verdicts};
 //! use std::collections::BTreeMap;
 //!
-//! let none = BTreeMap::new();
-//! let prepared = Prepared::load("straight-accuracy", &none)?;
-//! let run = verdicts(&prepared, 1, &none, &mut |_| true);
+//! let prepared = Prepared::load("straight-accuracy", &BTreeMap::new())?;
+//! let run = verdicts(&prepared, 1, &BTreeMap::new(), &mut |_| true);
 //! assert!(run.is_complete());
 //! for measurement in &run.measurements {
 //!     println!("{} {:?} {}", measurement.name, measurement.value, measurement.verdict.name());

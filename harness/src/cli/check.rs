@@ -4,8 +4,9 @@ use super::failure::Failure;
 use super::progress::Screen;
 use super::{EXIT_STATUSES, say};
 use crate::console::{self, Style};
-use crate::library::Library;
+use crate::library::{Kind, Library, names};
 use crate::outcome::{Measurement, Outcome, Summary};
+use crate::plan::Plan;
 use crate::run::{judge_again, load_plan, write_documents};
 use crate::run_folder::{RunFolder, SUMMARY};
 use clap::Args;
@@ -53,9 +54,10 @@ impl CheckArguments {
         };
         let records = folder.records()?;
         let recorded = records.header().clone();
-        let name = was.as_ref().map_or(&recorded.plan, |summary| &summary.plan);
-        let name = self.plan.as_ref().unwrap_or(name);
-        let plan = load_plan(&Library::beside(name), name)?;
+        let plan = match &self.plan {
+            Some(name) => load_plan(&Library::beside(name), name)?,
+            None => shipped(was.as_ref().map_or(&recorded.plan, |summary| &summary.plan))?,
+        };
         let before = was.as_ref().map(|summary| summary.measurements.clone());
         let judged = judge_again(&plan, was, &recorded, records);
         if let Some(before) = before
@@ -78,6 +80,15 @@ impl CheckArguments {
         }
         Ok(judged.summary)
     }
+}
+
+/// The shipped plan of the name that a run has. The name comes from a file: it is not taken for a path.
+fn shipped(name: &str) -> Result<Plan, Failure> {
+    if !names(Kind::Plan).iter().any(|shipped| shipped == name) {
+        let message = format!("no plan that ships is called \"{}\"", name.escape_debug());
+        return Err(Failure::arguments(message, "say where the plan of the run is: --plan FILE"));
+    }
+    Ok(load_plan(&Library::shipped(), name)?)
 }
 
 /// Do both declare the same?

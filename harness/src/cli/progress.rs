@@ -8,8 +8,10 @@ use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, IsTerminal, Write};
 use tracing_subscriber::fmt::MakeWriter;
 
-const PLAN_BAR: &str = "{prefix:>24} {wide_bar} {pos}/{len} steps, {msg}";
-const SEEDS_BAR: &str = "{prefix:>24} {wide_bar} {pos}/{len} seeds, {eta} left";
+/// The message takes what is left of the line, and no more: a bar that wraps cannot be redrawn.
+const PLAN_BAR: &str = "{prefix} {bar:20} {pos}/{len} steps, {wide_msg}";
+/// See [`PLAN_BAR`].
+const SEEDS_BAR: &str = "{prefix} {bar:20} {pos}/{len} seeds, {eta} left";
 
 /// The standard error. Whatever is written through it does not run into a bar.
 #[derive(Debug, Clone)]
@@ -101,8 +103,10 @@ impl PlanProgress {
             return;
         }
         let bench_s = progress.now.as_secs_f64();
-        self.bar.set_length(progress.steps);
-        self.bar.set_position(progress.steps_done);
+        self.bar.update(|state| {
+            state.set_len(progress.steps);
+            state.set_pos(progress.steps_done);
+        });
         let bench = figures::duration(bench_s);
         let factor = factor(bench_s, self.stopwatch.elapsed_s());
         let mut message = format!("bench {bench}, {factor}");

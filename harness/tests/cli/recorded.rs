@@ -19,7 +19,9 @@ fn a_run_is_kept_checked_drawn_and_shown() {
     assert!(files.iter().all(|file| hil.path(run).join(file).is_file()));
 
     // As shipped there is no such plan.
-    hil.run(&["check", run]).exits(2);
+    let unknown = hil.run(&["check", run]).exits(2).err;
+    assert!(unknown.contains("no plan that ships is called \"turn\""), "{unknown}");
+    assert!(unknown.contains("--plan FILE"), "{unknown}");
     let checked = hil.run(&["check", run, "--plan", "turn.toml"]).exits(0);
     assert_eq!(checked.out, ran.out);
     fs::write(hil.path("strict.toml"), TURN.replace("[-5, 5]", "[-1e-9, 1e-9]")).unwrap();
