@@ -1,0 +1,412 @@
+//! Garbage, half frames and wrong checksums on every line, at rest and in motion: nothing panics, the
+//! heading stays within a stated bound, health and counters say so, and all is well again afterwards.
+//!
+//! Where garbage could pass for a good frame by chance (one in 2^16 offsets on the Navigator's stream,
+//! one in 256 answers on the base's serial line) it is either made so that it cannot, or the case is
+//! left out: what a receiver cannot tell it cannot be blamed for.
+
+use controller::health::Level;
+use controller::mission::{AbortReason, Command, MissionResult};
+use embedded_can::Frame as _;
+use emulators::base::Transport;
+use proptest::prelude::*;
+use std::cell::RefCell;
+use std::rc::Rc;
+use tests::devices::{NAVIGATOR, ideal, ideal_table};
+use tests::rig::{Answer, Direction, Piece, Rig};
+use wire::can::{CanFrame, ExtendedId, StandardId};
+use wire::gyro::{GyroDecoder, GyroFormat, GyroStream, OutputMode, navigator};
+use wire::table::Command as TableCommand;
+use wire::time::Span;
+use wire::units::{AngularRate, Speed};
+
+/// What happens to a packet.
+#[derive(Debug, Clone)]
+enum Harm {
+    /// It does not arrive.
+    Drop,
+    /// Only so many bytes of it arrive.
+    Cut(usize),
+    /// This byte of it arrives as another.
+    Change(usize, u8),
+    /// These bytes arrive in its place.
+    Replace(Vec<u8>),
+    /// These bytes arrive before it.
+    Before(Vec<u8>),
+    /// These bytes arrive behind it.
+    Behind(Vec<u8>),
+}
+
+impl Harm {
+    fn done_to(&self, bytes: &[u8]) -> Vec<u8> {
+        match self {
+            Self::Drop => Vec::new(),
+            Self::Cut(length) => bytes[..length % bytes.len()].to_vec(),
+            Self::Change(index, change) => {
+                let mut bytes = bytes.to_vec();
+                let index = index % bytes.len();
+                bytes[index] ^= (*change).max(1);
+                bytes
+            }
+            Self::Replace(other) => other.clone(),
+            Self::Before(other) => [other, bytes].concat(),
+            Self::Behind(other) => [bytes, other].concat(),
+        }
+    }
+
+    /// The packet itself is not there any more.
+    const fn takes_it(&self) -> bool {
+        !matches!(self, Self::Before(_) | Self::Behind(_))
+    }
+}
+
+fn any_harm() -> impl Strategy<Value = Harm> {
+    let garbage = || prop::collection::vec(any::<u8>(), 0..20);
+    prop_oneof![
+        Just(Harm::Drop),
+        any::<usize>().prop_map(Harm::Cut),
+        (any::<usize>(), any::<u8>()).prop_map(|(index, change)| Harm::Change(index, change)),
+        garbage().prop_map(Harm::Replace),
+        garbage().prop_map(Harm::Before),
+        garbage().prop_map(Harm::Behind),
+    ]
+}
+
+/// From this packet on, so many in a row come to harm.
+#[derive(Debug, Clone)]
+struct Burst {
+    first: usize,
+    harms: Vec<Harm>,
+}
+
+fn any_bursts(within: usize, length_max: usize) -> impl Strategy<Value = Vec<Burst>> {
+    let burst = (0..within, prop::collection::vec(any_harm(), 1..=length_max))
+        .prop_map(|(first, harms)| Burst { first, harms });
+    prop::collection::vec(burst, 1..6)
+}
+
+/// What a tap has seen and done.
+#[derive(Debug, Default)]
+struct Seen {
+    received: Vec<u8>,
+    /// Packets that arrived whole.
+    whole: u64,
+    /// Longest run of packets that did not.
+    harmed_in_a_row: u64,
+    runs: Vec<u64>,
+}
+
+/// Harms the gyro's stream from now on.
+fn harm_gyro(rig: &mut Rig, bursts: &[Burst]) -> Rc<RefCell<Seen>> {
+    let seen = Rc::new(RefCell::new(Seen::default()));
+    let (told, bursts) = (Rc::clone(&seen), bursts.to_vec());
+    let mut number = 0;
+    rig.tap(Direction::GyroToController, move |_, piece| {
+        let Piece::Bytes(bytes) = piece else { return vec![piece] };
+        let harm = bursts
+            .iter()
+            .find_map(|burst| burst.harms.get(usize::checked_sub(number, burst.first)?));
+        number += 1;
+        let received = harm.map_or_else(|| bytes.clone(), |harm| harm.done_to(&bytes));
+        let mut seen = told.borrow_mut();
+        if harm.is_some_and(Harm::takes_it) {
+            seen.harmed_in_a_row += 1;
+        } else {
+            seen.whole += 1;
+            if seen.harmed_in_a_row > 0 {
+                let run = std::mem::take(&mut seen.harmed_in_a_row);
+                seen.runs.push(run);
+            }
+        }
+        seen.received.extend_from_slice(&received);
+        vec![Piece::Bytes(received)]
+    });
+    seen
+}
+
+/// Some garbage passed for a frame, or a good frame was spoiled by garbage before it.
+fn is_forged(stream: GyroStream, seen: &Seen) -> bool {
+    let mut decoder = GyroDecoder::new(stream);
+    decoder.feed(&seen.received, |_| {});
+    decoder.counters().frames != seen.whole
+}
+
+const RATE_DEG: f64 = 30.0;
+const TABLE_RAMP_DEG: f64 = 15.0;
+/// The base follows 15 deg/s^2 with up to half as much again.
+const BASE_RAMP_DEG: f64 = 22.5;
+/// `GyroConfig::timeout`: what lasts longer is not bridged.
+const SILENCE_S: f64 = 0.1;
+const SAMPLE_S: f64 = 0.01;
+
+/// What the heading may be off by after these runs of lost samples, the wire's resolution included.
+/// With |w'| <= a, what a straight line between its ends misses over T is at most a T^2 / 4; what is
+/// not bridged is at most the whole turn meanwhile.
+fn bound_deg(runs: &[u64], ramp_deg: f64, duration_s: f64) -> f64 {
+    let missed = |run: &u64| {
+        let span_s = (*run as f64 + 1.0) * SAMPLE_S;
+        if span_s < SILENCE_S - SAMPLE_S {
+            ramp_deg * span_s * span_s / 4.0
+        } else {
+            RATE_DEG * span_s
+        }
+    };
+    runs.iter().map(missed).sum::<f64>() + navigator::RATE_STEP.deg_per_s() / 2.0 * duration_s
+}
+
+fn go_table(rig: &mut Rig, deg: i32) {
+    let now = rig.now();
+    let table = rig.carrier.table();
+    for command in [
+        TableCommand::TopRate(2_400),
+        TableCommand::Ramp(1_200),
+        TableCommand::Distance(deg * 80),
+        TableCommand::Go,
+    ] {
+        table.command(now, command);
+    }
+}
+
+fn off_deg(rig: &mut Rig) -> f64 {
+    (rig.state().gyro_heading - rig.carrier.heading_at(rig.now())).deg()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// 360 deg on the table take 14 s, 1400 samples.
+    #[test]
+    fn garbage_on_the_gyros_line_in_a_turn_costs_what_it_must(bursts in any_bursts(1_400, 30)) {
+        let mut rig = Rig::new(&ideal_table(NAVIGATOR), 1).ready();
+        let before = off_deg(&mut rig);
+        let seen = harm_gyro(&mut rig, &bursts);
+        go_table(&mut rig, 360);
+        rig.run_for(Span::from_secs(16));
+        prop_assume!(!is_forged(NAVIGATOR, &seen.borrow()));
+        let off = (off_deg(&mut rig) - before).abs();
+        let bound = bound_deg(&seen.borrow().runs, TABLE_RAMP_DEG, 14.0);
+        prop_assert!(off <= bound, "{} deg, expected at most {}", off, bound);
+        let lost = !seen.borrow().runs.is_empty();
+        prop_assert_eq!(rig.health().causes.samples_lost, lost);
+        prop_assert_eq!(rig.health().level, if lost { Level::Degraded } else { Level::Ok });
+        // And all is well again.
+        rig.untap(Direction::GyroToController);
+        rig.bias_test(1.0);
+        prop_assert_eq!(rig.health().level, Level::Ok);
+        let before = off_deg(&mut rig);
+        go_table(&mut rig, -90);
+        rig.run_for(Span::from_secs(7));
+        prop_assert!((off_deg(&mut rig) - before).abs() <= bound_deg(&[], 0.0, 5.0));
+    }
+
+    /// 90 deg on the base take 5 s.
+    #[test]
+    fn garbage_on_the_gyros_line_while_the_base_turns_either_costs_little_or_stops_it(
+        bursts in any_bursts(600, 15), transport in prop::sample::select(vec![Transport::Can, Transport::Serial]),
+    ) {
+        let mut rig = Rig::new(&ideal(transport), 1).ready();
+        let before = off_deg(&mut rig);
+        let seen = harm_gyro(&mut rig, &bursts);
+        let answer = rig.command(Rig::turn_order(90.0, RATE_DEG));
+        rig.run_for(Span::from_secs(5));
+        prop_assume!(!is_forged(NAVIGATOR, &seen.borrow()));
+        let runs = seen.borrow().runs.clone();
+        let off = (off_deg(&mut rig) - before).abs();
+        let bound = bound_deg(&runs, BASE_RAMP_DEG, 10.0);
+        prop_assert!(off <= bound, "{} deg, expected at most {}", off, bound);
+        let longest = runs.iter().max().copied().unwrap_or(0);
+        match answer {
+            Answer::Done(MissionResult::Turn(result)) => {
+                prop_assert!(result.stop_error.abs().deg() <= 0.1, "{:?}", result);
+                // More than ten samples are more than 100 ms, unless nothing moves any more.
+            }
+            Answer::Aborted(AbortReason::GyroSilent) => prop_assert!(longest >= 9, "{}", longest),
+            other => prop_assert!(false, "{:?}", other),
+        }
+        prop_assert!(!rig.state().moving);
+    }
+
+    /// Whatever comes, on whatever stream: no panic, and afterwards the gyro is heard again.
+    #[test]
+    fn any_bytes_on_any_gyro_stream_are_survived(
+        bursts in any_bursts(800, 60),
+        format in prop::sample::select(GyroFormat::ALL.to_vec()),
+    ) {
+        let stream = GyroStream { format, mode: OutputMode::Rate, reversed: false };
+        let mut rig = Rig::new(&ideal_table(stream), 1).ready();
+        harm_gyro(&mut rig, &bursts);
+        go_table(&mut rig, 90);
+        rig.run_for(Span::from_secs(10));
+        rig.untap(Direction::GyroToController);
+        rig.run_for(Span::from_secs(1));
+        rig.bias_test(1.0);
+        let causes = rig.health().causes;
+        prop_assert!(!causes.gyro_silent && !causes.gyro_fault && !causes.samples_lost);
+        let before = off_deg(&mut rig);
+        go_table(&mut rig, -90);
+        rig.run_for(Span::from_secs(7));
+        prop_assert!((off_deg(&mut rig) - before).abs() <= bound_deg(&[], 0.0, 5.0));
+    }
+}
+
+/// Harms that the one checksum byte of the serial line always shows: a single changed byte, less than
+/// all, or more behind it.
+fn any_honest_harm() -> impl Strategy<Value = Option<Harm>> {
+    prop_oneof![
+        4 => Just(None),
+        1 => Just(Some(Harm::Drop)),
+        1 => any::<usize>().prop_map(|length| Some(Harm::Cut(length))),
+        1 => (any::<usize>(), any::<u8>()).prop_map(|(i, change)| Some(Harm::Change(i, change))),
+        1 => prop::collection::vec(any::<u8>(), 1..10).prop_map(|bytes| Some(Harm::Behind(bytes))),
+    ]
+}
+
+/// Harms a direction over and over by this schedule.
+fn harm(rig: &mut Rig, direction: Direction, schedule: &[Option<Harm>]) {
+    let mut schedule = schedule.to_vec().into_iter().cycle();
+    rig.tap(direction, move |_, piece| {
+        let harm = schedule.next().flatten();
+        match (harm, piece) {
+            (None, piece) => vec![piece],
+            (Some(harm), Piece::Bytes(bytes)) => vec![Piece::Bytes(harm.done_to(&bytes))],
+            // A bus does not change bits unnoticed: a frame arrives, or it does not.
+            (Some(Harm::Drop | Harm::Cut(_) | Harm::Change(..)), Piece::Frame(_)) => Vec::new(),
+            (Some(harm), Piece::Frame(frame)) => {
+                let stranger = stranger(&harm.done_to(&[]));
+                vec![Piece::Frame(stranger), Piece::Frame(frame)]
+            }
+        }
+    });
+}
+
+/// A frame of somebody else's with these bytes.
+fn stranger(bytes: &[u8]) -> CanFrame {
+    let id = StandardId::new(0x2ff).expect("11 bits");
+    CanFrame::new(id, &bytes[..bytes.len().min(8)]).expect("at most eight bytes")
+}
+
+fn is_at_rest(rig: &mut Rig) -> bool {
+    let truth = rig.carrier.truth(rig.now());
+    truth.speed == Speed::ZERO && truth.steer_rate == AngularRate::ZERO
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn garbage_on_the_bases_line_is_repeated_survived_or_ends_at_rest(
+        to_base in prop::collection::vec(any_honest_harm(), 1..40),
+        to_controller in prop::collection::vec(any_honest_harm(), 1..40),
+        transport in prop::sample::select(vec![Transport::Can, Transport::Serial]),
+    ) {
+        let mut rig = Rig::new(&ideal(transport), 1).ready();
+        harm(&mut rig, Direction::ControllerToBase, &to_base);
+        harm(&mut rig, Direction::BaseToController, &to_controller);
+        let from = rig.carrier.truth(rig.now()).pose.x;
+        let answer = rig.command(Rig::straight_order(1.0, 0.4));
+        rig.run_for(Span::from_secs(5));
+        prop_assert!(is_at_rest(&mut rig), "{:?}", answer);
+        let truth = rig.carrier.truth(rig.now()).pose;
+        match answer {
+            Answer::Done(MissionResult::Straight(result)) => {
+                prop_assert!(result.stop_error.abs().m() <= 0.002, "{:?}", result);
+                let travelled = (truth.x - from).m();
+                prop_assert!((travelled - 1.0).abs() <= 0.0021, "{} m", travelled);
+            }
+            // At rest there was no answer in time, in motion or to a pose write.
+            Answer::Refused(_) => prop_assert!(truth.x == from),
+            Answer::Aborted(
+                AbortReason::BaseSilent
+                | AbortReason::BaseCommandTimeout
+                | AbortReason::PoseWriteRefused
+                | AbortReason::TimedOut,
+            ) => {}
+            other => prop_assert!(false, "{:?}", other),
+        }
+        // The gyro's heading has nothing to do with it.
+        prop_assert!(off_deg(&mut rig).abs() <= bound_deg(&[], 0.0, 10.0));
+
+        rig.untap(Direction::ControllerToBase);
+        rig.untap(Direction::BaseToController);
+        rig.run_for(Span::from_secs(2));
+        let zero = Command::SetPose(wire::units::Pose::default());
+        prop_assert_eq!(rig.command(zero), Answer::Done(MissionResult::Applied));
+        let causes = rig.health().causes;
+        prop_assert!(!causes.base_silent && !causes.pose_not_written);
+        let result = rig.straight(0.5, 0.4);
+        prop_assert!(result.stop_error.abs().m() <= 0.002);
+    }
+}
+
+#[test]
+fn wrong_checksums_for_longer_than_the_time_out_are_silence() {
+    let mut rig = Rig::new(&ideal(Transport::Can), 1).ready();
+    let id = rig.under_way(Rig::turn_order(360.0, RATE_DEG), Span::from_secs(3));
+    let since = rig.now();
+    rig.tap(Direction::GyroToController, |_, piece| match piece {
+        Piece::Bytes(mut bytes) => {
+            bytes[4] ^= 1;
+            vec![Piece::Bytes(bytes)]
+        }
+        frame => vec![frame],
+    });
+    assert_eq!(rig.finish(id), Answer::Aborted(AbortReason::GyroSilent));
+    assert!((rig.now() - since).as_secs_f64() <= SILENCE_S + 1e-3);
+}
+
+#[test]
+fn garbage_at_rest_does_not_turn_a_robot_that_stands() {
+    for transport in [Transport::Can, Transport::Serial] {
+        let mut rig = Rig::new(&ideal(transport), 1).ready();
+        let before = rig.state().gyro_heading;
+        let mut state = 1u32;
+        rig.tap(Direction::GyroToController, move |_, piece| {
+            // Forged frames and all: a linear congruential generator (Numerical Recipes' constants).
+            let mut noise = || {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                (state >> 24) as u8
+            };
+            vec![Piece::Bytes((0..40).map(|_| noise()).collect()), piece]
+        });
+        rig.run_for(Span::from_secs(60));
+        assert_eq!(rig.state().gyro_heading, before);
+    }
+}
+
+#[test]
+fn frames_of_others_change_nothing() {
+    let drive = |disturb: bool| {
+        let mut rig = Rig::new(&ideal(Transport::Can), 1).ready();
+        if disturb {
+            for direction in [Direction::BaseToController, Direction::ControllerToBase] {
+                rig.tap(direction, |_, piece| {
+                    let Piece::Frame(frame) = &piece else { return vec![piece] };
+                    let short = CanFrame::new(frame.id(), &frame.data()[1..]).expect("shorter");
+                    let remote = CanFrame::new_remote(frame.id(), 8).expect("eight bytes");
+                    let wide = ExtendedId::new(0x181).expect("29 bits");
+                    let wide = CanFrame::new(wide, frame.data()).expect("as many bytes");
+                    let others = [short, remote, wide, stranger(&[0xff; 8])];
+                    others.map(Piece::Frame).into_iter().chain([piece]).collect()
+                });
+            }
+        }
+        let result = (rig.straight(1.0, 0.4), rig.turn(90.0, RATE_DEG));
+        (result, rig.now(), rig.carrier.base().frames_ignored())
+    };
+    let (quiet, disturbed) = (drive(false), drive(true));
+    assert_eq!((quiet.0, quiet.1), (disturbed.0, disturbed.1));
+    assert_eq!(quiet.2, 0);
+    assert!(disturbed.2 > 100, "{} frames were counted", disturbed.2);
+}
+
+#[test]
+fn a_serial_base_counts_what_it_does_not_understand() {
+    let mut rig = Rig::new(&ideal(Transport::Serial), 1).ready();
+    for garbage in [&b":0102"[..], b"\r", b";05E000011B\r", b":zz\r", b"noise", &[0xff; 64]] {
+        rig.inject(Direction::ControllerToBase, Piece::Bytes(garbage.to_vec()));
+    }
+    rig.straight(0.5, 0.4);
+    let counters = rig.carrier.base().serial_counters();
+    assert_eq!(counters.bad_checksum, 1, "{counters:?}");
+    assert!(counters.malformed >= 2 && counters.skipped >= 64, "{counters:?}");
+}
