@@ -18,9 +18,8 @@ fn main() {
     }
     println!("{:<46} {:>10} {:>10} {:>10}  unit", "", "median", "best", "worst");
     let observed = prepared("laps-observed");
-    let long = |sink: &mut dyn FnMut() -> Box<dyn RecordSink>| {
-        times(|| seconds(&observed, &mut sink()))
-    };
+    let long =
+        |sink: &mut dyn FnMut() -> Box<dyn RecordSink>| times(|| seconds(&observed, &mut sink()));
     let mut null = || Box::new(NullSink) as Box<dyn RecordSink>;
     report("laps-observed, 17.6 h, no record", "x real time", long(&mut null));
     let folder = tempfile::tempdir().expect("a temporary folder");

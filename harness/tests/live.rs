@@ -44,7 +44,8 @@ fn out(name: &str) -> (tempfile::TempDir, PathBuf) {
 #[test]
 fn a_table_run_with_the_controller_as_a_process() {
     let (_folder, out) = out("table-run");
-    let output = run(&["run", "live-table-run", "--clock", "real", "--controller", "process"], &out);
+    let output =
+        run(&["run", "live-table-run", "--clock", "real", "--controller", "process"], &out);
     assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
     let summary = summary(&out);
     assert_eq!(summary["outcome"], "passed");
@@ -73,7 +74,16 @@ fn an_unreachable_port_is_named_and_the_bench_is_broken() {
     let bench = bench.to_str().unwrap();
     for controller in ["process", "in-process"] {
         let output = run(
-            &["run", "live-table-run", "--clock", "real", "--controller", controller, "--bench", bench],
+            &[
+                "run",
+                "live-table-run",
+                "--clock",
+                "real",
+                "--controller",
+                controller,
+                "--bench",
+                bench,
+            ],
             &out,
         );
         assert_eq!(output.status.code(), Some(3), "{controller}: {}", shown(&output));
