@@ -2,6 +2,7 @@
 
 use crate::bench_file::BenchFile;
 use crate::engine::{Action, Engine};
+use crate::outcome::Outcome;
 use crate::record::sink::RecordSink as _;
 use crate::run::{Completed, Options, Prepared, Simulated, keep, summarise};
 use crate::run_folder::{RunFolder, RunFolderError};
@@ -69,8 +70,12 @@ pub fn run_live_to_folder(
             made.insert(name.clone(), calibration.clone());
         }
     };
-    let end = world.run(&folder.file(DEVICE_LOG), &mut sink, &mut keep_made, pulse)?;
+    let mut end = world.run(&folder.file(DEVICE_LOG), &mut sink, &mut keep_made, pulse)?;
     sink.finish();
+    if let Some(error) = sink.failed() {
+        end.ending.outcome = Outcome::Error;
+        end.ending.reason = Some(format!("failed to write the record: {error}"));
+    }
     drop(sink);
     tracing::info!(
         late_max_s = end.late_max.as_secs_f64(),

@@ -186,10 +186,10 @@ impl LiveWorld {
                 }
                 count = read(base.as_ref(), &mut from_base_port) => {
                     let now = clock.now();
-                    if let BaseLink::Serial { to_base, .. } = &mut self.stage.lines.base {
-                        if let Some(bytes) = packets(&from_base_port, count) {
-                            to_base.send(now, bytes);
-                        }
+                    if let BaseLink::Serial { to_base, .. } = &mut self.stage.lines.base
+                        && let Some(bytes) = packets(&from_base_port, count)
+                    {
+                        to_base.send(now, bytes);
                     }
                 }
                 heard = device.heard(&clock) => {
