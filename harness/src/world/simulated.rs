@@ -211,9 +211,10 @@ impl SimulatedWorld {
             }
             _ => {}
         }
-        if let Carrier::Table(table) = &mut bench.carrier {
-            while let Some(packet) = lines.to_table.arrived(now) {
-                sink.bytes(now, Device::Plan, packet.as_slice());
+        // Without a table nobody is at the end of its line, and what is sent is lost there.
+        while let Some(packet) = lines.to_table.arrived(now) {
+            sink.bytes(now, Device::Plan, packet.as_slice());
+            if let Carrier::Table(table) = &mut bench.carrier {
                 table.receive(now, packet.as_slice());
                 touched.carrier = true;
             }
