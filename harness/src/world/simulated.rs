@@ -7,6 +7,7 @@
 use super::bench::{Bench, Carrier, Sent};
 use super::lines::{BaseLink, Lines, Node};
 use crate::engine::{Action, Ending, Engine};
+use crate::outcome::Outcome;
 use crate::record::sink::{Level, RecordSink};
 use crate::record::{Device, Record, RecordKind};
 use controller::mission::{Activity, Report};
@@ -18,6 +19,8 @@ use wire::time::{Span, Timestamp};
 
 /// Rounds of transmitting at one instant; more means that two devices answer each other for ever.
 const ROUNDS_MAX: u32 = 1_000;
+/// Events at one instant; more means that somebody wants to be woken again and again for nothing.
+const EVENTS_AT_ONCE_MAX: u32 = 10_000;
 /// Without the full record, states are kept this far apart in motion and at rest.
 const STATE_PERIOD_MOVING: Span = Span::from_millis(200);
 /// See [`STATE_PERIOD_MOVING`].
@@ -59,6 +62,7 @@ pub struct SimulatedWorld {
     carrier_due: Timestamp,
     engine_due: Timestamp,
     events: u64,
+    events_at_once: u32,
 }
 
 impl SimulatedWorld {
@@ -79,6 +83,7 @@ impl SimulatedWorld {
             carrier_due: now,
             engine_due: now,
             events: 0,
+            events_at_once: 0,
         }
     }
 
@@ -129,7 +134,13 @@ impl SimulatedWorld {
             if next == Timestamp::MAX {
                 self.broke("nothing is left that could happen");
             } else {
+                self.events_at_once = if next > self.now { 0 } else { self.events_at_once + 1 };
                 self.now = self.now.max(next);
+            }
+            if self.events_at_once == EVENTS_AT_ONCE_MAX {
+                // Nothing that takes time can happen any more, a tear-down neither.
+                let reason = format!("time stands still at {} s", self.now.as_secs_f64());
+                return Ending { outcome: Outcome::Error, reason: Some(reason) };
             }
             self.events += 1;
             self.deliver(sink);
