@@ -248,7 +248,7 @@ impl Engine {
     /// Takes a report of the controller.
     pub fn report(&mut self, now: Timestamp, report: &Report) {
         if let Some(teardown) = &mut self.teardown {
-            teardown.report(report);
+            teardown.report(now, report);
             self.step_teardown(now);
             return;
         }
