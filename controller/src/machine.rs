@@ -90,6 +90,8 @@ pub struct Controller {
     stopping: bool,
     pose_write_counter: u8,
     raw_rate: RunningMean,
+    /// The last mean of raw readings that was reported.
+    last_raw_rate: AngularRate,
     reports: Deque<Report, REPORTS_MAX>,
     health: Health,
     gyro_command: Option<Packet>,
@@ -119,6 +121,7 @@ impl Controller {
             stopping: false,
             pose_write_counter: 0,
             raw_rate: RunningMean::default(),
+            last_raw_rate: AngularRate::ZERO,
             reports: Deque::new(),
             health: Health::default(),
             gyro_command,
@@ -336,15 +339,20 @@ impl Controller {
     /// The base is not known to be at rest.
     fn is_moving(&self, now: Timestamp) -> bool {
         match &self.base {
-            None => {
-                self.raw_rate.count() > 0
-                    && self.raw_rate.mean().abs() > self.config.gyro.bias_max.rad_per_s()
-            }
+            None => self.mean_raw_rate().abs() > self.config.gyro.bias_max,
             Some(base) => match base.motion() {
                 Some((_, motion)) => motion.moving || now > self.base_silent_at(),
                 None => true,
             },
         }
+    }
+
+    /// Mean of the raw readings since the last state; that state's where there has been none since.
+    fn mean_raw_rate(&self) -> AngularRate {
+        if self.raw_rate.count() == 0 {
+            return self.last_raw_rate;
+        }
+        AngularRate::from_rad_per_s(self.raw_rate.mean())
     }
 
     /// When the base's silence becomes a fault. Its messages come slowly while it stands, so a base that
@@ -719,6 +727,7 @@ impl Controller {
             clock_ratio: integrator.clock_ratio(),
             health: self.health,
         };
+        self.last_raw_rate = self.mean_raw_rate();
         self.raw_rate = RunningMean::default();
         self.state_at = now + STATE_PERIOD_AT_REST;
         self.push_report(Report::State(state));

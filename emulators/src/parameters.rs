@@ -114,11 +114,13 @@ pub trait Parameters {
     }
 }
 
-/// The name with the longest common start, if it shares at least a word with `name`.
+/// The name with the longest common start, the shortest of several, if it shares at least a word with
+/// `name`.
 fn nearest(name: &str, table: &[ParameterInfo]) -> Option<&'static str> {
     let common = |other: &str| name.bytes().zip(other.bytes()).take_while(|(a, b)| a == b).count();
     let word = name.find('_').unwrap_or(name.len()).max(1);
-    let best = table.iter().map(|info| info.name).max_by_key(|other| common(other))?;
+    let names = table.iter().map(|info| info.name);
+    let best = names.max_by_key(|other| (common(other), std::cmp::Reverse(other.len())))?;
     (common(best) >= word).then_some(best)
 }
 

@@ -1,5 +1,7 @@
 //! The live world from outside: real time, real ptys, our controller as a process of its own.
 
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;

@@ -20,7 +20,7 @@ pub(super) struct PaperArguments {
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Folder for the run folders, each <plan>-seed<N>.
+    /// Folder for the run folders, each PLAN-seedN.
     #[arg(long, value_name = "DIR", default_value = RUNS)]
     out: PathBuf,
     /// Show nothing but the table and what went wrong.

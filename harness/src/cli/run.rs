@@ -52,8 +52,8 @@ pub(super) struct RunArguments {
     /// Write the table of --seeds to this file, too, as Markdown.
     #[arg(long, value_name = "FILE", requires = "seeds")]
     markdown: Option<PathBuf>,
-    /// The run folder; with several plans the folder for their run folders, each <plan>-seed<N>.
-    /// [default: runs/<plan>-seed<N>]
+    /// The run folder; with several plans the folder for their run folders, each PLAN-seedN.
+    /// [default: runs/PLAN-seedN]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// How much is recorded.

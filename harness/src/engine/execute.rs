@@ -68,7 +68,7 @@ impl Engine {
         match self.program.next(now, holds) {
             Next::Done => self.end(now, Outcome::Passed, None),
             Next::Round { set, not_before, overrun_s } => {
-                self.rounds += 1;
+                self.round_begun = true;
                 self.step_deadline = self.program.deadline();
                 if let Some(overrun_s) = overrun_s {
                     self.observe(now, |collector| {
@@ -83,6 +83,8 @@ impl Engine {
                 }
             }
             Next::Step(step) => {
+                // A round that holds nothing but another repeat is none of its own.
+                self.rounds += u64::from(std::mem::take(&mut self.round_begun));
                 self.retag(&step.action, step.label.as_ref().map(|label| label.as_str()));
                 self.step_deadline = (now + step.time_limit()).min(self.program.deadline());
                 self.record(RecordKind::StepBegan {

@@ -108,8 +108,9 @@ pub struct Engine {
     calibration: Calibration,
     heading_source: HeadingSource,
     tags: Tags,
-    /// Rounds of repeats and sweeps begun.
+    /// Rounds of the innermost repeats and sweeps begun, and whether one has begun since the last step.
     rounds: u64,
+    round_begun: bool,
     /// Quantities that a measurement or a fit of the plan asks for.
     wanted: BTreeSet<String>,
     observations: BTreeMap<String, Vec<Observation>>,
@@ -152,6 +153,7 @@ impl Engine {
             heading_source: HeadingSource::default(),
             tags: Tags::new(),
             rounds: 0,
+            round_begun: false,
             observations: BTreeMap::new(),
             calibrations,
             fits: BTreeMap::new(),
@@ -255,7 +257,7 @@ impl Engine {
     /// Takes a report of the controller.
     pub fn report(&mut self, now: Timestamp, report: &Report) {
         if let Some(teardown) = &mut self.teardown {
-            teardown.report(report);
+            teardown.report(now, report);
             self.step_teardown(now);
             return;
         }

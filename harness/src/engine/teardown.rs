@@ -8,7 +8,8 @@ use wire::time::{Span, Timestamp};
 
 /// How long the base is given. Assumption: the longest braking (0.78 m/s at 0.4 m/s^2) takes 2 s.
 const REST_WAIT: Span = Span::from_secs(5);
-/// Between two questions.
+/// From the stop to the first question, and between two: a stop is on its line by then, and an answer
+/// back (60 ms, the longest exchange, and 20 ms, a report in motion).
 const ASK_PERIOD: Span = Span::from_millis(200);
 
 /// Stops base and table and waits for rest.
@@ -16,13 +17,13 @@ const ASK_PERIOD: Span = Span::from_millis(200);
 pub(super) struct Teardown {
     give_up: Timestamp,
     ask_at: Timestamp,
-    told: bool,
+    told_at: Option<Timestamp>,
     at_rest: bool,
 }
 
 impl Teardown {
     pub(super) const fn begin(now: Timestamp) -> Self {
-        Self { give_up: now_plus(now), ask_at: now, told: false, at_rest: false }
+        Self { give_up: now_plus(now), ask_at: now, told_at: None, at_rest: false }
     }
 
     pub(super) fn next_wakeup(&self) -> Timestamp {
@@ -34,10 +35,11 @@ impl Teardown {
         self.at_rest
     }
 
-    pub(super) fn report(&mut self, report: &Report) {
+    pub(super) fn report(&mut self, now: Timestamp, report: &Report) {
         if let Report::State(state) = report {
-            // A state from before the stop says nothing.
-            self.at_rest |= self.told && !state.moving;
+            // A state from before the stop was carried out says nothing.
+            let stopped = self.told_at.is_some_and(|told_at| now - told_at >= ASK_PERIOD);
+            self.at_rest |= stopped && !state.moving;
         }
     }
 
@@ -59,13 +61,12 @@ impl Teardown {
             *next_id = next_id.wrapping_add(1);
             actions.push_back(Action::Mission(mission));
         };
-        if !self.told {
+        if self.told_at.is_none() {
+            self.told_at = Some(now);
             send(Command::Stop);
-        }
-        send(Command::RequestState);
-        if !self.told {
-            self.told = true;
             actions.push_back(Action::Table(table::Command::Stop));
+        } else {
+            send(Command::RequestState);
         }
         self.ask_at = now + ASK_PERIOD;
         false
