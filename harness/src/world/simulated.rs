@@ -8,30 +8,17 @@ use super::bench::{Bench, Carrier};
 use super::lines::{BaseLink, Node};
 use super::stage::{Stage, record_frame};
 use crate::engine::{Action, Ending, Engine};
-<<<<<<< HEAD
+use crate::outcome::Outcome;
 use crate::record::Device;
 use crate::record::sink::RecordSink;
-=======
-use crate::outcome::Outcome;
-use crate::record::sink::{Level, RecordSink};
-use crate::record::{Device, Record, RecordKind};
-use controller::mission::{Activity, Report};
->>>>>>> scenarios
 use controller::{Controller, Input, Output, Port};
 use std::collections::BTreeMap;
 use wire::time::Timestamp;
 
 /// Rounds of transmitting at one instant; more means that two devices answer each other for ever.
 const ROUNDS_MAX: u32 = 1_000;
-<<<<<<< HEAD
-=======
 /// Events at one instant; more means that somebody wants to be woken again and again for nothing.
 const EVENTS_AT_ONCE_MAX: u32 = 10_000;
-/// Without the full record, states are kept this far apart in motion and at rest.
-const STATE_PERIOD_MOVING: Span = Span::from_millis(200);
-/// See [`STATE_PERIOD_MOVING`].
-const STATE_PERIOD_AT_REST: Span = Span::from_secs(30);
->>>>>>> scenarios
 
 /// Who has been reached by an event and may have something to say, or want to be woken at another time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -217,25 +204,9 @@ impl SimulatedWorld {
             }
             _ => {}
         }
-<<<<<<< HEAD
         let (table_reached, engine_reached) = stage.deliver_table(now, sink);
         touched.carrier |= table_reached;
         touched.engine |= engine_reached;
-=======
-        // Without a table nobody is at the end of its line, and what is sent is lost there.
-        while let Some(packet) = lines.to_table.arrived(now) {
-            sink.bytes(now, Device::Plan, packet.as_slice());
-            if let Carrier::Table(table) = &mut bench.carrier {
-                table.receive(now, packet.as_slice());
-                touched.carrier = true;
-            }
-        }
-        while let Some(packet) = lines.from_table.arrived(now) {
-            sink.bytes(now, Device::Table, packet.as_slice());
-            self.table_answers.feed(packet.as_slice(), |answer| engine.table(now, answer));
-            touched.engine = true;
-        }
->>>>>>> scenarios
     }
 
     fn wake(&mut self) {

@@ -25,6 +25,7 @@ impl Clock {
     }
 
     /// When `at` will be, as the runtime's timer wants it.
+    #[expect(clippy::disallowed_methods, reason = "the shell is where time enters")]
     pub(crate) fn instant(&self, at: Timestamp) -> tokio::time::Instant {
         let now = self.now();
         let nanos = (at - now).as_nanos().max(0).unsigned_abs();
