@@ -263,7 +263,7 @@ fn any_honest_harm() -> impl Strategy<Value = Option<Harm>> {
 
 /// Harms a direction over and over by this schedule.
 fn harm(rig: &mut Rig, direction: Direction, schedule: &[Option<Harm>]) {
-    let mut schedule = schedule.to_vec().into_iter().cycle();
+    let mut schedule = schedule.iter().cloned().cycle();
     rig.tap(direction, move |_, piece| {
         let harm = schedule.next().flatten();
         match (harm, piece) {
