@@ -263,9 +263,11 @@ fn any_honest_harm() -> impl Strategy<Value = Option<Harm>> {
 
 /// Harms a direction over and over by this schedule.
 fn harm(rig: &mut Rig, direction: Direction, schedule: &[Option<Harm>]) {
-    let mut schedule = schedule.iter().cloned().cycle();
+    let schedule = schedule.to_vec();
+    let mut turn = 0;
     rig.tap(direction, move |_, piece| {
-        let harm = schedule.next().flatten();
+        let harm = schedule.get(turn % schedule.len().max(1)).cloned().flatten();
+        turn += 1;
         match (harm, piece) {
             (None, piece) => vec![piece],
             (Some(harm), Piece::Bytes(bytes)) => vec![Piece::Bytes(harm.done_to(&bytes))],
