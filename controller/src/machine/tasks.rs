@@ -166,7 +166,7 @@ impl Controller {
         self.tick_at = now;
     }
 
-    pub(super) fn base_ramps(&self) -> MotionRamps {
+    fn base_ramps(&self) -> MotionRamps {
         let motion = &self.config.motion;
         MotionRamps {
             drive: motion.acceleration * motion.base_acceleration_margin,
