@@ -150,11 +150,7 @@ impl SimulatedWorld {
     }
 
     /// Looks beyond the world: does anybody want the run to stop, does the disk still take the record?
-    fn look_up(
-        &mut self,
-        sink: &mut impl RecordSink,
-        pulse: &mut impl FnMut(Progress) -> bool,
-    ) {
+    fn look_up(&mut self, sink: &mut impl RecordSink, pulse: &mut impl FnMut(Progress) -> bool) {
         let (steps_done, steps) = self.engine.progress();
         if !pulse(Progress { now: self.now, steps_done, steps }) {
             self.engine.abort(self.now);
