@@ -6,7 +6,6 @@ use controller::mission::{
     AbortReason, BiasMethod, Command, HeadingSource, MissionResult, Refusal, Straight, Turn,
 };
 use emulators::base::Transport;
-use std::f64::{INFINITY, NAN, NEG_INFINITY};
 use tests::devices::{NAVIGATOR, TRANSPORTS, ideal, ideal_table};
 use tests::rig::{Answer, Direction, Piece, Rig};
 use wire::base::{PoseWriteResult, Reply, Request, can_link};
@@ -93,7 +92,7 @@ fn a_number_that_is_none_or_beyond_the_limits_is_refused() {
     // Slower than the base can be told: nothing would ever happen.
     commands.extend([straight(1.0, 1e-6), straight(1.0, f64::MIN_POSITIVE), turn(1.0, 1e-6)]);
     commands.extend([turn(1.0, -0.5), Rig::bias_test_order(0.0), Rig::bias_test_order(3_600.1)]);
-    for bad in [NAN, INFINITY, NEG_INFINITY] {
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         commands.extend([straight(bad, 0.4), straight(1.0, bad), turn(bad, 0.5), turn(1.0, bad)]);
         commands.extend([pose(bad, 0.0, 0.0), pose(0.0, bad, 0.0), pose(0.0, 0.0, bad)]);
         commands.push(Rig::bias_test_order(bad));
