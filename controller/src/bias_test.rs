@@ -113,7 +113,8 @@ mod tests {
     #[test]
     fn rest_is_told_from_motion() {
         let config = GyroConfig::default();
-        let cases: [(&str, fn(usize) -> f64, bool); 5] = [
+        type Case = (&'static str, fn(usize) -> f64, bool);
+        let cases: [Case; 5] = [
             ("rest", |i| 0.02 + wobble(i), true),
             ("slow turn", |i| 1.0 + wobble(i), false),
             ("shaken", |i| 20.0 * wobble(i), false),

@@ -271,7 +271,8 @@ mod tests {
     #[test]
     fn rate_increment_and_integrated_angle_agree() {
         let rate = turn(1) / PERIOD;
-        let forms: [(&str, fn(u32, AngularRate) -> GyroOutput); 3] = [
+        type Form = (&'static str, fn(u32, AngularRate) -> GyroOutput);
+        let forms: [Form; 3] = [
             ("rate", |_, rate| GyroOutput::Rate(rate)),
             ("increment", |_, _| GyroOutput::Increment(turn(1))),
             ("integrated", |n, _| GyroOutput::Integrated(turn(n).wrapped())),

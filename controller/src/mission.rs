@@ -44,6 +44,7 @@ pub struct Mission {
 }
 
 /// What the controller can be told to do. One moving mission runs at a time.
+#[expect(clippy::large_enum_variant, reason = "no allocation: there is no box to put it in")]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Command {

@@ -4,7 +4,7 @@ use emulators::base::Transport;
 use emulators::device_file::{
     BaseModel, DeviceFile, DeviceFileError, Devices, GyroModel, ModelSource, Mount, TableModel,
 };
-use emulators::gyro::{GyroEmulator, WORST_CASE_CORRELATION_S};
+use emulators::gyro::{GyroEmulator, INSTABILITY_LONGEST_S, INSTABILITY_SHORTEST_S};
 use emulators::table::TableEmulator;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
@@ -73,7 +73,10 @@ fn the_papers_files_differ_in_what_they_say_and_share_the_rest() {
     assert_eq!(can_base.1, serial_base.1);
     assert_eq!((&can.gyro, &can.absolute), (&serial.gyro, &serial.absolute));
     assert_eq!(can.gyro, devices("paper-table.toml").gyro);
-    assert_eq!(can.gyro.1.bias_drift_correlation_s, WORST_CASE_CORRELATION_S);
+    let gyro = &can.gyro.1;
+    assert_eq!((gyro.bias_instability_rms_deg_per_s, gyro.bias_drift_deg_per_s), (0.005, 0.0));
+    let band = [gyro.bias_instability_shortest_s, gyro.bias_instability_longest_s];
+    assert_eq!(band, [INSTABILITY_SHORTEST_S, INSTABILITY_LONGEST_S]);
     assert_eq!(devices("dsp3000-table.toml").gyro.0.mode, OutputMode::Increment);
 }
 
@@ -100,14 +103,14 @@ fn turn_by_bytes(devices: &Devices, steps: i32) -> f64 {
     deg
 }
 
-/// Eq. 5 from the data file, through table, gyro, bytes and decoder, noise and drift left out.
+/// Eq. 5 from the data file, through table, gyro, bytes and decoder, noise and bias left out.
 #[test]
 fn the_papers_table_run_gives_equation_5_through_the_bytes() {
     for celsius in [22.0, 30.0, 36.98, 42.0] {
         let mut file: DeviceFile = read("paper-table.toml").unwrap();
         for (name, value) in [
             ("angle_random_walk_deg_per_sqrt_h", 0.0),
-            ("bias_drift_deg_per_s", 0.0),
+            ("bias_instability_rms_deg_per_s", 0.0),
             ("bias_deg_per_h_per_kelvin", 0.0),
             ("self_heating_kelvin", 0.0),
             ("ambient_celsius", celsius),

@@ -58,6 +58,13 @@ pub fn load(
     Ok(loaded)
 }
 
+/// Names of the calibrations that `plan` makes.
+pub fn made_by(plan: &Plan) -> BTreeSet<String> {
+    let mut saved = BTreeSet::new();
+    collect(&plan.steps, &mut BTreeSet::new(), &mut saved);
+    saved
+}
+
 fn collect(steps: &[Step], used: &mut BTreeSet<String>, saved: &mut BTreeSet<String>) {
     for step in steps {
         match &step.action {
@@ -111,7 +118,29 @@ mod tests {
         }
         calibration.bias_table.push(BiasPoint { celsius: 20.0, bias_deg_per_s: 0.01 }).unwrap();
         let text = to_toml(&calibration, "by hand");
-        insta::assert_snapshot!(text, @"");
+        insta::assert_snapshot!(text, @r#"
+        # by hand
+        scale = 1.0
+
+        [[factors]]
+
+        [factors.temperature_line]
+        slope_deg_per_celsius = -0.52
+        intercept_deg = 19.23
+
+        [[factors]]
+        constant = 1.01
+
+        [[factors]]
+
+        [factors.direction]
+        cw_error_deg = -1.0
+        ccw_error_deg = 2.0
+
+        [[bias_table]]
+        celsius = 20.0
+        bias_deg_per_s = 0.01
+        "#);
         assert_eq!(toml::from_str::<Calibration>(&text).unwrap(), calibration);
     }
 }

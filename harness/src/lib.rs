@@ -1,12 +1,59 @@
-//! stub
+//! Runs test plans on a bench of CAN and serial devices, simulated or real, and judges them.
+//!
+//! ```text
+//!  plan.toml ──> plan ──> engine ──> world ──> record ──> checks ──> summary, report, JUnit
+//!  device file ─────────────────────┘  └ controller, gyro, base, table, absolute measurement
+//! ```
+//!
+//! A plan says what is done and what is judged. The engine carries it out: missions to the controller
+//! (the device under test), commands to the table, questions to the absolute measurement. A world
+//! joins engine, controller and devices; in the simulated one time jumps from event to event and the
+//! bytes are those of real lines. What happens is recorded, and the record is all that checks and
+//! reports read. The same plan, seed and version give the same record, byte for byte.
+//!
+//! From file to verdict:
+//! * [`plan`]: what a plan file may say. [`library`]: plans, device files and calibrations that ship.
+//! * [`calibrations`]: what one plan makes and a later one uses.
+//! * [`engine`]: the steps of a plan, without IO and without a clock.
+//! * [`world`]: where plan, controller and devices meet. [`link`]: the lines between them.
+//! * [`observation`], [`record`]: what was measured, and everything that happened.
+//! * [`checks`]: verdicts, each with the measurement's own uncertainty. [`outcome`]: what they come to.
+//! * [`run`]: all of that in order. [`seeds`]: the same for many seeds on all cores.
+//! * `live`, `run_live`, `bench_file` (feature `live`): the real clock, ptys and ports, and a device
+//!   under test that is a process of its own.
+//!
+//! For people and for machines:
+//! * [`run_folder`]: what a run leaves behind. [`report`]: one page. [`junit`]: for a build server.
+//! * [`console`]: tables. [`figures`]: how numbers are written. [`cli`]: the command `hil`.
+//!
+//! A run from Rust, without a folder:
+//!
+//! ```
+//! use harness::run::{Prepared, verdicts};
+//! use std::collections::BTreeMap;
+//!
+//! let prepared = Prepared::load("straight-accuracy", &BTreeMap::new())?;
+//! let run = verdicts(&prepared, 1, &BTreeMap::new(), &mut |_| true);
+//! assert!(run.is_complete());
+//! for measurement in &run.measurements {
+//!     println!("{} {:?} {}", measurement.name, measurement.value, measurement.verdict.name());
+//! }
+//! # Ok::<(), harness::run::PrepareError>(())
+//! ```
+
+#[cfg(feature = "live")]
+pub mod bench_file;
 pub mod calibrations;
 pub mod checks;
+pub mod cli;
 pub mod console;
 pub mod engine;
 pub mod figures;
 pub mod junit;
 pub mod library;
 pub mod link;
+#[cfg(feature = "live")]
+pub mod live;
 pub mod observation;
 pub mod outcome;
 pub mod plan;
@@ -14,4 +61,7 @@ pub mod record;
 pub mod report;
 pub mod run;
 pub mod run_folder;
+#[cfg(feature = "live")]
+pub mod run_live;
+pub mod seeds;
 pub mod world;

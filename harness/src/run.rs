@@ -1,23 +1,31 @@
 //! Runs plans in the simulated world and judges them: the way from files to a summary.
+//!
+//! [`Prepared::load`] reads a plan and what it names; [`run_to_folder`] runs it and leaves a run
+//! folder; [`verdicts`] runs it and keeps nothing; [`judge_again`] judges what was recorded earlier.
+
+mod again;
+mod declared;
+mod keep;
+
+pub use again::{JudgedAgain, judge_again};
+pub use keep::{Completed, Options, run_to_folder, write_documents};
+#[cfg(feature = "live")]
+pub(crate) use keep::{keep, summarise};
 
 use crate::calibrations::{self, CalibrationError};
 use crate::checks::judge_all;
 use crate::engine::{Action, Ending, Engine};
-use crate::junit;
 use crate::library::{Kind, Library, LibraryError};
 use crate::observation::Observation;
-use crate::outcome::{Measurement, Outcome, Summary};
+use crate::outcome::{Measurement, Outcome};
 use crate::plan::{Plan, PlanError};
-use crate::record::header::{Band, Header, Quantity};
-use crate::record::sink::{Level, NullSink, RecordSink};
-use crate::report;
-use crate::run_folder::{RunFolder, RunFolderError};
+use crate::record::header::Header;
+use crate::record::sink::{NullSink, RecordSink};
 use crate::world::bench::{Bench, DevicesError, load_devices};
 use crate::world::simulated::{Progress, SimulatedWorld};
 use controller::calibration::Calibration;
 use emulators::device_file::Devices;
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::Arc;
 use wire::time::Timestamp;
 
@@ -64,8 +72,7 @@ impl Prepared {
     /// When anything is missing or not right.
     pub fn load(name: &str, made: &BTreeMap<String, Calibration>) -> Result<Self, PrepareError> {
         let library = Library::beside(name);
-        let source = library.open(Kind::Plan, name)?;
-        let plan = Plan::parse(&source.origin, &source.text)?;
+        let plan = load_plan(&library, name)?;
         let devices = load_devices(&library, plan.devices.as_str())?;
         let calibrations = calibrations::load(&plan, &library, made)?;
         Ok(Self { plan: Arc::new(plan), devices, calibrations })
@@ -73,12 +80,27 @@ impl Prepared {
 
     /// What the record says about itself.
     pub fn header(&self, seed: u64) -> Header {
-        Header {
-            harness: VERSION.to_owned(),
-            plan: self.plan.name.as_str().to_owned(),
-            seed,
-            quantities: quantities(&self.plan),
-        }
+        header(&self.plan, seed)
+    }
+}
+
+/// Reads the plan of that name or path, and nothing that it names.
+///
+/// # Errors
+///
+/// When it is missing or not right.
+pub fn load_plan(library: &Library, name: &str) -> Result<Plan, PrepareError> {
+    let source = library.open(Kind::Plan, name)?;
+    Ok(Plan::parse(&source.origin, &source.text)?)
+}
+
+/// What a record of `plan` says about itself.
+pub fn header(plan: &Plan, seed: u64) -> Header {
+    Header {
+        harness: VERSION.to_owned(),
+        plan: plan.name.as_str().to_owned(),
+        seed,
+        quantities: declared::quantities(plan),
     }
 }
 
@@ -137,127 +159,32 @@ pub fn simulate(
     }
 }
 
-/// Runs a prepared plan for its verdicts alone.
-pub fn verdicts(prepared: &Prepared, seed: u64) -> (Outcome, Vec<Measurement>) {
-    let none = BTreeMap::new();
-    let run = simulate(prepared, seed, &none, &mut NullSink, &mut |_| true);
-    let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
-    (run.ending.outcome.max(judged), measurements)
-}
-
-/// How a run is to be carried out and kept.
+/// What a run came to when nothing of it is kept.
 #[derive(Debug, Clone)]
-pub struct Options<'a> {
-    /// The seed.
-    pub seed: u64,
-    /// Where the run folder goes.
-    pub out: &'a Path,
-    /// How much is recorded.
-    pub level: Level,
-    /// Answers to what a person would be asked.
-    pub answers: BTreeMap<String, f64>,
+pub struct Verdicts {
+    /// How it ended, before anything was judged.
+    pub ending: Ending,
+    /// What was measured.
+    pub measurements: Vec<Measurement>,
+    /// Calibrations that the plan made.
+    pub made: BTreeMap<String, Calibration>,
 }
 
-/// Runs a prepared plan in virtual time, judges it and writes its run folder. `wall_s` tells the time
-/// that passed since it was called first.
-///
-/// # Errors
-///
-/// When the run folder cannot be written. The run itself ends with an outcome, not with an error.
-pub fn run_to_folder(
+impl Verdicts {
+    /// The run went to its end, so that the measurements rest on everything that they should.
+    pub fn is_complete(&self) -> bool {
+        self.ending.outcome == Outcome::Passed
+    }
+}
+
+/// Runs a prepared plan for its verdicts alone. `pulse` is called now and then; false stops the run.
+pub fn verdicts(
     prepared: &Prepared,
-    options: &Options<'_>,
+    seed: u64,
+    answers: &BTreeMap<String, f64>,
     pulse: &mut impl FnMut(Progress) -> bool,
-    wall_s: &mut impl FnMut() -> f64,
-) -> Result<(Summary, BTreeMap<String, Calibration>), RunFolderError> {
-    wall_s();
-    let folder = RunFolder::create(options.out)?;
-    let header = prepared.header(options.seed);
-    let mut sink = folder.record_sink(&header, options.level)?;
-    let run = simulate(prepared, options.seed, &options.answers, &mut sink, pulse);
-    drop(sink);
-    let mut summary = summarise(prepared, options.seed, &run);
-    for (name, calibration) in &run.made {
-        let file = format!("{name}.toml");
-        let origin = format!("made by plan {}, seed {}", prepared.plan.name, options.seed);
-        folder.write_artifact(&file, calibrations::to_toml(calibration, &origin).as_bytes())?;
-        summary.artifacts.push(file);
-    }
-    summary.wall_s = wall_s();
-    write_documents(&folder, &summary, &header)?;
-    Ok((summary, run.made))
-}
-
-/// Writes summary, JUnit file and report of a run whose record is complete.
-///
-/// # Errors
-///
-/// When one of them cannot be written or the record cannot be read.
-pub fn write_documents(
-    folder: &RunFolder,
-    summary: &Summary,
-    header: &Header,
-) -> Result<(), RunFolderError> {
-    folder.write_summary(summary)?;
-    if let Ok(xml) = junit::document([summary]) {
-        folder.write_junit(&xml)?;
-    }
-    folder.write_report(&report::render(summary, header, folder.records()?))
-}
-
-fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
-    let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
-    let outcome = match run.ending.outcome {
-        Outcome::Passed => judged,
-        ended => ended,
-    };
-    Summary {
-        outcome,
-        reason: run.ending.reason.clone(),
-        plan: prepared.plan.name.as_str().to_owned(),
-        title: prepared.plan.title.clone(),
-        version: VERSION.to_owned(),
-        seed,
-        clock: "virtual".to_owned(),
-        bus: "memory".to_owned(),
-        device_under_test: "in-process".to_owned(),
-        simulated_s: run.end.as_secs_f64(),
-        wall_s: 0.0,
-        events: run.events,
-        measurements,
-        artifacts: Vec::new(),
-    }
-}
-
-/// The quantities that the plan judges, with the bands for single values.
-fn quantities(plan: &Plan) -> Vec<Quantity> {
-    let mut quantities: Vec<Quantity> = Vec::new();
-    for declared in &plan.measurements {
-        let names = std::iter::once(&declared.quantity)
-            .chain(declared.check.second_quantity().map(|(_, name)| name));
-        for name in names {
-            if quantities.iter().any(|known| known.name == name.as_str()) {
-                continue;
-            }
-            let entry = name.entry();
-            quantities.push(Quantity {
-                name: name.as_str().to_owned(),
-                unit: entry.map_or_else(String::new, |entry| entry.unit.to_owned()),
-                title: entry.map_or_else(String::new, |entry| entry.doc.to_owned()),
-                bands: Vec::new(),
-            });
-        }
-        let Some(band) = declared.check.value_band() else { continue };
-        let known = quantities.iter_mut().find(|known| known.name == declared.quantity.as_str());
-        if let Some(quantity) = known {
-            quantity.bands.push(Band {
-                measurement: declared.name.as_str().to_owned(),
-                lower: band.lower(),
-                upper: band.upper(),
-                paper: declared.paper.clone(),
-                tags: declared.filter.equalities(),
-            });
-        }
-    }
-    quantities
+) -> Verdicts {
+    let run = simulate(prepared, seed, answers, &mut NullSink, pulse);
+    let (measurements, _) = judge_all(&prepared.plan.measurements, &run.observations);
+    Verdicts { ending: run.ending, measurements, made: run.made }
 }

@@ -9,8 +9,10 @@
 //! | others | what the plan made; the summary names them |
 
 mod error;
+mod record_file;
 
 pub use error::RunFolderError;
+pub use record_file::RecordFile;
 
 use crate::outcome::Summary;
 use crate::record::header::{Header, MAGIC};
@@ -88,9 +90,9 @@ impl RunFolder {
         &self,
         header: &Header,
         level: Level,
-    ) -> Result<FileSink<File>, RunFolderError> {
+    ) -> Result<FileSink<RecordFile>, RunFolderError> {
         let path = self.file(RECORD);
-        File::create(&path)
+        RecordFile::create(&path)
             .and_then(|file| FileSink::new(file, header, level))
             .map_err(|source| RunFolderError::Write { path, source })
     }
@@ -157,12 +159,16 @@ impl RunFolder {
     }
 
     /// Removes the files of an earlier run. The record goes last: broken off half-way, the folder is
-    /// still known as ours.
+    /// still known as ours. A link to a device or a pipe holds nothing of an earlier run and stays:
+    /// somebody wants the record to go there.
     fn clear(&self) -> Result<(), RunFolderError> {
         let artifacts = self.summary().map(|summary| summary.artifacts).unwrap_or_default();
         let artifacts = artifacts.iter().map(String::as_str).filter(|name| is_artifact_name(name));
         for name in artifacts.chain([REPORT, JUNIT, SUMMARY, RECORD]) {
             let path = self.file(name);
+            if fs::metadata(&path).is_ok_and(|about| !about.is_file() && !about.is_dir()) {
+                continue;
+            }
             match fs::remove_file(&path) {
                 Err(source) if source.kind() != io::ErrorKind::NotFound => {
                     return Err(RunFolderError::Remove { path, source });

@@ -1,14 +1,18 @@
-//! What encoding and decoding cost, per sample.
+//! What encoding and decoding cost: per sample of a gyro, per exchange with the base, per line of the
+//! table.
 //!
 //! A 16-hour stream at 100 Hz holds 5.76 million samples.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
+use wire::base::serial_link::{Device, DeviceEvent, Host, HostEvent};
+use wire::base::{Motion, Reply, Request, can_link};
 use wire::gyro::{
     GyroDecoder, GyroEncoder, GyroFormat, GyroOutput, GyroSample, GyroStatus, GyroStream,
     OutputMode, Sequence,
 };
-use wire::units::{AngularRate, Temperature};
+use wire::table;
+use wire::units::{Angle, AngularRate, Length, Speed, Temperature};
 
 const SAMPLES: usize = 1_000;
 
@@ -76,5 +80,102 @@ fn dsp3000_binary(criterion: &mut Criterion) {
     gyro(criterion, "gyro/dsp3000-binary", GyroFormat::Dsp3000Binary);
 }
 
+fn velocity() -> Request {
+    Request::SetVelocity {
+        drive: Speed::from_m_per_s(0.4),
+        steer: AngularRate::from_deg_per_s(-12.5),
+    }
+}
+
+fn motion() -> Reply {
+    Reply::Motion(Motion {
+        displacement: Length::from_m(12.3456),
+        heading: Angle::from_deg(-89.7),
+        moving: true,
+        sequence: 42,
+        ..Motion::default()
+    })
+}
+
+/// One frame each way.
+fn can(criterion: &mut Criterion) {
+    let (request, reply) = (velocity(), motion());
+    let request_frame = can_link::request_frame(&request).expect("a velocity has a frame");
+    let reply_frame = can_link::reply_frame(&reply);
+
+    let mut group = criterion.benchmark_group("base/can");
+    group.throughput(Throughput::Elements(1));
+    group.bench_function("encode request", |bencher| {
+        bencher.iter(|| can_link::request_frame(black_box(&request)));
+    });
+    group.bench_function("parse request", |bencher| {
+        bencher.iter(|| can_link::parse_request(black_box(&request_frame)));
+    });
+    group.bench_function("encode reply", |bencher| {
+        bencher.iter(|| can_link::reply_frame(black_box(&reply)));
+    });
+    group.bench_function("parse reply", |bencher| {
+        bencher.iter(|| can_link::parse_reply(black_box(&reply_frame)));
+    });
+    group.finish();
+}
+
+/// One exchange, both ends of it.
+fn serial(criterion: &mut Criterion) {
+    let reply = motion();
+    let (mut host, mut device) = (Host::new(), Device::new());
+
+    let mut group = criterion.benchmark_group("base/serial");
+    group.throughput(Throughput::Elements(1));
+    group.bench_function("read exchange", |bencher| {
+        bencher.iter(|| {
+            let line = host.start(black_box(&Request::ReadMotion)).expect("the host is idle");
+            let mut answer = None;
+            device.feed(line.as_slice(), |event| {
+                if let DeviceEvent::Read(read) = event {
+                    answer = read.packet(black_box(&reply));
+                }
+            });
+            let answer = answer.expect("the line was a read");
+            let mut read = None;
+            host.feed(answer.as_slice(), |event| read = Some(event));
+            debug_assert!(matches!(read, Some(HostEvent::Reply(_))));
+            read
+        });
+    });
+    group.finish();
+}
+
+/// One line each way, through the stream decoders.
+fn lines(criterion: &mut Criterion) {
+    let command = table::Command::Distance(-28_800);
+    let answer = table::Answer::State { position_steps: -28_800, moving: true };
+    let (command_line, answer_line) = (command.encode(), answer.encode());
+
+    let mut group = criterion.benchmark_group("table/line");
+    group.throughput(Throughput::Elements(1));
+    group.bench_function("encode command", |bencher| {
+        bencher.iter(|| black_box(command).encode());
+    });
+    let mut commands = table::CommandDecoder::new();
+    group.bench_function("decode command", |bencher| {
+        bencher.iter(|| {
+            commands.feed(black_box(command_line.as_slice()), |command| _ = black_box(command));
+        });
+    });
+    group.bench_function("encode answer", |bencher| {
+        bencher.iter(|| black_box(answer).encode());
+    });
+    let mut answers = table::AnswerDecoder::new();
+    group.bench_function("decode answer", |bencher| {
+        bencher.iter(|| {
+            answers.feed(black_box(answer_line.as_slice()), |answer| _ = black_box(answer));
+        });
+    });
+    group.finish();
+}
+
 criterion_group!(gyros, navigator, ecore2000, dsp3000_ascii, dsp3000_binary);
-criterion_main!(gyros);
+criterion_group!(base, can, serial);
+criterion_group!(tables, lines);
+criterion_main!(gyros, base, tables);

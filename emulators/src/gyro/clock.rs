@@ -1,22 +1,31 @@
 //! The gyro's own clock: when its outputs fall due.
 
+use libm::round;
 use wire::time::{Span, Timestamp};
 
-const NANOS_PER_SECOND: f64 = 1e9;
+const SECONDS_PER_NANO: f64 = 1e-9;
+
+/// A period is counted in 2^-24 ns, so to within 3e-14 of the shortest one, 1 ms.
+const FRACTION_BITS: u32 = 24;
+const PARTS_PER_NANO: f64 = (1u64 << FRACTION_BITS) as f64;
+const FRACTION: i64 = (1 << FRACTION_BITS) - 1;
 
 /// Instants of output, evenly spaced by a period that need not be whole nanoseconds. The fraction is
 /// carried on, so that rounding never builds up.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct OutputClock {
     next: Timestamp,
-    fraction_ns: f64,
-    period_ns: f64,
+    /// From the instant before it.
+    interval_s: f64,
+    /// What the next instant leaves out, and the period, in parts of a nanosecond.
+    fraction: i64,
+    period: i64,
 }
 
 impl OutputClock {
     /// A clock whose first instant is the start of the run, at `rate` times its nominal rate.
     pub(super) fn new(nominal: Span, rate: f64) -> Self {
-        let mut clock = Self { next: Timestamp::ZERO, fraction_ns: 0.0, period_ns: 0.0 };
+        let mut clock = Self { next: Timestamp::ZERO, interval_s: 0.0, fraction: 0, period: 0 };
         clock.set_rate(nominal, rate);
         clock
     }
@@ -24,13 +33,13 @@ impl OutputClock {
     /// The next instant is a period after `now`.
     pub(super) fn start(&mut self, now: Timestamp) {
         self.next = now;
-        self.fraction_ns = 0.0;
+        self.fraction = 0;
         self.tick();
     }
 
     /// From the next instant on, run at `rate` times the nominal rate.
     pub(super) fn set_rate(&mut self, nominal: Span, rate: f64) {
-        self.period_ns = nominal.as_nanos() as f64 / rate;
+        self.period = round(nominal.as_nanos() as f64 / rate * PARTS_PER_NANO) as i64;
     }
 
     /// The next instant of output.
@@ -38,18 +47,26 @@ impl OutputClock {
         self.next
     }
 
-    /// The time between two outputs, in seconds.
+    /// The time from the last instant of output to the next, in seconds.
+    #[inline]
+    pub(super) const fn interval_s(&self) -> f64 {
+        self.interval_s
+    }
+
+    /// The time between two outputs at the rate in force, in seconds.
     pub(super) fn period_s(&self) -> f64 {
-        self.period_ns / NANOS_PER_SECOND
+        self.period as f64 / PARTS_PER_NANO * SECONDS_PER_NANO
     }
 
     /// Goes on to the output after the next.
     #[inline]
     pub(super) fn tick(&mut self) {
-        let due = self.period_ns + self.fraction_ns;
-        let whole = due as i64;
-        self.fraction_ns = due - whole as f64;
-        self.next += Span::from_nanos(whole);
+        // No overflow: the clock's error is bounded, the period at most twice the nominal one.
+        let due = self.period + self.fraction;
+        let whole_ns = due >> FRACTION_BITS;
+        self.fraction = due & FRACTION;
+        self.interval_s = whole_ns as f64 * SECONDS_PER_NANO;
+        self.next += Span::from_nanos(whole_ns);
     }
 }
 
@@ -66,5 +83,18 @@ mod tests {
         }
         let off = clock.next() - Timestamp::from_secs_f64(3600.0);
         assert!(off.as_nanos().abs() <= 1, "{off:?}");
+    }
+
+    #[test]
+    fn the_interval_is_the_one_between_two_instants() {
+        let mut clock = OutputClock::new(Span::from_millis(1), 1.000_7);
+        clock.start(Timestamp::from_nanos(123));
+        for _ in 0..1_000 {
+            let last = clock.next();
+            clock.tick();
+            let interval = clock.next() - last;
+            assert!((clock.interval_s() - interval.as_secs_f64()).abs() < 1e-18);
+            assert!((clock.period_s() - interval.as_secs_f64()).abs() < 1e-9);
+        }
     }
 }

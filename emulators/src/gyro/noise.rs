@@ -1,5 +1,7 @@
-//! The random part of a gyro's error: white noise, bias drift, rate random walk, turn-on bias.
+//! The random part of a gyro's error: white noise, bias instability, exponentially correlated drift,
+//! rate random walk, turn-on bias.
 
+use super::bias_instability::BiasInstability;
 use super::parameters::{GyroParameters, remainder};
 use crate::random::RandomStream;
 use libm::sqrt;
@@ -7,14 +9,17 @@ use wire::units::{Angle, AngularRate};
 
 const SECONDS_PER_HOUR: f64 = 3_600.0;
 
-/// Noise of the rate in rad/s, stepped from output to output. Every term is discretised exactly: its
-/// variance and correlation at the outputs are those of the continuous process.
+/// Noise of the rate in rad/s. Every term is discretised exactly: its variance and correlation at the
+/// steps are those of the continuous process. White noise, drift and walk are stepped from output to
+/// output; the slow bias (instability and turn-on) from second to second.
 ///
-/// Each term has a stream of its own and draws nothing while it is off.
+/// Each term has a stream of its own and draws nothing more while it is off.
 #[derive(Debug)]
 pub(super) struct RateNoise {
-    white: Term,
+    white: RandomStream,
     white_sigma: f64,
+    /// Either of the next two is on.
+    wanders: bool,
     /// First-order Gauss-Markov, with unit variance.
     drift: Term,
     drift_sigma: f64,
@@ -23,6 +28,7 @@ pub(super) struct RateNoise {
     drift_drive: f64,
     walk: Term,
     walk_sigma: f64,
+    instability: BiasInstability,
     turn_on_draw: f64,
     turn_on: f64,
 }
@@ -33,51 +39,84 @@ struct Term {
     state: f64,
 }
 
+/// When the noise is stepped.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Steps {
+    /// From output to output.
+    pub(super) output_s: f64,
+    /// From one value of the slow bias to the next.
+    pub(super) slow_s: f64,
+}
+
 impl RateNoise {
-    /// Noise of `device` in the run with `seed`, for outputs every `step_s`.
-    pub(super) fn new(parameters: &GyroParameters, step_s: f64, seed: u64, device: &str) -> Self {
-        let term = |purpose| Term { stream: RandomStream::new(seed, device, purpose), state: 0.0 };
+    /// Noise of `device` in the run with `seed`.
+    pub(super) fn new(parameters: &GyroParameters, steps: Steps, seed: u64, device: &str) -> Self {
+        let stream = |purpose| RandomStream::new(seed, device, purpose);
+        let term = |purpose| Term { stream: stream(purpose), state: 0.0 };
         let mut noise = Self {
-            white: term("gyro white noise"),
+            white: stream("gyro white noise"),
             white_sigma: 0.0,
+            wanders: false,
             drift: term("gyro bias drift"),
             drift_sigma: 0.0,
             drift_decay: 0.0,
             drift_drive: 0.0,
             walk: term("gyro rate random walk"),
             walk_sigma: 0.0,
-            turn_on_draw: term("gyro turn-on bias").stream.standard_normal(),
+            instability: BiasInstability::new(parameters, steps.slow_s, seed, device),
+            turn_on_draw: stream("gyro turn-on bias").standard_normal(),
             turn_on: 0.0,
         };
         // The drift starts in its steady distribution: it was there before anybody looked.
         noise.drift.state = noise.drift.stream.standard_normal();
-        noise.configure(parameters, step_s);
+        noise.configure(parameters, steps);
         noise
     }
 
-    /// Takes over changed parameters or another step; what has built up so far stays.
-    pub(super) fn configure(&mut self, parameters: &GyroParameters, step_s: f64) {
+    /// Takes over changed parameters or other steps; what has built up so far stays.
+    pub(super) fn configure(&mut self, parameters: &GyroParameters, steps: Steps) {
         // N deg/sqrt(h) is a density of N/60 deg/s/sqrt(Hz); the mean of a step has variance N^2/h.
         self.white_sigma = Angle::from_deg(parameters.angle_random_walk_deg_per_sqrt_h).rad()
-            / sqrt(SECONDS_PER_HOUR * step_s);
+            / sqrt(SECONDS_PER_HOUR * steps.output_s);
         self.drift_sigma = Angle::from_deg(parameters.bias_drift_deg_per_s).rad();
-        self.drift_decay = remainder(step_s, parameters.bias_drift_correlation_s);
+        self.drift_decay = remainder(steps.output_s, parameters.bias_drift_correlation_s);
         self.drift_drive = sqrt(1.0 - self.drift_decay * self.drift_decay);
-        self.walk_sigma =
-            Angle::from_deg(parameters.rate_random_walk_deg_per_s_per_sqrt_s).rad() * sqrt(step_s);
+        self.walk_sigma = Angle::from_deg(parameters.rate_random_walk_deg_per_s_per_sqrt_s).rad()
+            * sqrt(steps.output_s);
+        // A walk that is switched off stays where it went.
+        self.wanders = self.drift_sigma > 0.0 || self.walk_sigma > 0.0 || self.walk.state != 0.0;
+        self.instability.configure(parameters, steps.slow_s);
         self.turn_on = AngularRate::from_deg_per_h(parameters.turn_on_bias_deg_per_h).rad_per_s()
             * self.turn_on_draw;
     }
 
-    /// Everything but the white noise, as of the last step.
-    #[inline]
-    pub(super) fn bias(&self) -> f64 {
-        self.turn_on + self.drift_sigma * self.drift.state + self.walk.state
+    /// Takes the slow bias on by its step.
+    pub(super) fn advance_slow(&mut self) {
+        self.instability.advance();
     }
 
-    /// The noise of the next output.
+    /// The slow bias when `share` of its step is over; it runs in straight lines.
+    pub(super) fn slow_bias(&self, share: f64) -> f64 {
+        self.turn_on + self.instability.at(share)
+    }
+
+    /// Drift and walk, as of the last output.
+    pub(super) fn wander(&self) -> f64 {
+        self.drift_sigma * self.drift.state + self.walk.state
+    }
+
+    /// The noise of the next output, the slow bias excepted.
     #[inline]
     pub(super) fn next(&mut self) -> f64 {
+        let white = if self.white_sigma > 0.0 {
+            self.white_sigma * self.white.standard_normal()
+        } else {
+            0.0
+        };
+        if self.wanders { white + self.next_wander() } else { white }
+    }
+
+    fn next_wander(&mut self) -> f64 {
         if self.drift_sigma > 0.0 {
             self.drift.state = self.drift_decay * self.drift.state
                 + self.drift_drive * self.drift.stream.standard_normal();
@@ -85,32 +124,18 @@ impl RateNoise {
         if self.walk_sigma > 0.0 {
             self.walk.state += self.walk_sigma * self.walk.stream.standard_normal();
         }
-        let white = if self.white_sigma > 0.0 {
-            self.white_sigma * self.white.stream.standard_normal()
-        } else {
-            0.0
-        };
-        self.bias() + white
+        self.wander()
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::RateNoise;
+    use super::{RateNoise, Steps};
     use crate::gyro::parameters::{GyroParameters, WORST_CASE_CORRELATION_S};
+    use crate::gyro::tests::variance_after_bias_test;
     use wire::units::Angle;
 
-    /// Variance of the mean over `later` less the mean over the `earlier` seconds just before it,
-    /// for a Gauss-Markov process of unit variance, from its covariance e^(-|t|/T) integrated over
-    /// both intervals.
-    fn variance_after_bias_test(earlier: f64, later: f64, correlation_s: f64) -> f64 {
-        let t = correlation_s;
-        let own =
-            |length: f64| 2.0 * (t / length).powi(2) * (length / t - 1.0 + (-length / t).exp());
-        let shared =
-            t * t / (earlier * later) * (1.0 - (-earlier / t).exp()) * (1.0 - (-later / t).exp());
-        own(earlier) + own(later) - 2.0 * shared
-    }
+    const STEPS: Steps = Steps { output_s: 0.01, slow_s: 1.0 };
 
     #[test]
     fn the_assumed_correlation_time_is_the_least_favourable_one() {
@@ -128,7 +153,7 @@ mod tests {
     fn the_simulated_drift_has_that_variance() {
         const PAIRS: u32 = 2_000;
         let parameters = GyroParameters { bias_drift_deg_per_s: 0.005, ..Default::default() };
-        let mut noise = RateNoise::new(&parameters, 0.1, 11, "gyro");
+        let mut noise = RateNoise::new(&parameters, Steps { output_s: 0.1, ..STEPS }, 11, "gyro");
         let mut mean = |seconds: u32| {
             (0..seconds * 10).map(|_| noise.next()).sum::<f64>() / f64::from(seconds * 10)
         };
@@ -148,15 +173,15 @@ mod tests {
 
     #[test]
     fn terms_that_are_off_are_silent_and_the_others_keep_their_numbers() {
-        let mut off = RateNoise::new(&GyroParameters::default(), 0.01, 1, "gyro");
+        let mut off = RateNoise::new(&GyroParameters::default(), STEPS, 1, "gyro");
         assert!((0..100).all(|_| off.next() == 0.0));
         let white = GyroParameters { angle_random_walk_deg_per_sqrt_h: 0.1, ..Default::default() };
         let both = GyroParameters { rate_random_walk_deg_per_s_per_sqrt_s: 1e-3, ..white.clone() };
-        let mut alone = RateNoise::new(&white, 0.01, 1, "gyro");
-        let mut with_walk = RateNoise::new(&both, 0.01, 1, "gyro");
+        let mut alone = RateNoise::new(&white, STEPS, 1, "gyro");
+        let mut with_walk = RateNoise::new(&both, STEPS, 1, "gyro");
         for _ in 0..100 {
             let (white, sum) = (alone.next(), with_walk.next());
-            assert!((sum - with_walk.bias() - white).abs() < 1e-15);
+            assert!((sum - with_walk.wander() - white).abs() < 1e-15);
         }
     }
 
@@ -165,7 +190,9 @@ mod tests {
         const UNITS: u32 = 2_000;
         let parameters = GyroParameters { turn_on_bias_deg_per_h: 10.0, ..Default::default() };
         let square: f64 = (0..UNITS)
-            .map(|seed| RateNoise::new(&parameters, 0.01, seed.into(), "gyro").bias().powi(2))
+            .map(|seed| {
+                RateNoise::new(&parameters, STEPS, seed.into(), "gyro").slow_bias(0.0).powi(2)
+            })
             .sum();
         let rms_deg_per_h = (square / f64::from(UNITS)).sqrt().to_degrees() * 3_600.0;
         // Standard error of an rms from 2000 draws: 1.6 %; 4 of them allowed.

@@ -4,13 +4,23 @@ use crate::parameters::parameters;
 use libm::{cos, exp};
 use wire::units::Angle;
 
-/// Correlation time of the bias drift where a device file does not give one (assumption).
+/// Correlation time of the exponentially correlated drift where a device file does not give one
+/// (assumption).
 ///
-/// A data sheet states the drift's rms and no time scale. This is the time for which a 20 s bias
-/// test, followed at once by a lap of 64 s travel, is helped least by the bias test: it maximises
-/// the variance of the mean drift during the lap less the mean drift during the test. The worst
-/// case, that is, not a fit to any result; `gyro::noise` computes it.
+/// This is the time for which a 20 s bias test, followed at once by a lap of 64 s travel, is helped
+/// least by the bias test: it maximises the variance of the mean drift during the lap less the mean
+/// drift during the test. No sum of such processes of the same rms does worse. It is not a fit to
+/// any result; `gyro::noise` computes it.
 pub const WORST_CASE_CORRELATION_S: f64 = 20.0;
+
+/// Shortest correlation time of the bias instability where a device file does not give one
+/// (assumption): well below the 20 s of a bias test, and far enough up that white noise covers what
+/// is faster.
+pub const INSTABILITY_SHORTEST_S: f64 = 1.0;
+
+/// Longest correlation time of the bias instability where a device file does not give one
+/// (assumption): a record of a few hours, over which a data sheet takes its rms.
+pub const INSTABILITY_LONGEST_S: f64 = 10_000.0;
 
 parameters! {
     /// The imperfections of a gyro. The default is an ideal one: everything off.
@@ -21,10 +31,19 @@ parameters! {
         /// White noise of the rate, as angle random walk N (IEEE Std 952). KVH E-Core 2000: 0.083;
         /// this class: 0.07 to 1.
         angle_random_walk_deg_per_sqrt_h: NOT_NEGATIVE = 0.0,
-        /// Bias drift at steady temperature, rms: a first-order Gauss-Markov process. The paper's
-        /// data sheet: 0.005.
+        /// Bias instability (IEEE Std 952), flicker noise: rms of all that has correlation times
+        /// from `bias_instability_shortest_s` to `bias_instability_longest_s`. Over four decades B
+        /// is 0.58 of it, and 0.664 B the flat part of the Allan deviation. The paper's data sheet:
+        /// 0.005 (bias drift at stabilised temperature).
+        bias_instability_rms_deg_per_s: NOT_NEGATIVE = 0.0,
+        /// Shortest correlation time of the bias instability; see [`INSTABILITY_SHORTEST_S`].
+        bias_instability_shortest_s: POSITIVE = INSTABILITY_SHORTEST_S,
+        /// Longest correlation time of the bias instability; see [`INSTABILITY_LONGEST_S`].
+        bias_instability_longest_s: POSITIVE = INSTABILITY_LONGEST_S,
+        /// Exponentially correlated (first-order Gauss-Markov) noise of the bias (IEEE Std 952),
+        /// rms: for a unit whose Allan deviation shows one.
         bias_drift_deg_per_s: NOT_NEGATIVE = 0.0,
-        /// Correlation time of the bias drift. Not published; see [`WORST_CASE_CORRELATION_S`].
+        /// Its correlation time; see [`WORST_CASE_CORRELATION_S`].
         bias_drift_correlation_s: POSITIVE = WORST_CASE_CORRELATION_S,
         /// Rate random walk K (IEEE Std 952), zero at power-up. This class: about 1e-3 and less.
         rate_random_walk_deg_per_s_per_sqrt_s: NOT_NEGATIVE = 0.0,

@@ -111,13 +111,10 @@ impl Engine {
         for (step, round) in self.program.around() {
             during.push(step.action.name().to_owned());
             during.extend(step.label.as_ref().map(|label| label.as_str().to_owned()));
-            match &step.action {
-                StepAction::Sweep(sweep) => {
-                    if let Some(value) = sweep.values.get(round as usize) {
-                        self.tags.insert(sweep.parameter.to_string(), *value);
-                    }
-                }
-                _ => {}
+            if let StepAction::Sweep(sweep) = &step.action
+                && let Some(value) = sweep.values.get(round as usize)
+            {
+                self.tags.insert(sweep.parameter.to_string(), *value);
             }
         }
         // Rounds keep counting when a repeat is entered again, so that no two share a number.
@@ -127,7 +124,7 @@ impl Engine {
 
     fn begin(&mut self, now: Timestamp, op: Op) {
         match op {
-            Op::Mission(command) => self.send(command),
+            Op::Mission(command) => self.send(*command),
             Op::StateBefore => {
                 self.ends.state_before = None;
                 self.send(Command::RequestState);

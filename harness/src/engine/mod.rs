@@ -247,6 +247,13 @@ impl Engine {
         self.end(now, Outcome::Error, Some(why.to_owned()));
     }
 
+    /// The controller is gone: nothing can be confirmed any more, and nobody is left to stop the base
+    /// but its own command time-out.
+    pub fn lost_controller(&mut self, now: Timestamp, how: &str) {
+        self.broke(now, &format!("lost the device under test: {how}"));
+        self.teardown = None;
+    }
+
     /// Takes a report of the controller.
     pub fn report(&mut self, now: Timestamp, report: &Report) {
         if let Some(teardown) = &mut self.teardown {

@@ -16,7 +16,7 @@ const TABLE_SETTLE: Span = Span::from_millis(200);
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Op {
     /// Give the controller a mission and wait for its answer.
-    Mission(Command),
+    Mission(Box<Command>),
     /// Have the controller say its state; it becomes the state before what follows.
     StateBefore,
     /// Have the controller say its state; it becomes the state after what came.
@@ -59,13 +59,19 @@ pub(super) enum Op {
     SaveCalibration,
 }
 
+impl Op {
+    fn mission(command: Command) -> Self {
+        Self::Mission(Box::new(command))
+    }
+}
+
 /// What a step is broken down to, or why it cannot be.
 pub(super) fn expand(
     step: &Step,
     calibrations: &BTreeMap<String, Calibration>,
     table_step: Angle,
 ) -> Result<Vec<Op>, String> {
-    let mission = |command| vec![Op::Mission(command)];
+    let mission = |command| vec![Op::mission(command)];
     Ok(match &step.action {
         Action::BiasTest(test) => mission(Command::BiasTest(mission::BiasTest {
             duration_s: test.duration.as_secs_f64(),
@@ -85,7 +91,7 @@ pub(super) fn expand(
         Action::TableTurn(turn) => table_ops(turn, table_step),
         Action::Place(place) => {
             let pose = Pose { x: place.x, y: place.y, heading: place.heading };
-            vec![Op::Place(pose), Op::Mission(Command::SetPose(pose))]
+            vec![Op::Place(pose), Op::mission(Command::SetPose(pose))]
         }
         Action::MeasurePose(_) => vec![Op::AbsoluteNamed],
         Action::HeadingSource(source) => mission(Command::SetHeadingSource(*source)),
@@ -119,11 +125,11 @@ pub(super) fn expand(
 fn lap_ops(lap: &Lap) -> Vec<Op> {
     let mut ops = vec![Op::AbsoluteBefore, Op::StateBefore];
     for _ in 0..4 {
-        ops.push(Op::Mission(Command::Straight(mission::Straight {
+        ops.push(Op::mission(Command::Straight(mission::Straight {
             distance: lap.side,
             speed: lap.speed,
         })));
-        ops.push(Op::Mission(Command::Turn(mission::Turn {
+        ops.push(Op::mission(Command::Turn(mission::Turn {
             angle: Angle::from_deg(90.0 * lap.direction.sign()),
             rate: lap.turn_rate,
         })));

@@ -1,8 +1,12 @@
 //! Worlds: where the plan, the controller and the devices meet.
 //!
-//! * [`bench`]: the emulated devices of a run, from a device file.
+//! * [`mod@bench`]: the emulated devices of a run, from a device file.
 //! * [`simulated`]: virtual time, lines in memory; 16 hours in seconds, the same bytes every time.
+//! * `live` (feature `live`): the real clock, ptys and ports, the controller as a process of its own.
 
 pub mod bench;
 mod lines;
+#[cfg(feature = "live")]
+pub mod live;
 pub mod simulated;
+mod stage;

@@ -4,27 +4,21 @@
 //! due, transmit until nothing moves any more, record. Nothing here reads a clock or draws a number,
 //! so plan, seed and version determine every byte of the record.
 
-use super::bench::{Bench, Carrier, Sent};
-use super::lines::{BaseLink, Lines, Node};
+use super::bench::{Bench, Carrier};
+use super::lines::{BaseLink, Node};
+use super::stage::{Stage, record_frame};
 use crate::engine::{Action, Ending, Engine};
 use crate::outcome::Outcome;
-use crate::record::sink::{Level, RecordSink};
-use crate::record::{Device, Record, RecordKind};
-use controller::mission::{Activity, Report};
+use crate::record::Device;
+use crate::record::sink::RecordSink;
 use controller::{Controller, Input, Output, Port};
 use std::collections::BTreeMap;
-use wire::can::CanFrame;
-use wire::table::AnswerDecoder;
-use wire::time::{Span, Timestamp};
+use wire::time::Timestamp;
 
 /// Rounds of transmitting at one instant; more means that two devices answer each other for ever.
 const ROUNDS_MAX: u32 = 1_000;
 /// Events at one instant; more means that somebody wants to be woken again and again for nothing.
 const EVENTS_AT_ONCE_MAX: u32 = 10_000;
-/// Without the full record, states are kept this far apart in motion and at rest.
-const STATE_PERIOD_MOVING: Span = Span::from_millis(200);
-/// See [`STATE_PERIOD_MOVING`].
-const STATE_PERIOD_AT_REST: Span = Span::from_secs(30);
 
 /// Who has been reached by an event and may have something to say, or want to be woken at another time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -49,13 +43,8 @@ pub struct Progress {
 #[derive(Debug)]
 pub struct SimulatedWorld {
     now: Timestamp,
-    engine: Engine,
+    stage: Stage,
     controller: Controller,
-    bench: Bench,
-    lines: Lines,
-    table_answers: AnswerDecoder,
-    answers: BTreeMap<String, f64>,
-    state_kept: Option<Timestamp>,
     touched: Touched,
     /// Wake-ups of those that are asked again only when something has reached them.
     controller_due: Timestamp,
@@ -72,12 +61,7 @@ impl SimulatedWorld {
         Self {
             now,
             controller: Controller::new(bench.controller_config(), now),
-            engine,
-            lines: Lines::new(bench.gyro_stream(), bench.base_transport()),
-            bench,
-            table_answers: AnswerDecoder::new(),
-            answers: BTreeMap::new(),
-            state_kept: None,
+            stage: Stage::new(bench, engine),
             touched: Touched { controller: true, carrier: true, engine: true },
             controller_due: now,
             carrier_due: now,
@@ -89,7 +73,7 @@ impl SimulatedWorld {
 
     /// Answers to what a person would be asked, by name.
     pub fn with_answers(mut self, answers: BTreeMap<String, f64>) -> Self {
-        self.answers = answers;
+        self.stage.answers = answers;
         self
     }
 
@@ -105,12 +89,12 @@ impl SimulatedWorld {
 
     /// The engine, for what it observed.
     pub const fn engine(&self) -> &Engine {
-        &self.engine
+        &self.stage.engine
     }
 
     /// What the lines between the devices have dropped for want of room.
     pub fn dropped(&self) -> u64 {
-        self.lines.dropped()
+        self.stage.lines.dropped()
     }
 
     /// Calibrations that the engine asks to be kept are handed to `keep`. Between two events `pulse` is
@@ -124,7 +108,7 @@ impl SimulatedWorld {
         const EVENTS_PER_PULSE: u64 = 50_000;
         self.transmit(sink, keep);
         loop {
-            if let Some(ending) = self.engine.ending() {
+            if let Some(ending) = self.stage.engine.ending() {
                 return ending.clone();
             }
             if self.events.is_multiple_of(EVENTS_PER_PULSE) {
@@ -151,9 +135,9 @@ impl SimulatedWorld {
 
     /// Looks beyond the world: does anybody want the run to stop, does the disk still take the record?
     fn look_up(&mut self, sink: &mut impl RecordSink, pulse: &mut impl FnMut(Progress) -> bool) {
-        let (steps_done, steps) = self.engine.progress();
+        let (steps_done, steps) = self.stage.engine.progress();
         if !pulse(Progress { now: self.now, steps_done, steps }) {
-            self.engine.abort(self.now);
+            self.stage.engine.abort(self.now);
             self.touched.engine = true;
         }
         if let Some(error) = sink.failed() {
@@ -162,22 +146,24 @@ impl SimulatedWorld {
     }
 
     fn broke(&mut self, why: &str) {
-        self.engine.broke(self.now, why);
+        self.stage.engine.broke(self.now, why);
         self.touched.engine = true;
     }
 
     fn next_event(&self) -> Timestamp {
-        self.lines
+        self.stage
+            .lines
             .next_arrival()
-            .min(self.bench.gyro.next_wakeup())
+            .min(self.stage.bench.gyro.next_wakeup())
             .min(self.carrier_due)
             .min(self.controller_due)
             .min(self.engine_due)
     }
 
     fn deliver(&mut self, sink: &mut impl RecordSink) {
-        let Self { now, lines, controller, bench, touched, engine, .. } = self;
+        let Self { now, stage, controller, touched, .. } = self;
         let now = *now;
+        let (lines, bench) = (&mut stage.lines, &mut stage.bench);
         while let Some(packet) = lines.gyro.arrived(now) {
             sink.bytes(now, Device::Gyro, packet.as_slice());
             controller.receive(now, Port::Gyro, Input::Bytes(packet.as_slice()));
@@ -218,39 +204,24 @@ impl SimulatedWorld {
             }
             _ => {}
         }
-        // Without a table nobody is at the end of its line, and what is sent is lost there.
-        while let Some(packet) = lines.to_table.arrived(now) {
-            sink.bytes(now, Device::Plan, packet.as_slice());
-            if let Carrier::Table(table) = &mut bench.carrier {
-                table.receive(now, packet.as_slice());
-                touched.carrier = true;
-            }
-        }
-        while let Some(packet) = lines.from_table.arrived(now) {
-            sink.bytes(now, Device::Table, packet.as_slice());
-            self.table_answers.feed(packet.as_slice(), |answer| engine.table(now, answer));
-            touched.engine = true;
-        }
+        let (table_reached, engine_reached) = stage.deliver_table(now, sink);
+        touched.carrier |= table_reached;
+        touched.engine |= engine_reached;
     }
 
     fn wake(&mut self) {
         let now = self.now;
         if self.carrier_due <= now {
-            self.bench.carrier.wake(now);
+            self.stage.bench.carrier.wake(now);
             self.touched.carrier = true;
         }
-        while self.bench.gyro.next_wakeup() <= now {
-            let heading = self.bench.carrier.heading_at(now);
-            if let Some(packet) = self.bench.gyro.wake(now, heading) {
-                self.lines.gyro.send(now, packet);
-            }
-        }
+        self.stage.wake_gyro(now);
         if self.controller_due <= now {
             self.controller.wake(now);
             self.touched.controller = true;
         }
         if self.engine_due <= now {
-            self.engine.wake(now);
+            self.stage.engine.wake(now);
             self.touched.engine = true;
         }
     }
@@ -262,7 +233,7 @@ impl SimulatedWorld {
         while self.touched != Touched::default() {
             rounds += 1;
             if rounds == ROUNDS_MAX {
-                self.engine.broke(self.now, "two devices answer each other without end");
+                self.stage.engine.broke(self.now, "two devices answer each other without end");
                 return;
             }
             if std::mem::take(&mut self.touched.controller) {
@@ -270,32 +241,35 @@ impl SimulatedWorld {
                     self.carry(output);
                 }
                 while let Some(report) = self.controller.report() {
-                    self.record_report(sink, report);
-                    self.engine.report(self.now, &report);
+                    self.stage.record_report(self.now, sink, &report);
+                    self.stage.engine.report(self.now, &report);
                     self.touched.engine = true;
                 }
                 self.controller_due = self.controller.next_wakeup();
             }
             if std::mem::take(&mut self.touched.carrier) {
-                while let Some(sent) = self.bench.carrier.transmit() {
-                    self.carry_sent(sent);
+                while let Some(sent) = self.stage.bench.carrier.transmit() {
+                    self.stage.carry(self.now, sent);
                 }
-                self.carrier_due = self.bench.carrier.next_wakeup();
+                self.carrier_due = self.stage.bench.carrier.next_wakeup();
             }
             if std::mem::take(&mut self.touched.engine) {
-                while let Some(action) = self.engine.action() {
-                    self.act(sink, keep, action);
+                while let Some(action) = self.stage.engine.action() {
+                    // Whatever it is, it may have reached anybody.
+                    self.touched = Touched { controller: true, carrier: true, engine: true };
+                    if let Some(mission) = self.stage.act(self.now, sink, keep, action) {
+                        self.controller.command(self.now, mission);
+                    }
                 }
-                self.engine_due = self.engine.next_wakeup();
+                self.engine_due = self.stage.engine.next_wakeup();
             }
         }
     }
 
     fn carry(&mut self, output: Output) {
-        match (output, &mut self.lines.base) {
-            (Output::Bytes(Port::Gyro, packet), _) => {
-                self.lines.gyro_commands.send(self.now, packet);
-            }
+        let lines = &mut self.stage.lines;
+        match (output, &mut lines.base) {
+            (Output::Bytes(Port::Gyro, packet), _) => lines.gyro_commands.send(self.now, packet),
             (Output::Bytes(Port::Base, packet), BaseLink::Serial { to_base, .. }) => {
                 to_base.send(self.now, packet);
             }
@@ -304,84 +278,5 @@ impl SimulatedWorld {
             }
             _ => {}
         }
-    }
-
-    fn carry_sent(&mut self, sent: Sent) {
-        match (sent, &mut self.lines.base) {
-            (Sent::Frame(frame), BaseLink::Can(bus)) => bus.send(self.now, Node::Base, frame),
-            (Sent::BaseBytes(packet), BaseLink::Serial { to_controller, .. }) => {
-                to_controller.send(self.now, packet);
-            }
-            (Sent::TableBytes(packet), _) => self.lines.from_table.send(self.now, packet),
-            _ => {}
-        }
-    }
-
-    fn act(&mut self, sink: &mut impl RecordSink, keep: &mut impl FnMut(&Action), action: Action) {
-        let now = self.now;
-        self.touched = Touched { controller: true, carrier: true, engine: true };
-        match action {
-            Action::Mission(mission) => self.controller.command(now, mission),
-            Action::Table(command) => self.lines.to_table.send(now, command.encode()),
-            Action::MeasureAbsolute => match self.bench.measure_absolute(now) {
-                Some(pose) => self.engine.absolute(now, pose),
-                None => {
-                    self.engine.broke(now, "this bench has no base whose pose could be measured")
-                }
-            },
-            Action::Place(pose) => match self.bench.place(now, pose) {
-                Ok(()) => self.engine.answered(now),
-                Err(why) => self.engine.broke(now, why),
-            },
-            Action::SetParameter { device, parameter, value } => {
-                match self.bench.set_parameter(now, &device, &parameter, value) {
-                    Ok(()) => self.engine.answered(now),
-                    Err(why) => self.engine.broke(now, &why),
-                }
-            }
-            Action::PowerCycle { device, .. } => {
-                let why = format!("this bench cannot switch the power of \"{device}\"");
-                self.engine.broke(now, &why);
-            }
-            // Nobody stands beside a simulated bench: what a person is asked to do is done, and a
-            // number must have been given before.
-            Action::Prompt { answer: None, .. } => self.engine.answered(now),
-            Action::Prompt { answer: Some(answer), .. } => {
-                match self.answers.get(answer.name.as_str()) {
-                    Some(value) => self.engine.answered_with(now, *value),
-                    None => {
-                        let why = format!("no answer \"{}\" was given", answer.name);
-                        self.engine.broke(now, &why);
-                    }
-                }
-            }
-            Action::SaveCalibration { .. } => keep(&action),
-            Action::Record(device, kind) => sink.record(Record { at: now, device, kind }),
-        }
-    }
-
-    fn record_report(&mut self, sink: &mut impl RecordSink, report: Report) {
-        if let Report::State(state) = &report {
-            let period = if state.activity == Activity::Idle && !state.moving {
-                STATE_PERIOD_AT_REST
-            } else {
-                STATE_PERIOD_MOVING
-            };
-            let due = self.state_kept.is_none_or(|kept| self.now - kept >= period);
-            if !due && sink.level() != Level::Full {
-                return;
-            }
-            self.state_kept = Some(self.now);
-            let truth = self.bench.truth(self.now);
-            sink.record(Record { at: self.now, device: Device::Gyro, kind: truth });
-        }
-        let kind = RecordKind::Report(report);
-        sink.record(Record { at: self.now, device: Device::Controller, kind });
-    }
-}
-
-fn record_frame(sink: &mut impl RecordSink, at: Timestamp, device: Device, frame: CanFrame) {
-    if sink.level() == Level::Full {
-        sink.record(Record { at, device, kind: RecordKind::Frame(frame.into()) });
     }
 }

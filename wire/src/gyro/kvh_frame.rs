@@ -50,7 +50,9 @@ impl Payload {
 pub(super) fn encode(payload: Payload) -> Packet {
     let checksum = byte_sum(payload.0).wrapping_neg();
     let frame = START_PATTERN | spread(payload.0 | u64::from(checksum) << PAYLOAD_BITS);
-    Packet::from_slice(&frame.to_be_bytes()).unwrap_or_default()
+    let mut packet = Packet::new();
+    packet.extend(&frame.to_be_bytes());
+    packet
 }
 
 /// Finds frames in a stream and hands on the payload of each whose checksum is right.

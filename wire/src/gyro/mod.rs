@@ -217,18 +217,15 @@ impl GyroEncoder {
     /// the built-in test failed, and on the E-Core 2000, which has neither, just as zero.
     #[inline]
     pub fn encode(&self, sample: &GyroSample) -> Packet {
-        let mirrored;
-        let sample = if self.stream.reversed {
-            mirrored = GyroSample { output: negated(sample.output), ..*sample };
-            &mirrored
-        } else {
-            sample
-        };
+        let mut sample = *sample;
+        if self.stream.reversed {
+            sample.output = negated(sample.output);
+        }
         match self.stream.format {
-            GyroFormat::Navigator => navigator::encode(sample),
-            GyroFormat::Ecore2000 => ecore2000::encode(sample),
-            GyroFormat::Dsp3000Ascii => dsp3000_ascii::encode(sample),
-            GyroFormat::Dsp3000Binary => dsp3000_binary::encode(sample),
+            GyroFormat::Navigator => navigator::encode(&sample),
+            GyroFormat::Ecore2000 => ecore2000::encode(&sample),
+            GyroFormat::Dsp3000Ascii => dsp3000_ascii::encode(&sample),
+            GyroFormat::Dsp3000Binary => dsp3000_binary::encode(&sample),
         }
     }
 }
@@ -303,13 +300,21 @@ impl GyroDecoder {
     }
 }
 
-/// `steps` to the nearest whole number in `lowest..=highest`; `None` for a NaN.
+/// `steps` to the nearest whole number (a tie to the even one) in `lowest..=highest`; `None` for a
+/// NaN.
 #[inline]
 fn quantised(steps: f64, lowest: i32, highest: i32) -> Option<i32> {
-    // The conversion saturates.
-    (!steps.is_nan()).then(|| (libm::rint(steps) as i32).clamp(lowest, highest))
+    /// 1.5 x 2^52: at this size neighbouring doubles are one apart, so that the sum is rounded to a
+    /// whole number, in two's complement in its low bits.
+    const ROUNDER: f64 = 6_755_399_441_055_744.0;
+    if steps.is_nan() {
+        return None;
+    }
+    let sum = steps.clamp(f64::from(lowest), f64::from(highest)) + ROUNDER;
+    Some(sum.to_bits() as i32)
 }
 
+#[inline]
 fn negated(output: GyroOutput) -> GyroOutput {
     match output {
         GyroOutput::Rate(rate) => GyroOutput::Rate(-rate),

@@ -3,7 +3,7 @@
 use super::test_support::decoded;
 use super::{
     Counters, GyroDecoder, GyroEncoder, GyroFormat, GyroOutput, GyroSample, GyroStatus, GyroStream,
-    OutputMode, Sequence, dsp3000_ascii, dsp3000_binary,
+    OutputMode, Sequence, dsp3000_ascii, dsp3000_binary, quantised,
 };
 use crate::units::{Angle, AngularRate, Temperature};
 use proptest::prelude::*;
@@ -121,6 +121,27 @@ fn garbage(stream: GyroStream) -> impl Strategy<Value = Vec<u8>> {
     let text = prop::collection::vec(select(&b" -.0123456789\r\n"[..]), 0..60);
     let noise = prop::collection::vec(any::<u8>(), 0..200);
     prop::collection::vec(prop_oneof![piece, text, noise], 0..5).prop_map(|parts| parts.concat())
+}
+
+/// What 16 bits, 26 bits and an `i32` carry.
+const BOUNDS: [(i32, i32); 3] =
+    [(-32_768, 32_767), (-33_554_432, 33_554_431), (i32::MIN, i32::MAX)];
+
+proptest! {
+    #[test]
+    fn steps_are_rounded_to_the_nearest_and_clipped(
+        steps in prop_oneof![
+            any::<f64>(),
+            -4e4f64..4e4,
+            // Ties, half of them.
+            (-80_000i32..80_000).prop_map(|halves| f64::from(halves) / 2.0),
+        ],
+        (lowest, highest) in select(&BOUNDS[..]),
+    ) {
+        // The conversion saturates.
+        let nearest = (libm::rint(steps) as i32).clamp(lowest, highest);
+        prop_assert_eq!(quantised(steps, lowest, highest), (!steps.is_nan()).then_some(nearest));
+    }
 }
 
 proptest! {

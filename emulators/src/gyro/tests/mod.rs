@@ -61,3 +61,13 @@ pub(super) fn table_turn(direction: f64) -> impl Fn(f64) -> Angle {
         Angle::from_deg(direction * deg)
     }
 }
+
+/// Variance of the mean over `later` less the mean over the `earlier` seconds just before it, for a
+/// Gauss-Markov process of unit variance and correlation time `t`, from its autocovariance
+/// e^(-|s|/t) integrated over both intervals.
+pub(super) fn variance_after_bias_test(earlier: f64, later: f64, t: f64) -> f64 {
+    let own = |length: f64| 2.0 * (t / length).powi(2) * (length / t - 1.0 + (-length / t).exp());
+    let shared =
+        t * t / (earlier * later) * (1.0 - (-earlier / t).exp()) * (1.0 - (-later / t).exp());
+    own(earlier) + own(later) - 2.0 * shared
+}

@@ -1,0 +1,277 @@
+//! The command line.
+
+use clap::{Parser, ValueEnum};
+use controller::config::{
+    BaseConfig, Config, GyroConfig, IntegrationClock, MotionConfig, Transport,
+};
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+use wire::base::serial_link;
+use wire::gyro::{GyroFormat, GyroStream, OutputMode};
+use wire::serial::SerialSettings;
+
+/// Rates that serial hardware is built for.
+const BAUD: RangeInclusive<u32> = 300..=4_000_000;
+
+const AFTER_HELP: &str = "\
+Missions are read from stdin and reports written to stdout, one JSON line each:
+
+  {\"id\":1,\"command\":{\"bias_test\":{\"duration_s\":20.0}}}
+  {\"id\":2,\"command\":{\"straight\":{\"distance_m\":4.0,\"speed_m_per_s\":0.4}}}
+  {\"id\":3,\"command\":{\"turn\":{\"angle_rad\":1.5708,\"rate_rad_per_s\":0.5236}}}
+  {\"id\":4,\"command\":\"stop\"}
+
+The log goes to stderr; RUST_LOG sets its level. When stdin closes, and on SIGTERM, SIGINT and SIGHUP,
+the base is brought to rest before the process ends.
+
+Exit status: 0 ended as asked, 1 the base was not known to be at rest at the end, 2 bad arguments,
+3 a port could not be opened or did not come back, 4 the system gave no threads or timers.";
+
+/// Controller of a synchro-drive robot with a fibre-optic gyro.
+#[derive(Debug, Parser)]
+#[command(name = "k2a-controller", version, after_help = AFTER_HELP)]
+pub(crate) struct Arguments {
+    /// Serial port of the gyro; without a baud rate, that of the stream
+    #[arg(long, value_name = "PORT[:BAUD]")]
+    gyro: SerialPort,
+    /// Format of the gyro's stream
+    #[arg(long, value_enum, default_value = "navigator")]
+    stream: Stream,
+    /// What the gyro puts out; other than `rate` with the DSP-3000 only
+    #[arg(long, value_enum, default_value = "rate")]
+    mode: Mode,
+    /// The gyro counts clockwise as positive, or is mounted upside down
+    #[arg(long)]
+    reversed: bool,
+    /// What turns rates into angles: the nominal sample period, or the time between arrivals
+    #[arg(long, value_enum, default_value = "samples")]
+    integrate_by: IntegrateBy,
+    /// The base: `serial:PORT[:BAUD]` (19200 baud), `can:INTERFACE`, or `none` on a rotary table
+    #[arg(long, value_name = "BASE", default_value = "none")]
+    base: Base,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Stream {
+    /// Autogyro Navigator, 9600 baud
+    Navigator,
+    /// KVH E-Core 2000, 9600 baud
+    #[value(name = "ecore2000")]
+    Ecore2000,
+    /// KVH DSP-3000, text, 38400 baud
+    #[value(name = "dsp3000-ascii")]
+    Dsp3000Ascii,
+    /// KVH DSP-3000, binary, 115200 baud
+    #[value(name = "dsp3000-binary")]
+    Dsp3000Binary,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
+enum Mode {
+    /// Mean rate since the last output
+    Rate,
+    /// Angle since the last output
+    Increment,
+    /// Angle modulo one turn
+    Integrated,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum IntegrateBy {
+    /// Every sample lasts the nominal period
+    Samples,
+    /// A sample lasts from the arrival before to its own
+    HostTime,
+}
+
+/// A serial port as it is named on the command line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct SerialPort {
+    path: String,
+    baud: Option<u32>,
+}
+
+impl FromStr for SerialPort {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        // Paths may hold colons themselves (/dev/serial/by-path/...): only a number is a baud rate.
+        let digits =
+            |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+        let (path, baud) = match text.rsplit_once(':') {
+            Some((path, number)) if digits(number) => {
+                let baud =
+                    number.parse().ok().filter(|baud| BAUD.contains(baud)).ok_or_else(|| {
+                        format!(
+                            "{number} is no baud rate between {} and {}",
+                            BAUD.start(),
+                            BAUD.end()
+                        )
+                    })?;
+                (path, Some(baud))
+            }
+            _ => (text, None),
+        };
+        if path.is_empty() {
+            return Err("the port has no name".to_owned());
+        }
+        Ok(Self { path: path.to_owned(), baud })
+    }
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Base {
+    None,
+    Serial(SerialPort),
+    Can(String),
+}
+
+impl FromStr for Base {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.split_once(':') {
+            None if text == "none" => Ok(Self::None),
+            Some(("serial", port)) => port.parse().map(Self::Serial),
+            Some(("can", "")) => Err("the CAN interface has no name".to_owned()),
+            Some(("can", interface)) => Ok(Self::Can(interface.to_owned())),
+            _ => Err("expected serial:PORT[:BAUD], can:INTERFACE or none".to_owned()),
+        }
+    }
+}
+
+/// A serial port as it is to be opened.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct SerialPlace {
+    pub(crate) path: String,
+    pub(crate) settings: SerialSettings,
+}
+
+impl SerialPlace {
+    fn new(port: SerialPort, usual: SerialSettings) -> Self {
+        let baud = port.baud.unwrap_or(usual.baud);
+        Self { path: port.path, settings: SerialSettings { baud, ..usual } }
+    }
+}
+
+/// Where the base is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum BasePlace {
+    None,
+    Serial(SerialPlace),
+    Can(String),
+}
+
+/// What the command line asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Setup {
+    pub(crate) config: Config,
+    pub(crate) gyro: SerialPlace,
+    pub(crate) base: BasePlace,
+}
+
+impl Arguments {
+    /// The setup; an error is one sentence.
+    pub(crate) fn setup(self) -> Result<Setup, String> {
+        let format = match self.stream {
+            Stream::Navigator => GyroFormat::Navigator,
+            Stream::Ecore2000 => GyroFormat::Ecore2000,
+            Stream::Dsp3000Ascii => GyroFormat::Dsp3000Ascii,
+            Stream::Dsp3000Binary => GyroFormat::Dsp3000Binary,
+        };
+        let rate_only = matches!(format, GyroFormat::Navigator | GyroFormat::Ecore2000);
+        if rate_only && self.mode != Mode::Rate {
+            return Err("--mode: this stream carries rates only; use --mode rate".to_owned());
+        }
+        let mode = match self.mode {
+            Mode::Rate => OutputMode::Rate,
+            Mode::Increment => OutputMode::Increment,
+            Mode::Integrated => OutputMode::Integrated,
+        };
+        let (base, transport) = match self.base {
+            Base::None => (BasePlace::None, None),
+            Base::Serial(port) => (
+                BasePlace::Serial(SerialPlace::new(port, serial_link::SETTINGS)),
+                Some(Transport::Serial),
+            ),
+            Base::Can(interface) => (BasePlace::Can(interface), Some(Transport::Can)),
+        };
+        let stream = GyroStream { format, mode, reversed: self.reversed };
+        let clock = match self.integrate_by {
+            IntegrateBy::Samples => IntegrationClock::Samples,
+            IntegrateBy::HostTime => IntegrationClock::HostTime,
+        };
+        let config = Config {
+            gyro: GyroConfig { clock, ..GyroConfig::new(stream) },
+            base: transport.map(BaseConfig::new),
+            motion: MotionConfig::default(),
+        };
+        Ok(Setup { config, gyro: SerialPlace::new(self.gyro, format.serial()), base })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Arguments, BasePlace, Setup};
+    use clap::{CommandFactory as _, Parser as _};
+    use controller::config::{IntegrationClock, Transport};
+    use wire::gyro::{GyroFormat, OutputMode};
+
+    fn setup(line: &str) -> Result<Setup, String> {
+        let words = ["k2a-controller"].into_iter().chain(line.split_whitespace());
+        Arguments::try_parse_from(words).map_err(|cause| cause.to_string())?.setup()
+    }
+
+    #[test]
+    fn the_declaration_is_sound() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn a_port_alone_takes_the_rate_of_its_stream() {
+        let setup = setup("--gyro /dev/ttyUSB0").unwrap();
+        assert_eq!((setup.gyro.path.as_str(), setup.gyro.settings.baud), ("/dev/ttyUSB0", 9_600));
+        assert_eq!(setup.config.gyro.stream.format, GyroFormat::Navigator);
+        assert_eq!((setup.base, setup.config.base), (BasePlace::None, None));
+    }
+
+    #[test]
+    fn everything_can_be_said() {
+        let line = "--gyro /dev/serial/by-path/pci-0:1.0-port0:57600 --stream dsp3000-ascii \
+                    --mode increment --reversed --integrate-by host-time --base serial:/dev/ttyS1:38400";
+        let setup = setup(line).unwrap();
+        assert_eq!(setup.gyro.path, "/dev/serial/by-path/pci-0:1.0-port0");
+        assert_eq!(setup.gyro.settings.baud, 57_600);
+        let gyro = setup.config.gyro;
+        assert_eq!((gyro.stream.mode, gyro.stream.reversed), (OutputMode::Increment, true));
+        assert_eq!(gyro.clock, IntegrationClock::HostTime);
+        let BasePlace::Serial(base) = setup.base else { panic!("not serial") };
+        assert_eq!((base.path.as_str(), base.settings.baud), ("/dev/ttyS1", 38_400));
+        assert_eq!(setup.config.base.unwrap().transport, Transport::Serial);
+    }
+
+    #[test]
+    fn a_colon_in_a_path_is_not_a_rate() {
+        let setup = setup("--gyro /dev/serial/by-path/usb-0:1:1.0 --base can:can0").unwrap();
+        assert_eq!(setup.gyro.path, "/dev/serial/by-path/usb-0:1:1.0");
+        assert_eq!(setup.base, BasePlace::Can("can0".to_owned()));
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused() {
+        for (line, says) in [
+            ("", "--gyro"),
+            ("--gyro :9600", "no name"),
+            ("--gyro /dev/x:1", "baud"),
+            ("--gyro /dev/x:99999999999", "baud"),
+            ("--gyro /dev/x --base usb:1", "serial:PORT"),
+            ("--gyro /dev/x --base can:", "no name"),
+            ("--gyro /dev/x --base serial:", "no name"),
+            ("--gyro /dev/x --stream morse", "morse"),
+            ("--gyro /dev/x --mode increment", "rates only"),
+        ] {
+            let cause = setup(line).unwrap_err();
+            assert!(cause.contains(says), "{line}: {cause}");
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! `k2a-controller`: the [`controller`] library on real ports and the real clock.
+//!
+//! Missions come as JSON lines on stdin, reports leave as JSON lines on stdout
+//! ([`controller::mission`] documents both), the log goes to stderr. The process ends when stdin or
+//! stdout closes, on a signal, or when a port is lost for good; before it ends it brings the base to
+//! rest.
+
+mod arguments;
+mod clock;
+mod log;
+mod orders;
+mod outlet;
+mod port;
+mod shell;
+mod signals;
+
+use arguments::{Arguments, BasePlace, Setup};
+use clap::{CommandFactory as _, Parser as _, error::ErrorKind};
+use clock::Clock;
+use controller::{Controller, Port};
+use outlet::Outlet;
+use port::{CanPort, HEARD_MAX, SerialPort};
+use shell::{BaseLink, End, Shell};
+use signals::Signals;
+use std::io::{self, Write as _};
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+use tokio::sync::mpsc;
+use wire::gyro::{GyroFormat, dsp3000_command};
+
+/// The base was told to stop and did not say that it is at rest.
+const EXIT_NOT_AT_REST: u8 = 1;
+/// A port could not be opened, or vanished and did not come back. (2 is clap's: bad arguments.)
+const EXIT_PORT: u8 = 3;
+/// The system gives no threads, timers or signals.
+const EXIT_SYSTEM: u8 = 4;
+
+/// How long the readers of stdout and stderr may take for what is left at the end.
+const FLUSH_MAX: Duration = Duration::from_millis(500);
+
+fn main() -> ExitCode {
+    let setup = match Arguments::parse().setup() {
+        Ok(setup) => setup,
+        Err(cause) => Arguments::command().error(ErrorKind::ArgumentConflict, cause).exit(),
+    };
+    match run(setup) {
+        Ok(status) => ExitCode::from(status),
+        Err(cause) => {
+            say(&cause);
+            ExitCode::from(EXIT_SYSTEM)
+        }
+    }
+}
+
+/// Runs the process; gives its exit status, or why the system does not let it run.
+fn run(setup: Setup) -> io::Result<u8> {
+    let clock = Clock::start();
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let log = log::start()?;
+    let reports = Outlet::spawn("stdout", io::stdout())?;
+    let status = runtime.block_on(serve(setup, clock, &reports));
+    reports.finish(FLUSH_MAX);
+    log.finish(FLUSH_MAX);
+    // A driver that hangs while a port is opened again must not hold up the end.
+    runtime.shutdown_background();
+    status
+}
+
+async fn serve(setup: Setup, clock: Clock, reports: &Outlet) -> io::Result<u8> {
+    let mut signals = Signals::install()?;
+    let (sender, heard) = mpsc::channel(HEARD_MAX);
+    let gyro_stream = setup.config.gyro.stream;
+    // A DSP-3000 that lost its power has forgotten what it was told at the start.
+    let greeting = (gyro_stream.format == GyroFormat::Dsp3000Ascii)
+        .then(|| dsp3000_command::Command::Output(gyro_stream.mode).encode());
+    let gyro_port = SerialPort::new(Port::Gyro, setup.gyro, greeting);
+    let gyro = port::spawn(gyro_port, sender.clone(), clock);
+    let base = match setup.base {
+        BasePlace::None => Ok(BaseLink::None),
+        BasePlace::Serial(place) => {
+            port::spawn(SerialPort::new(Port::Base, place, None), sender, clock)
+                .map(BaseLink::Serial)
+        }
+        BasePlace::Can(interface) => {
+            port::spawn(CanPort::new(interface), sender, clock).map(BaseLink::Can)
+        }
+    };
+    let (gyro, base) = match (gyro, base) {
+        (Ok(gyro), Ok(base)) => (gyro, base),
+        (gyro, base) => {
+            // Both are told at once, so that one try is enough to mend both.
+            for cause in [gyro.err(), base.err()].into_iter().flatten() {
+                say(&cause);
+            }
+            return Ok(EXIT_PORT);
+        }
+    };
+    let orders = orders::read(io::BufReader::new(io::stdin()))?;
+    let mut shell = Shell {
+        controller: Controller::new(setup.config, clock.now()),
+        clock,
+        heard,
+        missions: orders.missions,
+        gyro,
+        base,
+        reports: reports.sender(),
+    };
+    let end = shell.run(&mut signals).await;
+    let at_rest = shell.bring_to_rest().await;
+    shell.log_end(end, at_rest, orders.refused.load(Ordering::Relaxed));
+    Ok(match end {
+        End::PortLost(_) => EXIT_PORT,
+        _ if !at_rest => EXIT_NOT_AT_REST,
+        _ => 0,
+    })
+}
+
+/// One line on stderr, whatever the log's level is.
+fn say(cause: &impl std::fmt::Display) {
+    // Where stderr is closed there is nobody to tell.
+    let _ = writeln!(io::stderr(), "k2a-controller: {cause}");
+}

@@ -1,0 +1,257 @@
+//! The loop: drives the controller on the real clock between its ports, its missions and its reports.
+
+use crate::clock::Clock;
+use crate::outlet::{LineSender, is_worth_telling};
+use crate::port::{HEARD_MAX, Heard, Outgoing, role};
+use crate::signals::Signals;
+use controller::mission::{Command, Mission, Report, ReportLine};
+use controller::{Controller, Input, Output, Port};
+use std::fmt;
+use tokio::sync::mpsc;
+use tracing::{error, info, warn};
+use wire::can::CanFrame;
+use wire::packet::Packet;
+use wire::time::{Span, Timestamp};
+
+/// How long the base may take to come to rest at the end; then the process ends all the same. The
+/// base goes on stopping by itself.
+const STOP_MAX: Span = Span::from_secs(2);
+/// At the end the state is asked for this often. Assumption: twice the control period of 27 ms.
+const STOP_LOOK: Span = Span::from_millis(54);
+/// At the end the base must say that it is at rest for this long: a message that was under way when the
+/// stop was sent may still speak of the time before a motion began. As `MotionConfig::settle`.
+const REST_MIN: Span = Span::from_millis(300);
+/// Id of the missions that the shell gives at the end; their answers are not passed on.
+const SHELL_MISSION: u32 = 0;
+
+/// Where the base is reached.
+#[derive(Debug)]
+pub(crate) enum BaseLink {
+    None,
+    Serial(Outgoing<Packet>),
+    Can(Outgoing<CanFrame>),
+}
+
+impl BaseLink {
+    fn is_empty(&self) -> bool {
+        match self {
+            Self::None => true,
+            Self::Serial(link) => link.is_empty(),
+            Self::Can(link) => link.is_empty(),
+        }
+    }
+
+    fn dropped(&self) -> u64 {
+        match self {
+            Self::None => 0,
+            Self::Serial(link) => link.dropped(),
+            Self::Can(link) => link.dropped(),
+        }
+    }
+}
+
+/// Why the loop ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum End {
+    /// No mission can come any more.
+    StdinClosed,
+    /// No report can be read any more.
+    StdoutClosed,
+    /// The system asked for it.
+    Signal(&'static str),
+    /// A port vanished and did not come back.
+    PortLost(Port),
+}
+
+impl fmt::Display for End {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::StdinClosed => f.write_str("stdin was closed"),
+            Self::StdoutClosed => f.write_str("stdout was closed"),
+            Self::Signal(name) => f.write_str(name),
+            Self::PortLost(port) => write!(f, "the {} port did not come back", role(*port)),
+        }
+    }
+}
+
+/// The controller and all that it is connected to.
+pub(crate) struct Shell {
+    pub(crate) controller: Controller,
+    pub(crate) clock: Clock,
+    pub(crate) heard: mpsc::Receiver<(Timestamp, Heard)>,
+    pub(crate) missions: mpsc::Receiver<Mission>,
+    pub(crate) gyro: Outgoing<Packet>,
+    pub(crate) base: BaseLink,
+    pub(crate) reports: LineSender,
+}
+
+impl Shell {
+    /// Runs until something ends it.
+    pub(crate) async fn run(&mut self, signals: &mut Signals) -> End {
+        loop {
+            self.pass_out(|_| true);
+            let wake = self.clock.instant(self.controller.next_wakeup());
+            tokio::select! {
+                name = signals.next() => return End::Signal(name),
+                () = self.reports.closed() => return End::StdoutClosed,
+                Some((at, heard)) = self.heard.recv() => {
+                    if let Some(port) = self.take(at, heard) {
+                        return End::PortLost(port);
+                    }
+                }
+                mission = self.missions.recv() => match mission {
+                    Some(mission) => self.controller.command(self.clock.now(), mission),
+                    None => return End::StdinClosed,
+                },
+                () = tokio::time::sleep_until(wake) => {
+                    if let Some(port) = self.catch_up().await {
+                        return End::PortLost(port);
+                    }
+                }
+            }
+            self.wake_if_due();
+        }
+    }
+
+    /// Takes what has arrived before time is let pass: after a moment without the processor, input and
+    /// time-outs are due together, and a device that has spoken is not silent.
+    async fn catch_up(&mut self) -> Option<Port> {
+        // One turn for the system to tell of new bytes, one for the ports to read them.
+        for _ in 0..2 {
+            tokio::task::yield_now().await;
+        }
+        let mut lost = None;
+        for _ in 0..HEARD_MAX {
+            let Ok((at, heard)) = self.heard.try_recv() else {
+                break;
+            };
+            lost = lost.or(self.take(at, heard));
+        }
+        lost
+    }
+
+    /// Tells the base to stop until it has said for a while that it is at rest. `false` when it did not
+    /// say so in time.
+    pub(crate) async fn bring_to_rest(&mut self) -> bool {
+        // What is still unsaid belongs to missions of others.
+        self.pass_out(|_| true);
+        let begin = self.clock.now();
+        self.controller.command(begin, shell_mission(Command::Stop));
+        let mut at_rest_since = None;
+        let mut look = begin;
+        loop {
+            let mut moving = None;
+            self.pass_out(|report| {
+                if let Report::State(state) = report {
+                    moving = Some(state.moving);
+                }
+                // What the shell asks for at the end is nobody else's.
+                !matches!(report, Report::Done { id: SHELL_MISSION, .. })
+            });
+            if matches!(self.base, BaseLink::None) {
+                return true;
+            }
+            let now = self.clock.now();
+            match moving {
+                Some(true) => at_rest_since = None,
+                Some(false) => at_rest_since = at_rest_since.or(Some(now)),
+                None => {}
+            }
+            if at_rest_since.is_some_and(|since| now - since >= REST_MIN) && self.base.is_empty() {
+                return true;
+            }
+            if now - begin >= STOP_MAX {
+                return false;
+            }
+            if now >= look {
+                look = now + STOP_LOOK;
+                self.controller.command(now, shell_mission(Command::RequestState));
+                continue;
+            }
+            let wake = self.controller.next_wakeup().min(look).min(begin + STOP_MAX);
+            tokio::select! {
+                Some((at, heard)) = self.heard.recv() => {
+                    // A port that is lost now is one that stays silent.
+                    let _ = self.take(at, heard);
+                }
+                () = tokio::time::sleep_until(self.clock.instant(wake)) => {
+                    let _ = self.catch_up().await;
+                }
+            }
+            self.wake_if_due();
+        }
+    }
+
+    /// Says how it ended and what was lost on the way.
+    pub(crate) fn log_end(&self, end: End, at_rest: bool, lines_refused: u64) {
+        let (gyro_dropped, base_dropped) = (self.gyro.dropped(), self.base.dropped());
+        let reports_lost = self.reports.lost();
+        info!(lines_refused, reports_lost, gyro_dropped, base_dropped, "ended: {end}");
+        if !at_rest {
+            error!(
+                "the base was told to stop and has not said in {} s that it is at rest",
+                STOP_MAX.as_secs_f64()
+            );
+        }
+    }
+
+    /// Hands what was heard to the controller; gives the port that is lost for good, if that is the news.
+    fn take(&mut self, at: Timestamp, heard: Heard) -> Option<Port> {
+        match heard {
+            Heard::Bytes(port, bytes) => self.controller.receive(at, port, Input::Bytes(&bytes)),
+            Heard::Frame(frame) => self.controller.receive(at, Port::Base, Input::Frame(frame)),
+            Heard::GivenUp(port) => return Some(port),
+        }
+        None
+    }
+
+    fn wake_if_due(&mut self) {
+        let now = self.clock.now();
+        if now >= self.controller.next_wakeup() {
+            self.controller.wake(now);
+        }
+    }
+
+    /// Sends all that goes out, and those reports that `wanted` lets pass.
+    fn pass_out(&mut self, mut wanted: impl FnMut(&Report) -> bool) {
+        let now = self.clock.now();
+        while let Some(output) = self.controller.transmit(now) {
+            match (output, &self.base) {
+                (Output::Bytes(Port::Gyro, packet), _) => self.gyro.send(packet),
+                (Output::Bytes(Port::Base, packet), BaseLink::Serial(link)) => link.send(packet),
+                (Output::Frame(frame), BaseLink::Can(link)) => link.send(frame),
+                // The controller's transport is chosen with the link.
+                (Output::Bytes(Port::Base, _) | Output::Frame(_), _) => {}
+            }
+        }
+        while let Some(report) = self.controller.report() {
+            if wanted(&report) {
+                self.tell(ReportLine { at: now, report });
+            }
+        }
+    }
+
+    fn tell(&self, line: ReportLine) {
+        let lost = self.reports.lost();
+        match serde_json::to_vec(&line) {
+            Ok(mut text) => {
+                text.push(b'\n');
+                // States come again; answers and changes of health do not.
+                if matches!(line.report, Report::State(_)) {
+                    self.reports.send_minor(text);
+                } else {
+                    self.reports.send(text);
+                }
+            }
+            Err(cause) => error!(%cause, "a report cannot be written as JSON"),
+        }
+        let count = self.reports.lost();
+        if count > lost && is_worth_telling(count) {
+            warn!(count, "report lost: stdout is not read fast enough");
+        }
+    }
+}
+
+const fn shell_mission(command: Command) -> Mission {
+    Mission { id: SHELL_MISSION, command }
+}

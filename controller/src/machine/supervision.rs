@@ -1,0 +1,128 @@
+//! What is watched while a mission runs and between missions: inputs, rest, health.
+
+use super::{Controller, Task};
+use crate::base_driver::BaseDriver;
+use crate::health::{Causes, Health};
+use crate::mission::{AbortReason, HeadingSource, Report};
+use wire::time::Timestamp;
+use wire::units::AngularRate;
+
+impl Controller {
+    /// The heading is held while the base is known to stand and nothing is about to move it.
+    pub(super) fn update_hold(&mut self, now: Timestamp) {
+        let about_to_move = matches!(self.task, Task::Drive(_)) || self.stopping;
+        let held = self.base.is_some() && !about_to_move && !self.is_moving(now);
+        self.gyro.integrator_mut().hold(held);
+    }
+
+    /// The base is not known to be at rest.
+    pub(super) fn is_moving(&self, now: Timestamp) -> bool {
+        match &self.base {
+            None => self.mean_raw_rate().abs() > self.config.gyro.bias_max,
+            Some(base) => match base.motion() {
+                Some((_, motion)) => motion.moving || now > self.base_silent_at(),
+                None => true,
+            },
+        }
+    }
+
+    /// Mean of the raw readings since the last state; that state's where there has been none since.
+    pub(super) fn mean_raw_rate(&self) -> AngularRate {
+        if self.raw_rate.count() == 0 {
+            return self.last_raw_rate;
+        }
+        AngularRate::from_rad_per_s(self.raw_rate.mean())
+    }
+
+    /// When the base's silence becomes a fault. Its messages come slowly while it stands, so a base that
+    /// has been told to move is given the short time from that moment on.
+    pub(super) fn base_silent_at(&self) -> Timestamp {
+        let (Some(base), Some(config)) = (&self.base, &self.config.base) else {
+            return Timestamp::MAX;
+        };
+        let Some((heard, motion)) = base.motion() else {
+            return self.started + config.timeout_at_rest;
+        };
+        match &self.task {
+            Task::Drive(drive) if drive.is_commanding() => {
+                heard.max(drive.commanding_since()) + config.timeout_moving
+            }
+            _ if motion.moving => heard + config.timeout_moving,
+            _ => heard + config.timeout_at_rest,
+        }
+    }
+
+    /// Looks for what forbids the running mission.
+    pub(super) fn watch_inputs(&mut self, now: Timestamp) {
+        let needs_gyro = match &self.task {
+            Task::Idle => return,
+            Task::BiasTest { .. } => true,
+            Task::Drive(_) | Task::PoseDownload(_) => self.source == HeadingSource::Gyro,
+        };
+        let moves = matches!(self.task, Task::Drive(_));
+        let causes = self.causes(now);
+        let motion = self.base.as_ref().and_then(BaseDriver::motion).map(|(_, motion)| motion);
+        let reason = if needs_gyro && causes.gyro_silent {
+            AbortReason::GyroSilent
+        } else if needs_gyro && (causes.gyro_fault || (moves && causes.gyro_over_range)) {
+            AbortReason::GyroFault
+        } else if causes.base_silent {
+            AbortReason::BaseSilent
+        } else if motion.is_some_and(|motion| motion.emergency_stop) {
+            AbortReason::EmergencyStop
+        } else if motion.is_some_and(|motion| motion.fault) {
+            AbortReason::BaseFault
+        } else if self.has_command_timed_out(now) {
+            AbortReason::BaseCommandTimeout
+        } else {
+            return;
+        };
+        self.abort(reason);
+        if moves {
+            self.stop_base(now);
+        }
+    }
+
+    /// The base stopped by itself while a mission drove it. It goes on saying so until it hears the
+    /// next velocity, so that nothing it says before that is meant for this mission.
+    pub(super) fn has_command_timed_out(&self, now: Timestamp) -> bool {
+        let (Task::Drive(drive), Some(config), Some(base)) =
+            (&self.task, &self.config.base, &self.base)
+        else {
+            return false;
+        };
+        now > drive.commanding_since() + config.timeout_moving
+            && base.motion().is_some_and(|(_, motion)| motion.command_timed_out)
+    }
+
+    pub(super) fn causes(&self, now: Timestamp) -> Causes {
+        let trouble = self.gyro.trouble();
+        let motion = self.base.as_ref().and_then(BaseDriver::motion).map(|(_, motion)| motion);
+        Causes {
+            gyro_silent: !self.gyro.is_starting() && self.gyro.is_silent(now),
+            gyro_fault: self.gyro.is_invalid(now),
+            base_silent: self.base.is_some() && now > self.base_silent_at(),
+            base_not_ready: motion.is_some_and(|motion| motion.emergency_stop || motion.fault),
+            gyro_over_range: trouble.over_range,
+            gyro_invalid: trouble.invalid,
+            samples_lost: trouble.lost,
+            clock_mismatch: trouble.clock_mismatch,
+            no_bias: self.chosen_bias().is_none(),
+            bias_test_failed: self.bias_test_failed,
+            pose_not_written: self.pose_not_written,
+            overflow: self.reports_lost
+                || self.base.as_ref().is_some_and(|base| base.refused() > 0),
+        }
+    }
+
+    pub(super) fn update_health(&mut self, now: Timestamp) {
+        self.update_hold(now);
+        let starting = self.gyro.is_starting()
+            || self.base.as_ref().is_some_and(|base| base.motion().is_none());
+        let health = Health::new(starting, self.causes(now));
+        if health != self.health {
+            self.health = health;
+            self.push_report(Report::Health(health));
+        }
+    }
+}

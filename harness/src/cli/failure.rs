@@ -1,0 +1,195 @@
+//! What keeps a command from doing its work, and the exit status of each.
+
+use crate::outcome::{EXIT_BAD_INPUT, Outcome};
+use crate::run::PrepareError;
+use crate::run_folder::RunFolderError;
+use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
+use std::path::{Path, PathBuf};
+use std::{fmt, io};
+
+/// Columns of a message; sentences in wider lines are hard to read.
+const WIDTH: usize = 100;
+
+/// Why a command did not do its work. A run that went wrong has an outcome instead. Boxed: it is rare,
+/// and carries a file where one is shown.
+#[derive(Debug)]
+pub(super) struct Failure(Box<Cause>);
+
+#[derive(Debug, thiserror::Error, Diagnostic)]
+enum Cause {
+    /// A plan, or what it names, cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Prepare(PrepareError),
+    /// Something about a run folder.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Folder(RunFolderError),
+    /// The arguments do not fit together, or do not fit the plans.
+    #[error("{message}")]
+    Arguments {
+        /// What is wrong.
+        message: String,
+        /// What to do.
+        #[help]
+        help: String,
+    },
+    /// The table cannot be shown.
+    #[error("failed to write to the standard output")]
+    Output(#[source] io::Error),
+    /// A file beside the run folders cannot be written.
+    #[error("failed to write {}", path.display())]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The bench file cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    #[cfg(feature = "live")]
+    Bench(crate::bench_file::BenchFileError),
+    /// The bench does not come up.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    #[cfg(feature = "live")]
+    Live(crate::world::live::LiveError),
+    /// Ctrl-C cannot be taken over, and without it no run could be stopped in good order.
+    #[error("failed to take over Ctrl-C")]
+    Signals(#[source] ctrlc::Error),
+}
+
+impl Failure {
+    /// Bad arguments: what is wrong, and what to do.
+    pub(super) fn arguments(message: impl Into<String>, help: impl Into<String>) -> Self {
+        Cause::Arguments { message: message.into(), help: help.into() }.into()
+    }
+
+    /// The standard output cannot be written.
+    pub(super) fn output(source: io::Error) -> Self {
+        Cause::Output(source).into()
+    }
+
+    /// A file beside the run folders cannot be written.
+    pub(super) fn file(path: &Path, source: io::Error) -> Self {
+        Cause::File { path: path.to_owned(), source }.into()
+    }
+
+    /// Ctrl-C cannot be taken over.
+    pub(super) fn signals(source: ctrlc::Error) -> Self {
+        Cause::Signals(source).into()
+    }
+
+    /// Bad input is what the caller can mend by calling differently: a folder that is not ours and a
+    /// run that is none are, a disk that is full is not.
+    pub(super) const fn exit_status(&self) -> u8 {
+        match &*self.0 {
+            Cause::Prepare(_) | Cause::Arguments { .. } => EXIT_BAD_INPUT,
+            #[cfg(feature = "live")]
+            Cause::Bench(_) | Cause::Live(crate::world::live::LiveError::NoCan) => EXIT_BAD_INPUT,
+            #[cfg(feature = "live")]
+            Cause::Live(_) => Outcome::Error.exit_status(),
+            Cause::Folder(
+                RunFolderError::Foreign { .. }
+                | RunFolderError::NoRun { .. }
+                | RunFolderError::Read { .. }
+                | RunFolderError::Summary { .. }
+                | RunFolderError::Record { .. },
+            ) => EXIT_BAD_INPUT,
+            Cause::Folder(
+                RunFolderError::Write { .. }
+                | RunFolderError::Remove { .. }
+                | RunFolderError::ArtifactName { .. },
+            )
+            | Cause::Output(_)
+            | Cause::File { .. }
+            | Cause::Signals(_) => Outcome::Error.exit_status(),
+        }
+    }
+
+    /// The message, with the place in the file where there is one: with colours and lines, or in plain
+    /// ASCII.
+    pub(super) fn rendered(&self, fancy: bool) -> String {
+        let theme = if fancy { GraphicalTheme::unicode() } else { GraphicalTheme::none() };
+        let handler = GraphicalReportHandler::new_themed(theme).with_width(WIDTH).with_links(fancy);
+        let mut text = String::new();
+        match handler.render_report(&mut text, &*self.0) {
+            Ok(()) => text,
+            Err(_) => format!("{self}\n"),
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl From<Cause> for Failure {
+    fn from(cause: Cause) -> Self {
+        Self(Box::new(cause))
+    }
+}
+
+impl From<PrepareError> for Failure {
+    fn from(error: PrepareError) -> Self {
+        Cause::Prepare(error).into()
+    }
+}
+
+impl From<RunFolderError> for Failure {
+    fn from(error: RunFolderError) -> Self {
+        Cause::Folder(error).into()
+    }
+}
+
+#[cfg(feature = "live")]
+impl From<crate::bench_file::BenchFileError> for Failure {
+    fn from(error: crate::bench_file::BenchFileError) -> Self {
+        Cause::Bench(error).into()
+    }
+}
+
+#[cfg(feature = "live")]
+impl From<crate::run_live::LiveRunError> for Failure {
+    fn from(error: crate::run_live::LiveRunError) -> Self {
+        match error {
+            crate::run_live::LiveRunError::Folder(error) => error.into(),
+            crate::run_live::LiveRunError::Live(error) => Cause::Live(error).into(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Failure;
+    use crate::run::Prepared;
+    use crate::run_folder::RunFolderError;
+    use std::collections::BTreeMap;
+
+    #[test]
+    fn a_full_disk_is_no_bad_input() {
+        let source = || std::io::Error::from(std::io::ErrorKind::StorageFull);
+        let (path, write) = ("runs/x".into(), source());
+        assert_eq!(Failure::from(RunFolderError::Write { path, source: write }).exit_status(), 3);
+        assert_eq!(Failure::output(source()).exit_status(), 3);
+        let path = "runs/x".into();
+        assert_eq!(Failure::from(RunFolderError::Foreign { path }).exit_status(), 2);
+    }
+
+    #[test]
+    fn the_cause_is_shown() {
+        let source = std::io::Error::from(std::io::ErrorKind::StorageFull);
+        let failure = Failure::from(RunFolderError::Write { path: "runs/x".into(), source });
+        insta::assert_snapshot!(failure.rendered(false));
+    }
+
+    #[test]
+    fn plain_text_has_no_colours_and_no_lines() {
+        let unknown = Prepared::load("varification", &BTreeMap::new()).unwrap_err();
+        let text = Failure::from(unknown).rendered(false);
+        assert!(text.is_ascii() && !text.contains('\u{1b}'), "{text}");
+    }
+}

@@ -1,0 +1,31 @@
+//! Ctrl-C and a request to terminate: the first ends the run in good order, the second at once.
+
+use super::failure::Failure;
+use super::progress::Screen;
+use crate::outcome::Outcome;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Tells whether somebody wants the run to end.
+#[derive(Debug, Clone)]
+pub(super) struct Interrupt(Arc<AtomicBool>);
+
+impl Interrupt {
+    /// Takes over the signals, once in a process.
+    pub(super) fn install(screen: &Screen) -> Result<Self, Failure> {
+        let requested = Arc::new(AtomicBool::new(false));
+        let (flag, screen) = (Arc::clone(&requested), screen.clone());
+        ctrlc::set_handler(move || {
+            if flag.swap(true, Ordering::Relaxed) {
+                std::process::exit(i32::from(Outcome::Aborted.exit_status()));
+            }
+            screen.note("stopping: the base is brought to rest; once more to leave at once");
+        })
+        .map_err(Failure::signals)?;
+        Ok(Self(requested))
+    }
+
+    pub(super) fn requested(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}

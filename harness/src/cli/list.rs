@@ -1,0 +1,170 @@
+//! `hil list`: what ships, and which names a plan can use.
+
+use super::failure::Failure;
+use super::say;
+use crate::console::Style;
+use crate::library::{Kind, Library, LibraryError, names};
+use crate::outcome::Outcome;
+use crate::plan::quantities::QUANTITIES;
+use crate::run::load_plan;
+use clap::{Args, ValueEnum};
+use comfy_table::{ContentArrangement, Table, presets};
+use emulators::absolute::AbsoluteParameters;
+use emulators::base::{BaseParameters, Wheel};
+use emulators::gyro::GyroParameters;
+use emulators::parameters::{Domain, ParameterInfo, Parameters};
+use emulators::table::TableParameters;
+
+/// What can be listed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Topic {
+    /// Plans that ship.
+    Plans,
+    /// Device files and models that ship.
+    Devices,
+    /// What a plan can measure.
+    Quantities,
+    /// What device files and plans can set: device.parameter.
+    Parameters,
+}
+
+/// Lists what ships and what plans can name.
+#[derive(Debug, Args)]
+pub(super) struct ListArguments {
+    /// What to list; everything without.
+    #[arg(value_enum)]
+    topic: Option<Topic>,
+}
+
+impl ListArguments {
+    pub(super) fn execute(&self) -> Result<Outcome, Failure> {
+        let topics = match &self.topic {
+            Some(topic) => std::slice::from_ref(topic),
+            None => Topic::value_variants(),
+        };
+        let style = Style::of_stdout();
+        let mut texts = Vec::new();
+        for topic in topics {
+            let table = match topic {
+                Topic::Plans => plans()?,
+                Topic::Devices => devices()?,
+                Topic::Quantities => quantities(),
+                Topic::Parameters => parameters(),
+            };
+            texts.push(lines(table, style));
+        }
+        say(&texts.join("\n"))?;
+        Ok(Outcome::Passed)
+    }
+}
+
+fn table<const N: usize>(header: [&str; N]) -> Table {
+    let mut table = Table::new();
+    table.set_header(header);
+    table
+}
+
+fn lines(mut table: Table, style: Style) -> String {
+    table
+        .load_style(presets::NOTHING)
+        .set_content_arrangement(ContentArrangement::Dynamic)
+        .set_width(style.width)
+        .force_no_tty();
+    table.lines().map(|line| line.trim_end().to_owned() + "\n").collect()
+}
+
+fn plans() -> Result<Table, Failure> {
+    let mut table = table(["plan", "title", "paper"]);
+    for name in names(Kind::Plan) {
+        let plan = load_plan(&Library::shipped(), &name)?;
+        table.add_row([name, plan.title, plan.paper.unwrap_or_default()]);
+    }
+    Ok(table)
+}
+
+fn devices() -> Result<Table, Failure> {
+    let mut table = table(["name", "kind", "title"]);
+    for kind in [Kind::Devices, Kind::GyroModel, Kind::BaseModel, Kind::TableModel] {
+        for name in names(kind) {
+            let title = title(kind, &name).map_err(crate::run::PrepareError::from)?;
+            table.add_row([name, kind.to_string(), title]);
+        }
+    }
+    Ok(table)
+}
+
+/// The title of a file, whatever else is in it.
+fn title(kind: Kind, name: &str) -> Result<String, LibraryError> {
+    let source = Library::shipped().open(kind, name)?;
+    let file: toml::Table = source.text.parse().unwrap_or_default();
+    Ok(file.get("title").and_then(|title| title.as_str()).unwrap_or_default().to_owned())
+}
+
+fn quantities() -> Table {
+    let mut table = table(["quantity", "unit", "from", "tags", "what it is"]);
+    for quantity in QUANTITIES {
+        let tags = quantity.tags.join(", ");
+        table.add_row([quantity.name, quantity.unit, quantity.made_by, &tags, quantity.doc.trim()]);
+    }
+    table
+}
+
+fn parameters() -> Table {
+    let mut table = table(["parameter", "ideal", "takes", "what it is"]);
+    for (device, infos) in [
+        ("gyro", GyroParameters::TABLE),
+        ("base", BaseParameters::TABLE),
+        ("base.wheels.0", Wheel::TABLE),
+        ("table", TableParameters::TABLE),
+        ("absolute", AbsoluteParameters::TABLE),
+    ] {
+        for ParameterInfo { name, doc, domain, ideal } in infos {
+            let name = format!("{device}.{name}");
+            // Links of the Rust documentation lead nowhere on a terminal.
+            let doc = doc.trim().replace("[`", "").replace("`]", "");
+            table.add_row([name, number(*ideal), takes(*domain), doc]);
+        }
+    }
+    table
+}
+
+fn takes(domain: Domain) -> String {
+    match domain {
+        Domain::FINITE => "any".to_owned(),
+        Domain::NOT_NEGATIVE => "0 or more".to_owned(),
+        Domain::POSITIVE => "more than 0".to_owned(),
+        Domain::LIMIT => "more than 0, or inf".to_owned(),
+        Domain { min, max } => format!("{} to {}", number(min), number(max)),
+    }
+}
+
+fn number(value: f64) -> String {
+    crate::figures::value(value, 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Style, devices, lines, parameters, plans, quantities};
+    use crate::library::{Kind, names};
+
+    #[test]
+    fn everything_that_ships_is_listed_with_its_title() {
+        let plans = lines(plans().unwrap(), Style::PLAIN);
+        assert!(names(Kind::Plan).iter().all(|name| plans.contains(name.as_str())), "{plans}");
+        let devices = devices().unwrap();
+        assert!(devices.row_count() > 4);
+        for row in devices.row_iter() {
+            assert!(row.cell_iter().all(|cell| !cell.content().is_empty()), "{devices}");
+        }
+    }
+
+    #[test]
+    fn quantities_and_parameters_have_units_and_domains() {
+        let quantities = lines(quantities(), Style::PLAIN);
+        assert!(quantities.contains("lap.gyro_error"), "{quantities}");
+        let parameters = lines(parameters(), Style::PLAIN);
+        for expected in ["gyro.", "base.wheels.0.toe_deg", "more than 0, or inf", "absolute."] {
+            assert!(parameters.contains(expected), "{expected}: {parameters}");
+        }
+    }
+}

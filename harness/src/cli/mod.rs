@@ -1,0 +1,148 @@
+//! The command line `hil`: reads arguments, shows progress and tables, sets the exit status. What it
+//! does is done elsewhere: [`crate::run`], [`crate::seeds`], [`crate::report`].
+//!
+//! Tables and lists go to the standard output, everything else to the standard error, so that
+//! `hil ... > file` keeps what was asked for. A reader that has had enough (`hil show RUN | head`) is no
+//! error.
+//!
+//! What is absent: any judgement, any decision about devices, any clock but a stopwatch.
+
+mod answers;
+mod check;
+mod failure;
+mod interrupt;
+mod list;
+mod live;
+mod paper;
+mod progress;
+mod report;
+mod run;
+mod seeds;
+mod series;
+mod setup;
+mod show;
+mod stopwatch;
+
+use crate::outcome::Outcome;
+use clap::{Parser, Subcommand};
+use failure::Failure;
+use progress::Screen;
+use std::io::{self, Write};
+use std::process::ExitCode;
+use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::LevelFilter;
+
+/// Shown below every help that has to do with runs.
+const EXIT_STATUSES: &str = "\
+Exit status:
+  0  passed: every measurement is in its band (of several runs: in all of them)
+  1  failed: a measurement is out of its band or was never made
+  2  bad input: arguments, a plan, a device file, or a folder that is no run folder
+  3  the bench broke: a port, a device, a disk that is full
+  4  timeout: a step or a plan took longer than its limit
+  5  aborted: by Ctrl-C or a request to terminate
+Of several runs the worst counts.";
+
+/// Tests CAN and serial devices on a bench, simulated or real.
+///
+/// Alone it runs every procedure of the paper in virtual time and prints paper against measured.
+#[derive(Debug, Parser)]
+#[command(name = "hil", version, after_help = EXIT_STATUSES, args_conflicts_with_subcommands = true)]
+struct Cli {
+    #[command(flatten)]
+    paper: paper::PaperArguments,
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Run(run::RunArguments),
+    Check(check::CheckArguments),
+    Report(report::ReportArguments),
+    Show(show::ShowArguments),
+    List(list::ListArguments),
+}
+
+impl Cli {
+    const fn quiet(&self) -> bool {
+        match &self.command {
+            None => self.paper.quiet,
+            Some(Command::Run(arguments)) => arguments.quiet,
+            Some(_) => false,
+        }
+    }
+
+    fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        match &self.command {
+            None => self.paper.execute(screen),
+            Some(Command::Run(arguments)) => arguments.execute(screen),
+            Some(Command::Check(arguments)) => arguments.execute(screen),
+            Some(Command::Report(arguments)) => arguments.execute(),
+            Some(Command::Show(arguments)) => arguments.execute(),
+            Some(Command::List(arguments)) => arguments.execute(),
+        }
+    }
+}
+
+/// Does what the arguments of the process say.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let screen = Screen::new(cli.quiet());
+    start_log(&screen);
+    let status = match cli.execute(&screen) {
+        Ok(outcome) => outcome.exit_status(),
+        Err(failure) => {
+            screen.note(&failure.rendered(screen.fancy()));
+            failure.exit_status()
+        }
+    };
+    ExitCode::from(status)
+}
+
+/// Diagnostics on the standard error: warnings, or what `RUST_LOG` says.
+fn start_log(screen: &Screen) {
+    let filter = EnvFilter::builder().with_default_directive(LevelFilter::WARN.into());
+    let log = tracing_subscriber::fmt()
+        .with_env_filter(filter.from_env_lossy())
+        .with_ansi(screen.fancy())
+        .with_writer(screen.clone())
+        .without_time()
+        .with_target(false);
+    if log.try_init().is_err() {
+        screen.note("another log is in use already");
+    }
+}
+
+/// Puts text on the standard output.
+fn say(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::output(error)),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cli;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_arguments_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn the_help_of_every_command() {
+        let mut hil = Cli::command().term_width(100);
+        hil.build();
+        let mut help = hil.render_long_help().to_string();
+        let names = ["run", "check", "report", "show", "list"];
+        for name in names {
+            let command = hil.find_subcommand_mut(name).expect(name);
+            help += &format!("\n======== {name}\n{}", command.render_long_help());
+        }
+        insta::assert_snapshot!(help);
+    }
+}

@@ -1,0 +1,157 @@
+//! What is shown on the standard error while runs go on: bars on a terminal, a line a plan elsewhere.
+
+use super::stopwatch::Stopwatch;
+use crate::figures;
+use crate::outcome::Summary;
+use crate::world::simulated::Progress;
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::{self, IsTerminal, Write};
+use tracing_subscriber::fmt::MakeWriter;
+
+/// The message takes what is left of the line, and no more: a bar that wraps cannot be redrawn.
+const PLAN_BAR: &str = "{prefix} {bar:20} {pos}/{len} steps, {wide_msg}";
+/// See [`PLAN_BAR`].
+const SEEDS_BAR: &str = "{prefix} {bar:20} {pos}/{len} seeds, {eta} left";
+
+/// The standard error. Whatever is written through it does not run into a bar.
+#[derive(Debug, Clone)]
+pub(super) struct Screen {
+    bars: MultiProgress,
+    quiet: bool,
+    terminal: bool,
+}
+
+impl Screen {
+    pub(super) fn new(quiet: bool) -> Self {
+        let terminal = io::stderr().is_terminal();
+        let shown = terminal && !quiet;
+        let target =
+            if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        Self { bars: MultiProgress::with_draw_target(target), quiet, terminal }
+    }
+
+    /// Colours and lines are wanted: a terminal, and `NO_COLOR` is not set (no-color.org).
+    pub(super) fn fancy(&self) -> bool {
+        let no_colour = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+        self.terminal && !no_colour
+    }
+
+    /// A line that is always shown.
+    pub(super) fn note(&self, text: &str) {
+        // With the standard error gone there is nobody to tell.
+        let _ = writeln!(self.clone(), "{}", text.trim_end());
+    }
+
+    /// A line that `--quiet` keeps back.
+    fn chat(&self, text: &str) {
+        if !self.quiet {
+            self.note(text);
+        }
+    }
+
+    /// Begins to show a plan.
+    pub(super) fn plan(&self, name: &str) -> PlanProgress {
+        let bar = self.bar(PLAN_BAR, name);
+        PlanProgress { screen: self.clone(), bar, stopwatch: Stopwatch::start() }
+    }
+
+    /// Begins to show seeds.
+    pub(super) fn seeds(&self, name: &str, seeds: u64) -> ProgressBar {
+        let bar = self.bar(SEEDS_BAR, name);
+        bar.set_length(seeds);
+        bar
+    }
+
+    fn bar(&self, template: &str, name: &str) -> ProgressBar {
+        let style = ProgressStyle::with_template(template);
+        let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+        let bar = ProgressBar::new(0).with_style(style).with_prefix(name.to_owned());
+        self.bars.add(bar)
+    }
+}
+
+impl Write for Screen {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.bars.suspend(|| io::stderr().write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().flush()
+    }
+}
+
+impl<'a> MakeWriter<'a> for Screen {
+    type Writer = io::LineWriter<Self>;
+
+    fn make_writer(&'a self) -> Self::Writer {
+        io::LineWriter::new(self.clone())
+    }
+}
+
+/// One plan that runs.
+#[derive(Debug)]
+pub(super) struct PlanProgress {
+    screen: Screen,
+    bar: ProgressBar,
+    stopwatch: Stopwatch,
+}
+
+impl PlanProgress {
+    /// Shows how far it is.
+    pub(super) fn show(&self, progress: Progress) {
+        if self.bar.is_hidden() {
+            return;
+        }
+        let bench_s = progress.now.as_secs_f64();
+        self.bar.update(|state| {
+            state.set_len(progress.steps);
+            state.set_pos(progress.steps_done);
+        });
+        let bench = figures::duration(bench_s);
+        let factor = factor(bench_s, self.stopwatch.elapsed_s());
+        let mut message = format!("bench {bench}, {factor}");
+        if progress.steps_done > 0 {
+            let left = figures::duration(self.bar.eta().as_secs_f64());
+            message += &format!(", {left} left");
+        }
+        self.bar.set_message(message);
+    }
+
+    /// It is over.
+    pub(super) fn finish(self, summary: &Summary) {
+        self.bar.finish_and_clear();
+        let Summary { plan, outcome, simulated_s, wall_s, .. } = summary;
+        let (bench, wall) = (figures::duration(*simulated_s), figures::duration(*wall_s));
+        let factor = factor(*simulated_s, *wall_s);
+        self.screen.chat(&format!("{plan}: {}, bench {bench} in {wall}, {factor}", outcome.name()));
+    }
+}
+
+/// How much faster than real time.
+fn factor(bench_s: f64, wall_s: f64) -> String {
+    let times = bench_s / wall_s;
+    match times.is_finite() {
+        true if times >= 10.0 => format!("{times:.0} times real time"),
+        true => format!("{times:.1} times real time"),
+        false => "no time yet".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{PLAN_BAR, SEEDS_BAR, factor};
+    use indicatif::ProgressStyle;
+
+    #[test]
+    fn the_templates_are_templates() {
+        assert!(ProgressStyle::with_template(PLAN_BAR).is_ok());
+        assert!(ProgressStyle::with_template(SEEDS_BAR).is_ok());
+    }
+
+    #[test]
+    fn the_factor_has_digits_that_mean_something() {
+        assert_eq!(factor(57_600.0, 2.0), "28800 times real time");
+        assert_eq!(factor(60.0, 60.0), "1.0 times real time");
+        assert_eq!(factor(0.0, 0.0), "no time yet");
+    }
+}

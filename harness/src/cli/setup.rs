@@ -1,0 +1,171 @@
+//! Which world a plan runs in: clock, bus and device under test, and which of them go together.
+
+use super::failure::Failure;
+use clap::{Args, ValueEnum};
+use std::str::FromStr;
+
+/// What makes time pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Clock {
+    /// Time jumps to the next event: 16 hours in seconds.
+    Virtual,
+    /// A second is a second.
+    Real,
+}
+
+/// What bytes and frames cross.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Bus {
+    /// Lines in memory, paced by baud or bit time.
+    Memory,
+    /// Pseudo-terminals of the kernel, or the ports of a bench file.
+    Pty,
+}
+
+/// The device under test.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Controller {
+    /// Our controller, in this process.
+    InProcess,
+    /// Our controller, as a process of its own.
+    Process,
+    /// Anybody's program.
+    Command(String),
+}
+
+impl FromStr for Controller {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.trim() {
+            "" => Err("expected in-process, process or a command".to_owned()),
+            "in-process" => Ok(Self::InProcess),
+            "process" => Ok(Self::Process),
+            command => Ok(Self::Command(command.to_owned())),
+        }
+    }
+}
+
+/// Clock, bus, device under test and bench.
+#[derive(Debug, Clone, Args)]
+pub(super) struct SetupArguments {
+    /// What makes time pass.
+    #[arg(long, value_enum, default_value_t = Clock::Virtual)]
+    clock: Clock,
+    /// What bytes and frames cross; memory with the virtual clock, pty with the real one.
+    #[arg(long, value_enum)]
+    bus: Option<Bus>,
+    /// The device under test: in-process, process, or a command line. In-process with the virtual
+    /// clock, process with the real one.
+    #[arg(long, value_name = "in-process|process|COMMAND")]
+    controller: Option<Controller>,
+    /// Bench file: which port plays which role. Without it every device is emulated.
+    #[arg(long, value_name = "FILE")]
+    bench: Option<String>,
+}
+
+/// The world that a plan runs in.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Setup {
+    /// Virtual time, lines in memory, the controller in the process.
+    Simulated,
+    /// Real time and ports.
+    Live(LiveSetup),
+}
+
+/// What the live world must be told beyond the plan.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct LiveSetup {
+    /// The device under test.
+    pub(super) controller: Controller,
+    /// Name or path of the bench file; every device is emulated without.
+    pub(super) bench: Option<String>,
+}
+
+impl SetupArguments {
+    /// The world that they mean.
+    ///
+    /// # Errors
+    ///
+    /// When they do not go together.
+    pub(super) fn setup(&self) -> Result<Setup, Failure> {
+        match (self.clock, self.bus) {
+            (Clock::Virtual, None | Some(Bus::Memory)) => self.simulated(),
+            (Clock::Real, None | Some(Bus::Pty)) => Ok(Setup::Live(LiveSetup {
+                controller: self.controller.clone().unwrap_or(Controller::Process),
+                bench: self.bench.clone(),
+            })),
+            (Clock::Virtual, Some(Bus::Pty)) => Err(Failure::arguments(
+                "the virtual clock needs the memory bus: bytes in the kernel take real time",
+                "add --clock real, or leave --bus out",
+            )),
+            (Clock::Real, Some(Bus::Memory)) => Err(Failure::arguments(
+                "the real clock needs the pty bus: nothing waits for real time in memory",
+                "leave --clock out, or use --bus pty",
+            )),
+        }
+    }
+
+    fn simulated(&self) -> Result<Setup, Failure> {
+        if !matches!(self.controller, None | Some(Controller::InProcess)) {
+            return Err(Failure::arguments(
+                "the virtual clock needs the controller in the process: another process has its \
+                 own time",
+                "add --clock real, or leave --controller out",
+            ));
+        }
+        if self.bench.is_some() {
+            return Err(Failure::arguments(
+                "the virtual clock has no use for a bench file: real ports keep real time",
+                "add --clock real, or leave --bench out",
+            ));
+        }
+        Ok(Setup::Simulated)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Bus, Clock, Controller, LiveSetup, Setup, SetupArguments};
+
+    fn setup(clock: Clock, bus: Option<Bus>, controller: Option<&str>) -> Result<Setup, String> {
+        let controller = controller.map(|text| text.parse().unwrap());
+        let arguments = SetupArguments { clock, bus, controller, bench: None };
+        arguments.setup().map_err(|failure| failure.to_string())
+    }
+
+    #[test]
+    fn what_goes_together() {
+        assert_eq!(setup(Clock::Virtual, None, None), Ok(Setup::Simulated));
+        assert_eq!(
+            setup(Clock::Virtual, Some(Bus::Memory), Some("in-process")),
+            Ok(Setup::Simulated)
+        );
+        let live = |controller| Ok(Setup::Live(LiveSetup { controller, bench: None }));
+        assert_eq!(setup(Clock::Real, None, None), live(Controller::Process));
+        let command = Controller::Command("./mine --fast".to_owned());
+        assert_eq!(setup(Clock::Real, Some(Bus::Pty), Some("./mine --fast")), live(command));
+    }
+
+    #[test]
+    fn what_does_not_go_together_says_why() {
+        for (clock, bus, controller) in [
+            (Clock::Virtual, Some(Bus::Pty), None),
+            (Clock::Real, Some(Bus::Memory), None),
+            (Clock::Virtual, None, Some("process")),
+            (Clock::Virtual, None, Some("./mine")),
+        ] {
+            let why = setup(clock, bus, controller).unwrap_err();
+            assert!(why.contains(" clock needs the "), "{why}");
+        }
+        let bench = Some("mine.toml".to_owned());
+        let arguments =
+            SetupArguments { clock: Clock::Virtual, bus: None, controller: None, bench };
+        assert!(arguments.setup().is_err());
+    }
+
+    #[test]
+    fn no_command_is_no_controller() {
+        assert!(" ".parse::<Controller>().is_err());
+    }
+}

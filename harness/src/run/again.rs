@@ -1,0 +1,223 @@
+//! Judges a recorded run again, from its record.
+//!
+//! The record holds every observation; how the run ended stands in its summary alone. So:
+//!
+//! | summary | record | outcome | documents |
+//! |---|---|---|---|
+//! | the run went to its end | whole | by the checks, as in the run itself | rewritten |
+//! | the run broke off | whole | as it was, with its reason | rewritten |
+//! | any | cut short or damaged | error, or as it was where that is worse | left as they are |
+//! | none: the run was killed | any | error | written |
+//!
+//! A run went to its end where its outcome is passed, or failed without a reason: a run that itself
+//! fails, at a refused mission say, says why.
+//!
+//! A record that is not whole never passes, whatever the summary says: a summary is written after the
+//! record, so something happened to the record since, and the verdicts in the summary rest on more
+//! than what is left. That is also why they are left as they are.
+
+use super::{VERSION, header};
+use crate::checks::judge_all;
+use crate::engine::OBSERVATIONS_MAX;
+use crate::observation::Observation;
+use crate::outcome::{Outcome, Summary};
+use crate::plan::Plan;
+use crate::record::header::Header;
+use crate::record::reader::RecordError;
+use crate::record::{Record, RecordKind};
+use std::collections::BTreeMap;
+use wire::time::Timestamp;
+
+/// What judging again came to.
+#[derive(Debug)]
+pub struct JudgedAgain {
+    /// The summary, with new measurements.
+    pub summary: Summary,
+    /// What a report needs of the plan that judged.
+    pub header: Header,
+    /// Why the record could not be read to its end.
+    pub record_error: Option<RecordError>,
+    /// The documents in the run folder should be written anew.
+    pub rewrite: bool,
+}
+
+/// Judges `records` by `plan`. `summary` is that of the run; `recorded` is the record's header.
+pub fn judge_again(
+    plan: &Plan,
+    summary: Option<Summary>,
+    recorded: &Header,
+    records: impl IntoIterator<Item = Result<Record, RecordError>>,
+) -> JudgedAgain {
+    let header = Header { harness: recorded.harness.clone(), ..header(plan, recorded.seed) };
+    let read = Read::of(records, &header);
+    let (measurements, judged) = judge_all(&plan.measurements, &read.observations);
+    let rewrite = read.error.is_none() || summary.is_none();
+    let (outcome, reason) = match (&summary, &read.error) {
+        (None, _) => {
+            let why = "no summary says how the run ended: it was killed, or is still running";
+            (Outcome::Error, Some(why.to_owned()))
+        }
+        (Some(summary), Some(error)) => {
+            let why = format!("judged on what is left of the record: {error}");
+            (summary.outcome.max(Outcome::Error), Some(why))
+        }
+        (Some(summary), None) if went_to_its_end(summary) => (judged, None),
+        (Some(summary), None) => (summary.outcome, summary.reason.clone()),
+    };
+    let summary = summary.unwrap_or_else(|| unknown(plan, recorded, read.last));
+    let summary = Summary { outcome, reason, measurements, ..summary };
+    JudgedAgain { summary, header, record_error: read.error, rewrite }
+}
+
+fn went_to_its_end(summary: &Summary) -> bool {
+    match summary.outcome {
+        Outcome::Passed => true,
+        Outcome::Failed => summary.reason.is_none(),
+        Outcome::Error | Outcome::Timeout | Outcome::Aborted => false,
+    }
+}
+
+/// What a record alone says of its run.
+fn unknown(plan: &Plan, recorded: &Header, last: Timestamp) -> Summary {
+    let not_known = || "unknown".to_owned();
+    let version = if recorded.harness.is_empty() { VERSION } else { &recorded.harness };
+    Summary {
+        outcome: Outcome::Error,
+        reason: None,
+        plan: recorded.plan.clone(),
+        title: plan.title.clone(),
+        version: version.to_owned(),
+        seed: recorded.seed,
+        clock: not_known(),
+        bus: not_known(),
+        device_under_test: not_known(),
+        simulated_s: last.as_secs_f64(),
+        wall_s: 0.0,
+        events: 0,
+        measurements: Vec::new(),
+        artifacts: Vec::new(),
+    }
+}
+
+/// What there is in a record.
+#[derive(Debug)]
+struct Read {
+    /// Of the quantities that are judged, at most [`OBSERVATIONS_MAX`] of each.
+    observations: Vec<Observation>,
+    last: Timestamp,
+    error: Option<RecordError>,
+}
+
+impl Read {
+    fn of(records: impl IntoIterator<Item = Result<Record, RecordError>>, header: &Header) -> Self {
+        let names = header.quantities.iter().map(|quantity| (quantity.name.as_str(), 0));
+        let mut counts: BTreeMap<&str, usize> = names.collect();
+        let mut read = Self { observations: Vec::new(), last: Timestamp::ZERO, error: None };
+        for record in records {
+            let record = match record {
+                Ok(record) => record,
+                Err(error) => {
+                    read.error = Some(error);
+                    break;
+                }
+            };
+            read.last = record.at;
+            let RecordKind::Observation(observation) = record.kind else { continue };
+            let Some(count) = counts.get_mut(observation.quantity.as_str()) else { continue };
+            // The engine ends a run before it makes more; such a record is nobody's.
+            if *count < OBSERVATIONS_MAX {
+                *count += 1;
+                read.observations.push(observation);
+            }
+        }
+        read
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{JudgedAgain, judge_again};
+    use crate::outcome::samples::summary;
+    use crate::outcome::{Outcome, Summary, Verdict};
+    use crate::plan::Plan;
+    use crate::record::header::Header;
+    use crate::record::reader::RecordError;
+    use crate::record::samples::observation;
+    use crate::record::{Device, Record};
+    use wire::time::Timestamp;
+
+    const PLAN: &str = r#"
+        name = "turns"
+        title = "Turns"
+        devices = "paper"
+        steps = [{ turn = { angle_deg = 90 } }]
+
+        [[measurement]]
+        name = "stop"
+        doc = "Stop error"
+        quantity = "turn.stop_error"
+        unit = "deg"
+        check = { all_within = [-1, 1] }
+    "#;
+
+    fn again(was: Option<Summary>, value: f64, end: Option<RecordError>) -> JudgedAgain {
+        let plan = Plan::parse("turns.toml", PLAN).unwrap();
+        let kind = observation("turn.stop_error", value, &[]);
+        let at = Timestamp::from_nanos(3_000_000_000);
+        let record = Record { at, device: Device::Plan, kind };
+        let records = [Ok(record)].into_iter().chain(end.map(Err));
+        let header = Header { plan: "turns".into(), seed: 7, ..Header::default() };
+        judge_again(&plan, was, &header, records)
+    }
+
+    fn ended(outcome: Outcome, reason: Option<&str>) -> Option<Summary> {
+        Some(Summary { outcome, reason: reason.map(str::to_owned), ..summary() })
+    }
+
+    fn cut() -> Option<RecordError> {
+        Some(RecordError::CutShort { offset: 9, trailing: 1 })
+    }
+
+    #[test]
+    fn a_run_that_went_to_its_end_is_judged_anew() {
+        for was in [ended(Outcome::Passed, None), ended(Outcome::Failed, None)] {
+            let passed = again(was.clone(), 0.1, None);
+            assert_eq!((passed.summary.outcome, passed.rewrite), (Outcome::Passed, true));
+            assert_eq!(passed.summary.measurements.len(), 1);
+            assert_eq!(again(was, 1.1, None).summary.outcome, Outcome::Failed);
+        }
+    }
+
+    #[test]
+    fn a_run_that_broke_off_stays_so() {
+        for outcome in [Outcome::Failed, Outcome::Error, Outcome::Timeout, Outcome::Aborted] {
+            let judged = again(ended(outcome, Some("the controller refused")), 0.1, None);
+            assert_eq!(judged.summary.outcome, outcome);
+            assert_eq!(judged.summary.reason.as_deref(), Some("the controller refused"));
+            assert_eq!(judged.summary.measurements[0].verdict, Verdict::Pass);
+            assert!(judged.rewrite);
+        }
+    }
+
+    #[test]
+    fn what_is_left_of_a_record_cannot_pass_and_replaces_nothing() {
+        let judged = again(ended(Outcome::Passed, None), 0.1, cut());
+        assert_eq!((judged.summary.outcome, judged.rewrite), (Outcome::Error, false));
+        assert!(judged.summary.reason.unwrap().contains("cut short"));
+        let aborted = again(ended(Outcome::Aborted, Some("stopped by request")), 0.1, cut());
+        assert_eq!((aborted.summary.outcome, aborted.rewrite), (Outcome::Aborted, false));
+    }
+
+    #[test]
+    fn a_killed_run_gets_a_summary_that_says_so() {
+        for end in [None, cut()] {
+            let judged = again(None, 0.1, end);
+            assert_eq!((judged.summary.outcome, judged.rewrite), (Outcome::Error, true));
+            assert_eq!((judged.summary.plan.as_str(), judged.summary.seed), ("turns", 7));
+            assert_eq!(judged.summary.simulated_s, 3.0);
+            // Judged once more, it is still not a run that ended.
+            let twice = again(Some(judged.summary), 0.1, None);
+            assert_eq!(twice.summary.outcome, Outcome::Error);
+        }
+    }
+}

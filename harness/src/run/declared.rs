@@ -1,0 +1,37 @@
+//! What a plan declares, as a record's header says it.
+
+use crate::plan::Plan;
+use crate::record::header::{Band, Quantity};
+
+/// The quantities that the plan judges, with the bands for single values.
+pub(super) fn quantities(plan: &Plan) -> Vec<Quantity> {
+    let mut quantities: Vec<Quantity> = Vec::new();
+    for declared in &plan.measurements {
+        let names = std::iter::once(&declared.quantity)
+            .chain(declared.check.second_quantity().map(|(_, name)| name));
+        for name in names {
+            if quantities.iter().any(|known| known.name == name.as_str()) {
+                continue;
+            }
+            let entry = name.entry();
+            quantities.push(Quantity {
+                name: name.as_str().to_owned(),
+                unit: entry.map_or_else(String::new, |entry| entry.unit.to_owned()),
+                title: entry.map_or_else(String::new, |entry| entry.doc.to_owned()),
+                bands: Vec::new(),
+            });
+        }
+        let Some(band) = declared.check.value_band() else { continue };
+        let known = quantities.iter_mut().find(|known| known.name == declared.quantity.as_str());
+        if let Some(quantity) = known {
+            quantity.bands.push(Band {
+                measurement: declared.name.as_str().to_owned(),
+                lower: band.lower(),
+                upper: band.upper(),
+                paper: declared.paper.clone(),
+                tags: declared.filter.equalities(),
+            });
+        }
+    }
+    quantities
+}

@@ -1,0 +1,163 @@
+//! A run that leaves a run folder behind.
+
+use super::{Prepared, Simulated, VERSION, simulate};
+use crate::calibrations;
+use crate::checks::judge_all;
+use crate::junit;
+use crate::outcome::{Outcome, Summary};
+use crate::record::header::Header;
+use crate::record::sink::Level;
+use crate::report;
+use crate::run_folder::{JUNIT, RunFolder, RunFolderError};
+use crate::world::simulated::Progress;
+use controller::calibration::Calibration;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// How a run is to be carried out and kept.
+#[derive(Debug, Clone)]
+pub struct Options<'a> {
+    /// The seed.
+    pub seed: u64,
+    /// Where the run folder goes.
+    pub out: &'a Path,
+    /// How much is recorded.
+    pub level: Level,
+    /// Answers to what a person would be asked.
+    pub answers: BTreeMap<String, f64>,
+}
+
+/// A run that is over.
+#[derive(Debug, Clone)]
+pub struct Completed {
+    /// What it came to, also where no file could be written.
+    pub summary: Summary,
+    /// Calibrations that the plan made.
+    pub made: BTreeMap<String, Calibration>,
+    /// What the lines between the devices dropped for want of room.
+    pub dropped: u64,
+}
+
+/// Runs a prepared plan in virtual time, judges it and writes its run folder. `wall_s` tells seconds
+/// since some fixed instant.
+///
+/// A file that cannot be written, on a full disk say, makes the outcome [`Outcome::Error`]; the reason
+/// names the file and the cause.
+///
+/// # Errors
+///
+/// When the run folder cannot be made or is somebody else's; nothing ran then.
+pub fn run_to_folder(
+    prepared: &Prepared,
+    options: &Options<'_>,
+    pulse: &mut impl FnMut(Progress) -> bool,
+    wall_s: &impl Fn() -> f64,
+) -> Result<Completed, RunFolderError> {
+    let began_s = wall_s();
+    let folder = RunFolder::create(options.out)?;
+    let header = prepared.header(options.seed);
+    let mut sink = folder.record_sink(&header, options.level)?;
+    let run = simulate(prepared, options.seed, &options.answers, &mut sink, pulse);
+    drop(sink);
+    let mut summary = summarise(prepared, options.seed, &run);
+    summary.wall_s = wall_s() - began_s;
+    Ok(keep(&folder, &header, summary, run))
+}
+
+/// Writes what a run that is over leaves behind. What cannot be written makes the outcome an error.
+pub(crate) fn keep(
+    folder: &RunFolder,
+    header: &Header,
+    mut summary: Summary,
+    run: Simulated,
+) -> Completed {
+    if let Err(error) = write_made(folder, &run.made, &mut summary) {
+        broke(&mut summary, &error);
+    }
+    if let Err(error) = write_documents(folder, &summary, header) {
+        broke(&mut summary, &error);
+        // A summary may find room where a report did not. If it does not, the caller still has it.
+        let _ = folder.write_summary(&summary);
+    }
+    Completed { summary, made: run.made, dropped: run.dropped }
+}
+
+fn write_made(
+    folder: &RunFolder,
+    made: &BTreeMap<String, Calibration>,
+    summary: &mut Summary,
+) -> Result<(), RunFolderError> {
+    for (name, calibration) in made {
+        let file = format!("{name}.toml");
+        let origin = format!("made by plan {}, seed {}", summary.plan, summary.seed);
+        folder.write_artifact(&file, calibrations::to_toml(calibration, &origin).as_bytes())?;
+        summary.artifacts.push(file);
+    }
+    Ok(())
+}
+
+/// Writes summary, JUnit file and report of a run whose record is complete: as many of them as
+/// possible.
+///
+/// # Errors
+///
+/// The first of what went wrong: a file cannot be written, or the record cannot be read.
+pub fn write_documents(
+    folder: &RunFolder,
+    summary: &Summary,
+    header: &Header,
+) -> Result<(), RunFolderError> {
+    let summarised = folder.write_summary(summary);
+    let listed = match junit::document([summary]) {
+        Ok(xml) => folder.write_junit(&xml),
+        Err(error) => Err(RunFolderError::Write {
+            path: folder.file(JUNIT),
+            source: std::io::Error::other(error),
+        }),
+    };
+    let drawn = folder
+        .records()
+        .and_then(|records| folder.write_report(&report::render(summary, header, records)));
+    summarised.and(listed).and(drawn)
+}
+
+/// The run ends in error, unless it ended worse. What is known already comes first.
+fn broke(summary: &mut Summary, error: &RunFolderError) {
+    // With the record lost there is nothing to draw, which is no news.
+    let is_consequence = matches!(error, RunFolderError::Record { .. });
+    if is_consequence && summary.outcome >= Outcome::Error {
+        return;
+    }
+    summary.outcome = summary.outcome.max(Outcome::Error);
+    let cause = std::error::Error::source(error);
+    let text = cause.map_or_else(|| error.to_string(), |cause| format!("{error}: {cause}"));
+    summary.reason = match summary.reason.take() {
+        Some(reason) => Some(format!("{reason}; {text}")),
+        None => Some(text),
+    };
+}
+
+/// Judges a run, as one in virtual time; the live world says otherwise.
+pub(crate) fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
+    let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
+    let outcome = match run.ending.outcome {
+        Outcome::Passed => judged,
+        ended => ended,
+    };
+    Summary {
+        outcome,
+        reason: run.ending.reason.clone(),
+        plan: prepared.plan.name.as_str().to_owned(),
+        title: prepared.plan.title.clone(),
+        version: VERSION.to_owned(),
+        seed,
+        clock: "virtual".to_owned(),
+        bus: "memory".to_owned(),
+        device_under_test: "in-process".to_owned(),
+        simulated_s: run.end.as_secs_f64(),
+        wall_s: 0.0,
+        events: run.events,
+        measurements,
+        artifacts: Vec::new(),
+    }
+}

@@ -1,0 +1,183 @@
+//! What both worlds share: the plan's engine, the emulated devices, the lines between them.
+
+use super::bench::{Bench, Carrier, Sent};
+use super::lines::{BaseLink, Lines, Node};
+use crate::engine::{Action, Engine};
+use crate::record::sink::{Level, RecordSink};
+use crate::record::{Device, Record, RecordKind};
+use controller::mission::{Activity, Mission, Report};
+use std::collections::BTreeMap;
+use wire::can::CanFrame;
+use wire::table::AnswerDecoder;
+use wire::time::{Span, Timestamp};
+
+/// Without the full record, states are kept this far apart in motion and at rest.
+const STATE_PERIOD_MOVING: Span = Span::from_millis(200);
+/// See [`STATE_PERIOD_MOVING`].
+const STATE_PERIOD_AT_REST: Span = Span::from_secs(30);
+
+/// Everything on the bench but the device under test.
+#[derive(Debug)]
+pub(super) struct Stage {
+    pub(super) engine: Engine,
+    pub(super) bench: Bench,
+    pub(super) lines: Lines,
+    /// Answers to what a person would be asked, by name.
+    pub(super) answers: BTreeMap<String, f64>,
+    table_answers: AnswerDecoder,
+    state_kept: Option<Timestamp>,
+}
+
+impl Stage {
+    pub(super) fn new(bench: Bench, engine: Engine) -> Self {
+        Self {
+            engine,
+            lines: Lines::new(bench.gyro_stream(), bench.base_transport()),
+            bench,
+            answers: BTreeMap::new(),
+            table_answers: AnswerDecoder::new(),
+            state_kept: None,
+        }
+    }
+
+    /// Delivers what has come through to and from the table; says whether the table and the engine were
+    /// reached.
+    pub(super) fn deliver_table(
+        &mut self,
+        now: Timestamp,
+        sink: &mut impl RecordSink,
+    ) -> (bool, bool) {
+        let (mut table_reached, mut engine_reached) = (false, false);
+        // Where there is no table nobody listens, but every run ends with a command to it: left in the
+        // line it would be due for ever, and time would stand still.
+        while let Some(packet) = self.lines.to_table.arrived(now) {
+            if let Carrier::Table(table) = &mut self.bench.carrier {
+                sink.bytes(now, Device::Plan, packet.as_slice());
+                table.receive(now, packet.as_slice());
+                table_reached = true;
+            }
+        }
+        while let Some(packet) = self.lines.from_table.arrived(now) {
+            sink.bytes(now, Device::Table, packet.as_slice());
+            let engine = &mut self.engine;
+            self.table_answers.feed(packet.as_slice(), |answer| engine.table(now, answer));
+            engine_reached = true;
+        }
+        (table_reached, engine_reached)
+    }
+
+    /// The gyro's outputs up to `now`, each at its own instant, onto its line.
+    pub(super) fn wake_gyro(&mut self, now: Timestamp) {
+        while self.bench.gyro.next_wakeup() <= now {
+            let at = self.bench.gyro.next_wakeup();
+            let heading = self.bench.carrier.heading_at(at);
+            if let Some(packet) = self.bench.gyro.wake(at, heading) {
+                self.lines.gyro.send(at, packet);
+            }
+        }
+    }
+
+    /// Puts what a carrier sends on its line.
+    pub(super) fn carry(&mut self, now: Timestamp, sent: Sent) {
+        match (sent, &mut self.lines.base) {
+            (Sent::Frame(frame), BaseLink::Can(bus)) => bus.send(now, Node::Base, frame),
+            (Sent::BaseBytes(packet), BaseLink::Serial { to_controller, .. }) => {
+                to_controller.send(now, packet);
+            }
+            (Sent::TableBytes(packet), _) => self.lines.from_table.send(now, packet),
+            _ => {}
+        }
+    }
+
+    /// Carries out what the engine asks; a mission is handed back for the device under test.
+    pub(super) fn act(
+        &mut self,
+        now: Timestamp,
+        sink: &mut impl RecordSink,
+        keep: &mut impl FnMut(&Action),
+        action: Action,
+    ) -> Option<Mission> {
+        match action {
+            Action::Mission(mission) => return Some(mission),
+            Action::Table(command) => self.lines.to_table.send(now, command.encode()),
+            Action::MeasureAbsolute => match self.bench.measure_absolute(now) {
+                Some(pose) => self.engine.absolute(now, pose),
+                None => {
+                    self.engine.broke(now, "this bench has no base whose pose could be measured")
+                }
+            },
+            Action::Place(pose) => match self.bench.place(now, pose) {
+                Ok(()) => self.engine.answered(now),
+                Err(why) => self.engine.broke(now, why),
+            },
+            Action::SetParameter { device, parameter, value } => {
+                match self.bench.set_parameter(now, &device, &parameter, value) {
+                    Ok(()) => self.engine.answered(now),
+                    Err(why) => self.engine.broke(now, &why),
+                }
+            }
+            Action::PowerCycle { device, .. } => {
+                let why = format!("this bench cannot switch the power of \"{device}\"");
+                self.engine.broke(now, &why);
+            }
+            // Nobody stands beside a simulated bench: what a person is asked to do is done, and a
+            // number must have been given before.
+            Action::Prompt { answer: None, .. } => self.engine.answered(now),
+            Action::Prompt { answer: Some(answer), .. } => {
+                match self.answers.get(answer.name.as_str()) {
+                    Some(value) => self.engine.answered_with(now, *value),
+                    None => {
+                        let why = format!("no answer \"{}\" was given", answer.name);
+                        self.engine.broke(now, &why);
+                    }
+                }
+            }
+            Action::SaveCalibration { .. } => keep(&action),
+            Action::Record(device, kind) => sink.record(Record { at: now, device, kind }),
+        }
+        None
+    }
+
+    /// Records what went wrong without ending the run.
+    #[cfg(feature = "live")]
+    pub(super) fn note(&mut self, now: Timestamp, sink: &mut impl RecordSink, what: String) {
+        sink.record(Record { at: now, device: Device::Controller, kind: RecordKind::Note(what) });
+    }
+
+    /// Records a report, the truth beside a state. Without the full record, states are thinned.
+    pub(super) fn record_report(
+        &mut self,
+        now: Timestamp,
+        sink: &mut impl RecordSink,
+        report: &Report,
+    ) {
+        if let Report::State(state) = report {
+            let period = if state.activity == Activity::Idle && !state.moving {
+                STATE_PERIOD_AT_REST
+            } else {
+                STATE_PERIOD_MOVING
+            };
+            let due = self.state_kept.is_none_or(|kept| now - kept >= period);
+            if !due && sink.level() != Level::Full {
+                return;
+            }
+            self.state_kept = Some(now);
+            let truth = self.bench.truth(now);
+            sink.record(Record { at: now, device: Device::Gyro, kind: truth });
+        }
+        let kind = RecordKind::Report(*report);
+        sink.record(Record { at: now, device: Device::Controller, kind });
+    }
+}
+
+/// Keeps a frame in a full record.
+pub(super) fn record_frame(
+    sink: &mut impl RecordSink,
+    at: Timestamp,
+    device: Device,
+    frame: CanFrame,
+) {
+    if sink.level() == Level::Full {
+        sink.record(Record { at, device, kind: RecordKind::Frame(frame.into()) });
+    }
+}

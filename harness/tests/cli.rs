@@ -1,0 +1,12 @@
+//! The binary `hil`, from outside: what it prints, leaves behind and exits with.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+#[path = "cli/hil.rs"]
+mod hil;
+#[path = "cli/input.rs"]
+mod input;
+#[path = "cli/interrupt.rs"]
+mod interrupt;
+#[path = "cli/recorded.rs"]
+mod recorded;

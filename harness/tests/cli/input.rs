@@ -1,0 +1,73 @@
+//! Good and bad input.
+
+use crate::hil::{Hil, TURN};
+
+#[test]
+fn what_ships_is_listed() {
+    let all = Hil::new().run(&["list"]).exits(0);
+    for name in ["laps-observed", "paper-table", "lap.gyro_error", "gyro.ambient_celsius"] {
+        assert!(all.out.contains(name), "{name}: {}", all.out);
+    }
+    let plans = Hil::new().run(&["list", "plans"]).exits(0);
+    assert!(plans.out.contains("umbmark") && !plans.out.contains("lap.gyro_error"));
+}
+
+#[test]
+fn an_unknown_plan_is_bad_input() {
+    let hil = Hil::new();
+    let ran = hil.run(&["run", "varification"]).exits(2);
+    assert!(ran.err.contains("no plan is called \"varification\""), "{}", ran.err);
+    assert!(ran.err.is_ascii(), "plain where it is no terminal: {}", ran.err);
+    assert!(!hil.path("runs").exists());
+}
+
+#[test]
+fn an_unknown_key_is_shown_in_its_place() {
+    let hil = Hil::with_plan(&TURN.replace("angle_deg", "angel_deg"));
+    // The plan before it is not run either.
+    let ran = hil.run(&["run", "straight-accuracy", "./turn.toml"]).exits(2);
+    assert!(ran.err.contains("angel_deg") && ran.err.contains("turn.toml:7"), "{}", ran.err);
+    assert!(!hil.path("runs").exists());
+}
+
+#[test]
+fn arguments_that_do_not_go_together_are_bad_input() {
+    let hil = Hil::with_plan(TURN);
+    for (arguments, why) in [
+        (&["--bus", "pty"][..], "the virtual clock needs the memory bus"),
+        (&["--clock", "real", "--bus", "memory"], "the real clock needs the pty bus"),
+        (&["--controller", "process"], "needs the controller in the process"),
+        (&["--bench", "mine.toml"], "has no use for a bench file"),
+        (&["--clock", "real", "--seeds", "3"], "--seeds needs the virtual clock"),
+        (&["--answer", "mass=1"], "no plan asks for mass"),
+        (&["--answer", "mass"], "expected NAME=VALUE"),
+        (&["--seeds", "0"], "0 is not in 1..="),
+        (&["--seeds", "2", "--out", "x"], "cannot be used with"),
+        (&["./turn.toml"], "two of the plans are called turn"),
+    ] {
+        let ran = hil.run(&[&["run", "turn.toml"][..], arguments].concat()).exits(2);
+        assert!(ran.err.contains(why), "{arguments:?}: {}", ran.err);
+    }
+    assert!(!hil.path("runs").exists());
+}
+
+#[test]
+fn exit_statuses_are_documented() {
+    for arguments in [&["--help"][..], &["run", "--help"], &["check", "--help"]] {
+        let help = Hil::new().run(arguments).exits(0).out;
+        for status in ["0  passed", "1  failed", "2  bad input", "3  the bench", "4  timeout"] {
+            assert!(help.contains(status), "{help}");
+        }
+    }
+}
+
+#[test]
+fn a_folder_that_is_not_ours_is_refused() {
+    let hil = Hil::with_plan(TURN);
+    let ran = hil.run(&["run", "turn.toml", "--out", "."]).exits(2);
+    assert!(ran.err.contains("refused to replace ."), "{}", ran.err);
+    for command in ["check", "report", "show"] {
+        let ran = hil.run(&[command, "."]).exits(2);
+        assert!(ran.err.contains("no run in ."), "{command}: {}", ran.err);
+    }
+}

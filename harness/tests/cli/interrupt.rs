@@ -1,0 +1,97 @@
+//! Ctrl-C, and what is left of a run then.
+#![cfg(unix)]
+
+use crate::hil::{Hil, Ran, TURN};
+use rustix::process::{Pid, Signal, kill_process};
+use std::path::Path;
+use std::process::{Child, Stdio};
+use std::time::Duration;
+
+/// Bench time of half a year: nothing gets to its end before it is stopped.
+const ENDLESS: &str = r#"
+name = "endless"
+title = "No end"
+devices = "paper"
+steps = [
+    { bias_test = { duration_s = 5 } },
+    { turn = { angle_deg = 90 } },
+    { repeat = { times = 2000, steps = [{ wait = { duration_s = 7200 } }] } },
+]
+
+[[measurement]]
+name = "stop_error"
+doc = "Turned minus commanded angle"
+quantity = "turn.stop_error"
+unit = "deg"
+check = { all_within = [-5, 5] }
+"#;
+
+/// Longer than anything here takes on a slow machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+const STEP: Duration = Duration::from_millis(20);
+
+#[expect(clippy::disallowed_methods, reason = "waits for another process")]
+fn wait_for(what: &str, mut done: impl FnMut() -> bool) {
+    let mut waited = Duration::ZERO;
+    while !done() {
+        assert!(waited < PATIENCE, "waited in vain for {what}");
+        std::thread::sleep(STEP);
+        waited += STEP;
+    }
+}
+
+fn signal(child: &Child, signal: Signal) {
+    kill_process(Pid::from_child(child), signal).unwrap();
+}
+
+fn start(hil: &Hil, arguments: &[&str], record: &Path) -> Child {
+    std::fs::write(hil.path("endless.toml"), ENDLESS).unwrap();
+    let mut command = hil.command(arguments);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    // Written out by blocks: with the first of them the run is well under way.
+    wait_for("the record", || record.metadata().is_ok_and(|about| about.len() > 0));
+    child
+}
+
+#[test]
+fn the_first_ctrl_c_ends_the_run_in_good_order() {
+    for stop in [Signal::INT, Signal::TERM] {
+        let hil = Hil::with_plan(TURN);
+        let arguments = ["run", "endless.toml", "turn.toml", "--out", "runs"];
+        let record = hil.path("runs/endless-seed1/record.hilrec");
+        let child = start(&hil, &arguments, &record);
+        signal(&child, stop);
+        let ran = Ran::of(child.wait_with_output().unwrap()).exits(5);
+        assert!(ran.err.contains("stopping: "), "{}", ran.err);
+        assert!(ran.err.contains("not run: turn.toml"), "{}", ran.err);
+        assert!(ran.out.contains("endless: aborted: stopped by request"), "{}", ran.out);
+        assert_eq!(hil.outcome("runs/endless-seed1"), "aborted");
+        assert!(!hil.path("runs/turn-seed1").exists(), "remaining plans are skipped");
+
+        // The record is whole, and says that the base was told to stop at the end.
+        let shown = hil.run(&["show", "runs/endless-seed1"]).exits(0);
+        let stopped = shown.out.find("note stopped by request").expect(&shown.out);
+        assert!(shown.out[stopped..].contains("stop"), "{}", &shown.out[stopped..]);
+        // Judged again it is still what it was: what it measured passed, and it was stopped.
+        let check = ["check", "runs/endless-seed1", "--plan", "endless.toml"];
+        let checked = hil.run(&check).exits(5);
+        assert!(checked.out.contains("1 passed"), "{}", checked.out);
+    }
+}
+
+#[test]
+fn seeds_stop_too() {
+    let hil = Hil::new();
+    std::fs::write(hil.path("endless.toml"), ENDLESS).unwrap();
+    let mut command = hil.command(&["run", "endless.toml", "--seeds", "4"]);
+    command.env("RUST_LOG", "info").stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    // The log says when the signals are taken over.
+    let mut err = std::io::BufReader::new(child.stderr.take().unwrap());
+    let mut line = String::new();
+    std::io::BufRead::read_line(&mut err, &mut line).unwrap();
+    assert!(line.contains("4 seeds"), "{line}");
+    signal(&child, Signal::INT);
+    let ran = Ran::of(child.wait_with_output().unwrap()).exits(5);
+    assert!(ran.out.contains("no seed ran"), "{}", ran.out);
+}

@@ -1,0 +1,143 @@
+//! Runs, and what is done with them afterwards.
+
+use crate::hil::{Hil, TURN};
+use std::fs;
+
+fn lines(text: &str) -> Vec<&str> {
+    text.lines().collect()
+}
+
+#[test]
+fn a_run_is_kept_checked_drawn_and_shown() {
+    let hil = Hil::with_plan(TURN);
+    let ran = hil.run(&["run", "turn.toml", "--seed", "7"]).exits(0);
+    assert!(ran.out.contains("stop_error") && ran.out.contains("exit status 0"), "{}", ran.out);
+    assert_eq!(lines(&ran.err).len(), 1, "one line a plan: {}", ran.err);
+    assert!(ran.err.starts_with("turn: passed, bench "), "{}", ran.err);
+    let run = "runs/turn-seed7";
+    let files = ["summary.json", "record.hilrec", "junit.xml", "report.html"];
+    assert!(files.iter().all(|file| hil.path(run).join(file).is_file()));
+
+    // As shipped there is no such plan.
+    let unknown = hil.run(&["check", run]).exits(2).err;
+    assert!(unknown.contains("no plan that ships is called \"turn\""), "{unknown}");
+    assert!(unknown.contains("--plan FILE"), "{unknown}");
+    let checked = hil.run(&["check", run, "--plan", "turn.toml"]).exits(0);
+    assert_eq!(checked.out, ran.out);
+    fs::write(hil.path("strict.toml"), TURN.replace("[-5, 5]", "[-1e-9, 1e-9]")).unwrap();
+    let strict = hil.run(&["check", run, "--plan", "strict.toml"]).exits(1);
+    assert!(strict.out.contains("fail"), "{}", strict.out);
+    assert_eq!(hil.outcome(run), "failed");
+
+    let report = hil.path(run).join("report.html");
+    fs::remove_file(&report).unwrap();
+    let drawn = hil.run(&["report", run]).exits(0);
+    assert_eq!(drawn.out, format!("{run}/report.html\n"));
+    assert!(fs::read_to_string(&report).unwrap().contains("stop_error"));
+
+    let shown = hil.run(&["show", run]).exits(0);
+    assert!(shown.out.contains("observation turn.stop_error"), "{}", shown.out);
+    let plan = hil.run(&["show", run, "--device", "plan", "--limit", "3"]).exits(0);
+    assert_eq!(lines(&plan.out).len(), 3);
+    assert!(lines(&plan.out).iter().all(|line| line.contains(" plan ")), "{}", plan.out);
+}
+
+#[test]
+fn several_plans_share_a_parent() {
+    let hil = Hil::with_plan(TURN);
+    fs::write(hil.path("strict.toml"), strict()).unwrap();
+    let ran = hil.run(&["run", "strict.toml", "turn.toml", "--out", "here", "--quiet"]).exits(1);
+    assert_eq!(ran.err, "");
+    assert_eq!(hil.outcome("here/strict-seed1"), "failed");
+    assert_eq!(hil.outcome("here/turn-seed1"), "passed", "a failed plan stops nothing");
+    hil.run(&["run", "turn.toml", "--out", "alone", "--record", "full"]).exits(0);
+    assert_eq!(hil.outcome("alone"), "passed");
+    let bytes = hil.run(&["show", "alone", "--device", "gyro", "--limit", "1"]).exits(0);
+    assert!(bytes.out.contains(" gyro       bytes "), "{}", bytes.out);
+}
+
+fn strict() -> String {
+    TURN.replace("[-5, 5]", "[-1e-9, 1e-9]").replace("name = \"turn\"", "name = \"strict\"")
+}
+
+#[test]
+fn seeds_give_shares() {
+    let hil = Hil::with_plan(TURN);
+    fs::write(hil.path("strict.toml"), strict()).unwrap();
+    let arguments = ["run", "turn.toml", "strict.toml", "--seeds", "6", "--markdown", "shares.md"];
+    let ran = hil.run(&arguments).exits(0);
+    assert!(ran.out.contains("100.0 % (6 of 6)"), "{}", ran.out);
+    assert!(ran.out.contains("0.0 % (0 of 6)"), "{}", ran.out);
+    assert!(ran.out.contains("strict: not passed by seeds 1, 2, 3, 4, 5, ..."), "{}", ran.out);
+    assert!(!hil.path("runs").exists());
+    let markdown = fs::read_to_string(hil.path("shares.md")).unwrap();
+    assert!(markdown.contains("| turn | stop_error | 100.0 % (6 of 6) |"), "{markdown}");
+    // On however many cores: the same again.
+    assert_eq!(hil.run(&arguments).exits(0).out, ran.out);
+}
+
+#[test]
+fn what_is_left_of_a_record_never_passes() {
+    let hil = Hil::with_plan(TURN);
+    hil.run(&["run", "turn.toml", "--out", "run"]).exits(0);
+    let record = hil.path("run/record.hilrec");
+    let whole = fs::read(&record).unwrap();
+    fs::write(&record, &whole[..whole.len() - 1]).unwrap();
+    let check = ["check", "run", "--plan", "turn.toml"];
+    let ran = hil.run(&check).exits(3);
+    assert!(ran.err.contains("the record is cut short"), "{}", ran.err);
+    assert_eq!(hil.outcome("run"), "passed", "earlier verdicts are left alone");
+    let shown = hil.run(&["show", "run"]).exits(2);
+    assert!(shown.out.contains("observation turn.stop_error"), "what is good is shown");
+
+    // Killed before there was a summary.
+    fs::remove_file(hil.path("run/summary.json")).unwrap();
+    let ran = hil.run(&check).exits(3);
+    assert!(ran.out.contains("no summary says how the run ended"), "{}", ran.out);
+    assert_eq!(hil.outcome("run"), "error");
+}
+
+#[test]
+fn a_time_limit_is_a_timeout() {
+    let limited = TURN.replace("angle_deg = 90 }", "angle_deg = 90 }, time_limit_s = 0.1");
+    let hil = Hil::with_plan(&limited);
+    let ran = hil.run(&["run", "turn.toml"]).exits(4);
+    assert!(ran.out.contains("took longer than its limit"), "{}", ran.out);
+    assert_eq!(hil.outcome("runs/turn-seed1"), "timeout");
+    hil.run(&["check", "runs/turn-seed1", "--plan", "turn.toml"]).exits(4);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_breaks_the_bench() {
+    let hil = Hil::with_plan(TURN);
+    hil.run(&["run", "turn.toml", "--out", "run"]).exits(0);
+    let record = hil.path("run/record.hilrec");
+    fs::remove_file(&record).unwrap();
+    std::os::unix::fs::symlink("/dev/full", &record).unwrap();
+    for level in ["events", "full"] {
+        let ran = hil.run(&["run", "turn.toml", "--out", "run", "--record", level]).exits(3);
+        assert!(ran.out.contains("run/record.hilrec: No space left on device"), "{}", ran.out);
+        assert_eq!(hil.outcome("run"), "error");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_standard_output_that_is_full_is_an_error() {
+    let hil = Hil::new();
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let ran = hil.command(&["list"]).stdout(full).output().unwrap();
+    let ran = crate::hil::Ran::of(ran).exits(3);
+    assert!(ran.err.contains("failed to write to the standard output"), "{}", ran.err);
+}
+
+#[test]
+fn a_reader_that_has_had_enough_is_no_error() {
+    let hil = Hil::with_plan(TURN);
+    hil.run(&["run", "turn.toml", "--out", "run", "--record", "full"]).exits(0);
+    let mut command = hil.command(&["show", "run"]);
+    let mut child = command.stdout(std::process::Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+}
