@@ -3,10 +3,12 @@
 //! * [`rig`]: controller and emulated devices joined by paced lines, stepped by hand, with taps on
 //!   every direction; for scenarios about the controller.
 //! * [`devices`]: ideal devices, and those that ship.
+//! * [`harm`]: what can happen to a packet on its way.
 //! * [`plans`]: plans given as text, run in the simulated world; for scenarios about the engine.
 //! * [`rooms`]: the sources of the workspace, for the checks of the house rules.
 
 pub mod devices;
+pub mod harm;
 pub mod plans;
 pub mod rig;
 pub mod rooms;

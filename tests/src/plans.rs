@@ -1,5 +1,7 @@
 //! Plans given as text, run in the simulated world, and what their records say.
 
+mod at_rest;
+
 use emulators::device_file::Devices;
 use harness::calibrations;
 use harness::library::Library;

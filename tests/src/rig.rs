@@ -6,6 +6,7 @@
 
 mod carrier;
 mod links;
+mod orders;
 
 pub use carrier::Carrier;
 pub use links::{Direction, Piece, Tap};
@@ -13,8 +14,7 @@ pub use links::{Direction, Piece, Tap};
 use controller::config::{BaseConfig, Config, GyroConfig, MotionConfig, Transport};
 use controller::health::Health;
 use controller::mission::{
-    AbortReason, BiasTest, BiasTestResult, Command, Mission, MissionId, MissionResult, Refusal,
-    Report, State, Straight, StraightResult, Turn, TurnResult,
+    AbortReason, Command, Mission, MissionId, MissionResult, Refusal, Report, State,
 };
 use controller::{Controller, Input, Output, Port};
 use emulators::base::{self, BaseEmulator};
@@ -24,7 +24,6 @@ use emulators::table::TableEmulator;
 use links::{Arrived, Links};
 use std::collections::BTreeMap;
 use wire::time::{Span, Timestamp};
-use wire::units::{Angle, AngularRate, Length, Speed};
 
 /// No mission of a scenario takes longer: the controller's own limits are far below.
 const ANSWER_LIMIT: Span = Span::from_secs(3_600);
@@ -325,85 +324,5 @@ impl Rig {
         };
         let before = self.answers.insert(id, (self.now, answer));
         assert_eq!(before, None, "mission {id} was answered twice, again by {answer:?}");
-    }
-}
-
-/// Commands in the units that people think in, and results without their wrapping.
-impl Rig {
-    /// The order of a straight line.
-    pub const fn straight_order(distance_m: f64, speed_m_per_s: f64) -> Command {
-        Command::Straight(Straight {
-            distance: Length::from_m(distance_m),
-            speed: Speed::from_m_per_s(speed_m_per_s),
-        })
-    }
-
-    /// The order of a turn.
-    pub const fn turn_order(angle_deg: f64, rate_deg_per_s: f64) -> Command {
-        Command::Turn(Turn {
-            angle: Angle::from_deg(angle_deg),
-            rate: AngularRate::from_deg_per_s(rate_deg_per_s),
-        })
-    }
-
-    /// The order of a bias test.
-    pub const fn bias_test_order(duration_s: f64) -> Command {
-        Command::BiasTest(BiasTest { duration_s })
-    }
-
-    /// Drives a straight line.
-    ///
-    /// # Panics
-    ///
-    /// When it is not completed.
-    pub fn straight(&mut self, distance_m: f64, speed_m_per_s: f64) -> StraightResult {
-        match self.command(Self::straight_order(distance_m, speed_m_per_s)) {
-            Answer::Done(MissionResult::Straight(result)) => result,
-            other => panic!("a straight of {distance_m} m: {other:?}"),
-        }
-    }
-
-    /// Turns on the spot.
-    ///
-    /// # Panics
-    ///
-    /// When it is not completed.
-    pub fn turn(&mut self, angle_deg: f64, rate_deg_per_s: f64) -> TurnResult {
-        match self.command(Self::turn_order(angle_deg, rate_deg_per_s)) {
-            Answer::Done(MissionResult::Turn(result)) => result,
-            other => panic!("a turn of {angle_deg} deg: {other:?}"),
-        }
-    }
-
-    /// Tests the bias at rest.
-    ///
-    /// # Panics
-    ///
-    /// When the test is not completed.
-    pub fn bias_test(&mut self, duration_s: f64) -> BiasTestResult {
-        match self.command(Self::bias_test_order(duration_s)) {
-            Answer::Done(MissionResult::BiasTest(result)) => result,
-            other => panic!("a bias test of {duration_s} s: {other:?}"),
-        }
-    }
-
-    /// Switched on, every input heard, a bias test of one second done: what an ideal gyro needs
-    /// before it may move.
-    pub fn ready(mut self) -> Self {
-        self.run_for(Span::from_secs(1));
-        self.bias_test(1.0);
-        self
-    }
-
-    /// Begins a mission and goes on for `span`, after which it must still run.
-    ///
-    /// # Panics
-    ///
-    /// When the mission is over already.
-    pub fn under_way(&mut self, command: Command, span: Span) -> MissionId {
-        let id = self.begin(command);
-        self.run_for(span);
-        assert_eq!(self.answer(id), None, "the mission should still run");
-        id
     }
 }

@@ -13,52 +13,13 @@ use proptest::prelude::*;
 use std::cell::RefCell;
 use std::rc::Rc;
 use tests::devices::{NAVIGATOR, ideal, ideal_table};
+use tests::harm::Harm;
 use tests::rig::{Answer, Direction, Piece, Rig};
 use wire::can::{CanFrame, ExtendedId, StandardId};
 use wire::gyro::{GyroDecoder, GyroFormat, GyroStream, OutputMode, navigator};
 use wire::table::Command as TableCommand;
 use wire::time::Span;
 use wire::units::{AngularRate, Speed};
-
-/// What happens to a packet.
-#[derive(Debug, Clone)]
-enum Harm {
-    /// It does not arrive.
-    Drop,
-    /// Only so many bytes of it arrive.
-    Cut(usize),
-    /// This byte of it arrives as another.
-    Change(usize, u8),
-    /// These bytes arrive in its place.
-    Replace(Vec<u8>),
-    /// These bytes arrive before it.
-    Before(Vec<u8>),
-    /// These bytes arrive behind it.
-    Behind(Vec<u8>),
-}
-
-impl Harm {
-    fn done_to(&self, bytes: &[u8]) -> Vec<u8> {
-        match self {
-            Self::Drop => Vec::new(),
-            Self::Cut(length) => bytes[..length % bytes.len()].to_vec(),
-            Self::Change(index, change) => {
-                let mut bytes = bytes.to_vec();
-                let index = index % bytes.len();
-                bytes[index] ^= (*change).max(1);
-                bytes
-            }
-            Self::Replace(other) => other.clone(),
-            Self::Before(other) => [other, bytes].concat(),
-            Self::Behind(other) => [bytes, other].concat(),
-        }
-    }
-
-    /// The packet itself is not there any more.
-    const fn takes_it(&self) -> bool {
-        !matches!(self, Self::Before(_) | Self::Behind(_))
-    }
-}
 
 fn any_harm() -> impl Strategy<Value = Harm> {
     let garbage = || prop::collection::vec(any::<u8>(), 0..20);
@@ -264,10 +225,10 @@ fn any_honest_harm() -> impl Strategy<Value = Option<Harm>> {
 /// Harms a direction over and over by this schedule.
 fn harm(rig: &mut Rig, direction: Direction, schedule: &[Option<Harm>]) {
     let schedule = schedule.to_vec();
-    let mut turn = 0;
+    let mut number = 0;
     rig.tap(direction, move |_, piece| {
-        let harm = schedule.get(turn % schedule.len().max(1)).cloned().flatten();
-        turn += 1;
+        let harm = schedule[number % schedule.len()].as_ref();
+        number += 1;
         match (harm, piece) {
             (None, piece) => vec![piece],
             (Some(harm), Piece::Bytes(bytes)) => vec![Piece::Bytes(harm.done_to(&bytes))],

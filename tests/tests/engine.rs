@@ -1,23 +1,16 @@
 //! How runs of a plan end, and that each of them leaves the bench at rest.
 
 use controller::calibration::Factor;
-use controller::mission::Report;
 use emulators::base::Transport;
 use emulators::device_file::Devices;
 use harness::outcome::Outcome;
 use harness::record::sink::{Level, MemorySink};
-use harness::record::{Device, Record, RecordKind};
+use harness::record::{Device, RecordKind};
 use harness::run::simulate;
 use std::collections::BTreeMap;
 use tests::devices::{NAVIGATOR, TRANSPORTS, ideal, ideal_table};
 use tests::plans::{Run, plan_measuring, plan_of, prepared, run, run_with};
-use wire::base::serial_link::Line;
-use wire::base::{Message, Request, can_link};
-use wire::time::{Span, Timestamp};
-use wire::units::Pose;
-
-/// The engine waits so long for rest.
-const REST_WAIT: Span = Span::from_secs(5);
+use wire::time::Timestamp;
 
 fn robot(steps: &str) -> Run {
     run(&prepared(&plan_of(steps), ideal(Transport::Can)), 1)
@@ -35,55 +28,7 @@ fn assert_ended(run: &Run, outcome: Outcome, words: &[&str]) {
     for word in words {
         assert!(reason.contains(word), "\"{word}\" is not in \"{reason}\"");
     }
-    assert_at_rest(run);
-}
-
-fn is_stop(record: &Record) -> bool {
-    match &record.kind {
-        RecordKind::Frame(frame) => {
-            frame.frame().and_then(|frame| can_link::parse_request(&frame)) == Some(Request::Stop)
-        }
-        RecordKind::Bytes(bytes) => {
-            let stop = Line::Write {
-                address: Message::Stop.register(),
-                computer: wire::base::serial_link::COMPUTER_ID,
-                data: wire::base::payload::Payload::from_slice(&[0]).expect("one byte fits"),
-            };
-            bytes == stop.encode().as_slice() || bytes == b"S\r"
-        }
-        _ => false,
-    }
-}
-
-/// Everything that could move was told to stop, and stands when the run is over.
-fn assert_at_rest(run: &Run) {
-    let stops: Vec<_> = run.records.iter().filter(|record| is_stop(record)).collect();
-    let last = stops.last().expect("every run ends with a stop");
-    assert!(run.simulated.end - last.at <= REST_WAIT, "the stop belongs to the end");
-    let state = run.records.iter().rev().find_map(|record| match record.kind {
-        RecordKind::Report(Report::State(state)) => Some(state),
-        _ => None,
-    });
-    assert!(state.is_some_and(|state| !state.moving), "{state:?}");
-    // The truth is told with each state; the last two were asked for in the end.
-    let truths: Vec<(Timestamp, Pose)> = run
-        .records
-        .iter()
-        .filter_map(|record| match record.kind {
-            RecordKind::Truth { pose, .. } => Some((record.at, pose)),
-            _ => None,
-        })
-        .collect();
-    if let [.., (before_at, before), (at, after)] = truths[..]
-        && state.is_some_and(|state| state.samples > 0)
-    {
-        let passed = (at - before_at).as_secs_f64();
-        let moved = (after.x - before.x).m().hypot((after.y - before.y).m());
-        let turned = (after.heading - before.heading).abs().deg();
-        // It came to rest between the two, braking at 0.5 m/s^2, 22.5 deg/s^2 or 15 deg/s^2.
-        assert!(moved <= 0.5 * passed * passed / 2.0 + 1e-9, "{moved} m in {passed} s");
-        assert!(turned <= 22.5 * passed * passed / 2.0 + 1e-6, "{turned} deg in {passed} s");
-    }
+    run.assert_at_rest();
 }
 
 const READY: &str = "{ bias_test = { duration_s = 1 } },";
@@ -382,7 +327,7 @@ fn what_a_bench_does_not_have_is_an_error() {
 fn a_table_turn_without_a_table_does_not_end_well() {
     let run = robot("{ table_turn = { angle_deg = 360 } }");
     assert_ne!(run.simulated.ending.outcome, Outcome::Passed);
-    assert_at_rest(&run);
+    run.assert_at_rest();
 }
 
 #[test]
