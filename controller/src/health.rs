@@ -13,7 +13,7 @@ pub enum Level {
     Ok,
     /// It works, and its heading or pose may be worse than specified.
     Degraded,
-    /// It will not move.
+    /// An input that its missions need is lost or not to be trusted: it refuses those missions.
     Fault,
 }
 
