@@ -14,7 +14,6 @@
 //! ```
 
 use crate::library::{Kind, Library, LibraryError};
-use miette::{NamedSource, SourceSpan};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -49,40 +48,14 @@ pub struct ControllerSection {
     pub command: Vec<String>,
 }
 
-/// Why a bench file cannot be used.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
-pub enum BenchFileError {
-    /// It cannot be had.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Library(#[from] LibraryError),
-    /// It is not right.
-    #[error("{message}")]
-    Toml {
-        /// What is wrong.
-        message: String,
-        /// The file.
-        #[source_code]
-        file: NamedSource<String>,
-        /// The place.
-        #[label("here")]
-        at: Option<SourceSpan>,
-    },
-}
-
 impl BenchFile {
     /// Reads the bench of that name or path.
     ///
     /// # Errors
     ///
     /// When it is missing or not right.
-    pub fn load(name: &str) -> Result<Self, BenchFileError> {
-        let source = Library::shipped().open(Kind::Bench, name)?;
-        toml::from_str(&source.text).map_err(|error| BenchFileError::Toml {
-            message: error.message().to_owned(),
-            at: error.span().map(SourceSpan::from),
-            file: NamedSource::new(source.origin, source.text).with_language("TOML"),
-        })
+    pub fn load(name: &str) -> Result<Self, LibraryError> {
+        Ok(Library::shipped().read(Kind::Bench, name)?.1)
     }
 
     /// Real ports by role.

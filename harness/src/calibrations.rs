@@ -3,28 +3,15 @@
 use crate::library::{Kind, Library, LibraryError};
 use crate::plan::{Action, Plan, Step};
 use controller::calibration::Calibration;
-use miette::{NamedSource, SourceSpan};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Why a calibration cannot be used.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum CalibrationError {
-    /// There is none of that name.
+    /// Its file cannot be had, or is not right.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Library(#[from] LibraryError),
-    /// Its file is not right.
-    #[error("{message}")]
-    Toml {
-        /// What is wrong.
-        message: String,
-        /// The file.
-        #[source_code]
-        file: NamedSource<String>,
-        /// The place.
-        #[label("here")]
-        at: Option<SourceSpan>,
-    },
     /// Its numbers are not credible.
     #[error("{origin}: not a credible calibration of a gyro")]
     NotCredible {
@@ -80,17 +67,11 @@ fn collect(steps: &[Step], used: &mut BTreeSet<String>, saved: &mut BTreeSet<Str
 }
 
 fn read(library: &Library, name: &str) -> Result<Calibration, CalibrationError> {
-    let source = library.open(Kind::Calibration, name)?;
-    let calibration: Calibration =
-        toml::from_str(&source.text).map_err(|error| CalibrationError::Toml {
-            message: error.message().to_owned(),
-            at: error.span().map(SourceSpan::from),
-            file: NamedSource::new(&source.origin, source.text.clone()).with_language("TOML"),
-        })?;
+    let (origin, calibration): (String, Calibration) = library.read(Kind::Calibration, name)?;
     if calibration.is_usable() {
         Ok(calibration)
     } else {
-        Err(CalibrationError::NotCredible { origin: source.origin })
+        Err(CalibrationError::NotCredible { origin })
     }
 }
 

@@ -5,6 +5,8 @@
 //! `test-plans` can be changed as a whole.
 
 use include_dir::{Dir, include_dir};
+use miette::{NamedSource, SourceSpan};
+use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
 static SHIPPED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../test-plans");
@@ -53,6 +55,18 @@ pub enum LibraryError {
         path: PathBuf,
         /// Why.
         cause: std::io::Error,
+    },
+    /// The file is not what it should be.
+    #[error("{message}")]
+    Toml {
+        /// What is wrong.
+        message: String,
+        /// The file.
+        #[source_code]
+        file: NamedSource<String>,
+        /// The place.
+        #[label("here")]
+        at: Option<SourceSpan>,
     },
 }
 
@@ -147,6 +161,29 @@ impl Library {
                 kind,
                 name: name.to_owned(),
                 known: names(kind).join(", "),
+            }),
+        }
+    }
+}
+
+impl Library {
+    /// What the file that `name` means holds, and where it comes from.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be had, or is not right.
+    pub fn read<T: DeserializeOwned>(
+        &self,
+        kind: Kind,
+        name: &str,
+    ) -> Result<(String, T), LibraryError> {
+        let source = self.open(kind, name)?;
+        match toml::from_str(&source.text) {
+            Ok(value) => Ok((source.origin, value)),
+            Err(error) => Err(LibraryError::Toml {
+                message: error.message().to_owned(),
+                at: error.span().map(SourceSpan::from),
+                file: NamedSource::new(source.origin, source.text).with_language("TOML"),
             }),
         }
     }

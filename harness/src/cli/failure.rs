@@ -49,7 +49,7 @@ enum Cause {
     #[error(transparent)]
     #[diagnostic(transparent)]
     #[cfg(feature = "live")]
-    Bench(crate::bench_file::BenchFileError),
+    Bench(crate::library::LibraryError),
     /// The bench does not come up.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -146,8 +146,8 @@ impl From<RunFolderError> for Failure {
 }
 
 #[cfg(feature = "live")]
-impl From<crate::bench_file::BenchFileError> for Failure {
-    fn from(error: crate::bench_file::BenchFileError) -> Self {
+impl From<crate::library::LibraryError> for Failure {
+    fn from(error: crate::library::LibraryError) -> Self {
         Cause::Bench(error).into()
     }
 }

@@ -52,12 +52,11 @@ impl Engine {
     }
 
     fn next_step(&mut self, now: Timestamp) {
-        if let Some((action, since)) = self.step.take() {
+        if let Some((_, since)) = self.step.take() {
             let duration_s = (now - since).as_secs_f64();
             self.observe(now, |collector| collector.add(&q::STEP_DURATION, duration_s, 0.0, &[]));
             let path = self.program.place();
             self.record(RecordKind::StepEnded { path });
-            let _ = action;
             self.program.step_done();
         }
         let rest = &self.rest;

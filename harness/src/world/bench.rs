@@ -11,8 +11,6 @@ use emulators::device_file::{
 };
 use emulators::gyro::GyroEmulator;
 use emulators::table::TableEmulator;
-use miette::{NamedSource, SourceSpan};
-use serde::de::DeserializeOwned;
 use wire::can::CanFrame;
 use wire::gyro::GyroStream;
 use wire::packet::Packet;
@@ -51,22 +49,10 @@ pub struct Bench {
 /// Why a device file cannot be used.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum DevicesError {
-    /// It or a file that it names cannot be had.
+    /// It or a file that it names cannot be had, or is not right.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Library(#[from] LibraryError),
-    /// It is not right.
-    #[error("{message}")]
-    Toml {
-        /// What is wrong.
-        message: String,
-        /// The file.
-        #[source_code]
-        file: NamedSource<String>,
-        /// The place.
-        #[label("here")]
-        at: Option<SourceSpan>,
-    },
     /// Its sections do not fit together.
     #[error("{origin}: {message}")]
     Unfit {
@@ -77,37 +63,21 @@ pub enum DevicesError {
     },
 }
 
-fn read_toml<T: DeserializeOwned>(
-    library: &Library,
-    kind: Kind,
-    name: &str,
-) -> Result<(String, T), DevicesError> {
-    let source = library.open(kind, name)?;
-    match toml::from_str(&source.text) {
-        Ok(value) => Ok((source.origin, value)),
-        Err(error) => Err(DevicesError::Toml {
-            message: error.message().to_owned(),
-            at: error.span().map(SourceSpan::from),
-            file: NamedSource::new(source.origin, source.text).with_language("TOML"),
-        }),
-    }
-}
-
 struct Models<'a>(&'a Library);
 
 impl ModelSource for Models<'_> {
     type Error = DevicesError;
 
     fn gyro(&mut self, name: &str) -> Result<GyroModel, DevicesError> {
-        read_toml(self.0, Kind::GyroModel, name).map(|(_, model)| model)
+        Ok(self.0.read(Kind::GyroModel, name)?.1)
     }
 
     fn base(&mut self, name: &str) -> Result<BaseModel, DevicesError> {
-        read_toml(self.0, Kind::BaseModel, name).map(|(_, model)| model)
+        Ok(self.0.read(Kind::BaseModel, name)?.1)
     }
 
     fn table(&mut self, name: &str) -> Result<TableModel, DevicesError> {
-        read_toml(self.0, Kind::TableModel, name).map(|(_, model)| model)
+        Ok(self.0.read(Kind::TableModel, name)?.1)
     }
 }
 
@@ -117,7 +87,7 @@ impl ModelSource for Models<'_> {
 ///
 /// When it, or a model that it names, is missing or not right.
 pub fn load_devices(library: &Library, name: &str) -> Result<Devices, DevicesError> {
-    let (origin, file): (String, DeviceFile) = read_toml(library, Kind::Devices, name)?;
+    let (origin, file): (String, DeviceFile) = library.read(Kind::Devices, name)?;
     file.resolve(&mut Models(library)).map_err(|error| match error {
         DeviceFileError::Model { source, .. } => source,
         error => DevicesError::Unfit { origin, message: error.to_string() },
