@@ -1,0 +1,83 @@
+//! Measured data, as one of the four kinds of the contract has them. Reading files is the caller's.
+
+mod role;
+mod unit;
+
+pub use role::{Axis, Drive, Kind, Role};
+use std::collections::BTreeMap;
+pub use unit::{Dimension, Unit};
+
+/// A number with its unit, as a package declares it (`wheelbase`, say).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Constant {
+    /// In `unit`.
+    pub value: f64,
+    /// Its unit.
+    pub unit: Unit,
+}
+
+/// One field of numbers. A missing cell is NaN; nothing else is ever not finite.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Name of the field in the file.
+    pub name: String,
+    /// What it is.
+    pub role: Role,
+    /// Which axis, where there are several.
+    pub axis: Option<Axis>,
+    /// Unit of `values`, as in the file.
+    pub unit: Unit,
+    /// One a row, in `unit`.
+    pub values: Vec<f64>,
+}
+
+/// A data set: columns of equal length, rows grouped into runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dataset {
+    /// Name of the package.
+    pub name: String,
+    /// What one row is.
+    pub kind: Kind,
+    /// How the robot is driven, for `odometry`.
+    pub drive: Option<Drive>,
+    /// What the package declares.
+    pub constants: BTreeMap<String, Constant>,
+    /// Fields of numbers; the run is not among them.
+    pub columns: Vec<Column>,
+    /// Run of each row, an index into `run_labels`. Rows of one run lie together. Data without runs are one run.
+    pub run_of_row: Vec<usize>,
+    /// Labels of the runs, in order of appearance.
+    pub run_labels: Vec<String>,
+    /// What was left out or mended while reading, one sentence each.
+    pub notices: Vec<String>,
+}
+
+impl Dataset {
+    /// How many rows there are.
+    pub fn rows(&self) -> usize {
+        self.run_of_row.len()
+    }
+
+    /// The first column with that role, whatever its axis.
+    pub fn column(&self, role: Role) -> Option<&Column> {
+        self.columns.iter().find(|column| column.role == role)
+    }
+
+    /// All columns with that role.
+    pub fn columns_of(&self, role: Role) -> impl Iterator<Item = &Column> {
+        self.columns.iter().filter(move |column| column.role == role)
+    }
+
+    /// The column of that name.
+    pub fn named(&self, name: &str) -> Option<&Column> {
+        self.columns.iter().find(|column| column.name == name)
+    }
+}
+
+impl Column {
+    /// Values in SI (radians, seconds, metres); temperatures in degrees Celsius.
+    pub fn si(&self) -> impl Iterator<Item = f64> + '_ {
+        let factor = self.unit.si();
+        self.values.iter().map(move |value| value * factor)
+    }
+}

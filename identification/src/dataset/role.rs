@@ -1,0 +1,70 @@
+//! What a field of a data set is to the identification, and the kinds of data sets.
+
+use serde::{Deserialize, Serialize};
+
+/// What one row is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// One turn of a rotary table.
+    Turns,
+    /// One sample of a gyro.
+    Series,
+    /// One sample of a driven path.
+    Odometry,
+    /// One lap of a closed path.
+    Laps,
+}
+
+/// How a robot is driven.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Drive {
+    /// Two wheels, each with its own speed.
+    Differential,
+    /// All wheels steered and driven together.
+    Synchro,
+}
+
+/// Axis of a sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+/// Role of a field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "the contract's names; `Role::doc` says each")]
+pub enum Role {
+    Time,
+    Run,
+    Direction,
+    GyroAngle,
+    GyroRate,
+    GyroCounts,
+    GyroAngleIncrement,
+    ReferenceAngle,
+    ReferenceRate,
+    ReferenceHeading,
+    ReferenceX,
+    ReferenceY,
+    Temperature,
+    TableRate,
+    Bias,
+    Duration,
+    Heading,
+    WheelLeft,
+    WheelRight,
+    DriveDistance,
+    SteerAngle,
+    OdometryX,
+    OdometryY,
+    OdometryHeading,
+    Auxiliary,
+    Ignore,
+}

@@ -1,0 +1,197 @@
+//! What an identification says: the contract of `finding.json` and `prediction.json`.
+
+use crate::dataset::{Axis, Kind};
+use serde::{Deserialize, Serialize};
+
+/// Version of the contract.
+pub const SCHEMA: u32 = 1;
+
+/// What was found in a data set.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Finding {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// Name of the data set.
+    pub dataset: String,
+    /// Its kind.
+    pub kind: Kind,
+    /// Rows that took part.
+    pub rows: usize,
+    /// Runs that took part.
+    pub runs: usize,
+    /// Seed of whatever was drawn.
+    pub seed: u64,
+    /// The answer in a word.
+    pub verdict: Verdict,
+    /// Standard deviation of what nothing explains.
+    pub noise_floor: Figure,
+    /// Error on runs that took no part in the fit.
+    pub held_out: HeldOut,
+    /// Held-out errors of other quantities (heading beside position, say).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub held_out_also: Vec<HeldOut>,
+    /// Parameters of the model that was there before, fitted.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub base: Vec<Parameter>,
+    /// What was added, the strongest first.
+    pub effects: Vec<Effect>,
+    /// What is left and looks like something.
+    pub left: Vec<Left>,
+    /// What would decide between the rivals.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next_experiment: Option<NextExperiment>,
+    /// What a reader should know of the data.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notices: Vec<String>,
+}
+
+/// The answer in a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// An effect was added, what is left is white, and the held-out error fell.
+    Explained,
+    /// The model given leaves nothing but noise.
+    NothingMissing,
+    /// Something remains.
+    StructureLeft,
+}
+
+/// A number with its unit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Figure {
+    /// In `unit`.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+}
+
+/// Error on runs that took no part in the fit, before and after.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HeldOut {
+    /// Always `rmse`.
+    pub metric: String,
+    /// Of what, where there is more than one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quantity: Option<String>,
+    /// Unit of the figures.
+    pub unit: String,
+    /// With the model given.
+    pub before: f64,
+    /// With what was found.
+    pub after: f64,
+    /// 95 % interval of `after`, from resampling whole runs.
+    pub ci95: [f64; 2],
+    /// In how many folds.
+    pub folds: usize,
+}
+
+/// An effect that was added.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Effect {
+    /// Standard name, or a made-up one where no library names it.
+    pub name: String,
+    /// Whether the library names it.
+    pub known: bool,
+    /// What it acts on.
+    pub term: String,
+    /// Which axis of the gyro.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axis: Option<Axis>,
+    /// Fields, wrapped where the effect sees a function of one.
+    pub drivers: Vec<String>,
+    /// How it depends on them.
+    pub form: String,
+    /// Its numbers.
+    pub parameters: Vec<Parameter>,
+    /// Probability of as strong a sign of any effect in noise alone.
+    pub p_value: f64,
+    /// Held-out error without it.
+    pub held_out_before: f64,
+    /// Held-out error with it.
+    pub held_out_after: f64,
+    /// What these data cannot exclude in its place.
+    pub rivals: Vec<Rival>,
+}
+
+/// A parameter, fitted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Parameter {
+    /// Name within its effect.
+    pub name: String,
+    /// In `unit`.
+    pub value: f64,
+    /// Absent where it was not fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub standard_error: Option<f64>,
+    /// Its unit.
+    pub unit: String,
+}
+
+/// Another cause that the data cannot exclude.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Rival {
+    /// As in [`Effect`].
+    pub name: String,
+    /// As in [`Effect`].
+    pub term: String,
+    /// As in [`Effect`].
+    pub drivers: Vec<String>,
+    /// How probable it is, among the effect and its rivals.
+    pub probability: f64,
+    /// The plan that would decide.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub separated_by: Option<String>,
+}
+
+/// Structure that remains.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Left {
+    /// Over which fields it shows.
+    pub drivers: Vec<String>,
+    /// What it looks like.
+    pub shape: String,
+    /// How much of the residual's variance it holds.
+    pub share_of_residual_variance: f64,
+}
+
+/// A plan that would decide between rivals.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NextExperiment {
+    /// Path of the plan, beside the finding.
+    pub plan: String,
+    /// Names of the effect and the rivals that it tells apart.
+    pub separates: Vec<String>,
+    /// What it would bring, in words with a figure.
+    pub expected_gain: String,
+}
+
+/// What a model predicts on other data: `prediction.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Prediction {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// Name of the data set.
+    pub dataset: String,
+    /// Its kind.
+    pub kind: Kind,
+    /// Rows of the data set.
+    pub rows: usize,
+    /// Unit of the rows' figures.
+    pub unit: String,
+    /// Error of the data against the model without its added effects, and with all of it.
+    pub rmse: RmsePair,
+    /// The model's prediction of the observed quantity, one a row; `null` where it cannot say.
+    pub predicted: Vec<Option<f64>>,
+    /// Observed minus predicted.
+    pub residual: Vec<Option<f64>>,
+}
+
+/// Root-mean-square errors before and after a model is applied.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct RmsePair {
+    /// With the plain model of the kind.
+    pub before: f64,
+    /// With the model given.
+    pub after: f64,
+}

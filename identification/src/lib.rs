@@ -1,0 +1,8 @@
+//! What we believe: models of a gyro and of a drive, and how measured data change them.
+//!
+//! Nothing here reads a file or a clock, and nothing knows what made the data.
+
+pub mod dataset;
+pub mod finding;
+pub mod model;
+pub mod units;

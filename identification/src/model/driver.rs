@@ -1,0 +1,118 @@
+//! What an effect sees: a field of the data, or a function of one, as the contract writes it.
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+
+/// The function of a field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Wrap {
+    /// The field itself.
+    Plain,
+    /// Its rate of change with time.
+    RateOf,
+    /// It, through a first-order lag.
+    LagOf,
+    /// It, with play: the branch of a hysteresis.
+    BranchOf,
+    /// Without its sign.
+    Abs,
+    /// Its sign.
+    Sign,
+    /// Cosine and sine of an angle.
+    Harmonic1,
+    /// Cosine and sine of twice an angle.
+    Harmonic2,
+    /// Zero before a moment, one after.
+    Step,
+    /// Cosine and sine of a period.
+    Periodic,
+    /// Growth with time.
+    Trend,
+}
+
+impl Wrap {
+    const WRAPPED: [(Self, &'static str); 10] = [
+        (Self::RateOf, "rate_of"),
+        (Self::LagOf, "lag_of"),
+        (Self::BranchOf, "branch_of"),
+        (Self::Abs, "abs"),
+        (Self::Sign, "sign"),
+        (Self::Harmonic1, "harmonic_1"),
+        (Self::Harmonic2, "harmonic_2"),
+        (Self::Step, "step"),
+        (Self::Periodic, "periodic"),
+        (Self::Trend, "trend"),
+    ];
+}
+
+/// What an effect sees.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Driver {
+    /// The function.
+    pub wrap: Wrap,
+    /// Name of the field.
+    pub field: String,
+}
+
+impl Driver {
+    /// The field itself.
+    pub fn plain(field: &str) -> Self {
+        Self { wrap: Wrap::Plain, field: field.to_owned() }
+    }
+
+    /// A function of the field.
+    pub fn new(wrap: Wrap, field: &str) -> Self {
+        Self { wrap, field: field.to_owned() }
+    }
+
+    /// As the contract writes it; `None` for a function that it does not know.
+    pub fn parse(text: &str) -> Option<Self> {
+        let Some(inner) = text.strip_suffix(')') else {
+            return (!text.is_empty() && !text.contains('(')).then(|| Self::plain(text));
+        };
+        let (name, field) = inner.split_once('(')?;
+        let (wrap, _) = Wrap::WRAPPED.into_iter().find(|(_, text)| *text == name)?;
+        (!field.is_empty() && !field.contains('(')).then(|| Self::new(wrap, field))
+    }
+}
+
+impl fmt::Display for Driver {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match Wrap::WRAPPED.into_iter().find(|(wrap, _)| *wrap == self.wrap) {
+            None => f.write_str(&self.field),
+            Some((_, name)) => write!(f, "{name}({})", self.field),
+        }
+    }
+}
+
+impl Serialize for Driver {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Driver {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        Self::parse(&text).ok_or_else(|| {
+            serde::de::Error::custom(format_args!(
+                "`{text}` is no driver, expected a field or a function of one such as `rate_of(temperature)`"
+            ))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Driver;
+
+    #[test]
+    fn what_is_written_is_read() {
+        for text in ["temperature", "rate_of(coil)", "harmonic_2(heading)", "trend(time)"] {
+            assert_eq!(Driver::parse(text).map(|d| d.to_string()).as_deref(), Some(text));
+        }
+        for text in ["", "f(x)", "rate_of()", "rate_of(rate_of(x))", "rate_of(x", "x)"] {
+            assert_eq!(Driver::parse(text), None, "{text}");
+        }
+    }
+}

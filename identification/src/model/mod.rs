@@ -1,0 +1,133 @@
+//! Models as composable terms: what `model.toml` holds.
+//!
+//! The measured rate is `(1 + sum of scale terms) x true rate + sum of bias terms`; a delay shifts it in time. For a
+//! drive, the turned angle is `(1 + turn) x nominal + curvature x distance`, the distance `(1 + drive) x nominal`.
+
+mod driver;
+
+use crate::dataset::{Axis, Kind, Role};
+use crate::finding::Parameter;
+pub use driver::{Driver, Wrap};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What a term acts on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "the contract's words")]
+pub enum Acts {
+    Bias,
+    Scale,
+    Delay,
+    Clock,
+    Axis,
+    Saturation,
+    Quantisation,
+    DeadZone,
+    Noise,
+    Drive,
+    Turn,
+    Curvature,
+    Slip,
+    Reference,
+}
+
+/// How a term depends on its drivers; beside each, its parameters. `origin` is where a driver counts as zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Form {
+    /// `value`.
+    Constant,
+    /// `slope (x - origin)`.
+    Linear,
+    /// `coefficient (x - origin)^2`.
+    Quadratic,
+    /// `coefficient (x - origin)^3`.
+    Cubic,
+    /// `amplitude exp(-x / time_constant)`.
+    Exponential,
+    /// `cos` and `sin` of the harmonic that the driver names.
+    Harmonic,
+    /// `cos` and `sin` of `2 pi x / period`.
+    Periodic,
+    /// `size` from `at` on.
+    Step,
+    /// `slope max(0, x - at)`.
+    Hinge,
+    /// `height exp(-((x - centre) / width)^2 / 2)`.
+    Bump,
+    /// `height tanh((x - centre) / width)`.
+    Tanh,
+    /// A natural cubic spline through `knots` and the parameters `value_1`, `value_2` ...
+    Spline,
+    /// Bilinear between the values at `knots` x `knots_2`.
+    Surface,
+    /// `coefficient (x - origin) (y - origin_2)`.
+    Product,
+    /// The rate comes late by `delay`.
+    Delay,
+    /// Rates within `width` of zero read zero.
+    DeadZone,
+    /// Rates beyond `limit` are clipped.
+    Saturation,
+}
+
+/// One term. `lag_of` brings the parameter `time_constant`, `branch_of` brings `half_width`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Term {
+    /// Standard name.
+    pub name: String,
+    /// Whether the library names it.
+    #[serde(default = "yes")]
+    pub known: bool,
+    /// What it acts on.
+    pub term: Acts,
+    /// Which axis of the gyro.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axis: Option<Axis>,
+    /// What it sees.
+    #[serde(default)]
+    pub drivers: Vec<Driver>,
+    /// How it depends on that.
+    pub form: Form,
+    /// Knots of a spline or a surface, in the units of the field.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub knots: Vec<f64>,
+    /// Knots of a surface over its second driver.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub knots_2: Vec<f64>,
+    /// Its numbers, each with its unit.
+    #[serde(default)]
+    pub parameters: Vec<Parameter>,
+}
+
+fn yes() -> bool {
+    true
+}
+
+impl Term {
+    /// The parameter of that name.
+    pub fn parameter(&self, name: &str) -> Option<&Parameter> {
+        self.parameters.iter().find(|parameter| parameter.name == name)
+    }
+}
+
+/// A model: terms, and which role each field that they name had.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Model {
+    /// Version of the contract.
+    pub schema: u32,
+    /// What data it is a model of.
+    pub kind: Kind,
+    /// The data that it was fitted to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dataset: Option<String>,
+    /// Roles of the fields that the terms name, so that it can be applied where they are called otherwise.
+    #[serde(default)]
+    pub fields: BTreeMap<String, Role>,
+    /// Its terms.
+    #[serde(rename = "terms", default)]
+    pub terms: Vec<Term>,
+}

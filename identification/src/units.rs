@@ -1,0 +1,86 @@
+//! Units of parameters: products and quotients of the contract's units, such as `deg/s/(K/s)`.
+
+use crate::dataset::Unit;
+
+/// What one of `text` is in SI, with degrees Celsius and kelvin alike. `None` where it cannot be read.
+///
+/// The grammar is that of written units: factors divided by `/`, a divisor of its own in brackets, powers as
+/// `K^2` or `K2`.
+pub fn si_factor(text: &str) -> Option<f64> {
+    let (factor, rest) = quotient(text)?;
+    rest.is_empty().then_some(factor)
+}
+
+fn quotient(text: &str) -> Option<(f64, &str)> {
+    let (mut factor, mut rest) = atom(text)?;
+    while let Some(after) = rest.strip_prefix('/') {
+        let (divisor, next) = atom(after)?;
+        factor /= divisor;
+        rest = next;
+    }
+    Some((factor, rest))
+}
+
+fn atom(text: &str) -> Option<(f64, &str)> {
+    if let Some(inner) = text.strip_prefix('(') {
+        let (factor, rest) = quotient(inner)?;
+        return power(factor, rest.strip_prefix(')')?);
+    }
+    let end = text.find(['/', '(', ')', '^']).unwrap_or(text.len());
+    let (word, rest) = text.split_at(end);
+    power(simple(word)?, rest)
+}
+
+fn power(base: f64, rest: &str) -> Option<(f64, &str)> {
+    let Some(digits) = rest.strip_prefix('^') else {
+        return Some((base, rest));
+    };
+    let end = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
+    let exponent: i32 = digits[..end].parse().ok()?;
+    Some((base.powi(exponent), &digits[end..]))
+}
+
+fn simple(word: &str) -> Option<f64> {
+    match word {
+        "K" => Some(1.0),
+        "h" => Some(3600.0),
+        "min" => Some(60.0),
+        "ppm" => Some(1e-6),
+        other => Unit::parse(other).map(Unit::si),
+    }
+}
+
+/// `numerator` per `denominator`, written.
+pub fn per(numerator: &str, denominator: &str) -> String {
+    match denominator {
+        "1" | "" => numerator.to_owned(),
+        simple if !simple.contains('/') => format!("{numerator}/{simple}"),
+        compound => format!("{numerator}/({compound})"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{per, si_factor};
+
+    #[test]
+    fn compound_units_have_their_factor() {
+        let deg = std::f64::consts::PI / 180.0;
+        for (text, factor) in [
+            ("deg/s/(K/s)", deg),
+            ("deg/h", deg / 3600.0),
+            ("1/K", 1.0),
+            ("deg/s/K^2", deg),
+            ("1/(deg/s)^2", 1.0 / (deg * deg)),
+            ("deg/h/(K/min)", deg / 3600.0 * 60.0),
+        ] {
+            let found = si_factor(text).unwrap_or(f64::NAN);
+            assert!((found / factor - 1.0).abs() < 1e-12, "{text}: {found}");
+        }
+        for text in ["", "deg//s", "deg/(s", "furlong", "deg)s"] {
+            assert_eq!(si_factor(text), None, "{text}");
+        }
+        assert_eq!(per("deg/s", "K/s"), "deg/s/(K/s)");
+        assert_eq!(per("deg", "1"), "deg");
+    }
+}
