@@ -4,5 +4,6 @@
 
 pub mod dataset;
 pub mod finding;
+pub mod identify;
 pub mod model;
 pub mod units;
