@@ -1,0 +1,18 @@
+//! The fixed evaluation of the identification: data with a known cause, written from the published error models
+//! alone and apart from the library of causes that the identification searches, and the score.
+//!
+//! `cargo run --release -p evaluation` makes every case, identifies it, and writes the figures.
+
+pub mod catalogue;
+pub mod design;
+pub mod laps;
+pub mod noise;
+pub mod odometry;
+pub mod programme;
+pub mod quantity;
+pub mod random;
+pub mod series;
+pub mod table;
+pub mod truth;
+pub mod turns;
+pub mod world;
