@@ -82,14 +82,24 @@ impl Case {
             Source::Series(layout, effects) => Box::new(SeriesWorld::draw(key, layout, effects)),
             Source::Turns(layout, effects) => Box::new(TurnsWorld::draw(key, layout, effects)),
             Source::Laps(layout, effects) => Box::new(LapsWorld::draw(key, layout, effects)),
-            Source::Odometry(layout, effects) => Box::new(OdometryWorld::draw(key, layout, effects)),
+            Source::Odometry(layout, effects) => {
+                Box::new(OdometryWorld::draw(key, layout, effects))
+            }
         }
     }
 }
 
 fn layout(runs: usize, rows_per_run: usize, dt: f64) -> Layout {
     let rotation = Rotation::Table;
-    Layout { runs, rows_per_run, dt, rotation, headings_every: None, axes: false, noise: Noise::White }
+    Layout {
+        runs,
+        rows_per_run,
+        dt,
+        rotation,
+        headings_every: None,
+        axes: false,
+        noise: Noise::White,
+    }
 }
 
 /// The layouts of a `series`, one for each repeat.
@@ -113,7 +123,12 @@ fn headings_layout(repeat: usize) -> Layout {
 
 /// Effects that sparse headings show as well.
 const HEADINGS: &[&str] = &[
-    "bias_over_temperature", "shupe", "scale_over_temperature", "supply", "motor_current", "magnetic",
+    "bias_over_temperature",
+    "shupe",
+    "scale_over_temperature",
+    "supply",
+    "motor_current",
+    "magnetic",
     "step_of_bias",
 ];
 
@@ -229,7 +244,10 @@ fn of_odometry(cases: &mut Vec<Case>) {
                         family: "odometry",
                         purpose: Purpose::Effect(z),
                         repeat,
-                        source: Source::Odometry(path_layout(drive, repeat, Noise::White), vec![effect]),
+                        source: Source::Odometry(
+                            path_layout(drive, repeat, Noise::White),
+                            vec![effect],
+                        ),
                     });
                 }
             }
@@ -259,7 +277,15 @@ fn null_noises(per_variant: usize) -> impl Iterator<Item = Noise> {
 fn of_nulls(cases: &mut Vec<Case>) {
     let mut push = |group, kind, repeat, noise: Noise, source| {
         let purpose = Purpose::Null(noise);
-        cases.push(Case { group, kind, effect: noise.name().into(), family: "null", purpose, repeat, source });
+        cases.push(Case {
+            group,
+            kind,
+            effect: noise.name().into(),
+            family: "null",
+            purpose,
+            repeat,
+            source,
+        });
     };
     for (repeat, noise) in null_noises(SERIES_NULLS).enumerate() {
         // The short layouts for most, so that there can be many.
@@ -308,11 +334,27 @@ pub fn timing_cases() -> Vec<Case> {
         source,
     };
     let shupe: Vec<_> = series::effect("shupe").into_iter().collect();
-    let turn: Vec<_> = effects(Path::Table).filter(|e| e.name == "scale_over_temperature").collect();
+    let turn: Vec<_> =
+        effects(Path::Table).filter(|e| e.name == "scale_over_temperature").collect();
     vec![
-        case("turns", Kind::Turns, "300 turns", Source::Turns((Path::Table, 150, Noise::White), turn)),
-        case("series", Kind::Series, "28,800 rows at 1 Hz", Source::Series(layout(4, 7_200, 1.0), shupe.clone())),
-        case("series", Kind::Series, "576,000 rows at 10 Hz", Source::Series(layout(8, 72_000, 0.1), shupe)),
+        case(
+            "turns",
+            Kind::Turns,
+            "300 turns",
+            Source::Turns((Path::Table, 150, Noise::White), turn),
+        ),
+        case(
+            "series",
+            Kind::Series,
+            "28,800 rows at 1 Hz",
+            Source::Series(layout(4, 7_200, 1.0), shupe.clone()),
+        ),
+        case(
+            "series",
+            Kind::Series,
+            "576,000 rows at 10 Hz",
+            Source::Series(layout(8, 72_000, 0.1), shupe),
+        ),
     ]
 }
 
@@ -338,7 +380,8 @@ mod tests {
         for case in cases().iter().filter(|case| case.repeat < 2) {
             let Purpose::Effect(z) = case.purpose else { continue };
             let world = case.world(MASTER_TRAIN);
-            let (_, reached) = strength_of(world.as_ref(), z).unwrap_or_else(|| panic!("{}", case.name()));
+            let (_, reached) =
+                strength_of(world.as_ref(), z).unwrap_or_else(|| panic!("{}", case.name()));
             match world.sizings()[0] {
                 Sizing::Level(_) => assert_eq!(reached, None),
                 // Few rows lie within a small dead zone, so its size grows in steps.
@@ -346,7 +389,11 @@ mod tests {
                     let ratio = reached.expect("sized") / z;
                     assert!((0.99..1.25).contains(&ratio), "{}: {reached:?}", case.name());
                 }
-                _ => assert!((reached.expect("sized") / z - 1.0).abs() < 1e-3, "{}: {reached:?}", case.name()),
+                _ => assert!(
+                    (reached.expect("sized") / z - 1.0).abs() < 1e-3,
+                    "{}: {reached:?}",
+                    case.name()
+                ),
             }
         }
     }

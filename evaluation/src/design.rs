@@ -82,7 +82,8 @@ impl Design {
 
     /// What projects whitened columns off everything that the plain model absorbs.
     pub fn projector(&self) -> Projector {
-        let mut projector = Projector { blocks: self.blocks.clone(), local: Vec::new(), base: Vec::new() };
+        let mut projector =
+            Projector { blocks: self.blocks.clone(), local: Vec::new(), base: Vec::new() };
         for column in &self.local {
             let mut column = self.whiten(column);
             projector.off_local(&mut column);
@@ -141,7 +142,8 @@ fn solve(columns: Vec<Vec<f64>>, observed: Vec<f64>) -> Option<Vec<f64>> {
     if norms.iter().any(|&norm| norm <= 0.0 || !norm.is_finite()) {
         return None;
     }
-    let matrix = DMatrix::from_fn(observed.len(), columns.len(), |row, k| columns[k][row] / norms[k]);
+    let matrix =
+        DMatrix::from_fn(observed.len(), columns.len(), |row, k| columns[k][row] / norms[k]);
     let qr = matrix.qr();
     let right = qr.q().tr_mul(&DVector::from_vec(observed));
     let solution = qr.r().solve_upper_triangular(&right)?;
@@ -249,7 +251,12 @@ mod tests {
 
     fn plain(n: usize, whitener: Whitener) -> Design {
         let ramp = (0..n).map(|k| k as f64).collect();
-        Design { blocks: vec![0..n / 2, n / 2..n], base: vec![vec![1.0; n], ramp], local: vec![], whitener }
+        Design {
+            blocks: vec![0..n / 2, n / 2..n],
+            base: vec![vec![1.0; n], ramp],
+            local: vec![],
+            whitener,
+        }
     }
 
     #[test]

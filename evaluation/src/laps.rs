@@ -140,7 +140,8 @@ impl LapsWorld {
             let (mut turn, mut curvature) = (0.0, 0.0);
             for &(effect, size) in sizes {
                 let shape = self.effects[effect].shape;
-                let (more_turn, more_curvature) = shape(warmth, self.time[lap], self.direction[lap]);
+                let (more_turn, more_curvature) =
+                    shape(warmth, self.time[lap], self.direction[lap]);
                 turn += size * more_turn;
                 curvature += size * more_curvature;
             }
@@ -173,15 +174,19 @@ impl World for LapsWorld {
         let laps = self.time.len();
         let observed = self.observed(strength);
         let of = |part: usize, poses: &[f64]| poses.iter().skip(part).step_by(3).copied().collect();
-        let really: Vec<f64> = observed.iter().zip(&self.believed).map(|(e, pose)| e + pose).collect();
+        let really: Vec<f64> =
+            observed.iter().zip(&self.believed).map(|(e, pose)| e + pose).collect();
         let pose = |part: usize| -> Vec<f64> { of(part, &really) };
         let odometry = |part: usize| -> Vec<f64> { of(part, &self.believed) };
         let step = self.noise.step;
         let turned: Vec<f64> = (0..laps)
             .map(|lap| 360.0 * self.direction[lap] + really[3 * lap + 2].to_degrees())
             .collect();
-        let gyro: Vec<f64> =
-            turned.iter().zip(&self.gyro_noise).map(|(angle, noise)| 1.001 * angle + 0.1 * noise).collect();
+        let gyro: Vec<f64> = turned
+            .iter()
+            .zip(&self.gyro_noise)
+            .map(|(angle, noise)| 1.001 * angle + 0.1 * noise)
+            .collect();
         let (metre, radian, degree) = (Unit::Metre, Unit::Radian, Unit::Degree);
         let columns = vec![
             column("time", Role::Time, Unit::Second, self.time.clone(), 0.0),
@@ -193,7 +198,13 @@ impl World for LapsWorld {
             column("odometry_heading", Role::OdometryHeading, radian, odometry(2), 0.0),
             column("reference_x", Role::ReferenceX, metre, pose(0), step * POSITION_NOISE),
             column("reference_y", Role::ReferenceY, metre, pose(1), step * POSITION_NOISE),
-            column("reference_heading", Role::ReferenceHeading, radian, pose(2), step * HEADING_NOISE),
+            column(
+                "reference_heading",
+                Role::ReferenceHeading,
+                radian,
+                pose(2),
+                step * HEADING_NOISE,
+            ),
             column("temperature", Role::Temperature, Unit::Celsius, self.temperature.clone(), 0.01),
             column("duration", Role::Duration, Unit::Second, vec![LAP; laps], 0.0),
         ];
@@ -215,7 +226,11 @@ impl World for LapsWorld {
 
     fn contribution(&self, effect: usize, size: f64) -> Vec<f64> {
         let without = self.returns(&[]);
-        self.returns(&[(effect, size)]).iter().zip(without).map(|(with, without)| with - without).collect()
+        self.returns(&[(effect, size)])
+            .iter()
+            .zip(without)
+            .map(|(with, without)| with - without)
+            .collect()
     }
 
     fn observed(&self, strength: &Strength) -> Vec<f64> {
@@ -259,7 +274,10 @@ mod tests {
         // alpha is the error of each corner, beta that of each side: small-angle centres of gravity.
         let [x, y, heading] = return_of_square(1.0, 1e-4 / FRAC_PI_2, 0.0);
         assert!((heading - 4e-4).abs() < 1e-9);
-        assert!((x.abs() - 2.0 * SIDE * 1e-4).abs() < 1e-6 && (y.abs() - 2.0 * SIDE * 1e-4).abs() < 1e-6);
+        assert!(
+            (x.abs() - 2.0 * SIDE * 1e-4).abs() < 1e-6
+                && (y.abs() - 2.0 * SIDE * 1e-4).abs() < 1e-6
+        );
         let [.., heading] = return_of_square(-1.0, 0.0, 1e-4);
         assert!((heading - 16e-4).abs() < 1e-9);
     }

@@ -5,12 +5,16 @@
 
 pub mod catalogue;
 pub mod design;
+pub mod figures;
 pub mod laps;
 pub mod noise;
 pub mod odometry;
+pub mod package;
 pub mod programme;
 pub mod quantity;
 pub mod random;
+pub mod run;
+pub mod score;
 pub mod series;
 pub mod table;
 pub mod truth;

@@ -71,7 +71,8 @@ impl Noise {
             let unit = self.run(stream, run.len());
             values.extend(unit.iter().map(|x| x * factor));
         }
-        let of_row = || runs.iter().zip(&factors).flat_map(|(run, f)| run.clone().map(move |k| f * sd[k]));
+        let of_row =
+            || runs.iter().zip(&factors).flat_map(|(run, f)| run.clone().map(move |k| f * sd[k]));
         let whitener = match self {
             Self::Autoregressive(_) | Self::RandomWalk => Whitener::Autoregressive(
                 runs.iter().map(|run| self.model(run.len()).scaled(sd[run.start])).collect(),
@@ -98,7 +99,7 @@ impl Noise {
             Self::Flicker => {
                 for tau in FLICKER {
                     let path = stream.wander(n, 1.0, (CORRELATED / 2.0).sqrt(), tau);
-                    unit.iter_mut().zip(path).for_each(|(x, path)| *x = *x + path);
+                    unit.iter_mut().zip(path).for_each(|(x, path)| *x += path);
                 }
             }
             Self::Autoregressive(_) | Self::RandomWalk => {
@@ -131,12 +132,7 @@ impl Noise {
 
 impl Autoregression {
     fn scaled(self, by: f64) -> Self {
-        Self {
-            process: self.process * by,
-            start: self.start * by,
-            white: self.white * by,
-            ..self
-        }
+        Self { process: self.process * by, start: self.start * by, white: self.white * by, ..self }
     }
 }
 
@@ -148,12 +144,16 @@ mod tests {
     fn each_class_is_what_it_says() {
         let runs = [0..20_000, 20_000..40_000];
         let mean_fourth = |noise: Noise| {
-            let drawn = noise.draw(&mut Stream::new(1, noise.name(), 0, "test"), &runs, &[0.5; 40_000]);
+            let drawn =
+                noise.draw(&mut Stream::new(1, noise.name(), 0, "test"), &runs, &[0.5; 40_000]);
             let white = match &drawn.whitener {
-                Whitener::Independent(sd) => drawn.values.iter().zip(sd).map(|(x, s)| x / s).collect(),
+                Whitener::Independent(sd) => {
+                    drawn.values.iter().zip(sd).map(|(x, s)| x / s).collect()
+                }
                 _ => drawn.values.clone(),
             };
-            let moment = |power: i32| white.iter().map(|x: &f64| x.powi(power)).sum::<f64>() / 40_000.0;
+            let moment =
+                |power: i32| white.iter().map(|x: &f64| x.powi(power)).sum::<f64>() / 40_000.0;
             (moment(2), moment(4) / moment(2).powi(2))
         };
         let (variance, kurtosis) = mean_fourth(Noise::White);

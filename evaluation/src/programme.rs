@@ -54,9 +54,8 @@ pub fn rotation(stream: &mut Stream, n: usize, dt: f64, style: Rotation) -> Vec<
                 let amplitude = sign * stream.pick(&RATES);
                 wanted.extend((0..rows).map(|k| amplitude * wave(k as f64 / period)));
             }
-            Rotation::Table => wanted.extend(
-                (0..rows).map(|k| sign * CREEP * (2.0 * k as f64 / rows as f64 - 1.0)),
-            ),
+            Rotation::Table => wanted
+                .extend((0..rows).map(|k| sign * CREEP * (2.0 * k as f64 / rows as f64 - 1.0))),
         }
     }
     let step = RAMP * dt;
@@ -152,7 +151,8 @@ mod tests {
 
     #[test]
     fn a_table_programme_turns_both_ways_rests_and_keeps_its_ramp() {
-        let rates = rotation(&mut Stream::new(1, "rotation", 0, "test"), 7_200, 1.0, Rotation::Table);
+        let rates =
+            rotation(&mut Stream::new(1, "rotation", 0, "test"), 7_200, 1.0, Rotation::Table);
         assert_eq!(rates.len(), 7_200);
         assert!(rates.iter().any(|&w| w > 5.0) && rates.iter().any(|&w| w < -5.0));
         assert!(rates.iter().filter(|&&w| w == 0.0).count() > 300);
@@ -165,7 +165,8 @@ mod tests {
         for mode in 0..5 {
             for one_run in [false, true] {
                 let t = temperature(&mut Stream::new(2, "t", 0, "test"), 720, 10.0, mode, one_run);
-                let (low, high) = t.iter().fold((f64::MAX, f64::MIN), |(l, h), &t| (l.min(t), h.max(t)));
+                let (low, high) =
+                    t.iter().fold((f64::MAX, f64::MIN), |(l, h), &t| (l.min(t), h.max(t)));
                 assert!(low > 10.0 && high < 50.0 && high - low > 1.0, "{mode}: {low} to {high}");
             }
         }

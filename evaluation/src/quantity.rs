@@ -123,8 +123,14 @@ mod tests {
     fn units_of_parameters_are_read() {
         let parse = |text| Quantity::parse(text).expect(text);
         let degree = std::f64::consts::PI / 180.0;
-        assert_eq!(parse("deg/s/(K/s)"), Quantity { si: degree, powers: [0, 1, 0, -1, 0, 0, 0, 0] });
-        assert_eq!(parse("deg/h"), Quantity { si: degree / 3600.0, powers: [-1, 1, 0, 0, 0, 0, 0, 0] });
+        assert_eq!(
+            parse("deg/s/(K/s)"),
+            Quantity { si: degree, powers: [0, 1, 0, -1, 0, 0, 0, 0] }
+        );
+        assert_eq!(
+            parse("deg/h"),
+            Quantity { si: degree / 3600.0, powers: [-1, 1, 0, 0, 0, 0, 0, 0] }
+        );
         assert_eq!(parse("m/s2"), parse("m/s/s"));
         assert_eq!(parse("1/K^2"), parse("1/(K*K)"));
         assert_eq!(parse("1"), Quantity::ONE);

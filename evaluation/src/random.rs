@@ -95,7 +95,9 @@ mod tests {
         };
         let one = draw(1, "a", 0, "p");
         assert_eq!(one, draw(1, "a", 0, "p"));
-        for other in [draw(2, "a", 0, "p"), draw(1, "b", 0, "p"), draw(1, "a", 1, "p"), draw(1, "a", 0, "q")] {
+        for other in
+            [draw(2, "a", 0, "p"), draw(1, "b", 0, "p"), draw(1, "a", 1, "p"), draw(1, "a", 0, "q")]
+        {
             assert_ne!(one, other);
         }
     }

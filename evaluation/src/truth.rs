@@ -9,9 +9,22 @@ use identification::finding::{Effect, Parameter, Rival};
 
 /// Names that a constant error of the motion may carry as its own driver.
 const MOTION: &[&str] = &[
-    "", "constant", "distance", "drive_distance", "steer_angle", "wheel_left", "wheel_right", "speed",
-    "rotation", "turn", "heading_change", "odometry_heading", "reference_angle", "reference_rate",
-    "abs(distance)", "abs(drive_distance)",
+    "",
+    "constant",
+    "distance",
+    "drive_distance",
+    "steer_angle",
+    "wheel_left",
+    "wheel_right",
+    "speed",
+    "rotation",
+    "turn",
+    "heading_change",
+    "odometry_heading",
+    "reference_angle",
+    "reference_rate",
+    "abs(distance)",
+    "abs(drive_distance)",
 ];
 
 /// One cause, in every spelling that is structurally the same.
@@ -69,7 +82,8 @@ impl Truth {
                 (found.powers == unit.powers).then_some((parameter, error, found.si))
             })
             .collect();
-        let named = fitted.iter().find(|(parameter, ..)| truth.names.contains(&parameter.name.as_str()));
+        let named =
+            fitted.iter().find(|(parameter, ..)| truth.names.contains(&parameter.name.as_str()));
         let &(parameter, error, si) = match (named, fitted.as_slice()) {
             (Some(named), _) => named,
             (None, [only]) => only,

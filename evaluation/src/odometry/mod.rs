@@ -89,8 +89,13 @@ pub const PATH_EFFECTS: &[PathEffect] = &[
         drives: BOTH,
         error: |step, _, _| (0.0, step.turned.abs()),
         spellings: &[
-            "turn: direction", "turn: sign(rotation)", "turn: sign(turn)", "turn: sign(heading_change)",
-            "turn: sign(rate_of(steer_angle))", "turn: sign(steer_angle)", "turn: sign(reference_rate)",
+            "turn: direction",
+            "turn: sign(rotation)",
+            "turn: sign(turn)",
+            "turn: sign(heading_change)",
+            "turn: sign(rate_of(steer_angle))",
+            "turn: sign(steer_angle)",
+            "turn: sign(reference_rate)",
         ],
         unit: Some("1"),
     },
@@ -113,8 +118,12 @@ pub const PATH_EFFECTS: &[PathEffect] = &[
         drives: &[Drive::Synchro],
         error: |step, _, _| (0.0, step.distance.abs()),
         spellings: &[
-            "curvature: =", "curvature: sign(speed)", "curvature: sign(distance)", "curvature: sign(drive_distance)",
-            "curvature: sign(rate_of(drive_distance))", "turn: sign(drive_distance)",
+            "curvature: =",
+            "curvature: sign(speed)",
+            "curvature: sign(distance)",
+            "curvature: sign(drive_distance)",
+            "curvature: sign(rate_of(drive_distance))",
+            "turn: sign(drive_distance)",
         ],
         unit: Some("rad/m"),
     },
@@ -123,8 +132,10 @@ pub const PATH_EFFECTS: &[PathEffect] = &[
         drives: &[Drive::Synchro],
         error: |step, _, heading| (0.0, step.distance * (heading - HARMONIC_PHASE).cos()),
         spellings: &[
-            "curvature: harmonic_1(heading)", "curvature: harmonic_1(steer_angle)",
-            "curvature: harmonic_1(odometry_heading)", "curvature: harmonic_1(reference_heading)",
+            "curvature: harmonic_1(heading)",
+            "curvature: harmonic_1(steer_angle)",
+            "curvature: harmonic_1(odometry_heading)",
+            "curvature: harmonic_1(reference_heading)",
         ],
         unit: None,
     },
@@ -180,7 +191,11 @@ impl OdometryWorld {
             time.extend((0..of_run.len()).map(|k| start + k as f64 * layout.dt));
             start += of_run.len() as f64 * layout.dt + PAUSE;
             steps.extend(of_run);
-            starts.push([stream.between(-1.0, 1.0), stream.between(-1.0, 1.0), stream.between(-PI, PI)]);
+            starts.push([
+                stream.between(-1.0, 1.0),
+                stream.between(-1.0, 1.0),
+                stream.between(-PI, PI),
+            ]);
         }
         let mut stream = Stream::new(master, case, index, "noise");
         let sd = [POSITION_NOISE, POSITION_NOISE, HEADING_NOISE].repeat(steps.len());
@@ -200,7 +215,7 @@ impl OdometryWorld {
     /// What a small error of the start pose of each run does to all its poses.
     fn start_columns(&self) -> Vec<Vec<f64>> {
         let poses = self.poses(&[]);
-        let mut columns = vec![Vec::with_capacity(poses.len()); 3];
+        let mut columns = vec![Vec::new(); 3];
         for (run, start) in self.runs.iter().zip(&self.starts) {
             for pose in poses[3 * run.start..3 * run.end].chunks_exact(3) {
                 columns[0].extend([1.0, 0.0, 0.0]);
@@ -221,7 +236,8 @@ impl OdometryWorld {
                 let step = &self.steps[k];
                 let (mut distance, mut turned) = (step.distance, step.turned);
                 for &(effect, size) in sizes {
-                    let (further, rotated) = (self.effects[effect].error)(step, self.time[k], steered);
+                    let (further, rotated) =
+                        (self.effects[effect].error)(step, self.time[k], steered);
                     distance += size * further;
                     turned += size * rotated;
                 }
@@ -256,7 +272,8 @@ impl OdometryWorld {
 
     /// Encoder counts since the row before.
     fn counts(&self, side: f64) -> Vec<f64> {
-        let mut counts: Vec<f64> = self.steps.iter().map(|step| wheel(step, side).round()).collect();
+        let mut counts: Vec<f64> =
+            self.steps.iter().map(|step| wheel(step, side).round()).collect();
         for run in &self.runs {
             counts[run.start] = 0.0;
         }
@@ -291,7 +308,8 @@ fn in_whole_counts(steps: &mut [Step]) {
 impl World for OdometryWorld {
     fn dataset(&self, strength: &Strength) -> Dataset {
         let observed = self.observed(strength);
-        let pose = |part: usize| observed.iter().skip(part).step_by(3).copied().collect::<Vec<f64>>();
+        let pose =
+            |part: usize| observed.iter().skip(part).step_by(3).copied().collect::<Vec<f64>>();
         let wrap = |x: f64| (x + PI).rem_euclid(TAU) - PI;
         let step = self.noise.step;
         let row_in_run: Vec<usize> = self.runs.iter().flat_map(|run| 0..run.len()).collect();
@@ -302,7 +320,13 @@ impl World for OdometryWorld {
             column("time", Role::Time, Unit::Second, self.time.clone(), 0.0),
             column("reference_x", Role::ReferenceX, metre, pose(0), step * POSITION_NOISE),
             column("reference_y", Role::ReferenceY, metre, pose(1), step * POSITION_NOISE),
-            column("reference_heading", Role::ReferenceHeading, Unit::Radian, headings, step * HEADING_NOISE),
+            column(
+                "reference_heading",
+                Role::ReferenceHeading,
+                Unit::Radian,
+                headings,
+                step * HEADING_NOISE,
+            ),
         ];
         let mut constants = BTreeMap::new();
         let mut constant = |name: &str, value, unit| {
@@ -313,8 +337,20 @@ impl World for OdometryWorld {
             constant("wheel_diameter_left", WHEEL_DIAMETER, metre);
             constant("wheel_diameter_right", WHEEL_DIAMETER, metre);
             constant("wheelbase", WHEELBASE, metre);
-            columns.push(column("wheel_left", Role::WheelLeft, Unit::Count, self.counts(-1.0), 0.0));
-            columns.push(column("wheel_right", Role::WheelRight, Unit::Count, self.counts(1.0), 0.0));
+            columns.push(column(
+                "wheel_left",
+                Role::WheelLeft,
+                Unit::Count,
+                self.counts(-1.0),
+                0.0,
+            ));
+            columns.push(column(
+                "wheel_right",
+                Role::WheelRight,
+                Unit::Count,
+                self.counts(1.0),
+                0.0,
+            ));
         } else {
             let (driven, steered) = (self.sums(|s| s.distance), self.sums(|s| s.turned));
             columns.push(column("drive_distance", Role::DriveDistance, metre, driven, 1e-5));
@@ -339,7 +375,11 @@ impl World for OdometryWorld {
 
     fn contribution(&self, effect: usize, size: f64) -> Vec<f64> {
         let without = self.poses(&[]);
-        self.poses(&[(effect, size)]).iter().zip(without).map(|(with, without)| with - without).collect()
+        self.poses(&[(effect, size)])
+            .iter()
+            .zip(without)
+            .map(|(with, without)| with - without)
+            .collect()
     }
 
     fn observed(&self, strength: &Strength) -> Vec<f64> {

@@ -122,7 +122,8 @@ mod tests {
     #[test]
     fn ramps_keep_their_speed() {
         for (distance, acceleration) in trapezium(-1.0, 0.4, 0.25, 0.05) {
-            assert!(distance <= 0.0 && distance >= -0.4 * 0.05 - 1e-12 && acceleration.abs() <= 0.25);
+            assert!((-0.4 * 0.05 - 1e-12..=0.0).contains(&distance));
+            assert!(acceleration.abs() <= 0.25);
         }
     }
 }

@@ -42,7 +42,7 @@ const CALIBRATED_AT: f64 = 25.0;
 const NOMINAL_SUPPLY: f64 = 12.0;
 
 fn each(rows: &Rows, value: impl Fn(usize) -> f64) -> Vec<f64> {
-    (0..rows.len()).map(value).collect()
+    (0..rows.count()).map(value).collect()
 }
 
 fn times(x: Vec<f64>, size: f64) -> Vec<f64> {
@@ -142,7 +142,7 @@ effects! {
             each(r, |k| r.rate[k].clamp(-limit, limit) - r.rate[k])
         };
     quantisation "nonlinearity" Sizing::Level(0.4), None, Nothing, ["quantisation: *"]
-        = |r, _, _| vec![0.0; r.len()];
+        = |r, _, _| vec![0.0; r.count()];
     delay_fractional "time" Sizing::Proportional, Some("s"), Nothing, ["delay: *", "bias: rate_of(reference_rate)"]
         = |r, _, s| r.delayed(&r.rate, |_| s).iter().zip(&r.rate).map(|(late, w)| late - w).collect();
     delay_of_samples "time" Sizing::Noise(3.4), None, Gentle, ["delay: *", "bias: rate_of(reference_rate)"]
@@ -160,8 +160,8 @@ effects! {
         };
     rate_random_walk "noise" Sizing::Proportional, None, Nothing, ["noise: *"]
         = |r, c, s| {
-            let mut stream = crate::random::Stream::new(r.len() as u64, "walk", c.phase.to_bits(), "effect");
-            let mut out = Vec::with_capacity(r.len());
+            let mut stream = crate::random::Stream::new(r.count() as u64, "walk", c.phase.to_bits(), "effect");
+            let mut out = Vec::with_capacity(r.count());
             for run in &r.runs {
                 let mut walk = 0.0;
                 out.extend(run.clone().map(|_| { walk += s * stream.normal(); walk }));

@@ -71,7 +71,7 @@ impl SeriesWorld {
             Constants::draw(&mut Stream::new(MASTER_TRAIN, case, index, "constants"), &layout);
         let rows = Rows::draw(&mut Stream::new(master, case, index, "programme"), &layout);
         let mut stream = Stream::new(master, case, index, "noise");
-        let noise = layout.noise.draw(&mut stream, &rows.runs, &vec![RATE_NOISE; rows.len()]);
+        let noise = layout.noise.draw(&mut stream, &rows.runs, &vec![RATE_NOISE; rows.count()]);
         let mut noisy =
             |x: &[f64], sd: f64| x.iter().map(|x| x + sd * stream.normal()).collect::<Vec<f64>>();
         let measured = [
@@ -79,7 +79,7 @@ impl SeriesWorld {
             noisy(&rows.supply, ELECTRICAL_NOISE),
             noisy(&rows.current, ELECTRICAL_NOISE),
         ];
-        let heading_noise = noisy(&vec![0.0; rows.len()], HEADING_NOISE);
+        let heading_noise = noisy(&vec![0.0; rows.count()], HEADING_NOISE);
         let design = design(&layout, &rows, &noise);
         let name = format!("{case}-{index}");
         Self { name, layout, effects, constants, rows, noise, heading_noise, measured, design }
@@ -91,7 +91,9 @@ impl SeriesWorld {
         let mut rate: Vec<f64> =
             rows.map(|(w, noise)| bias + (1.0 + scale) * w + strength.noise * noise).collect();
         for (effect, &size) in self.effects.iter().zip(&strength.sizes) {
-            for (rate, added) in rate.iter_mut().zip((effect.shape)(&self.rows, &self.constants, size)) {
+            for (rate, added) in
+                rate.iter_mut().zip((effect.shape)(&self.rows, &self.constants, size))
+            {
                 *rate += added;
             }
         }
@@ -127,7 +129,7 @@ fn between_fixes(rows: &Rows, every: usize, rate: &[f64]) -> Vec<f64> {
 }
 
 fn design(layout: &Layout, rows: &Rows, noise: &Drawn) -> Design {
-    let base = [vec![1.0; rows.len()], rows.rate.clone()];
+    let base = [vec![1.0; rows.count()], rows.rate.clone()];
     let Some(every) = layout.headings_every else {
         return Design {
             blocks: rows.runs.clone(),
@@ -173,7 +175,13 @@ impl World for SeriesWorld {
             Some(every) => {
                 let fixes = sparse(heading, |k| k % per_run, every);
                 columns.push(gyro);
-                columns.push(column("reference_heading", Role::ReferenceHeading, Unit::Degree, fixes, 0.0));
+                columns.push(column(
+                    "reference_heading",
+                    Role::ReferenceHeading,
+                    Unit::Degree,
+                    fixes,
+                    0.0,
+                ));
             }
             None if self.layout.axes => columns.extend([
                 of_axis(gyro, Axis::Z),
@@ -187,7 +195,8 @@ impl World for SeriesWorld {
             ]),
         }
         let [temperature, supply, current] = self.measured.clone();
-        let auxiliary = |name, unit, values| column(name, Role::Auxiliary, unit, values, ELECTRICAL_STEP);
+        let auxiliary =
+            |name, unit, values| column(name, Role::Auxiliary, unit, values, ELECTRICAL_STEP);
         columns.extend([
             column("temperature", Role::Temperature, Unit::Celsius, temperature, TEMPERATURE_STEP),
             auxiliary("supply_voltage", Unit::Volt, supply),
@@ -202,7 +211,7 @@ impl World for SeriesWorld {
             drive: None,
             constants: BTreeMap::new(),
             columns,
-            run_of_row: (0..rows.len()).map(|k| k / per_run).collect(),
+            run_of_row: (0..rows.count()).map(|k| k / per_run).collect(),
             run_labels: run_labels(self.layout.runs),
             notices: Vec::new(),
         }
@@ -241,7 +250,10 @@ impl World for SeriesWorld {
             effect: effect.name.into(),
             // In a single run the time since power-up is the time itself, so a trend is as good.
             spellings: (effect.spellings.iter().copied())
-                .chain((effect.name == "warm_up" && self.layout.runs == 1).then_some("bias: trend(time)"))
+                .chain(
+                    (effect.name == "warm_up" && self.layout.runs == 1)
+                        .then_some("bias: trend(time)"),
+                )
                 .map(str::to_owned)
                 .collect(),
             value: effect.unit.map(|unit| TrueValue { value: size, unit, names: &[] }),
@@ -253,6 +265,7 @@ impl World for SeriesWorld {
         let predictable = |effect: &&SeriesEffect| {
             !matches!(effect.sizing, Sizing::Level(_)) && effect.family != "noise"
         };
-        (self.layout.headings_every.is_none() && self.effects.iter().all(predictable)).then_some("deg/s")
+        (self.layout.headings_every.is_none() && self.effects.iter().all(predictable))
+            .then_some("deg/s")
     }
 }

@@ -73,7 +73,7 @@ impl Rows {
     }
 
     /// How many rows.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.time.len()
     }
 

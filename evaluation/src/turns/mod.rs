@@ -149,9 +149,20 @@ impl TurnsWorld {
             run.clone().map(move |_| bias)
         });
         let bias_test: Vec<f64> = bias_test.collect();
-        let measured_temperature = rows.temperature.iter().map(|t| t + 0.02 * stream.normal()).collect();
+        let measured_temperature =
+            rows.temperature.iter().map(|t| t + 0.02 * stream.normal()).collect();
         let name = format!("{case}-{index}");
-        Self { name, path, effects, constants, rows, noise, bias_test, measured_temperature, design }
+        Self {
+            name,
+            path,
+            effects,
+            constants,
+            rows,
+            noise,
+            bias_test,
+            measured_temperature,
+            design,
+        }
     }
 }
 
@@ -160,7 +171,9 @@ impl World for TurnsWorld {
         let rows = &self.rows;
         let sd = if self.path == Path::Table { TABLE_NOISE } else { LAP_NOISE };
         let step = self.noise.step * sd;
-        let role = |name, role, unit, values: &Vec<f64>, step| column(name, role, unit, values.clone(), step);
+        let role = |name, role, unit, values: &Vec<f64>, step| {
+            column(name, role, unit, values.clone(), step)
+        };
         let mut columns = vec![
             role("time", Role::Time, Unit::Second, &rows.time, 0.1),
             role("direction", Role::Direction, Unit::One, &rows.direction, 0.0),
@@ -173,8 +186,20 @@ impl World for TurnsWorld {
         ];
         let kind = match self.path {
             Path::Table => {
-                columns.push(role("table_rate", Role::TableRate, Unit::DegreePerSecond, &rows.rate, 0.0));
-                columns.push(role("bias", Role::Bias, Unit::DegreePerSecond, &self.bias_test, 1e-6));
+                columns.push(role(
+                    "table_rate",
+                    Role::TableRate,
+                    Unit::DegreePerSecond,
+                    &rows.rate,
+                    0.0,
+                ));
+                columns.push(role(
+                    "bias",
+                    Role::Bias,
+                    Unit::DegreePerSecond,
+                    &self.bias_test,
+                    1e-6,
+                ));
                 Kind::Turns
             }
             Path::Laps => Kind::Laps,

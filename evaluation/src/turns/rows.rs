@@ -122,16 +122,18 @@ impl Rows {
         };
         for run in 0..runs {
             let first = rows.time.len();
-            let rate = if path == Path::Table { stream.pick(&LADDER) } else { stream.between(15.0, 30.0) };
+            let rate =
+                if path == Path::Table { stream.pick(&LADDER) } else { stream.between(15.0, 30.0) };
             let lap = [-stream.sign()];
             let directions: &[f64] = if path == Path::Table { &[-1.0, 1.0] } else { &lap };
             let mut at = run as f64 * period + stream.between(20.0, 30.0);
             for &direction in directions {
                 let (angle, duration) = match path {
                     Path::Table => (360.0 * direction, 360.0 / rate + RAMPS),
-                    Path::Laps => {
-                        (360.0 * direction + CLOSURE * stream.normal(), LAP * stream.between(1.0, 1.8))
-                    }
+                    Path::Laps => (
+                        360.0 * direction + CLOSURE * stream.normal(),
+                        LAP * stream.between(1.0, 1.8),
+                    ),
                 };
                 let middle = at + duration / 2.0;
                 at += duration;
