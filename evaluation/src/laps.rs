@@ -233,6 +233,10 @@ impl World for LapsWorld {
             .collect()
     }
 
+    fn nominal(&self) -> Option<Vec<f64>> {
+        Some(self.returns(&[]))
+    }
+
     fn observed(&self, strength: &Strength) -> Vec<f64> {
         let sizes: Vec<(usize, f64)> = strength.sizes.iter().copied().enumerate().collect();
         let returns = self.returns(&sizes).into_iter().zip(&self.noise.values);

@@ -22,6 +22,8 @@ pub enum Sizing {
     Monotone(f64, f64),
     /// Its size is given; the noise is scaled until it has the z wanted.
     Noise(f64),
+    /// Its size is given, whatever its z: it is there or it is not.
+    Whole(f64),
     /// Its size is that many times the level wanted: it has no z of its own.
     Level(f64),
 }
@@ -35,6 +37,10 @@ pub trait World {
     fn design(&self) -> &Design;
     /// What the effect of that number adds to the observations.
     fn contribution(&self, effect: usize, size: f64) -> Vec<f64>;
+    /// The observations that the nominal constants predict and no column of the design holds.
+    fn nominal(&self) -> Option<Vec<f64>> {
+        None
+    }
     /// The observations, with base, effects and noise.
     fn observed(&self, strength: &Strength) -> Vec<f64>;
     /// How each effect is sized.
@@ -71,6 +77,7 @@ pub fn strength_of(world: &dyn World, z: f64) -> Option<(Strength, Option<f64>)>
                 }
                 size
             }
+            Sizing::Whole(size) => size,
             Sizing::Level(factor) => factor * z,
         };
         if effect == 0 && !matches!(sizing, Sizing::Level(_)) {
@@ -130,7 +137,10 @@ pub fn oracle(train: &dyn World, test: &dyn World, strength: &Strength) -> Optio
         let sizes = strength.sizes.iter().enumerate();
         sizes.map(|(effect, &size)| world.contribution(effect, size)).collect()
     };
-    let (effects, observed) = (contributions(train), train.observed(strength));
+    let (effects, mut observed) = (contributions(train), train.observed(strength));
+    if let Some(nominal) = train.nominal() {
+        observed.iter_mut().zip(nominal).for_each(|(x, nominal)| *x -= nominal);
+    }
     let design = train.design();
     let projector: Projector = design.projector();
     let factors = design.effect_coefficients(&projector, &observed, &effects)?;

@@ -382,6 +382,10 @@ impl World for OdometryWorld {
             .collect()
     }
 
+    fn nominal(&self) -> Option<Vec<f64>> {
+        Some(self.poses(&[]))
+    }
+
     fn observed(&self, strength: &Strength) -> Vec<f64> {
         let sizes: Vec<(usize, f64)> = strength.sizes.iter().copied().enumerate().collect();
         let poses = self.poses(&sizes).into_iter().zip(&self.noise.values);

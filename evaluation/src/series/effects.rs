@@ -170,7 +170,7 @@ effects! {
         };
     misaligned_axis "axis" Sizing::Proportional, None, Axes, ["axis: *", "bias: reference_x"]
         = |r, _, s| times(r.cross.clone(), s);
-    wrong_axis "axis" Sizing::Noise(1.0), None, Axes, ["axis: *", "bias: reference_x"]
+    wrong_axis "axis" Sizing::Whole(1.0), None, Axes, ["axis: *", "bias: reference_x"]
         = |r, _, s| each(r, |k| s * (r.cross[k] - r.rate[k]));
     interaction_of_temperature_and_supply "no library" Sizing::Proportional, None, Nothing,
         ["bias: temperature + supply_voltage"]
