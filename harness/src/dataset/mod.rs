@@ -2,7 +2,7 @@
 //!
 //! A package is a [Frictionless Data Package](https://specs.frictionlessdata.io/data-package/) whose fields have
 //! a `unit` and a `role`, perhaps an `axis`, and which says with `hil` what one row is. [`read`] gives what
-//! [`identification`] works on, or one error that names file, row and field.
+//! [`identification`] works on, or one error that names file, row and field; [`write()`] is the way back.
 //!
 //! What is mended rather than refused is told in [`Dataset::notices`]: cells that are missing, rows that lack
 //! what the kind needs, runs of one sample, rows of a run that lie apart, channels that never change, text
@@ -11,16 +11,20 @@
 mod descriptor;
 mod error;
 mod package;
+mod publish;
 mod rows;
 mod table;
 #[cfg(test)]
 mod tests;
+mod write;
 
 pub use error::{DatasetError, Defect, Row};
 use identification::dataset::Dataset;
+pub use publish::publish;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+pub use write::{WriteOptions, write};
 
 /// Name of the file that makes a folder a data package.
 pub const DESCRIPTOR: &str = "datapackage.json";

@@ -1,8 +1,9 @@
 //! Packages of others, mistakes in them, and what is mended.
 
 mod defects;
-mod mended;
 mod measured;
+mod mended;
+mod round_trip;
 
 use super::{Dataset, DatasetError, read};
 use std::fs;
