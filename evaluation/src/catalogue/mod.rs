@@ -113,6 +113,13 @@ fn series_layout(repeat: usize) -> Layout {
     }
 }
 
+/// The layout of a repeat of the effect of that number: of the two long layouts each effect has one, and a
+/// further set of the second layout in place of the other, so that the whole stays affordable.
+fn effect_layout(number: usize, repeat: usize) -> Layout {
+    let spared = if number.is_multiple_of(2) { 2 } else { 3 };
+    series_layout(if repeat == spared { 1 } else { repeat })
+}
+
 fn headings_layout(repeat: usize) -> Layout {
     let (every, rows) = if repeat.is_multiple_of(2) { (5, 1_200) } else { (10, 2_400) };
     Layout { rotation: Rotation::Calm, headings_every: Some(every), ..layout(6, rows, 1.0) }
@@ -145,21 +152,21 @@ fn of_series(cases: &mut Vec<Case>) {
     };
     for z in SIZES {
         for repeat in 0..SERIES_REPEATS {
-            for effect in EFFECTS {
+            for (number, effect) in EFFECTS.iter().enumerate() {
                 // What is there or not has one size; it stands with the largest.
                 if matches!(effect.sizing, Sizing::Whole(_)) && z < SIZES[2] {
                     continue;
                 }
-                let mut layout = series_layout(repeat);
+                let mut layout = effect_layout(number, repeat);
                 layout.axes = effect.needs == Needs::Axes;
                 if effect.needs == Needs::Gentle {
                     layout.rotation = Rotation::Gentle;
                 }
                 push("series", vec![effect], z, repeat, layout);
             }
-            for pair in PAIRS {
+            for (number, pair) in PAIRS.iter().enumerate() {
                 let effects = pair.iter().filter_map(|name| series::effect(name)).collect();
-                push("series", effects, z, repeat, series_layout(repeat));
+                push("series", effects, z, repeat, effect_layout(number, repeat));
             }
         }
         for repeat in 0..HEADINGS_REPEATS {
