@@ -19,6 +19,7 @@ mod effects;
 mod lag;
 mod noise;
 mod parameters;
+mod sample;
 mod slow;
 mod slow_steps;
 pub mod terms;
@@ -34,16 +35,14 @@ use crate::parameters::{ParameterError, Parameters as _};
 use clock::OutputClock;
 use lag::RateLag;
 use noise::RateNoise;
+use sample::{has_modes, sequence_modulus};
 use slow::Slow;
 use slow_steps::SlowSteps;
 use std::collections::VecDeque;
 use terms::Term;
 use thermal::{Ramp, Thermal};
 use wire::gyro::dsp3000_command::{Command, CommandDecoder};
-use wire::gyro::{
-    GyroEncoder, GyroFormat, GyroOutput, GyroSample, GyroStatus, GyroStream, OutputMode, Sequence,
-    dsp3000_binary, navigator,
-};
+use wire::gyro::{GyroEncoder, GyroFormat, GyroSample, GyroStream, OutputMode, Sequence};
 use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Temperature};
@@ -331,56 +330,9 @@ impl GyroEmulator {
         };
         sums.scale + resonance
     }
-
-    fn sample(&mut self, rate: f64, interval_s: f64, over_range: bool) -> GyroSample {
-        let increment = rate * interval_s;
-        self.integrated += increment;
-        let output = match self.mode {
-            OutputMode::Rate => GyroOutput::Rate(AngularRate::from_rad_per_s(rate)),
-            OutputMode::Increment => GyroOutput::Increment(Angle::from_rad(increment)),
-            OutputMode::Integrated => {
-                GyroOutput::Integrated(Angle::from_rad(self.integrated).wrapped())
-            }
-        };
-        let sequence = self.sequence;
-        self.sequence = sequence.map(following);
-        GyroSample {
-            output,
-            // It stays good beyond the range: KVH DSP-3000 manual.
-            valid: true,
-            status: GyroStatus {
-                built_in_test_failed: false,
-                warming_up: self.warming_up,
-                over_range,
-            },
-            temperature: Some(Temperature::from_celsius(self.thermal.reading())),
-            sequence,
-        }
-    }
-}
-
-/// The number after this one.
-fn following(Sequence { value, modulus }: Sequence) -> Sequence {
-    let next = u16::from(value) + 1;
-    // Below the modulus, which is 256 at most.
-    Sequence { value: if next < modulus { next as u8 } else { 0 }, modulus }
 }
 
 /// `part` of `whole`.
 fn share(part: Span, whole: Span) -> f64 {
     part.as_secs_f64() / whole.as_secs_f64()
-}
-
-/// The DSP-3000 can be told what to put out.
-const fn has_modes(format: GyroFormat) -> bool {
-    matches!(format, GyroFormat::Dsp3000Ascii | GyroFormat::Dsp3000Binary)
-}
-
-/// The streams' running numbers.
-const fn sequence_modulus(format: GyroFormat) -> Option<u16> {
-    match format {
-        GyroFormat::Navigator => Some(navigator::SEQUENCE_MODULUS),
-        GyroFormat::Dsp3000Binary => Some(dsp3000_binary::SEQUENCE_MODULUS),
-        GyroFormat::Ecore2000 | GyroFormat::Dsp3000Ascii => None,
-    }
 }
