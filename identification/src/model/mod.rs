@@ -4,10 +4,17 @@
 //! drive, the turned angle is `(1 + turn) x nominal + curvature x distance`, the distance `(1 + drive) x nominal`.
 
 mod driver;
+mod see;
+mod shape;
+mod spline;
+mod term;
 
 use crate::dataset::{Axis, Kind, Role};
 use crate::finding::Parameter;
 pub use driver::{Driver, Wrap};
+pub use see::{Field, field, see};
+pub use shape::{Shape, exposure};
+pub use spline::quantile_knots;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

@@ -1,0 +1,170 @@
+//! Least squares on whitened columns, one column at a time.
+
+/// Orthonormal columns: what a model can explain.
+#[derive(Debug, Clone, Default)]
+pub struct Basis {
+    columns: Vec<Vec<f64>>,
+}
+
+/// A column that has less than this share of its length outside the basis is inside it.
+const INDEPENDENT: f64 = 1e-6;
+
+/// Sum of products.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    // Four sums, so that the processor can work on several at a time; always the same order.
+    let mut sums = [0.0; 4];
+    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in a4.zip(b4) {
+        for k in 0..4 {
+            sums[k] += x[k] * y[k];
+        }
+    }
+    sums[0] + sums[1] + sums[2] + sums[3] + rest
+}
+
+fn subtract(from: &mut [f64], factor: f64, column: &[f64]) {
+    for (value, other) in from.iter_mut().zip(column) {
+        *value -= factor * other;
+    }
+}
+
+impl Basis {
+    /// How many directions there are.
+    pub fn len(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// Removes from `column` what the basis explains.
+    pub fn project(&self, column: &mut [f64]) {
+        for q in &self.columns {
+            let share = dot(q, column);
+            subtract(column, share, q);
+        }
+    }
+
+    /// Adds what is new in `column`; false where nothing is.
+    pub fn push(&mut self, mut column: Vec<f64>) -> bool {
+        let before = dot(&column, &column).sqrt();
+        if !(before > 0.0) || !before.is_finite() {
+            return false;
+        }
+        self.project(&mut column);
+        self.project(&mut column);
+        let after = dot(&column, &column).sqrt();
+        if !(after > INDEPENDENT * before) {
+            return false;
+        }
+        column.iter_mut().for_each(|value| *value /= after);
+        self.columns.push(column);
+        true
+    }
+
+    /// What is new in `columns`, orthonormal.
+    pub fn beyond(&self, columns: Vec<Vec<f64>>) -> Self {
+        let mut new = Self::default();
+        for mut column in columns {
+            let before = dot(&column, &column).sqrt();
+            if !(before > 0.0) || !before.is_finite() {
+                continue;
+            }
+            for _ in 0..2 {
+                self.project(&mut column);
+                new.project(&mut column);
+            }
+            let after = dot(&column, &column).sqrt();
+            if after > INDEPENDENT * before {
+                column.iter_mut().for_each(|value| *value /= after);
+                new.columns.push(column);
+            }
+        }
+        new
+    }
+
+    /// How much of `column` the basis explains: the sum of squares of its parts along it.
+    pub fn explained(&self, column: &[f64]) -> f64 {
+        self.columns.iter().map(|q| dot(q, column).powi(2)).sum()
+    }
+}
+
+/// A least-squares solution.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    /// One a column; 0 for a column that depends on those before it.
+    pub coefficients: Vec<f64>,
+    /// Inverse of the normal matrix; rows and columns of dependent ones are zero.
+    pub inverse: Vec<Vec<f64>>,
+}
+
+/// Solves `columns x coefficients = target` in the least-squares sense.
+pub fn solve(columns: &[Vec<f64>], target: &[f64]) -> Solution {
+    let k = columns.len();
+    // QR by modified Gram-Schmidt, twice over; R upper triangular.
+    let mut q: Vec<Vec<f64>> = Vec::with_capacity(k);
+    let mut r: Vec<Vec<f64>> = vec![vec![0.0; k]; k];
+    let mut kept: Vec<usize> = Vec::new();
+    for (j, column) in columns.iter().enumerate() {
+        let mut v = column.clone();
+        let before = dot(&v, &v).sqrt();
+        for _ in 0..2 {
+            for (i, &at) in kept.iter().enumerate() {
+                let share = dot(&q[i], &v);
+                r[at][j] += share;
+                subtract(&mut v, share, &q[i]);
+            }
+        }
+        let after = dot(&v, &v).sqrt();
+        if before > 0.0 && after > INDEPENDENT * before {
+            v.iter_mut().for_each(|value| *value /= after);
+            r[j][j] = after;
+            q.push(v);
+            kept.push(j);
+        }
+    }
+    let mut coefficients = vec![0.0; k];
+    let rhs: Vec<f64> = q.iter().map(|q| dot(q, target)).collect();
+    for i in (0..kept.len()).rev() {
+        let at = kept[i];
+        let sum: f64 = kept[i + 1..].iter().map(|&later| r[at][later] * coefficients[later]).sum();
+        coefficients[at] = (rhs[i] - sum) / r[at][at];
+    }
+    // Inverse of R, column by column, then R^-1 R^-T.
+    let m = kept.len();
+    let mut inverse_r: Vec<Vec<f64>> = vec![vec![0.0; m]; m];
+    for c in 0..m {
+        inverse_r[c][c] = 1.0 / r[kept[c]][kept[c]];
+        for i in (0..c).rev() {
+            let sum: f64 = (i + 1..=c).map(|l| r[kept[i]][kept[l]] * inverse_r[l][c]).sum();
+            inverse_r[i][c] = -sum / r[kept[i]][kept[i]];
+        }
+    }
+    let mut inverse: Vec<Vec<f64>> = vec![vec![0.0; k]; k];
+    for a in 0..m {
+        for b in 0..m {
+            inverse[kept[a]][kept[b]] =
+                (a.max(b)..m).map(|l| inverse_r[a][l] * inverse_r[b][l]).sum();
+        }
+    }
+    Solution { coefficients, inverse }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Basis, solve};
+
+    #[test]
+    fn a_line_is_solved_and_a_dependent_column_gets_nothing() {
+        let ones = vec![1.0; 5];
+        let x: Vec<f64> = (0..5).map(f64::from).collect();
+        let double: Vec<f64> = x.iter().map(|x| 2.0 * x).collect();
+        let y: Vec<f64> = x.iter().map(|x| 3.0 + 0.5 * x).collect();
+        let found = solve(&[ones.clone(), x.clone(), double], &y);
+        assert!((found.coefficients[0] - 3.0).abs() < 1e-12);
+        assert!((found.coefficients[1] - 0.5).abs() < 1e-12);
+        assert_eq!(found.coefficients[2], 0.0);
+        // Variance of a slope: 1 / sum (x - mean)^2.
+        assert!((found.inverse[1][1] - 0.1).abs() < 1e-12);
+        let mut basis = Basis::default();
+        assert!(basis.push(ones) && basis.push(x.clone()) && !basis.push(y));
+    }
+}

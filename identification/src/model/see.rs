@@ -1,0 +1,107 @@
+//! What a driver shows in each row.
+
+use super::{Driver, Wrap};
+use crate::problem::{Channel, Channels};
+use crate::signal;
+
+/// The numbers that a driver and a form need beside the data, in SI: `time_constant`, `origin` ...
+pub type Fixed = Vec<(String, f64)>;
+
+/// The number of that name.
+pub fn fixed(all: &Fixed, name: &str) -> Option<f64> {
+    all.iter().find(|(key, _)| key == name).map(|(_, value)| *value)
+}
+
+/// The number of that name, or what holds where there is none.
+pub fn fixed_or(all: &Fixed, name: &str, otherwise: f64) -> f64 {
+    fixed(all, name).unwrap_or(otherwise)
+}
+
+/// The field of a driver.
+pub enum Field<'a> {
+    /// Time.
+    Time,
+    /// The rotation itself.
+    Rotation,
+    /// The sign of the rotation.
+    Direction,
+    /// A field of the data.
+    Channel(&'a Channel),
+}
+
+/// Finds the field that `driver` names.
+pub fn field<'a>(channels: &'a Channels, driver: &Driver) -> Option<Field<'a>> {
+    let name = driver.field.as_str();
+    if name == channels.time_name || name == "time" {
+        Some(Field::Time)
+    } else if let Some(channel) = channels.named(name) {
+        Some(Field::Channel(channel))
+    } else if !channels.rotation.is_empty()
+        && (channels.direction_name.as_deref() == Some(name) || name == "direction")
+    {
+        Some(Field::Direction)
+    } else if !channels.rotation.is_empty()
+        && (name == channels.rotation_name || [crate::problem::ROTATION, "table_rate"].contains(&name))
+    {
+        Some(Field::Rotation)
+    } else {
+        None
+    }
+}
+
+/// The driver's value in each row; harmonics and steps in time leave their argument to the form.
+pub fn see(channels: &Channels, driver: &Driver, numbers: &Fixed) -> Option<Vec<f64>> {
+    let found = field(channels, driver)?;
+    let plain = |found: &Field<'_>| -> Vec<f64> {
+        match found {
+            Field::Time => channels.time.clone(),
+            Field::Rotation => channels.rotation.clone(),
+            Field::Direction => channels.rotation.iter().map(|rate| sign(*rate)).collect(),
+            Field::Channel(channel) => channel.values.clone(),
+        }
+    };
+    Some(match driver.wrap {
+        Wrap::Plain
+        | Wrap::Harmonic1
+        | Wrap::Harmonic2
+        | Wrap::Step
+        | Wrap::Periodic
+        | Wrap::Trend => plain(&found),
+        Wrap::Abs => plain(&found).into_iter().map(f64::abs).collect(),
+        Wrap::Sign => plain(&found).into_iter().map(sign).collect(),
+        Wrap::RateOf => match found {
+            Field::Channel(channel) => channel.smooth.slope.clone(),
+            other => channels.smooth(&plain(&other)).slope,
+        },
+        Wrap::LagOf => {
+            let level = level(&found, plain);
+            let constant = fixed(numbers, "time_constant")?;
+            channels.by_segment(&level, |times, values| signal::first_order(times, values, constant))
+        }
+        Wrap::BranchOf => {
+            let level = level(&found, plain);
+            let half = fixed(numbers, "half_width")?;
+            // The branch beside the middle one: what the channel itself shows is left out.
+            let branch = channels.by_segment(&level, |_, values| signal::play(values, half));
+            branch.iter().zip(&level).map(|(branch, level)| branch - level).collect()
+        }
+    })
+}
+
+fn level(found: &Field<'_>, plain: impl Fn(&Field<'_>) -> Vec<f64>) -> Vec<f64> {
+    match found {
+        Field::Channel(channel) => channel.smooth.level.clone(),
+        other => plain(other),
+    }
+}
+
+/// Sign of a rotation; zero at rest.
+fn sign(value: f64) -> f64 {
+    if value > 0.0 {
+        1.0
+    } else if value < 0.0 {
+        -1.0
+    } else {
+        0.0
+    }
+}

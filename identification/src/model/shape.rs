@@ -1,0 +1,254 @@
+//! A term without its linear coefficients: what it looks like over the rows.
+
+use super::see::{Field, Fixed, field, fixed, fixed_or, see};
+use super::spline::{cardinal, hats};
+use super::{Acts, Driver, Form, Wrap};
+use crate::problem::{Block, Channels, Exposure};
+use crate::signal::interpolate;
+use std::f64::consts::TAU;
+
+/// A term without its coefficients.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shape {
+    /// Standard name.
+    pub name: String,
+    /// Whether the library names it.
+    pub known: bool,
+    /// What it acts on.
+    pub acts: Acts,
+    /// What it sees.
+    pub drivers: Vec<Driver>,
+    /// How it depends on that.
+    pub form: Form,
+    /// Knots, SI.
+    pub knots: Vec<f64>,
+    /// Knots over the second driver, SI.
+    pub knots_2: Vec<f64>,
+    /// Its other numbers, SI.
+    pub fixed: Fixed,
+}
+
+impl Shape {
+    /// A term of the library over one driver.
+    pub fn new(name: &str, acts: Acts, driver: Driver, form: Form) -> Self {
+        Self {
+            name: name.to_owned(),
+            known: true,
+            acts,
+            drivers: vec![driver],
+            form,
+            knots: Vec::new(),
+            knots_2: Vec::new(),
+            fixed: Fixed::new(),
+        }
+    }
+
+    /// A constant.
+    pub fn constant(name: &str, acts: Acts) -> Self {
+        Self { drivers: Vec::new(), ..Self::new(name, acts, Driver::plain("time"), Form::Constant) }
+    }
+
+    /// With a number.
+    #[must_use]
+    pub fn with(mut self, name: &str, value: f64) -> Self {
+        self.set(name, value);
+        self
+    }
+
+    /// As something that no library names.
+    #[must_use]
+    pub fn unnamed(mut self) -> Self {
+        self.known = false;
+        self
+    }
+
+    /// Changes a number.
+    pub fn set(&mut self, name: &str, value: f64) {
+        match self.fixed.iter_mut().find(|(key, _)| key == name) {
+            Some((_, old)) => *old = value,
+            None => self.fixed.push((name.to_owned(), value)),
+        }
+    }
+
+    /// A number.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        fixed(&self.fixed, name)
+    }
+
+    /// Numbers that the data can tell but the columns are not linear in.
+    pub fn nonlinear(&self) -> Vec<&'static str> {
+        let mut found = Vec::new();
+        for driver in &self.drivers {
+            match driver.wrap {
+                Wrap::LagOf => found.push("time_constant"),
+                Wrap::BranchOf => found.push("half_width"),
+                _ => {}
+            }
+        }
+        match self.form {
+            Form::Exponential => found.push("time_constant"),
+            Form::Periodic => found.push("period"),
+            Form::Step | Form::Hinge => found.push("at"),
+            Form::Bump | Form::Tanh => found.extend(["centre", "width"]),
+            Form::DeadZone => found.push("width"),
+            Form::Saturation => found.push("limit"),
+            _ => {}
+        }
+        found
+    }
+
+    /// How many coefficients it has.
+    pub fn width(&self) -> usize {
+        match self.form {
+            Form::Harmonic | Form::Periodic => 2,
+            Form::Spline => self.knots.len(),
+            Form::Surface => self.knots.len() * self.knots_2.len(),
+            _ => 1,
+        }
+    }
+
+    /// Its columns over the rows, one a coefficient: what the term is when that coefficient is 1. `None` where the
+    /// data lack a driver.
+    pub fn per_row(&self, channels: &Channels) -> Option<Vec<Vec<f64>>> {
+        if self.form == Form::Constant {
+            return Some(vec![vec![1.0; channels.time.len()]]);
+        }
+        let x = see(channels, self.drivers.first()?, &self.fixed)?;
+        let number = |name: &str| self.number(name);
+        let origin = fixed_or(&self.fixed, "origin", 0.0);
+        let one = |f: &dyn Fn(f64) -> f64| vec![x.iter().map(|&x| f(x)).collect::<Vec<f64>>()];
+        Some(match self.form {
+            Form::Constant => unreachable_constant(&x),
+            Form::Linear => one(&|x| x - origin),
+            Form::Quadratic => one(&|x| (x - origin).powi(2)),
+            Form::Cubic => one(&|x| (x - origin).powi(3)),
+            Form::Exponential => {
+                let constant = number("time_constant")?;
+                one(&|x| (-x / constant).exp())
+            }
+            Form::Harmonic => {
+                let k = if self.drivers[0].wrap == Wrap::Harmonic2 { 2.0 } else { 1.0 };
+                let mut columns = one(&|x| (k * x).cos());
+                columns.extend(one(&|x| (k * x).sin()));
+                columns
+            }
+            Form::Periodic => {
+                let omega = TAU / number("period")?;
+                let mut columns = one(&|x| (omega * x).cos());
+                columns.extend(one(&|x| (omega * x).sin()));
+                columns
+            }
+            Form::Step => {
+                let at = number("at")?;
+                one(&|x| f64::from(u8::from(x >= at)))
+            }
+            Form::Hinge => {
+                let at = number("at")?;
+                one(&|x| (x - at).max(0.0))
+            }
+            Form::Bump => {
+                let (centre, width) = (number("centre")?, number("width")?);
+                one(&|x| (-0.5 * ((x - centre) / width).powi(2)).exp())
+            }
+            Form::Tanh => {
+                let (centre, width) = (number("centre")?, number("width")?);
+                one(&|x| ((x - centre) / width).tanh())
+            }
+            Form::Spline => cardinal(&self.knots, &x),
+            Form::Surface => {
+                let y = see(channels, self.drivers.get(1)?, &self.fixed)?;
+                let (over_x, over_y) = (hats(&self.knots, &x), hats(&self.knots_2, &y));
+                let mut columns = Vec::with_capacity(self.width());
+                for a in &over_x {
+                    for b in &over_y {
+                        columns.push(a.iter().zip(b).map(|(a, b)| a * b).collect());
+                    }
+                }
+                columns
+            }
+            Form::Product => {
+                let y = see(channels, self.drivers.get(1)?, &self.fixed)?;
+                let origin_2 = fixed_or(&self.fixed, "origin_2", 0.0);
+                vec![x.iter().zip(&y).map(|(x, y)| (x - origin) * (y - origin_2)).collect()]
+            }
+            Form::Delay => vec![self.delayed(channels)?],
+            Form::DeadZone => {
+                let width = number("width")?;
+                one(&|x| if x.abs() < width { -x } else { 0.0 })
+            }
+            Form::Saturation => {
+                let limit = number("limit")?;
+                one(&|x| x.clamp(-limit, limit) - x)
+            }
+        })
+    }
+
+    /// What a delay, a clock or a bandwidth makes of the rotation, over its number.
+    fn delayed(&self, channels: &Channels) -> Option<Vec<f64>> {
+        let rate = &channels.rotation;
+        let Some(Field::Rotation | Field::Time) = field(channels, &self.drivers[0]) else {
+            return None;
+        };
+        if self.drivers[0].wrap == Wrap::LagOf {
+            let lagged = see(channels, &self.drivers[0], &self.fixed)?;
+            let constant = self.number("time_constant")?;
+            return Some(lagged.iter().zip(rate).map(|(lagged, rate)| (lagged - rate) / constant).collect());
+        }
+        let (number, is_clock) = match self.acts {
+            Acts::Clock => (self.number("stretch")?, true),
+            _ => (self.number("delay")?, false),
+        };
+        let mut found = Vec::with_capacity(rate.len());
+        for range in &channels.segments {
+            let times = &channels.time[range.clone()];
+            let values = &rate[range.clone()];
+            for (&time, &value) in times.iter().zip(values) {
+                let at = if is_clock { time + number * (time - times[0]) } else { time - number };
+                found.push((interpolate(times, values, at) - value) / number);
+            }
+        }
+        Some(found)
+    }
+
+    /// Its columns over the observations of `block`. `None` where the block knows no such term or the data lack a
+    /// driver.
+    pub fn observed(&self, block: &Block, channels: &Channels) -> Option<Vec<Vec<f64>>> {
+        let exposure = exposure(block, self.acts)?;
+        let columns = self.per_row(channels)?;
+        Some(
+            columns
+                .into_iter()
+                .map(|mut column| {
+                    for (value, per) in column.iter_mut().zip(&exposure.per_row) {
+                        *value *= per;
+                    }
+                    block.observe(&column, &channels.run)
+                })
+                .collect(),
+        )
+    }
+
+    /// What would tell two shapes apart, in a word.
+    pub fn label(&self) -> String {
+        let drivers: Vec<String> = self.drivers.iter().map(ToString::to_string).collect();
+        format!("{:?}[{}]{:?}", self.acts, drivers.join(","), self.form)
+    }
+}
+
+/// A constant is answered before anything is looked up.
+fn unreachable_constant(x: &[f64]) -> Vec<Vec<f64>> {
+    vec![vec![1.0; x.len()]]
+}
+
+/// What a unit of a term that `acts` so adds to the observations of `block`. What adds to a rate is exposed as a
+/// bias is; slip as the distance is.
+pub fn exposure(block: &Block, acts: Acts) -> Option<&Exposure> {
+    let like = match acts {
+        Acts::Delay | Acts::Clock | Acts::DeadZone | Acts::Saturation | Acts::Axis => Acts::Bias,
+        Acts::Slip => {
+            return block.exposure(Acts::Drive).or_else(|| block.exposure(Acts::Curvature));
+        }
+        other => other,
+    };
+    block.exposure(like)
+}

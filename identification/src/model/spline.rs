@@ -1,0 +1,129 @@
+//! Natural cubic splines by their values at the knots.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Columns that a spline through `knots` is made of: column i is the spline that is 1 at knot i and 0 at the others.
+/// Beyond the ends it goes on straight.
+pub fn cardinal(knots: &[f64], at: &[f64]) -> Vec<Vec<f64>> {
+    let k = knots.len();
+    let second: Vec<Vec<f64>> = (0..k).map(|i| second_derivatives(knots, i)).collect();
+    (0..k)
+        .map(|i| at.iter().map(|&x| value(knots, i, &second[i], x)).collect())
+        .collect()
+}
+
+/// Second derivatives at the knots of the natural spline that is 1 at knot `which`.
+fn second_derivatives(knots: &[f64], which: usize) -> Vec<f64> {
+    let k = knots.len();
+    if k < 3 {
+        return vec![0.0; k];
+    }
+    let y = |i: usize| if i == which { 1.0 } else { 0.0 };
+    let n = k - 2;
+    let mut matrix = DMatrix::zeros(n, n);
+    let mut right = DVector::zeros(n);
+    for row in 0..n {
+        let i = row + 1;
+        let (before, after) = (knots[i] - knots[i - 1], knots[i + 1] - knots[i]);
+        matrix[(row, row)] = (before + after) / 3.0;
+        if row > 0 {
+            matrix[(row, row - 1)] = before / 6.0;
+        }
+        if row + 1 < n {
+            matrix[(row, row + 1)] = after / 6.0;
+        }
+        right[row] = (y(i + 1) - y(i)) / after - (y(i) - y(i - 1)) / before;
+    }
+    let inner = matrix.lu().solve(&right).unwrap_or_else(|| DVector::zeros(n));
+    let mut found = vec![0.0; k];
+    found[1..=n].copy_from_slice(inner.as_slice());
+    found
+}
+
+fn value(knots: &[f64], which: usize, second: &[f64], x: f64) -> f64 {
+    let k = knots.len();
+    let y = |i: usize| if i == which { 1.0 } else { 0.0 };
+    if k == 1 {
+        return 1.0;
+    }
+    let slope = |i: usize, end: bool| {
+        let h = knots[i + 1] - knots[i];
+        let (a, b) = if end { (1.0, 2.0) } else { (-2.0, -1.0) };
+        (y(i + 1) - y(i)) / h + h / 6.0 * (a * second[i] + b * second[i + 1])
+    };
+    if x <= knots[0] {
+        return y(0) + slope(0, false) * (x - knots[0]);
+    }
+    if x >= knots[k - 1] {
+        return y(k - 1) + slope(k - 2, true) * (x - knots[k - 1]);
+    }
+    let i = knots.partition_point(|knot| *knot <= x).clamp(1, k - 1) - 1;
+    let h = knots[i + 1] - knots[i];
+    let (a, b) = ((knots[i + 1] - x) / h, (x - knots[i]) / h);
+    a * y(i)
+        + b * y(i + 1)
+        + h * h / 6.0 * ((a * a * a - a) * second[i] + (b * b * b - b) * second[i + 1])
+}
+
+/// Weights of bilinear interpolation: a hat at each knot, held beyond the ends.
+pub fn hats(knots: &[f64], at: &[f64]) -> Vec<Vec<f64>> {
+    let k = knots.len();
+    let mut columns = vec![vec![0.0; at.len()]; k];
+    for (row, &x) in at.iter().enumerate() {
+        let above = knots.partition_point(|knot| *knot <= x);
+        if above == 0 {
+            columns[0][row] = 1.0;
+        } else if above == k {
+            columns[k - 1][row] = 1.0;
+        } else {
+            let share = (x - knots[above - 1]) / (knots[above] - knots[above - 1]);
+            columns[above - 1][row] = 1.0 - share;
+            columns[above][row] = share;
+        }
+    }
+    columns
+}
+
+/// Knots at the quantiles of `values`, at most `count`, all different.
+pub fn quantile_knots(values: &[f64], count: usize) -> Vec<f64> {
+    let mut sorted: Vec<f64> = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let n = sorted.len();
+    if n == 0 {
+        return Vec::new();
+    }
+    let span = sorted[n - 1] - sorted[0];
+    let mut knots: Vec<f64> = Vec::with_capacity(count);
+    for i in 0..count {
+        // Half by rank, half by distance, so that a rare region has a knot too.
+        let share = i as f64 / (count - 1).max(1) as f64;
+        let by_rank = sorted[((n - 1) as f64 * share).round() as usize];
+        let knot = (by_rank + sorted[0] + share * span) / 2.0;
+        if knots.last().is_none_or(|last| knot - last > 1e-3 * span) {
+            knots.push(knot);
+        }
+    }
+    knots
+}
+
+#[cfg(test)]
+mod tests {
+    use super::cardinal;
+
+    #[test]
+    fn a_straight_line_stays_one_and_knots_are_met() {
+        let knots = [0.0, 1.0, 2.5, 4.0, 7.0];
+        let at: Vec<f64> = (-10..90).map(|i| f64::from(i) * 0.1).collect();
+        let columns = cardinal(&knots, &at);
+        for (row, x) in at.iter().enumerate() {
+            let line: f64 = knots.iter().zip(&columns).map(|(k, c)| (2.0 + 3.0 * k) * c[row]).sum();
+            assert!((line - (2.0 + 3.0 * x)).abs() < 1e-9, "{x}");
+        }
+        let at_knots = cardinal(&knots, &knots);
+        for (i, column) in at_knots.iter().enumerate() {
+            for (j, value) in column.iter().enumerate() {
+                assert!((value - f64::from(u8::from(i == j))).abs() < 1e-12);
+            }
+        }
+    }
+}

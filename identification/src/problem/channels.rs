@@ -1,0 +1,184 @@
+//! What effects can see: channels at every row, with slopes where somebody asks for them.
+
+use super::segments::segments;
+use crate::dataset::{Dataset, Dimension, Role, Unit};
+use crate::signal::{self, Smooth};
+use std::ops::Range;
+
+/// One field that may be a cause.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channel {
+    /// Name of the field.
+    pub name: String,
+    /// Its role.
+    pub role: Role,
+    /// Unit as in the file.
+    pub unit: Unit,
+    /// SI but for what has no SI in the contract; missing values bridged.
+    pub values: Vec<f64>,
+    /// Level and slope without the noise of the sensor.
+    pub smooth: Smooth,
+    /// Smallest and largest value.
+    pub range: (f64, f64),
+}
+
+impl Channel {
+    /// Largest less smallest value.
+    pub fn span(&self) -> f64 {
+        self.range.1 - self.range.0
+    }
+
+    /// Is it an angle that repeats after a turn?
+    pub fn is_angle(&self) -> bool {
+        self.unit.dimension() == Dimension::Angle
+    }
+}
+
+/// What effects can see, at every row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channels {
+    /// Time of each row, s (or sample number).
+    pub time: Vec<f64>,
+    /// Whether `time` is in seconds.
+    pub time_unit: Unit,
+    /// Name of the field of time.
+    pub time_name: String,
+    /// Run of each row.
+    pub run: Vec<usize>,
+    /// Where time goes on without a break.
+    pub segments: Vec<Range<usize>>,
+    /// Fields that may be a cause and are not constant.
+    pub channels: Vec<Channel>,
+    /// The rotation itself, rad/s; empty where there is none. Filled by the kind.
+    pub rotation: Vec<f64>,
+    /// Name of the rotation as a driver.
+    pub rotation_name: String,
+    /// Unit in which the rotation is stated.
+    pub rotation_unit: Unit,
+    /// Name of the field of direction, where there is one.
+    pub direction_name: Option<String>,
+    /// Names of fields that are constant.
+    pub constant: Vec<String>,
+}
+
+/// Roles that are causes where they are there.
+const CAUSES: [Role; 5] =
+    [Role::Temperature, Role::Heading, Role::Auxiliary, Role::Bias, Role::Duration];
+
+impl Channels {
+    /// Those of `dataset`.
+    pub fn new(dataset: &Dataset) -> Self {
+        let rows = dataset.rows();
+        let (time, time_unit, time_name): (Vec<f64>, Unit, String) = match dataset.column(Role::Time) {
+            Some(column) => (column.si().collect(), column.unit, column.name.clone()),
+            None => ((0..rows).map(|row| row as f64).collect(), Unit::One, "time".to_owned()),
+        };
+        let run = dataset.run_of_row.clone();
+        let stretches = segments(&time, &run);
+        let mut found = Self {
+            time,
+            time_unit,
+            time_name,
+            run,
+            segments: stretches,
+            channels: Vec::new(),
+            rotation: Vec::new(),
+            rotation_name: super::ROTATION.to_owned(),
+            rotation_unit: Unit::DegreePerSecond,
+            direction_name: dataset.column(Role::Direction).map(|column| column.name.clone()),
+            constant: Vec::new(),
+        };
+        for column in &dataset.columns {
+            if CAUSES.contains(&column.role) {
+                let values: Vec<f64> = column.si().collect();
+                found.add(&column.name, column.role, column.unit, values);
+            }
+        }
+        found
+    }
+
+    /// Adds a field that may be a cause; a constant one is only noted.
+    pub fn add(&mut self, name: &str, role: Role, unit: Unit, mut values: Vec<f64>) {
+        let wraps = unit.dimension() == Dimension::Angle;
+        if wraps {
+            self.unwrap_angle(&mut values);
+        }
+        let smooth = self.smooth(&values);
+        for (value, level) in values.iter_mut().zip(&smooth.level) {
+            if !value.is_finite() {
+                *value = *level;
+            }
+        }
+        let finite = values.iter().copied().filter(|value| value.is_finite());
+        let (low, high) =
+            finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        if !(high > low) || values.iter().any(|value| !value.is_finite()) {
+            self.constant.push(name.to_owned());
+            return;
+        }
+        let range = (low, high);
+        self.channels.push(Channel { name: name.to_owned(), role, unit, values, smooth, range });
+    }
+
+    fn unwrap_angle(&self, values: &mut [f64]) {
+        for range in &self.segments {
+            let mut last: Option<f64> = None;
+            for value in &mut values[range.clone()] {
+                if value.is_finite() {
+                    if let Some(last) = last {
+                        *value = last + super::wrap(*value - last);
+                    }
+                    last = Some(*value);
+                }
+            }
+        }
+    }
+
+    /// Level and slope of `values`, stretch by stretch.
+    pub fn smooth(&self, values: &[f64]) -> Smooth {
+        let mut whole = Smooth { level: Vec::new(), slope: Vec::new() };
+        for range in &self.segments {
+            let part = signal::smooth(&self.time[range.clone()], &values[range.clone()]);
+            whole.level.extend(part.level);
+            whole.slope.extend(part.slope);
+        }
+        whole
+    }
+
+    /// The channel of that name.
+    pub fn named(&self, name: &str) -> Option<&Channel> {
+        self.channels.iter().find(|channel| channel.name == name)
+    }
+
+    /// The first channel with that role.
+    pub fn of(&self, role: Role) -> Option<&Channel> {
+        self.channels.iter().find(|channel| channel.role == role)
+    }
+
+    /// Applies `f` to each stretch of time of `values`, with its times.
+    pub fn by_segment(&self, values: &[f64], f: impl Fn(&[f64], &[f64]) -> Vec<f64>) -> Vec<f64> {
+        self.segments
+            .iter()
+            .flat_map(|range| f(&self.time[range.clone()], &values[range.clone()]))
+            .collect()
+    }
+
+    /// Typical time from row to row.
+    pub fn interval(&self) -> f64 {
+        let mut steps: Vec<f64> = self
+            .segments
+            .iter()
+            .flat_map(|range| self.time[range.clone()].windows(2).map(|pair| pair[1] - pair[0]))
+            .collect();
+        steps.sort_by(f64::total_cmp);
+        steps.get(steps.len() / 2).copied().unwrap_or(1.0)
+    }
+
+    /// Longest stretch of time.
+    pub fn span(&self) -> f64 {
+        self.segments
+            .iter()
+            .map(|range| self.time[range.end - 1] - self.time[range.start])
+            .fold(0.0, f64::max)
+    }
+}

@@ -1,0 +1,164 @@
+//! A data set as equations: for each observed quantity, measured minus nominal, and what each kind of term would
+//! add to it per unit.
+
+mod channels;
+mod driven;
+mod gyro;
+mod laps;
+mod path;
+mod segments;
+mod wheels;
+
+use crate::dataset::{Axis, Dataset, Kind};
+use crate::identify::IdentifyError;
+use crate::model::{Acts, Driver};
+pub use channels::{Channel, Channels};
+pub use path::Path;
+pub use segments::segments;
+
+/// How rows add up to observations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Aggregate {
+    /// An observation is of its row alone.
+    Row,
+    /// An observation is the sum over its run up to its row: a heading, a travelled distance.
+    Level,
+}
+
+/// A unit for people: its text and what one of it is in SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DisplayUnit {
+    /// As the contract writes it.
+    pub text: String,
+    /// In SI.
+    pub si: f64,
+}
+
+impl DisplayUnit {
+    /// That unit.
+    pub fn new(text: &str, si: f64) -> Self {
+        Self { text: text.to_owned(), si }
+    }
+}
+
+/// What one kind of term does to an observation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Exposure {
+    /// The kind of term.
+    pub acts: Acts,
+    /// What a unit of the term adds in each row, in SI.
+    pub per_row: Vec<f64>,
+    /// Unit of the term's values.
+    pub unit: DisplayUnit,
+}
+
+/// Terms that the plain model has already; their values are fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Constant {
+    /// What it acts on.
+    pub acts: Acts,
+    /// Its name.
+    pub name: &'static str,
+}
+
+/// One observed quantity over all rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Block {
+    /// What is observed, for people: `gyro_z`, `heading`.
+    pub label: String,
+    /// Which axis of a gyro.
+    pub axis: Option<Axis>,
+    /// How rows add up.
+    pub aggregate: Aggregate,
+    /// Row of each observation.
+    pub rows: Vec<usize>,
+    /// Measured minus nominal, one an observation, in SI.
+    pub residual: Vec<f64>,
+    /// What was measured, as it was written (its lattice shows there), one an observation, and its unit in SI.
+    pub raw: Vec<f64>,
+    /// What terms of each kind add.
+    pub exposures: Vec<Exposure>,
+    /// What the plain model fits.
+    pub constants: Vec<Constant>,
+    /// Unit of the residual.
+    pub unit: DisplayUnit,
+    /// How much of the random walk each row brings (seconds, or metres driven); `None` where rows are alone.
+    pub activity: Option<Vec<f64>>,
+}
+
+/// A data set as equations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Problem {
+    /// What one row is.
+    pub kind: Kind,
+    /// What effects can see.
+    pub channels: Channels,
+    /// What is observed.
+    pub blocks: Vec<Block>,
+    /// The driven path, for `odometry`.
+    pub path: Option<Path>,
+    /// What a reader should know.
+    pub notices: Vec<String>,
+}
+
+impl Problem {
+    /// The equations of `dataset`.
+    ///
+    /// # Errors
+    ///
+    /// When it lacks what its kind needs.
+    pub fn new(dataset: &Dataset) -> Result<Self, IdentifyError> {
+        let channels = Channels::new(dataset);
+        match dataset.kind {
+            Kind::Turns => gyro::turns(dataset, channels),
+            Kind::Series => gyro::series(dataset, channels),
+            Kind::Odometry => driven::odometry(dataset, channels),
+            Kind::Laps => laps::laps(dataset, channels),
+        }
+    }
+}
+
+impl Block {
+    /// What a unit of a term of that kind adds in each row.
+    pub fn exposure(&self, acts: Acts) -> Option<&Exposure> {
+        self.exposures.iter().find(|exposure| exposure.acts == acts)
+    }
+
+    /// Sums or picks `per_row` into observations. `runs` is the run of each row.
+    pub fn observe(&self, per_row: &[f64], runs: &[usize]) -> Vec<f64> {
+        match self.aggregate {
+            Aggregate::Row => self.rows.iter().map(|&row| per_row[row]).collect(),
+            Aggregate::Level => {
+                let mut sum = 0.0;
+                let mut at = 0;
+                let mut observed = Vec::with_capacity(self.rows.len());
+                for &row in &self.rows {
+                    while at <= row {
+                        if at > 0 && runs[at] != runs[at - 1] {
+                            sum = 0.0;
+                        }
+                        sum += per_row[at];
+                        at += 1;
+                    }
+                    observed.push(sum);
+                }
+                observed
+            }
+        }
+    }
+}
+
+/// `angle` to within half a turn of zero, in (-pi, pi].
+pub fn wrap(angle: f64) -> f64 {
+    let turn = std::f64::consts::TAU;
+    let rest = angle.rem_euclid(turn);
+    if rest > std::f64::consts::PI { rest - turn } else { rest }
+}
+
+/// The driver that is the rotation itself, where no field has it.
+pub const ROTATION: &str = "reference_rate";
+
+/// A driver over the rotation.
+pub fn rotation_driver(channels: &Channels) -> Driver {
+    Driver::plain(&channels.rotation_name)
+}

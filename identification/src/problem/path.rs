@@ -1,0 +1,61 @@
+//! Dead reckoning of a driven path, and how far it ends from the reference.
+
+use std::ops::Range;
+
+/// A driven path: what the odometry says of each row, and where the reference says the robot was.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Path {
+    /// Nominal distance of each row, m.
+    pub distance: Vec<f64>,
+    /// Nominal turn of each row, rad.
+    pub turn: Vec<f64>,
+    /// Reference x, y (m) and heading (rad) of each row; NaN where there is none.
+    pub reference: [Vec<f64>; 3],
+    /// Rows of each run.
+    pub runs: Vec<Range<usize>>,
+}
+
+/// Error of dead reckoning over one run.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PathError {
+    /// Distance from the last reference position, m.
+    pub position: f64,
+    /// Heading at the last reference, rad.
+    pub heading: f64,
+    /// Mean square distance over all references of the run, m^2.
+    pub position_mean_square: f64,
+}
+
+impl Path {
+    /// Dead reckoning of run `run` from its first whole reference, with `turn` and `distance` added to each row.
+    pub fn error(&self, run: usize, turn: &[f64], distance: &[f64]) -> Option<PathError> {
+        let [xs, ys, headings] = &self.reference;
+        let rows = self.runs.get(run)?.clone();
+        let whole = |row: &usize| {
+            xs[*row].is_finite() && ys[*row].is_finite() && headings[*row].is_finite()
+        };
+        let start = rows.clone().find(whole)?;
+        let (mut x, mut y, mut heading) = (xs[start], ys[start], headings[start]);
+        let mut error = PathError::default();
+        let (mut sum, mut count) = (0.0, 0.0);
+        for row in start + 1..rows.end {
+            let step = self.distance[row] + distance[row];
+            let turned = self.turn[row] + turn[row];
+            let middle = heading + turned / 2.0;
+            x += step * middle.cos();
+            y += step * middle.sin();
+            heading += turned;
+            if xs[row].is_finite() && ys[row].is_finite() {
+                let square = (x - xs[row]).powi(2) + (y - ys[row]).powi(2);
+                sum += square;
+                count += 1.0;
+                error.position = square.sqrt();
+            }
+            if headings[row].is_finite() {
+                error.heading = super::wrap(heading - headings[row]);
+            }
+        }
+        error.position_mean_square = if count > 0.0 { sum / count } else { return None };
+        Some(error)
+    }
+}

@@ -1,0 +1,39 @@
+//! Where time goes on without a break.
+
+/// Ranges of rows over which time goes on: a new one where time goes back, or where a new run begins after a
+/// gap much longer than those between rows.
+pub fn segments(times: &[f64], runs: &[usize]) -> Vec<std::ops::Range<usize>> {
+    const GAP: f64 = 10.0;
+    let mut steps: Vec<f64> =
+        times.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
+    steps.sort_by(f64::total_cmp);
+    let typical = steps.get(steps.len() / 2).copied().unwrap_or(f64::INFINITY);
+    let mut found = Vec::new();
+    let mut start = 0;
+    for i in 1..times.len() {
+        let step = times[i] - times[i - 1];
+        if step <= 0.0 || (runs[i] != runs[i - 1] && step > GAP * typical) {
+            found.push(start..i);
+            start = i;
+        }
+    }
+    if !times.is_empty() {
+        found.push(start..times.len());
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::segments;
+
+    #[test]
+    fn runs_that_follow_one_another_are_one_stretch_of_time() {
+        let turns = segments(&[0.0, 12.0, 30.0, 42.0, 60.0], &[0, 0, 1, 1, 2]);
+        assert_eq!(turns, [0..5]);
+        let restarted = segments(&[0.0, 1.0, 0.0, 1.0], &[0, 0, 1, 1]);
+        assert_eq!(restarted, [0..2, 2..4]);
+        let apart = segments(&[0.0, 1.0, 900.0, 901.0], &[0, 0, 1, 1]);
+        assert_eq!(apart, [0..2, 2..4]);
+    }
+}

@@ -1,0 +1,152 @@
+//! What the wheels say: distance and turn of each row.
+
+use super::channels::Channels;
+use super::gyro::missing;
+use super::wrap;
+use crate::dataset::{Column, Constant, Dataset, Dimension, Role, Unit};
+use crate::identify::IdentifyError;
+
+/// Nominal motion in each row.
+pub(super) struct Motion {
+    /// Travelled, m.
+    pub distance: Vec<f64>,
+    /// Turned, rad.
+    pub turn: Vec<f64>,
+}
+
+/// A cumulative reading ranges over many times its largest step.
+const CUMULATIVE: f64 = 20.0;
+
+pub(super) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, IdentifyError> {
+    let wheels = (dataset.column(Role::WheelLeft), dataset.column(Role::WheelRight));
+    if let (Some(left), Some(right)) = wheels {
+        let track = length(dataset, &["wheelbase", "track", "track_width", "wheel_base", "wheel_track"])
+            .ok_or_else(|| missing("constant `wheelbase` in the package"))?;
+        let left = travelled(dataset, left, "left", channels)?;
+        let right = travelled(dataset, right, "right", channels)?;
+        let distance = left.iter().zip(&right).map(|(l, r)| (l + r) / 2.0).collect();
+        let turn = left.iter().zip(&right).map(|(l, r)| (r - l) / track).collect();
+        return Ok(Motion { distance, turn });
+    }
+    let distance = dataset.column(Role::DriveDistance).ok_or_else(|| missing("wheels"))?;
+    let steer = dataset.column(Role::SteerAngle).ok_or_else(|| missing("steer angle"))?;
+    let distance = match distance.unit.dimension() {
+        Dimension::Speed => by_time(distance, channels),
+        Dimension::Length => increments(distance, channels, false),
+        _ => {
+            let factor = length(dataset, &["metres_per_count", "drive_metres_per_count"])
+                .ok_or_else(|| missing("constant `metres_per_count` in the package"))?;
+            distance.values.iter().map(|counts| finite(*counts) * factor).collect()
+        }
+    };
+    let turn = match steer.unit.dimension() {
+        Dimension::AngularRate => by_time(steer, channels),
+        Dimension::Count => {
+            let per_turn = number(dataset, &["steer_counts_per_revolution", "counts_per_revolution"])
+                .ok_or_else(|| missing("constant `steer_counts_per_revolution` in the package"))?;
+            let factor = std::f64::consts::TAU / per_turn;
+            steer.values.iter().map(|counts| finite(*counts) * factor).collect()
+        }
+        _ => increments(steer, channels, true),
+    };
+    Ok(Motion { distance, turn })
+}
+
+fn finite(value: f64) -> f64 {
+    if value.is_finite() { value } else { 0.0 }
+}
+
+fn constant(dataset: &Dataset, names: &[&str]) -> Option<Constant> {
+    names.iter().find_map(|name| dataset.constants.get(*name).copied())
+}
+
+fn length(dataset: &Dataset, names: &[&str]) -> Option<f64> {
+    constant(dataset, names).map(|constant| constant.value * constant.unit.si())
+}
+
+fn number(dataset: &Dataset, names: &[&str]) -> Option<f64> {
+    constant(dataset, names).map(|constant| constant.value)
+}
+
+/// Metres that a wheel travelled in each row.
+fn travelled(
+    dataset: &Dataset,
+    wheel: &Column,
+    side: &str,
+    channels: &Channels,
+) -> Result<Vec<f64>, IdentifyError> {
+    let radius = || {
+        length(dataset, &[&format!("wheel_diameter_{side}"), "wheel_diameter"])
+            .map(|diameter| diameter / 2.0)
+            .or_else(|| length(dataset, &[&format!("wheel_radius_{side}"), "wheel_radius"]))
+            .ok_or_else(|| missing(&format!("constant `wheel_diameter_{side}` in the package")))
+    };
+    Ok(match wheel.unit.dimension() {
+        Dimension::Count => {
+            let ticks = [
+                format!("encoder_ticks_per_revolution_{side}"),
+                "encoder_ticks_per_revolution".to_owned(),
+                "ticks_per_revolution".to_owned(),
+            ];
+            let names: Vec<&str> = ticks.iter().map(String::as_str).collect();
+            let per_turn = number(dataset, &names)
+                .ok_or_else(|| missing("constant `encoder_ticks_per_revolution` in the package"))?;
+            let factor = std::f64::consts::TAU * radius()? / per_turn;
+            wheel.values.iter().map(|count| finite(*count) * factor).collect()
+        }
+        Dimension::Angle => {
+            let radius = radius()?;
+            increments(wheel, channels, false).into_iter().map(|angle| angle * radius).collect()
+        }
+        Dimension::AngularRate => {
+            let radius = radius()?;
+            by_time(wheel, channels).into_iter().map(|angle| angle * radius).collect()
+        }
+        Dimension::Length => increments(wheel, channels, false),
+        _ => by_time(wheel, channels),
+    })
+}
+
+/// A speed, times the time since the row before.
+fn by_time(column: &Column, channels: &Channels) -> Vec<f64> {
+    let values: Vec<f64> = column.si().map(finite).collect();
+    let mut found = vec![0.0; values.len()];
+    for row in 1..values.len() {
+        if channels.run[row] == channels.run[row - 1] {
+            let dt = channels.time[row] - channels.time[row - 1];
+            found[row] = dt * (values[row] + values[row - 1]) / 2.0;
+        }
+    }
+    found
+}
+
+/// Steps of a reading that is cumulative, or the reading itself where it is steps already.
+fn increments(column: &Column, channels: &Channels, wraps: bool) -> Vec<f64> {
+    let values: Vec<f64> = column.si().collect();
+    let mut steps = vec![0.0; values.len()];
+    let mut last = f64::NAN;
+    for row in 0..values.len() {
+        if row > 0 && channels.run[row] != channels.run[row - 1] {
+            last = f64::NAN;
+        }
+        if values[row].is_finite() {
+            if last.is_finite() {
+                let step = values[row] - last;
+                steps[row] = if wraps && column.unit != Unit::One { wrap(step) } else { step };
+            }
+            last = values[row];
+        }
+    }
+    let largest_step = steps.iter().fold(0.0, |largest: f64, step| largest.max(step.abs()));
+    let (low, high) = values
+        .iter()
+        .filter(|value| value.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    if high - low > CUMULATIVE * largest_step || (wraps && high - low > 1.0 && largest_step < 1.0) {
+        steps
+    } else if largest_step == 0.0 {
+        vec![0.0; values.len()]
+    } else {
+        values.into_iter().map(finite).collect()
+    }
+}
