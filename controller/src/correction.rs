@@ -79,8 +79,8 @@ pub enum Driver {
         /// Time constant of the lag.
         time_constant_s: f64,
     },
-    /// It, with play: follows at a distance of at most the half width; degC. Starts in the middle
-    /// when the calibration is loaded.
+    /// It with play, less it: the branch of a hysteresis, at most the half width either way; K. Starts
+    /// in the middle when the calibration is loaded.
     TemperatureBranch {
         /// Half of the play.
         half_width_kelvin: f64,

@@ -13,7 +13,7 @@
 //!
 //! From file to verdict:
 //! * [`plan`]: what a plan file may say. [`library`]: plans, device files and calibrations that ship.
-//! * [`calibrations`]: what one plan makes and a later one uses.
+//! * [`calibrations`], [`models`]: what one plan makes and a later one uses.
 //! * [`engine`]: the steps of a plan, without IO and without a clock.
 //! * [`world`]: where plan, controller and devices meet. [`link`]: the lines between them.
 //! * [`observation`], [`record`]: what was measured, and everything that happened.
@@ -54,6 +54,7 @@ pub mod library;
 pub mod link;
 #[cfg(feature = "live")]
 pub mod live;
+pub mod models;
 pub mod observation;
 pub mod outcome;
 pub mod plan;

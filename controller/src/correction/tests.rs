@@ -42,8 +42,8 @@ fn each_driver_is_what_it_says() {
         (Driver::TemperatureRate, ramp, 0.01),
         // Behind a ramp of slope r a lag L settles at r L.
         (Driver::TemperatureLag { time_constant_s: 50.0 }, ramp, 26.0 - 0.5),
-        (branch, ramp, 25.5),
-        (branch, up_and_down, 20.5),
+        (branch, ramp, -0.5),
+        (branch, up_and_down, 0.5),
         (Driver::Rate, ramp, -w),
         (Driver::AbsRate, ramp, w),
         (Driver::Direction, ramp, -1.0),

@@ -57,7 +57,8 @@ pub enum Driver {
         /// Time constant of the lag.
         time_constant_s: f64,
     },
-    /// It, with play: follows at a distance of at most the half width, from the middle; degC.
+    /// It with play, less it: the branch of a hysteresis, at most the half width either way, from
+    /// the middle; K.
     TemperatureBranch {
         /// Half of the play.
         half_width_kelvin: f64,

@@ -2,12 +2,14 @@
 
 use crate::engine::BenchFacts;
 use crate::library::{Kind, Library, LibraryError};
+use crate::models::{self, ModelError};
 use crate::record::RecordKind;
 use controller::config::{BaseConfig, Config, GyroConfig, MotionConfig, Transport};
 use emulators::absolute::AbsoluteMeasurement;
 use emulators::base::{self, BaseEmulator, BaseOutput};
 use emulators::device_file::{
-    BaseModel, DeviceFile, DeviceFileError, Devices, GyroModel, ModelSource, Mount, TableModel,
+    BaseModel, DeviceFile, DeviceFileError, Devices, GyroModel, Learned, ModelSource, Mount,
+    TableModel,
 };
 use emulators::gyro::GyroEmulator;
 use emulators::table::TableEmulator;
@@ -53,6 +55,10 @@ pub enum DevicesError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Library(#[from] LibraryError),
+    /// The model that its gyro has learned cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Model(#[from] ModelError),
     /// Its sections do not fit together.
     #[error("{origin}: {message}")]
     Unfit {
@@ -78,6 +84,11 @@ impl ModelSource for Models<'_> {
 
     fn table(&mut self, name: &str) -> Result<TableModel, DevicesError> {
         Ok(self.0.read(Kind::TableModel, name)?.1)
+    }
+
+    fn learned(&mut self, name: &str) -> Result<Learned, DevicesError> {
+        let (origin, model) = models::read(self.0, name)?;
+        models::learned(&model).map_err(|refused| ModelError::Refused { origin, refused }.into())
     }
 }
 
@@ -234,6 +245,14 @@ impl Carrier {
         match self {
             Self::Base(base) => base.turret_heading_at(now),
             Self::Table(table) => table.angle_at(now),
+        }
+    }
+
+    /// Current of the motors that the gyro rides on. The table's stands aside, behind its gear.
+    pub(super) fn motor_current_at(&self, now: Timestamp) -> f64 {
+        match self {
+            Self::Base(base) => base.motor_current_at(now),
+            Self::Table(_) => 0.0,
         }
     }
 

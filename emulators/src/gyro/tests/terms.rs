@@ -42,7 +42,7 @@ fn each_driver_is_what_is_true() {
             30.0 - 10.0 * (2.0 * (-2f64).exp() - (-4f64).exp()),
             0.05,
         ),
-        (Driver::TemperatureBranch { half_width_kelvin: 3.0 }, 27.0 - left, 1e-3),
+        (Driver::TemperatureBranch { half_width_kelvin: 3.0 }, -3.0, 1e-3),
         (Driver::Rate, -30f64.to_radians(), 1e-6),
         (Driver::AbsRate, 30f64.to_radians(), 1e-6),
         (Driver::Direction, -1.0, 1e-6),
