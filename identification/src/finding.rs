@@ -177,20 +177,40 @@ pub struct Prediction {
     pub kind: Kind,
     /// Rows of the data set.
     pub rows: usize,
+    /// What is predicted.
+    pub quantity: String,
     /// Unit of the rows' figures.
     pub unit: String,
-    /// Error of the data against the model without its added effects, and with all of it.
+    /// Error of the data against the plain model, and with all of the model.
     pub rmse: RmsePair,
-    /// The model's prediction of the observed quantity, one a row; `null` where it cannot say.
+    /// The model's prediction of the quantity, one a row; `null` where it cannot say.
     pub predicted: Vec<Option<f64>>,
     /// Observed minus predicted.
+    pub residual: Vec<Option<f64>>,
+    /// Other quantities of the same data.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub also: Vec<PredictedQuantity>,
+}
+
+/// One predicted quantity.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PredictedQuantity {
+    /// What is predicted.
+    pub quantity: String,
+    /// Unit of the figures.
+    pub unit: String,
+    /// As in [`Prediction`].
+    pub rmse: RmsePair,
+    /// As in [`Prediction`]; for a level, what the model adds to it.
+    pub predicted: Vec<Option<f64>>,
+    /// As in [`Prediction`].
     pub residual: Vec<Option<f64>>,
 }
 
 /// Root-mean-square errors before and after a model is applied.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RmsePair {
-    /// With the plain model of the kind.
+    /// With the plain model of the kind, as it was fitted beside.
     pub before: f64,
     /// With the model given.
     pub after: f64,

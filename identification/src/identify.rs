@@ -1,8 +1,14 @@
 //! The entry: data and a model in, finding and a better model out.
 
-use crate::dataset::Dataset;
-use crate::finding::{Finding, Prediction};
-use crate::model::Model;
+use crate::dataset::{Dataset, Kind};
+use crate::finding::{Figure, Finding, Left, SCHEMA, Verdict};
+use crate::model::{Model, Shape, Term, exposure};
+use crate::noise::{self, Layout, NoiseModel};
+use crate::outcome::{self, Diagnostics, Errors};
+use crate::problem::{Block, Problem};
+use crate::select::{BlockFit, Data, Found, fit_terms, identify_block};
+
+pub use crate::outcome::predict;
 
 /// What the caller may choose.
 #[derive(Debug, Clone)]
@@ -28,6 +34,8 @@ pub struct Identified {
     pub finding: Finding,
     /// For `model.toml`: the model given with what was found.
     pub model: Model,
+    /// For a report.
+    pub diagnostics: Diagnostics,
 }
 
 /// Why a data set cannot be identified.
@@ -44,6 +52,15 @@ pub enum IdentifyError {
 /// How far it is: a share from 0 to 1 and what is being done.
 pub type Progress<'a> = &'a mut dyn FnMut(f64, &str);
 
+/// One block with what came of it.
+struct Done<'a> {
+    data: Data<'a>,
+    plain: Vec<Found>,
+    fit: BlockFit,
+    before: Errors,
+    after: Errors,
+}
+
 /// Finds what `model` (by default the plain model of the kind) lacks to explain `dataset`.
 ///
 /// # Errors
@@ -51,18 +68,256 @@ pub type Progress<'a> = &'a mut dyn FnMut(f64, &str);
 /// When the data lack what the kind needs, or the model is of another kind.
 pub fn identify(
     dataset: &Dataset,
-    _model: Option<&Model>,
-    _options: &Options,
-    _progress: Progress<'_>,
+    model: Option<&Model>,
+    options: &Options,
+    progress: Progress<'_>,
 ) -> Result<Identified, IdentifyError> {
-    Err(IdentifyError::Data(format!("{}: not yet", dataset.name)))
+    if let Some(model) = model
+        && model.kind != dataset.kind
+    {
+        return Err(IdentifyError::Model("the model is of another kind than the data".to_owned()));
+    }
+    progress(0.0, "reading");
+    let problem = Problem::new(dataset, model.and_then(Model::counts_per_unit))?;
+    let noises = options.noise_from.as_ref().map(static_noises).transpose()?;
+    let layouts: Vec<Layout> =
+        problem.blocks.iter().map(|block| Layout::new(block, &problem.channels)).collect();
+    let count = problem.blocks.len();
+    let mut done = Vec::new();
+    for (index, (block, layout)) in problem.blocks.iter().zip(&layouts).enumerate() {
+        let data = Data { block, channels: &problem.channels, layout };
+        let base = base_terms(model, block, &problem)?;
+        let known = noises.as_ref().and_then(|noises| matching(noises, block));
+        let mut report = |share: f64| {
+            progress((index as f64 + share) / count as f64, &block.label);
+        };
+        let fit = identify_block(
+            data,
+            base.clone(),
+            1.0 / count as f64,
+            options.max_effects,
+            known,
+            &mut report,
+        );
+        let plain = fit_terms(data, &base, &fit.noise, &fit.left_out);
+        let before = data.held_out(&base, &fit.noise, &fit.left_out);
+        let after = data.held_out(&fit.shapes(), &fit.noise, &fit.left_out);
+        done.push(Done { data, plain, fit, before, after });
+    }
+    progress(1.0, "done");
+    Ok(assemble(dataset, &problem, &done, options.seed))
 }
 
-/// Applies `model` to `dataset`, and changes nothing.
-///
-/// # Errors
-///
-/// When the data lack what the kind or the model needs.
-pub fn predict(dataset: &Dataset, _model: &Model) -> Result<Prediction, IdentifyError> {
-    Err(IdentifyError::Data(format!("{}: not yet", dataset.name)))
+/// What the model has for a block: the terms given, or what the plain model of the kind fits.
+fn base_terms(
+    model: Option<&Model>,
+    block: &Block,
+    problem: &Problem,
+) -> Result<Vec<Shape>, IdentifyError> {
+    let plain =
+        || block.constants.iter().map(|known| Shape::constant(known.name, known.acts)).collect();
+    let Some(model) = model else {
+        return Ok(plain());
+    };
+    let mut shapes = Vec::new();
+    for term in &model.terms {
+        let mine = term.axis.is_none() || block.axis.is_none() || term.axis == block.axis;
+        if mine && exposure(block, term.term).is_some() {
+            let (shape, _) = term.to_shape(&problem.channels).map_err(IdentifyError::Model)?;
+            if shape.observed(block, &problem.channels).is_none() {
+                return Err(IdentifyError::Model(format!(
+                    "term `{}` needs what the data do not have",
+                    term.name
+                )));
+            }
+            shapes.push(shape);
+        }
+    }
+    Ok(shapes)
+}
+
+/// Noise of each quantity of a static set.
+fn static_noises(dataset: &Dataset) -> Result<Vec<(Block, NoiseModel)>, IdentifyError> {
+    let problem = Problem::new(dataset, None)?;
+    Ok(problem
+        .blocks
+        .iter()
+        .map(|block| {
+            let layout = Layout::new(block, &problem.channels);
+            let data = Data { block, channels: &problem.channels, layout: &layout };
+            let base: Vec<Shape> =
+                block.constants.iter().map(|known| Shape::constant(known.name, known.acts)).collect();
+            let (noise, _) = noise::fit(&layout, &block.residual, &data.all_columns(&base), None);
+            (block.clone(), noise)
+        })
+        .collect())
+}
+
+fn matching<'a>(noises: &'a [(Block, NoiseModel)], block: &Block) -> Option<&'a NoiseModel> {
+    noises
+        .iter()
+        .find(|(other, _)| other.aggregate == block.aggregate && other.axis == block.axis)
+        .map(|(_, noise)| noise)
+}
+
+fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) -> Identified {
+    let mut effects = Vec::new();
+    let mut terms: Vec<Term> = Vec::new();
+    let mut plain = Vec::new();
+    let mut base = Vec::new();
+    let mut left = Vec::new();
+    let mut diagnostics =
+        Diagnostics { blocks: Vec::new(), run_labels: dataset.run_labels.clone() };
+    for one in done {
+        let unit = one.data.block.unit.si;
+        for found in &one.plain {
+            plain.push(outcome::term(one.data, found));
+        }
+        for found in &one.fit.base {
+            let term = outcome::term(one.data, found);
+            base.extend(term.parameters.iter().cloned().map(|mut parameter| {
+                parameter.name.clone_from(&term.name);
+                parameter
+            }));
+            terms.push(term);
+        }
+        let shapes = one.fit.shapes();
+        for (index, found) in one.fit.effects.iter().enumerate() {
+            let mut without = shapes.clone();
+            without.remove(one.fit.base.len() + index);
+            let before = one.data.held_out(&without, &one.fit.noise, &one.fit.left_out).rmse();
+            let after = one.after.rmse();
+            effects.push((
+                found.strength,
+                outcome::effect(one.data, found, before / unit, after / unit),
+            ));
+            terms.push(outcome::term(one.data, found));
+        }
+        for contender in &one.fit.left {
+            left.push(Left {
+                drivers: contender.candidate.shape.drivers.iter().map(ToString::to_string).collect(),
+                shape: contender.candidate.shape.name.clone(),
+                share_of_residual_variance: (contender.score.statistic
+                    / one.data.block.rows.len().max(1) as f64)
+                    .min(1.0),
+            });
+        }
+        diagnostics.blocks.push(outcome::diagnose(
+            one.data,
+            &one.plain,
+            &one.fit,
+            (&one.before, &one.after),
+        ));
+    }
+    effects.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let effects: Vec<_> = effects.into_iter().map(|(_, effect)| effect).collect();
+    let (held_out, held_out_also) = errors(problem, done, seed);
+    let verdict = if !left.is_empty() {
+        Verdict::StructureLeft
+    } else if effects.is_empty() {
+        Verdict::NothingMissing
+    } else if held_out.after < held_out.before
+        || held_out_also.iter().any(|also| also.after < also.before)
+    {
+        Verdict::Explained
+    } else {
+        Verdict::StructureLeft
+    };
+    let main = main_block(done);
+    let runs = dataset.run_labels.len();
+    let mut fields = std::collections::BTreeMap::new();
+    for term in &terms {
+        for driver in &term.drivers {
+            if let Some(column) = dataset.named(&driver.field) {
+                fields.insert(driver.field.clone(), column.role);
+            }
+        }
+    }
+    Identified {
+        finding: Finding {
+            schema: SCHEMA,
+            dataset: dataset.name.clone(),
+            kind: dataset.kind,
+            rows: dataset.rows(),
+            runs,
+            seed,
+            verdict,
+            noise_floor: Figure {
+                value: done[main].fit.floor / done[main].data.block.unit.si,
+                unit: done[main].data.block.unit.text.clone(),
+            },
+            held_out,
+            held_out_also,
+            base,
+            effects,
+            left,
+            next_experiment: None,
+            notices: dataset.notices.iter().chain(&problem.notices).cloned().collect(),
+        },
+        model: Model {
+            schema: SCHEMA,
+            kind: dataset.kind,
+            dataset: Some(dataset.name.clone()),
+            fields,
+            counts_per_rad_per_s: problem.counts_per_unit,
+            terms,
+            plain,
+        },
+        diagnostics,
+    }
+}
+
+/// The block that the headline is about: the one with the strongest effect.
+fn main_block(done: &[Done<'_>]) -> usize {
+    let strength = |one: &Done<'_>| one.fit.effects.iter().map(|found| found.strength).fold(0.0, f64::max);
+    let mut best = 0;
+    for index in 1..done.len() {
+        if strength(&done[index]) > strength(&done[best]) {
+            best = index;
+        }
+    }
+    best
+}
+
+/// Held-out errors: where a robot was driven, of its final position first.
+fn errors(
+    problem: &Problem,
+    done: &[Done<'_>],
+    seed: u64,
+) -> (crate::finding::HeldOut, Vec<crate::finding::HeldOut>) {
+    let mut all = Vec::new();
+    if problem.kind == Kind::Odometry
+        && let Some(path) = &problem.path
+    {
+        let driven = |after: bool| {
+            let blocks: Vec<_> = done
+                .iter()
+                .filter(|one| ["heading", "distance"].contains(&one.data.block.label.as_str()))
+                .map(|one| {
+                    let shapes = if after {
+                        one.fit.shapes()
+                    } else {
+                        one.plain.iter().map(|found| found.shape.clone()).collect()
+                    };
+                    (one.data, shapes, &one.fit.noise, one.fit.left_out.as_slice())
+                })
+                .collect();
+            outcome::path_errors(path, &blocks)
+        };
+        if let (Some(before), Some(after)) = (driven(false), driven(true)) {
+            all.push(outcome::held_out(&before.0, &after.0, ("m", 1.0), Some("final_position"), seed));
+            let degree = crate::dataset::Unit::Degree.si();
+            all.push(outcome::held_out(&before.1, &after.1, ("deg", degree), Some("final_heading"), seed));
+        }
+    }
+    let main = main_block(done);
+    let order = std::iter::once(main).chain((0..done.len()).filter(|index| *index != main));
+    for index in order {
+        let one = &done[index];
+        let unit = &one.data.block.unit;
+        let quantity = (done.len() > 1).then_some(one.data.block.label.as_str());
+        all.push(outcome::held_out(&one.before, &one.after, (&unit.text, unit.si), quantity, seed));
+    }
+    let first = all.remove(0);
+    (first, all)
 }

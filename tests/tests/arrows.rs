@@ -11,6 +11,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("controller", &["wire"]),
     ("emulators", &["wire"]),
     ("identification", &["wire"]),
+    ("evaluation", &["identification"]),
     ("harness", &["wire", "controller", "emulators", "identification"]),
     ("tests", &["wire", "controller", "emulators", "identification", "harness"]),
 ];

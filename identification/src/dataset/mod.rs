@@ -1,9 +1,11 @@
 //! Measured data, as one of the four kinds of the contract has them. Reading files is the caller's.
 
 mod role;
+mod rules;
 mod unit;
 
 pub use role::{Axis, Drive, Kind, Role};
+pub use rules::Alternatives;
 use std::collections::BTreeMap;
 pub use unit::{Dimension, Unit};
 

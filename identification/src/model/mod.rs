@@ -14,6 +14,7 @@ use crate::finding::Parameter;
 pub use driver::{Driver, Wrap};
 pub use see::{Field, field, see};
 pub use shape::{Shape, exposure};
+pub use term::Fitted;
 pub use spline::quantile_knots;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -134,7 +135,34 @@ pub struct Model {
     /// Roles of the fields that the terms name, so that it can be applied where they are called otherwise.
     #[serde(default)]
     pub fields: BTreeMap<String, Role>,
+    /// Counts per rad/s of a gyro that tells counts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub counts_per_rad_per_s: Option<f64>,
     /// Its terms.
     #[serde(rename = "terms", default)]
     pub terms: Vec<Term>,
+    /// The model from which the identification started, fitted to the same data by itself: what errors before are
+    /// measured against.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub plain: Vec<Term>,
+}
+
+impl Model {
+    /// As `model.toml`.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).unwrap_or_default()
+    }
+
+    /// From the text of a `model.toml`.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong and where.
+    pub fn from_toml(text: &str) -> Result<Self, toml::de::Error> {
+        toml::from_str(text)
+    }
+
+    pub(crate) fn counts_per_unit(&self) -> Option<f64> {
+        self.counts_per_rad_per_s
+    }
 }

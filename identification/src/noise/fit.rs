@@ -75,6 +75,23 @@ pub fn fit(
     (noise, left_out)
 }
 
+/// The parts of `start` tuned to `residual` less what `columns` explain, and the logarithm of the likelihood. Parts
+/// may go; none is added. `left_out` stays as it is, so that likelihoods can be compared.
+pub fn retune(
+    layout: &Layout,
+    residual: &[f64],
+    columns: &[Vec<f64>],
+    start: &NoiseModel,
+    left_out: &[bool],
+) -> (NoiseModel, f64) {
+    let search = Search { layout, residual, columns, left_out };
+    let mut noise = start.clone();
+    let mut now = search.value(&noise);
+    search.shrink(&mut noise, &mut now);
+    search.tune(&mut noise, &mut now);
+    (noise, now)
+}
+
 fn whitened(
     layout: &Layout,
     residual: &[f64],
@@ -220,6 +237,20 @@ impl Search<'_> {
             found.push(f64::INFINITY);
         }
         found
+    }
+
+    /// Much smaller parts are tried first: an effect may take all that a part stood for.
+    fn shrink(&self, noise: &mut NoiseModel, now: &mut f64) {
+        for k in 0..noise.coloured.len() {
+            for factor in [0.3, 0.1, 0.03, 0.01] {
+                let mut tried = noise.clone();
+                tried.coloured[k].variance *= factor;
+                let value = self.value(&tried);
+                if value > *now {
+                    (*noise, *now) = (tried, value);
+                }
+            }
+        }
     }
 
     fn tune(&self, noise: &mut NoiseModel, now: &mut f64) {

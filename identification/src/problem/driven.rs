@@ -46,7 +46,7 @@ pub(super) fn odometry(dataset: &Dataset, mut channels: Channels) -> Result<Prob
         return Err(missing("reference in enough rows"));
     }
     blocks.extend(gyro::beside_odometry(dataset, &mut channels));
-    Ok(Problem { kind: dataset.kind, channels, blocks, path: Some(path), notices: Vec::new() })
+    Ok(Problem { kind: dataset.kind, channels, blocks, path: Some(path), counts_per_unit: None, notices: Vec::new() })
 }
 
 fn runs(run_of_row: &[usize]) -> Vec<Range<usize>> {
@@ -142,6 +142,7 @@ fn heading_block(path: &Path, activity: &[f64]) -> Block {
         rows,
         residual,
         raw,
+        raw_si: 1.0,
         exposures: vec![
             Exposure { acts: Acts::Turn, per_row: path.turn.clone(), unit: DisplayUnit::new("1", 1.0) },
             Exposure {
@@ -202,6 +203,7 @@ fn forward_block(path: &Path, heading: &[f64], activity: &[f64]) -> Block {
         rows,
         residual,
         raw,
+        raw_si: 1.0,
         exposures: vec![Exposure { acts: Acts::Drive, per_row, unit: DisplayUnit::new("1", 1.0) }],
         constants: Vec::new(),
         unit: DisplayUnit::new("m", 1.0),

@@ -102,7 +102,7 @@ pub(super) fn turns(dataset: &Dataset, mut channels: Channels) -> Result<Problem
     if blocks.is_empty() {
         return Err(missing("gyro angle"));
     }
-    Ok(Problem { kind: dataset.kind, channels, blocks, path: None, notices: Vec::new() })
+    Ok(Problem { kind: dataset.kind, channels, blocks, path: None, counts_per_unit: None, notices: Vec::new() })
 }
 
 /// One angle a row, against a reference angle of the row.
@@ -121,6 +121,7 @@ pub(super) fn angle_block(
         aggregate: Aggregate::Row,
         residual: rows.iter().map(|&row| difference(row)).collect(),
         raw: rows.iter().map(|&row| gyro.values[row]).collect(),
+        raw_si: gyro.unit.si(),
         rows,
         exposures: angle_exposures(gyro.unit, duration.to_vec(), angle.to_vec()),
         constants: GYRO_CONSTANTS.to_vec(),
@@ -167,11 +168,16 @@ fn steps(channels: &Channels) -> Vec<f64> {
     found
 }
 
-pub(super) fn series(dataset: &Dataset, mut channels: Channels) -> Result<Problem, IdentifyError> {
+pub(super) fn series(
+    dataset: &Dataset,
+    mut channels: Channels,
+    counts: Option<f64>,
+) -> Result<Problem, IdentifyError> {
     let rates = rates(dataset, &channels);
     if rates.is_empty() {
         return Err(missing("gyro"));
     }
+    let mut counts = counts;
     let mut notices = Vec::new();
     let mut blocks = Vec::new();
     for rate in &rates {
@@ -181,8 +187,8 @@ pub(super) fn series(dataset: &Dataset, mut channels: Channels) -> Result<Proble
         let reference_rate = dataset.columns_of(Role::ReferenceRate).find(mine);
         let reference_heading = dataset.columns_of(Role::ReferenceHeading).find(mine);
         let block = match (reference_rate, reference_heading) {
-            (Some(reference), _) => against_rate(rate, reference, &mut channels),
-            (None, Some(reference)) => against_heading(rate, reference, &mut channels),
+            (Some(reference), _) => against_rate(rate, reference, &mut channels, &mut counts),
+            (None, Some(reference)) => against_heading(rate, reference, &mut channels, &mut counts),
             (None, None) => {
                 notices.push(format!("`{}` has no reference and is left out", rate.column.name));
                 continue;
@@ -200,7 +206,7 @@ pub(super) fn series(dataset: &Dataset, mut channels: Channels) -> Result<Proble
             channels.add(&name, rate.column.role, rate.column.unit, rate.values.clone());
         }
     }
-    Ok(Problem { kind: Kind::Series, channels, blocks, path: None, notices })
+    Ok(Problem { kind: Kind::Series, channels, blocks, path: None, counts_per_unit: counts, notices })
 }
 
 /// Counts per unit of rotation, from the data: a line through the medians would do, least squares does better.
@@ -222,10 +228,19 @@ fn counts_per_unit(counts: &[f64], reference: &[f64]) -> f64 {
     if rr > 0.0 && cr != 0.0 { cr / rr } else { 1.0 }
 }
 
-fn against_rate(rate: &Rate<'_>, reference: &Column, channels: &mut Channels) -> Block {
+fn against_rate(
+    rate: &Rate<'_>,
+    reference: &Column,
+    channels: &mut Channels,
+    counts: &mut Option<f64>,
+) -> Block {
     let measured_reference: Vec<f64> = reference.si().collect();
     let is_counts = rate.column.unit.dimension() == Dimension::Count;
-    let factor = if is_counts { counts_per_unit(&rate.values, &measured_reference) } else { 1.0 };
+    let factor = if is_counts {
+        *counts.get_or_insert_with(|| counts_per_unit(&rate.values, &measured_reference))
+    } else {
+        1.0
+    };
     let measured: Vec<f64> = rate.values.iter().map(|value| value / factor).collect();
     if channels.rotation.is_empty() {
         channels.rotation = bridged(channels, &measured_reference, &measured);
@@ -253,6 +268,7 @@ fn against_rate(rate: &Rate<'_>, reference: &Column, channels: &mut Channels) ->
         aggregate: Aggregate::Row,
         residual: rows.iter().map(|&row| measured[row] - measured_reference[row]).collect(),
         raw: rows.iter().map(|&row| rate.column.values[row]).collect(),
+        raw_si: rate.column.unit.si() / factor,
         rows,
         exposures,
         constants,
@@ -275,11 +291,20 @@ fn bridged(channels: &Channels, reference: &[f64], measured: &[f64]) -> Vec<f64>
     }
 }
 
-fn against_heading(rate: &Rate<'_>, reference: &Column, channels: &mut Channels) -> Block {
+fn against_heading(
+    rate: &Rate<'_>,
+    reference: &Column,
+    channels: &mut Channels,
+    counts: &mut Option<f64>,
+) -> Block {
     let headings: Vec<f64> = reference.si().collect();
     let steps = steps(channels);
     let is_counts = rate.column.unit.dimension() == Dimension::Count;
-    let factor = if is_counts { counts_from_heading(rate, &headings, &steps, channels) } else { 1.0 };
+    let factor = if is_counts {
+        *counts.get_or_insert_with(|| counts_from_heading(rate, &headings, &steps, channels))
+    } else {
+        1.0
+    };
     let known = |row: usize| rate.values[row].is_finite();
     let mut nominal = vec![0.0; headings.len()];
     let mut time_step = vec![0.0; headings.len()];
@@ -328,6 +353,7 @@ fn against_heading(rate: &Rate<'_>, reference: &Column, channels: &mut Channels)
         axis: rate.column.axis,
         aggregate: Aggregate::Level,
         raw: rows.iter().map(|&row| rate.column.values[row]).collect(),
+        raw_si: rate.column.unit.si() / factor,
         rows,
         residual,
         exposures: vec![
@@ -346,7 +372,8 @@ pub(super) fn beside_odometry(dataset: &Dataset, channels: &mut Channels) -> Vec
         return Vec::new();
     };
     let rates = rates(dataset, channels);
-    rates.iter().map(|rate| against_heading(rate, reference, channels)).collect()
+    let mut counts = None;
+    rates.iter().map(|rate| against_heading(rate, reference, channels, &mut counts)).collect()
 }
 
 /// Heading at every row: references, and the gyro between them.

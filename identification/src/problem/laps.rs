@@ -47,7 +47,7 @@ pub(super) fn laps(dataset: &Dataset, mut channels: Channels) -> Result<Problem,
             blocks.push(end_block(&odometry.name, &error, &odometry.values, unit, &direction, 1.0, swaps));
         }
     }
-    Ok(Problem { kind: Kind::Laps, channels, blocks, path: None, notices: Vec::new() })
+    Ok(Problem { kind: Kind::Laps, channels, blocks, path: None, counts_per_unit: None, notices: Vec::new() })
 }
 
 /// What the odometry lacks at the end of a lap: reference minus odometry. A wrong turn changes sign with the direction, a curvature does not; along the
@@ -72,6 +72,7 @@ fn end_block(
         aggregate: Aggregate::Row,
         residual: rows.iter().map(|&row| error[row]).collect(),
         raw: rows.iter().map(|&row| raw[row]).collect(),
+        raw_si: unit.si,
         rows,
         exposures: vec![
             Exposure { acts: Acts::Turn, per_row: turn, unit: one },

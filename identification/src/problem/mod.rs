@@ -76,6 +76,8 @@ pub struct Block {
     pub residual: Vec<f64>,
     /// What was measured, as it was written (its lattice shows there), one an observation, and its unit in SI.
     pub raw: Vec<f64>,
+    /// What one of `raw` is in SI.
+    pub raw_si: f64,
     /// What terms of each kind add.
     pub exposures: Vec<Exposure>,
     /// What the plain model fits.
@@ -97,21 +99,23 @@ pub struct Problem {
     pub blocks: Vec<Block>,
     /// The driven path, for `odometry`.
     pub path: Option<Path>,
+    /// Counts per rad/s, where the gyro tells counts.
+    pub counts_per_unit: Option<f64>,
     /// What a reader should know.
     pub notices: Vec<String>,
 }
 
 impl Problem {
-    /// The equations of `dataset`.
+    /// The equations of `dataset`. Counts are turned into rates by `counts_per_unit`, or by what the data say.
     ///
     /// # Errors
     ///
     /// When it lacks what its kind needs.
-    pub fn new(dataset: &Dataset) -> Result<Self, IdentifyError> {
+    pub fn new(dataset: &Dataset, counts_per_unit: Option<f64>) -> Result<Self, IdentifyError> {
         let channels = Channels::new(dataset);
         match dataset.kind {
             Kind::Turns => gyro::turns(dataset, channels),
-            Kind::Series => gyro::series(dataset, channels),
+            Kind::Series => gyro::series(dataset, channels, counts_per_unit),
             Kind::Odometry => driven::odometry(dataset, channels),
             Kind::Laps => laps::laps(dataset, channels),
         }
@@ -119,6 +123,11 @@ impl Problem {
 }
 
 impl Block {
+    /// What was measured at an observation, in SI, where observations are of rows.
+    pub fn measured(&self, observation: usize) -> f64 {
+        self.raw[observation] * self.raw_si
+    }
+
     /// What a unit of a term of that kind adds in each row.
     pub fn exposure(&self, acts: Acts) -> Option<&Exposure> {
         self.exposures.iter().find(|exposure| exposure.acts == acts)

@@ -1,0 +1,405 @@
+//! Which cases there are. The list is fixed: kinds, effects, sizes, repeats and the layout of each.
+
+use crate::laps::{LAP_EFFECTS, LapEffect, LapsWorld};
+use crate::noise::Noise;
+use crate::odometry::{self, OdometryWorld, PATH_EFFECTS, PathEffect};
+use crate::programme::Rotation;
+use crate::series::{self, EFFECTS, Layout, Needs, PAIRS, SeriesEffect, SeriesWorld};
+use crate::turns::{Path, TurnEffect, TurnsWorld, effects};
+use crate::world::{Sizing, World};
+use identification::dataset::{Drive, Kind};
+
+/// Sizes at which every effect is made.
+pub const SIZES: [f64; 3] = [6.0, 10.0, 30.0];
+/// Repeats of an effect at one size: one for each layout of its kind.
+const SERIES_REPEATS: usize = 6;
+const HEADINGS_REPEATS: usize = 2;
+const TURNS_REPEATS: usize = 4;
+const LAPS_REPEATS: usize = 3;
+const ODOMETRY_REPEATS: usize = 3;
+/// Null cases of a kind for each variant of noise.
+const SERIES_NULLS: usize = 13;
+const TURNS_NULLS: usize = 6;
+const LAPS_NULLS: usize = 4;
+const ODOMETRY_NULLS: usize = 4;
+
+/// What a case is for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Purpose {
+    /// An undeclared effect of that z (or level).
+    Effect(f64),
+    /// Nothing but the base and noise.
+    Null(Noise),
+    /// An effect of that z in a set of a stated size, for its time.
+    Timing(f64),
+}
+
+/// Where the data come from.
+#[derive(Clone)]
+enum Source {
+    Series(Layout, Vec<&'static SeriesEffect>),
+    Turns((Path, usize, Noise), Vec<&'static TurnEffect>),
+    Laps((usize, Noise), Vec<&'static LapEffect>),
+    Odometry(odometry::Layout, Vec<&'static PathEffect>),
+}
+
+/// One case.
+#[derive(Clone)]
+pub struct Case {
+    /// Kind of the data, or a group of it, for the tables.
+    pub group: &'static str,
+    /// Kind of the data.
+    pub kind: Kind,
+    /// Undeclared effect, or class of noise.
+    pub effect: String,
+    /// Family of the effect.
+    pub family: &'static str,
+    /// What it is for.
+    pub purpose: Purpose,
+    /// Which repeat.
+    pub repeat: usize,
+    source: Source,
+}
+
+impl Case {
+    /// Unique name, without blanks.
+    pub fn name(&self) -> String {
+        let purpose = match self.purpose {
+            Purpose::Effect(z) => format!("z{z}"),
+            Purpose::Null(_) => "null".into(),
+            Purpose::Timing(_) => "timing".into(),
+        };
+        let name = format!("{}-{}-{purpose}-{}", self.group, self.effect, self.repeat);
+        name.replace([' ', '_', '+', ','], "-").to_lowercase()
+    }
+
+    /// Draws its world from that master seed. Sizes do not enter the key: an effect grows in the
+    /// same data.
+    pub fn world(&self, master: u64) -> Box<dyn World> {
+        let key = format!("{}/{}", self.group, self.effect);
+        let key = (key.as_str(), self.repeat as u64, master);
+        match self.source.clone() {
+            Source::Series(layout, effects) => Box::new(SeriesWorld::draw(key, layout, effects)),
+            Source::Turns(layout, effects) => Box::new(TurnsWorld::draw(key, layout, effects)),
+            Source::Laps(layout, effects) => Box::new(LapsWorld::draw(key, layout, effects)),
+            Source::Odometry(layout, effects) => {
+                Box::new(OdometryWorld::draw(key, layout, effects))
+            }
+        }
+    }
+}
+
+fn layout(runs: usize, rows_per_run: usize, dt: f64) -> Layout {
+    let rotation = Rotation::Table;
+    Layout {
+        runs,
+        rows_per_run,
+        dt,
+        rotation,
+        headings_every: None,
+        axes: false,
+        noise: Noise::White,
+    }
+}
+
+/// The layouts of a `series`, one for each repeat.
+fn series_layout(repeat: usize) -> Layout {
+    match repeat % SERIES_REPEATS {
+        // Six runs of 20 minutes, and six of two hours at a tenth of the rate.
+        0 => layout(6, 1_200, 1.0),
+        1 => layout(6, 720, 10.0),
+        // Six runs of two hours; one of eight hours; one of 20 minutes at 10 Hz.
+        2 => layout(6, 7_200, 1.0),
+        3 => layout(1, 28_800, 1.0),
+        4 => layout(1, 12_000, 0.1),
+        _ => Layout { noise: Noise::Autoregressive(20.0), ..layout(6, 1_200, 1.0) },
+    }
+}
+
+fn headings_layout(repeat: usize) -> Layout {
+    let (every, rows) = if repeat.is_multiple_of(2) { (5, 1_200) } else { (10, 2_400) };
+    Layout { rotation: Rotation::Calm, headings_every: Some(every), ..layout(6, rows, 1.0) }
+}
+
+/// Effects that sparse headings show as well.
+const HEADINGS: &[&str] = &[
+    "bias_over_temperature",
+    "shupe",
+    "scale_over_temperature",
+    "supply",
+    "motor_current",
+    "magnetic",
+    "step_of_bias",
+];
+
+fn of_series(cases: &mut Vec<Case>) {
+    let mut push = |group, effects: Vec<&'static SeriesEffect>, z, repeat, layout| {
+        let names: Vec<&str> = effects.iter().map(|effect| effect.name).collect();
+        let family = if effects.len() > 1 { "pair" } else { effects[0].family };
+        cases.push(Case {
+            group,
+            kind: Kind::Series,
+            effect: names.join("+"),
+            family,
+            purpose: Purpose::Effect(z),
+            repeat,
+            source: Source::Series(layout, effects),
+        });
+    };
+    for z in SIZES {
+        for repeat in 0..SERIES_REPEATS {
+            for effect in EFFECTS {
+                // What is there or not has one size; it stands with the largest.
+                if matches!(effect.sizing, Sizing::Whole(_)) && z < SIZES[2] {
+                    continue;
+                }
+                let mut layout = series_layout(repeat);
+                layout.axes = effect.needs == Needs::Axes;
+                if effect.needs == Needs::Gentle {
+                    layout.rotation = Rotation::Gentle;
+                }
+                push("series", vec![effect], z, repeat, layout);
+            }
+            for pair in PAIRS {
+                let effects = pair.iter().filter_map(|name| series::effect(name)).collect();
+                push("series", effects, z, repeat, series_layout(repeat));
+            }
+        }
+        for repeat in 0..HEADINGS_REPEATS {
+            for effect in HEADINGS.iter().filter_map(|name| series::effect(name)) {
+                push("series-headings", vec![effect], z, repeat, headings_layout(repeat));
+            }
+        }
+    }
+}
+
+fn turns_layout(path: Path, repeat: usize, noise: Noise) -> (Path, usize, Noise) {
+    let runs = match path {
+        Path::Table => [75, 100, 120, 150][repeat % 4],
+        Path::Laps => [40, 80, 120][repeat % 3],
+    };
+    (path, runs, noise)
+}
+
+fn of_turns(cases: &mut Vec<Case>) {
+    for (path, kind, group, repeats) in [
+        (Path::Table, Kind::Turns, "turns", TURNS_REPEATS),
+        (Path::Laps, Kind::Laps, "laps", LAPS_REPEATS),
+    ] {
+        for z in SIZES {
+            for repeat in 0..repeats {
+                for effect in effects(path) {
+                    let layout = turns_layout(path, repeat, Noise::White);
+                    cases.push(Case {
+                        group,
+                        kind,
+                        effect: effect.name.into(),
+                        family: effect.family,
+                        purpose: Purpose::Effect(z),
+                        repeat,
+                        source: Source::Turns(layout, vec![effect]),
+                    });
+                }
+            }
+        }
+    }
+}
+
+fn of_laps(cases: &mut Vec<Case>) {
+    for z in SIZES {
+        for repeat in 0..LAPS_REPEATS {
+            for effect in LAP_EFFECTS {
+                cases.push(Case {
+                    group: "laps-odometry",
+                    kind: Kind::Laps,
+                    effect: effect.name.into(),
+                    family: effect.family,
+                    purpose: Purpose::Effect(z),
+                    repeat,
+                    source: Source::Laps(([40, 80, 120][repeat % 3], Noise::White), vec![effect]),
+                });
+            }
+        }
+    }
+}
+
+fn path_layout(drive: Drive, repeat: usize, noise: Noise) -> odometry::Layout {
+    use odometry::Shape::{Roaming, Square};
+    let (shape, runs, dt, headings_every) = match repeat % ODOMETRY_REPEATS {
+        0 => (Square, 12, 0.1, 1),
+        1 => (Roaming, 12, 0.1, 1),
+        _ => (Square, 40, 0.05, 4),
+    };
+    odometry::Layout { drive, shape, runs, dt, headings_every, noise }
+}
+
+const DRIVES: [(Drive, &str); 2] =
+    [(Drive::Differential, "odometry-differential"), (Drive::Synchro, "odometry-synchro")];
+
+fn of_odometry(cases: &mut Vec<Case>) {
+    for z in SIZES {
+        for repeat in 0..ODOMETRY_REPEATS {
+            for (drive, group) in DRIVES {
+                for effect in PATH_EFFECTS.iter().filter(|effect| effect.drives.contains(&drive)) {
+                    cases.push(Case {
+                        group,
+                        kind: Kind::Odometry,
+                        effect: effect.name.into(),
+                        family: "odometry",
+                        purpose: Purpose::Effect(z),
+                        repeat,
+                        source: Source::Odometry(
+                            path_layout(drive, repeat, Noise::White),
+                            vec![effect],
+                        ),
+                    });
+                }
+            }
+        }
+    }
+}
+
+/// The noises of the null cases; a class with more than one is drawn with each.
+fn null_noises(per_variant: usize) -> impl Iterator<Item = Noise> {
+    let variants = [
+        // White noise is what the false-alarm rate is stated for: more of it.
+        vec![Noise::White; 3],
+        vec![Noise::Autoregressive(3.0), Noise::Autoregressive(30.0), Noise::Autoregressive(300.0)],
+        vec![Noise::RandomWalk],
+        vec![Noise::Flicker],
+        vec![Noise::Student],
+        vec![Noise::Outliers],
+        [0.2, 0.5, 1.0, 2.0, 5.0].map(Noise::Quantised)[..].to_vec(),
+        vec![Noise::PerRun],
+    ];
+    variants.into_iter().flat_map(move |class| {
+        let count = if class.len() > 3 { per_variant.div_ceil(3) } else { per_variant };
+        class.into_iter().flat_map(move |noise| std::iter::repeat_n(noise, count))
+    })
+}
+
+fn of_nulls(cases: &mut Vec<Case>) {
+    let mut push = |group, kind, repeat, noise: Noise, source| {
+        let purpose = Purpose::Null(noise);
+        cases.push(Case {
+            group,
+            kind,
+            effect: noise.name().into(),
+            family: "null",
+            purpose,
+            repeat,
+            source,
+        });
+    };
+    for (repeat, noise) in null_noises(SERIES_NULLS).enumerate() {
+        // The short layouts for most, so that there can be many.
+        let layout = Layout { noise, ..series_layout([0, 1, 0, 1, 4, 0, 1, 2][repeat % 8]) };
+        push("series", Kind::Series, repeat, noise, Source::Series(layout, vec![]));
+    }
+    for (repeat, noise) in null_noises(TURNS_NULLS).enumerate() {
+        let source = Source::Turns(turns_layout(Path::Table, repeat, noise), vec![]);
+        push("turns", Kind::Turns, repeat, noise, source);
+    }
+    for (repeat, noise) in null_noises(LAPS_NULLS).enumerate() {
+        let source = Source::Turns(turns_layout(Path::Laps, repeat, noise), vec![]);
+        push("laps", Kind::Laps, repeat, noise, source);
+    }
+    // Motion capture has no slow noise of its own here: the independent classes only.
+    let independent = |noise: &Noise| {
+        !matches!(noise, Noise::Autoregressive(_) | Noise::RandomWalk | Noise::Flicker)
+    };
+    for (repeat, noise) in null_noises(ODOMETRY_NULLS).filter(independent).enumerate() {
+        let (drive, group) = DRIVES[repeat % 2];
+        let source = Source::Odometry(path_layout(drive, repeat / 2 % 2, noise), vec![]);
+        push(group, Kind::Odometry, repeat, noise, source);
+    }
+}
+
+/// Every scored case, effects first.
+pub fn cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    of_series(&mut cases);
+    of_turns(&mut cases);
+    of_laps(&mut cases);
+    of_odometry(&mut cases);
+    of_nulls(&mut cases);
+    cases
+}
+
+/// The cases whose time and memory are stated.
+pub fn timing_cases() -> Vec<Case> {
+    let case = |group, kind, effect: &str, source| Case {
+        group,
+        kind,
+        effect: effect.into(),
+        family: "timing",
+        purpose: Purpose::Timing(30.0),
+        repeat: 0,
+        source,
+    };
+    let shupe: Vec<_> = series::effect("shupe").into_iter().collect();
+    let turn: Vec<_> =
+        effects(Path::Table).filter(|e| e.name == "scale_over_temperature").collect();
+    vec![
+        case(
+            "turns",
+            Kind::Turns,
+            "300 turns",
+            Source::Turns((Path::Table, 150, Noise::White), turn),
+        ),
+        case(
+            "series",
+            Kind::Series,
+            "28,800 rows at 1 Hz",
+            Source::Series(layout(4, 7_200, 1.0), shupe.clone()),
+        ),
+        case(
+            "series",
+            Kind::Series,
+            "576,000 rows at 10 Hz",
+            Source::Series(layout(8, 72_000, 0.1), shupe),
+        ),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::MASTER_TRAIN;
+    use crate::world::strength_of;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_case_has_a_name_of_its_own_and_there_are_enough_nulls() {
+        let cases = cases();
+        let names: BTreeSet<String> = cases.iter().map(Case::name).collect();
+        assert_eq!(names.len(), cases.len());
+        let nulls = cases.iter().filter(|case| matches!(case.purpose, Purpose::Null(_))).count();
+        assert!(nulls >= 300, "{nulls}");
+    }
+
+    #[test]
+    fn every_effect_can_be_made_as_large_as_it_says() {
+        // One layout of each: the shortest.
+        for case in cases().iter().filter(|case| case.repeat < 2) {
+            let Purpose::Effect(z) = case.purpose else { continue };
+            let world = case.world(MASTER_TRAIN);
+            let (_, reached) =
+                strength_of(world.as_ref(), z).unwrap_or_else(|| panic!("{}", case.name()));
+            match world.sizings()[0] {
+                Sizing::Whole(_) => assert!(reached > Some(z)),
+                Sizing::Level(_) => assert_eq!(reached, None),
+                // Few rows lie within a small dead zone, so its size grows in steps.
+                Sizing::Monotone(..) => {
+                    let ratio = reached.expect("sized") / z;
+                    assert!((0.99..1.25).contains(&ratio), "{}: {reached:?}", case.name());
+                }
+                _ => assert!(
+                    (reached.expect("sized") / z - 1.0).abs() < 1e-3,
+                    "{}: {reached:?}",
+                    case.name()
+                ),
+            }
+        }
+    }
+}

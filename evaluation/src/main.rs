@@ -1,0 +1,192 @@
+//! Runs the fixed evaluation and writes its figures.
+
+use clap::Parser;
+use evaluation::catalogue::{Case, cases, timing_cases};
+use evaluation::figures::Figures;
+use evaluation::package;
+use evaluation::run::{Identifier, Outcome, dataset, run};
+use evaluation::score::Cost;
+use identification::dataset::Dataset;
+use identification::finding::{Finding, Prediction};
+use identification::identify::{self, Identified, Options};
+use std::io::{self, IsTerminal, Write};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// How well does the identification do?
+#[derive(Parser)]
+struct Arguments {
+    /// A tenth of the cases, without those that are only timed. Writes nothing unless --out is given.
+    #[arg(long)]
+    quick: bool,
+    /// Only cases whose name holds this. Writes nothing unless --out is given.
+    #[arg(long, value_name = "SUBSTRING")]
+    only: Option<String>,
+    /// Writes the cases as data packages into this folder instead of identifying them.
+    #[arg(long, value_name = "DIR")]
+    dump: Option<PathBuf>,
+    /// Where the figures go [default: docs].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Cases at a time.
+    #[arg(long, default_value_t = 2)]
+    threads: usize,
+    /// Lists the names of the cases.
+    #[arg(long)]
+    list: bool,
+}
+
+/// One case in so many is quick.
+const QUICK: usize = 10;
+
+/// The identification itself, with its defaults.
+struct Real;
+
+impl Identifier for Real {
+    type Model = IdentifiedModel;
+
+    fn identify(
+        &self,
+        dataset: &Dataset,
+        max_effects: Option<usize>,
+    ) -> Result<(Finding, Self::Model), String> {
+        let mut options = Options::default();
+        options.max_effects = max_effects.unwrap_or(options.max_effects);
+        let identified = guarded(|| identify::identify(dataset, None, &options, &mut |_, _| {}))?;
+        Ok((identified.finding.clone(), IdentifiedModel(identified)))
+    }
+
+    fn predict(&self, dataset: &Dataset, model: &Self::Model) -> Result<Prediction, String> {
+        guarded(|| identify::predict(dataset, &model.0.model))
+    }
+}
+
+/// What came out, of which only the model is used.
+struct IdentifiedModel(Identified);
+
+/// One case that panics must not take all others with it.
+fn guarded<T>(work: impl FnOnce() -> Result<T, identify::IdentifyError>) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(work))
+        .map_err(|_| "panicked".to_owned())?
+        .map_err(|error| error.to_string())
+}
+
+fn main() -> ExitCode {
+    match evaluate(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn evaluate(arguments: &Arguments) -> io::Result<()> {
+    let every = cases();
+    let out_of = every.len();
+    let wanted = |case: &Case| {
+        arguments.only.as_ref().is_none_or(|text| case.name().contains(text.as_str()))
+    };
+    let stride = if arguments.quick { QUICK } else { 1 };
+    let chosen: Vec<Case> = every.into_iter().filter(wanted).step_by(stride).collect();
+    if arguments.list {
+        let mut out = io::stdout().lock();
+        return chosen.iter().try_for_each(|case| writeln!(out, "{}", case.name()));
+    }
+    if let Some(folder) = &arguments.dump {
+        return chosen.iter().try_for_each(|case| dump(case, folder));
+    }
+    let timing = timing_cases().into_iter().filter(|case| !arguments.quick && wanted(case));
+    let costs = timing.map(|case| cost(&case)).collect();
+    let outcomes = in_parallel(&chosen, arguments.threads);
+    let figures = Figures::new(outcomes, costs, out_of);
+    let page = figures.markdown();
+    let whole = !arguments.quick && arguments.only.is_none();
+    let folder = arguments.out.clone().or_else(|| whole.then(|| PathBuf::from("docs")));
+    if let Some(folder) = folder {
+        std::fs::create_dir_all(&folder)?;
+        std::fs::write(folder.join("identification-figures.md"), &page)?;
+        let json = serde_json::to_string_pretty(&figures).map_err(io::Error::other)?;
+        std::fs::write(folder.join("identification-figures.json"), json + "\n")?;
+    }
+    io::stdout().lock().write_all(page.as_bytes())
+}
+
+/// Cases in their order, worked off by that many threads, each with one case at a time.
+fn in_parallel(cases: &[Case], threads: usize) -> Vec<Outcome> {
+    let next = AtomicUsize::new(0);
+    let outcomes = Mutex::new(Vec::with_capacity(cases.len()));
+    let shows = io::stderr().is_terminal();
+    let work = || {
+        while let Some((number, case)) = {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            cases.get(number).map(|case| (number, case))
+        } {
+            let outcome = run(case, &Real, &seconds);
+            if shows {
+                eprint!("\r{number:5} of {}", cases.len());
+            }
+            // A poisoned lock still holds whole outcomes.
+            outcomes
+                .lock()
+                .unwrap_or_else(|poisoned| poisoned.into_inner())
+                .push((number, outcome));
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..threads.max(1) {
+            scope.spawn(work);
+        }
+    });
+    let mut outcomes = outcomes.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    outcomes.sort_by_key(|(number, _)| *number);
+    outcomes.into_iter().map(|(_, outcome)| outcome).collect()
+}
+
+fn cost(case: &Case) -> Cost {
+    // Linux forgets the peak when 5 is written here; elsewhere the peak is that of all cases so far.
+    let _ = std::fs::write("/proc/self/clear_refs", "5");
+    let outcome = run(case, &Real, &seconds);
+    Cost {
+        case: case.effect.clone(),
+        rows: outcome.rows,
+        seconds: outcome.seconds,
+        peak_megabytes: peak_megabytes(),
+        failed: outcome.failed,
+    }
+}
+
+fn peak_megabytes() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024.0 / 1e6)
+}
+
+/// A clock that only runs forward, in seconds.
+fn seconds() -> f64 {
+    use std::sync::LazyLock;
+    use std::time::Instant;
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "the time that the identification takes is measured"
+    )]
+    fn now() -> Instant {
+        Instant::now()
+    }
+    static START: LazyLock<Instant> = LazyLock::new(now);
+    START.elapsed().as_secs_f64()
+}
+
+fn dump(case: &Case, folder: &Path) -> io::Result<()> {
+    let Some(dataset) = dataset(case) else { return Ok(()) };
+    let folder = folder.join(case.name());
+    std::fs::create_dir_all(&folder)?;
+    let descriptor =
+        serde_json::to_string_pretty(&package::descriptor(&dataset)).map_err(io::Error::other)?;
+    std::fs::write(folder.join("datapackage.json"), descriptor + "\n")?;
+    std::fs::write(folder.join(package::CSV), package::csv(&dataset))
+}

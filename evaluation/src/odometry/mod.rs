@@ -1,0 +1,411 @@
+//! Data of the kind `odometry`: wheels of a driven robot against motion capture. The nominal constants are
+//! the truth but for the effect.
+
+mod path;
+
+pub use path::Shape;
+
+use crate::design::{Design, Whitener};
+use crate::noise::{Drawn, Noise};
+use crate::random::Stream;
+use crate::table::{column, run_labels, sparse};
+use crate::truth::{TrueValue, Truth};
+use crate::world::{Sizing, Strength, World};
+use identification::dataset::{Constant, Dataset, Drive, Kind, Role, Unit};
+use path::{Step, path};
+use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
+use std::ops::Range;
+
+/// Constants of the differential robot: those of a small research robot with motion capture.
+const TICKS_PER_REVOLUTION: f64 = 2_797.0;
+const WHEEL_DIAMETER: f64 = 0.084;
+const WHEELBASE: f64 = 0.2;
+/// Motion capture: noise of a position (m) and a heading (rad, 0.3 deg).
+const POSITION_NOISE: f64 = 0.003;
+const HEADING_NOISE: f64 = 0.3 * PI / 180.0;
+/// Acceleration below which nothing slips, m/s^2 (assumption).
+const GRIP: f64 = 0.3;
+/// Pause between runs, s (assumption).
+const PAUSE: f64 = 60.0;
+/// Direction, relative to the base, of the first harmonic of unequal synchro wheels, rad (assumption).
+const HARMONIC_PHASE: f64 = 0.7;
+
+/// How one step of motion really differs from what the wheels say, per unit of an effect's size:
+/// further distance (m) and further rotation (rad), from the step, the time (s) and the heading (rad).
+type Error = fn(&Step, f64, f64) -> (f64, f64);
+
+/// An undeclared error of the odometry.
+pub struct PathEffect {
+    /// Name in the tables.
+    pub name: &'static str,
+    /// Which robots have it.
+    pub drives: &'static [Drive],
+    /// What it does.
+    pub error: Error,
+    /// Spellings of its cause; see [`crate::truth`].
+    pub spellings: &'static [&'static str],
+    /// Unit of its size, where any form of it must have that parameter.
+    pub unit: Option<&'static str>,
+}
+
+const BOTH: &[Drive] = &[Drive::Differential, Drive::Synchro];
+
+/// Every effect.
+// Aliases, and why: a wheel diameter scales the distance and, on a differential robot, the rotation as well; the
+// direction of a turn is the sign of its rotation; slip is a distance lost while accelerating.
+pub const PATH_EFFECTS: &[PathEffect] = &[
+    PathEffect {
+        name: "wheel_diameter",
+        drives: &[Drive::Differential],
+        error: |step, _, _| (step.distance, step.turned),
+        spellings: &["drive: =", "turn: ="],
+        unit: Some("1"),
+    },
+    PathEffect {
+        name: "wheel_diameter",
+        drives: &[Drive::Synchro],
+        error: |step, _, _| (step.distance, 0.0),
+        spellings: &["drive: ="],
+        unit: Some("1"),
+    },
+    PathEffect {
+        name: "track",
+        drives: BOTH,
+        error: |step, _, _| (0.0, step.turned),
+        spellings: &["turn: ="],
+        unit: Some("1"),
+    },
+    PathEffect {
+        name: "unequal_wheels",
+        drives: &[Drive::Differential],
+        // Size: relative difference of the diameters, right over left.
+        error: |step, _, _| (step.turned * WHEELBASE / 4.0, step.distance / WHEELBASE),
+        spellings: &["curvature: ="],
+        unit: None,
+    },
+    PathEffect {
+        name: "asymmetry_of_turn",
+        drives: BOTH,
+        error: |step, _, _| (0.0, step.turned.abs()),
+        spellings: &[
+            "turn: direction",
+            "turn: sign(rotation)",
+            "turn: sign(turn)",
+            "turn: sign(heading_change)",
+            "turn: sign(rate_of(steer_angle))",
+            "turn: sign(steer_angle)",
+            "turn: sign(reference_rate)",
+        ],
+        unit: Some("1"),
+    },
+    PathEffect {
+        name: "slip",
+        drives: BOTH,
+        error: |step, _, _| (-step.distance * (step.acceleration.abs() - GRIP).max(0.0), 0.0),
+        spellings: &["slip: *", "drive: acceleration", "drive: abs(acceleration)"],
+        unit: None,
+    },
+    PathEffect {
+        name: "tyre_growth",
+        drives: BOTH,
+        error: |step, time, _| (step.distance * time, 0.0),
+        spellings: &["drive: trend(time)", "drive: time"],
+        unit: Some("1/s"),
+    },
+    PathEffect {
+        name: "leakage",
+        drives: &[Drive::Synchro],
+        error: |step, _, _| (0.0, step.distance.abs()),
+        spellings: &[
+            "curvature: =",
+            "curvature: sign(speed)",
+            "curvature: sign(distance)",
+            "curvature: sign(drive_distance)",
+            "curvature: sign(rate_of(drive_distance))",
+            "turn: sign(drive_distance)",
+        ],
+        unit: Some("rad/m"),
+    },
+    PathEffect {
+        name: "unequal_synchro_wheels",
+        drives: &[Drive::Synchro],
+        error: |step, _, heading| (0.0, step.distance * (heading - HARMONIC_PHASE).cos()),
+        spellings: &[
+            "curvature: harmonic_1(heading)",
+            "curvature: harmonic_1(steer_angle)",
+            "curvature: harmonic_1(odometry_heading)",
+            "curvature: harmonic_1(reference_heading)",
+        ],
+        unit: None,
+    },
+];
+
+/// How a set is driven.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layout {
+    /// Which robot.
+    pub drive: Drive,
+    /// Which path.
+    pub shape: Shape,
+    /// How many runs.
+    pub runs: usize,
+    /// Time between rows, s.
+    pub dt: f64,
+    /// Reference headings only every so many rows.
+    pub headings_every: usize,
+    /// Noise of the reference.
+    pub noise: Noise,
+}
+
+/// A set, drawn.
+pub struct OdometryWorld {
+    name: String,
+    layout: Layout,
+    effects: Vec<&'static PathEffect>,
+    runs: Vec<Range<usize>>,
+    time: Vec<f64>,
+    steps: Vec<Step>,
+    starts: Vec<[f64; 3]>,
+    noise: Drawn,
+    design: Design,
+}
+
+impl OdometryWorld {
+    /// Draws the set of that case.
+    pub fn draw(
+        (case, index, master): (&str, u64, u64),
+        layout: Layout,
+        effects: Vec<&'static PathEffect>,
+    ) -> Self {
+        let mut stream = Stream::new(master, case, index, "programme");
+        let side = stream.between(1.0, 2.0);
+        let (mut runs, mut time, mut steps, mut starts) = (vec![], vec![], vec![], vec![]);
+        let mut start = 0.0;
+        for run in 0..layout.runs {
+            let mut of_run = path(&mut stream, layout.shape, run, side, layout.dt);
+            if layout.drive == Drive::Differential {
+                in_whole_counts(&mut of_run);
+            }
+            runs.push(steps.len()..steps.len() + of_run.len());
+            time.extend((0..of_run.len()).map(|k| start + k as f64 * layout.dt));
+            start += of_run.len() as f64 * layout.dt + PAUSE;
+            steps.extend(of_run);
+            starts.push([
+                stream.between(-1.0, 1.0),
+                stream.between(-1.0, 1.0),
+                stream.between(-PI, PI),
+            ]);
+        }
+        let mut stream = Stream::new(master, case, index, "noise");
+        let sd = [POSITION_NOISE, POSITION_NOISE, HEADING_NOISE].repeat(steps.len());
+        let blocks: Vec<_> = runs.iter().map(|run| 3 * run.start..3 * run.end).collect();
+        let noise = layout.noise.draw(&mut stream, &blocks, &sd);
+        let whitener = match &noise.whitener {
+            Whitener::Autoregressive(_) | Whitener::Neighbours(_) => Whitener::Independent(sd),
+            independent => independent.clone(),
+        };
+        let design = Design { blocks, base: Vec::new(), local: Vec::new(), whitener };
+        let name = format!("{case}-{index}");
+        let mut world = Self { name, layout, effects, runs, time, steps, starts, noise, design };
+        world.design.local = world.start_columns();
+        world
+    }
+
+    /// What a small error of the start pose of each run does to all its poses.
+    fn start_columns(&self) -> Vec<Vec<f64>> {
+        let poses = self.poses(&[]);
+        let mut columns = vec![Vec::new(); 3];
+        for (run, start) in self.runs.iter().zip(&self.starts) {
+            for pose in poses[3 * run.start..3 * run.end].chunks_exact(3) {
+                columns[0].extend([1.0, 0.0, 0.0]);
+                columns[1].extend([0.0, 1.0, 0.0]);
+                columns[2].extend([-(pose[1] - start[1]), pose[0] - start[0], 1.0]);
+            }
+        }
+        columns
+    }
+
+    /// True poses (x, y, heading not wrapped) of each row, with effects of those sizes.
+    fn poses(&self, sizes: &[(usize, f64)]) -> Vec<f64> {
+        let mut out = Vec::with_capacity(3 * self.steps.len());
+        for (run, start) in self.runs.iter().zip(&self.starts) {
+            let [mut x, mut y, mut heading] = *start;
+            let mut steered = 0.0;
+            for k in run.clone() {
+                let step = &self.steps[k];
+                let (mut distance, mut turned) = (step.distance, step.turned);
+                for &(effect, size) in sizes {
+                    let (further, rotated) =
+                        (self.effects[effect].error)(step, self.time[k], steered);
+                    distance += size * further;
+                    turned += size * rotated;
+                }
+                // The first row is the start: what moved before it belongs to no run.
+                if k > run.start {
+                    let middle = heading + turned / 2.0;
+                    x += distance * middle.cos();
+                    y += distance * middle.sin();
+                    heading += turned;
+                    steered += step.turned;
+                }
+                out.extend([x, y, heading]);
+            }
+        }
+        out
+    }
+
+    /// Of each row: its sum since the run began of what the step adds.
+    fn sums(&self, of: impl Fn(&Step) -> f64) -> Vec<f64> {
+        let mut out = Vec::with_capacity(self.steps.len());
+        for run in &self.runs {
+            let mut sum = 0.0;
+            for k in run.clone() {
+                if k > run.start {
+                    sum += of(&self.steps[k]);
+                }
+                out.push(sum);
+            }
+        }
+        out
+    }
+
+    /// Encoder counts since the row before.
+    fn counts(&self, side: f64) -> Vec<f64> {
+        let mut counts: Vec<f64> =
+            self.steps.iter().map(|step| wheel(step, side).round()).collect();
+        for run in &self.runs {
+            counts[run.start] = 0.0;
+        }
+        counts
+    }
+}
+
+const COUNTS_PER_METRE: f64 = TICKS_PER_REVOLUTION / (PI * WHEEL_DIAMETER);
+
+/// Counts of the wheel on that side (+1 right, -1 left) in one step.
+fn wheel(step: &Step, side: f64) -> f64 {
+    (step.distance + side * step.turned * WHEELBASE / 2.0) * COUNTS_PER_METRE
+}
+
+/// Makes every wheel move by whole counts, so that counting adds no error of its own, which the known
+/// noise would not hold.
+fn in_whole_counts(steps: &mut [Step]) {
+    let mut carried = [0.0; 2];
+    for step in steps {
+        let mut moved = [0.0; 2];
+        for ((side, carried), moved) in [1.0, -1.0].iter().zip(&mut carried).zip(&mut moved) {
+            *carried += wheel(step, *side);
+            *moved = carried.round();
+            *carried -= *moved;
+        }
+        let [right, left] = moved;
+        step.distance = (right + left) / 2.0 / COUNTS_PER_METRE;
+        step.turned = (right - left) / WHEELBASE / COUNTS_PER_METRE;
+    }
+}
+
+impl World for OdometryWorld {
+    fn dataset(&self, strength: &Strength) -> Dataset {
+        let observed = self.observed(strength);
+        let pose =
+            |part: usize| observed.iter().skip(part).step_by(3).copied().collect::<Vec<f64>>();
+        let wrap = |x: f64| (x + PI).rem_euclid(TAU) - PI;
+        let step = self.noise.step;
+        let row_in_run: Vec<usize> = self.runs.iter().flat_map(|run| 0..run.len()).collect();
+        let headings = pose(2).into_iter().map(wrap).collect();
+        let headings = sparse(headings, |k| row_in_run[k], self.layout.headings_every);
+        let metre = Unit::Metre;
+        let mut columns = vec![
+            column("time", Role::Time, Unit::Second, self.time.clone(), 0.0),
+            column("reference_x", Role::ReferenceX, metre, pose(0), step * POSITION_NOISE),
+            column("reference_y", Role::ReferenceY, metre, pose(1), step * POSITION_NOISE),
+            column(
+                "reference_heading",
+                Role::ReferenceHeading,
+                Unit::Radian,
+                headings,
+                step * HEADING_NOISE,
+            ),
+        ];
+        let mut constants = BTreeMap::new();
+        let mut constant = |name: &str, value, unit| {
+            constants.insert(name.to_owned(), Constant { value, unit });
+        };
+        if self.layout.drive == Drive::Differential {
+            constant("encoder_ticks_per_revolution", TICKS_PER_REVOLUTION, Unit::Count);
+            constant("wheel_diameter_left", WHEEL_DIAMETER, metre);
+            constant("wheel_diameter_right", WHEEL_DIAMETER, metre);
+            constant("wheelbase", WHEELBASE, metre);
+            columns.push(column(
+                "wheel_left",
+                Role::WheelLeft,
+                Unit::Count,
+                self.counts(-1.0),
+                0.0,
+            ));
+            columns.push(column(
+                "wheel_right",
+                Role::WheelRight,
+                Unit::Count,
+                self.counts(1.0),
+                0.0,
+            ));
+        } else {
+            let (driven, steered) = (self.sums(|s| s.distance), self.sums(|s| s.turned));
+            columns.push(column("drive_distance", Role::DriveDistance, metre, driven, 1e-5));
+            columns.push(column("steer_angle", Role::SteerAngle, Unit::Radian, steered, 1e-5));
+        }
+        let run_of_row = self.runs.iter().enumerate();
+        Dataset {
+            name: self.name.clone(),
+            kind: Kind::Odometry,
+            drive: Some(self.layout.drive),
+            constants,
+            columns,
+            run_of_row: run_of_row.flat_map(|(run, rows)| rows.clone().map(move |_| run)).collect(),
+            run_labels: run_labels(self.runs.len()),
+            notices: Vec::new(),
+        }
+    }
+
+    fn design(&self) -> &Design {
+        &self.design
+    }
+
+    fn contribution(&self, effect: usize, size: f64) -> Vec<f64> {
+        let without = self.poses(&[]);
+        self.poses(&[(effect, size)])
+            .iter()
+            .zip(without)
+            .map(|(with, without)| with - without)
+            .collect()
+    }
+
+    fn nominal(&self) -> Option<Vec<f64>> {
+        Some(self.poses(&[]))
+    }
+
+    fn observed(&self, strength: &Strength) -> Vec<f64> {
+        let sizes: Vec<(usize, f64)> = strength.sizes.iter().copied().enumerate().collect();
+        let poses = self.poses(&sizes).into_iter().zip(&self.noise.values);
+        poses.map(|(pose, noise)| pose + strength.noise * noise).collect()
+    }
+
+    fn sizings(&self) -> Vec<Sizing> {
+        vec![Sizing::Proportional; self.effects.len()]
+    }
+
+    fn truths(&self, strength: &Strength) -> Vec<Truth> {
+        let truth = |(effect, &size): (&&'static PathEffect, &f64)| Truth {
+            effect: effect.name.into(),
+            spellings: effect.spellings.iter().map(|&s| s.to_owned()).collect(),
+            value: effect.unit.map(|unit| TrueValue { value: size, unit, names: &[] }),
+        };
+        self.effects.iter().zip(&strength.sizes).map(truth).collect()
+    }
+
+    fn unit(&self) -> Option<&'static str> {
+        None
+    }
+}

@@ -1,0 +1,225 @@
+//! One case: made, identified, predicted and compared with its truth.
+
+use crate::catalogue::{Case, Purpose};
+use crate::noise::Noise;
+use crate::quantity::Quantity;
+use crate::random::{MASTER_TEST, MASTER_TRAIN};
+use crate::truth::Truth;
+use crate::world::{Strength, World, oracle, strength_of};
+use identification::dataset::Dataset;
+use identification::finding::{Finding, Prediction, Verdict};
+use serde::{Deserialize, Serialize};
+
+/// What is evaluated: the identification, or a stand-in for it.
+pub trait Identifier: Sync {
+    /// The model that comes out and that `predict` takes.
+    type Model;
+
+    /// Identifies a set from the plain model of its kind.
+    ///
+    /// # Errors
+    ///
+    /// In words, when the data are refused.
+    fn identify(
+        &self,
+        dataset: &Dataset,
+        max_effects: Option<usize>,
+    ) -> Result<(Finding, Self::Model), String>;
+
+    /// Applies a model.
+    ///
+    /// # Errors
+    ///
+    /// In words, when the data are refused.
+    fn predict(&self, dataset: &Dataset, model: &Self::Model) -> Result<Prediction, String>;
+}
+
+/// What came of a case.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Name of the case.
+    pub case: String,
+    /// Group of the tables.
+    pub group: String,
+    /// Undeclared effect, or class of noise.
+    pub effect: String,
+    /// Family of the effect; `null` where there is none.
+    pub family: String,
+    /// Size asked for; 0 for a null.
+    pub z: f64,
+    /// Size reached; absent where the effect has none.
+    pub z_reached: Option<f64>,
+    /// Rows of the set.
+    pub rows: usize,
+    /// Why there is no finding.
+    pub failed: Option<String>,
+    /// The verdict.
+    pub verdict: Option<Verdict>,
+    /// Something was found: explained, or named as left.
+    pub detected: bool,
+    /// Explained.
+    pub explained: bool,
+    /// The first effect is a true one.
+    pub first: bool,
+    /// Every true cause is an effect or a rival of one.
+    pub within: bool,
+    /// How many rivals the first effect has.
+    pub rivals: Option<usize>,
+    /// An effect was reported in nothing but noise.
+    pub false_alarm: bool,
+    /// What was added, `term: drivers`.
+    pub found: Vec<String>,
+    /// Gain on fresh data over the oracle's.
+    pub gain_ratio: Option<f64>,
+    /// Whether the 95 % interval of the true parameter holds it.
+    pub covered: Option<bool>,
+    /// Time that `identify` took, s.
+    pub seconds: f64,
+}
+
+/// Makes and scores a case. `now` is a clock in seconds.
+pub fn run<I: Identifier>(case: &Case, identifier: &I, now: &dyn Fn() -> f64) -> Outcome {
+    let mut outcome = Outcome {
+        case: case.name(),
+        group: case.group.into(),
+        effect: case.effect.clone(),
+        family: case.family.into(),
+        ..Outcome::default()
+    };
+    let train = case.world(MASTER_TRAIN);
+    let Some(strength) = strength(case, train.as_ref(), &mut outcome) else {
+        outcome.failed = Some("no size of the effect has that z".into());
+        return outcome;
+    };
+    let dataset = train.dataset(&strength);
+    outcome.rows = dataset.rows();
+    let start = now();
+    let identified = identifier.identify(&dataset, None);
+    outcome.seconds = now() - start;
+    let (finding, model) = match identified {
+        Ok(identified) => identified,
+        Err(error) => {
+            outcome.failed = Some(error);
+            return outcome;
+        }
+    };
+    compare(&mut outcome, &finding, &train.truths(&strength), case.purpose);
+    if matches!(case.purpose, Purpose::Effect(_)) && case.family != "noise" {
+        let test = case.world(MASTER_TEST);
+        let worlds = Worlds { train: train.as_ref(), test: test.as_ref(), strength: &strength };
+        outcome.gain_ratio = worlds.gain_ratio(identifier, &dataset, &model);
+    }
+    outcome
+}
+
+/// The strength of the effects of a case, and their z in `outcome`.
+fn strength(case: &Case, world: &dyn World, outcome: &mut Outcome) -> Option<Strength> {
+    match case.purpose {
+        Purpose::Null(_) => Some(Strength { sizes: Vec::new(), noise: 1.0 }),
+        Purpose::Effect(z) | Purpose::Timing(z) => {
+            outcome.z = z;
+            let (strength, reached) = strength_of(world, z)?;
+            outcome.z_reached = reached;
+            Some(strength)
+        }
+    }
+}
+
+/// The training set of a case, for other eyes.
+pub fn dataset(case: &Case) -> Option<Dataset> {
+    let world = case.world(MASTER_TRAIN);
+    let strength = strength(case, world.as_ref(), &mut Outcome::default())?;
+    Some(Dataset { name: case.name(), ..world.dataset(&strength) })
+}
+
+fn compare(outcome: &mut Outcome, finding: &Finding, truths: &[Truth], purpose: Purpose) {
+    outcome.verdict = Some(finding.verdict);
+    outcome.explained = finding.verdict == Verdict::Explained;
+    outcome.detected = outcome.explained
+        || (finding.verdict == Verdict::StructureLeft
+            && !(finding.left.is_empty() && finding.effects.is_empty()));
+    let spell = |effect: &identification::finding::Effect| {
+        format!("{}: {}", effect.term, effect.drivers.join(" + "))
+    };
+    outcome.found = finding.effects.iter().map(spell).collect();
+    outcome.rivals = finding.effects.first().map(|effect| effect.rivals.len());
+    if let Purpose::Null(noise) = purpose {
+        outcome.false_alarm = finding.effects.iter().any(|effect| !is_true_of(noise, &effect.term));
+        return;
+    }
+    let first = finding.effects.first();
+    outcome.first = first.is_some_and(|effect| truths.iter().any(|truth| truth.is_effect(effect)));
+    outcome.within =
+        truths.iter().all(|truth| finding.effects.iter().any(|effect| truth.is_within(effect)));
+    if let [truth] = truths {
+        let named = finding.effects.iter().find(|effect| truth.is_effect(effect));
+        outcome.covered = named.and_then(|effect| truth.is_covered_by(&effect.parameters));
+    }
+}
+
+/// Whether an effect of that term is no false alarm in that noise: coloured noise is noise of a kind,
+/// and a coarse readout is coarse.
+fn is_true_of(noise: Noise, term: &str) -> bool {
+    match noise {
+        Noise::Autoregressive(_) | Noise::RandomWalk | Noise::Flicker | Noise::PerRun => {
+            term == "noise"
+        }
+        Noise::Quantised(_) => term == "quantisation",
+        Noise::White | Noise::Student | Noise::Outliers => false,
+    }
+}
+
+struct Worlds<'a> {
+    train: &'a dyn World,
+    test: &'a dyn World,
+    strength: &'a Strength,
+}
+
+impl Worlds<'_> {
+    /// How much of the oracle's gain on the fresh set the model that came out reaches.
+    fn gain_ratio<I: Identifier>(
+        &self,
+        identifier: &I,
+        dataset: &Dataset,
+        model: &I::Model,
+    ) -> Option<f64> {
+        if self.train.unit().is_none()
+            && matches!(self.train.sizings()[0], crate::world::Sizing::Level(_))
+        {
+            return None;
+        }
+        let oracle = oracle(self.train, self.test, self.strength)?;
+        let rmse = |dataset: &Dataset, model: &I::Model| -> Option<(f64, String)> {
+            let prediction = identifier.predict(dataset, model).ok()?;
+            Some((prediction.rmse.after, prediction.unit))
+        };
+        let test = self.test.dataset(self.strength);
+        let (after, unit) = rmse(&test, model)?;
+        let (before, best) = match (self.train.unit(), oracle.test_rmse) {
+            (Some(own), Some((before, best))) => {
+                let (own, theirs) = (Quantity::parse(own)?, Quantity::parse(&unit)?);
+                if own.powers != theirs.powers {
+                    return None;
+                }
+                (before * own.si / theirs.si, best * own.si / theirs.si)
+            }
+            // The predictor chooses what it predicts. Its plain model gives the error before; and its
+            // plain model on the same data with only that effect left which the oracle's estimate
+            // misses gives the oracle's error after.
+            _ => {
+                let plain = |dataset: &Dataset| identifier.identify(dataset, Some(0)).ok();
+                let sizes = self.strength.sizes.iter().zip(&oracle.factors);
+                let missed = Strength {
+                    sizes: sizes.map(|(size, factor)| size * (1.0 - factor)).collect(),
+                    noise: self.strength.noise,
+                };
+                let (_, model_before) = plain(dataset)?;
+                let (_, model_best) = plain(&self.train.dataset(&missed))?;
+                let (before, _) = rmse(&test, &model_before)?;
+                (before, rmse(&self.test.dataset(&missed), &model_best)?.0)
+            }
+        };
+        let possible = before * before - best * best;
+        (possible > 0.0).then(|| (before * before - after * after) / possible)
+    }
+}

@@ -1,0 +1,203 @@
+//! Outcomes of many cases, put together.
+
+use crate::run::Outcome;
+use serde::Serialize;
+
+/// A share of cases, with what it is a share of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Share {
+    /// Cases that have it.
+    pub of: usize,
+    /// Cases that could have it.
+    pub out_of: usize,
+}
+
+impl Share {
+    /// Counts a property over cases in which it can be told.
+    pub fn count(of: impl Iterator<Item = bool>) -> Self {
+        of.fold(Self::default(), |share, has| Self {
+            of: share.of + usize::from(has),
+            out_of: share.out_of + 1,
+        })
+    }
+
+    /// As a number; `None` of nothing.
+    pub fn value(self) -> Option<f64> {
+        (self.out_of > 0).then(|| self.of as f64 / self.out_of as f64)
+    }
+
+    /// Wilson's 95 % interval of the probability (Wilson 1927, without continuity correction).
+    pub fn wilson(self) -> Option<[f64; 2]> {
+        const NORMAL_95: f64 = 1.959_963_984_540_054;
+        let p = self.value()?;
+        let (n, z2) = (self.out_of as f64, NORMAL_95 * NORMAL_95);
+        let centre = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
+        let half = NORMAL_95 / (1.0 + z2 / n) * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt();
+        Some([(centre - half).max(0.0), (centre + half).min(1.0)])
+    }
+}
+
+/// How well the effects of some group of cases were found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Found {
+    /// What the cases have in common.
+    pub of: Vec<String>,
+    /// Size, or 0 where sizes are mixed.
+    pub z: f64,
+    /// Cases, and how many gave no finding at all; these count as not detected.
+    pub cases: usize,
+    /// See `cases`.
+    pub failed: usize,
+    /// Explained, or named as left.
+    pub detected: Share,
+    /// Explained.
+    pub explained: Share,
+    /// The first effect is a true one.
+    pub first: Share,
+    /// Every true cause is among effects and rivals.
+    pub within: Share,
+    /// Mean number of rivals of the first effect.
+    pub rivals: Option<f64>,
+    /// Gain over the oracle's: median and worst, and of how many.
+    pub gain_median: Option<f64>,
+    /// See `gain_median`.
+    pub gain_worst: Option<f64>,
+    /// See `gain_median`.
+    pub gains: usize,
+    /// 95 % intervals that hold the truth.
+    pub covered: Share,
+}
+
+impl Found {
+    /// Of those outcomes.
+    pub fn of(names: &[&str], z: f64, outcomes: &[&Outcome]) -> Self {
+        let share = |of: fn(&Outcome) -> bool| Share::count(outcomes.iter().map(|o| of(o)));
+        let mut gains: Vec<f64> = outcomes.iter().filter_map(|o| o.gain_ratio).collect();
+        gains.sort_by(f64::total_cmp);
+        let rivals: Vec<usize> = outcomes.iter().filter_map(|o| o.rivals).collect();
+        let mean = rivals.iter().sum::<usize>() as f64 / rivals.len() as f64;
+        Self {
+            of: names.iter().map(|&name| name.to_owned()).collect(),
+            z,
+            cases: outcomes.len(),
+            failed: outcomes.iter().filter(|o| o.failed.is_some()).count(),
+            detected: share(|o| o.detected),
+            explained: share(|o| o.explained),
+            first: share(|o| o.first),
+            within: share(|o| o.within),
+            rivals: (!rivals.is_empty()).then_some(mean),
+            gain_median: median(&gains),
+            gain_worst: gains.first().copied(),
+            gains: gains.len(),
+            covered: Share::count(outcomes.iter().filter_map(|o| o.covered)),
+        }
+    }
+}
+
+/// False alarms in one class of noise.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Alarms {
+    /// Kind of the data, or `all`.
+    pub group: String,
+    /// Class of noise, or `all`.
+    pub noise: String,
+    /// Effects reported where there are none.
+    pub alarms: Share,
+    /// Wilson's 95 % interval of their probability.
+    pub ci95: Option<[f64; 2]>,
+    /// Cases in which structure was named as left, without an effect.
+    pub left: usize,
+    /// Cases without a finding; they do not count.
+    pub failed: usize,
+}
+
+impl Alarms {
+    /// Of those outcomes.
+    pub fn of(group: &str, noise: &str, outcomes: &[&Outcome]) -> Self {
+        let found: Vec<&&Outcome> = outcomes.iter().filter(|o| o.failed.is_none()).collect();
+        let alarms = Share::count(found.iter().map(|o| o.false_alarm));
+        Self {
+            group: group.into(),
+            noise: noise.into(),
+            alarms,
+            ci95: alarms.wilson(),
+            left: found.iter().filter(|o| o.detected && !o.false_alarm).count(),
+            failed: outcomes.len() - found.len(),
+        }
+    }
+}
+
+/// Times of one kind of data.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Times {
+    /// Which kind.
+    pub group: String,
+    /// Seconds.
+    pub median: Option<f64>,
+    /// Seconds.
+    pub max: Option<f64>,
+    /// Rows of the largest set.
+    pub rows_max: usize,
+}
+
+impl Times {
+    /// Of those outcomes.
+    pub fn of(group: &str, outcomes: &[&Outcome]) -> Self {
+        let mut seconds: Vec<f64> = outcomes.iter().map(|o| o.seconds).collect();
+        seconds.sort_by(f64::total_cmp);
+        Self {
+            group: group.into(),
+            median: median(&seconds),
+            max: seconds.last().copied(),
+            rows_max: outcomes.iter().map(|o| o.rows).max().unwrap_or(0),
+        }
+    }
+}
+
+/// Time and memory of one large set.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cost {
+    /// What was identified.
+    pub case: String,
+    /// Its rows.
+    pub rows: usize,
+    /// Time, s, on one core.
+    pub seconds: f64,
+    /// Peak resident memory of the process, MB, with the set itself.
+    pub peak_megabytes: Option<f64>,
+    /// Why there is no finding.
+    pub failed: Option<String>,
+}
+
+/// Median of sorted numbers.
+fn median(sorted: &[f64]) -> Option<f64> {
+    let n = sorted.len();
+    (n > 0).then(|| (sorted[(n - 1) / 2] + sorted[n / 2]) / 2.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wilsons_interval_is_the_published_one() {
+        // 1 in 180: 0.098 % to 3.08 %; 0 in 10: 0 to 27.75 % (Brown, Cai, DasGupta 2001).
+        let [low, high] = Share { of: 1, out_of: 180 }.wilson().expect("some");
+        assert!((low - 0.000_98).abs() < 1e-4 && (high - 0.030_8).abs() < 3e-4, "{low} {high}");
+        let [low, high] = Share { of: 0, out_of: 10 }.wilson().expect("some");
+        assert!(low == 0.0 && (high - 0.277_5).abs() < 1e-3);
+        assert_eq!(Share::default().wilson(), None);
+    }
+
+    #[test]
+    fn a_case_without_a_finding_is_not_detected_and_no_alarm() {
+        let failed = Outcome { failed: Some("refused".into()), ..Outcome::default() };
+        let found =
+            Outcome { detected: true, first: true, gain_ratio: Some(0.5), ..Outcome::default() };
+        let both = Found::of(&["a"], 6.0, &[&failed, &found]);
+        assert_eq!((both.failed, both.detected), (1, Share { of: 1, out_of: 2 }));
+        assert_eq!((both.gain_median, both.gains), (Some(0.5), 1));
+        let alarms = Alarms::of("series", "white", &[&failed]);
+        assert_eq!((alarms.alarms.out_of, alarms.failed), (0, 1));
+    }
+}

@@ -1,0 +1,158 @@
+//! What every generated world can say of itself, and how large an effect must be to have a given z.
+
+use crate::design::{Design, Projector};
+use crate::truth::Truth;
+use identification::dataset::Dataset;
+
+/// How strong each effect is, and the noise against its nominal size.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Strength {
+    /// Of each effect, in the unit of its own size.
+    pub sizes: Vec<f64>,
+    /// Factor on the nominal noise.
+    pub noise: f64,
+}
+
+/// How an effect is brought to the size wanted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Sizing {
+    /// Its column is (nearly) proportional to its size.
+    Proportional,
+    /// Its column grows with its size, from the first bound to the second.
+    Monotone(f64, f64),
+    /// Its size is given; the noise is scaled until it has the z wanted.
+    Noise(f64),
+    /// Its size is given, whatever its z: it is there or it is not.
+    Whole(f64),
+    /// Its size is that many times the level wanted: it has no z of its own.
+    Level(f64),
+}
+
+/// Data of one kind with one or more undeclared effects, in the observation space of the generator:
+/// the quantity on which the plain model and the effects act linearly.
+pub trait World {
+    /// The data set, as instruments would write it.
+    fn dataset(&self, strength: &Strength) -> Dataset;
+    /// Base columns and true noise, at nominal noise.
+    fn design(&self) -> &Design;
+    /// What the effect of that number adds to the observations.
+    fn contribution(&self, effect: usize, size: f64) -> Vec<f64>;
+    /// The observations that the nominal constants predict and no column of the design holds.
+    fn nominal(&self) -> Option<Vec<f64>> {
+        None
+    }
+    /// The observations, with base, effects and noise.
+    fn observed(&self, strength: &Strength) -> Vec<f64>;
+    /// How each effect is sized.
+    fn sizings(&self) -> Vec<Sizing>;
+    /// The causes, as a finding may spell them.
+    fn truths(&self, strength: &Strength) -> Vec<Truth>;
+    /// The unit of the observations, where a prediction is of the same quantity row by row;
+    /// `None` where the predictor chooses what it predicts.
+    fn unit(&self) -> Option<&'static str>;
+}
+
+/// Steps of the search for a size: a factor of two each, so more than the 52 bits of a number.
+const BISECTIONS: usize = 60;
+/// Rounds of proportional correction; one is enough where the column is proportional.
+const CORRECTIONS: usize = 6;
+/// A size is good when its z is this close, relatively.
+const Z_TOLERANCE: f64 = 1e-6;
+
+/// The strength at which each effect of `world` alone has that z, and the z reached by the first.
+/// `None` where no size gives it (an effect that the programme cannot show).
+pub fn strength_of(world: &dyn World, z: f64) -> Option<(Strength, Option<f64>)> {
+    let projector = world.design().projector();
+    let mut strength = Strength { sizes: Vec::new(), noise: 1.0 };
+    let mut reached = None;
+    for (effect, sizing) in world.sizings().into_iter().enumerate() {
+        let z_of = |size: f64| world.design().z(&projector, &world.contribution(effect, size));
+        let size = match sizing {
+            Sizing::Proportional => proportional(z, z_of)?,
+            Sizing::Monotone(low, high) => monotone(z, low, high, z_of)?,
+            Sizing::Noise(size) => {
+                strength.noise = z_of(size) / z;
+                if strength.noise <= 0.0 || !strength.noise.is_finite() {
+                    return None;
+                }
+                size
+            }
+            Sizing::Whole(size) => size,
+            Sizing::Level(factor) => factor * z,
+        };
+        if effect == 0 && !matches!(sizing, Sizing::Level(_)) {
+            reached = Some(z_of(size) / strength.noise);
+        }
+        strength.sizes.push(size);
+    }
+    Some((strength, reached))
+}
+
+fn proportional(z: f64, z_of: impl Fn(f64) -> f64) -> Option<f64> {
+    /// Small enough for every effect here to be in its linear range at first.
+    const FIRST: f64 = 1e-4;
+    let mut size = FIRST;
+    for _ in 0..CORRECTIONS {
+        let found = z_of(size);
+        if found <= 0.0 || !found.is_finite() {
+            return None;
+        }
+        size *= z / found;
+        if (found / z - 1.0).abs() < Z_TOLERANCE {
+            break;
+        }
+    }
+    Some(size)
+}
+
+fn monotone(z: f64, mut low: f64, mut high: f64, z_of: impl Fn(f64) -> f64) -> Option<f64> {
+    if z_of(high) < z {
+        return None;
+    }
+    for _ in 0..BISECTIONS {
+        let middle = (low * high).sqrt();
+        let found = z_of(middle);
+        if (found / z - 1.0).abs() < Z_TOLERANCE {
+            return Some(middle);
+        }
+        if found < z { low = middle } else { high = middle }
+    }
+    Some(high)
+}
+
+/// What the oracle makes of a world: the true forms with their nonlinear parameters known, fitted
+/// with the true noise on `train` and applied to `test`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Oracle {
+    /// Fitted factors on the true sizes; 1 is the truth.
+    pub factors: Vec<f64>,
+    /// Error on the test set with the plain model, and with the effects as well; in the unit of the
+    /// observations, and only where the plain model has columns of the whole set.
+    pub test_rmse: Option<(f64, f64)>,
+}
+
+/// The oracle's fit. `None` where the columns are not independent.
+pub fn oracle(train: &dyn World, test: &dyn World, strength: &Strength) -> Option<Oracle> {
+    let contributions = |world: &dyn World| -> Vec<Vec<f64>> {
+        let sizes = strength.sizes.iter().enumerate();
+        sizes.map(|(effect, &size)| world.contribution(effect, size)).collect()
+    };
+    let (effects, mut observed) = (contributions(train), train.observed(strength));
+    if let Some(nominal) = train.nominal() {
+        observed.iter_mut().zip(nominal).for_each(|(x, nominal)| *x -= nominal);
+    }
+    let design = train.design();
+    let projector: Projector = design.projector();
+    let factors = design.effect_coefficients(&projector, &observed, &effects)?;
+    let test_rmse = if design.local.is_empty() && train.unit().is_some() {
+        let plain = design.fit(&observed, &[])?;
+        let full = design.fit(&observed, &effects)?;
+        let (on_test, test_effects) = (test.observed(strength), contributions(test));
+        let base = || test.design().base.iter();
+        let before = crate::design::rmse(&on_test, base(), &plain);
+        Some((before, crate::design::rmse(&on_test, base().chain(&test_effects), &full)))
+    } else {
+        None
+    };
+    Some(Oracle { factors, test_rmse })
+}

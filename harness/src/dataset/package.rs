@@ -1,0 +1,314 @@
+//! From the descriptor as written to one that can be relied on.
+
+use super::descriptor::{self, Descriptor, Hil, Resource, place};
+use super::error::{DatasetError, Defect};
+use identification::dataset::{Axis, Constant, Drive, Kind, Role, Unit};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Component, Path, PathBuf};
+
+/// Cells of a table that mean nothing, where the schema does not say (Frictionless, `missingValues`).
+const MISSING: &str = "";
+
+/// A package that makes sense; its tables are still unread.
+#[derive(Debug)]
+pub(super) struct Package {
+    pub name: String,
+    pub kind: Kind,
+    pub drive: Option<Drive>,
+    pub constants: BTreeMap<String, Constant>,
+    pub fields: Vec<Field>,
+    pub tables: Vec<Table>,
+    pub notices: Vec<String>,
+}
+
+/// A field that makes sense.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Field {
+    pub name: String,
+    pub role: Role,
+    pub axis: Option<Axis>,
+    pub unit: Unit,
+    /// Its cells are words, not numbers.
+    pub text: bool,
+}
+
+/// A file with rows.
+#[derive(Debug)]
+pub(super) struct Table {
+    pub name: String,
+    pub path: PathBuf,
+    pub delimiter: u8,
+    pub missing: BTreeSet<String>,
+}
+
+/// Makes sense of the descriptor `text`, which stands in `file`.
+pub(super) fn understand(file: &Path, text: &str) -> Result<Package, DatasetError> {
+    let written: Descriptor = serde_json::from_str(text.trim_start_matches('\u{feff}'))
+        .map_err(|error| bad_json(file, text, error))?;
+    let context = Context { file, text };
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let hil = written.hil.ok_or_else(|| context.missing("the property hil"))?;
+    let kind_text = hil.kind.as_deref().ok_or_else(|| context.missing("hil.kind"))?;
+    let kind = Kind::parse(kind_text).ok_or_else(|| {
+        context.unknown("kind", kind_text, Kind::ALL.iter().map(|kind| kind.name()), &["kind"])
+    })?;
+    let mut notices: Vec<String> = hil
+        .others
+        .keys()
+        .map(|key| format!("hil.{key} is not known and was passed over"))
+        .collect();
+    let drive = drive(&context, &hil)?;
+    let constants = constants(&context, &hil)?;
+    let (mut fields, mut tables) = (None::<Vec<Field>>, Vec::<Table>::new());
+    for (index, resource) in written.resources.iter().enumerate() {
+        if resource.schema.is_none() && !is_table(resource) {
+            let name = resource.name.clone().unwrap_or_else(|| format!("resource {}", index + 1));
+            notices.push(format!("{name} is no table and was passed over"));
+            continue;
+        }
+        let (table, these) = table(&context, folder, index, resource)?;
+        match &fields {
+            None => fields = Some(these),
+            Some(first) if !same_fields(first, &these) => {
+                let other = tables.first().map(|first| first.path.display().to_string());
+                let defect = Defect::OtherFields { other: other.unwrap_or_default() };
+                return Err(DatasetError::new(&table.path, defect));
+            }
+            Some(_) => {}
+        }
+        tables.push(table);
+    }
+    let fields = fields.ok_or_else(|| context.missing("a table (a resource with a schema)"))?;
+    check_roles(&context, kind, &fields)?;
+    let has = |role| fields.iter().any(|field| field.role == role);
+    let drive = drive.or_else(|| match kind {
+        Kind::Odometry if has(Role::DriveDistance) => Some(Drive::Synchro),
+        Kind::Odometry => Some(Drive::Differential),
+        _ => None,
+    });
+    let folder_name = || folder.file_name().map(|name| name.to_string_lossy().into_owned());
+    let name = written.name.or_else(folder_name).unwrap_or_else(|| "data".to_owned());
+    Ok(Package { name, kind, drive, constants, fields, tables, notices })
+}
+
+/// Where mistakes of the descriptor are.
+struct Context<'a> {
+    file: &'a Path,
+    text: &'a str,
+}
+
+impl Context<'_> {
+    fn error(&self, defect: Defect, words: &[&str]) -> DatasetError {
+        DatasetError::new(self.file, defect).shown(self.text, place(self.text, words))
+    }
+
+    fn missing(&self, what: &'static str) -> DatasetError {
+        self.error(Defect::NoProperty(what), &[])
+    }
+
+    fn unknown(
+        &self,
+        what: &'static str,
+        found: &str,
+        known: impl Iterator<Item = &'static str>,
+        after: &[&str],
+    ) -> DatasetError {
+        let defect = Defect::Unknown { what, found: found.to_owned(), known: known.collect() };
+        self.error(defect, &[after, &[found]].concat())
+    }
+}
+
+fn bad_json(file: &Path, text: &str, error: serde_json::Error) -> DatasetError {
+    let line_begin: usize =
+        text.split_inclusive('\n').take(error.line().saturating_sub(1)).map(str::len).sum();
+    let at = (line_begin + error.column().saturating_sub(1)).min(text.len());
+    let end = text[..].char_indices().map(|(begin, c)| begin + c.len_utf8()).find(|end| *end > at);
+    DatasetError::new(file, Defect::Json(error)).shown(text, end.map(|end| at.min(end - 1)..end))
+}
+
+fn drive(context: &Context<'_>, hil: &Hil) -> Result<Option<Drive>, DatasetError> {
+    match hil.drive.as_deref() {
+        None => Ok(None),
+        Some("differential") => Ok(Some(Drive::Differential)),
+        Some("synchro") => Ok(Some(Drive::Synchro)),
+        Some(found) => {
+            let known = ["differential", "synchro"].into_iter();
+            Err(context.unknown("drive", found, known, &["drive"]))
+        }
+    }
+}
+
+fn unit(context: &Context<'_>, found: &str, after: &[&str]) -> Result<Unit, DatasetError> {
+    Unit::parse(found).ok_or_else(|| {
+        context.unknown("unit", found, Unit::ALL.iter().map(|unit| unit.text()), after)
+    })
+}
+
+fn constants(context: &Context<'_>, hil: &Hil) -> Result<BTreeMap<String, Constant>, DatasetError> {
+    let mut constants = BTreeMap::new();
+    for (name, written) in &hil.constants {
+        if !written.value.is_finite() {
+            return Err(context.error(Defect::Constant(name.clone()), &[name]));
+        }
+        let unit = unit(context, &written.unit, &[name, "unit"])?;
+        constants.insert(name.clone(), Constant { value: written.value, unit });
+    }
+    Ok(constants)
+}
+
+fn is_table(resource: &Resource) -> bool {
+    let csv = |text: &str| text.ends_with("csv") || text.ends_with("csv.gz");
+    resource.format.as_deref().is_some_and(csv)
+        || resource.path.as_ref().and_then(|path| path.as_str()).is_some_and(csv)
+}
+
+fn table(
+    context: &Context<'_>,
+    folder: &Path,
+    index: usize,
+    resource: &Resource,
+) -> Result<(Table, Vec<Field>), DatasetError> {
+    let unsupported = |what: &str| context.error(Defect::Unsupported(what.to_owned()), &[]);
+    let path = match &resource.path {
+        Some(serde_json::Value::String(path)) => path,
+        Some(_) => return Err(unsupported("a resource has several paths, expected one file each")),
+        None => return Err(context.missing("the path of a resource")),
+    };
+    let plain = plain_path(path).map_err(|why| {
+        let defect = Defect::Path { path: path.clone(), why };
+        context.error(defect, &["path", path])
+    })?;
+    if let Some(encoding) = &resource.encoding
+        && !["utf-8", "utf8", "utf-8-sig", "ascii"].contains(&encoding.to_lowercase().as_str())
+    {
+        let what = format!("the encoding {encoding} is not read, expected utf-8");
+        return Err(context.error(Defect::Unsupported(what), &["encoding", encoding]));
+    }
+    let dialect = resource.dialect.as_ref();
+    if dialect.and_then(|dialect| dialect.header) == Some(false) {
+        return Err(unsupported("a table without a header is not read, expected a header row"));
+    }
+    let delimiter = match dialect.and_then(|dialect| dialect.delimiter.as_deref()) {
+        None => b',',
+        Some(text) => match text.as_bytes() {
+            [one] if one.is_ascii() && !one.is_ascii_alphanumeric() && *one != b'"' => *one,
+            _ => return Err(unsupported("expected one character as the delimiter of a dialect")),
+        },
+    };
+    let schema =
+        resource.schema.as_ref().ok_or_else(|| context.missing("the schema of a table"))?;
+    let missing = match &schema.missing_values {
+        None => BTreeSet::from([MISSING.to_owned()]),
+        Some(words) => words.iter().map(|word| word.trim().to_owned()).collect(),
+    };
+    let mut fields = Vec::<Field>::new();
+    for written in &schema.fields {
+        let field = field(context, written)?;
+        let fail =
+            |defect| Err(context.error(defect, &["fields", &written.name]).in_field(&written.name));
+        if fields.iter().any(|other| other.name == field.name) {
+            return fail(Defect::NameTwice);
+        }
+        if let Some(other) = fields.iter().find(|other| clash(other, &field)) {
+            return fail(Defect::RoleTwice { role: field.role, other: other.name.clone() });
+        }
+        fields.push(field);
+    }
+    let file_stem = path.rsplit('/').next().unwrap_or(path);
+    let file_stem = file_stem.trim_end_matches(".gz").trim_end_matches(".csv");
+    let name = match resource.name.as_deref().unwrap_or(file_stem) {
+        "" => format!("{}", index + 1),
+        name => name.to_owned(),
+    };
+    Ok((Table { name, path: folder.join(plain), delimiter, missing }, fields))
+}
+
+/// Two fields that would be one thing.
+fn clash(one: &Field, other: &Field) -> bool {
+    let apart = one.role.has_axes() && one.axis.is_some() && other.axis.is_some();
+    one.role == other.role && !one.role.repeats() && !(apart && one.axis != other.axis)
+}
+
+fn field(context: &Context<'_>, written: &descriptor::Field) -> Result<Field, DatasetError> {
+    let name = written.name.as_str();
+    let inside = |error: DatasetError| error.in_field(name);
+    let after = |word| ["fields", name, word];
+    let missing = |what| inside(context.error(Defect::NoProperty(what), &["fields", name]));
+    let role = written.role.as_deref().ok_or_else(|| missing("the role"))?;
+    let role = Role::parse(role).ok_or_else(|| {
+        let known = Role::ALL.iter().map(|role| role.name());
+        inside(context.unknown("role", role, known, &after("role")))
+    })?;
+    let unit = match written.unit.as_deref() {
+        Some(found) => unit(context, found, &after("unit")).map_err(inside)?,
+        // Nobody computes with them.
+        None if matches!(role, Role::Run | Role::Ignore) => Unit::One,
+        None => return Err(missing("the unit")),
+    };
+    if !role.dimensions().is_empty() && !role.dimensions().contains(&unit.dimension()) {
+        let defect = Defect::WrongUnit { unit, role };
+        return Err(inside(context.error(defect, &["fields", name, "unit", unit.text()])));
+    }
+    let axis = match written.axis.as_deref() {
+        None => None,
+        Some("x") => Some(Axis::X),
+        Some("y") => Some(Axis::Y),
+        Some("z") => Some(Axis::Z),
+        Some(found) => {
+            let known = ["x", "y", "z"].into_iter();
+            return Err(inside(context.unknown("axis", found, known, &after("axis"))));
+        }
+    };
+    let numbers = matches!(written.kind.as_deref(), None | Some("number" | "integer" | "any"));
+    let text = match role {
+        Role::Run | Role::Ignore => true,
+        Role::Auxiliary => !numbers,
+        _ if numbers => false,
+        role => {
+            let found = written.kind.clone().unwrap_or_default();
+            let words = ["fields", name, "type", &found];
+            let defect = Defect::WrongType { found: found.clone(), role };
+            return Err(inside(context.error(defect, &words)));
+        }
+    };
+    Ok(Field { name: name.to_owned(), role, axis, unit, text })
+}
+
+/// A path that stays in the folder.
+fn plain_path(path: &str) -> Result<&Path, &'static str> {
+    if path.contains("://") {
+        return Err("is remote");
+    }
+    let plain = Path::new(path);
+    if path.is_empty() {
+        return Err("is empty");
+    }
+    for component in plain.components() {
+        match component {
+            Component::Normal(_) | Component::CurDir => {}
+            Component::ParentDir => return Err("leaves the folder"),
+            Component::RootDir | Component::Prefix(_) => return Err("is absolute"),
+        }
+    }
+    Ok(plain)
+}
+
+/// The same fields, in whatever order.
+fn same_fields(one: &[Field], other: &[Field]) -> bool {
+    one.len() == other.len() && one.iter().all(|field| other.contains(field))
+}
+
+fn check_roles(context: &Context<'_>, kind: Kind, fields: &[Field]) -> Result<(), DatasetError> {
+    let has = |role: &Role| fields.iter().any(|field| field.role == *role);
+    for alternatives in kind.required() {
+        if alternatives.iter().any(|group| group.iter().all(has)) {
+            continue;
+        }
+        let group = |group: &&[Role]| {
+            group.iter().map(|role| role.name()).collect::<Vec<_>>().join(" and ")
+        };
+        let expected = alternatives.iter().map(group).collect::<Vec<_>>().join(", or ");
+        return Err(context.error(Defect::NoRole { kind, expected }, &["fields"]));
+    }
+    Ok(())
+}

@@ -1,0 +1,74 @@
+//! Several files at once, or none of them.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Writes `files` (name and content) into `folder`. They are written beside it first: what goes wrong leaves
+/// nothing behind, and a reader finds the old files or the new ones. Other files in the folder stay.
+///
+/// # Errors
+/// When something cannot be written. The error names it.
+pub fn publish(folder: &Path, files: &[(String, Vec<u8>)]) -> io::Result<()> {
+    let parent = match folder.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    };
+    let name = folder.file_name().map_or_else(|| "out".into(), |name| name.to_string_lossy());
+    // Inside a folder that is there: its parent need not be ours to write.
+    let partial = if folder.is_dir() { folder } else { parent }.join(format!(".{name}.partial"));
+    let done = write_all(folder, &partial, files);
+    if done.is_err() || partial.exists() {
+        // Best effort: the error that matters is the first.
+        let _ = fs::remove_dir_all(&partial);
+    }
+    done
+}
+
+fn write_all(folder: &Path, partial: &Path, files: &[(String, Vec<u8>)]) -> io::Result<()> {
+    if partial.exists() {
+        // Of a process that was killed.
+        fs::remove_dir_all(partial).map_err(|error| named(partial, error))?;
+    }
+    fs::create_dir_all(partial).map_err(|error| named(partial, error))?;
+    for (name, content) in files {
+        let path = partial.join(name);
+        fs::write(&path, content).map_err(|error| named(&path, error))?;
+    }
+    if !folder.exists() {
+        return fs::rename(partial, folder).map_err(|error| named(folder, error));
+    }
+    for (name, _) in files {
+        let path: PathBuf = folder.join(name);
+        fs::rename(partial.join(name), &path).map_err(|error| named(&path, error))?;
+    }
+    Ok(())
+}
+
+fn named(path: &Path, error: io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::publish;
+    use std::fs;
+
+    #[test]
+    fn all_or_nothing() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = dir.path().join("a/b");
+        let file = |name: &str, text: &str| (name.to_owned(), text.as_bytes().to_vec());
+        publish(&folder, &[file("one", "1"), file("two", "2")]).unwrap();
+        fs::write(folder.join("mine"), "mine").unwrap();
+        publish(&folder, &[file("one", "11")]).unwrap();
+        assert_eq!(fs::read_to_string(folder.join("one")).unwrap(), "11");
+        assert_eq!(fs::read_to_string(folder.join("two")).unwrap(), "2");
+        assert!(publish(&folder, &[file("one", "0"), file("no/such", "0")]).is_err());
+        assert_eq!(fs::read_to_string(folder.join("one")).unwrap(), "11");
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 3, "nothing partial stays");
+        assert_eq!(fs::read_dir(dir.path().join("a")).unwrap().count(), 1);
+        let error = publish(&folder.join("mine"), &[file("one", "1")]).unwrap_err();
+        assert!(error.to_string().contains("mine"), "{error}");
+    }
+}

@@ -1,0 +1,259 @@
+//! Effects that have a name (devices of this class, IEEE Std 952 and the odometry of wheeled robots).
+
+use super::names::{acts, constant, over};
+use super::{Candidate, Family};
+use crate::dataset::{Dimension, Role};
+use crate::model::{Acts, Driver, Form, Shape, Wrap, exposure};
+use crate::problem::{Aggregate, Block, Channel, Channels, rotation_driver};
+
+/// Terms that any driver may change.
+pub(super) const OPEN: [Acts; 5] =
+    [Acts::Bias, Acts::Scale, Acts::Turn, Acts::Curvature, Acts::Drive];
+
+/// How many time constants are tried for a lag, and over which share of the span.
+const LAGS: usize = 10;
+/// Half widths of a hysteresis, as shares of a channel's span.
+const PLAYS: [f64; 5] = [0.02, 0.05, 0.1, 0.2, 0.35];
+/// A delay is tried at these multiples of the interval.
+const DELAYS: [f64; 10] = [-4.0, -2.0, -1.0, -0.4, -0.1, 0.1, 0.4, 1.0, 2.0, 4.0];
+
+struct Builder<'a> {
+    block: &'a Block,
+    channels: &'a Channels,
+    found: Vec<Candidate>,
+}
+
+/// The named effects that these data could show.
+pub fn library(block: &Block, channels: &Channels) -> Vec<Candidate> {
+    let mut builder = Builder { block, channels, found: Vec::new() };
+    for on in OPEN.into_iter().filter(|on| block.exposure(*on).is_some()) {
+        if !block.constants.iter().any(|known| known.acts == on) {
+            builder.push(Family::Library, Shape::constant(constant(on), on));
+        }
+        for channel in &channels.channels {
+            builder.over_channel(on, channel);
+        }
+        builder.over_time(on);
+        builder.over_rotation(on);
+        builder.products(on);
+    }
+    if block.exposure(Acts::Bias).is_some() {
+        builder.rate_errors();
+    }
+    if block.exposure(Acts::Drive).is_some() {
+        builder.slip();
+    }
+    builder.found
+}
+
+impl Builder<'_> {
+    fn push(&mut self, family: Family, shape: Shape) {
+        self.found.push(Candidate { shape, family });
+    }
+
+    fn over_channel(&mut self, on: Acts, channel: &Channel) {
+        let origin = origin(channel);
+        let name = |wrap, form| over(on, channel, wrap, form);
+        let driver = |wrap| Driver::new(wrap, &channel.name);
+        if channel.role == Role::Heading {
+            if on != Acts::Drive {
+                for wrap in [Wrap::Harmonic1, Wrap::Harmonic2] {
+                    let shape = Shape::new(&name(wrap, Form::Harmonic), on, driver(wrap), Form::Harmonic);
+                    self.push(Family::Library, shape);
+                }
+            }
+            return;
+        }
+        if matches!(channel.role, Role::GyroRate | Role::GyroCounts | Role::GyroAngleIncrement) {
+            self.other_axis(on, channel);
+            return;
+        }
+        let plain = |form| Shape::new(&name(Wrap::Plain, form), on, driver(Wrap::Plain), form);
+        self.push(Family::Library, plain(Form::Linear).with("origin", origin));
+        if channel.is_angle() || channel.role == Role::Duration {
+            return;
+        }
+        self.push(Family::Library, plain(Form::Quadratic).with("origin", origin));
+        if self.block.aggregate == Aggregate::Level && on != Acts::Bias && on != Acts::Scale {
+            // A path of a minute has no thermal memory to speak of.
+            return;
+        }
+        let is_temperature = channel.role == Role::Temperature;
+        let rate = Shape::new(&name(Wrap::RateOf, Form::Linear), on, driver(Wrap::RateOf), Form::Linear);
+        self.push(if is_temperature { Family::Library } else { Family::Memory }, rate);
+        if is_temperature {
+            self.push(Family::Library, plain(Form::Cubic).with("origin", origin));
+        }
+        if channel.unit.dimension() == Dimension::Temperature {
+            for constant in self.time_constants() {
+                let shape = Shape::new(&name(Wrap::LagOf, Form::Linear), on, driver(Wrap::LagOf), Form::Linear);
+                self.push(Family::Memory, shape.with("origin", origin).with("time_constant", constant));
+            }
+            for share in PLAYS {
+                let shape =
+                    Shape::new(&name(Wrap::BranchOf, Form::Linear), on, driver(Wrap::BranchOf), Form::Linear);
+                self.push(Family::Memory, shape.with("half_width", share * channel.span()));
+            }
+        }
+    }
+
+    /// A rotation about another axis that leaks in.
+    fn other_axis(&mut self, on: Acts, channel: &Channel) {
+        if on == Acts::Bias && channel.name != self.block.label {
+            let shape = Shape::new("misaligned_axis", Acts::Axis, Driver::plain(&channel.name), Form::Linear);
+            self.push(Family::Library, shape);
+        }
+    }
+
+    fn time_constants(&self) -> Vec<f64> {
+        let (interval, span) = (self.channels.interval(), self.channels.span());
+        let (from, to) = ((2.0 * interval).max(span / 500.0), span / 2.0);
+        (0..LAGS)
+            .map(|i| from * (to / from).powf(i as f64 / (LAGS - 1) as f64))
+            .filter(|constant| constant.is_finite() && *constant > 0.0)
+            .collect()
+    }
+
+    fn over_time(&mut self, on: Acts) {
+        let time = self.channels.time_name.clone();
+        let middle = mean(&self.channels.time);
+        let is_wear = on == Acts::Drive;
+        let trend_name =
+            if is_wear { "tyre_wear".to_owned() } else { format!("{}_ageing", acts(on)) };
+        let trend = Shape::new(&trend_name, on, Driver::new(Wrap::Trend, &time), Form::Linear);
+        self.push(Family::Library, trend.with("origin", middle));
+        if matches!(on, Acts::Bias | Acts::Scale) {
+            let name = if on == Acts::Bias { "warm_up" } else { "scale_warm_up" };
+            for constant in self.time_constants() {
+                let shape = Shape::new(name, on, Driver::plain(&time), Form::Exponential);
+                self.push(Family::Memory, shape.with("time_constant", constant));
+            }
+        }
+    }
+
+    fn over_rotation(&mut self, on: Acts) {
+        if self.channels.rotation.is_empty() {
+            return;
+        }
+        let direction = match &self.channels.direction_name {
+            Some(name) => Driver::plain(name),
+            None => Driver::new(Wrap::Sign, &self.channels.rotation_name),
+        };
+        let rotation = rotation_driver(self.channels);
+        let size = Driver::new(Wrap::Abs, &self.channels.rotation_name);
+        if on == Acts::Curvature {
+            if self.channels.named("speed").is_some() {
+                let driver = Driver::new(Wrap::Sign, "speed");
+                let shape = Shape::new("drive_to_steer_leakage", on, driver, Form::Linear);
+                self.push(Family::Library, shape);
+            }
+            return;
+        }
+        let name = match on {
+            Acts::Scale => "direction_asymmetry".to_owned(),
+            Acts::Turn => "turn_asymmetry".to_owned(),
+            other => format!("{}_over_direction", acts(other)),
+        };
+        self.push(Family::Library, Shape::new(&name, on, direction, Form::Linear));
+        if matches!(on, Acts::Scale | Acts::Turn) {
+            let over_rate = format!("{}_over_rate", acts(on));
+            self.push(Family::Library, Shape::new(&over_rate, on, size, Form::Linear));
+            let squared = format!("{over_rate}_quadratic");
+            self.push(Family::Library, Shape::new(&squared, on, rotation, Form::Quadratic));
+        }
+    }
+
+    /// Two causes at once.
+    fn products(&mut self, on: Acts) {
+        let Some(temperature) = self.channels.of(Role::Temperature) else {
+            return;
+        };
+        let (name, origin) = (temperature.name.clone(), origin(temperature));
+        let mut with = |what: &str, other: Driver, origin_2: f64| {
+            let mut shape = Shape::new(
+                &format!("{}_over_temperature_and_{what}", acts(on)),
+                on,
+                Driver::plain(&name),
+                Form::Product,
+            );
+            shape.drivers.push(other);
+            self.found.push(Candidate {
+                shape: shape.with("origin", origin).with("origin_2", origin_2),
+                family: Family::Library,
+            });
+        };
+        with("time", Driver::plain(&self.channels.time_name), mean(&self.channels.time));
+        if !self.channels.rotation.is_empty() && on == Acts::Scale {
+            let rates: Vec<f64> = self.channels.rotation.iter().map(|rate| rate.abs()).collect();
+            with("rate", Driver::new(Wrap::Abs, &self.channels.rotation_name), mean(&rates));
+            with("direction", Driver::new(Wrap::Sign, &self.channels.rotation_name), 0.0);
+        }
+    }
+
+    /// Errors in the rate that neither a bias nor a scale factor is.
+    fn rate_errors(&mut self) {
+        if self.channels.rotation.is_empty() {
+            return;
+        }
+        let rotation = rotation_driver(self.channels);
+        let largest = self.channels.rotation.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        if !(largest > 0.0) {
+            return;
+        }
+        for share in [0.01, 0.02, 0.05, 0.1, 0.2] {
+            let shape = Shape::new("dead_zone", Acts::DeadZone, rotation.clone(), Form::DeadZone);
+            self.push(Family::Library, shape.with("width", share * largest));
+        }
+        for share in [0.95, 0.9, 0.8, 0.65, 0.5] {
+            let shape = Shape::new("saturation", Acts::Saturation, rotation.clone(), Form::Saturation);
+            self.push(Family::Library, shape.with("limit", share * largest));
+        }
+        if self.block.exposure(Acts::Scale).is_none() || self.channels.segments.len() * 8 > self.channels.time.len() {
+            return;
+        }
+        let interval = self.channels.interval();
+        for multiple in DELAYS {
+            let shape = Shape::new("delay", Acts::Delay, rotation.clone(), Form::Delay);
+            self.push(Family::Library, shape.with("delay", multiple * interval));
+        }
+        for multiple in [0.3, 1.0, 3.0, 10.0] {
+            let driver = Driver::new(Wrap::LagOf, &self.channels.rotation_name);
+            let shape = Shape::new("bandwidth", Acts::Delay, driver, Form::Delay);
+            self.push(Family::Memory, shape.with("time_constant", multiple * interval));
+        }
+        let span = self.channels.span();
+        for shift in [-4.0, -0.5, 0.5, 4.0] {
+            let driver = Driver::plain(&self.channels.time_name);
+            let shape = Shape::new("sample_clock", Acts::Clock, driver, Form::Delay);
+            self.push(Family::Library, shape.with("stretch", shift * interval / span));
+        }
+    }
+
+    fn slip(&mut self) {
+        let Some(acceleration) = self.channels.named("acceleration") else {
+            return;
+        };
+        let largest = acceleration.range.0.abs().max(acceleration.range.1.abs());
+        for share in [0.0, 0.1, 0.25, 0.5] {
+            let driver = Driver::new(Wrap::Abs, "acceleration");
+            let shape = Shape::new("slip", Acts::Slip, driver, Form::Hinge);
+            self.push(Family::Library, shape.with("at", share * largest));
+        }
+    }
+}
+
+/// Where a channel counts as zero: its middle, rounded to three digits of its span.
+fn origin(channel: &Channel) -> f64 {
+    let middle = mean(&channel.values);
+    let digit = 10_f64.powf((channel.span() / 100.0).log10().floor());
+    (middle / digit).round() * digit
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// Does the block know terms that act so?
+pub(super) fn is_open(block: &Block, on: Acts) -> bool {
+    exposure(block, on).is_some()
+}

@@ -1,0 +1,71 @@
+//! What a model might lack: candidate shapes in families, each with its share of the risk of a false alarm.
+
+mod library;
+mod names;
+mod shapes;
+mod timed;
+
+use crate::model::Shape;
+use crate::problem::{Block, Channels};
+pub use library::library;
+pub use shapes::{narrow_on, pairs, smooth};
+pub use timed::{periodic, steps};
+
+/// A family of candidates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Family {
+    /// Effects with a name.
+    Library,
+    /// Effects with a memory: lags and hysteresis.
+    Memory,
+    /// Any smooth function of a driver.
+    Smooth,
+    /// A hinge, a bump or a sigmoid.
+    Narrow,
+    /// Any function of two drivers.
+    Pair,
+    /// A period that nobody knows.
+    Periodic,
+    /// A step at a moment that nobody knows.
+    Step,
+}
+
+impl Family {
+    /// Its share of the risk of a false alarm, and how many independent tests it is worth (measured on noise; the
+    /// memory and narrow families overlap heavily).
+    const fn risk(self) -> (f64, f64) {
+        match self {
+            Self::Library => (0.40, 30.0),
+            Self::Memory => (0.15, 25.0),
+            Self::Smooth => (0.10, 16.0),
+            Self::Narrow => (0.10, 120.0),
+            Self::Pair => (0.05, 20.0),
+            Self::Periodic => (0.10, 1.0),
+            Self::Step => (0.10, 40.0),
+        }
+    }
+
+    /// What is taken off a surprise for having looked at so many candidates, in nats. `tests` replaces the usual
+    /// number where the data say it (periods).
+    pub fn toll(self, tests: Option<f64>) -> f64 {
+        let (share, usual) = self.risk();
+        (tests.unwrap_or(usual).max(1.0) / share).ln()
+    }
+}
+
+/// A shape that may be missing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// What it looks like.
+    pub shape: Shape,
+    /// Where it comes from.
+    pub family: Family,
+}
+
+/// Every candidate that is tried in each round.
+pub fn all(block: &Block, channels: &Channels) -> Vec<Candidate> {
+    let mut found = library(block, channels);
+    found.extend(smooth(block, channels));
+    found.extend(steps(block, channels));
+    found
+}

@@ -1,0 +1,124 @@
+//! Shapes that no library names: splines, hinges, bumps and sigmoids of a driver, surfaces over two.
+
+use super::library::{OPEN, is_open};
+use super::names::acts;
+use super::{Candidate, Family};
+use crate::dataset::Role;
+use crate::model::{Acts, Driver, Form, Shape, Wrap, quantile_knots, see};
+use crate::problem::{Block, Channels};
+
+/// Knots of a spline.
+const KNOTS: usize = 8;
+/// Knots of a surface, each way.
+const SURFACE_KNOTS: usize = 4;
+/// Places where a hinge or a bump is tried.
+const PLACES: usize = 12;
+/// A driver with fewer different values is no continuous one.
+const DIFFERENT_MIN: usize = 5;
+
+/// Drivers of which something may be a smooth function.
+fn drivers(channels: &Channels) -> Vec<Driver> {
+    let mut found = Vec::new();
+    for channel in &channels.channels {
+        match channel.role {
+            Role::Heading | Role::Duration | Role::GyroRate | Role::GyroCounts | Role::GyroAngleIncrement => {}
+            _ => {
+                found.push(Driver::plain(&channel.name));
+                if channel.role == Role::Temperature {
+                    found.push(Driver::new(Wrap::RateOf, &channel.name));
+                }
+            }
+        }
+    }
+    if !channels.rotation.is_empty() {
+        found.push(Driver::plain(&channels.rotation_name));
+    }
+    found.push(Driver::new(Wrap::Trend, &channels.time_name));
+    found
+}
+
+/// What a name says of a driver.
+fn word(driver: &Driver) -> String {
+    match driver.wrap {
+        Wrap::RateOf => format!("rate_of_{}", driver.field),
+        _ => driver.field.clone(),
+    }
+}
+
+/// Every smooth function of one driver.
+pub fn smooth(block: &Block, channels: &Channels) -> Vec<Candidate> {
+    let mut found = Vec::new();
+    for driver in drivers(channels) {
+        let Some(values) = see(channels, &driver, &Vec::new()) else {
+            continue;
+        };
+        let knots = quantile_knots(&values, KNOTS);
+        if knots.len() < DIFFERENT_MIN {
+            continue;
+        }
+        for on in OPEN.into_iter().filter(|on| is_open(block, *on)) {
+            let name = format!("{}_shape_over_{}", acts(on), word(&driver));
+            let mut shape = Shape::new(&name, on, driver.clone(), Form::Spline).unnamed();
+            shape.knots.clone_from(&knots);
+            found.push(Candidate { shape, family: Family::Smooth });
+        }
+    }
+    found
+}
+
+/// Hinges, bumps and sigmoids of one driver.
+pub fn narrow_on(channels: &Channels, on: Acts, driver: &Driver) -> Vec<Candidate> {
+    let Some(values) = see(channels, driver, &Vec::new()) else {
+        return Vec::new();
+    };
+    let places = quantile_knots(&values, PLACES);
+    let Some((first, last)) = places.first().zip(places.last()) else {
+        return Vec::new();
+    };
+    let span = last - first;
+    let mut found = Vec::new();
+    let mut push = |form: Form, what: &str, numbers: &[(&str, f64)]| {
+        let name = format!("{}_{what}_over_{}", acts(on), word(driver));
+        let mut shape = Shape::new(&name, on, driver.clone(), form).unnamed();
+        for (name, value) in numbers {
+            shape.set(name, *value);
+        }
+        found.push(Candidate { shape, family: Family::Narrow });
+    };
+    for &place in &places[1..places.len() - 1] {
+        push(Form::Hinge, "hinge", &[("at", place)]);
+        for share in [0.05, 0.15] {
+            push(Form::Bump, "bump", &[("centre", place), ("width", share * span)]);
+        }
+        push(Form::Tanh, "sigmoid", &[("centre", place), ("width", 0.1 * span)]);
+    }
+    found
+}
+
+/// Every function of two drivers.
+pub fn pairs(block: &Block, channels: &Channels) -> Vec<Candidate> {
+    let drivers: Vec<(Driver, Vec<f64>)> = drivers(channels)
+        .into_iter()
+        .filter_map(|driver| {
+            let knots = quantile_knots(&see(channels, &driver, &Vec::new())?, SURFACE_KNOTS);
+            (knots.len() == SURFACE_KNOTS).then_some((driver, knots))
+        })
+        .collect();
+    let mut found = Vec::new();
+    for (i, (a, knots)) in drivers.iter().enumerate() {
+        for (b, knots_2) in &drivers[i + 1..] {
+            if a.field == b.field {
+                continue;
+            }
+            for on in OPEN.into_iter().filter(|on| is_open(block, *on)) {
+                let name = format!("{}_surface_over_{}_and_{}", acts(on), word(a), word(b));
+                let mut shape = Shape::new(&name, on, a.clone(), Form::Surface).unnamed();
+                shape.drivers.push(b.clone());
+                shape.knots.clone_from(knots);
+                shape.knots_2.clone_from(knots_2);
+                found.push(Candidate { shape, family: Family::Pair });
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,144 @@
+//! What the contract asks of fields and of kinds: names, units that a role can have, roles that a kind needs.
+
+use super::{Dimension, Kind, Role};
+
+macro_rules! named {
+    ($enum:ident: $($variant:ident = $name:literal),* $(,)?) => {
+        impl $enum {
+            /// Every one.
+            pub const ALL: &[Self] = &[$(Self::$variant),*];
+
+            /// As a data package writes it.
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name,)* }
+            }
+
+            /// The one of that name.
+            pub fn parse(name: &str) -> Option<Self> {
+                Self::ALL.iter().copied().find(|one| one.name() == name)
+            }
+        }
+    };
+}
+
+named! { Kind: Turns = "turns", Series = "series", Odometry = "odometry", Laps = "laps" }
+
+named! { Role:
+    Time = "time", Run = "run", Direction = "direction", GyroAngle = "gyro_angle", GyroRate = "gyro_rate",
+    GyroCounts = "gyro_counts", GyroAngleIncrement = "gyro_angle_increment",
+    ReferenceAngle = "reference_angle", ReferenceRate = "reference_rate",
+    ReferenceHeading = "reference_heading", ReferenceX = "reference_x", ReferenceY = "reference_y",
+    Temperature = "temperature", TableRate = "table_rate", Bias = "bias", Duration = "duration",
+    Heading = "heading", WheelLeft = "wheel_left", WheelRight = "wheel_right",
+    DriveDistance = "drive_distance", SteerAngle = "steer_angle", OdometryX = "odometry_x",
+    OdometryY = "odometry_y", OdometryHeading = "odometry_heading", Auxiliary = "auxiliary",
+    Ignore = "ignore",
+}
+
+impl Role {
+    /// What a field of this role measures; empty where it may be anything.
+    pub const fn dimensions(self) -> &'static [Dimension] {
+        use Dimension as D;
+        match self {
+            Self::Time => &[D::Time, D::Number],
+            Self::Duration => &[D::Time],
+            Self::Direction => &[D::Number],
+            Self::GyroAngle
+            | Self::GyroAngleIncrement
+            | Self::ReferenceAngle
+            | Self::ReferenceHeading
+            | Self::Heading
+            | Self::SteerAngle
+            | Self::OdometryHeading => &[D::Angle],
+            Self::GyroRate | Self::ReferenceRate | Self::TableRate | Self::Bias => {
+                &[D::AngularRate]
+            }
+            Self::GyroCounts => &[D::Count],
+            Self::ReferenceX
+            | Self::ReferenceY
+            | Self::OdometryX
+            | Self::OdometryY
+            | Self::DriveDistance => &[D::Length],
+            Self::Temperature => &[D::Temperature],
+            Self::WheelLeft | Self::WheelRight => &[D::Count, D::Angle, D::AngularRate, D::Speed],
+            Self::Run | Self::Auxiliary | Self::Ignore => &[],
+        }
+    }
+
+    /// It says what really was: a cell of it may be missing in any row, and it is no cause.
+    pub const fn is_reference(self) -> bool {
+        matches!(
+            self,
+            Self::ReferenceAngle
+                | Self::ReferenceRate
+                | Self::ReferenceHeading
+                | Self::ReferenceX
+                | Self::ReferenceY
+        )
+    }
+
+    /// Any number of fields can have it, with an axis or without.
+    pub const fn repeats(self) -> bool {
+        matches!(self, Self::Auxiliary | Self::Ignore)
+    }
+
+    /// Several fields can have it when each has an axis of its own.
+    pub const fn has_axes(self) -> bool {
+        !matches!(self, Self::Time | Self::Run | Self::Direction)
+    }
+}
+
+/// Groups of roles: all of one of them must be there.
+pub type Alternatives = &'static [&'static [Role]];
+
+impl Kind {
+    /// What a set of this kind needs.
+    pub const fn required(self) -> &'static [Alternatives] {
+        use Role as R;
+        match self {
+            Self::Turns => &[
+                &[&[R::Time]],
+                &[&[R::Run]],
+                &[&[R::Direction]],
+                &[&[R::GyroAngle]],
+                &[&[R::ReferenceAngle]],
+            ],
+            Self::Series => &[
+                &[&[R::Time]],
+                &[&[R::GyroRate], &[R::GyroCounts], &[R::GyroAngleIncrement]],
+                &[&[R::ReferenceRate], &[R::ReferenceHeading]],
+            ],
+            Self::Odometry => &[
+                &[&[R::Time]],
+                &[&[R::Run]],
+                &[&[R::WheelLeft, R::WheelRight], &[R::DriveDistance, R::SteerAngle]],
+                &[&[R::ReferenceX]],
+                &[&[R::ReferenceY]],
+                &[&[R::ReferenceHeading]],
+            ],
+            Self::Laps => &[&[&[R::Run]], &[&[R::Direction]], &[&[R::GyroAngle]]],
+        }
+    }
+
+    /// Rows are samples of one course of time: time moves on from row to row of a run, and one row alone says
+    /// nothing.
+    pub const fn is_sampled(self) -> bool {
+        matches!(self, Self::Series | Self::Odometry)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Kind, Role};
+
+    #[test]
+    fn names_are_those_of_the_files() {
+        for role in Role::ALL {
+            assert_eq!(serde_json::to_value(role).ok(), Some(role.name().into()));
+            assert_eq!(Role::parse(role.name()), Some(*role));
+        }
+        for kind in Kind::ALL {
+            assert_eq!(serde_json::to_value(kind).ok(), Some(kind.name().into()));
+        }
+    }
+}

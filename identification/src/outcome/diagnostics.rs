@@ -1,0 +1,307 @@
+//! What a report draws of a block.
+
+use super::held_out::Errors;
+use crate::finding::Parameter;
+use crate::model::{see, exposure};
+use crate::noise::Whitener;
+use crate::problem::Aggregate;
+use crate::select::{BlockFit, Data, Found, combine};
+
+/// Lags of the autocorrelation that are drawn.
+const LAGS: usize = 60;
+/// Points of a fitted curve.
+const POINTS: usize = 80;
+
+/// Numbers with a name and a unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// Name.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// One an observation.
+    pub values: Vec<f64>,
+}
+
+/// A fitted effect over its first driver.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EffectCurve {
+    /// Name of the effect.
+    pub name: String,
+    /// What it is drawn over.
+    pub driver: String,
+    /// Unit of the driver.
+    pub driver_unit: String,
+    /// Unit of the effect: what it adds to an observation.
+    pub unit: String,
+    /// Driver and effect, by rising driver.
+    pub points: Vec<(f64, f64)>,
+    /// Driver and residual without this effect, one an observation.
+    pub observed: Vec<(f64, f64)>,
+}
+
+/// Held-out error of one run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunError {
+    /// Index of the run.
+    pub run: usize,
+    /// Root mean square before.
+    pub before: f64,
+    /// And after.
+    pub after: f64,
+}
+
+/// What a report draws of one observed quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BlockDiagnostics {
+    /// What is observed.
+    pub label: String,
+    /// Unit of residuals.
+    pub unit: String,
+    /// Time of each observation.
+    pub time: Vec<f64>,
+    /// Its unit.
+    pub time_unit: String,
+    /// Run of each observation.
+    pub run: Vec<usize>,
+    /// Residual of the model given.
+    pub before: Vec<f64>,
+    /// Residual with what was found.
+    pub after: Vec<f64>,
+    /// Which observations count as outliers.
+    pub outliers: Vec<bool>,
+    /// What may be a cause.
+    pub channels: Vec<Series>,
+    /// The effects that were added.
+    pub effects: Vec<EffectCurve>,
+    /// Autocorrelation of the whitened residual at lag 1, 2 ..., before and after.
+    pub autocorrelation: (Vec<f64>, Vec<f64>),
+    /// Averaging time, and the Allan deviation of the residual before and after.
+    pub allan: Vec<(f64, f64, f64)>,
+    /// Held-out errors.
+    pub by_run: Vec<RunError>,
+    /// The noise that remains, in words and numbers.
+    pub noise: Vec<Parameter>,
+}
+
+/// What a report draws.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Diagnostics {
+    /// One an observed quantity.
+    pub blocks: Vec<BlockDiagnostics>,
+    /// Labels of the runs.
+    pub run_labels: Vec<String>,
+}
+
+/// Residual of `found`, in SI.
+fn residual(data: Data<'_>, found: &[Found], except: Option<usize>) -> Vec<f64> {
+    let mut left = data.block.residual.clone();
+    for (index, found) in found.iter().enumerate() {
+        if except == Some(index) {
+            continue;
+        }
+        let coefficients: Vec<f64> = found.coefficients.iter().map(|(value, _)| *value).collect();
+        let fitted = combine(&data.columns(&found.shape), &coefficients);
+        for (value, fitted) in left.iter_mut().zip(&fitted) {
+            *value -= fitted;
+        }
+    }
+    left
+}
+
+/// A level without where each stretch began.
+fn from_start(data: Data<'_>, mut values: Vec<f64>) -> Vec<f64> {
+    if data.block.aggregate == Aggregate::Level {
+        let run = &data.layout.run;
+        let mut first = 0.0;
+        for i in 0..values.len() {
+            if i == 0 || run[i] != run[i - 1] {
+                first = values[i];
+            }
+            values[i] -= first;
+        }
+    }
+    values
+}
+
+fn autocorrelation(values: &[f64]) -> Vec<f64> {
+    let power: f64 = values.iter().map(|value| value * value).sum();
+    (1..=LAGS.min(values.len() / 4))
+        .map(|lag| values.iter().zip(&values[lag..]).map(|(a, b)| a * b).sum::<f64>() / power)
+        .collect()
+}
+
+/// Overlapping Allan deviation of values that follow one another.
+fn allan(values: &[f64], interval: f64) -> Vec<(f64, f64)> {
+    let n = values.len();
+    let mut sums = vec![0.0; n + 1];
+    for i in 0..n {
+        sums[i + 1] = sums[i] + values[i];
+    }
+    let mut found = Vec::new();
+    let mut m = 1;
+    while 3 * m <= n {
+        let count = n + 1 - 2 * m;
+        let total: f64 = (0..count)
+            .map(|i| ((sums[i + 2 * m] - 2.0 * sums[i + m] + sums[i]) / m as f64).powi(2))
+            .sum();
+        found.push((m as f64 * interval, (total / (2.0 * count as f64)).sqrt()));
+        m = (m * 3 / 2).max(m + 1);
+    }
+    found
+}
+
+fn curve(data: Data<'_>, all: &[Found], index: usize) -> Option<EffectCurve> {
+    let found = &all[index];
+    let shape = &found.shape;
+    let driver = shape.drivers.first()?;
+    let x_rows = see(data.channels, driver, &shape.fixed)?;
+    let coefficients: Vec<f64> = found.coefficients.iter().map(|(value, _)| *value).collect();
+    let term = super::term(data, found);
+    let exposed = exposure(data.block, shape.acts)?;
+    let (x_unit, x_si) = term
+        .parameter("origin")
+        .or_else(|| term.parameter("at"))
+        .or_else(|| term.parameter("centre"))
+        .and_then(|p| Some((p.unit.clone(), crate::units::si_factor(&p.unit)?)))
+        .unwrap_or_else(|| {
+            let unit = data.channels.named(&driver.field).map(|channel| channel.unit);
+            unit.map_or(("1".to_owned(), 1.0), |unit| (unit.text().to_owned(), unit.si()))
+        });
+    let per_row = combine(&shape.per_row(data.channels)?, &coefficients);
+    let mut points: Vec<(f64, f64)> =
+        x_rows.iter().zip(&per_row).map(|(x, y)| (x / x_si, y / exposed.unit.si)).collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let step = (points.len() / POINTS).max(1);
+    let points = points.into_iter().step_by(step).collect();
+    let left = residual(data, all, Some(index));
+    // The residual per unit of exposure, where the exposure says enough.
+    let observed = if data.block.aggregate == Aggregate::Row {
+        let largest = exposed.per_row.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        data.block
+            .rows
+            .iter()
+            .zip(&left)
+            .filter(|(row, _)| exposed.per_row[**row].abs() > 0.1 * largest)
+            .map(|(&row, left)| (x_rows[row] / x_si, left / exposed.per_row[row] / exposed.unit.si))
+            .collect()
+    } else {
+        Vec::new()
+    };
+    Some(EffectCurve {
+        name: shape.name.clone(),
+        driver: driver.to_string(),
+        driver_unit: x_unit,
+        unit: exposed.unit.text.clone(),
+        points,
+        observed,
+    })
+}
+
+/// What a report draws of a block.
+pub(crate) fn diagnose(
+    data: Data<'_>,
+    plain: &[Found],
+    fit: &BlockFit,
+    errors: (&Errors, &Errors),
+) -> BlockDiagnostics {
+    let all: Vec<Found> = fit.base.iter().chain(&fit.effects).cloned().collect();
+    let unit = &data.block.unit;
+    let (before, after) =
+        (from_start(data, residual(data, plain, None)), from_start(data, residual(data, &all, None)));
+    let whitener = Whitener::new(data.layout, &fit.noise, &fit.left_out);
+    let interval = data.layout.interval();
+    let longest = longest_run(&data.layout.run);
+    let (a, b) = (allan(&before[longest.clone()], interval), allan(&after[longest], interval));
+    let shown = |values: &[f64]| values.iter().map(|value| value / unit.si).collect::<Vec<f64>>();
+    BlockDiagnostics {
+        label: data.block.label.clone(),
+        unit: unit.text.clone(),
+        time: data.block.rows.iter().map(|&row| data.channels.time[row]).collect(),
+        time_unit: data.channels.time_unit.text().to_owned(),
+        run: data.layout.run.clone(),
+        autocorrelation: (
+            autocorrelation(&whitener.apply(&before)),
+            autocorrelation(&whitener.apply(&after)),
+        ),
+        allan: a.iter().zip(&b).map(|(a, b)| (a.0, a.1 / unit.si, b.1 / unit.si)).collect(),
+        before: shown(&before),
+        after: shown(&after),
+        outliers: fit.left_out.clone(),
+        channels: channels(data),
+        effects: (fit.base.len()..all.len()).filter_map(|index| curve(data, &all, index)).collect(),
+        by_run: by_run(errors, unit.si),
+        noise: noise(data, fit),
+    }
+}
+
+fn by_run((before, after): (&Errors, &Errors), unit: f64) -> Vec<RunError> {
+    before
+        .runs
+        .iter()
+        .filter_map(|(run, sum, count)| {
+            let other = after.runs.iter().find(|(index, _, _)| index == run)?;
+            let root = |sum: f64, count: f64| (sum / count).sqrt() / unit;
+            Some(RunError { run: *run, before: root(*sum, *count), after: root(other.1, other.2) })
+        })
+        .collect()
+}
+
+fn longest_run(runs: &[usize]) -> std::ops::Range<usize> {
+    let (mut best, mut start) = (0..0, 0);
+    for i in 1..=runs.len() {
+        if i == runs.len() || runs[i] != runs[i - 1] {
+            if i - start > best.len() {
+                best = start..i;
+            }
+            start = i;
+        }
+    }
+    // Many short runs (turns of a table) are one record.
+    if best.len() * 8 < runs.len() { 0..runs.len() } else { best }
+}
+
+fn channels(data: Data<'_>) -> Vec<Series> {
+    let rows = &data.block.rows;
+    let mut found: Vec<Series> = data
+        .channels
+        .channels
+        .iter()
+        .map(|channel| Series {
+            name: channel.name.clone(),
+            unit: channel.unit.text().to_owned(),
+            values: rows.iter().map(|&row| channel.values[row] / channel.unit.si()).collect(),
+        })
+        .collect();
+    if !data.channels.rotation.is_empty() {
+        let unit = data.channels.rotation_unit;
+        found.push(Series {
+            name: data.channels.rotation_name.clone(),
+            unit: unit.text().to_owned(),
+            values: rows.iter().map(|&row| data.channels.rotation[row] / unit.si()).collect(),
+        });
+    }
+    found
+}
+
+fn noise(data: Data<'_>, fit: &BlockFit) -> Vec<Parameter> {
+    let unit = &data.block.unit;
+    let parameter = |name: String, value: f64, unit: String| Parameter {
+        name,
+        value,
+        standard_error: None,
+        unit,
+    };
+    let mut found = vec![parameter("white".to_owned(), fit.floor / unit.si, unit.text.clone())];
+    let scale = fit.floor / fit.noise.white.sqrt();
+    for part in &fit.noise.coloured {
+        let rms = scale * part.variance.sqrt();
+        let name = if part.correlation_s.is_finite() {
+            format!("correlated_over_{:.3}_{}", part.correlation_s, data.channels.time_unit.text())
+        } else {
+            "offset_of_each_run".to_owned()
+        };
+        found.push(parameter(name, rms / unit.si, unit.text.clone()));
+    }
+    found
+}

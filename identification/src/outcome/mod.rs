@@ -1,0 +1,12 @@
+//! From fits to what the contract says: findings, models, predictions, and what a report draws.
+
+mod diagnostics;
+mod effects;
+mod held_out;
+mod predict;
+
+pub use diagnostics::{BlockDiagnostics, Diagnostics, EffectCurve, RunError, Series};
+pub(crate) use diagnostics::diagnose;
+pub(crate) use effects::{effect, term};
+pub(crate) use held_out::{Errors, held_out, path_errors};
+pub use predict::predict;

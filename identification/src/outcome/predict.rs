@@ -1,0 +1,156 @@
+//! A model applied to other data.
+
+use super::held_out::add_corrections;
+use crate::dataset::Dataset;
+use crate::finding::{Prediction, PredictedQuantity, RmsePair, SCHEMA};
+use crate::identify::IdentifyError;
+use crate::model::{Model, Shape, Term, exposure};
+use crate::noise::Layout;
+use crate::problem::{Aggregate, Block, Problem};
+use crate::robust::root_mean_square;
+use crate::select::{Data, combine};
+
+/// Shapes and coefficients of the terms that a block knows.
+fn of_block(
+    terms: &[Term],
+    block: &Block,
+    problem: &Problem,
+) -> Result<(Vec<Shape>, Vec<f64>), IdentifyError> {
+    let (mut shapes, mut coefficients) = (Vec::new(), Vec::new());
+    for term in terms {
+        let mine = term.axis.is_none() || block.axis.is_none() || term.axis == block.axis;
+        if !mine || exposure(block, term.term).is_none() {
+            continue;
+        }
+        let (shape, values) = term.to_shape(&problem.channels).map_err(IdentifyError::Model)?;
+        if shape.observed(block, &problem.channels).is_none() {
+            let drivers: Vec<String> = term.drivers.iter().map(ToString::to_string).collect();
+            return Err(IdentifyError::Model(format!(
+                "term `{}` needs {}, which the data do not have",
+                term.name,
+                drivers.join(" and ")
+            )));
+        }
+        shapes.push(shape);
+        coefficients.extend(values);
+    }
+    Ok((shapes, coefficients))
+}
+
+/// What is left of a block by terms; a level counts from the start of its run.
+fn left(data: Data<'_>, terms: &(Vec<Shape>, Vec<f64>)) -> Vec<f64> {
+    let fitted = combine(&data.all_columns(&terms.0), &terms.1);
+    let mut left: Vec<f64> = data
+        .block
+        .residual
+        .iter()
+        .enumerate()
+        .map(|(i, value)| value - fitted.get(i).copied().unwrap_or(0.0))
+        .collect();
+    if data.block.aggregate == Aggregate::Level {
+        let mut first = 0.0;
+        for i in 0..left.len() {
+            if i == 0 || data.layout.run[i] != data.layout.run[i - 1] {
+                first = left[i];
+            }
+            left[i] -= first;
+        }
+    }
+    left
+}
+
+/// Applies `model` to `dataset`, and changes nothing.
+///
+/// # Errors
+///
+/// When the data lack what the kind or the model needs.
+pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyError> {
+    if model.kind != dataset.kind {
+        return Err(IdentifyError::Model(format!(
+            "the model is of kind `{}`, the data of kind `{}`",
+            word(model.kind),
+            word(dataset.kind)
+        )));
+    }
+    let problem = Problem::new(dataset, model.counts_per_unit())?;
+    let mut quantities = Vec::new();
+    let rows = dataset.rows();
+    let (mut corrections, mut plain_corrections) = ([vec![0.0; rows], vec![0.0; rows]], [vec![0.0; rows], vec![0.0; rows]]);
+    for block in &problem.blocks {
+        let layout = Layout::new(block, &problem.channels);
+        let data = Data { block, channels: &problem.channels, layout: &layout };
+        let all = of_block(&model.terms, block, &problem)?;
+        let plain = of_block(&model.plain, block, &problem)?;
+        let which = usize::from(block.label != "heading");
+        add_corrections(data, &all.0, &all.1, &mut corrections[which]);
+        add_corrections(data, &plain.0, &plain.1, &mut plain_corrections[which]);
+        let (before, after) = (left(data, &plain), left(data, &all));
+        let mut residual = vec![None; rows];
+        let mut predicted = vec![None; rows];
+        for (i, &row) in block.rows.iter().enumerate() {
+            residual[row] = Some(after[i] / block.unit.si);
+            if block.aggregate == Aggregate::Row {
+                // In the unit of the residual; counts are a rate here.
+                predicted[row] = Some((block.measured(i) - after[i]) / block.unit.si);
+            } else {
+                predicted[row] = Some((block.residual[i] - after[i]) / block.unit.si);
+            }
+        }
+        quantities.push(PredictedQuantity {
+            quantity: block.label.clone(),
+            unit: block.unit.text.clone(),
+            rmse: RmsePair {
+                before: root_mean_square(&before) / block.unit.si,
+                after: root_mean_square(&after) / block.unit.si,
+            },
+            predicted,
+            residual,
+        });
+    }
+    if let Some(path) = &problem.path {
+        quantities.insert(0, positions(path, &plain_corrections, &corrections));
+    }
+    let first = quantities.remove(0);
+    Ok(Prediction {
+        schema: SCHEMA,
+        dataset: dataset.name.clone(),
+        kind: dataset.kind,
+        rows,
+        quantity: first.quantity,
+        unit: first.unit,
+        rmse: first.rmse,
+        predicted: first.predicted,
+        residual: first.residual,
+        also: quantities,
+    })
+}
+
+/// Final positions of dead reckoning, one a run (in its last row).
+fn positions(
+    path: &crate::problem::Path,
+    plain: &[Vec<f64>; 2],
+    all: &[Vec<f64>; 2],
+) -> PredictedQuantity {
+    let mut residual = vec![None; path.distance.len()];
+    let (mut before, mut after) = (Vec::new(), Vec::new());
+    for (run, rows) in path.runs.iter().enumerate() {
+        if let Some(error) = path.error(run, &plain[0], &plain[1]) {
+            before.push(error.position);
+        }
+        if let Some(error) = path.error(run, &all[0], &all[1]) {
+            after.push(error.position);
+            residual[rows.end - 1] = Some(error.position);
+        }
+    }
+    PredictedQuantity {
+        quantity: "final_position".to_owned(),
+        unit: "m".to_owned(),
+        rmse: RmsePair { before: root_mean_square(&before), after: root_mean_square(&after) },
+        predicted: vec![None; path.distance.len()],
+        residual,
+    }
+}
+
+fn word(kind: crate::dataset::Kind) -> String {
+    format!("{kind:?}").to_lowercase()
+}

@@ -1,0 +1,169 @@
+//! One round: is anything missing, and what?
+
+use super::period::periods;
+use super::refine::refine;
+use super::scene::{Scene, Score};
+use crate::candidates::{Candidate, Family, all, narrow_on, pairs};
+use crate::model::{Acts, Wrap};
+use crate::noise::{self, NoiseModel};
+use crate::significance::surprise_chi2;
+
+/// A candidate with its numbers at their best.
+#[derive(Debug, Clone)]
+pub struct Contender {
+    /// What it is.
+    pub candidate: Candidate,
+    /// What it explains.
+    pub score: Score,
+    /// Surprise less the toll of having looked at many, in nats.
+    pub strength: f64,
+    /// Strength less half the logarithm of the observations for each number that was fitted beside the coefficients
+    /// (Schwarz): by this contenders are ranked.
+    pub rank: f64,
+}
+
+impl Contender {
+    /// Ranked among `observations`.
+    pub fn new(candidate: Candidate, score: Score, strength: f64, observations: f64) -> Self {
+        let numbers = candidate.shape.nonlinear().len() as f64;
+        let rank = strength - 0.5 * numbers * observations.ln();
+        Self { candidate, score, strength, rank }
+    }
+}
+
+/// Contenders of one family that are refined.
+const REFINED: usize = 3;
+/// A spline as surprising as this is worth a look at hinges and bumps.
+const NARROW_FROM: f64 = 5.0;
+/// Rows above which the first look is at the thinned rows.
+const NATS_OF_TIME: f64 = 5.0;
+const NATS_OF_SHAPE: f64 = 3.0;
+
+/// Measures every candidate in `scene`; the strongest first.
+pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
+    let data = scene.data;
+    let mut scored: Vec<(Candidate, Score, f64)> = Vec::new();
+    let mut look = |candidates: Vec<Candidate>, tests: Option<f64>| {
+        for candidate in candidates {
+            let score = scene.score(&candidate.shape);
+            if score.width > 0 {
+                let toll = candidate.family.toll(tests);
+                scored.push((candidate, score, score.surprise - toll));
+            }
+        }
+    };
+    look(all(data.block, data.channels), None);
+    let (found, tests) = periods(scene);
+    look(found, Some(tests));
+    let curved: Vec<(Acts, crate::model::Driver)> = scored
+        .iter()
+        .filter(|(candidate, score, _)| {
+            candidate.family == Family::Smooth && score.surprise > NARROW_FROM
+        })
+        .map(|(candidate, _, _)| (candidate.shape.acts, candidate.shape.drivers[0].clone()))
+        .collect();
+    for (on, driver) in curved {
+        for candidate in narrow_on(data.channels, on, &driver) {
+            let score = scene.score(&candidate.shape);
+            if score.width > 0 {
+                let strength = score.surprise - candidate.family.toll(None);
+                scored.push((candidate, score, strength));
+            }
+        }
+    }
+    refined(scene, scored)
+}
+
+/// Surfaces over two drivers: looked at when nothing else is left.
+pub fn surfaces(scene: &Scene<'_>) -> Vec<Contender> {
+    let scored = pairs(scene.data.block, scene.data.channels)
+        .into_iter()
+        .map(|candidate| {
+            let score = scene.score(&candidate.shape);
+            let strength = score.surprise - candidate.family.toll(None);
+            (candidate, score, strength)
+        })
+        .collect();
+    refined(scene, scored)
+}
+
+/// The best few of each family and kind of term with their numbers refined.
+fn refined(scene: &Scene<'_>, mut scored: Vec<(Candidate, Score, f64)>) -> Vec<Contender> {
+    scored.sort_by(|a, b| b.2.total_cmp(&a.2));
+    let best = scored.first().map_or(0.0, |first| first.2);
+    let mut seen: Vec<(String, usize)> = Vec::new();
+    let mut found: Vec<Contender> = Vec::new();
+    for (mut candidate, mut score, mut strength) in scored {
+        let has_numbers =
+            !candidate.shape.nonlinear().is_empty() || candidate.shape.form == crate::model::Form::Delay;
+        if has_numbers {
+            let label = candidate.shape.label();
+            let count = match seen.iter_mut().find(|(known, _)| *known == label) {
+                Some((_, count)) => count,
+                None => {
+                    seen.push((label, 0));
+                    &mut seen.last_mut().expect("just pushed").1
+                }
+            };
+            *count += 1;
+            // Only what could still win or be a rival is worth the search.
+            if *count <= REFINED && strength > best - 20.0 && score.surprise > 3.0 {
+                let toll = score.surprise - strength;
+                let (shape, _) = refine(scene, &candidate.shape);
+                candidate.shape = shape;
+                score = scene.score(&candidate.shape);
+                strength = score.surprise - toll;
+            } else if *count > REFINED {
+                continue;
+            }
+        }
+        found.push(Contender::new(candidate, score, strength, scene.free()));
+    }
+    found.sort_by(|a, b| b.rank.total_cmp(&a.rank));
+    found
+}
+
+/// Something that only follows time is easily coloured noise.
+fn caution(candidate: &Candidate, noise: &NoiseModel) -> f64 {
+    if !noise.is_coloured() {
+        return 0.0;
+    }
+    let in_time = candidate.shape.drivers.first().is_some_and(|driver| {
+        matches!(driver.wrap, Wrap::Step | Wrap::Trend)
+            || candidate.shape.form == crate::model::Form::Exponential
+    });
+    let step = if candidate.family == Family::Step { NATS_OF_TIME } else { 0.0 };
+    let shape = if candidate.shape.known { 0.0 } else { NATS_OF_SHAPE };
+    step + shape + if in_time { NATS_OF_TIME } else { 0.0 }
+}
+
+/// What a candidate explains where the noise is fitted anew with it and without it: under coloured noise a slow
+/// effect and the noise stand for one another.
+pub fn profiled(scene: &Scene<'_>, null: &Profile<'_>, contender: &Contender) -> Contender {
+    let mut columns = null.columns.to_vec();
+    columns.extend(scene.data.columns(&contender.candidate.shape));
+    let (_, likelihood) =
+        noise::retune(scene.data.layout, &scene.data.block.residual, &columns, null.noise, null.left_out);
+    let gain = (likelihood - null.likelihood).max(0.0);
+    let width = contender.score.width.max(1);
+    let surprise = surprise_chi2(2.0 * gain, width as f64);
+    let toll = contender.score.surprise - contender.strength;
+    Contender::new(
+        contender.candidate.clone(),
+        Score { statistic: 2.0 * gain, width, surprise },
+        surprise - toll - caution(&contender.candidate, null.noise),
+        scene.free(),
+    )
+}
+
+/// The model without anything new, under noise fitted to it.
+pub struct Profile<'a> {
+    /// Columns of the model so far.
+    pub columns: &'a [Vec<f64>],
+    /// Its noise.
+    pub noise: &'a NoiseModel,
+    /// Outliers under it.
+    pub left_out: &'a [bool],
+    /// Logarithm of its likelihood.
+    pub likelihood: f64,
+}

@@ -1,0 +1,130 @@
+//! Whole runs held out.
+
+use super::scene::{Scene, combine};
+use crate::linear::solve;
+use crate::robust;
+use std::ops::Range;
+
+/// Folds, at most.
+pub const FOLDS_MAX: usize = 5;
+/// Blocks into which data without runs are split, and the share of a block that is left out beside it.
+const BLOCK_GAP: f64 = 0.1;
+
+/// For each fold, which of `runs` (the run of each observation) it holds out; and what it does not use at all.
+#[derive(Debug, Clone)]
+pub struct Fold {
+    /// Held out.
+    pub test: Vec<bool>,
+    /// Used for the fit.
+    pub train: Vec<bool>,
+}
+
+/// Folds that never split a run. One run alone is split into stretches with gaps between them.
+pub fn folds(runs: &[usize]) -> Vec<Fold> {
+    let mut order: Vec<usize> = Vec::new();
+    for &run in runs {
+        if order.last() != Some(&run) && !order.contains(&run) {
+            order.push(run);
+        }
+    }
+    if order.len() >= 2 {
+        let count = order.len().min(FOLDS_MAX);
+        return (0..count)
+            .map(|fold| {
+                let held: Vec<bool> = {
+                    let mut of_run = vec![false; order.iter().max().map_or(0, |last| last + 1)];
+                    for (position, run) in order.iter().enumerate() {
+                        of_run[*run] = position % count == fold;
+                    }
+                    runs.iter().map(|run| of_run[*run]).collect()
+                };
+                let train = held.iter().map(|held| !held).collect();
+                Fold { test: held, train }
+            })
+            .collect();
+    }
+    let n = runs.len();
+    // Two stretches a fold, so that each fold sees early and late rows.
+    let stretches = 2 * FOLDS_MAX;
+    let bounds = |i: usize| -> Range<usize> { i * n / stretches..(i + 1) * n / stretches };
+    let gap = (BLOCK_GAP * n as f64 / stretches as f64) as usize;
+    (0..FOLDS_MAX)
+        .map(|fold| {
+            let mut test = vec![false; n];
+            let mut train = vec![true; n];
+            for i in [fold, fold + FOLDS_MAX] {
+                let range = bounds(i);
+                test[range.clone()].fill(true);
+                train[range.start.saturating_sub(gap)..(range.end + gap).min(n)].fill(false);
+            }
+            Fold { test, train }
+        })
+        .collect()
+}
+
+/// How much less (in nats) the held-out whitened error is with `new` columns beside `old` ones; wild values count as
+/// much as large ones.
+pub fn gain(scene: &Scene<'_>, old: &[Vec<f64>], new: &[Vec<f64>]) -> f64 {
+    let whiten = |columns: &[Vec<f64>]| -> Vec<Vec<f64>> {
+        columns.iter().map(|column| scene.whitener.apply(column)).collect()
+    };
+    let (old, new) = (whiten(old), whiten(new));
+    let both: Vec<Vec<f64>> = old.iter().chain(&new).cloned().collect();
+    let target = scene.whitener.apply(&scene.data.block.residual);
+    let limit = robust::HUBER * scene.scale;
+    let loss = |value: f64| {
+        let size = value.abs();
+        if size <= limit { size * size } else { limit * (2.0 * size - limit) }
+    };
+    let mut total = 0.0;
+    for fold in folds(&scene.data.layout.run) {
+        let error = |columns: &[Vec<f64>]| -> f64 {
+            let masked: Vec<Vec<f64>> = columns.iter().map(|column| mask(column, &fold.train)).collect();
+            let found = solve(&masked, &mask(&target, &fold.train));
+            let fitted = combine(columns, &found.coefficients);
+            target
+                .iter()
+                .enumerate()
+                .filter(|(i, _)| fold.test[*i])
+                .map(|(i, value)| loss(value - fitted.get(i).copied().unwrap_or(0.0)))
+                .sum()
+        };
+        total += error(&old) - error(&both);
+    }
+    total / (2.0 * scene.scale * scene.scale)
+}
+
+/// `column` where `keep` says so, zero elsewhere.
+pub fn mask(column: &[f64], keep: &[bool]) -> Vec<f64> {
+    column.iter().zip(keep).map(|(value, keep)| if *keep { *value } else { 0.0 }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::folds;
+
+    #[test]
+    fn a_run_is_held_out_whole_and_each_once() {
+        let runs = [0, 0, 0, 1, 1, 2, 2, 3, 4, 5, 6, 6];
+        let found = folds(&runs);
+        assert_eq!(found.len(), 5);
+        for row in 0..runs.len() {
+            assert_eq!(found.iter().filter(|fold| fold.test[row]).count(), 1);
+        }
+        for fold in &found {
+            for (a, b) in [(0, 2), (3, 4), (5, 6), (10, 11)] {
+                assert_eq!(fold.test[a], fold.test[b]);
+            }
+        }
+    }
+
+    #[test]
+    fn one_run_is_split_with_gaps() {
+        let found = folds(&[0; 1000]);
+        for fold in &found {
+            let unused = fold.test.iter().zip(&fold.train).filter(|(t, u)| !**t && !**u).count();
+            assert!(unused >= 10, "{unused}");
+            assert!(fold.test.iter().zip(&fold.train).all(|(test, train)| !(*test && *train)));
+        }
+    }
+}

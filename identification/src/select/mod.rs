@@ -1,0 +1,15 @@
+//! From a block of equations to the terms that its model lacks.
+
+mod block;
+mod choose;
+mod cross;
+mod period;
+mod refine;
+mod rivals;
+mod scene;
+mod simplify;
+
+pub use block::{BlockFit, Found, fit_terms, identify_block};
+pub use cross::folds;
+pub use rivals::RivalFound;
+pub use scene::{Data, combine};

