@@ -14,14 +14,17 @@ mod numbers;
 #[cfg(test)]
 mod tests;
 
+pub use form::KNOT;
 pub use learned::learned;
 
 use crate::library::{Kind, Library, LibraryError};
+use crate::plan::{Action, Plan, Step};
 use controller::calibration::Calibration;
 use controller::correction::{Acts, Corrections, TERMS_MAX, Term};
-use identification::finding::SCHEMA;
+use identification::finding::{Finding, SCHEMA};
 use identification::model::{self, Model};
 use numbers::Numbers;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Why a model cannot be used.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -63,6 +66,75 @@ impl std::fmt::Display for Refused {
 }
 
 impl std::error::Error for Refused {}
+
+/// Loads every model that `plan` uses and does not identify itself, unless `made` has it already.
+///
+/// # Errors
+///
+/// When one is missing or not right, or a controller cannot correct by it.
+pub fn load(
+    plan: &Plan,
+    library: &Library,
+    made: &BTreeMap<String, Model>,
+) -> Result<BTreeMap<String, Model>, ModelError> {
+    let (mut used, mut identified) = (BTreeSet::new(), BTreeSet::new());
+    collect(&plan.steps, &mut used, &mut identified);
+    let mut loaded = BTreeMap::new();
+    for name in used {
+        if let Some(model) = made.get(&name) {
+            loaded.insert(name, model.clone());
+        } else if !identified.contains(&name) {
+            let (origin, model) = read(library, &name)?;
+            corrections(&model).map_err(|refused| ModelError::Refused { origin, refused })?;
+            loaded.insert(name, model);
+        }
+    }
+    Ok(loaded)
+}
+
+/// Names of the models that `plan` identifies.
+pub fn made_by(plan: &Plan) -> BTreeSet<String> {
+    let mut identified = BTreeSet::new();
+    collect(&plan.steps, &mut BTreeSet::new(), &mut identified);
+    identified
+}
+
+fn collect(steps: &[Step], used: &mut BTreeSet<String>, identified: &mut BTreeSet<String>) {
+    for step in steps {
+        match &step.action {
+            Action::UseModel(wanted) => {
+                used.extend(wanted.name().map(|name| name.as_str().to_owned()));
+            }
+            Action::Identify(identify) => {
+                identified.insert(identify.name.as_str().to_owned());
+            }
+            action => collect(action.steps(), used, identified),
+        }
+    }
+}
+
+/// A model that says nothing.
+pub const fn empty() -> Model {
+    Model {
+        schema: SCHEMA,
+        kind: identification::dataset::Kind::Turns,
+        dataset: None,
+        fields: BTreeMap::new(),
+        counts_per_rad_per_s: None,
+        terms: Vec::new(),
+        plain: Vec::new(),
+    }
+}
+
+/// The file of a model, with a line that says where it comes from.
+pub fn to_toml(model: &Model, origin: &str) -> String {
+    format!("# {origin}\n{}", model.to_toml())
+}
+
+/// The file of a finding.
+pub fn to_json(finding: &Finding) -> String {
+    serde_json::to_string_pretty(finding).unwrap_or_default() + "\n"
+}
 
 /// Reads the model of that name or path.
 ///

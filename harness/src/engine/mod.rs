@@ -8,6 +8,8 @@
 mod action;
 mod execute;
 mod fit;
+mod gathered;
+mod identify;
 mod observe;
 mod op;
 mod program;
@@ -24,6 +26,7 @@ use controller::calibration::Calibration;
 use controller::health::Level;
 use controller::mission::{BiasTestResult, HeadingSource, MissionId, MissionResult, Report, State};
 use fit::Fitted;
+use identification::model::Model;
 use observe::{Collector, Ends, Tags};
 use op::Op;
 use program::Program;
@@ -115,6 +118,11 @@ pub struct Engine {
     wanted: BTreeSet<String>,
     observations: BTreeMap<String, Vec<Observation>>,
     calibrations: BTreeMap<String, Calibration>,
+    /// Since when the calibration is in force.
+    calibration_since: Timestamp,
+    /// Models that can be used by name, and the one in force.
+    models: BTreeMap<String, Model>,
+    model: Option<Model>,
     fits: BTreeMap<String, Fitted>,
     times_degraded: u32,
     times_fault: u32,
@@ -156,6 +164,9 @@ impl Engine {
             round_begun: false,
             observations: BTreeMap::new(),
             calibrations,
+            calibration_since: now,
+            models: BTreeMap::new(),
+            model: None,
             fits: BTreeMap::new(),
             times_degraded: 0,
             times_fault: 0,
@@ -164,6 +175,13 @@ impl Engine {
             ending: None,
             actions: VecDeque::new(),
         }
+    }
+
+    /// With identified models that can be used by name.
+    #[must_use]
+    pub fn with_models(mut self, models: BTreeMap<String, Model>) -> Self {
+        self.models = models;
+        self
     }
 
     /// The plan.
@@ -474,7 +492,7 @@ impl Engine {
     }
 }
 
-/// Quantities that the plan judges or fits.
+/// Quantities that the plan judges, fits or identifies from.
 fn wanted(plan: &Plan) -> BTreeSet<String> {
     fn fitted(steps: &[Step], names: &mut BTreeSet<String>) {
         for step in steps {
@@ -490,6 +508,7 @@ fn wanted(plan: &Plan) -> BTreeSet<String> {
         names.extend(declared.check.second_quantity().map(|(_, name)| name.as_str().to_owned()));
     }
     fitted(&plan.steps, &mut names);
+    identify::needed(&plan.steps, &mut names);
     names
 }
 

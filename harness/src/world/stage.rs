@@ -135,7 +135,7 @@ impl Stage {
                     }
                 }
             }
-            Action::SaveCalibration { .. } => keep(&action),
+            Action::SaveCalibration { .. } | Action::KeepFound { .. } => keep(&action),
             Action::Record(device, kind) => sink.record(Record { at: now, device, kind }),
         }
         None
