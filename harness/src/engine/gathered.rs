@@ -15,7 +15,7 @@ pub(super) struct Selection<'a> {
     pub(super) source: Source,
     /// During this step or label.
     pub(super) over: Option<&'a str>,
-    /// Not before then, s.
+    /// Observed after then, s: what ended as a calibration came into force was read under the one before.
     pub(super) since_s: f64,
 }
 
@@ -105,7 +105,7 @@ type Row<'a> = Vec<&'a Observation>;
 fn rows<'a>(observations: &'a Observations, selection: &Selection<'_>) -> Vec<Row<'a>> {
     let during = selection.over.map(during_tag);
     let meant = |observation: &&Observation| {
-        let in_time = observation.tags.get("time").is_some_and(|t| *t >= selection.since_s);
+        let in_time = observation.tags.get("time").is_some_and(|t| *t > selection.since_s);
         in_time && during.as_ref().is_none_or(|tag| observation.tags.contains_key(tag))
     };
     let of = |quantity: &&Quantity| -> Vec<&'a Observation> {

@@ -55,10 +55,6 @@ pub enum DevicesError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Library(#[from] LibraryError),
-    /// The model that its gyro has learned cannot be used.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Model(#[from] ModelError),
     /// Its sections do not fit together.
     #[error("{origin}: {message}")]
     Unfit {
@@ -87,8 +83,12 @@ impl ModelSource for Models<'_> {
     }
 
     fn learned(&mut self, name: &str) -> Result<Learned, DevicesError> {
-        let (origin, model) = models::read(self.0, name)?;
-        models::learned(&model).map_err(|refused| ModelError::Refused { origin, refused }.into())
+        let unfit = |origin, message| DevicesError::Unfit { origin, message };
+        let (origin, model) = models::read(self.0, name).map_err(|error| match error {
+            ModelError::Library(error) => error.into(),
+            error => unfit(name.to_owned(), error.to_string()),
+        })?;
+        models::learned(&model).map_err(|refused| unfit(origin, refused.to_string()))
     }
 }
 
