@@ -93,6 +93,9 @@ pub enum Driver {
     Direction,
     /// The controller's own heading, not wrapped; rad.
     Heading,
+    /// The bias in force, which a bias test found and is subtracted: what it found may be part noise;
+    /// rad/s. Zero while a bias test looks for a new one.
+    TestedBias,
     /// Time since the gyro was switched on, as far as it can be heard: since its first sample, or its
     /// first after [`POWER_OFF_MIN`] of silence; s.
     Time,

@@ -224,7 +224,7 @@ impl HeadingIntegrator {
         if self.calibration.corrections.is_empty() {
             return rate * self.gain(rate);
         }
-        let sum = self.sum(now, rate);
+        let sum = self.sum(now, rate, self.bias);
         let rate = rate - sum.bias;
         rate * self.gain(rate) / sum.scale
     }
@@ -234,13 +234,15 @@ impl HeadingIntegrator {
         if self.calibration.corrections.is_empty() {
             return AngularRate::ZERO;
         }
-        let sum = self.sum(now, raw.rad_per_s() - self.bias.rad_per_s());
+        // Of this a bias test makes the new bias: the old one must not be part of it.
+        let sum = self.sum(now, raw.rad_per_s() - self.bias.rad_per_s(), AngularRate::ZERO);
         AngularRate::from_rad_per_s(sum.bias)
     }
 
-    fn sum(&self, now: Timestamp, less_bias: f64) -> Sum {
+    fn sum(&self, now: Timestamp, less_bias: f64, tested_bias: AngularRate) -> Sum {
         let terms = &self.calibration.corrections;
-        self.corrections.sum(now, terms, less_bias, self.heading, |rate| self.gain(rate))
+        self.corrections
+            .sum(now, terms, less_bias, self.heading, tested_bias, |rate| self.gain(rate))
     }
 
     /// The factors of Eq. 4 for the direction of `rate`.

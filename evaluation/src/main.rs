@@ -34,6 +34,12 @@ struct Arguments {
     /// Cases at a time.
     #[arg(long, default_value_t = 2)]
     threads: usize,
+    /// Other cases than the frozen ones, to work on. Writes nothing unless --out is given.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    shift_seeds: u64,
+    /// Prints what was found in each case.
+    #[arg(long)]
+    cases: bool,
     /// Lists the names of the cases.
     #[arg(long)]
     list: bool,
@@ -85,6 +91,7 @@ fn main() -> ExitCode {
 }
 
 fn evaluate(arguments: &Arguments) -> io::Result<()> {
+    evaluation::random::shift_seeds(arguments.shift_seeds);
     let every = cases();
     let out_of = every.len();
     let wanted = |case: &Case| {
@@ -102,9 +109,30 @@ fn evaluate(arguments: &Arguments) -> io::Result<()> {
     let timing = timing_cases().into_iter().filter(|case| !arguments.quick && wanted(case));
     let costs = timing.map(|case| cost(&case)).collect();
     let outcomes = in_parallel(&chosen, arguments.threads);
+    if arguments.cases {
+        for outcome in &outcomes {
+            println!(
+                "{} {} rivals {:?} gain {:?} covered {:?} {:.2} s {:?} {}",
+                outcome.case,
+                if outcome.false_alarm { "ALARM" } else { "" },
+                outcome.rivals,
+                outcome.gain_ratio,
+                outcome.covered,
+                outcome.seconds,
+                outcome.found,
+                match (outcome.detected, outcome.first, outcome.within) {
+                    _ if outcome.failed.is_some() => outcome.failed.clone().unwrap_or_default(),
+                    (false, ..) => "NOT DETECTED".to_owned(),
+                    (_, false, true) => "NOT FIRST".to_owned(),
+                    (_, _, false) => "NOT WITHIN".to_owned(),
+                    _ => String::new(),
+                }
+            );
+        }
+    }
     let figures = Figures::new(outcomes, costs, out_of);
     let page = figures.markdown();
-    let whole = !arguments.quick && arguments.only.is_none();
+    let whole = !arguments.quick && arguments.only.is_none() && arguments.shift_seeds == 0;
     let folder = arguments.out.clone().or_else(|| whole.then(|| PathBuf::from("docs")));
     if let Some(folder) = folder {
         std::fs::create_dir_all(&folder)?;

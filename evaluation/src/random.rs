@@ -3,11 +3,21 @@
 use chacha20::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal, StudentT};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The frozen master seed of the data that are identified. Never tuned.
 pub const MASTER_TRAIN: u64 = 0x5EED_0F1D_E47E_0001;
 /// The frozen master seed of the fresh data on which predictions are scored. Never tuned.
 pub const MASTER_TEST: u64 = 0x5EED_0F1D_E47E_0002;
+
+/// What is mixed into both master seeds: 0 for the evaluation itself, anything else for cases that may be looked at
+/// while the identification is being worked on.
+static SHIFT: AtomicU64 = AtomicU64::new(0);
+
+/// Leaves the frozen seeds for others.
+pub fn shift_seeds(shift: u64) {
+    SHIFT.store(shift, Ordering::Relaxed);
+}
 
 /// Offset basis and prime of the 64-bit FNV-1a hash.
 const FNV_BASIS: u64 = 0xCBF2_9CE4_8422_2325;
@@ -19,6 +29,7 @@ pub struct Stream(ChaCha8Rng);
 impl Stream {
     /// The stream of that master seed, case and purpose.
     pub fn new(master: u64, case: &str, index: u64, purpose: &str) -> Self {
+        let master = master ^ SHIFT.load(Ordering::Relaxed).rotate_left(17);
         let mut key = [0_u8; 32];
         for (lane, word) in key.chunks_exact_mut(8).enumerate() {
             let mut hash = FNV_BASIS ^ (lane as u64).wrapping_mul(FNV_PRIME);

@@ -189,37 +189,69 @@ impl Worlds<'_> {
             return None;
         }
         let oracle = oracle(self.train, self.test, self.strength)?;
-        let rmse = |dataset: &Dataset, model: &I::Model| -> Option<(f64, String)> {
-            let prediction = identifier.predict(dataset, model).ok()?;
-            Some((prediction.rmse.after, prediction.unit))
+        let errors = |dataset: &Dataset, model: &I::Model| -> Option<Vec<Error>> {
+            Some(Error::all(identifier.predict(dataset, model).ok()?))
         };
         let test = self.test.dataset(self.strength);
-        let (after, unit) = rmse(&test, model)?;
-        let (before, best) = match (self.train.unit(), oracle.test_rmse) {
-            (Some(own), Some((before, best))) => {
-                let (own, theirs) = (Quantity::parse(own)?, Quantity::parse(&unit)?);
-                if own.powers != theirs.powers {
-                    return None;
-                }
-                (before * own.si / theirs.si, best * own.si / theirs.si)
-            }
-            // The predictor chooses what it predicts. Its plain model gives the error before; and its
-            // plain model on the same data with only that effect left which the oracle's estimate
-            // misses gives the oracle's error after.
-            _ => {
-                let plain = |dataset: &Dataset| identifier.identify(dataset, Some(0)).ok();
-                let sizes = self.strength.sizes.iter().zip(&oracle.factors);
-                let missed = Strength {
-                    sizes: sizes.map(|(size, factor)| size * (1.0 - factor)).collect(),
-                    noise: self.strength.noise,
-                };
-                let (_, model_before) = plain(dataset)?;
-                let (_, model_best) = plain(&self.train.dataset(&missed))?;
-                let (before, _) = rmse(&test, &model_before)?;
-                (before, rmse(&self.test.dataset(&missed), &model_best)?.0)
-            }
+        let after = errors(&test, model)?;
+        if let (Some(own), Some((before, best))) = (self.train.unit(), oracle.test_rmse) {
+            let own = Quantity::parse(own)?;
+            let (after, si) = after.iter().find_map(|error| {
+                let theirs = Quantity::parse(&error.unit)?;
+                (theirs.powers == own.powers).then_some((error.rmse, theirs.si))
+            })?;
+            return ratio([(before * own.si, after * si, best * own.si)].into_iter());
+        }
+        // The predictor chooses what it predicts. Its plain model gives the errors before; and its
+        // plain model on the same data with only that effect left which the oracle's estimate misses
+        // gives the oracle's errors after.
+        let plain = |dataset: &Dataset| identifier.identify(dataset, Some(0)).ok();
+        let sizes = self.strength.sizes.iter().zip(&oracle.factors);
+        let missed = Strength {
+            sizes: sizes.map(|(size, factor)| size * (1.0 - factor)).collect(),
+            noise: self.strength.noise,
         };
-        let possible = before * before - best * best;
-        (possible > 0.0).then(|| (before * before - after * after) / possible)
+        let (_, model_before) = plain(dataset)?;
+        let (_, model_best) = plain(&self.train.dataset(&missed))?;
+        let before = errors(&test, &model_before)?;
+        let best = errors(&self.test.dataset(&missed), &model_best)?;
+        let of = |errors: &[Error], quantity: &str| {
+            errors.iter().find(|error| error.quantity == quantity).map(|error| error.rmse)
+        };
+        ratio(after.iter().filter_map(|error| {
+            let name = error.quantity.as_str();
+            Some((of(&before, name)?, error.rmse, of(&best, name)?))
+        }))
     }
+}
+
+/// Error of one predicted quantity.
+struct Error {
+    quantity: String,
+    unit: String,
+    rmse: f64,
+}
+
+impl Error {
+    fn all(prediction: Prediction) -> Vec<Self> {
+        let first = Self {
+            quantity: prediction.quantity,
+            unit: prediction.unit,
+            rmse: prediction.rmse.after,
+        };
+        let also = prediction.also.into_iter();
+        let also = also.map(|p| Self { quantity: p.quantity, unit: p.unit, rmse: p.rmse.after });
+        std::iter::once(first).chain(also).collect()
+    }
+}
+
+/// The fall of the squared errors over the oracle's, from the errors before, after and at best of each
+/// quantity, each squared error being in units of the best.
+fn ratio(errors: impl Iterator<Item = (f64, f64, f64)>) -> Option<f64> {
+    let (mut gained, mut possible) = (0.0, 0.0);
+    for (before, after, best) in errors.filter(|&(.., best)| best > 0.0) {
+        gained += (before * before - after * after) / (best * best);
+        possible += (before * before - best * best) / (best * best);
+    }
+    (possible > 0.0).then(|| gained / possible)
 }

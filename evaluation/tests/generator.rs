@@ -231,10 +231,12 @@ impl Identifier for Parrot {
             dataset: dataset.name.clone(),
             kind: dataset.kind,
             rows: dataset.rows(),
+            quantity: "rate".into(),
             unit: "deg/s".into(),
             rmse: RmsePair { before: 1.0, after: self.rmse_after },
             predicted: Vec::new(),
             residual: Vec::new(),
+            also: Vec::new(),
         })
     }
 }

@@ -17,7 +17,7 @@
 //! * [`engine`]: the steps of a plan, without IO and without a clock.
 //! * [`world`]: where plan, controller and devices meet. [`link`]: the lines between them.
 //! * [`observation`], [`record`]: what was measured, and everything that happened.
-//! * [`dataset`]: measured data of others, and of runs, for the identification.
+//! * [`dataset`]: measured data, for the identification. [`export`]: runs as such data.
 //! * [`checks`]: verdicts, each with the measurement's own uncertainty. [`outcome`]: what they come to.
 //! * [`run`]: all of that in order. [`seeds`]: the same for many seeds on all cores.
 //! * `live`, `run_live`, `bench_file` (feature `live`): the real clock, ptys and ports, and a device
@@ -51,6 +51,7 @@ pub mod cli;
 pub mod console;
 pub mod dataset;
 pub mod engine;
+pub mod export;
 pub mod figures;
 pub mod junit;
 pub mod library;

@@ -181,15 +181,27 @@ impl Library {
         kind: Kind,
         name: &str,
     ) -> Result<(String, T), LibraryError> {
-        let source = self.open(kind, name)?;
-        match toml::from_str(&source.text) {
-            Ok(value) => Ok((source.origin, value)),
-            Err(error) => Err(LibraryError::Toml {
-                message: error.message().to_owned(),
-                at: error.span().map(SourceSpan::from),
-                file: NamedSource::new(source.origin, source.text).with_language("TOML"),
-            }),
-        }
+        parse(self.open(kind, name)?)
+    }
+}
+
+/// What the TOML file at `path` holds.
+///
+/// # Errors
+///
+/// When it cannot be read, or is not right.
+pub fn read_file<T: DeserializeOwned>(path: &Path) -> Result<T, LibraryError> {
+    parse(read(path)?).map(|(_, value)| value)
+}
+
+fn parse<T: DeserializeOwned>(source: Source) -> Result<(String, T), LibraryError> {
+    match toml::from_str(&source.text) {
+        Ok(value) => Ok((source.origin, value)),
+        Err(error) => Err(LibraryError::Toml {
+            message: error.message().to_owned(),
+            at: error.span().map(SourceSpan::from),
+            file: NamedSource::new(source.origin, source.text).with_language("TOML"),
+        }),
     }
 }
 

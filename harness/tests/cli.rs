@@ -8,5 +8,7 @@ mod hil;
 mod input;
 #[path = "cli/interrupt.rs"]
 mod interrupt;
+#[path = "cli/measured.rs"]
+mod measured;
 #[path = "cli/recorded.rs"]
 mod recorded;

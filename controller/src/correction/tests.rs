@@ -26,7 +26,14 @@ fn after(term: Term, seconds: u32, celsius: fn(f64) -> f64, rate_deg_per_s: f64)
         watch.tell(now, Temperature::from_celsius(celsius(second.into())), &terms);
     }
     let rate = rate_deg_per_s.to_radians();
-    let sum = watch.sum(at_s(seconds.into()), &terms, rate, Angle::from_deg(90.0), |_| 1.0);
+    let sum = watch.sum(
+        at_s(seconds.into()),
+        &terms,
+        rate,
+        Angle::from_deg(90.0),
+        AngularRate::from_rad_per_s(0.07),
+        |_| 1.0,
+    );
     (sum.bias, sum.scale - 1.0)
 }
 
@@ -48,6 +55,7 @@ fn each_driver_is_what_it_says() {
         (Driver::AbsRate, ramp, w),
         (Driver::Direction, ramp, -1.0),
         (Driver::Heading, ramp, 90f64.to_radians()),
+        (Driver::TestedBias, ramp, 0.07),
         (Driver::Time, ramp, 600.0),
         (Driver::Uptime, ramp, 600.0),
     ] {
@@ -76,7 +84,8 @@ fn a_gyro_that_was_off_begins_anew_and_one_that_was_silent_goes_on() {
         watch.hear(back);
         let found = terms.clone().map(|term| {
             let terms = [term].into_iter().collect();
-            (watch.sum(back, &terms, 0.0, Angle::ZERO, |_| 1.0).scale - 1.0) * 1e6
+            (watch.sum(back, &terms, 0.0, Angle::ZERO, AngularRate::ZERO, |_| 1.0).scale - 1.0)
+                * 1e6
         });
         let uptime_s = (back - Timestamp::ZERO).as_secs_f64();
         assert!((found[0] - time_s).abs() < 1e-6 && (found[1] - uptime_s).abs() < 1e-6);
@@ -101,7 +110,7 @@ fn a_scale_over_the_rate_itself_is_undone() {
     for deg_per_s in [-90.0, -30.0, 5.0, 30.0, 90.0] {
         let w = AngularRate::from_deg_per_s(deg_per_s).rad_per_s();
         let read = w * (1.0 - 0.02 * w * w) + 1e-3 * w.signum();
-        let sum = watch.sum(Timestamp::ZERO, &terms, read, Angle::ZERO, |_| 1.0);
+        let sum = watch.sum(Timestamp::ZERO, &terms, read, Angle::ZERO, AngularRate::ZERO, |_| 1.0);
         let corrected = (read - sum.bias) / sum.scale;
         // The terms are up to 5 %, so that two repetitions leave 0.05^3 and its slope of two.
         assert!((corrected / w - 1.0).abs() < 1e-3, "{deg_per_s}: {}", corrected / w - 1.0);
@@ -139,7 +148,7 @@ fn any_number() -> impl Strategy<Value = f64> {
 }
 
 fn any_driver() -> impl Strategy<Value = Driver> {
-    (0..11, any_number()).prop_map(|(which, number)| match which {
+    (0..12, any_number()).prop_map(|(which, number)| match which {
         0 => Driver::None,
         1 => Driver::Temperature,
         2 => Driver::TemperatureRate,
@@ -150,6 +159,7 @@ fn any_driver() -> impl Strategy<Value = Driver> {
         7 => Driver::Direction,
         8 => Driver::Heading,
         9 => Driver::Time,
+        10 => Driver::TestedBias,
         _ => Driver::Uptime,
     })
 }
@@ -202,7 +212,7 @@ proptest! {
             let now = at_s(second as f64);
             watch.hear(now);
             watch.tell(now, Temperature::from_celsius(*celsius), &terms);
-            let sum = watch.sum(now, &terms, rate, Angle::from_rad(heading), |_| 1.0);
+            let sum = watch.sum(now, &terms, rate, Angle::from_rad(heading), AngularRate::ZERO, |_| 1.0);
             prop_assert!(sum.bias.abs() <= super::BIAS_SUM_MAX.rad_per_s());
             prop_assert!((sum.scale - 1.0).abs() <= super::SCALE_SUM_MAX);
         }

@@ -50,6 +50,7 @@ pub(crate) struct Watch {
 struct Moment {
     rate: f64,
     heading: f64,
+    tested_bias: f64,
     time_s: f64,
     uptime_s: f64,
 }
@@ -90,20 +91,23 @@ impl Watch {
         }
     }
 
-    /// What `terms` come to at `now`. `less_bias` is the raw rate less the tested bias in rad/s,
-    /// `gain` the factors of Eq. 4 for a direction.
+    /// What `terms` come to at `now`. `less_bias` is the raw rate less the tested bias in rad/s;
+    /// `tested_bias` is what terms see of the latter; `gain` gives the factors of Eq. 4 for a
+    /// direction.
     pub(crate) fn sum(
         &self,
         now: Timestamp,
         terms: &Corrections,
         less_bias: f64,
         heading: Angle,
+        tested_bias: AngularRate,
         gain: impl Fn(f64) -> f64,
     ) -> Sum {
         let since = |at: Option<Timestamp>| at.map_or(0.0, |at| (now - at).as_secs_f64());
         let mut moment = Moment {
             rate: less_bias * gain(less_bias),
             heading: heading.rad(),
+            tested_bias: tested_bias.rad_per_s(),
             time_s: since(self.switched_on),
             uptime_s: since(self.first_heard),
         };
@@ -151,6 +155,7 @@ impl Watch {
             Driver::Direction if moment.rate.abs() < REST_RATE.rad_per_s() => Some(0.0),
             Driver::Direction => Some(1f64.copysign(moment.rate)),
             Driver::Heading => Some(moment.heading),
+            Driver::TestedBias => Some(moment.tested_bias),
             Driver::Time => Some(moment.time_s),
             Driver::Uptime => Some(moment.uptime_s),
         }

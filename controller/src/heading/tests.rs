@@ -3,6 +3,7 @@
 use super::{HeadingIntegrator, IntegrationClock};
 use crate::calibration::{Calibration, Factor};
 use crate::config::GyroConfig;
+use crate::correction::{Acts, Driver, Form, Term};
 use proptest::prelude::*;
 use wire::gyro::{GyroOutput, GyroSample, GyroStatus, Sequence};
 use wire::time::{Span, Timestamp};
@@ -65,6 +66,30 @@ fn bias_and_factors_are_those_of_eq_4() {
     }
     let expected = 300.0 * 360.0 / (379.23 - 0.52 * 25.0);
     assert!((integrator.heading().deg() - expected).abs() < 1e-9);
+}
+
+/// Half of what a bias test found is noise: half of it is taken off, and a new test starts from the raw
+/// rate, not from the old bias.
+#[test]
+fn a_correction_over_the_tested_bias_leaves_the_next_test_alone() {
+    let mut integrator = HeadingIntegrator::new(&GyroConfig::default());
+    let half = Term {
+        acts: Acts::Bias,
+        driver: Driver::TestedBias,
+        form: Form::Linear { slope: -0.5, origin: 0.0 },
+    };
+    integrator.set_calibration(Calibration {
+        corrections: [half].into_iter().collect(),
+        ..Calibration::default()
+    });
+    integrator.set_bias(AngularRate::from_deg_per_s(0.2));
+    let output = GyroOutput::Rate(AngularRate::from_deg_per_s(0.1));
+    let mut seen = AngularRate::ZERO;
+    for n in 0..100 {
+        seen = integrator.sample(at(n), &sample(output, n), 0).raw_rate;
+    }
+    assert!((seen.deg_per_s() - 0.1).abs() < 1e-12, "{seen:?}");
+    assert!(integrator.heading().deg().abs() < 1e-12, "{:?}", integrator.heading());
 }
 
 #[test]

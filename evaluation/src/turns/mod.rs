@@ -89,7 +89,7 @@ effects! {
     scale_over_rate_linear "scale" Some("1/(deg/s)"),
         ["scale: table_rate", "scale: abs(table_rate)", "scale: reference_rate", "scale: abs(reference_rate)",
          "bias: table_rate"]
-        = |r, _, k| r.angle[k] * r.rate[k].abs();
+        = |r, _, k| r.direction[k] * r.rate_squared[k];
     wiggle_over_supply "no library" None, ["bias: supply_voltage"]
         = |r, _, k| {
             let v = r.supply[k] - NOMINAL_SUPPLY;

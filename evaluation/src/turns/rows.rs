@@ -23,6 +23,8 @@ pub struct Rows {
     pub direction: Vec<f64>,
     /// Rate of the turning, signed, deg/s.
     pub rate: Vec<f64>,
+    /// Integral of the squared rate over the turn, with its ramps, (deg/s)^2 s.
+    pub rate_squared: Vec<f64>,
     /// How long the gyro was integrated, s.
     pub duration: Vec<f64>,
     /// Angle turned, signed, deg.
@@ -60,8 +62,8 @@ pub struct Constants {
 
 /// Rates of the turns, deg/s: a ladder within the range of the paper's gyro.
 const LADDER: [f64; 6] = [5.0, 10.0, 20.0, 30.0, 45.0, 60.0];
-/// Ramps at both ends of a turn, s (assumption: 15 deg/s^2 at 30 deg/s).
-const RAMPS: f64 = 4.0;
+/// Ramp at each end of a turn, s (assumption). Both together add its length to the duration.
+const RAMP: f64 = 4.0;
 /// Travel of a lap at the paper's speed, s, and its share of slower laps' extra.
 const LAP: f64 = 64.0;
 /// Static test and pause between runs, s.
@@ -111,6 +113,7 @@ impl Rows {
             time: Vec::new(),
             direction: Vec::new(),
             rate: Vec::new(),
+            rate_squared: Vec::new(),
             duration: Vec::new(),
             angle: Vec::new(),
             temperature: Vec::new(),
@@ -129,7 +132,7 @@ impl Rows {
             let mut at = run as f64 * period + stream.between(20.0, 30.0);
             for &direction in directions {
                 let (angle, duration) = match path {
-                    Path::Table => (360.0 * direction, 360.0 / rate + RAMPS),
+                    Path::Table => (360.0 * direction, 360.0 / rate + RAMP),
                     Path::Laps => (
                         360.0 * direction + CLOSURE * stream.normal(),
                         LAP * stream.between(1.0, 1.8),
@@ -141,6 +144,8 @@ impl Rows {
                 rows.time.push(middle);
                 rows.direction.push(direction);
                 rows.rate.push(direction * rate);
+                // A ramp of linear rate holds half the angle of a plateau, and a third of the square.
+                rows.rate_squared.push(rate * (angle.abs() - rate * RAMP / 3.0));
                 rows.duration.push(duration);
                 rows.angle.push(angle);
                 rows.temperature.push(warmth[k]);

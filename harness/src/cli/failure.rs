@@ -1,8 +1,12 @@
 //! What keeps a command from doing its work, and the exit status of each.
 
+use crate::dataset::DatasetError;
+use crate::export::ExportError;
+use crate::library::LibraryError;
 use crate::outcome::{EXIT_BAD_INPUT, Outcome};
 use crate::run::PrepareError;
 use crate::run_folder::RunFolderError;
+use identification::identify::IdentifyError;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
 use std::path::{Path, PathBuf};
 use std::{fmt, io};
@@ -45,6 +49,29 @@ enum Cause {
         /// Why.
         source: io::Error,
     },
+    /// A data package cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Data(DatasetError),
+    /// A run cannot be made a data set.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Export(ExportError),
+    /// A model file cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Model(LibraryError),
+    /// The data and the model are what they should be, but not for each other.
+    #[error("failed to identify {dataset}")]
+    Identify {
+        /// Name of the data set.
+        dataset: String,
+        /// Why.
+        source: IdentifyError,
+    },
+    /// Findings cannot be put into words.
+    #[error("failed to write down what was found")]
+    Findings(#[source] Box<dyn std::error::Error + Send + Sync>),
     /// The bench file cannot be used.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -66,6 +93,21 @@ impl Failure {
         Cause::Arguments { message: message.into(), help: help.into() }.into()
     }
 
+    /// A model file cannot be used.
+    pub(super) fn model(error: LibraryError) -> Self {
+        Cause::Model(error).into()
+    }
+
+    /// The data cannot be identified.
+    pub(super) fn identify(dataset: &str, source: IdentifyError) -> Self {
+        Cause::Identify { dataset: dataset.to_owned(), source }.into()
+    }
+
+    /// What was found cannot be written down.
+    pub(super) fn findings(source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        Cause::Findings(source.into()).into()
+    }
+
     /// The standard output cannot be written.
     pub(super) fn output(source: io::Error) -> Self {
         Cause::Output(source).into()
@@ -85,7 +127,12 @@ impl Failure {
     /// run that is none are, a disk that is full is not.
     pub(super) const fn exit_status(&self) -> u8 {
         match &*self.0 {
-            Cause::Prepare(_) | Cause::Arguments { .. } => EXIT_BAD_INPUT,
+            Cause::Prepare(_)
+            | Cause::Arguments { .. }
+            | Cause::Data(_)
+            | Cause::Export(_)
+            | Cause::Model(_)
+            | Cause::Identify { .. } => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
             Cause::Bench(_) | Cause::Live(crate::world::live::LiveError::NoCan) => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
@@ -104,6 +151,7 @@ impl Failure {
             )
             | Cause::Output(_)
             | Cause::File { .. }
+            | Cause::Findings(_)
             | Cause::Signals(_) => Outcome::Error.exit_status(),
         }
     }
@@ -136,6 +184,22 @@ impl From<Cause> for Failure {
 impl From<PrepareError> for Failure {
     fn from(error: PrepareError) -> Self {
         Cause::Prepare(error).into()
+    }
+}
+
+impl From<DatasetError> for Failure {
+    fn from(error: DatasetError) -> Self {
+        Cause::Data(error).into()
+    }
+}
+
+impl From<ExportError> for Failure {
+    fn from(error: ExportError) -> Self {
+        match error {
+            ExportError::Folder(error) => error.into(),
+            ExportError::Data(error) => error.into(),
+            error => Cause::Export(error).into(),
+        }
     }
 }
 

@@ -9,11 +9,16 @@
 
 mod answers;
 mod check;
+mod export;
 mod failure;
+mod findings;
+mod identify;
 mod interrupt;
 mod list;
 mod live;
+mod measured;
 mod paper;
+mod predict;
 mod progress;
 mod report;
 mod run;
@@ -62,6 +67,9 @@ enum Command {
     Report(report::ReportArguments),
     Show(show::ShowArguments),
     List(list::ListArguments),
+    Export(export::ExportArguments),
+    Identify(identify::IdentifyArguments),
+    Predict(predict::PredictArguments),
 }
 
 impl Cli {
@@ -81,6 +89,9 @@ impl Cli {
             Some(Command::Report(arguments)) => arguments.execute(),
             Some(Command::Show(arguments)) => arguments.execute(),
             Some(Command::List(arguments)) => arguments.execute(),
+            Some(Command::Export(arguments)) => arguments.execute(screen),
+            Some(Command::Identify(arguments)) => arguments.execute(screen),
+            Some(Command::Predict(arguments)) => arguments.execute(screen),
         }
     }
 }
@@ -138,7 +149,7 @@ mod tests {
         let mut hil = Cli::command().term_width(100);
         hil.build();
         let mut help = hil.render_long_help().to_string();
-        let names = ["run", "check", "report", "show", "list"];
+        let names = ["run", "check", "report", "show", "list", "export", "identify", "predict"];
         for name in names {
             let command = hil.find_subcommand_mut(name).expect(name);
             help += &format!("\n======== {name}\n{}", command.render_long_help());

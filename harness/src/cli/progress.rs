@@ -11,6 +11,10 @@ use tracing_subscriber::fmt::MakeWriter;
 /// The message takes what is left of the line, and no more: a bar that wraps cannot be redrawn.
 const PLAN_BAR: &str = "{prefix} {bar:20} {pos}/{len} steps, {wide_msg}";
 /// See [`PLAN_BAR`].
+const SHARE_BAR: &str = "{prefix} {bar:20} {percent} %, {wide_msg}";
+/// Parts of a whole that [`SHARE_BAR`] shows.
+const SHARES: u64 = 1_000;
+/// See [`PLAN_BAR`].
 const SEEDS_BAR: &str = "{prefix} {bar:20} {pos}/{len} seeds, {eta} left";
 
 /// The standard error. Whatever is written through it does not run into a bar.
@@ -62,6 +66,13 @@ impl Screen {
         bar
     }
 
+    /// Begins to show a share that grows from 0 to 1.
+    pub(super) fn share(&self, name: &str) -> ShareProgress {
+        let bar = self.bar(SHARE_BAR, name);
+        bar.set_length(SHARES);
+        ShareProgress { bar }
+    }
+
     fn bar(&self, template: &str, name: &str) -> ProgressBar {
         let style = ProgressStyle::with_template(template);
         let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
@@ -85,6 +96,29 @@ impl<'a> MakeWriter<'a> for Screen {
 
     fn make_writer(&'a self) -> Self::Writer {
         io::LineWriter::new(self.clone())
+    }
+}
+
+/// Something of which a share is done.
+#[derive(Debug)]
+pub(super) struct ShareProgress {
+    bar: ProgressBar,
+}
+
+impl ShareProgress {
+    /// Shows how far it is, and with what it is busy.
+    pub(super) fn show(&self, share: f64, doing: &str) {
+        if self.bar.is_hidden() {
+            return;
+        }
+        // The cast saturates.
+        self.bar.set_position((share * SHARES as f64) as u64);
+        self.bar.set_message(doing.to_owned());
+    }
+
+    /// It is over.
+    pub(super) fn finish(self) {
+        self.bar.finish_and_clear();
     }
 }
 
@@ -139,13 +173,14 @@ fn factor(bench_s: f64, wall_s: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{PLAN_BAR, SEEDS_BAR, factor};
+    use super::{PLAN_BAR, SEEDS_BAR, SHARE_BAR, factor};
     use indicatif::ProgressStyle;
 
     #[test]
     fn the_templates_are_templates() {
         assert!(ProgressStyle::with_template(PLAN_BAR).is_ok());
         assert!(ProgressStyle::with_template(SEEDS_BAR).is_ok());
+        assert!(ProgressStyle::with_template(SHARE_BAR).is_ok());
     }
 
     #[test]

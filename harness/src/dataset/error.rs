@@ -248,7 +248,7 @@ impl fmt::Display for DatasetError {
             write!(f, ", row {number} (line {line})")?;
         }
         if let Some(field) = &self.0.field {
-            write!(f, ", field {field}")?;
+            write!(f, ", field {}", field.escape_debug())?;
         }
         write!(f, ": {}", self.0.defect)
     }

@@ -19,8 +19,9 @@ mod tests;
 mod write;
 
 pub use error::{DatasetError, Defect, Row};
-use identification::dataset::Dataset;
+use identification::dataset::{Column, Dataset, Kind};
 pub use publish::publish;
+use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -65,4 +66,37 @@ fn read_text(file: &Path) -> Result<String, Defect> {
         io::ErrorKind::InvalidData => Defect::NotText,
         _ => Defect::Unreadable(error),
     })
+}
+
+/// A data set of columns that were not read from a table, by the rules for those that are. Rows are those of the
+/// runs of these labels; `file` is named in errors.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn assembled(
+    kind: Kind,
+    name: &str,
+    file: &Path,
+    columns: Vec<Column>,
+    runs: &[String],
+) -> Result<Dataset, DatasetError> {
+    let (fields, columns): (Vec<_>, Vec<_>) = columns
+        .into_iter()
+        .map(|Column { name, role, axis, unit, values }| {
+            (package::Field { name, role, axis, unit, text: false }, values)
+        })
+        .unzip();
+    let mut rows = table::Rows::new(&fields);
+    rows.columns = columns;
+    rows.number(runs);
+    let package = package::Package {
+        name: name.to_owned(),
+        kind,
+        drive: None,
+        constants: BTreeMap::new(),
+        fields,
+        tables: vec![package::Table::of(file)],
+        notices: Vec::new(),
+    };
+    rows::assemble(package, rows)
 }

@@ -41,6 +41,14 @@ pub(super) struct Table {
     pub missing: BTreeSet<String>,
 }
 
+impl Table {
+    /// Stands for a file that was read in another way.
+    pub(super) fn of(path: &Path) -> Self {
+        let missing = BTreeSet::new();
+        Self { name: String::new(), path: path.to_owned(), delimiter: b',', missing }
+    }
+}
+
 /// Makes sense of the descriptor `text`, which stands in `file`.
 pub(super) fn understand(file: &Path, text: &str) -> Result<Package, DatasetError> {
     let written: Descriptor = serde_json::from_str(text.trim_start_matches('\u{feff}'))

@@ -77,6 +77,19 @@ impl Rows {
         table: &Table,
         index: usize,
     ) -> Result<(), DatasetError> {
+        self.read_rows(fields, table, index).map_err(|error| match damage(table) {
+            // What is wrong with the rows is not what is wrong with the file.
+            Some(defect @ Defect::Damaged(_)) => DatasetError::new(&table.path, defect),
+            _ => error,
+        })
+    }
+
+    fn read_rows(
+        &mut self,
+        fields: &[Field],
+        table: &Table,
+        index: usize,
+    ) -> Result<(), DatasetError> {
         let fail = |defect| DatasetError::new(&table.path, defect);
         let input = open(table).map_err(|error| fail(of_io(error)))?;
         // Ragged rows are found here, where it is known how to say so.
@@ -129,6 +142,15 @@ impl Rows {
             }
         }
         Ok(())
+    }
+
+    /// Says that there is a row for each of these labels of runs.
+    pub(super) fn number(&mut self, labels: &[String]) {
+        for (label, number) in labels.iter().zip(1..) {
+            let run = self.run_labels.index_of(label);
+            self.runs.push(Some(run));
+            self.origins.push(Origin { table: 0, row: Row { number, line: number } });
+        }
     }
 
     fn take(&mut self, at: usize, field: &Field, cell: Option<&str>) -> Result<(), Defect> {
@@ -199,6 +221,12 @@ fn open(table: &Table) -> io::Result<Box<dyn Read>> {
     } else {
         Box::new(Limited { input: file, left: BYTES_MAX })
     })
+}
+
+/// What keeps the file from being read to its end.
+fn damage(table: &Table) -> Option<Defect> {
+    let read = open(table).and_then(|mut input| io::copy(&mut input, &mut io::sink()));
+    read.err().map(of_io)
 }
 
 /// An input that is an error when it goes on for too long.

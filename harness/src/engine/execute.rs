@@ -161,9 +161,12 @@ impl Engine {
                 let (ends, facts) = (self.ends, self.facts);
                 self.observe(now, |collector| collector.lap(&ends, direction, &facts));
             }
-            Op::ObserveTableTurn(angle) => {
-                let (ends, facts) = (self.ends, self.facts);
-                self.observe(now, |collector| collector.table_turn(&ends, angle, &facts));
+            Op::ObserveTableTurn(turn) => {
+                let (ends, facts, heading) = (self.ends, self.facts, self.table_heading);
+                self.table_heading += turn.angle;
+                self.observe(now, |collector| {
+                    collector.table_turn(&ends, &turn, heading, &facts);
+                });
             }
             Op::Place(pose) => self.ask(Action::Place(pose)),
             Op::SetParameter { device, parameter, value } => {

@@ -1,11 +1,15 @@
-//! What was observed, as a data set for the identification: what somebody with the same bench would have
-//! noted down.
+//! What was observed in this run so far, as a data set: the same rows as those that are exported from a
+//! run that is over.
 
+use crate::export::columns::{Columns, Field};
+use crate::export::{laps, turns};
 use crate::observation::Observation;
 use crate::plan::Source;
-use crate::plan::quantities::{self as q, Quantity, during_tag};
-use identification::dataset::{Column, Dataset, Kind, Role, Unit};
+use crate::plan::quantities::{self as q, during_tag};
+use controller::mission::HeadingSource;
+use identification::dataset::{Dataset, Kind, Role, Unit};
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 /// Observations, by quantity.
 pub(super) type Observations = BTreeMap<String, Vec<Observation>>;
@@ -15,43 +19,27 @@ pub(super) struct Selection<'a> {
     pub(super) source: Source,
     /// During this step or label.
     pub(super) over: Option<&'a str>,
-    /// Observed after then, s: what ended as a calibration came into force was read under the one before.
+    /// Observed after then, s: what ended as a calibration came into force was read under the one
+    /// before.
     pub(super) since_s: f64,
+    /// By which the loops were closed: dead reckoning by the gyro is no odometry.
+    pub(super) heading_source: HeadingSource,
 }
 
-/// The quantities that a data set of `source` is made of. The first stands for the row; the others are
-/// observed at the same time, and as often.
-pub(super) fn quantities(source: Source) -> &'static [&'static Quantity] {
-    static OF_TURNS: [&Quantity; 2] = [&q::TABLE_ANGLE, &q::TABLE_ERROR];
-    static OF_LAPS: [&Quantity; 7] = [
-        &q::LAP_GYRO_ERROR,
-        &q::LAP_RETURN_HEADING,
-        &q::LAP_ODOMETRY_ERROR,
-        &q::LAP_RETURN_X,
-        &q::LAP_RETURN_Y,
-        &q::UMBMARK_X,
-        &q::UMBMARK_Y,
-    ];
-    static OF_SERIES: [&Quantity; 1] = [&q::GYRO_RATE];
+/// Whether data sets of `source` are made of that quantity.
+pub(super) fn is_of(source: Source, quantity: &str) -> bool {
     match source {
-        Source::Turns => &OF_TURNS,
-        Source::Laps => &OF_LAPS,
-        Source::Series => &OF_SERIES,
+        Source::Turns => quantity == turns::QUANTITY.name,
+        Source::Laps => laps::is_of_lap(quantity),
+        Source::Series => quantity == q::GYRO_RATE.name,
     }
 }
 
-/// Degrees of a lap.
-const LAP_DEG: f64 = 360.0;
-
-/// Tags that become fields of their own, in any kind.
-const TAGS: [(&str, Role, Unit); 7] = [
+const REST_FIELDS: [Field; 4] = [
     ("time", Role::Time, Unit::Second),
-    ("direction", Role::Direction, Unit::One),
+    ("gyro_rate", Role::GyroRate, Unit::DegreePerSecond),
+    ("reference_rate", Role::ReferenceRate, Unit::DegreePerSecond),
     ("temperature", Role::Temperature, Unit::Celsius),
-    ("table_rate", Role::TableRate, Unit::DegreePerSecond),
-    ("duration", Role::Duration, Unit::Second),
-    ("bias", Role::Bias, Unit::DegreePerSecond),
-    ("heading", Role::Heading, Unit::Degree),
 ];
 
 /// The data set called `name`. Parameters in `swept` are fields of it: candidates for a cause, as
@@ -59,127 +47,63 @@ const TAGS: [(&str, Role, Unit); 7] = [
 ///
 /// # Errors
 ///
-/// When nothing of the kind was observed.
+/// When nothing of the kind was observed, or what was makes no data set.
 pub(super) fn dataset(
     observations: &Observations,
     selection: &Selection<'_>,
     swept: &BTreeSet<String>,
     name: &str,
 ) -> Result<Dataset, String> {
-    let rows = rows(observations, selection);
-    if rows.is_empty() {
+    let observed = select(observations, selection);
+    let (kind, mut columns) = match selection.source {
+        Source::Turns => (Kind::Turns, turns::columns(&observed)),
+        Source::Laps => {
+            let source = selection.heading_source;
+            let with_source: Vec<_> = observed.iter().cloned().map(|one| (one, source)).collect();
+            (Kind::Laps, laps::columns(&with_source))
+        }
+        Source::Series => (Kind::Series, at_rest(&observed)),
+    };
+    if columns.is_empty() {
         let source = selection.source.name();
         return Err(format!("no {source} were observed under the calibration in force"));
     }
-    let (run_of_row, run_labels) = runs(&rows);
-    let mut columns: Vec<Column> = values(selection.source, &rows);
-    let tag = |row: &Row<'_>, tag: &str| row[0].tags.get(tag).copied().unwrap_or(f64::NAN);
-    for (field, role, unit) in TAGS {
-        columns.push(column(field, role, unit, rows.iter().map(|row| tag(row, field)).collect()));
-    }
+    // What is observed of one row has one time.
+    let rows = observed.chunk_by(|one, other| one.tags.get("time") == other.tags.get("time"));
+    let firsts: Vec<&Observation> = rows.filter_map(<[_]>::first).collect();
     for parameter in swept {
-        let unit = unit_of(parameter);
-        let values = rows.iter().map(|row| tag(row, parameter)).collect();
-        columns.push(column(parameter, Role::Auxiliary, unit, values));
+        let value = |row: &&Observation| row.tags.get(parameter).copied().unwrap_or(f64::NAN);
+        let values = firsts.iter().map(value).collect();
+        columns.add(parameter, Role::Auxiliary, unit_of(parameter), values);
     }
-    columns.retain(|column| column.values.iter().any(|value| value.is_finite()));
-    Ok(Dataset {
-        name: name.to_owned(),
-        kind: match selection.source {
-            Source::Turns => Kind::Turns,
-            Source::Laps => Kind::Laps,
-            Source::Series => Kind::Series,
-        },
-        drive: None,
-        constants: BTreeMap::new(),
-        columns,
-        run_of_row,
-        run_labels,
-        notices: Vec::new(),
-    })
+    columns.dataset(kind, name, Path::new(name)).map_err(|error| error.to_string())
 }
 
-/// What was observed of one turn, lap or interval: an observation of each quantity.
-type Row<'a> = Vec<&'a Observation>;
-
-fn rows<'a>(observations: &'a Observations, selection: &Selection<'_>) -> Vec<Row<'a>> {
+/// The observations that are meant, in their order in time.
+fn select(observations: &Observations, selection: &Selection<'_>) -> Vec<Observation> {
     let during = selection.over.map(during_tag);
-    let meant = |observation: &&Observation| {
-        let in_time = observation.tags.get("time").is_some_and(|t| *t > selection.since_s);
-        in_time && during.as_ref().is_none_or(|tag| observation.tags.contains_key(tag))
-    };
-    let of = |quantity: &&Quantity| -> Vec<&'a Observation> {
-        observations.get(quantity.name).into_iter().flatten().filter(meant).collect()
-    };
-    let columns: Vec<_> = quantities(selection.source).iter().map(of).collect();
-    let count = columns.iter().map(Vec::len).min().unwrap_or(0);
-    (0..count).map(|row| columns.iter().map(|column| column[row]).collect()).collect()
-}
-
-/// The run of each row and the runs' labels. A run ends where the next begins: numbers only grow.
-fn runs(rows: &[Row<'_>]) -> (Vec<usize>, Vec<String>) {
-    let mut labels: Vec<String> = Vec::new();
-    let of_row = rows
+    let time = |observed: &Observation| observed.tags.get("time").copied().unwrap_or(f64::NAN);
+    let mut selected: Vec<Observation> = observations
         .iter()
-        .map(|row| {
-            let label = row[0].tags.get("run").copied().unwrap_or(1.0).to_string();
-            if labels.last() != Some(&label) {
-                labels.push(label);
-            }
-            labels.len() - 1
-        })
+        .filter(|(quantity, _)| is_of(selection.source, quantity))
+        .flat_map(|(_, observed)| observed)
+        .filter(|observed| time(observed) > selection.since_s)
+        .filter(|observed| during.as_ref().is_none_or(|tag| observed.tags.contains_key(tag)))
+        .cloned()
         .collect();
-    (of_row, labels)
+    selected.sort_by(|one, other| time(one).total_cmp(&time(other)));
+    selected
 }
 
-/// The fields that the observed values make.
-fn values(source: Source, rows: &[Row<'_>]) -> Vec<Column> {
-    let each = |f: &dyn Fn(&Row<'_>) -> f64| rows.iter().map(f).collect::<Vec<f64>>();
-    let direction = |row: &Row<'_>| row[0].tags.get("direction").copied().unwrap_or(f64::NAN);
-    let deg = |name, role, values| column(name, role, Unit::Degree, values);
-    let metre = |name, role, values| column(name, role, Unit::Metre, values);
-    match source {
-        Source::Turns => vec![
-            deg("gyro_angle", Role::GyroAngle, each(&|row| direction(row) * row[0].value)),
-            deg(
-                "reference_angle",
-                Role::ReferenceAngle,
-                each(&|row| direction(row) * (row[0].value - row[1].value)),
-            ),
-        ],
-        Source::Laps => {
-            let turned = |row: &Row<'_>| direction(row) * LAP_DEG + row[1].value;
-            vec![
-                deg(
-                    "gyro_angle",
-                    Role::GyroAngle,
-                    each(&|row| turned(row) + direction(row) * row[0].value),
-                ),
-                deg("reference_angle", Role::ReferenceAngle, each(&turned)),
-                deg("reference_heading", Role::ReferenceHeading, each(&|row| row[1].value)),
-                deg(
-                    "odometry_heading",
-                    Role::OdometryHeading,
-                    each(&|row| row[1].value + direction(row) * row[2].value),
-                ),
-                metre("reference_x", Role::ReferenceX, each(&|row| row[3].value)),
-                metre("reference_y", Role::ReferenceY, each(&|row| row[4].value)),
-                metre("odometry_x", Role::OdometryX, each(&|row| row[3].value - row[5].value)),
-                metre("odometry_y", Role::OdometryY, each(&|row| row[4].value - row[6].value)),
-            ]
-        }
-        Source::Series => {
-            let rate = |name, role, values| column(name, role, Unit::DegreePerSecond, values);
-            vec![
-                rate("gyro_rate", Role::GyroRate, each(&|row| row[0].value)),
-                rate("reference_rate", Role::ReferenceRate, each(&|_| 0.0)),
-            ]
-        }
+/// A row an interval of a log: at rest the true rate is zero.
+fn at_rest(observed: &[Observation]) -> Columns {
+    let mut columns = Columns::new(&REST_FIELDS);
+    for mean in observed {
+        let tag = |name: &str| mean.tags.get(name).copied();
+        let row = [tag("time"), Some(mean.value), Some(0.0), tag("temperature")];
+        columns.push(tag("run").unwrap_or(1.0).to_string(), &row);
     }
-}
-
-fn column(name: &str, role: Role, unit: Unit, values: Vec<f64>) -> Column {
-    Column { name: name.to_owned(), role, axis: None, unit, values }
+    columns
 }
 
 /// A parameter's unit is the last part of its name; where the contract has none of it, a plain number.
@@ -205,6 +129,7 @@ mod tests {
     use crate::observation::Observation;
     use crate::plan::Source;
     use crate::plan::quantities as q;
+    use controller::mission::HeadingSource;
     use identification::dataset::{Kind, Role, Unit};
 
     fn turn(observations: &mut Observations, run: f64, direction: f64, error: f64) {
@@ -214,7 +139,8 @@ mod tests {
             ("direction", direction),
             ("temperature", 30.0),
             ("table_rate", 30.0),
-            ("gyro.supply_deviation_volt", 0.5),
+            ("angle", 360.0 * direction),
+            ("gyro.supply_deviation_volt", 0.5 * run),
             ("during.warm_up", f64::from(u8::from(run > 1.0))),
         ];
         let tags: std::collections::BTreeMap<_, _> = tags
@@ -222,14 +148,13 @@ mod tests {
             .filter(|(name, value)| !(name.starts_with("during") && *value == 0.0))
             .map(|(name, value)| (name.to_owned(), value))
             .collect();
-        for (quantity, value) in [(&q::TABLE_ANGLE, 360.0 + error), (&q::TABLE_ERROR, error)] {
-            observations.entry(quantity.name.to_owned()).or_default().push(Observation {
-                quantity: quantity.name.to_owned(),
-                value,
-                uncertainty: 0.0,
-                tags: tags.clone(),
-            });
-        }
+        let quantity = q::TABLE_ANGLE.name.to_owned();
+        observations.entry(quantity.clone()).or_default().push(Observation {
+            quantity,
+            value: 360.0 + error,
+            uncertainty: 0.0,
+            tags,
+        });
     }
 
     #[test]
@@ -241,7 +166,12 @@ mod tests {
         }
         let swept = ["gyro.supply_deviation_volt".to_owned()].into();
         let of = |over, since_s| {
-            let selection = Selection { source: Source::Turns, over, since_s };
+            let selection = Selection {
+                source: Source::Turns,
+                over,
+                since_s,
+                heading_source: HeadingSource::Gyro,
+            };
             dataset(&observations, &selection, &swept, "x")
         };
         let all = of(None, 0.0).unwrap();

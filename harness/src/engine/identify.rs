@@ -44,6 +44,7 @@ impl Engine {
             source: step.from,
             over: step.over.as_ref().map(|over| over.as_str()),
             since_s: (self.calibration_since - self.began).as_secs_f64(),
+            heading_source: self.heading_source,
         };
         let name = format!("{}-{}", self.plan.name, step.name);
         let swept = swept(&self.plan.steps);
@@ -138,8 +139,9 @@ fn say_knots(found: &mut Model) {
 pub(super) fn needed(steps: &[Step], names: &mut BTreeSet<String>) {
     for step in steps {
         if let StepAction::Identify(identify) = &step.action {
-            let needed = gathered::quantities(identify.from).iter();
-            names.extend(needed.map(|quantity| quantity.name.to_owned()));
+            let all = q::QUANTITIES.iter().map(|quantity| quantity.name);
+            let made_of = all.filter(|name| gathered::is_of(identify.from, name));
+            names.extend(made_of.map(str::to_owned));
         }
         needed(step.action.steps(), names);
     }

@@ -106,6 +106,8 @@ pub struct Engine {
     next_id: MissionId,
     state: Option<State>,
     ends: Ends,
+    /// Sum of the angles that the table was told to turn by.
+    table_heading: Angle,
     rest: RestWatch,
     bias_test: Option<(Timestamp, BiasTestResult)>,
     calibration: Calibration,
@@ -155,6 +157,7 @@ impl Engine {
             next_id: 1,
             state: None,
             ends: Ends::default(),
+            table_heading: Angle::ZERO,
             rest: RestWatch::default(),
             bias_test: None,
             calibration: Calibration::default(),
@@ -374,8 +377,7 @@ impl Engine {
 
     fn take_state(&mut self, now: Timestamp, state: &State) {
         let first = self.state.replace(*state).is_none();
-        self.ends.state_before.get_or_insert(*state);
-        self.ends.state_after.get_or_insert(*state);
+        self.ends.take(now, state);
         self.rest.take(now, state);
         if let Some(error) = state.heading_error
             && self.wanted.contains(q::STRAIGHT_HEADING_ERROR.name)
@@ -492,7 +494,8 @@ impl Engine {
     }
 }
 
-/// Quantities that the plan judges, fits or identifies from.
+/// Quantities that the plan judges, fits or identifies from, and those of turns and laps: a later
+/// identification reads them whatever the plan makes of them.
 fn wanted(plan: &Plan) -> BTreeSet<String> {
     fn fitted(steps: &[Step], names: &mut BTreeSet<String>) {
         for step in steps {
@@ -502,7 +505,9 @@ fn wanted(plan: &Plan) -> BTreeSet<String> {
             fitted(step.action.steps(), names);
         }
     }
-    let mut names = BTreeSet::new();
+    let by_turn_or_lap = |made_by| matches!(made_by, "table_turn" | "lap");
+    let always = q::QUANTITIES.iter().filter(|quantity| by_turn_or_lap(quantity.made_by));
+    let mut names: BTreeSet<String> = always.map(|quantity| quantity.name.to_owned()).collect();
     for declared in &plan.measurements {
         names.insert(declared.quantity.as_str().to_owned());
         names.extend(declared.check.second_quantity().map(|(_, name)| name.as_str().to_owned()));

@@ -3,10 +3,11 @@
 use super::BenchFacts;
 use super::rest_watch::Window;
 use crate::observation::Observation;
-use crate::plan::Direction;
 use crate::plan::quantities::{self as q, Quantity};
+use crate::plan::{Direction, TableTurn};
 use controller::mission::{BiasTestResult, State, StraightResult, TurnResult};
 use std::collections::BTreeMap;
+use wire::time::Timestamp;
 use wire::units::{Angle, Pose, Temperature};
 
 /// Resolution of the base's displacement, 0.1 mm on the wire, as a standard uncertainty in m.
@@ -17,8 +18,31 @@ const DISPLACEMENT_U_M: f64 = 0.000_1 / 3.464_101_615_137_754_6;
 pub(super) struct Ends {
     pub(super) state_before: Option<State>,
     pub(super) state_after: Option<State>,
+    pub(super) began: Option<Timestamp>,
+    pub(super) ended: Option<Timestamp>,
     pub(super) pose_before: Option<Pose>,
     pub(super) pose_after: Option<Pose>,
+}
+
+impl Ends {
+    /// A state stands at an end that has none yet.
+    pub(super) fn take(&mut self, now: Timestamp, state: &State) {
+        if self.state_before.is_none() {
+            (self.state_before, self.began) = (Some(*state), Some(now));
+        }
+        if self.state_after.is_none() {
+            (self.state_after, self.ended) = (Some(*state), Some(now));
+        }
+    }
+
+    /// What was so between the ends: how long it took, and the bias that was subtracted.
+    fn between(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let duration =
+            self.began.zip(self.ended).map(|(began, ended)| (ended - began).as_secs_f64());
+        let bias = self.state_after.map(|state| state.bias.deg_per_s());
+        let named = [("duration", duration), ("bias", bias)].into_iter();
+        named.filter_map(|(name, value)| Some((name, value?)))
+    }
 }
 
 /// Tags that go with every observation of the moment.
@@ -108,12 +132,26 @@ impl<'a> Collector<'a> {
     }
 
     /// One turn of the table: Eqs 1 and 2, `E = |theta| - 360`, generalised to any angle.
-    pub(super) fn table_turn(&mut self, ends: &Ends, angle: Angle, facts: &BenchFacts) {
+    pub(super) fn table_turn(
+        &mut self,
+        ends: &Ends,
+        turn: &TableTurn,
+        heading: Angle,
+        facts: &BenchFacts,
+    ) {
+        let angle = turn.angle;
         let (Some(before), Some(after)) = (&ends.state_before, &ends.state_after) else { return };
         let direction = 1f64.copysign(angle.rad());
         let turned = direction * (after.gyro_heading - before.gyro_heading).deg();
-        let mut more = vec![("direction", direction)];
+        let mut more = vec![
+            ("direction", direction),
+            ("angle", angle.deg()),
+            ("table_rate", turn.rate.deg_per_s()),
+            ("acceleration", turn.acceleration.rad_per_s2().to_degrees()),
+            ("heading", heading.deg()),
+        ];
         more.extend(temperature_tag(after.temperature));
+        more.extend(ends.between());
         let u = facts.table_u_deg * std::f64::consts::SQRT_2;
         self.add(&q::TABLE_ANGLE, turned, u, &more);
         self.add(&q::TABLE_ERROR, turned - angle.abs().deg(), u, &more);
@@ -127,6 +165,7 @@ impl<'a> Collector<'a> {
             state_after: Some(state_after),
             pose_before: Some(pose_before),
             pose_after: Some(pose_after),
+            ..
         } = ends
         else {
             return;
@@ -134,6 +173,7 @@ impl<'a> Collector<'a> {
         let sign = direction.sign();
         let mut more = vec![("direction", sign)];
         more.extend(temperature_tag(state_after.temperature));
+        more.extend(ends.between());
         // Two readings of the absolute measurement stand behind each figure.
         let u_heading = facts.absolute_heading_u_deg * std::f64::consts::SQRT_2;
         let u_position = facts.absolute_position_u_m * std::f64::consts::SQRT_2;

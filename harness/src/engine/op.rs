@@ -44,7 +44,7 @@ pub(super) enum Op {
     /// One lap is over: observe it.
     ObserveLap(Direction),
     /// One turn of the table is over: observe it.
-    ObserveTableTurn(Angle),
+    ObserveTableTurn(TableTurn),
     /// Carry the robot.
     Place(Pose),
     /// Set a parameter of a device.
@@ -158,6 +158,6 @@ fn table_ops(turn: &TableTurn, step: Angle) -> Vec<Op> {
         Op::TableAtRest,
         Op::Pause(TABLE_SETTLE),
         Op::StateAfter,
-        Op::ObserveTableTurn(turn.angle),
+        Op::ObserveTableTurn(turn.clone()),
     ]
 }

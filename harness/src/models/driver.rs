@@ -32,6 +32,7 @@ pub(super) fn of(
             Wrap::Sign => Driver::Direction,
             _ => return no_view(),
         },
+        (Role::Bias, Wrap::Plain) => Driver::TestedBias,
         (Role::Direction, Wrap::Plain | Wrap::Sign) => Driver::Direction,
         (
             Role::Heading | Role::ReferenceHeading,

@@ -107,6 +107,11 @@ fn driver(driver: seen::Driver) -> Result<Driver, String> {
         seen::Driver::Direction => Driver::Direction,
         seen::Driver::Heading => Driver::Heading,
         seen::Driver::Time => Driver::Time,
+        seen::Driver::TestedBias => {
+            return Err(
+                "an emulated gyro does not know what bias a controller subtracts".to_owned()
+            );
+        }
         seen::Driver::Uptime => {
             return Err("an emulated gyro does not know how long a controller has run".to_owned());
         }

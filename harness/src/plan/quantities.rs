@@ -44,6 +44,16 @@ pub const TAGS: &[Tag] = &[
     Tag { name: "time", unit: "s", doc: "bench time of the observation" },
     Tag { name: "direction", unit: "1", doc: "+1 counter-clockwise, -1 clockwise" },
     Tag { name: "temperature", unit: "degC", doc: "temperature that the gyro told" },
+    Tag { name: "duration", unit: "s", doc: "time between the states before and after" },
+    Tag { name: "bias", unit: "deg/s", doc: "bias that was subtracted" },
+    Tag { name: "angle", unit: "deg", doc: "angle that the table was told to turn by" },
+    Tag { name: "table_rate", unit: "deg/s", doc: "rate that the table was told, without sign" },
+    Tag { name: "acceleration", unit: "deg/s2", doc: "acceleration that the table was told" },
+    Tag {
+        name: "heading",
+        unit: "deg",
+        doc: "heading of the table before, from where the run began",
+    },
     Tag { name: "age", unit: "s", doc: "time since the bias test whose bias is in force" },
 ];
 
@@ -104,29 +114,29 @@ quantities! {
     GYRO_TEMPERATURE: "gyro.temperature", "degC", [], "log";
 
     /// Angle of one turn of the table by the gyro, without sign.
-    TABLE_ANGLE: "table.angle", "deg", ["direction", "temperature"], "table_turn";
+    TABLE_ANGLE: "table.angle", "deg", ["direction", "temperature", "angle", "table_rate", "acceleration", "heading", "duration", "bias"], "table_turn";
     /// Angle by the gyro minus angle of the table, both without sign (Eqs 1 and 2).
-    TABLE_ERROR: "table.error", "deg", ["direction", "temperature"], "table_turn";
+    TABLE_ERROR: "table.error", "deg", ["direction", "temperature", "angle", "table_rate", "acceleration", "heading", "duration", "bias"], "table_turn";
 
     /// Angle turned in a lap by the gyro minus by the absolute measurement, times the direction:
     /// positive when too much is read, as in Eq. 1.
-    LAP_GYRO_ERROR: "lap.gyro_error", "deg", ["direction", "temperature"], "lap";
+    LAP_GYRO_ERROR: "lap.gyro_error", "deg", ["direction", "temperature", "duration", "bias"], "lap";
     /// Angle turned in a lap by the base's odometry minus by the absolute measurement, times the
     /// direction.
-    LAP_ODOMETRY_ERROR: "lap.odometry_error", "deg", ["direction", "temperature"], "lap";
+    LAP_ODOMETRY_ERROR: "lap.odometry_error", "deg", ["direction", "temperature", "duration", "bias"], "lap";
     /// Absolute position after a lap, along the heading at its start, from that start.
-    LAP_RETURN_X: "lap.return_x", "m", ["direction", "temperature"], "lap";
+    LAP_RETURN_X: "lap.return_x", "m", ["direction", "temperature", "duration", "bias"], "lap";
     /// Absolute position after a lap, to the left of the heading at its start, from that start.
-    LAP_RETURN_Y: "lap.return_y", "m", ["direction", "temperature"], "lap";
+    LAP_RETURN_Y: "lap.return_y", "m", ["direction", "temperature", "duration", "bias"], "lap";
     /// Absolute heading after a lap minus the one at its start, to within half a turn.
-    LAP_RETURN_HEADING: "lap.return_heading", "deg", ["direction", "temperature"], "lap";
+    LAP_RETURN_HEADING: "lap.return_heading", "deg", ["direction", "temperature", "duration", "bias"], "lap";
     /// Distance from the start to the absolute position after a lap.
-    LAP_POSITION_ERROR: "lap.position_error", "m", ["direction", "temperature"], "lap";
+    LAP_POSITION_ERROR: "lap.position_error", "m", ["direction", "temperature", "duration", "bias"], "lap";
 
     /// Absolute minus dead-reckoned position after a lap, along the heading at its start.
-    UMBMARK_X: "umbmark.x", "m", ["direction"], "lap";
+    UMBMARK_X: "umbmark.x", "m", ["direction", "temperature", "duration", "bias"], "lap";
     /// Absolute minus dead-reckoned position after a lap, to the left of the heading at its start.
-    UMBMARK_Y: "umbmark.y", "m", ["direction"], "lap";
+    UMBMARK_Y: "umbmark.y", "m", ["direction", "temperature", "duration", "bias"], "lap";
 
     /// Travelled minus commanded distance, at rest (section 4.2.1).
     STRAIGHT_STOP_ERROR: "straight.stop_error", "m", [], "straight";

@@ -1,5 +1,7 @@
 //! Which cases there are. The list is fixed: kinds, effects, sizes, repeats and the layout of each.
 
+mod nulls;
+
 use crate::laps::{LAP_EFFECTS, LapEffect, LapsWorld};
 use crate::noise::Noise;
 use crate::odometry::{self, OdometryWorld, PATH_EFFECTS, PathEffect};
@@ -17,11 +19,6 @@ const HEADINGS_REPEATS: usize = 2;
 const TURNS_REPEATS: usize = 4;
 const LAPS_REPEATS: usize = 3;
 const ODOMETRY_REPEATS: usize = 3;
-/// Null cases of a kind for each variant of noise.
-const SERIES_NULLS: usize = 13;
-const TURNS_NULLS: usize = 6;
-const LAPS_NULLS: usize = 4;
-const ODOMETRY_NULLS: usize = 4;
 
 /// What a case is for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -116,6 +113,13 @@ fn series_layout(repeat: usize) -> Layout {
     }
 }
 
+/// The layout of a repeat of the effect of that number: of the two long layouts each effect has one, and a
+/// further set of the second layout in place of the other, so that the whole stays affordable.
+fn effect_layout(number: usize, repeat: usize) -> Layout {
+    let spared = if number.is_multiple_of(2) { 2 } else { 3 };
+    series_layout(if repeat == spared { 1 } else { repeat })
+}
+
 fn headings_layout(repeat: usize) -> Layout {
     let (every, rows) = if repeat.is_multiple_of(2) { (5, 1_200) } else { (10, 2_400) };
     Layout { rotation: Rotation::Calm, headings_every: Some(every), ..layout(6, rows, 1.0) }
@@ -148,21 +152,21 @@ fn of_series(cases: &mut Vec<Case>) {
     };
     for z in SIZES {
         for repeat in 0..SERIES_REPEATS {
-            for effect in EFFECTS {
+            for (number, effect) in EFFECTS.iter().enumerate() {
                 // What is there or not has one size; it stands with the largest.
                 if matches!(effect.sizing, Sizing::Whole(_)) && z < SIZES[2] {
                     continue;
                 }
-                let mut layout = series_layout(repeat);
+                let mut layout = effect_layout(number, repeat);
                 layout.axes = effect.needs == Needs::Axes;
                 if effect.needs == Needs::Gentle {
                     layout.rotation = Rotation::Gentle;
                 }
                 push("series", vec![effect], z, repeat, layout);
             }
-            for pair in PAIRS {
+            for (number, pair) in PAIRS.iter().enumerate() {
                 let effects = pair.iter().filter_map(|name| series::effect(name)).collect();
-                push("series", effects, z, repeat, series_layout(repeat));
+                push("series", effects, z, repeat, effect_layout(number, repeat));
             }
         }
         for repeat in 0..HEADINGS_REPEATS {
@@ -259,62 +263,6 @@ fn of_odometry(cases: &mut Vec<Case>) {
     }
 }
 
-/// The noises of the null cases; a class with more than one is drawn with each.
-fn null_noises(per_variant: usize) -> impl Iterator<Item = Noise> {
-    let variants = [
-        // White noise is what the false-alarm rate is stated for: more of it.
-        vec![Noise::White; 3],
-        vec![Noise::Autoregressive(3.0), Noise::Autoregressive(30.0), Noise::Autoregressive(300.0)],
-        vec![Noise::RandomWalk],
-        vec![Noise::Flicker],
-        vec![Noise::Student],
-        vec![Noise::Outliers],
-        [0.2, 0.5, 1.0, 2.0, 5.0].map(Noise::Quantised)[..].to_vec(),
-        vec![Noise::PerRun],
-    ];
-    variants.into_iter().flat_map(move |class| {
-        let count = if class.len() > 3 { per_variant.div_ceil(3) } else { per_variant };
-        class.into_iter().flat_map(move |noise| std::iter::repeat_n(noise, count))
-    })
-}
-
-fn of_nulls(cases: &mut Vec<Case>) {
-    let mut push = |group, kind, repeat, noise: Noise, source| {
-        let purpose = Purpose::Null(noise);
-        cases.push(Case {
-            group,
-            kind,
-            effect: noise.name().into(),
-            family: "null",
-            purpose,
-            repeat,
-            source,
-        });
-    };
-    for (repeat, noise) in null_noises(SERIES_NULLS).enumerate() {
-        // The short layouts for most, so that there can be many.
-        let layout = Layout { noise, ..series_layout([0, 1, 0, 1, 4, 0, 1, 2][repeat % 8]) };
-        push("series", Kind::Series, repeat, noise, Source::Series(layout, vec![]));
-    }
-    for (repeat, noise) in null_noises(TURNS_NULLS).enumerate() {
-        let source = Source::Turns(turns_layout(Path::Table, repeat, noise), vec![]);
-        push("turns", Kind::Turns, repeat, noise, source);
-    }
-    for (repeat, noise) in null_noises(LAPS_NULLS).enumerate() {
-        let source = Source::Turns(turns_layout(Path::Laps, repeat, noise), vec![]);
-        push("laps", Kind::Laps, repeat, noise, source);
-    }
-    // Motion capture has no slow noise of its own here: the independent classes only.
-    let independent = |noise: &Noise| {
-        !matches!(noise, Noise::Autoregressive(_) | Noise::RandomWalk | Noise::Flicker)
-    };
-    for (repeat, noise) in null_noises(ODOMETRY_NULLS).filter(independent).enumerate() {
-        let (drive, group) = DRIVES[repeat % 2];
-        let source = Source::Odometry(path_layout(drive, repeat / 2 % 2, noise), vec![]);
-        push(group, Kind::Odometry, repeat, noise, source);
-    }
-}
-
 /// Every scored case, effects first.
 pub fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
@@ -322,7 +270,7 @@ pub fn cases() -> Vec<Case> {
     of_turns(&mut cases);
     of_laps(&mut cases);
     of_odometry(&mut cases);
-    of_nulls(&mut cases);
+    nulls::of_nulls(&mut cases);
     cases
 }
 

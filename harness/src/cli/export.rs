@@ -1,0 +1,78 @@
+//! `hil export`: a recorded run as a data package.
+
+use super::failure::Failure;
+use super::measured::{plain_name, tell};
+use super::progress::Screen;
+use super::say;
+use crate::dataset::{WriteOptions, write};
+use crate::export::export;
+use crate::outcome::Outcome;
+use crate::run_folder::RunFolder;
+use clap::{Args, ValueEnum};
+use identification::dataset::Kind;
+use std::path::PathBuf;
+
+/// What one row is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Rows {
+    /// One turn of the rotary table.
+    Turns,
+    /// One mean of the gyro's rate, between two states of the controller.
+    Series,
+    /// One lap of a closed path.
+    Laps,
+}
+
+impl From<Rows> for Kind {
+    fn from(rows: Rows) -> Self {
+        match rows {
+            Rows::Turns => Self::Turns,
+            Rows::Series => Self::Series,
+            Rows::Laps => Self::Laps,
+        }
+    }
+}
+
+/// Writes a recorded run as a data package: datapackage.json and a CSV table.
+///
+/// It holds what somebody with the same bench would have noted down, and nothing that only an emulator
+/// knows. `hil identify` reads it as it reads anybody's data.
+#[derive(Debug, Args)]
+pub(super) struct ExportArguments {
+    /// A run folder.
+    #[arg(value_name = "RUN")]
+    run: PathBuf,
+    /// The folder of the package. [default: data/PLAN-seedN-KIND]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// What one row is. [default: turns where there are any, then laps, then series]
+    #[arg(long, value_enum)]
+    kind: Option<Rows>,
+    /// Compress the table.
+    #[arg(long)]
+    gzip: bool,
+}
+
+impl ExportArguments {
+    pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        let folder = RunFolder::open(&self.run)?;
+        let dataset = export(&folder, self.kind.map(Kind::from))?;
+        tell(&dataset, screen);
+        let name = || format!("{}-{}", plain_name(&dataset.name), dataset.kind.name());
+        let out = self.out.clone().unwrap_or_else(|| PathBuf::from("data").join(name()));
+        let title = format!("{} of the run {}", dataset.kind.name(), dataset.name);
+        let options = WriteOptions {
+            compressed: self.gzip,
+            title: Some(title),
+            notes: (!dataset.notices.is_empty()).then(|| dataset.notices.join("; ")),
+        };
+        write(&dataset, &out, &options).map_err(|error| Failure::file(&out, error))?;
+        say(&format!(
+            "{}: {} rows, {} runs\n",
+            out.display(),
+            dataset.rows(),
+            dataset.run_labels.len()
+        ))?;
+        Ok(Outcome::Passed)
+    }
+}

@@ -1,0 +1,140 @@
+//! Findings in a few lines, for a person.
+
+use identification::finding::{Effect, Finding, HeldOut, Parameter, Prediction, Verdict};
+use std::fmt::Write;
+
+/// Verdict, errors before and after, each effect, what is left, and what to do next.
+pub(super) fn summary(finding: &Finding) -> String {
+    let Finding { dataset, kind, rows, runs, .. } = finding;
+    let verdict = match finding.verdict {
+        Verdict::Explained => "explained",
+        Verdict::NothingMissing => "nothing is missing",
+        Verdict::StructureLeft => "structure is left",
+    };
+    let mut out = format!("{dataset}: {verdict} ({} of {rows} rows, {runs} runs)\n", kind.name());
+    for held_out in std::iter::once(&finding.held_out).chain(&finding.held_out_also) {
+        line(&mut out, &errors(held_out));
+    }
+    let floor = &finding.noise_floor;
+    line(&mut out, &format!("noise floor {} {}", number(floor.value), floor.unit));
+    for effect in &finding.effects {
+        line(&mut out, &words(effect));
+        for rival in &effect.rivals {
+            let by = rival
+                .separated_by
+                .as_ref()
+                .map_or(String::new(), |plan| format!(", {plan} decides"));
+            let percent = 100.0 * rival.probability;
+            let seen = rival.drivers.join(", ");
+            line(
+                &mut out,
+                &format!("  or {} ({} by {seen}; {percent:.0} %{by})", rival.name, rival.term),
+            );
+        }
+    }
+    for left in &finding.left {
+        let percent = 100.0 * left.share_of_residual_variance;
+        let over = left.drivers.join(", ");
+        line(
+            &mut out,
+            &format!("left: {} over {over}, {percent:.1} % of the residual's variance", left.shape),
+        );
+    }
+    if let Some(next) = &finding.next_experiment {
+        let between = next.separates.join(" and ");
+        line(
+            &mut out,
+            &format!("next: {} tells {between} apart: {}", next.plan, next.expected_gain),
+        );
+    }
+    for notice in &finding.notices {
+        line(&mut out, &format!("note: {notice}"));
+    }
+    out
+}
+
+/// Error with the plain model and with the one given.
+pub(super) fn prediction(prediction: &Prediction) -> String {
+    let Prediction { dataset, kind, rows, unit, rmse, .. } = prediction;
+    let (before, after) = (number(rmse.before), number(rmse.after));
+    format!("{dataset}: rmse {before} -> {after} {unit} ({} of {rows} rows)\n", kind.name())
+}
+
+/// A line of its own, whatever is in it: names come from files.
+fn line(out: &mut String, text: &str) {
+    let plain: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    // Writing to a string cannot fail.
+    let _ = writeln!(out, "  {plain}");
+}
+
+fn errors(held_out: &HeldOut) -> String {
+    let HeldOut { metric, quantity, unit, before, after, ci95: [low, high], folds } = held_out;
+    let of = quantity.as_ref().map_or(String::new(), |quantity| format!(" of {quantity}"));
+    let (before, after, low, high) = (number(*before), number(*after), number(*low), number(*high));
+    format!(
+        "held-out {metric}{of} {before} -> {after} {unit} (95 %: {low} to {high}, {folds} folds)"
+    )
+}
+
+fn words(effect: &Effect) -> String {
+    let axis = effect.axis.map_or(String::new(), |axis| format!(", axis {axis:?}").to_lowercase());
+    let parameters: Vec<_> = effect.parameters.iter().map(parameter).collect();
+    format!(
+        "effect {}: {} by {} ({}{axis}): {}; p = {:.1e}",
+        effect.name,
+        effect.term,
+        effect.drivers.join(", "),
+        effect.form,
+        parameters.join(", "),
+        effect.p_value,
+    )
+}
+
+fn parameter(parameter: &Parameter) -> String {
+    let Parameter { name, value, standard_error, unit } = parameter;
+    let error = standard_error.map_or(String::new(), |error| format!(" ± {}", number(error)));
+    let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+    format!("{name} = {}{error}{unit}", number(*value))
+}
+
+/// Three digits that count.
+fn number(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    if !(1e-3..1e5).contains(&size) {
+        return format!("{value:.2e}");
+    }
+    // Between -3 and 4.
+    let digits = (2 - size.log10().floor() as i32).max(0) as usize;
+    format!("{value:.digits$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::summary;
+    use identification::finding::Finding;
+
+    #[test]
+    fn a_finding_in_a_few_lines() {
+        let finding: Finding = serde_json::from_str(
+            r#"{ "schema": 1, "dataset": "bench", "kind": "turns", "rows": 300, "runs": 150, "seed": 1,
+              "verdict": "explained", "noise_floor": { "value": 0.05, "unit": "deg" },
+              "held_out": { "metric": "rmse", "unit": "deg", "before": 0.21, "after": 0.06,
+                            "ci95": [0.055, 0.066], "folds": 5 },
+              "effects": [ { "name": "shupe", "known": true, "term": "bias",
+                "drivers": ["rate_of(temperature)"], "form": "linear", "parameters": [
+                  { "name": "h", "value": 0.01, "standard_error": 1e-5, "unit": "deg/s/(K/s)" } ],
+                "p_value": 1e-9, "held_out_before": 0.21, "held_out_after": 0.06, "rivals": [
+                  { "name": "bias_over_temperature", "term": "bias", "drivers": ["temperature"],
+                    "probability": 0.2, "separated_by": "hot-restart.toml" } ] } ],
+              "left": [ { "drivers": ["time"], "shape": "trend", "share_of_residual_variance": 0.1 } ],
+              "next_experiment": { "plan": "hot-restart.toml", "separates": ["shupe", "bias\u001b"],
+                                   "expected_gain": "decided in 9 of 10 cases" },
+              "notices": ["V is constant"] }"#,
+        )
+        .unwrap();
+        insta::assert_snapshot!(summary(&finding));
+    }
+}

@@ -1,0 +1,42 @@
+//! `hil predict`: a model applied to other data.
+
+use super::failure::Failure;
+use super::findings;
+use super::measured::{findings_folder, json, load, model, put, tell};
+use super::progress::Screen;
+use super::say;
+use crate::outcome::Outcome;
+use clap::Args;
+use identification::identify::predict;
+use std::path::PathBuf;
+
+/// Applies a model to measured data and changes nothing of it. Writes prediction.json.
+///
+/// Exit status as of `hil identify`.
+#[derive(Debug, Args)]
+pub(super) struct PredictArguments {
+    /// A data package (a folder with datapackage.json, or that file), or a run folder.
+    #[arg(value_name = "DATASET|RUN")]
+    data: PathBuf,
+    /// The model.
+    #[arg(long, value_name = "MODEL.toml")]
+    model: PathBuf,
+    /// The folder for the prediction. [default: findings/NAME, the name being that of the data set]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl PredictArguments {
+    pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        let model = model(&self.model)?;
+        let dataset = load(&self.data, Some(model.kind))?;
+        tell(&dataset, screen);
+        let prediction =
+            predict(&dataset, &model).map_err(|error| Failure::identify(&dataset.name, error))?;
+        let folder = findings_folder(self.out.as_deref(), &dataset.name);
+        put(&folder, &[("prediction.json".to_owned(), json(&prediction)?)])?;
+        say(&findings::prediction(&prediction))?;
+        say(&format!("written: {}\n", folder.display()))?;
+        Ok(Outcome::Passed)
+    }
+}

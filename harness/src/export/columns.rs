@@ -1,0 +1,61 @@
+//! Rows on their way into a data set.
+
+use crate::dataset::{DatasetError, assembled};
+use identification::dataset::{Column, Dataset, Kind, Role, Unit};
+use std::path::Path;
+
+/// A field: name, role and unit.
+pub(crate) type Field = (&'static str, Role, Unit);
+
+/// Rows, each with the label of its run.
+#[derive(Debug)]
+pub(crate) struct Columns {
+    columns: Vec<Column>,
+    runs: Vec<String>,
+}
+
+impl Columns {
+    pub(crate) fn new(fields: &[Field]) -> Self {
+        let column = |&(name, role, unit): &Field| Column {
+            name: name.to_owned(),
+            role,
+            axis: None,
+            unit,
+            values: Vec::new(),
+        };
+        Self { columns: fields.iter().map(column).collect(), runs: Vec::new() }
+    }
+
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.runs.is_empty()
+    }
+
+    /// Appends a row, a number a field; what is not known is none.
+    pub(crate) fn push(&mut self, run: String, row: &[Option<f64>]) {
+        self.runs.push(run);
+        for (column, cell) in self.columns.iter_mut().zip(row) {
+            column.values.push(cell.filter(|value| value.is_finite()).unwrap_or(f64::NAN));
+        }
+    }
+
+    /// Another field, with a value a row.
+    pub(crate) fn add(&mut self, name: &str, role: Role, unit: Unit, values: Vec<f64>) {
+        self.columns.push(Column { name: name.to_owned(), role, axis: None, unit, values });
+    }
+
+    /// A data set, made by the rules for those that are read. Fields of which nothing is known are left out.
+    pub(crate) fn dataset(
+        mut self,
+        kind: Kind,
+        name: &str,
+        file: &Path,
+    ) -> Result<Dataset, DatasetError> {
+        let needed = |role: Role| {
+            kind.required().iter().any(|any| any.iter().any(|all| all.contains(&role)))
+        };
+        self.columns.retain(|column| {
+            needed(column.role) || column.values.iter().any(|value| !value.is_nan())
+        });
+        assembled(kind, name, file, self.columns, &self.runs)
+    }
+}
