@@ -2,7 +2,7 @@
 
 use crate::dataset::{Dataset, Kind};
 use crate::finding::{Figure, Finding, Left, SCHEMA, Verdict};
-use crate::model::{Model, Shape, Term, exposure};
+use crate::model::{Acts, Model, Shape, Term, exposure};
 use crate::noise::{self, Layout, NoiseModel};
 use crate::outcome::{self, Diagnostics, Errors};
 use crate::problem::{Block, Problem};
@@ -97,8 +97,10 @@ pub fn identify(
             None => working.push(block.clone()),
         }
     }
-    let layouts: Vec<Layout> =
-        working.iter().map(|block| Layout::new(block, &problem.channels)).collect();
+    let mut layouts: Vec<Layout> = Vec::new();
+    for block in &working {
+        layouts.push(layout(block, &problem, &base_terms(model, block, &problem)?));
+    }
     let count = problem.blocks.len();
     let mut done = Vec::new();
     for (index, (block, layout)) in working.iter().zip(&layouts).enumerate() {
@@ -155,6 +157,18 @@ fn base_terms(
         }
     }
     Ok(shapes)
+}
+
+/// When the observations of a block were made, and how noise adds up in them.
+fn layout(block: &Block, problem: &Problem, base: &[Shape]) -> Layout {
+    let plain = Layout::new(block, &problem.channels);
+    let Some(bias) = block.exposure(Acts::Bias) else {
+        return plain;
+    };
+    let durations: Vec<f64> = block.rows.iter().map(|&row| bias.per_row[row]).collect();
+    let data = Data { block, channels: &problem.channels, layout: &plain };
+    let columns = data.all_columns(base);
+    noise::likeliest_layout(plain, &durations, &block.residual, &columns)
 }
 
 /// Noise of each quantity of a static set.

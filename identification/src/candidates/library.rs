@@ -208,7 +208,7 @@ impl Builder<'_> {
             let shape = Shape::new("saturation", Acts::Saturation, rotation.clone(), Form::Saturation);
             self.push(Family::Library, shape.with("limit", share * largest));
         }
-        if self.block.exposure(Acts::Scale).is_none() || self.channels.segments.len() * 8 > self.channels.time.len() {
+        if self.block.exposure(Acts::Scale).is_none() || !self.channels.sampled {
             return;
         }
         let interval = self.channels.interval();

@@ -59,14 +59,18 @@ impl Layout {
                 layout.activity[i] = activity[before + 1..=now].iter().sum();
             }
         }
-        if !levels
-            && let Some(bias) = block.exposure(crate::model::Acts::Bias)
-        {
-            let mean: f64 =
-                block.rows.iter().map(|&row| bias.per_row[row]).sum::<f64>() / n.max(1) as f64;
-            if mean > 0.0 {
-                layout.gain = block.rows.iter().map(|&row| bias.per_row[row] / mean).collect();
-            }
+        layout
+    }
+
+    /// The same observations where each took `durations`: a coloured rate adds up over the time, and where `white`
+    /// too, white noise of the rate does (an angle random walk).
+    pub fn over(&self, durations: &[f64], white: bool) -> Self {
+        let mean = durations.iter().sum::<f64>() / durations.len().max(1) as f64;
+        let mut layout = self.clone();
+        layout.gain = durations.iter().map(|duration| duration / mean).collect();
+        if white {
+            let own = |i: usize| self.spread.get(i).copied().unwrap_or(1.0);
+            layout.spread = (0..self.len()).map(|i| own(i) * layout.gain[i].abs().sqrt()).collect();
         }
         layout
     }

@@ -14,9 +14,11 @@ use crate::model::{Form, Shape};
 use crate::noise::{self, NoiseModel, Whitener};
 
 /// The risk of a false alarm that is taken for a whole data set.
-pub const RISK: f64 = 0.01;
+pub const RISK: f64 = 0.005;
 /// A term whose removal is less surprising than this goes again (one in a thousand).
 const KEEP_MIN: f64 = 6.9;
+/// What did not gain on held-out runs is still worth a word if it is stronger than the threshold by this, in nats.
+const LEFT_FROM: f64 = 4.0;
 /// Contenders that are measured with the noise fitted anew.
 const PROFILED: usize = 8;
 /// Contenders that are tried one after the other in a round.
@@ -204,7 +206,9 @@ impl<'a> State<'a> {
             let new: Vec<Vec<f64>> =
                 chosen.iter().flat_map(|candidate| self.data.columns(&candidate.shape)).collect();
             if cross::gain(&scene, &columns, &new) <= 0.0 {
-                failed.push(contender.clone());
+                if contender.strength > threshold + LEFT_FROM {
+                    failed.push(contender.clone());
+                }
                 continue;
             }
             for candidate in chosen {

@@ -35,6 +35,8 @@ impl Contender {
 const REFINED: usize = 3;
 /// A spline as surprising as this is worth a look at hinges and bumps.
 const NARROW_FROM: f64 = 5.0;
+/// And if it is not so much behind the best named effect.
+const NARROW_BEHIND: f64 = 4.0;
 /// Contenders that are measured on every row.
 const EXACT: usize = 12;
 /// What something that only follows time, and a shape without a name, must show beyond the rest where the noise is
@@ -55,13 +57,25 @@ pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
             }
         }
     };
-    look(all(data.block, data.channels), None);
+    let every = all(data.block, data.channels);
+    for family in [Family::Library, Family::Memory, Family::Smooth, Family::Step] {
+        let tests = family.tests(&every);
+        look(every.iter().filter(|one| one.family == family).cloned().collect(), Some(tests));
+    }
     let (found, tests) = periods(scene);
     look(found, Some(tests));
+    // Where a named effect says as much as any smooth function of a driver, hinges and bumps have nothing to add.
+    let named = scored
+        .iter()
+        .filter(|(candidate, _, _)| candidate.shape.known)
+        .map(|(_, score, _)| score.surprise)
+        .fold(0.0, f64::max);
     let curved: Vec<(Acts, crate::model::Driver)> = scored
         .iter()
         .filter(|(candidate, score, _)| {
-            candidate.family == Family::Smooth && score.surprise > NARROW_FROM
+            candidate.family == Family::Smooth
+                && score.surprise > NARROW_FROM
+                && score.surprise > named - NARROW_BEHIND
         })
         .map(|(candidate, _, _)| (candidate.shape.acts, candidate.shape.drivers[0].clone()))
         .collect();
@@ -110,7 +124,8 @@ fn refined(scene: &Scene<'_>, mut scored: Vec<(Candidate, Score, f64)>) -> Vec<C
             };
             *count += 1;
             // Only what could still win or be a rival is worth the search.
-            if *count <= REFINED && strength > best - 15.0 && score.surprise > 3.0 {
+            let worth = if candidate.family == Family::Narrow { 6.0 } else { 12.0 };
+            if *count <= REFINED && strength > best - worth && score.surprise > 3.0 {
                 let toll = score.surprise - strength;
                 let (shape, _) = refine(scene, &candidate.shape);
                 candidate.shape = shape;

@@ -4,7 +4,7 @@ use super::scene::{Data, Scene, robust_fit};
 use crate::model::{Form, Shape};
 
 /// Steps of the golden section.
-const STEPS: usize = 14;
+const STEPS: usize = 10;
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// `shape` with its numbers where it explains most in `scene`, and how much that is.
