@@ -145,7 +145,8 @@ fn base_terms(
     let mut shapes = Vec::new();
     for term in &model.terms {
         let mine = term.axis.is_none() || block.axis.is_none() || term.axis == block.axis;
-        if mine && exposure(block, term.term).is_some() {
+        let here = term.quantity.is_none() || term.quantity == block.apart;
+        if mine && here && exposure(block, term.term).is_some() {
             let (shape, _) = term.to_shape(&problem.channels).map_err(IdentifyError::Model)?;
             if shape.observed(block, &problem.channels).is_none() {
                 return Err(IdentifyError::Model(format!(

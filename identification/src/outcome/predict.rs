@@ -19,7 +19,8 @@ fn of_block(
     let (mut shapes, mut coefficients) = (Vec::new(), Vec::new());
     for term in terms {
         let mine = term.axis.is_none() || block.axis.is_none() || term.axis == block.axis;
-        if !mine || exposure(block, term.term).is_none() {
+        let here = term.quantity.is_none() || term.quantity == block.apart;
+        if !mine || !here || exposure(block, term.term).is_none() {
             continue;
         }
         let (shape, values) = term.to_shape(&problem.channels).map_err(IdentifyError::Model)?;

@@ -138,6 +138,7 @@ fn heading_block(path: &Path, activity: &[f64]) -> Block {
     Block {
         label: "heading".to_owned(),
         axis: None,
+        apart: None,
         aggregate: Aggregate::Level,
         rows,
         residual,
@@ -200,6 +201,7 @@ fn forward_block(path: &Path, heading: &[f64], activity: &[f64]) -> Block {
     Block {
         label: "distance".to_owned(),
         axis: None,
+        apart: None,
         aggregate: Aggregate::Level,
         rows,
         residual,

@@ -125,6 +125,7 @@ pub(super) fn angle_block(
     Block {
         label: gyro.name.clone(),
         axis: gyro.axis,
+        apart: None,
         aggregate: Aggregate::Row,
         residual: rows.iter().map(|&row| difference(row)).collect(),
         raw: rows.iter().map(|&row| gyro.values[row]).collect(),
@@ -273,6 +274,7 @@ fn against_rate(
     Block {
         label: rate.column.name.clone(),
         axis: rate.column.axis,
+        apart: None,
         aggregate: Aggregate::Row,
         residual: rows.iter().map(|&row| measured[row] - measured_reference[row]).collect(),
         raw: rows.iter().map(|&row| rate.column.values[row]).collect(),
@@ -360,6 +362,7 @@ fn against_heading(
     Block {
         label: rate.column.name.clone(),
         axis: rate.column.axis,
+        apart: None,
         aggregate: Aggregate::Level,
         raw: rows.iter().map(|&row| rate.column.values[row]).collect(),
         raw_si: rate.column.unit.si() / factor,

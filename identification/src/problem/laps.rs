@@ -69,6 +69,7 @@ fn end_block(
     Block {
         label: label.to_owned(),
         axis: None,
+        apart: Some(label.to_owned()),
         aggregate: Aggregate::Row,
         residual: rows.iter().map(|&row| error[row]).collect(),
         raw: rows.iter().map(|&row| raw[row]).collect(),

@@ -68,6 +68,8 @@ pub struct Block {
     pub label: String,
     /// Which axis of a gyro.
     pub axis: Option<Axis>,
+    /// The label again, where terms of this block are of no other.
+    pub apart: Option<String>,
     /// How rows add up.
     pub aggregate: Aggregate,
     /// Row of each observation.
