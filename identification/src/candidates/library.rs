@@ -74,7 +74,7 @@ impl Builder<'_> {
             return;
         }
         self.push(Family::Library, plain(Form::Quadratic).with("origin", origin));
-        if self.block.aggregate == Aggregate::Level && on != Acts::Bias && on != Acts::Scale {
+        if self.block.aggregate != Aggregate::Row && on != Acts::Bias && on != Acts::Scale {
             // A path of a minute has no thermal memory to speak of.
             return;
         }

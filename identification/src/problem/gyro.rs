@@ -136,6 +136,7 @@ pub(super) fn angle_block(
         constants: GYRO_CONSTANTS.to_vec(),
         unit: angle_unit(gyro.unit),
         activity: None,
+        pose: None,
     }
 }
 
@@ -285,6 +286,7 @@ fn against_rate(
         constants,
         unit,
         activity: None,
+        pose: None,
     }
 }
 
@@ -376,6 +378,7 @@ fn against_heading(
         constants: GYRO_CONSTANTS.to_vec(),
         unit: angle_unit(reference.unit),
         activity: Some(time_step),
+        pose: None,
     }
 }
 

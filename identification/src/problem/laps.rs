@@ -83,5 +83,6 @@ fn end_block(
         constants: Vec::new(),
         unit,
         activity: None,
+        pose: None,
     }
 }
