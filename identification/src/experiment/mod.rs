@@ -14,6 +14,8 @@ mod step;
 mod surroundings;
 mod timeline;
 mod words;
+#[cfg(test)]
+mod tests;
 
 use crate::dataset::{Axis, Dataset, Kind};
 use crate::finding::{Finding, NextExperiment};
