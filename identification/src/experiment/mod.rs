@@ -20,6 +20,7 @@ mod tests;
 use crate::dataset::{Axis, Dataset, Kind};
 use crate::finding::{Finding, NextExperiment};
 use crate::linear::Basis;
+use crate::model::{Acts, Shape};
 use crate::noise::{Layout, NoiseModel, Whitener};
 use crate::problem::{Aggregate, Block, Channel, Channels, Problem};
 use crate::robust;
@@ -122,7 +123,7 @@ impl Experiment {
     }
 }
 
-/// Every plan of the menu for data of that kind: name and text. `by_hand` are fields that a person moves: name, unit,
+/// Every plan of the menu for data of that kind, with bias tests throughout and with one alone: name and text. `by_hand` are fields that a person moves: name, unit,
 /// lowest and highest value.
 pub fn plans(kind: Kind, by_hand: &[(&str, &'static str, f64, f64)]) -> Vec<(String, String)> {
     let levels: Vec<_> = by_hand
@@ -131,7 +132,8 @@ pub fn plans(kind: Kind, by_hand: &[(&str, &'static str, f64, f64)]) -> Vec<(Str
         .collect();
     menu(kind, &levels)
         .iter()
-        .map(|programme| (programme.name.to_owned(), plan::toml(programme, &words::why(programme))))
+        .flat_map(|programme| [programme.clone(), programme.clone().with_one_bias_test()])
+        .map(|programme| (programme.name.to_owned(), plan::toml(&programme, &words::why(&programme))))
         .collect()
 }
 
@@ -156,7 +158,14 @@ pub(crate) fn next(dataset: &Dataset, problem: &Problem, doubts: &[Doubt<'_>]) -
         .flat_map(|contest| &contest.truth.shape.drivers)
         .map(|driver| driver.field.as_str())
         .collect();
-    let menu = menu(dataset.kind, &levels(dataset, &fields));
+    let on_bias = cases
+        .iter()
+        .flat_map(|case| &case.contests)
+        .any(|contest| is_bias(contest.truth.shape.acts));
+    let menu: Vec<Programme> = menu(dataset.kind, &levels(dataset, &fields))
+        .into_iter()
+        .map(|programme| if on_bias { programme.with_one_bias_test() } else { programme })
+        .collect();
     let offers: Vec<(&Programme, Vec<Gain>)> = menu
         .iter()
         .filter_map(|programme| Some((programme, gains(dataset, problem, doubts, programme, &cases)?)))
@@ -198,6 +207,11 @@ pub(crate) fn next(dataset: &Dataset, problem: &Problem, doubts: &[Doubt<'_>]) -
     })
 }
 
+/// Does a term add to the rate, so that a bias test would take a part of it away?
+fn is_bias(acts: Acts) -> bool {
+    matches!(acts, Acts::Bias | Acts::DeadZone | Acts::Noise)
+}
+
 /// Effects with rivals, the strongest first.
 fn cases(doubts: &[Doubt<'_>]) -> Vec<Case> {
     let mut doubtful: Vec<(usize, usize, &Found)> = doubts
@@ -225,7 +239,7 @@ fn valued(found: &Found) -> Valued {
     Valued { shape: found.shape.clone(), coefficients }
 }
 
-fn case(index: usize, doubt: Doubt<'_>, effect: usize, rival: &crate::model::Shape) -> Option<Case> {
+fn case(index: usize, doubt: Doubt<'_>, effect: usize, rival: &Shape) -> Option<Case> {
     let Doubt { data, fit } = doubt;
     let all: Vec<Valued> = fit.base.iter().chain(&fit.effects).map(valued).collect();
     let at = fit.base.len() + effect;
@@ -340,7 +354,7 @@ fn noise_of_means(
     }
     noise.white /= samples;
     let duration = |block: &Block| {
-        let bias = block.exposure(crate::model::Acts::Bias)?;
+        let bias = block.exposure(Acts::Bias)?;
         let sum: f64 = block.rows.iter().map(|&row| bias.per_row[row]).sum();
         Some(sum / block.rows.len().max(1) as f64)
     };

@@ -85,6 +85,26 @@ pub(super) struct Programme {
     pub steps: Vec<Step>,
 }
 
+impl Programme {
+    /// With a bias test at the begin alone, logs at rest in place of the others: what acts on the bias is then not
+    /// subtracted before it is seen.
+    pub(super) fn with_one_bias_test(mut self) -> Self {
+        fn logs(steps: &mut [Step]) {
+            for step in steps {
+                match step {
+                    Step::BiasTest => *step = Step::Rest(BIAS_TEST_S),
+                    Step::Repeat { steps, .. } | Step::Sweep { steps, .. } => logs(steps),
+                    _ => {}
+                }
+            }
+        }
+        logs(&mut self.steps);
+        let asked = self.steps.iter().take_while(|step| matches!(step, Step::Ask(_))).count();
+        self.steps.insert(asked, Step::BiasTest);
+        self
+    }
+}
+
 /// The paper's table run: a bias test and one turn each way, 48 s.
 pub(super) fn table_run() -> Vec<Step> {
     vec![Step::BiasTest, Step::TableTurn(-360.0, RATE), Step::TableTurn(360.0, RATE)]
