@@ -3,11 +3,11 @@
 use crate::dataset::{Dataset, Kind};
 use crate::experiment::{self, Doubt, Experiment};
 use crate::finding::{Figure, Finding, Left, SCHEMA, Verdict};
-use crate::model::{Model, Shape, Term, exposure};
+use crate::model::{Acts, Model, Shape, Term, exposure};
 use crate::noise::{self, Layout, NoiseModel};
 use crate::outcome::{self, Diagnostics, Errors};
 use crate::problem::{Block, Problem};
-use crate::select::{BlockFit, Data, Found, fit_terms, identify_block};
+use crate::select::{BlockFit, Data, Found, fit_terms, identify_block, without_rounding};
 
 pub use crate::outcome::predict;
 
@@ -83,11 +83,30 @@ pub fn identify(
     progress(0.0, "reading");
     let problem = Problem::new(dataset, model.and_then(Model::counts_per_unit))?;
     let noises = options.noise_from.as_ref().map(static_noises).transpose()?;
-    let layouts: Vec<Layout> =
-        problem.blocks.iter().map(|block| Layout::new(block, &problem.channels)).collect();
+    let mut notices = Vec::new();
+    let mut working = Vec::new();
+    for block in &problem.blocks {
+        let base = base_terms(model, block, &problem)?;
+        match without_rounding(block, &problem.channels, &base) {
+            Some((corrected, step)) => {
+                notices.push(format!(
+                    "`{}` is rounded to steps of {:.3e} {}, coarser than its noise; the mean rounding error is taken out",
+                    block.label,
+                    step / block.unit.si,
+                    block.unit.text
+                ));
+                working.push(corrected);
+            }
+            None => working.push(block.clone()),
+        }
+    }
+    let mut layouts: Vec<Layout> = Vec::new();
+    for block in &working {
+        layouts.push(layout(block, &problem, &base_terms(model, block, &problem)?));
+    }
     let count = problem.blocks.len();
     let mut done = Vec::new();
-    for (index, (block, layout)) in problem.blocks.iter().zip(&layouts).enumerate() {
+    for (index, (block, layout)) in working.iter().zip(&layouts).enumerate() {
         let data = Data { block, channels: &problem.channels, layout };
         let base = base_terms(model, block, &problem)?;
         let known = noises.as_ref().and_then(|noises| matching(noises, block));
@@ -103,12 +122,16 @@ pub fn identify(
             &mut report,
         );
         let plain = fit_terms(data, &base, &fit.noise, &fit.left_out);
-        let before = data.held_out(&base, &fit.noise, &fit.left_out);
-        let after = data.held_out(&fit.shapes(), &fit.noise, &fit.left_out);
+        // Errors are of the readings as they are.
+        let read = Data { block: &problem.blocks[index], ..data };
+        let before = read.held_out(&base, &fit.noise, &fit.left_out);
+        let after = read.held_out(&fit.shapes(), &fit.noise, &fit.left_out);
         done.push(Done { data, plain, fit, before, after });
     }
     progress(1.0, "done");
-    Ok(assemble(dataset, &problem, &done, options.seed))
+    let mut identified = assemble(dataset, &problem, &done, options.seed);
+    identified.finding.notices.extend(notices);
+    Ok(identified)
 }
 
 /// What the model has for a block: the terms given, or what the plain model of the kind fits.
@@ -137,6 +160,18 @@ fn base_terms(
         }
     }
     Ok(shapes)
+}
+
+/// When the observations of a block were made, and how noise adds up in them.
+fn layout(block: &Block, problem: &Problem, base: &[Shape]) -> Layout {
+    let plain = Layout::new(block, &problem.channels);
+    let Some(bias) = block.exposure(Acts::Bias) else {
+        return plain;
+    };
+    let durations: Vec<f64> = block.rows.iter().map(|&row| bias.per_row[row]).collect();
+    let data = Data { block, channels: &problem.channels, layout: &plain };
+    let columns = data.all_columns(base);
+    noise::likeliest_layout(plain, &durations, &block.residual, &columns)
 }
 
 /// Noise of each quantity of a static set.

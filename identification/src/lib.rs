@@ -8,6 +8,7 @@ pub mod finding;
 pub mod identify;
 pub mod model;
 mod candidates;
+mod lattice;
 mod linear;
 mod noise;
 mod problem;

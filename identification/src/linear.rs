@@ -35,6 +35,11 @@ impl Basis {
         self.columns.len()
     }
 
+    /// Its directions.
+    pub fn columns(&self) -> &[Vec<f64>] {
+        &self.columns
+    }
+
     /// Removes from `column` what the basis explains.
     pub fn project(&self, column: &mut [f64]) {
         for q in &self.columns {

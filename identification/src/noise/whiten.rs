@@ -25,6 +25,8 @@ pub struct Layout {
     pub run: Vec<usize>,
     /// How much of a rate each observation sees: 1, or the time that a turn took.
     gain: Vec<f64>,
+    /// Noise of each observation over that of the others; empty where all are alike.
+    spread: Vec<f64>,
     levels: bool,
 }
 
@@ -44,6 +46,7 @@ impl Layout {
             new_run: vec![true; n],
             run: block.rows.iter().map(|&row| channels.run[row]).collect(),
             gain: vec![1.0; n],
+            spread: block.spread.clone(),
             levels,
         };
         for i in 1..n {
@@ -56,14 +59,18 @@ impl Layout {
                 layout.activity[i] = activity[before + 1..=now].iter().sum();
             }
         }
-        if !levels
-            && let Some(bias) = block.exposure(crate::model::Acts::Bias)
-        {
-            let mean: f64 =
-                block.rows.iter().map(|&row| bias.per_row[row]).sum::<f64>() / n.max(1) as f64;
-            if mean > 0.0 {
-                layout.gain = block.rows.iter().map(|&row| bias.per_row[row] / mean).collect();
-            }
+        layout
+    }
+
+    /// The same observations where each took `durations`: a coloured rate adds up over the time, and where `white`
+    /// too, white noise of the rate does (an angle random walk).
+    pub fn over(&self, durations: &[f64], white: bool) -> Self {
+        let mean = durations.iter().sum::<f64>() / durations.len().max(1) as f64;
+        let mut layout = self.clone();
+        layout.gain = durations.iter().map(|duration| duration / mean).collect();
+        if white {
+            let own = |i: usize| self.spread.get(i).copied().unwrap_or(1.0);
+            layout.spread = (0..self.len()).map(|i| own(i) * layout.gain[i].abs().sqrt()).collect();
         }
         layout
     }
@@ -99,6 +106,58 @@ impl Layout {
     /// Typical activity from one observation to the next.
     pub fn mean_activity(&self) -> f64 {
         self.activity.iter().sum::<f64>() / self.activity.len().max(1) as f64
+    }
+
+    /// Every `block` observations as one, their mean. Only for observations that are of rows.
+    pub fn thinned(&self, block: usize) -> (Self, Vec<std::ops::Range<usize>>) {
+        let mut groups: Vec<std::ops::Range<usize>> = Vec::new();
+        for i in 0..self.len() {
+            match groups.last_mut() {
+                Some(last) if last.len() < block && !self.starts[i] && !self.new_run[i] => last.end = i + 1,
+                _ => groups.push(i..i + 1),
+            }
+        }
+        let middle = |range: &std::ops::Range<usize>| (range.start + range.end - 1) / 2;
+        let mut thin = Self {
+            step: Vec::new(),
+            activity: Vec::new(),
+            starts: Vec::new(),
+            new_run: Vec::new(),
+            run: Vec::new(),
+            gain: Vec::new(),
+            spread: Vec::new(),
+            levels: self.levels,
+        };
+        let mut before = 0;
+        for range in &groups {
+            let now = middle(range);
+            thin.step.push(self.step[before + 1..=now.max(before)].iter().sum());
+            thin.activity.push(0.0);
+            thin.starts.push(self.starts[range.start]);
+            thin.new_run.push(self.new_run[range.start]);
+            thin.run.push(self.run[range.start]);
+            thin.gain.push(self.gain[range.clone()].iter().sum::<f64>() / range.len() as f64);
+            before = now;
+        }
+        (thin, groups)
+    }
+
+    /// The observations of `range` alone.
+    pub fn part(&self, range: std::ops::Range<usize>) -> Self {
+        let mut part = Self {
+            step: self.step[range.clone()].to_vec(),
+            activity: self.activity[range.clone()].to_vec(),
+            starts: self.starts[range.clone()].to_vec(),
+            new_run: self.new_run[range.clone()].to_vec(),
+            run: self.run[range.clone()].to_vec(),
+            gain: self.gain[range.clone()].to_vec(),
+            spread: self.spread.get(range).map_or_else(Vec::new, <[f64]>::to_vec),
+            levels: self.levels,
+        };
+        if let Some(first) = part.starts.first_mut() {
+            *first = true;
+        }
+        part
     }
 
     /// How many runs there are.
@@ -152,10 +211,11 @@ impl Whitener {
         let mut p = [[0.0; STATES_MAX]; STATES_MAX];
         for i in 0..n {
             let scale = noise.run_scale.get(layout.run[i]).copied().unwrap_or(1.0);
-            let skip = left_out.get(i).copied().unwrap_or(false);
+            let own = layout.spread.get(i).copied().unwrap_or(1.0);
+            let skip = left_out.get(i).copied().unwrap_or(false) || !own.is_finite();
             if plain {
-                whitener.weight.push(if skip { 0.0 } else { 1.0 / scale });
-                whitener.log_determinant += if skip { 0.0 } else { 2.0 * scale.ln() };
+                whitener.weight.push(if skip { 0.0 } else { 1.0 / (scale * own) });
+                whitener.log_determinant += if skip { 0.0 } else { 2.0 * (scale * own).ln() };
                 continue;
             }
             let mut keep = [0.0; STATES_MAX];
@@ -196,7 +256,7 @@ impl Whitener {
                 h[..states].fill(layout.gain[i]);
             }
             let mut ph = [0.0; STATES_MAX];
-            let mut s = noise.white;
+            let mut s = if skip { 1.0 } else { noise.white * own * own };
             for a in 0..states {
                 for b in 0..states {
                     ph[a] += p[a][b] * h[b];
@@ -314,6 +374,7 @@ mod tests {
             new_run: (0..n).map(|i| i == 0).collect(),
             run: vec![0; n],
             gain: vec![1.0; n],
+            spread: Vec::new(),
             levels,
         }
     }

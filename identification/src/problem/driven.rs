@@ -143,6 +143,7 @@ fn heading_block(path: &Path, activity: &[f64]) -> Block {
         residual,
         raw,
         raw_si: 1.0,
+        spread: Vec::new(),
         exposures: vec![
             Exposure { acts: Acts::Turn, per_row: path.turn.clone(), unit: DisplayUnit::new("1", 1.0) },
             Exposure {
@@ -204,6 +205,7 @@ fn forward_block(path: &Path, heading: &[f64], activity: &[f64]) -> Block {
         residual,
         raw,
         raw_si: 1.0,
+        spread: Vec::new(),
         exposures: vec![Exposure { acts: Acts::Drive, per_row, unit: DisplayUnit::new("1", 1.0) }],
         constants: Vec::new(),
         unit: DisplayUnit::new("m", 1.0),

@@ -75,6 +75,13 @@ pub(super) fn rotation_of(channels: &mut Channels, dataset: &Dataset, angle: &[f
     let timed = dataset.column(Role::Duration).is_some() || dataset.column(Role::TableRate).is_some();
     if timed {
         channels.rotation = angle.iter().zip(duration).map(|(a, t)| a / t).collect();
+        if let Some(column) = dataset.column(Role::TableRate)
+            && column.values.iter().all(|value| value.is_finite())
+        {
+            // The rate of the table itself; ramps make the mean over a turn less.
+            channels.rotation =
+                angle.iter().zip(column.si()).map(|(angle, rate)| angle.signum() * rate.abs()).collect();
+        }
     } else {
         // Only the direction is known.
         channels.rotation = angle.iter().map(|angle| angle.signum()).collect();
@@ -123,6 +130,7 @@ pub(super) fn angle_block(
         raw: rows.iter().map(|&row| gyro.values[row]).collect(),
         raw_si: gyro.unit.si(),
         rows,
+        spread: Vec::new(),
         exposures: angle_exposures(gyro.unit, duration.to_vec(), angle.to_vec()),
         constants: GYRO_CONSTANTS.to_vec(),
         unit: angle_unit(gyro.unit),
@@ -270,6 +278,7 @@ fn against_rate(
         raw: rows.iter().map(|&row| rate.column.values[row]).collect(),
         raw_si: rate.column.unit.si() / factor,
         rows,
+        spread: Vec::new(),
         exposures,
         constants,
         unit,
@@ -356,6 +365,7 @@ fn against_heading(
         raw_si: rate.column.unit.si() / factor,
         rows,
         residual,
+        spread: Vec::new(),
         exposures: vec![
             Exposure { acts: Acts::Bias, per_row: time_step.clone(), unit },
             Exposure { acts: Acts::Scale, per_row: nominal, unit: DisplayUnit::new("1", 1.0) },

@@ -74,6 +74,7 @@ fn end_block(
         raw: rows.iter().map(|&row| raw[row]).collect(),
         raw_si: unit.si,
         rows,
+        spread: Vec::new(),
         exposures: vec![
             Exposure { acts: Acts::Turn, per_row: turn, unit: one },
             Exposure { acts: Acts::Curvature, per_row: curvature, unit: unit.clone() },

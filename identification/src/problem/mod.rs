@@ -78,6 +78,9 @@ pub struct Block {
     pub raw: Vec<f64>,
     /// What one of `raw` is in SI.
     pub raw_si: f64,
+    /// Noise of each observation over that of the others, where it is known to differ; infinite for one that says
+    /// nothing. Empty where all are alike.
+    pub spread: Vec<f64>,
     /// What terms of each kind add.
     pub exposures: Vec<Exposure>,
     /// What the plain model fits.

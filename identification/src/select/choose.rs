@@ -35,9 +35,14 @@ impl Contender {
 const REFINED: usize = 3;
 /// A spline as surprising as this is worth a look at hinges and bumps.
 const NARROW_FROM: f64 = 5.0;
-/// Rows above which the first look is at the thinned rows.
-const NATS_OF_TIME: f64 = 5.0;
-const NATS_OF_SHAPE: f64 = 3.0;
+/// And if it is not so much behind the best named effect.
+const NARROW_BEHIND: f64 = 4.0;
+/// Contenders that are measured on every row.
+const EXACT: usize = 12;
+/// What something that only follows time, and a shape without a name, must show beyond the rest where the noise is
+/// coloured, in nats.
+const NATS_OF_TIME: f64 = 1.5;
+const NATS_OF_SHAPE: f64 = 1.5;
 
 /// Measures every candidate in `scene`; the strongest first.
 pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
@@ -45,26 +50,38 @@ pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
     let mut scored: Vec<(Candidate, Score, f64)> = Vec::new();
     let mut look = |candidates: Vec<Candidate>, tests: Option<f64>| {
         for candidate in candidates {
-            let score = scene.score(&candidate.shape);
+            let score = scene.look(&candidate.shape);
             if score.width > 0 {
                 let toll = candidate.family.toll(tests);
                 scored.push((candidate, score, score.surprise - toll));
             }
         }
     };
-    look(all(data.block, data.channels), None);
+    let every = all(data.block, data.channels);
+    for family in [Family::Library, Family::Memory, Family::Smooth, Family::Step] {
+        let tests = family.tests(&every);
+        look(every.iter().filter(|one| one.family == family).cloned().collect(), Some(tests));
+    }
     let (found, tests) = periods(scene);
     look(found, Some(tests));
+    // Where a named effect says as much as any smooth function of a driver, hinges and bumps have nothing to add.
+    let named = scored
+        .iter()
+        .filter(|(candidate, _, _)| candidate.shape.known)
+        .map(|(_, score, _)| score.surprise)
+        .fold(0.0, f64::max);
     let curved: Vec<(Acts, crate::model::Driver)> = scored
         .iter()
         .filter(|(candidate, score, _)| {
-            candidate.family == Family::Smooth && score.surprise > NARROW_FROM
+            candidate.family == Family::Smooth
+                && score.surprise > NARROW_FROM
+                && score.surprise > named - NARROW_BEHIND
         })
         .map(|(candidate, _, _)| (candidate.shape.acts, candidate.shape.drivers[0].clone()))
         .collect();
     for (on, driver) in curved {
         for candidate in narrow_on(data.channels, on, &driver) {
-            let score = scene.score(&candidate.shape);
+            let score = scene.look(&candidate.shape);
             if score.width > 0 {
                 let strength = score.surprise - candidate.family.toll(None);
                 scored.push((candidate, score, strength));
@@ -79,7 +96,7 @@ pub fn surfaces(scene: &Scene<'_>) -> Vec<Contender> {
     let scored = pairs(scene.data.block, scene.data.channels)
         .into_iter()
         .map(|candidate| {
-            let score = scene.score(&candidate.shape);
+            let score = scene.look(&candidate.shape);
             let strength = score.surprise - candidate.family.toll(None);
             (candidate, score, strength)
         })
@@ -107,17 +124,26 @@ fn refined(scene: &Scene<'_>, mut scored: Vec<(Candidate, Score, f64)>) -> Vec<C
             };
             *count += 1;
             // Only what could still win or be a rival is worth the search.
-            if *count <= REFINED && strength > best - 20.0 && score.surprise > 3.0 {
+            let worth = if candidate.family == Family::Narrow { 6.0 } else { 12.0 };
+            if *count <= REFINED && strength > best - worth && score.surprise > 3.0 {
                 let toll = score.surprise - strength;
                 let (shape, _) = refine(scene, &candidate.shape);
                 candidate.shape = shape;
-                score = scene.score(&candidate.shape);
+                score = scene.look(&candidate.shape);
                 strength = score.surprise - toll;
             } else if *count > REFINED {
                 continue;
             }
         }
         found.push(Contender::new(candidate, score, strength, scene.free()));
+    }
+    found.sort_by(|a, b| b.rank.total_cmp(&a.rank));
+    // The best are measured on every row.
+    for contender in found.iter_mut().take(EXACT) {
+        let toll = contender.score.surprise - contender.strength;
+        let score = scene.score(&contender.candidate.shape);
+        *contender =
+            Contender::new(contender.candidate.clone(), score, score.surprise - toll, scene.free());
     }
     found.sort_by(|a, b| b.rank.total_cmp(&a.rank));
     found
