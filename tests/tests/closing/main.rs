@@ -50,7 +50,12 @@ struct Story {
 
 impl Story {
     fn of(devices: Devices) -> Self {
-        let prepared = prepared(PLAN, devices);
+        Self::by(PLAN, devices)
+    }
+
+    /// By another plan.
+    fn by(text: &str, devices: Devices) -> Self {
+        let prepared = prepared(text, devices);
         let done = run(&prepared, SEED);
         let (measured, _) = judge_all(&prepared.plan.measurements, &done.simulated.observations);
         let verdicts = measured.into_iter().map(|one| (one.name, one.verdict)).collect();
@@ -90,6 +95,14 @@ impl Story {
         assert!(self.worst("before") > BAND, "{}", self.in_words());
         let after = self.verdicts.iter().find(|(name, _)| name == "error_after");
         assert!(after.is_some_and(|(_, verdict)| verdict.is_acceptable()), "{}", self.in_words());
+        self
+    }
+
+    /// The error of runs that took no part in the fit falls by this factor at least.
+    #[track_caller]
+    fn falls_by(&self, factor: f64) -> &Self {
+        let held_out = &self.finding().held_out;
+        assert!(held_out.before > factor * held_out.after, "{}", self.in_words());
         self
     }
 
