@@ -233,7 +233,9 @@ fn what_is_loaded_late_has_the_same_memory() {
         for second in 0..20_000_u32 {
             let now = at_s(second.into());
             let celsius = 30.0 + 10.0 * libm::sin(f64::from(second) / 1_000.0);
-            for (watch, terms) in [(&mut early, &terms), (&mut late, &Vec::new().into_iter().collect())] {
+            for (watch, terms) in
+                [(&mut early, &terms), (&mut late, &Vec::new().into_iter().collect())]
+            {
                 watch.hear(now);
                 watch.tell(now, Temperature::from_celsius(celsius), terms);
             }

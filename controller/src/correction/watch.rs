@@ -163,12 +163,7 @@ impl Watch {
 }
 
 /// The temperature has been `celsius` for `passed_s`.
-fn remember(
-    memories: &mut [Memory; TERMS_MAX],
-    terms: &Corrections,
-    celsius: f64,
-    passed_s: f64,
-) {
+fn remember(memories: &mut [Memory; TERMS_MAX], terms: &Corrections, celsius: f64, passed_s: f64) {
     for (term, memory) in terms.iter().zip(memories) {
         memory.first = follow(term.driver, memory.first, celsius, passed_s);
         memory.second = follow(term.form.second(), memory.second, celsius, passed_s);

@@ -1,9 +1,7 @@
 //! How a term depends on its drivers, as a controller evaluates it.
 
 use super::numbers::Numbers;
-use controller::correction::{
-    BIAS_SUM_MAX, Driver, Form, Point, SCALE_SUM_MAX, TABLE_POINTS_MAX,
-};
+use controller::correction::{BIAS_SUM_MAX, Driver, Form, Point, SCALE_SUM_MAX, TABLE_POINTS_MAX};
 use identification::model::{self, Wrap};
 
 /// The parameter that says what one unit of a term's knots is, where the field does not.
@@ -102,9 +100,11 @@ fn spline(term: &model::Term, driver: Driver, numbers: &Numbers<'_>) -> Result<F
         _ => BIAS_SUM_MAX.rad_per_s(),
     };
     if values.iter().any(|value| value.abs() > limit) {
-        return Err("it says more than a controller takes off: beside another term the data do not \
+        return Err(
+            "it says more than a controller takes off: beside another term the data do not \
                     tell it, and the two cancel in them alone"
-            .to_owned());
+                .to_owned(),
+        );
     }
     if knots.len() < 2 || !rises {
         return Err("a spline needs two knots at least, in rising order".to_owned());

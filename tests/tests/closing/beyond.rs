@@ -6,8 +6,11 @@ use harness::outcome::Outcome;
 /// A sine over temperature within a bell; size of the class's 5 deg/h/K over 6 K.
 #[test]
 fn fringes() {
-    let parameters =
-        [("fringe_bias_deg_per_h", 30.0), ("fringe_period_kelvin", 10.0), ("reference_celsius", 40.0)];
+    let parameters = [
+        ("fringe_bias_deg_per_h", 30.0),
+        ("fringe_period_kelvin", 10.0),
+        ("reference_celsius", 40.0),
+    ];
     let story = Story::of(unit(&parameters));
     story.is_carried_out().falls_by(3.0);
     assert!(story.worst("before") > 3.0 * story.worst("after"), "{}", story.in_words());

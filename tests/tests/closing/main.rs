@@ -116,7 +116,8 @@ impl Story {
             for effect in &finding.effects {
                 words += &format!("{} ({} by {:?})\n", effect.name, effect.term, effect.drivers);
                 for rival in &effect.rivals {
-                    words += &format!("    or {} ({} by {:?})\n", rival.name, rival.term, rival.drivers);
+                    words +=
+                        &format!("    or {} ({} by {:?})\n", rival.name, rival.term, rival.drivers);
                 }
             }
         }
