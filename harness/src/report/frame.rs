@@ -22,8 +22,8 @@ const WIDTH: u32 = 620;
 const HEIGHT: u32 = 290;
 
 /// Shown size of one of several plots beside each other, in CSS pixels.
-const SMALL_WIDTH: u32 = 440;
-const SMALL_HEIGHT: u32 = 250;
+const SMALL_WIDTH: u32 = 300;
+const SMALL_HEIGHT: u32 = 220;
 
 /// Shown side of the data area of a square plot.
 const SQUARE_SIDE: u32 = 440;
@@ -37,7 +37,7 @@ const FONT_SIZE: u32 = 13;
 
 /// Labelled ticks on an axis, about.
 const TICKS: usize = 8;
-const SMALL_TICKS: usize = 6;
+const SMALL_TICKS: usize = 5;
 
 /// Share of the range that is left free at either end.
 const FREE_SHARE: f64 = 0.06;

@@ -5,7 +5,7 @@ use super::super::palette::REFERENCE;
 use super::cloud::{Cloud, ends, medians};
 use super::download::Table;
 use super::draw::{AFTER, draw_cloud, draw_dots, draw_line, draw_medians, draw_zero, shown_range};
-use super::meaning::{cause, title};
+use super::meaning::{axis_name, title};
 use super::ruler::{Ruler, placed};
 use identification::outcome::{BlockDiagnostics, EffectCurve};
 use maud::{Markup, html};
@@ -22,15 +22,17 @@ pub(super) fn figures(block: &BlockDiagnostics, most: usize) -> Markup {
     html! {
         div.plots {
             @for (index, curve) in block.effects.iter().take(most).enumerate() {
-                (figure(curve, &format!("{}-effect-{}-{}", block.label, index + 1, curve.name)))
+                (figure(curve, block, &format!("{}-effect-{}-{}", block.label, index + 1, curve.name)))
             }
         }
         @if left_out > 0 { p.missing { (left_out) " weaker effects are not drawn." } }
     }
 }
 
-fn figure(curve: &EffectCurve, name: &str) -> Markup {
-    let x = Ruler::around(&curve.driver, &curve.driver_unit, curve.points.iter().map(|p| p.0));
+fn figure(curve: &EffectCurve, block: &BlockDiagnostics, name: &str) -> Markup {
+    let unit = driver_unit(curve, block);
+    let over = axis_name(&curve.driver);
+    let x = Ruler::around(&over, unit, curve.points.iter().map(|p| p.0));
     let raw_medians = medians(&curve.observed);
     let seen = curve.points.iter().chain(&raw_medians).map(|p| p.1);
     let range = zoomed(
@@ -64,14 +66,14 @@ fn figure(curve: &EffectCurve, name: &str) -> Markup {
     });
     html! {
         figure {
-            h3 { (title(&curve.name)) " over " (cause(&curve.driver)) }
+            h3 { (title(&curve.name)) }
             (plot)
             figcaption {
                 p.legend {
                     span { i.line {} "the effect as fitted" }
                     @if !curve.observed.is_empty() {
-                        span { i.mark.faint { "●" } "observed, less all that else is in the model" }
-                        span { i.mark.median { "●" } "medians of neighbours" }
+                        span { i.mark.faint { "●" } "observed, less all else in the model" }
+                        span { i.mark.median { "●" } "medians" }
                     }
                 }
                 p { (explanation(curve, is_line)) }
@@ -121,6 +123,12 @@ pub(super) fn thinned(cloud: &Cloud, count: usize, beyond: usize) -> Markup {
             }
         }
     }
+}
+
+/// Unit of the driver: that of the channel where it is one, for it tells Celsius from kelvin.
+fn driver_unit<'a>(curve: &'a EffectCurve, block: &'a BlockDiagnostics) -> &'a str {
+    let channel = block.channels.iter().find(|channel| channel.name == curve.driver);
+    channel.map_or(&curve.driver_unit, |channel| &channel.unit)
 }
 
 fn beyond_of(points: &[(f64, f64)], frame: &Frame) -> usize {

@@ -73,8 +73,12 @@ fn errors(held_out: &HeldOut) -> Markup {
             (if unit == "1" { "" } else { unit.as_str() })
             @if change.is_finite() { " (" (format!("{change:+.0}")) " %)" }
             span.small {
-                " root mean square on data left out of the fit, in " (folds) " parts; 95 % interval "
-                (figure(*low)) " to " (figure(*high))
+                " root mean square on data left out of the fit, in " (folds) " parts; "
+                @if low < high {
+                    "95 % interval from resampled runs " (figure(*low)) " to " (figure(*high))
+                } @else {
+                    "one run alone gives no interval"
+                }
             }
         }
     }

@@ -174,9 +174,24 @@ pub(super) fn cause(text: &str) -> String {
     }
 }
 
+/// A driver as it stands beside an axis, where times and angles are drawn as they are.
+pub(super) fn axis_name(text: &str) -> String {
+    let Some(Driver { wrap, field }) = Driver::parse(text) else {
+        return text.to_owned();
+    };
+    match wrap {
+        Wrap::RateOf => format!("rate of {field}"),
+        Wrap::LagOf => format!("lagged {field}"),
+        Wrap::BranchOf => format!("branch of {field}"),
+        Wrap::Abs => format!("size of {field}"),
+        Wrap::Sign => format!("sign of {field}"),
+        _ => field,
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{cause, meaning, title};
+    use super::{axis_name, cause, meaning, title};
     use crate::report::identification::samples::effect;
 
     #[test]
@@ -197,6 +212,8 @@ mod tests {
              rain changes."
         );
         assert_eq!(cause("nonsense("), "nonsense(");
+        assert_eq!(axis_name("rate_of(coil)"), "rate of coil");
+        assert_eq!(axis_name("trend(time)"), "time");
         assert_eq!(title("warm_up"), "Warm up");
         assert_eq!(title(""), "");
     }

@@ -94,35 +94,49 @@ fn figure(block: &BlockDiagnostics, over: &Over, y: &Ruler, range: (f64, f64)) -
         (when, drawn, table.link(&name))
     });
     let outliers = block.outliers.iter().filter(|is_outlier| **is_outlier).count();
+    let beyond = panels.iter().map(|(_, panel, _)| panel.beyond).max().unwrap_or(0);
     html! {
-        figure.wide {
+        figure {
             h3 { "Residual over " (over.name) }
             div.pair {
-                @for (when, (plot, note), link) in panels {
+                @for (when, panel, link) in &panels {
                     div {
-                        p.panel.(when) { (when) }
-                        (plot)
-                        div.small { (note) p { "Data: " (link) } }
+                        p.panel.(*when) { (*when) " " (link) }
+                        (panel.plot)
                     }
                 }
             }
-            @if outliers > 0 {
-                figcaption {
-                    p { i.mark.outside { "○" } " " (outliers) " taken for outliers, with no weight in the fit" }
+            figcaption {
+                (thinned(&panels[0].1.cloud, over.values.len(), 0))
+                @if beyond > 0 {
+                    p.small {
+                        i.mark.outside { "▲" } " at the edge: where points lie beyond it, in each plot at most "
+                        (beyond)
+                    }
+                }
+                @if outliers > 0 {
+                    p.small { i.mark.outside { "○" } " " (outliers) " taken for outliers, with no weight in the fit" }
                 }
             }
         }
     }
 }
 
-/// One plot, and what it does not show point by point.
+/// One plot.
+struct Panel {
+    plot: Markup,
+    cloud: Cloud,
+    /// Points that lie beyond its edges.
+    beyond: usize,
+}
+
 fn panel(
     frame: &Frame,
     name: &str,
     points: &[Point],
     outliers: &[Point],
     colour: RGBColor,
-) -> (Markup, Markup) {
+) -> Panel {
     let cloud = Cloud::of(points);
     let mut beyond = 0;
     let plot = frame.plot(name, |chart| {
@@ -133,9 +147,5 @@ fn panel(
         beyond = draw_beyond(chart, points, frame)?;
         Ok(())
     });
-    let note = html! {
-        (thinned(&cloud, points.len(), beyond))
-        @if beyond > 0 { p { i.mark.outside { "▲" } " at the edge: where points lie beyond it" } }
-    };
-    (plot, note)
+    Panel { plot, cloud, beyond }
 }
