@@ -39,7 +39,7 @@ pub fn page(finding: &Finding, model: &Model, diagnostics: &Diagnostics) -> Stri
     let body = html! {
         (heading::heading(finding))
         (section("What was found", Some(effects::cards(finding, diagnostics))))
-        (section("What is left", Some(remains::left(finding))))
+        (section("What is left", Some(remains::left(finding, diagnostics))))
         (section("What to do next", remains::next(finding)))
         (figures(diagnostics))
         (section("The model", Some(tables::parameters(model))))

@@ -3,6 +3,7 @@
 
 use super::super::thin::Point;
 use super::download::{Table, number, place};
+use super::ruler::{Ruler, placed};
 
 /// So many points are drawn each.
 const MARKS_MAX: usize = 400;
@@ -15,7 +16,10 @@ const COLUMNS_MAX: usize = 120;
 /// A median of fewer points says nothing that the points do not.
 const MEDIAN_OF_MIN: usize = 3;
 const MEDIANS_MIN: usize = 4;
-const MEDIANS_MAX: usize = 40;
+const MEDIANS_MAX: usize = 30;
+
+/// Share of the way from one value to the next that the column of a value takes.
+const LEVEL_SHARE: f64 = 0.7;
 
 /// Points whose x lies in the same part of the axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,15 +55,32 @@ pub(super) enum Cloud {
 
 impl Cloud {
     pub(super) fn of(points: &[Point]) -> Self {
-        if points.len() <= MARKS_MAX {
+        if !is_thinned(points.len()) {
             return Self::Marks(points.to_vec());
         }
         let count = (points.len() / POINTS_PER_COLUMN).clamp(COLUMNS_MIN, COLUMNS_MAX);
         Self::Columns(columns(points, count))
     }
 
-    pub(super) const fn is_thinned(&self) -> bool {
-        matches!(self, Self::Columns(_))
+    /// The same by rulers, which keep what is lower lower.
+    pub(super) fn placed(&self, x: &Ruler, y: &Ruler) -> Self {
+        match self {
+            Self::Marks(points) => Self::Marks(placed(points, x, y)),
+            Self::Columns(columns) => Self::Columns(
+                columns
+                    .iter()
+                    .map(|column| Column {
+                        x: (x.place(column.x.0), x.place(column.x.1)),
+                        lowest: y.place(column.lowest),
+                        low: y.place(column.low),
+                        median: y.place(column.median),
+                        high: y.place(column.high),
+                        highest: y.place(column.highest),
+                        ..*column
+                    })
+                    .collect(),
+            ),
+        }
     }
 
     /// What is drawn.
@@ -91,6 +112,11 @@ impl Cloud {
     }
 }
 
+/// Whether so many points are more than are drawn each.
+pub(super) const fn is_thinned(count: usize) -> bool {
+    count > MARKS_MAX
+}
+
 /// Medians of columns wide enough that the noise in them averages out.
 pub(super) fn medians(points: &[Point]) -> Vec<Point> {
     let count = (0.7 * (points.len() as f64).sqrt()) as usize;
@@ -101,8 +127,12 @@ pub(super) fn medians(points: &[Point]) -> Vec<Point> {
         .collect()
 }
 
-/// Columns of equal width; those without a point are absent.
+/// Columns of equal width; those without a point are absent. A channel that takes few values has a
+/// column for each, apart from its neighbours.
 pub(super) fn columns(points: &[Point], count: usize) -> Vec<Column> {
+    if let Some(levels) = levels(points, count) {
+        return of_levels(points, &levels);
+    }
     let (first, last) = ends(points.iter().map(|point| point.0));
     let width = (last - first) / count.max(1) as f64;
     let mut held: Vec<Vec<f64>> = vec![Vec::new(); count.max(1)];
@@ -110,21 +140,57 @@ pub(super) fn columns(points: &[Point], count: usize) -> Vec<Column> {
         let index = if width > 0.0 { ((x - first) / width) as usize } else { 0 };
         held[index.min(count.saturating_sub(1))].push(*y);
     }
-    let column = |(index, mut values): (usize, Vec<f64>)| {
-        values.sort_by(f64::total_cmp);
-        let begin = first + width * index as f64;
-        Some(Column {
-            index,
-            x: (begin, begin + width),
-            count: values.len(),
-            lowest: *values.first()?,
-            low: quantile(&values, 0.05)?,
-            median: quantile(&values, 0.5)?,
-            high: quantile(&values, 0.95)?,
-            highest: *values.last()?,
-        })
-    };
-    held.into_iter().enumerate().filter_map(column).collect()
+    let begin = |index: usize| first + width * index as f64;
+    let all = held.into_iter().enumerate();
+    all.filter_map(|(i, values)| column(i, (begin(i), begin(i) + width), values)).collect()
+}
+
+fn column(index: usize, x: (f64, f64), mut values: Vec<f64>) -> Option<Column> {
+    values.sort_by(f64::total_cmp);
+    Some(Column {
+        index,
+        x,
+        count: values.len(),
+        lowest: *values.first()?,
+        low: quantile(&values, 0.05)?,
+        median: quantile(&values, 0.5)?,
+        high: quantile(&values, 0.95)?,
+        highest: *values.last()?,
+    })
+}
+
+/// The values that x takes, rising, where they are at most so many and each comes often.
+fn levels(points: &[Point], most: usize) -> Option<Vec<f64>> {
+    let mut levels: Vec<f64> = Vec::new();
+    for (x, _) in points.iter().filter(|(x, y)| x.is_finite() && y.is_finite()) {
+        if let Err(at) = levels.binary_search_by(|level| level.total_cmp(&unsigned_zero(*x))) {
+            levels.insert(at, unsigned_zero(*x));
+        }
+        if levels.len() > most || levels.len() * MEDIAN_OF_MIN > points.len() {
+            return None;
+        }
+    }
+    (levels.len() > 1).then_some(levels)
+}
+
+/// The two zeros as one value.
+fn unsigned_zero(x: f64) -> f64 {
+    x + 0.0
+}
+
+fn of_levels(points: &[Point], levels: &[f64]) -> Vec<Column> {
+    let nearest = levels.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+    let half = LEVEL_SHARE / 2.0 * nearest;
+    let mut held: Vec<Vec<f64>> = vec![Vec::new(); levels.len()];
+    for (x, y) in points.iter().filter(|(_, y)| y.is_finite()) {
+        if let Ok(at) = levels.binary_search_by(|level| level.total_cmp(&unsigned_zero(*x))) {
+            held[at].push(*y);
+        }
+    }
+    // Every other index: neighbours are not one band.
+    let all = levels.iter().zip(held).enumerate();
+    all.filter_map(|(i, (level, values))| column(2 * i, (level - half, level + half), values))
+        .collect()
 }
 
 /// The value below which that share of `sorted` lies, between neighbours in proportion.
@@ -176,6 +242,17 @@ mod tests {
         assert!(columns(&[], 5).is_empty());
         assert!(columns(&[(f64::NAN, 1.0), (1.0, f64::INFINITY)], 5).is_empty());
         assert_eq!(columns(&[(2.0, 1.0), (2.0, 3.0)], 5).len(), 1, "a constant is one column");
+    }
+
+    #[test]
+    fn each_of_a_few_values_has_its_column() {
+        let mut points: Vec<_> =
+            (0..900).map(|i| (f64::from(i % 3), f64::from(i % 3) * 2.0)).collect();
+        points[0].0 = -0.0;
+        let columns = columns(&points, 40);
+        let seen: Vec<_> = columns.iter().map(|c| (c.index, c.middle(), c.median)).collect();
+        assert_eq!(seen, [(0, 0.0, 0.0), (2, 1.0, 2.0), (4, 2.0, 4.0)]);
+        assert!((columns[0].x.1 - 0.35).abs() < 1e-12);
     }
 
     proptest! {

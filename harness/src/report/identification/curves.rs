@@ -2,7 +2,7 @@
 
 use super::super::frame::{Frame, SCALE};
 use super::super::palette::REFERENCE;
-use super::cloud::{Cloud, ends, medians};
+use super::cloud::{Cloud, ends, is_thinned, medians};
 use super::download::Table;
 use super::draw::{AFTER, draw_cloud, draw_dots, draw_line, draw_medians, draw_zero, shown_range};
 use super::meaning::{axis_name, title};
@@ -46,7 +46,8 @@ fn figure(curve: &EffectCurve, block: &BlockDiagnostics, name: &str) -> Markup {
     if points.is_empty() {
         return html! {};
     }
-    let cloud = Cloud::of(&observed);
+    let raw_cloud = Cloud::of(&curve.observed);
+    let cloud = raw_cloud.placed(&x, &y);
     let is_line = is_line(&points);
     let frame = Frame::wide(
         x.axis(curve.points.iter().chain(&curve.observed).map(|p| p.0)),
@@ -77,15 +78,14 @@ fn figure(curve: &EffectCurve, block: &BlockDiagnostics, name: &str) -> Markup {
                     }
                 }
                 p { (explanation(curve, is_line)) }
-                (thinned(&cloud, observed.len(), beyond))
+                (thinned(observed.len(), beyond))
                 p.small {
                     "Data: "
                     (Table::of_points(&curve.driver, &format!("effect in {}", curve.unit), &curve.points)
                         .link(name))
                     @if !curve.observed.is_empty() {
                         " of the line, "
-                        (Cloud::of(&curve.observed)
-                            .table(&curve.driver, &format!("observed in {}", curve.unit))
+                        (raw_cloud.table(&curve.driver, &format!("observed in {}", curve.unit))
                             .link(&format!("{name}-observed")))
                         " of the observations"
                     }
@@ -102,7 +102,7 @@ fn explanation(curve: &EffectCurve, is_line: bool) -> &'static str {
              beside it; the residuals below show what it changed."
         }
         (false, true) => {
-            "Where the dark dots follow the line, the effect is in the data and not only in the model."
+            "Where the joined dots follow the line, the effect is in the data and not only in the model."
         }
         (false, false) => {
             "The effect depends on a second cause too, so that it is no line over the first alone."
@@ -111,11 +111,12 @@ fn explanation(curve: &EffectCurve, is_line: bool) -> &'static str {
 }
 
 /// A sentence on what is not drawn one by one.
-pub(super) fn thinned(cloud: &Cloud, count: usize, beyond: usize) -> Markup {
+pub(super) fn thinned(count: usize, beyond: usize) -> Markup {
+    let is_thinned = is_thinned(count);
     html! {
-        @if cloud.is_thinned() || beyond > 0 {
+        @if is_thinned || beyond > 0 {
             p.small {
-                @if cloud.is_thinned() {
+                @if is_thinned {
                     (count) " points, drawn as columns: pale from the lowest to the highest, bold without "
                     "the outer 5 % at either end. "
                 }

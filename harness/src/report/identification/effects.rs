@@ -40,8 +40,12 @@ fn card(effect: &Effect, finding: &Finding, diagnostics: &Diagnostics) -> Markup
             p.small {
                 "Without it the error on data left out of the fit would be "
                 (figures::quantity(effect.held_out_before, 0.0, unit)) ", with it it is "
-                (figures::quantity(effect.held_out_after, 0.0, unit)) ". Noise alone gives as strong a "
-                "sign with a probability " (probability(effect.p_value)) "."
+                (figures::quantity(effect.held_out_after, 0.0, unit))
+                @if effect.held_out_after >= effect.held_out_before {
+                    ": there it does not help, beside all else that was found"
+                }
+                ". Noise alone gives as strong a sign with a probability "
+                (probability(effect.p_value)) "."
             }
             @if !effect.rivals.is_empty() { (rivals(effect)) }
         }
@@ -58,7 +62,8 @@ fn size(effect: &Effect, curve: Option<&EffectCurve>) -> String {
         let written: Vec<String> = sizes.iter().map(|p| parameter(p)).collect();
         format!("Size: {}", written.join(", "))
     } else {
-        format!("A curve through {} values", sizes.len())
+        let what = if effect.drivers.len() > 1 { "surface" } else { "curve" };
+        format!("A {what} through {} values", sizes.len())
     };
     let causes: Vec<String> = effect.drivers.iter().map(|driver| cause(driver)).collect();
     if !causes.is_empty() {

@@ -43,8 +43,8 @@ fn verdict(finding: &Finding) -> String {
     };
     match finding.verdict {
         Verdict::Explained => format!(
-            "The model given lacked {effects}. With that, what remains looks like noise alone, and the \
-             error on data that took no part in the fit fell."
+            "The model given lacked {effects}. What was found lowers the error on data that took no part in \
+             the fit, and no further cause shows in what remains."
         ),
         Verdict::NothingMissing => {
             "The model given leaves nothing but noise: these data give no reason to add anything."
@@ -65,7 +65,8 @@ fn verdict(finding: &Finding) -> String {
 fn errors(held_out: &HeldOut) -> Markup {
     let HeldOut { quantity, unit, before, after, ci95: [low, high], folds, .. } = held_out;
     let change = 100.0 * (after - before) / before;
-    let figure = |value: f64| figures::value(value, 0.0);
+    // A quarter of a 95 % interval is about a standard error: it says which digits count.
+    let figure = |value: f64| figures::value(value, (high - low) / 4.0);
     html! {
         p.change {
             @if let Some(quantity) = quantity { code { (quantity) } " " }

@@ -1,11 +1,35 @@
 //! What the model does not explain, and the experiment that would tell more.
 
 use super::meaning::{cause, title};
+use super::whiteness::Whiteness;
 use identification::finding::{Finding, Verdict};
+use identification::outcome::{BlockDiagnostics, Diagnostics};
 use maud::{Markup, html};
 
 /// What remains, and why nothing was added for it.
-pub(super) fn left(finding: &Finding) -> Markup {
+pub(super) fn left(finding: &Finding, diagnostics: &Diagnostics) -> Markup {
+    html! {
+        (causes(finding))
+        @for block in &diagnostics.blocks { (memory(block)) }
+    }
+}
+
+/// Whether what remains of an observed quantity still remembers.
+fn memory(block: &BlockDiagnostics) -> Markup {
+    let white = Whiteness::of(block);
+    html! {
+        @if !white.is_white() {
+            p {
+                "What remains of " code { (block.label) } " is not new in every observation: "
+                (white.outside) " of " (white.lags) " autocorrelations are larger than noise makes them, "
+                "where about " (format!("{:.0}", white.expected)) " would be by chance. Standard errors "
+                "of its numbers may be too small."
+            }
+        }
+    }
+}
+
+fn causes(finding: &Finding) -> Markup {
     html! {
         @if finding.left.is_empty() {
             @if finding.verdict == Verdict::StructureLeft {
@@ -14,7 +38,7 @@ pub(super) fn left(finding: &Finding) -> Markup {
                     "data. The figures below show it."
                 }
             } @else {
-                p { "Nothing that could be told from noise." }
+                p { "No cause that was tried shows in what remains." }
             }
         } @else {
             p {

@@ -31,8 +31,9 @@ pub(super) fn figures(block: &BlockDiagnostics, most: usize) -> Markup {
         @if block.before.is_empty() { p.missing { "There is no residual." } } @else {
             p {
                 "What the model explains leaves an even band around zero; what it misses bends the band "
-                "or widens it. The dark dots are medians of neighbours."
+                "or widens it. The joined dots are medians. Before and after have one scale."
             }
+            div.small { (how_drawn(block)) }
             div.plots { @for over in drawn.iter().take(most) { (figure(block, over, &y, range)) } }
         }
         @if left_out > 0 { p.missing { (left_out) " more channels are not drawn." } }
@@ -87,13 +88,19 @@ fn figure(block: &BlockDiagnostics, over: &Over, y: &Ruler, range: (f64, f64)) -
     let panels = sides.map(|(when, raw, outliers, colour)| {
         let frame = Frame::small(x.axis(over.values.iter().copied()), y.axis([range.0, range.1]));
         let name = format!("{}-residual-over-{}-{when}", block.label, over.name);
-        let drawn = panel(&frame, &name, &placed(&raw, &x, y), &placed(&outliers, &x, y), colour);
+        let cloud = Cloud::of(&raw);
+        let drawn = panel(
+            &frame,
+            &name,
+            &cloud.placed(&x, y),
+            &placed(&raw, &x, y),
+            &placed(&outliers, &x, y),
+            colour,
+        );
         let label = |name: &str, unit: &str| figures::axis_label(name, unit);
-        let table =
-            Cloud::of(&raw).table(&label(&over.name, &over.unit), &label("residual", &block.unit));
+        let table = cloud.table(&label(&over.name, &over.unit), &label("residual", &block.unit));
         (when, drawn, table.link(&name))
     });
-    let outliers = block.outliers.iter().filter(|is_outlier| **is_outlier).count();
     let beyond = panels.iter().map(|(_, panel, _)| panel.beyond).max().unwrap_or(0);
     html! {
         figure {
@@ -106,18 +113,25 @@ fn figure(block: &BlockDiagnostics, over: &Over, y: &Ruler, range: (f64, f64)) -
                     }
                 }
             }
-            figcaption {
-                (thinned(&panels[0].1.cloud, over.values.len(), 0))
-                @if beyond > 0 {
-                    p.small {
+            @if beyond > 0 {
+                figcaption {
+                    p {
                         i.mark.outside { "▲" } " at the edge: where points lie beyond it, in each plot at most "
                         (beyond)
                     }
                 }
-                @if outliers > 0 {
-                    p.small { i.mark.outside { "○" } " " (outliers) " taken for outliers, with no weight in the fit" }
-                }
             }
+        }
+    }
+}
+
+/// What each plot of a block has in common.
+fn how_drawn(block: &BlockDiagnostics) -> Markup {
+    let outliers = block.outliers.iter().filter(|is_outlier| **is_outlier).count();
+    html! {
+        (thinned(block.before.len(), 0))
+        @if outliers > 0 {
+            p { i.mark.outside { "○" } " " (outliers) " taken for outliers, with no weight in the fit" }
         }
     }
 }
@@ -125,7 +139,6 @@ fn figure(block: &BlockDiagnostics, over: &Over, y: &Ruler, range: (f64, f64)) -
 /// One plot.
 struct Panel {
     plot: Markup,
-    cloud: Cloud,
     /// Points that lie beyond its edges.
     beyond: usize,
 }
@@ -133,19 +146,19 @@ struct Panel {
 fn panel(
     frame: &Frame,
     name: &str,
+    cloud: &Cloud,
     points: &[Point],
     outliers: &[Point],
     colour: RGBColor,
 ) -> Panel {
-    let cloud = Cloud::of(points);
     let mut beyond = 0;
     let plot = frame.plot(name, |chart| {
-        draw_cloud(chart, &cloud, colour, &frame.y)?;
+        draw_cloud(chart, cloud, colour, &frame.y)?;
         draw_zero(chart, frame)?;
         draw_medians(chart, &medians(points), &frame.y)?;
         draw_rings(chart, outliers, &frame.y)?;
         beyond = draw_beyond(chart, points, frame)?;
         Ok(())
     });
-    Panel { plot, cloud, beyond }
+    Panel { plot, beyond }
 }

@@ -14,6 +14,40 @@ use plotters::style::Color;
 /// 95 % of a normal distribution lie within so many standard deviations.
 const COVERAGE_95: f64 = 1.96;
 
+/// Of pure noise, this share lies outside.
+const OUTSIDE_SHARE: f64 = 0.05;
+
+/// More outside than chance brings by this many of its standard deviations is no chance. Assumption.
+const CHANCE_DEVIATIONS: f64 = 4.0;
+
+/// How many correlations of what remains leave the band.
+pub(super) struct Whiteness {
+    pub outside: usize,
+    pub lags: usize,
+    /// So many of them would by chance.
+    pub expected: f64,
+}
+
+impl Whiteness {
+    pub(super) fn of(block: &BlockDiagnostics) -> Self {
+        let band = band(block);
+        let finite = || block.autocorrelation.1.iter().filter(|value| value.is_finite());
+        let lags = finite().count();
+        let outside = finite().filter(|value| value.abs() > band).count();
+        Self { outside, lags, expected: OUTSIDE_SHARE * lags as f64 }
+    }
+
+    /// Whether that many could be by chance.
+    pub(super) fn is_white(&self) -> bool {
+        self.outside as f64 <= self.expected + CHANCE_DEVIATIONS * self.expected.sqrt()
+    }
+}
+
+/// Half the height of the band in which the correlations of pure noise lie.
+fn band(block: &BlockDiagnostics) -> f64 {
+    COVERAGE_95 / (block.after.len().max(1) as f64).sqrt()
+}
+
 /// Correlation of the residual with itself some observations later.
 pub(super) fn autocorrelation(block: &BlockDiagnostics) -> Markup {
     let lagged = |values: &[f64]| -> Vec<Point> {
@@ -24,7 +58,7 @@ pub(super) fn autocorrelation(block: &BlockDiagnostics) -> Markup {
     if before.is_empty() && after.is_empty() {
         return html! {};
     }
-    let band = COVERAGE_95 / (block.after.len().max(1) as f64).sqrt();
+    let band = band(block);
     let all = || before.iter().chain(&after);
     let frame = Frame::wide(
         Axis::around("observations later", all().map(|p| p.0)),
@@ -40,8 +74,7 @@ pub(super) fn autocorrelation(block: &BlockDiagnostics) -> Markup {
         draw_dots(chart, &before, BEFORE, true)?;
         draw_dots(chart, &after, AFTER, true)
     });
-    let outside = after.iter().filter(|point| point.1.abs() > band).count();
-    let expected = (0.05 * after.len() as f64).round();
+    let Whiteness { outside, lags, expected } = Whiteness::of(block);
     let mut table = Table::new(["observations later", "before", "after"]);
     for index in 0..block.autocorrelation.0.len().max(block.autocorrelation.1.len()) {
         let cell = |values: &[f64]| values.get(index).map_or_else(String::new, |v| number(*v));
@@ -57,8 +90,8 @@ pub(super) fn autocorrelation(block: &BlockDiagnostics) -> Markup {
                 p.legend { span { i.swatch {} "±1.96/√n: 95 % of pure noise lie within" } }
                 p {
                     "Autocorrelation of the residual, the known memory of the noise taken out. Noise that "
-                    "is new each time stays in the band: after, " (outside) " of " (after.len())
-                    " are outside, where about " (expected) " would be by chance."
+                    "is new each time stays in the band: after, " (outside) " of " (lags)
+                    " are outside, where about " (format!("{expected:.0}")) " would be by chance."
                 }
                 p.small { "Data: " (table.link(&format!("{}-autocorrelation", block.label))) }
             }
@@ -127,5 +160,23 @@ pub(super) fn legend() -> Markup {
             span { i.mark.before { "●" } "before" }
             span { i.mark.after { "●" } "after" }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Whiteness;
+    use crate::report::identification::samples::block;
+
+    #[test]
+    fn memory_is_told_from_chance() {
+        let mut block = block(400);
+        block.autocorrelation.1 = (0..60).map(|i| if i < 5 { 0.2 } else { 0.05 }).collect();
+        let few = Whiteness::of(&block);
+        assert_eq!((few.outside, few.lags, few.is_white()), (5, 60, true));
+        block.autocorrelation.1 = vec![0.2; 60];
+        assert!(!Whiteness::of(&block).is_white());
+        block.autocorrelation.1 = Vec::new();
+        assert!(Whiteness::of(&block).is_white(), "nothing says otherwise");
     }
 }
