@@ -208,3 +208,11 @@ fn text_from_outside_is_text() {
     assert!(texts(&document, "img").is_empty());
     assert!(!page.contains("<img"));
 }
+
+/// Writes a page where `HIL_SAMPLE_REPORT` says, to be looked at.
+#[test]
+#[ignore = "for whoever changes the page"]
+fn sample_report() {
+    let path = std::env::var_os("HIL_SAMPLE_REPORT").expect("HIL_SAMPLE_REPORT names a file");
+    std::fs::write(path, page(&finding(), &model(), &diagnostics(300))).unwrap();
+}
