@@ -4,8 +4,10 @@
 //! alone. [`Factor::TemperatureLine`] is Eq. 6: with the error of one full turn on the table
 //! `E_T = slope T + intercept` (Eq. 5), `C_T = 360 / (360 + E_T)`.
 
+use crate::correction::{Corrections, Term};
 use heapless::Vec;
-use serde::{Deserialize, Serialize};
+use serde::ser::SerializeStruct;
+use serde::{Deserialize, Serialize, Serializer};
 use wire::units::{AngularRate, Temperature};
 
 /// Most correction factors in one chain.
@@ -53,7 +55,7 @@ pub struct BiasPoint {
 }
 
 /// A calibration of one gyro: what `set_calibration` loads and a calibration file holds.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
     /// SF of Eq. 4: the nominal scale factor.
@@ -65,6 +67,25 @@ pub struct Calibration {
     /// Bias against temperature, by rising temperature; empty when there is none.
     #[serde(default)]
     pub bias_table: Vec<BiasPoint, BIAS_POINTS_MAX>,
+    /// Terms of an identified model, taken off beside the factors; see [`crate::correction`].
+    #[serde(default)]
+    pub corrections: Corrections,
+}
+
+impl Serialize for Calibration {
+    /// In text an empty list of corrections is left out; a form that is read by position has it.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let with_corrections = !serializer.is_human_readable() || !self.corrections.is_empty();
+        let fields = 3 + usize::from(with_corrections);
+        let mut calibration = serializer.serialize_struct("Calibration", fields)?;
+        calibration.serialize_field("scale", &self.scale)?;
+        calibration.serialize_field("factors", &self.factors)?;
+        calibration.serialize_field("bias_table", &self.bias_table)?;
+        if with_corrections {
+            calibration.serialize_field("corrections", &self.corrections)?;
+        }
+        calibration.end()
+    }
 }
 
 fn unity() -> f64 {
@@ -73,13 +94,18 @@ fn unity() -> f64 {
 
 impl Default for Calibration {
     fn default() -> Self {
-        Self { scale: 1.0, factors: Vec::new(), bias_table: Vec::new() }
+        Self {
+            scale: 1.0,
+            factors: Vec::new(),
+            bias_table: Vec::new(),
+            corrections: Corrections::new(),
+        }
     }
 }
 
 impl Calibration {
-    /// Every number is finite, every factor plausible over -40 to +85 degC, and the table rises in
-    /// temperature.
+    /// Every number is finite, every factor plausible over -40 to +85 degC, the table rises in
+    /// temperature, and every correction is usable.
     pub fn is_usable(&self) -> bool {
         let cold = Some(Temperature::from_celsius(-40.0));
         let hot = Some(Temperature::from_celsius(85.0));
@@ -91,6 +117,7 @@ impl Calibration {
             })
             && self.bias_table.iter().all(|p| p.celsius.is_finite() && p.bias_deg_per_s.is_finite())
             && self.bias_table.windows(2).all(|pair| pair[0].celsius < pair[1].celsius)
+            && self.corrections.iter().all(Term::is_usable)
     }
 
     /// SF x C1 x C2 ... for a rotation in the direction of `rate` at `temperature`. A factor that needs

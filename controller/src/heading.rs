@@ -1,8 +1,10 @@
-//! From gyro samples to heading: bias off, Eq. 4's factors on, summed over time.
+//! From gyro samples to heading: bias off, Eq. 4's factors on, a model's corrections off, summed over
+//! time.
 
 use crate::calibration::Calibration;
 use crate::clock_watch::ClockWatch;
 use crate::config::{GyroConfig, IntegrationClock, TEMPERATURE_MAX, TEMPERATURE_MIN};
+use crate::correction::{Sum, Watch};
 use wire::gyro::{GyroOutput, GyroSample, Sequence};
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Temperature};
@@ -14,7 +16,7 @@ const TEMPERATURE_UPDATE: Span = Span::from_secs(1);
 /// One sample, understood.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Reading {
-    /// Raw rate: nominally scaled, nothing subtracted.
+    /// Raw rate: nominally scaled, nothing subtracted but the calibration's bias terms.
     pub(crate) raw_rate: AngularRate,
     /// Temperature, if the sample has a credible one.
     pub(crate) temperature: Option<Temperature>,
@@ -36,6 +38,7 @@ pub(crate) struct HeadingIntegrator {
     held: bool,
     bias: AngularRate,
     calibration: Calibration,
+    corrections: Watch,
     gain_ccw: f64,
     gain_cw: f64,
     temperature: Option<Temperature>,
@@ -62,6 +65,7 @@ impl HeadingIntegrator {
             held: false,
             bias: AngularRate::ZERO,
             calibration: Calibration::default(),
+            corrections: Watch::default(),
             gain_ccw: 1.0,
             gain_cw: 1.0,
             temperature: None,
@@ -105,6 +109,9 @@ impl HeadingIntegrator {
     }
 
     pub(crate) fn set_calibration(&mut self, calibration: Calibration) {
+        if calibration.corrections != self.calibration.corrections {
+            self.corrections.begin(&calibration.corrections);
+        }
         self.calibration = calibration;
         self.update_gains();
     }
@@ -155,6 +162,7 @@ impl HeadingIntegrator {
             _ => 0,
         };
         self.last_sequence = sample.sequence;
+        self.corrections.hear(now);
         let temperature =
             sample.temperature.filter(|t| (TEMPERATURE_MIN..=TEMPERATURE_MAX).contains(t));
         if let Some(temperature) = temperature {
@@ -185,10 +193,12 @@ impl HeadingIntegrator {
                 }
                 _ => period_s,
             };
-            self.corrected(raw_rate) * span_s
+            self.corrected(now, raw_rate) * span_s
         } else {
-            (self.corrected(raw_rate) + self.corrected(bridge) * f64::from(lost)) * period_s
+            let bridged = self.corrected(now, bridge) * f64::from(lost);
+            (self.corrected(now, raw_rate) + bridged) * period_s
         };
+        let less_known = raw_rate - self.known_bias(now, raw_rate);
         if !self.held {
             self.heading += Angle::from_rad(step);
         }
@@ -197,7 +207,7 @@ impl HeadingIntegrator {
         self.samples += 1;
         self.samples_lost += u64::from(lost);
         let clock_ratio = self.watch.sample(now, lost);
-        Reading { raw_rate, temperature, lost, after_silence, clock_ratio }
+        Reading { raw_rate: less_known, temperature, lost, after_silence, clock_ratio }
     }
 
     /// So many samples may have been due since the last one arrived. A running number that says more
@@ -209,9 +219,35 @@ impl HeadingIntegrator {
     }
 
     /// rad/s
-    fn corrected(&self, raw: AngularRate) -> f64 {
+    fn corrected(&self, now: Timestamp, raw: AngularRate) -> f64 {
         let rate = raw.rad_per_s() - self.bias.rad_per_s();
-        rate * if rate < 0.0 { self.gain_cw } else { self.gain_ccw }
+        if self.calibration.corrections.is_empty() {
+            return rate * self.gain(rate);
+        }
+        let sum = self.sum(now, rate, self.bias);
+        let rate = rate - sum.bias;
+        rate * self.gain(rate) / sum.scale
+    }
+
+    /// What the calibration's terms know of the bias.
+    fn known_bias(&self, now: Timestamp, raw: AngularRate) -> AngularRate {
+        if self.calibration.corrections.is_empty() {
+            return AngularRate::ZERO;
+        }
+        // Of this a bias test makes the new bias: the old one must not be part of it.
+        let sum = self.sum(now, raw.rad_per_s() - self.bias.rad_per_s(), AngularRate::ZERO);
+        AngularRate::from_rad_per_s(sum.bias)
+    }
+
+    fn sum(&self, now: Timestamp, less_bias: f64, tested_bias: AngularRate) -> Sum {
+        let terms = &self.calibration.corrections;
+        self.corrections
+            .sum(now, terms, less_bias, self.heading, tested_bias, |rate| self.gain(rate))
+    }
+
+    /// The factors of Eq. 4 for the direction of `rate`.
+    const fn gain(&self, rate: f64) -> f64 {
+        if rate < 0.0 { self.gain_cw } else { self.gain_ccw }
     }
 
     fn average_temperature(&mut self, now: Timestamp, temperature: Temperature) {
@@ -221,7 +257,9 @@ impl HeadingIntegrator {
             return;
         }
         let mean = self.temperature_sum / f64::from(self.temperature_count);
-        self.temperature = Some(Temperature::from_celsius(mean));
+        let mean = Temperature::from_celsius(mean);
+        self.temperature = Some(mean);
+        self.corrections.tell(now, mean, &self.calibration.corrections);
         self.temperature_sum = 0.0;
         self.temperature_count = 0;
         self.temperature_due = now + TEMPERATURE_UPDATE;
@@ -238,140 +276,4 @@ impl HeadingIntegrator {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::{HeadingIntegrator, IntegrationClock};
-    use crate::calibration::{Calibration, Factor};
-    use crate::config::GyroConfig;
-    use proptest::prelude::*;
-    use wire::gyro::{GyroOutput, GyroSample, GyroStatus, Sequence};
-    use wire::time::{Span, Timestamp};
-    use wire::units::{Angle, AngularRate, Temperature};
-
-    const PERIOD: Span = Span::from_millis(10);
-
-    fn sample(output: GyroOutput, number: u32) -> GyroSample {
-        GyroSample {
-            output,
-            valid: true,
-            status: GyroStatus::default(),
-            temperature: Some(Temperature::from_celsius(25.0)),
-            sequence: Some(Sequence { value: number as u8, modulus: 256 }),
-        }
-    }
-
-    fn at(n: u32) -> Timestamp {
-        Timestamp::ZERO + PERIOD * i64::from(n)
-    }
-
-    /// One turn in 12 s, in whichever form.
-    fn turn(n: u32) -> Angle {
-        Angle::from_deg(360.0 / 1_200.0 * f64::from(n))
-    }
-
-    #[test]
-    fn rate_increment_and_integrated_angle_agree() {
-        let rate = turn(1) / PERIOD;
-        type Form = (&'static str, fn(u32, AngularRate) -> GyroOutput);
-        let forms: [Form; 3] = [
-            ("rate", |_, rate| GyroOutput::Rate(rate)),
-            ("increment", |_, _| GyroOutput::Increment(turn(1))),
-            ("integrated", |n, _| GyroOutput::Integrated(turn(n).wrapped())),
-        ];
-        for (name, form) in forms {
-            let mut integrator = HeadingIntegrator::new(&GyroConfig::default());
-            // The first integrated angle is the origin.
-            integrator.sample(at(0), &sample(form(0, AngularRate::ZERO), 0), 0);
-            integrator.set_heading(Angle::ZERO);
-            for n in 1..=1_200 {
-                integrator.sample(at(n), &sample(form(n, rate), n), 0);
-            }
-            assert!((integrator.heading().deg() - 360.0).abs() < 1e-9, "{name}");
-        }
-    }
-
-    #[test]
-    fn bias_and_factors_are_those_of_eq_4() {
-        let mut integrator = HeadingIntegrator::new(&GyroConfig::default());
-        integrator.set_bias(AngularRate::from_deg_per_s(0.1));
-        let line = Factor::TemperatureLine { slope_deg_per_celsius: -0.52, intercept_deg: 19.23 };
-        integrator.set_calibration(Calibration {
-            factors: [line].into_iter().collect(),
-            ..Calibration::default()
-        });
-        for n in 0..1_000 {
-            let output = GyroOutput::Rate(AngularRate::from_deg_per_s(30.1));
-            integrator.sample(at(n), &sample(output, n), 0);
-        }
-        let expected = 300.0 * 360.0 / (379.23 - 0.52 * 25.0);
-        assert!((integrator.heading().deg() - expected).abs() < 1e-9);
-    }
-
-    #[test]
-    fn a_held_heading_stays_and_the_samples_count_on() {
-        let mut integrator = HeadingIntegrator::new(&GyroConfig::default());
-        let output = GyroOutput::Rate(AngularRate::from_deg_per_s(0.01));
-        integrator.hold(true);
-        for n in 0..100 {
-            integrator.sample(at(n), &sample(output, n), 0);
-        }
-        assert_eq!((integrator.heading(), integrator.samples()), (Angle::ZERO, 100));
-        integrator.hold(false);
-        integrator.sample(at(100), &sample(output, 100), 0);
-        assert!(integrator.heading() > Angle::ZERO);
-    }
-
-    #[test]
-    fn silence_is_not_bridged() {
-        let mut integrator = HeadingIntegrator::new(&GyroConfig::default());
-        let output = GyroOutput::Rate(AngularRate::from_deg_per_s(10.0));
-        integrator.sample(at(0), &sample(output, 0), 0);
-        let reading = integrator.sample(at(500), &sample(output, 244), 0);
-        assert!(reading.lost == 0 && reading.after_silence);
-        assert!((integrator.heading().deg() - 0.2).abs() < 1e-9);
-    }
-
-    #[test]
-    fn host_time_follows_a_slow_gyro_and_sample_count_does_not() {
-        for (clock, expected) in
-            [(IntegrationClock::Samples, 30.0), (IntegrationClock::HostTime, 30.9)]
-        {
-            let config = GyroConfig { clock, ..GyroConfig::default() };
-            let mut integrator = HeadingIntegrator::new(&config);
-            let rate = GyroOutput::Rate(AngularRate::from_deg_per_s(3.0));
-            for n in 0..1_000 {
-                let arrival = Timestamp::ZERO + Span::from_micros(10_300) * i64::from(n);
-                integrator.sample(arrival, &sample(rate, n), 0);
-            }
-            assert!((integrator.heading().deg() - expected).abs() < 0.01, "{clock:?}");
-        }
-    }
-
-    #[test]
-    fn a_number_that_repeats_or_leaps_is_not_bridged() {
-        let rate = GyroOutput::Rate(AngularRate::from_deg_per_s(30.0));
-        let mut integrator = HeadingIntegrator::new(&GyroConfig::default());
-        integrator.sample(at(0), &sample(rate, 0), 0);
-        integrator.sample(at(1), &sample(rate, 1), 0);
-        integrator.sample(at(1), &sample(rate, 1), 0);
-        assert!((integrator.heading().deg() - 0.6).abs() < 1e-9, "doubled");
-        integrator.sample(at(2), &sample(rate, 200), 0);
-        integrator.sample(at(3), &sample(rate, 3), 0);
-        assert!((integrator.heading().deg() - 1.2).abs() < 1e-9, "leapt and back");
-        assert_eq!((integrator.samples(), integrator.samples_lost()), (4, 0));
-    }
-
-    proptest! {
-        #[test]
-        fn lost_samples_are_bridged_and_counted(lost in prop::collection::btree_set(2u32..998, 0..200)) {
-            let mut integrator = HeadingIntegrator::new(&GyroConfig::default());
-            // A ramp: the mean of the neighbours is exact when one sample is lost.
-            let rate = |n: u32| AngularRate::from_deg_per_s(0.03 * f64::from(n));
-            for n in (0..1_000).filter(|n| !lost.contains(n)) {
-                integrator.sample(at(n), &sample(GyroOutput::Rate(rate(n)), n), 0);
-            }
-            let ideal: f64 = (0..1_000).map(|n| rate(n).deg_per_s() * 0.01).sum();
-            prop_assert_eq!(integrator.samples_lost(), lost.len() as u64);
-            prop_assert!((integrator.heading().deg() - ideal).abs() < 0.05);
-        }
-    }
-}
+mod tests;

@@ -13,6 +13,7 @@
 //!
 //! * [`mission`]: what it is told and what it tells; documented JSON lines for the process.
 //! * [`calibration`]: Eq. 4's chain of factors, Eq. 6, and the table of bias against temperature.
+//! * [`correction`]: the terms of a model that was identified, taken off the rate.
 //! * [`health`]: how far it can be believed, and why.
 //! * [`config`]: ports, limits, gains; every default names its source.
 //! * [`approach`]: the two loops that straight lines and turns share.
@@ -32,6 +33,7 @@ mod bias_test;
 pub mod calibration;
 mod clock_watch;
 pub mod config;
+pub mod correction;
 mod dead_reckoning;
 mod drive;
 mod gyro_input;

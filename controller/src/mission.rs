@@ -11,6 +11,7 @@
 //! {"id":5,"command":{"set_heading_source":"odometry"}}
 //! {"id":6,"command":{"set_bias_method":"temperature_table"}}
 //! {"id":7,"command":{"set_calibration":{"scale":1.0,"factors":[{"temperature_line":{"slope_deg_per_celsius":-0.52,"intercept_deg":19.23}}],"bias_table":[]}}}
+//! {"id":7,"command":{"set_calibration":{"corrections":[{"acts":"bias","driver":"temperature_rate","form":{"linear":{"slope":0.0002,"origin":0.0}}}]}}}
 //! {"id":8,"command":"request_state"}
 //! {"id":9,"command":"stop"}
 //!
@@ -236,7 +237,7 @@ pub enum MissionResult {
 /// What a static bias test found.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BiasTestResult {
-    /// Mean of the raw readings: the bias.
+    /// Mean of the raw readings, less what the corrections know of it: the bias.
     #[serde(rename = "mean_rad_per_s")]
     pub mean: AngularRate,
     /// Standard deviation of the readings.
@@ -331,7 +332,7 @@ pub struct State {
     /// Reference heading minus heading, while a straight line is driven.
     #[serde(rename = "heading_error_rad")]
     pub heading_error: Option<Angle>,
-    /// Mean of the raw readings since the state before.
+    /// Mean of the raw readings since the state before, less what the corrections know of the bias.
     #[serde(rename = "raw_rate_rad_per_s")]
     pub raw_rate: AngularRate,
     /// Bias in force.

@@ -16,10 +16,14 @@
 //! model = "k2a"
 //! transport = "can"
 //! ```
+//!
+//! A gyro may have error terms of its own (`[[gyro.terms]]`, see [`Term`]) and those of a model that
+//! was identified (`learned = "name"`).
 
 use crate::absolute::AbsoluteParameters;
 use crate::base::{BaseParameters, Transport};
 use crate::gyro::GyroParameters;
+use crate::gyro::terms::Term;
 use crate::parameters::{ParameterError, Parameters};
 use crate::table::TableParameters;
 use serde::{Deserialize, Serialize};
@@ -72,6 +76,20 @@ pub struct GyroSection {
     pub upside_down: bool,
     /// Parameters that differ from the model's.
     #[serde(default)]
+    pub parameters: BTreeMap<String, f64>,
+    /// Name of a model that was identified: the gyro errs as it says, on top of everything else.
+    pub learned: Option<String>,
+    /// Further error terms.
+    #[serde(default)]
+    pub terms: Vec<Term>,
+}
+
+/// What a model that was identified says of a gyro.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Learned {
+    /// Error terms.
+    pub terms: Vec<Term>,
+    /// Parameters that have a name.
     pub parameters: BTreeMap<String, f64>,
 }
 
@@ -154,6 +172,8 @@ pub trait ModelSource {
     fn base(&mut self, name: &str) -> Result<BaseModel, Self::Error>;
     /// The table model `name`.
     fn table(&mut self, name: &str) -> Result<TableModel, Self::Error>;
+    /// What the identified model `name` says of a gyro.
+    fn learned(&mut self, name: &str) -> Result<Learned, Self::Error>;
 }
 
 /// Everything it takes to make the devices of a run.
@@ -214,7 +234,14 @@ impl DeviceFile {
         let mut stream = model.stream;
         stream.mode = self.gyro.mode.unwrap_or(stream.mode);
         stream.reversed ^= self.gyro.upside_down;
-        let gyro = (stream, adjusted("gyro", model.parameters, &self.gyro.parameters)?);
+        let mut parameters = model.parameters;
+        if let Some(name) = &self.gyro.learned {
+            let learned = models.learned(name).map_err(failed("gyro"))?;
+            parameters.terms.extend(learned.terms);
+            parameters = adjusted("gyro", parameters, &learned.parameters)?;
+        }
+        parameters.terms.extend(self.gyro.terms.iter().cloned());
+        let gyro = (stream, adjusted("gyro", parameters, &self.gyro.parameters)?);
 
         let mut base = None;
         if let Some(section) = &self.base {

@@ -2,9 +2,11 @@
 
 use emulators::base::Transport;
 use emulators::device_file::{
-    BaseModel, DeviceFile, DeviceFileError, Devices, GyroModel, ModelSource, Mount, TableModel,
+    BaseModel, DeviceFile, DeviceFileError, Devices, GyroModel, Learned, ModelSource, Mount,
+    TableModel,
 };
 use emulators::gyro::{GyroEmulator, INSTABILITY_LONGEST_S, INSTABILITY_SHORTEST_S};
+use emulators::parameters::Parameters as _;
 use emulators::table::TableEmulator;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
@@ -36,6 +38,10 @@ impl ModelSource for Folder {
 
     fn table(&mut self, name: &str) -> Result<TableModel, Self::Error> {
         read(&format!("tables/{name}.toml"))
+    }
+
+    fn learned(&mut self, _: &str) -> Result<Learned, Self::Error> {
+        toml::from_str("").map(|()| Learned::default())
     }
 }
 
@@ -138,6 +144,27 @@ fn increments_of_a_fast_clock_add_up() {
     file.gyro.mode = Some(OutputMode::Rate);
     let rates = turn_by_bytes(&file.resolve(&mut Folder).unwrap(), 28_800);
     assert!((rates - 360.0 * 1.02).abs() < 0.05, "{rates}");
+}
+
+#[test]
+fn a_device_file_spells_out_terms_and_plans_may_change_them() {
+    let head =
+        "title = 'x'\nmount = 'table'\n[gyro]\nmodel = 'navigator'\n[table]\nmodel = 'stepper'\n";
+    let with = |term: &str| {
+        let file: DeviceFile = toml::from_str(&format!("{head}[[gyro.terms]]\n{term}\n"))?;
+        Ok::<_, toml::de::Error>(file.resolve(&mut Folder).map(|devices| devices.gyro.1))
+    };
+    let good = "acts = 'bias'\ndriver = { temperature_lag = { time_constant_s = 60 } }\n\
+                form = { linear = { slope = 1e-6, origin = 25 } }";
+    let mut parameters = with(good).unwrap().unwrap();
+    parameters.set("terms.0.slope", 2e-6).unwrap();
+    parameters.set("terms.0.time_constant_s", 120.0).unwrap();
+    assert!(parameters.set("terms.0.period", 1.0).is_err());
+    assert!(parameters.set("terms.0.time_constant_s", 0.0).is_err());
+    let bad = "acts = 'bias'\ndriver = 'time'\n\
+               form = { table = { points = [{ x = 1, value = 0 }, { x = 1, value = 2 }] } }";
+    assert!(with(bad).unwrap().is_err(), "a table that does not rise");
+    assert!(with("acts = 'bias'\nform = { cosine = { value = 1 } }").is_err());
 }
 
 #[test]

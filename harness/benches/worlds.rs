@@ -3,6 +3,7 @@
 //! `cargo bench -p harness --bench worlds`. Each figure is the median of [`RUNS`] runs in this process;
 //! best and worst stand beside it, because a shared machine is noisy. The world runs on one core.
 
+use harness::made::Made;
 use harness::record::sink::{Level, NullSink, RecordSink};
 use harness::run::{Prepared, simulate};
 use harness::run_folder::RunFolder;
@@ -41,7 +42,7 @@ fn main() {
 }
 
 fn prepared(plan: &str) -> Prepared {
-    Prepared::load(plan, &BTreeMap::new()).expect("a shipped plan is right")
+    Prepared::load(plan, &Made::default()).expect("a shipped plan is right")
 }
 
 fn sink_in(

@@ -13,7 +13,7 @@
 //!
 //! From file to verdict:
 //! * [`plan`]: what a plan file may say. [`library`]: plans, device files and calibrations that ship.
-//! * [`calibrations`]: what one plan makes and a later one uses.
+//! * [`calibrations`], [`models`], [`made`]: what one plan makes and a later one uses.
 //! * [`engine`]: the steps of a plan, without IO and without a clock.
 //! * [`world`]: where plan, controller and devices meet. [`link`]: the lines between them.
 //! * [`observation`], [`record`]: what was measured, and everything that happened.
@@ -31,9 +31,10 @@
 //!
 //! ```
 //! use harness::run::{Prepared, verdicts};
+//! use harness::made::Made;
 //! use std::collections::BTreeMap;
 //!
-//! let prepared = Prepared::load("straight-accuracy", &BTreeMap::new())?;
+//! let prepared = Prepared::load("straight-accuracy", &Made::default())?;
 //! let run = verdicts(&prepared, 1, &BTreeMap::new(), &mut |_| true);
 //! assert!(run.is_complete());
 //! for measurement in &run.measurements {
@@ -57,6 +58,8 @@ pub mod library;
 pub mod link;
 #[cfg(feature = "live")]
 pub mod live;
+pub mod made;
+pub mod models;
 pub mod observation;
 pub mod outcome;
 pub mod plan;

@@ -85,6 +85,8 @@ pub enum Kind {
     TableModel,
     /// A calibration of a gyro.
     Calibration,
+    /// A model that was identified.
+    Model,
     /// A bench file: which port plays which role.
     Bench,
 }
@@ -99,6 +101,7 @@ impl Kind {
             Self::BaseModel => "devices/bases",
             Self::TableModel => "devices/tables",
             Self::Calibration => "calibrations",
+            Self::Model => "models",
             Self::Bench => "benches",
         }
     }
@@ -113,6 +116,7 @@ impl std::fmt::Display for Kind {
             Self::BaseModel => "base model",
             Self::TableModel => "table model",
             Self::Calibration => "calibration",
+            Self::Model => "identified model",
             Self::Bench => "bench",
         })
     }

@@ -16,6 +16,8 @@ use crate::calibrations::{self, CalibrationError};
 use crate::checks::judge_all;
 use crate::engine::{Action, Ending, Engine};
 use crate::library::{Kind, Library, LibraryError};
+use crate::made::Made;
+use crate::models::{self, ModelError};
 use crate::observation::Observation;
 use crate::outcome::{Measurement, Outcome};
 use crate::plan::{Plan, PlanError};
@@ -25,6 +27,7 @@ use crate::world::bench::{Bench, DevicesError, load_devices};
 use crate::world::simulated::{Progress, SimulatedWorld};
 use controller::calibration::Calibration;
 use emulators::device_file::Devices;
+use identification::model::Model;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::time::Timestamp;
@@ -51,6 +54,10 @@ pub enum PrepareError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Calibration(#[from] CalibrationError),
+    /// An identified model is missing or not right.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Model(#[from] ModelError),
 }
 
 /// A plan and everything that it names, read and checked.
@@ -62,20 +69,23 @@ pub struct Prepared {
     pub devices: Devices,
     /// The calibrations that it uses.
     pub calibrations: BTreeMap<String, Calibration>,
+    /// The identified models that it uses.
+    pub models: BTreeMap<String, Model>,
 }
 
 impl Prepared {
-    /// Reads the plan of that name or path. `made` are calibrations that earlier plans made.
+    /// Reads the plan of that name or path. `made` is what earlier plans made.
     ///
     /// # Errors
     ///
     /// When anything is missing or not right.
-    pub fn load(name: &str, made: &BTreeMap<String, Calibration>) -> Result<Self, PrepareError> {
+    pub fn load(name: &str, made: &Made) -> Result<Self, PrepareError> {
         let library = Library::beside(name);
         let plan = load_plan(&library, name)?;
         let devices = load_devices(&library, plan.devices.as_str())?;
-        let calibrations = calibrations::load(&plan, &library, made)?;
-        Ok(Self { plan: Arc::new(plan), devices, calibrations })
+        let calibrations = calibrations::load(&plan, &library, &made.calibrations)?;
+        let models = models::load(&plan, &library, &made.models)?;
+        Ok(Self { plan: Arc::new(plan), devices, calibrations, models })
     }
 
     /// What the record says about itself.
@@ -115,8 +125,8 @@ pub struct Simulated {
     pub events: u64,
     /// Everything observed, by quantity.
     pub observations: Vec<Observation>,
-    /// Calibrations that the plan made.
-    pub made: BTreeMap<String, Calibration>,
+    /// Calibrations and models that the plan made.
+    pub made: Made,
     /// What the lines dropped for want of room.
     pub dropped: u64,
 }
@@ -135,14 +145,11 @@ pub fn simulate(
         prepared.calibrations.clone(),
         bench.facts(),
         Timestamp::ZERO,
-    );
+    )
+    .with_models(prepared.models.clone());
     let mut world = SimulatedWorld::new(bench, engine).with_answers(answers.clone());
-    let mut made = BTreeMap::new();
-    let mut keep = |action: &Action| {
-        if let Action::SaveCalibration { name, calibration } = action {
-            made.insert(name.clone(), calibration.clone());
-        }
-    };
+    let mut made = Made::default();
+    let mut keep = |action: &Action| made.keep(action);
     let mut ending = world.run(sink, &mut keep, pulse);
     sink.finish();
     if let Some(error) = sink.failed() {
@@ -166,8 +173,8 @@ pub struct Verdicts {
     pub ending: Ending,
     /// What was measured.
     pub measurements: Vec<Measurement>,
-    /// Calibrations that the plan made.
-    pub made: BTreeMap<String, Calibration>,
+    /// Calibrations and models that the plan made.
+    pub made: Made,
 }
 
 impl Verdicts {

@@ -2,6 +2,7 @@
 
 use crate::bench_file::BenchFile;
 use crate::engine::{Action, Engine};
+use crate::made::Made;
 use crate::outcome::Outcome;
 use crate::record::sink::RecordSink as _;
 use crate::run::{Completed, Options, Prepared, Simulated, keep, summarise};
@@ -9,7 +10,6 @@ use crate::run_folder::{RunFolder, RunFolderError};
 use crate::world::bench::Bench;
 use crate::world::live::{DeviceUnderTest, LiveError, LiveWorld};
 use crate::world::simulated::Progress;
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::time::Timestamp;
 
@@ -52,7 +52,8 @@ pub fn run_live_to_folder(
         prepared.calibrations.clone(),
         bench.facts(),
         Timestamp::ZERO,
-    );
+    )
+    .with_models(prepared.models.clone());
     let device_under_test = match &bench_file.controller {
         Some(controller) => DeviceUnderTest::Command(controller.command.clone()),
         None => device_under_test,
@@ -64,12 +65,8 @@ pub fn run_live_to_folder(
         device_under_test.clone(),
         bench_file.ports(),
     )?;
-    let mut made = BTreeMap::new();
-    let mut keep_made = |action: &Action| {
-        if let Action::SaveCalibration { name, calibration } = action {
-            made.insert(name.clone(), calibration.clone());
-        }
-    };
+    let mut made = Made::default();
+    let mut keep_made = |action: &Action| made.keep(action);
     let mut end = world.run(&folder.file(DEVICE_LOG), &mut sink, &mut keep_made, pulse)?;
     sink.finish();
     if let Some(error) = sink.failed() {

@@ -2,11 +2,11 @@
 
 use crate::dataset::{Dataset, Kind};
 use crate::finding::{Figure, Finding, Left, SCHEMA, Verdict};
-use crate::model::{Model, Shape, Term, exposure};
+use crate::model::{Acts, Model, Shape, Term, exposure};
 use crate::noise::{self, Layout, NoiseModel};
 use crate::outcome::{self, Diagnostics, Errors};
-use crate::problem::{Block, Problem};
-use crate::select::{BlockFit, Data, Found, fit_terms, identify_block};
+use crate::problem::{Aggregate, Block, Problem};
+use crate::select::{BlockFit, Data, Found, fit_terms, identify_block, without_rounding};
 
 pub use crate::outcome::predict;
 
@@ -80,11 +80,30 @@ pub fn identify(
     progress(0.0, "reading");
     let problem = Problem::new(dataset, model.and_then(Model::counts_per_unit))?;
     let noises = options.noise_from.as_ref().map(static_noises).transpose()?;
-    let layouts: Vec<Layout> =
-        problem.blocks.iter().map(|block| Layout::new(block, &problem.channels)).collect();
+    let mut notices = Vec::new();
+    let mut working = Vec::new();
+    for block in &problem.blocks {
+        let base = base_terms(model, block, &problem)?;
+        match without_rounding(block, &problem.channels, &base) {
+            Some((corrected, step)) => {
+                notices.push(format!(
+                    "`{}` is rounded to steps of {:.3e} {}, coarser than its noise; the mean rounding error is taken out",
+                    block.label,
+                    step / block.unit.si,
+                    block.unit.text
+                ));
+                working.push(corrected);
+            }
+            None => working.push(block.clone()),
+        }
+    }
+    let mut layouts: Vec<Layout> = Vec::new();
+    for block in &working {
+        layouts.push(layout(block, &problem, &base_terms(model, block, &problem)?));
+    }
     let count = problem.blocks.len();
     let mut done = Vec::new();
-    for (index, (block, layout)) in problem.blocks.iter().zip(&layouts).enumerate() {
+    for (index, (block, layout)) in working.iter().zip(&layouts).enumerate() {
         let data = Data { block, channels: &problem.channels, layout };
         let base = base_terms(model, block, &problem)?;
         let known = noises.as_ref().and_then(|noises| matching(noises, block));
@@ -100,12 +119,34 @@ pub fn identify(
             &mut report,
         );
         let plain = fit_terms(data, &base, &fit.noise, &fit.left_out);
-        let before = data.held_out(&base, &fit.noise, &fit.left_out);
-        let after = data.held_out(&fit.shapes(), &fit.noise, &fit.left_out);
+        // Errors are of the readings as they are.
+        let read = Data { block: &problem.blocks[index], ..data };
+        let before = block_errors(&problem, read, &base, &fit.noise, &fit.left_out);
+        let after = block_errors(&problem, read, &fit.shapes(), &fit.noise, &fit.left_out);
         done.push(Done { data, plain, fit, before, after });
     }
     progress(1.0, "done");
-    Ok(assemble(dataset, &problem, &done, options.seed))
+    let mut identified = assemble(dataset, &problem, &done, options.seed);
+    identified.finding.notices.extend(notices);
+    Ok(identified)
+}
+
+/// Errors of `shapes` over held-out runs: of the final position, where a path was driven.
+fn block_errors(
+    problem: &Problem,
+    data: Data<'_>,
+    shapes: &[Shape],
+    noise: &NoiseModel,
+    left_out: &[bool],
+) -> Errors {
+    if data.block.aggregate == Aggregate::Pose
+        && let Some(path) = &problem.path
+        && let Some((positions, _)) =
+            outcome::path_errors(path, &[(data, shapes.to_vec(), noise, left_out)])
+    {
+        return positions;
+    }
+    data.held_out(shapes, noise, left_out)
 }
 
 /// What the model has for a block: the terms given, or what the plain model of the kind fits.
@@ -122,7 +163,8 @@ fn base_terms(
     let mut shapes = Vec::new();
     for term in &model.terms {
         let mine = term.axis.is_none() || block.axis.is_none() || term.axis == block.axis;
-        if mine && exposure(block, term.term).is_some() {
+        let here = term.quantity.is_none() || term.quantity == block.apart;
+        if mine && here && exposure(block, term.term).is_some() {
             let (shape, _) = term.to_shape(&problem.channels).map_err(IdentifyError::Model)?;
             if shape.observed(block, &problem.channels).is_none() {
                 return Err(IdentifyError::Model(format!(
@@ -134,6 +176,18 @@ fn base_terms(
         }
     }
     Ok(shapes)
+}
+
+/// When the observations of a block were made, and how noise adds up in them.
+fn layout(block: &Block, problem: &Problem, base: &[Shape]) -> Layout {
+    let plain = Layout::new(block, &problem.channels);
+    let Some(bias) = block.exposure(Acts::Bias) else {
+        return plain;
+    };
+    let durations: Vec<f64> = block.rows.iter().map(|&row| bias.per_row[row]).collect();
+    let data = Data { block, channels: &problem.channels, layout: &plain };
+    let columns = data.all_columns(base);
+    noise::likeliest_layout(plain, &durations, &block.residual, &columns)
 }
 
 /// Noise of each quantity of a static set.
@@ -169,7 +223,8 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
     let mut diagnostics =
         Diagnostics { blocks: Vec::new(), run_labels: dataset.run_labels.clone() };
     for one in done {
-        let unit = one.data.block.unit.si;
+        // Errors of a path are in metres.
+        let unit = if one.data.block.aggregate == Aggregate::Pose { 1.0 } else { one.data.block.unit.si };
         for found in &one.plain {
             plain.push(outcome::term(one.data, found));
         }
@@ -185,7 +240,8 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
         for (index, found) in one.fit.effects.iter().enumerate() {
             let mut without = shapes.clone();
             without.remove(one.fit.base.len() + index);
-            let before = one.data.held_out(&without, &one.fit.noise, &one.fit.left_out).rmse();
+            let before =
+                block_errors(problem, one.data, &without, &one.fit.noise, &one.fit.left_out).rmse();
             let after = one.after.rmse();
             effects.push((
                 found.strength,
@@ -292,7 +348,7 @@ fn errors(
         let driven = |after: bool| {
             let blocks: Vec<_> = done
                 .iter()
-                .filter(|one| ["heading", "distance"].contains(&one.data.block.label.as_str()))
+                .filter(|one| one.data.block.label == "pose")
                 .map(|one| {
                     let shapes = if after {
                         one.fit.shapes()
@@ -314,6 +370,9 @@ fn errors(
     let order = std::iter::once(main).chain((0..done.len()).filter(|index| *index != main));
     for index in order {
         let one = &done[index];
+        if one.data.block.aggregate == Aggregate::Pose && !all.is_empty() {
+            continue;
+        }
         let unit = &one.data.block.unit;
         let quantity = (done.len() > 1).then_some(one.data.block.label.as_str());
         all.push(outcome::held_out(&one.before, &one.after, (&unit.text, unit.si), quantity, seed));

@@ -7,6 +7,7 @@ pub mod finding;
 pub mod identify;
 pub mod model;
 mod candidates;
+mod lattice;
 mod linear;
 mod noise;
 mod problem;

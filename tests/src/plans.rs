@@ -51,7 +51,8 @@ pub fn prepared(text: &str, devices: Devices) -> Prepared {
     // A calibration that does not ship is left for the run to miss.
     let calibrations =
         calibrations::load(&plan, &Library::shipped(), &BTreeMap::new()).unwrap_or_default();
-    Prepared { plan: Arc::new(plan), devices, calibrations }
+    let models = BTreeMap::new();
+    Prepared { plan: Arc::new(plan), devices, calibrations, models }
 }
 
 /// A run and its full record.

@@ -3,9 +3,9 @@
 
 use emulators::device_file::Devices;
 use harness::library::{Kind, names};
+use harness::made::Made;
 use harness::record::Device;
 use harness::run::Prepared;
-use std::collections::BTreeMap;
 use tests::devices::shipped;
 use tests::plans::{Run, plan_measuring, plan_of, prepared, record_file, run};
 
@@ -54,7 +54,7 @@ fn every_device_file_gives_the_same_record_twice_and_another_with_another_seed()
 
 #[test]
 fn the_corrected_laps_of_the_paper_repeat_themselves_byte_by_byte() {
-    let plan = Prepared::load("laps-corrected", &BTreeMap::new()).expect("the plan ships");
+    let plan = Prepared::load("laps-corrected", &Made::default()).expect("the plan ships");
     assert_same(&record_file(&plan, 7), &record_file(&plan, 7), "laps-corrected");
 }
 

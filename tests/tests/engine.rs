@@ -287,7 +287,7 @@ fn a_fit_becomes_a_calibration_that_is_used() {
             // Half a step of the wire's rate, always the same way, for 14 s; each turn has its own.
             assert!((error - expected).abs() < 2.0 * 14.0 * 0.0016, "turn {index}: {error}");
         }
-        let made = &run.simulated.made["fresh"];
+        let made = &run.simulated.made.calibrations["fresh"];
         assert_eq!(made.factors.len(), factors);
         match made.factors[0] {
             Factor::Constant(factor) => {

@@ -3,6 +3,7 @@
 
 use emulators::base::Transport;
 use emulators::device_file::Devices;
+use harness::made::Made;
 use harness::run::{Prepared, verdicts};
 use std::collections::BTreeMap;
 use tests::devices::{NAVIGATOR, ideal, ideal_table};
@@ -91,7 +92,7 @@ fn verification_passes_with_nearly_every_seed() {
     let first = variance_deg2(0.0).sqrt();
     let second = variance_deg2(TURN_S).sqrt();
     assert!((first - 0.057).abs() < 0.001 && (second - 0.075).abs() < 0.001, "{first} {second}");
-    let plan = Prepared::load("verification", &BTreeMap::new()).expect("the plan ships");
+    let plan = Prepared::load("verification", &Made::default()).expect("the plan ships");
     let failed: Vec<_> = (0..SEEDS).filter(|seed| !has_passed(&plan, *seed)).collect();
     assert!(failed.len() <= FAILURES_MAX, "{failed:?}");
 }

@@ -2,11 +2,13 @@
 
 use super::BaseEmulator;
 use super::curvature::Harmonic;
-use super::track::{Track, TrackModel};
+use super::track::{Slip, Track, TrackModel};
 use crate::random::RandomStream;
 use wire::base::PoseWriteResult;
 use wire::time::{Span, Timestamp};
 use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Pose, Speed};
+
+const SECONDS_PER_HOUR: f64 = 3_600.0;
 
 impl BaseEmulator {
     pub(super) fn advance(&mut self, now: Timestamp) {
@@ -50,7 +52,7 @@ impl BaseEmulator {
         if !self.kinematics.is_moving() {
             self.turn_scale.draw();
             self.leakage.draw();
-            self.apply_track_model();
+            self.apply_track_model(now);
         }
         self.ramp_to(now, targets, self.accelerations());
     }
@@ -128,16 +130,23 @@ impl BaseEmulator {
     }
 
     /// How the odometer's rates become motion, by the parameters and the last draws.
-    pub(super) fn apply_track_model(&mut self) {
+    pub(super) fn apply_track_model(&mut self, now: Timestamp) {
         let p = &self.parameters;
         let turn_scale_error = p.turn_scale_error + p.turn_scale_spread * self.turn_scale.last;
         let leakage_deg_per_m =
             p.leakage_deg_per_m + p.leakage_spread_deg_per_m * self.leakage.last;
+        let hours = (now - Timestamp::ZERO).as_secs_f64() / SECONDS_PER_HOUR;
         self.kinematics.set_model(TrackModel {
-            path_scale: 1.0 + p.displacement_scale_error,
+            path_scale: 1.0 + p.displacement_scale_error + p.tyre_growth_per_h * hours,
             turn_scale: 1.0 + turn_scale_error,
             wheels: Harmonic::of(&p.wheels),
             leakage_rad_per_m: Angle::from_deg(leakage_deg_per_m).rad(),
+            half_turn_asymmetry: p.turn_scale_asymmetry / 2.0,
+            slip: Slip {
+                driving: p.slip_driving_per_m_per_s2,
+                braking: p.slip_braking_per_m_per_s2,
+                free: p.slip_free_m_per_s2,
+            },
         });
     }
 }

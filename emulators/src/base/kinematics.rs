@@ -25,6 +25,8 @@ pub(super) struct State {
 #[derive(Debug)]
 pub(super) struct Kinematics {
     model: TrackModel,
+    /// The same for the phase.
+    phase_model: TrackModel,
     phase_start: Timestamp,
     drive: Ramp,
     steer: Ramp,
@@ -38,6 +40,7 @@ impl Kinematics {
     pub(super) fn new(model: TrackModel) -> Self {
         Self {
             model,
+            phase_model: model,
             phase_start: Timestamp::ZERO,
             drive: Ramp::default(),
             steer: Ramp::default(),
@@ -47,9 +50,14 @@ impl Kinematics {
         }
     }
 
-    /// How the odometers' rates become motion.
-    pub(super) const fn model(&self) -> &TrackModel {
-        &self.model
+    /// How the odometers' rates become motion in this phase.
+    pub(super) const fn model_now(&self) -> &TrackModel {
+        &self.phase_model
+    }
+
+    /// Acceleration of the drive in this phase, signed.
+    pub(super) const fn acceleration(&self) -> f64 {
+        self.drive.acceleration()
     }
 
     /// Drive or steering turns, or is told to.
@@ -87,11 +95,11 @@ impl Kinematics {
                 return *start;
             }
             let after = |track: &Track, model| track.after_arc(model, path);
-            (after(&start.truth, &self.model), after(&start.reckoned, &TrackModel::PERFECT))
+            (after(&start.truth, &self.phase_model), after(&start.reckoned, &TrackModel::PERFECT))
         } else if self.drive.is_at_rest() {
             let start = &self.at_start;
             let after = |track: &Track, model| track.after_turn(model, turn);
-            (after(&start.truth, &self.model), after(&start.reckoned, &TrackModel::PERFECT))
+            (after(&start.truth, &self.phase_model), after(&start.reckoned, &TrackModel::PERFECT))
         } else {
             let mut state = self.at_piece;
             for piece in self.pieces..elapsed.as_nanos() / PIECE_NS {
@@ -136,6 +144,7 @@ impl Kinematics {
         self.phase_start = now;
         self.drive = Ramp::new(drive_rate, drive, drive_limit);
         self.steer = Ramp::new(steer_rate, steer, steer_limit);
+        self.phase_model = self.model.in_phase(&self.drive, &self.steer);
         self.set_state(state);
     }
 
@@ -143,6 +152,7 @@ impl Kinematics {
     /// phase.
     pub(super) fn set_model(&mut self, model: TrackModel) {
         self.model = model;
+        self.phase_model = model.in_phase(&self.drive, &self.steer);
     }
 
     /// The base is somewhere else; to be called at rest.
@@ -154,7 +164,7 @@ impl Kinematics {
 
     fn integrate(&self, state: &mut State, from_s: f64, to_s: f64) {
         let span = (from_s, to_s);
-        state.truth = state.truth.after_piece(&self.model, &self.drive, &self.steer, span);
+        state.truth = state.truth.after_piece(&self.phase_model, &self.drive, &self.steer, span);
         state.reckoned =
             state.reckoned.after_piece(&TrackModel::PERFECT, &self.drive, &self.steer, span);
     }

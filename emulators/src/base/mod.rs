@@ -119,7 +119,7 @@ impl BaseEmulator {
             frames_ignored: 0,
             reports: Reports::new(transport),
         };
-        base.apply_track_model();
+        base.apply_track_model(Timestamp::ZERO);
         base
     }
 
@@ -233,7 +233,7 @@ impl BaseEmulator {
         self.parameters.set(name, value)?;
         let targets = self.kinematics.targets();
         self.start_phase(now, targets, self.accelerations());
-        self.apply_track_model();
+        self.apply_track_model(now);
         Ok(())
     }
 
@@ -246,7 +246,7 @@ impl BaseEmulator {
     pub fn truth_at(&self, now: Timestamp) -> BaseTruth {
         let truth = self.kinematics.state_at(now).truth;
         let (drive, steer) = self.kinematics.rates_at(now);
-        let model = self.kinematics.model();
+        let model = self.kinematics.model_now();
         BaseTruth {
             pose: truth.pose(),
             body_heading: Angle::from_rad(truth.body),
@@ -254,6 +254,17 @@ impl BaseEmulator {
             speed: Speed::from_m_per_s(drive * model.path_scale),
             steer_rate: AngularRate::from_rad_per_s(steer * model.turn_scale),
         }
+    }
+
+    /// Current of the motors at `now`, ampere: what a magnetic sensor on the base feels.
+    pub fn motor_current_at(&self, now: Timestamp) -> f64 {
+        let (drive, steer) = self.kinematics.rates_at(now);
+        let p = &self.parameters;
+        let acceleration = self.kinematics.acceleration();
+        let driving = drive != 0.0 || acceleration != 0.0;
+        let mut ampere = p.motor_ampere_per_m_per_s2 * acceleration.abs();
+        ampere += if driving { p.motor_ampere_rolling } else { 0.0 };
+        ampere + if steer != 0.0 { p.motor_ampere_steering } else { 0.0 }
     }
 
     /// The turret's true heading at `now` (unwrapped): what a gyro on the base sees.

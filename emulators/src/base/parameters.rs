@@ -49,6 +49,26 @@ parameters! {
         leakage_deg_per_m: FINITE = 0.0,
         /// The same, drawn anew at each start from rest: rms about `leakage_deg_per_m`.
         leakage_spread_deg_per_m: NOT_NEGATIVE = 0.0,
+        /// How much larger the true steering angle is counter-clockwise than clockwise, over the
+        /// odometer's: play and wind-up of the steering. This class: 0 to 0.0005. A ramp through zero
+        /// counts as turning to where it ends.
+        turn_scale_asymmetry: FINITE = 0.0,
+        /// Growth of the true path over the odometer's with time, as tyres warm up and grow: of the
+        /// time since the run began, taken at each start from rest. This class: 0.0001 to 0.001.
+        tyre_growth_per_h: FINITE = 0.0,
+        /// Path lost while speeding up harder than `slip_free_m_per_s2`, as a share for each m/s^2
+        /// beyond it: wheels spin. Assumption: some percent.
+        slip_driving_per_m_per_s2: FINITE = 0.0,
+        /// Path gained while braking harder than that: wheels drag. Assumption: as much.
+        slip_braking_per_m_per_s2: FINITE = 0.0,
+        /// Acceleration up to which nothing slips (assumption).
+        slip_free_m_per_s2: NOT_NEGATIVE = 0.2,
+        /// Current of the drive motor in motion (assumption: a 125 kg base on a hard floor and 24 V).
+        motor_ampere_rolling: NOT_NEGATIVE = 4.0,
+        /// The same on top for each m/s^2 of acceleration, either way (assumption, likewise).
+        motor_ampere_per_m_per_s2: NOT_NEGATIVE = 10.0,
+        /// Current of the steering motor while it turns (assumption).
+        motor_ampere_steering: NOT_NEGATIVE = 2.0,
         /// Step of the odometer's heading. The paper's K2A: 0.3. 0 for none beyond the wire's.
         heading_step_deg: NOT_NEGATIVE = 0.0,
     }

@@ -47,6 +47,11 @@ impl Ramp {
         (self.rate + 0.5 * self.acceleration * ramped) * ramped + self.target * (t - ramped)
     }
 
+    /// How it changes until it has settled, signed.
+    pub(super) const fn acceleration(&self) -> f64 {
+        self.acceleration
+    }
+
     /// What it tends to.
     pub(super) const fn target(&self) -> f64 {
         self.target

@@ -21,6 +21,33 @@ pub(super) struct TrackModel {
     pub(super) turn_scale: f64,
     pub(super) wheels: Harmonic,
     pub(super) leakage_rad_per_m: f64,
+    /// Steering counter-clockwise over clockwise, half of the difference.
+    pub(super) half_turn_asymmetry: f64,
+    pub(super) slip: Slip,
+}
+
+/// How much path is lost or gained by slip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Slip {
+    /// Share for each m/s^2 beyond `free`, while speeding up.
+    pub(super) driving: f64,
+    /// The same while braking.
+    pub(super) braking: f64,
+    /// m/s^2
+    pub(super) free: f64,
+}
+
+impl Slip {
+    pub(super) const NONE: Self = Self { driving: 0.0, braking: 0.0, free: 0.0 };
+
+    /// True path over the odometer's on a ramp: less than one where wheels spin, more where they drag.
+    fn path(self, drive: &Ramp) -> f64 {
+        let beyond = (drive.acceleration().abs() - self.free).max(0.0);
+        // From rest a ramp speeds up; through zero it counts as what it begins with.
+        let braking = drive.rate(0.0) * drive.acceleration() < 0.0;
+        let share = if braking { self.braking } else { -self.driving };
+        (1.0 + share * beyond).max(0.0)
+    }
 }
 
 impl TrackModel {
@@ -30,7 +57,20 @@ impl TrackModel {
         turn_scale: 1.0,
         wheels: Harmonic { along_rad_per_m: 0.0, across_rad_per_m: 0.0 },
         leakage_rad_per_m: 0.0,
+        half_turn_asymmetry: 0.0,
+        slip: Slip::NONE,
     };
+
+    /// The same for one phase of these ramps: slip and asymmetry are worked into the scales.
+    pub(super) fn in_phase(&self, drive: &Ramp, steer: &Ramp) -> Self {
+        let towards = if steer.target() == 0.0 { steer.rate(0.0) } else { steer.target() };
+        let direction = if towards == 0.0 { 0.0 } else { 1f64.copysign(towards) };
+        Self {
+            path_scale: self.path_scale * self.slip.path(drive),
+            turn_scale: self.turn_scale + direction * self.half_turn_asymmetry,
+            ..*self
+        }
+    }
 
     fn curvature(&self, steer: f64) -> f64 {
         self.leakage_rad_per_m
@@ -118,7 +158,7 @@ impl Track {
 
 #[cfg(test)]
 mod tests {
-    use super::{Harmonic, PIECE_S, Ramp, Track, TrackModel};
+    use super::{Harmonic, PIECE_S, Ramp, Slip, Track, TrackModel};
     use proptest::prelude::*;
     use wire::time::Timestamp;
 
@@ -127,6 +167,8 @@ mod tests {
         turn_scale: 1.02,
         wheels: Harmonic { along_rad_per_m: 0.003, across_rad_per_m: -0.002 },
         leakage_rad_per_m: 0.002,
+        half_turn_asymmetry: 0.0,
+        slip: Slip::NONE,
     };
 
     proptest! {

@@ -3,9 +3,9 @@
 //! From the carrier's heading at the instants of output (by the gyro's own clock) follow
 //!
 //! 1. the mean rate since the last output, through the first-order lag of the bandwidth;
-//! 2. times the scale, which depends on temperature, rate and direction;
-//! 3. plus bias (temperature, its rate of change, bias instability, drift, random walk, turn-on) and
-//!    white noise;
+//! 2. times the scale, which depends on temperature, rate, direction and age;
+//! 3. plus bias (temperature, its rate of change and history, heading, motors, supply, time, bias
+//!    instability, drift, random walk, turn-on) and white noise;
 //! 4. clipped to the range and flagged beyond it, with the stream's validity bit left good;
 //! 5. as a rate, an increment or an integrated angle, quantised by the stream's encoder.
 //!
@@ -15,10 +15,14 @@
 
 mod bias_instability;
 mod clock;
+mod effects;
 mod lag;
 mod noise;
 mod parameters;
+mod sample;
+mod slow;
 mod slow_steps;
+pub mod terms;
 #[cfg(test)]
 mod tests;
 mod thermal;
@@ -31,14 +35,14 @@ use crate::parameters::{ParameterError, Parameters as _};
 use clock::OutputClock;
 use lag::RateLag;
 use noise::RateNoise;
+use sample::{has_modes, sequence_modulus};
+use slow::Slow;
 use slow_steps::SlowSteps;
 use std::collections::VecDeque;
+use terms::Term;
 use thermal::{Ramp, Thermal};
 use wire::gyro::dsp3000_command::{Command, CommandDecoder};
-use wire::gyro::{
-    GyroEncoder, GyroFormat, GyroOutput, GyroSample, GyroStatus, GyroStream, OutputMode, Sequence,
-    dsp3000_binary, navigator,
-};
+use wire::gyro::{GyroEncoder, GyroFormat, GyroSample, GyroStream, OutputMode, Sequence};
 use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Temperature};
@@ -71,10 +75,15 @@ pub struct GyroEmulator {
     lag: RateLag,
     noise: RateNoise,
     thermal: Thermal,
-    slow: SlowSteps,
-    /// Everything but white noise, drift and walk.
+    steps: SlowSteps,
+    slow: Slow,
+    /// What is slow of it: everything but white noise, drift, walk and fast effects.
     bias: Ramp,
     scale: Ramp,
+    /// Something has to be worked out anew for each output: the next two.
+    has_fast: bool,
+    fast_bias: f64,
+    motor_ampere: f64,
     cubic: f64,
     half_asymmetry: f64,
     range: f64,
@@ -92,8 +101,8 @@ impl GyroEmulator {
         let period = stream.format.period();
         let thermal = Thermal::new(&parameters, seed, name);
         let clock = OutputClock::new(period, parameters.clock_rate(thermal.coil().1));
-        let slow = SlowSteps::new(period);
-        let steps = slow.steps(&clock);
+        let slow_steps = SlowSteps::new(period);
+        let steps = slow_steps.steps(&clock);
         let mut gyro = Self {
             format: stream.format,
             mode: if has_modes(stream.format) { stream.mode } else { OutputMode::Rate },
@@ -103,10 +112,14 @@ impl GyroEmulator {
             carrier: None,
             lag: RateLag::new(parameters.bandwidth_hz, steps.output_s),
             noise: RateNoise::new(&parameters, steps, seed, name),
+            slow: Slow::new(&parameters, thermal.coil().1),
             thermal,
-            slow,
+            steps: slow_steps,
             bias: Ramp::default(),
             scale: Ramp::default(),
+            has_fast: false,
+            fast_bias: 0.0,
+            motor_ampere: 0.0,
             cubic: 0.0,
             half_asymmetry: 0.0,
             range: f64::INFINITY,
@@ -181,11 +194,22 @@ impl GyroEmulator {
         }
     }
 
+    /// The carrier's motors draw this current from now on.
+    pub const fn set_motor_current(&mut self, ampere: f64) {
+        self.motor_ampere = ampere;
+    }
+
+    /// Does the motors' current reach the coil?
+    pub fn feels_motors(&self) -> bool {
+        self.parameters.bias_deg_per_h_per_ampere != 0.0
+    }
+
     /// Sets the parameter of this name, effective from the next output on.
     pub fn set_parameter(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
         self.parameters.set(name, value)?;
-        self.thermal.cut(self.slow.share());
-        self.slow.cut();
+        self.thermal.cut(self.steps.share());
+        self.slow.cut(self.steps.share());
+        self.steps.cut();
         self.clock
             .set_rate(self.format.period(), self.parameters.clock_rate(self.thermal.coil().1));
         self.configure();
@@ -200,8 +224,10 @@ impl GyroEmulator {
     /// What is true at the last output.
     pub fn truth(&self) -> GyroTruth {
         GyroTruth {
-            bias: AngularRate::from_rad_per_s(self.bias.value + self.noise.wander()),
-            coil_temperature: Temperature::from_celsius(self.thermal.coil_at(self.slow.share())),
+            bias: AngularRate::from_rad_per_s(
+                self.bias.value + self.fast_bias + self.noise.wander(),
+            ),
+            coil_temperature: Temperature::from_celsius(self.thermal.coil_at(self.steps.share())),
             scale: self.scale.value,
         }
     }
@@ -213,36 +239,39 @@ impl GyroEmulator {
 
     /// What follows from the parameters alone.
     fn configure(&mut self) {
-        let steps = self.slow.steps(&self.clock);
+        let steps = self.steps.steps(&self.clock);
         self.lag = self.lag.with(self.parameters.bandwidth_hz, steps.output_s);
         self.noise.configure(&self.parameters, steps);
         self.cubic = self.parameters.cubic();
         self.half_asymmetry = self.parameters.half_asymmetry();
         self.range = Angle::from_deg(self.parameters.range_deg_per_s).rad().max(0.0);
-        let coil = self.thermal.coil().1;
-        let slow_bias = self.noise.slow_bias(self.slow.share_of_second());
-        self.bias.value = self.parameters.bias(coil, 0.0) + slow_bias;
-        self.scale.value = self.parameters.scale(coil);
+        self.has_fast =
+            self.parameters.has_fast_effects() || self.parameters.terms.iter().any(Term::is_fast);
+        self.fast_bias = 0.0;
+        let slow_bias = self.noise.slow_bias(self.steps.share_of_second());
+        let (bias, scale) = self.slow.now(&self.parameters, self.thermal.coil().1);
+        self.bias.value = bias + slow_bias;
+        self.scale.value = scale;
     }
 
     /// What is slow, for the next second or for what is left of one that was cut.
     #[cold]
     fn start_slow_step(&mut self) {
-        let (outputs, second_begins) = self.slow.start();
+        let (outputs, second_begins) = self.steps.start();
         if second_begins {
             self.noise.advance_slow();
         }
         let step_s = self.clock.period_s() * f64::from(outputs);
         self.thermal.advance(&self.parameters, step_s);
-        let (start, end) = self.thermal.coil();
-        let slope = (end - start) / step_s;
         let parameters = &self.parameters;
+        let start = self.thermal.coil().0;
+        let [from, to] = self.slow.advance(parameters, self.thermal.coil(), step_s);
         self.bias = Ramp::new(
-            parameters.bias(start, slope) + self.noise.slow_bias(self.slow.share_of_second()),
-            parameters.bias(end, slope) + self.noise.slow_bias(1.0),
+            from.bias + self.noise.slow_bias(self.steps.share_of_second()),
+            to.bias + self.noise.slow_bias(1.0),
             outputs,
         );
-        self.scale = Ramp::new(parameters.scale(start), parameters.scale(end), outputs);
+        self.scale = Ramp::new(from.scale, to.scale, outputs);
         self.clock.set_rate(self.format.period(), parameters.clock_rate(start));
         self.warming_up =
             (start - parameters.steady_celsius()).abs() > parameters.warm_up_flag_kelvin;
@@ -257,10 +286,10 @@ impl GyroEmulator {
             self.clock.start(now);
             return None;
         };
-        if self.slow.is_over() {
+        if self.steps.is_over() {
             self.start_slow_step();
         }
-        self.slow.output();
+        self.steps.output();
         // Drawn before anything else is worked out, so that nothing has to be kept across the draw.
         let noise = self.noise.next();
         self.bias.step();
@@ -273,63 +302,37 @@ impl GyroEmulator {
         self.carrier = Some((at, last_heading + turned));
 
         let rate = self.lag.mean(turned.rad() / interval_s);
-        let scale =
+        let mut scale =
             self.scale.value + self.cubic * rate * rate + self.half_asymmetry.copysign(rate);
-        let wanted = rate * scale + self.bias.value + noise;
+        if self.has_fast {
+            scale += self.fast(rate, last_heading + turned / 2.0);
+        }
+        let mut scaled = rate * scale;
+        if self.has_fast {
+            scaled = self.parameters.beyond_dead_zone(scaled) + self.fast_bias;
+        }
+        let wanted = scaled + self.bias.value + noise;
         let over_range = wanted.abs() > self.range;
         let measured = wanted.clamp(-self.range, self.range);
         Some(self.sample(measured, interval_s, over_range))
     }
 
-    fn sample(&mut self, rate: f64, interval_s: f64, over_range: bool) -> GyroSample {
-        let increment = rate * interval_s;
-        self.integrated += increment;
-        let output = match self.mode {
-            OutputMode::Rate => GyroOutput::Rate(AngularRate::from_rad_per_s(rate)),
-            OutputMode::Increment => GyroOutput::Increment(Angle::from_rad(increment)),
-            OutputMode::Integrated => {
-                GyroOutput::Integrated(Angle::from_rad(self.integrated).wrapped())
-            }
+    /// What changes from output to output: the bias is kept, the scale returned.
+    #[cold]
+    fn fast(&mut self, rate: f64, heading: Angle) -> f64 {
+        let (moment, sums) =
+            self.slow.at(&self.parameters, self.steps.share(), rate, heading.rad());
+        self.fast_bias = sums.bias + self.parameters.fast_effects(&moment, self.motor_ampere);
+        let resonance = if self.parameters.resonance_ppm != 0.0 {
+            self.parameters.resonance(rate)
+        } else {
+            0.0
         };
-        let sequence = self.sequence;
-        self.sequence = sequence.map(following);
-        GyroSample {
-            output,
-            // It stays good beyond the range: KVH DSP-3000 manual.
-            valid: true,
-            status: GyroStatus {
-                built_in_test_failed: false,
-                warming_up: self.warming_up,
-                over_range,
-            },
-            temperature: Some(Temperature::from_celsius(self.thermal.reading())),
-            sequence,
-        }
+        sums.scale + resonance
     }
-}
-
-/// The number after this one.
-fn following(Sequence { value, modulus }: Sequence) -> Sequence {
-    let next = u16::from(value) + 1;
-    // Below the modulus, which is 256 at most.
-    Sequence { value: if next < modulus { next as u8 } else { 0 }, modulus }
 }
 
 /// `part` of `whole`.
 fn share(part: Span, whole: Span) -> f64 {
     part.as_secs_f64() / whole.as_secs_f64()
-}
-
-/// The DSP-3000 can be told what to put out.
-const fn has_modes(format: GyroFormat) -> bool {
-    matches!(format, GyroFormat::Dsp3000Ascii | GyroFormat::Dsp3000Binary)
-}
-
-/// The streams' running numbers.
-const fn sequence_modulus(format: GyroFormat) -> Option<u16> {
-    match format {
-        GyroFormat::Navigator => Some(navigator::SEQUENCE_MODULUS),
-        GyroFormat::Dsp3000Binary => Some(dsp3000_binary::SEQUENCE_MODULUS),
-        GyroFormat::Ecore2000 | GyroFormat::Dsp3000Ascii => None,
-    }
 }

@@ -1,5 +1,6 @@
 //! The imperfections of a gyro, each a named number.
 
+use super::terms::Term;
 use crate::parameters::parameters;
 use libm::{cos, exp};
 use wire::units::Angle;
@@ -67,6 +68,54 @@ parameters! {
         /// The coil temperature at which the scale error is `scale_ppm`. The paper's unit: 36.98
         /// (the zero of Eq. 5).
         scale_zero_celsius: CELSIUS = 25.0,
+        /// Bias against the distance of the coil temperature from itself with play (thermal
+        /// hysteresis): so much lower on warming by more than the play, so much higher on cooling.
+        /// This class: 0.1 to 0.3 of the bias against temperature.
+        hysteresis_deg_per_h_per_kelvin: FINITE = 0.0,
+        /// Half of that play (assumption: some kelvin).
+        hysteresis_half_width_kelvin: NOT_NEGATIVE = 0.0,
+        /// Bias that dies away after power-up whatever the temperature, as the electronics settle.
+        /// This class: tens.
+        warm_up_bias_deg_per_h: FINITE = 0.0,
+        /// Its time constant. This class: 30 to 40 min.
+        warm_up_bias_time_constant_s: POSITIVE = 2_100.0,
+        /// Growth of the bias with time since power-up (ageing of the light source). Assumption: 0 to
+        /// 1.
+        bias_ageing_deg_per_h_per_h: FINITE = 0.0,
+        /// A step of the bias, as a connection or a loose fibre makes it (assumption).
+        bias_step_deg_per_h: FINITE = 0.0,
+        /// When it comes, after power-up.
+        bias_step_at_s: NOT_NEGATIVE = 0.0,
+        /// A sinusoidal disturbance of the bias, zero at power-up: an air conditioner, say
+        /// (assumption).
+        periodic_bias_deg_per_h: FINITE = 0.0,
+        /// Its period.
+        periodic_bias_period_s: POSITIVE = 600.0,
+        /// Bias with the carrier heading along `magnetic_heading_deg` (Faraday effect in the Earth's
+        /// field); it goes with the cosine. This class: 1 to 10 a gauss, the Earth's field 0.5.
+        magnetic_bias_deg_per_h: FINITE = 0.0,
+        /// Heading at which that bias is largest.
+        magnetic_heading_deg: FINITE = 0.0,
+        /// Bias against the current of the carrier's motors, whose field reaches the coil. Assumption:
+        /// about 1.
+        bias_deg_per_h_per_ampere: FINITE = 0.0,
+        /// Bias against the supply voltage. This class: 1 to 5.
+        bias_deg_per_h_per_volt: FINITE = 0.0,
+        /// How far the supply is off its nominal voltage; may change during a run.
+        supply_deviation_volt: FINITE = 0.0,
+        /// Fringes of the bias over the coil temperature about `reference_celsius`: a sine within a
+        /// bell, by parasitic interference (assumption: its size is that of the bias against
+        /// temperature).
+        fringe_bias_deg_per_h: FINITE = 0.0,
+        /// From one fringe to the next.
+        fringe_period_kelvin: POSITIVE = 4.0,
+        /// Standard deviation of the bell.
+        fringe_width_kelvin: POSITIVE = 6.0,
+        /// A bias against temperature, about `reference_celsius`, that grows from nothing at power-up
+        /// (assumption: the coil's potting relaxes).
+        drifting_bias_deg_per_h_per_kelvin: FINITE = 0.0,
+        /// Time constant of that growth.
+        drifting_time_constant_s: POSITIVE = 7_200.0,
         /// Constant scale error. This class: up to 10000 uncorrected.
         scale_ppm: FINITE = 0.0,
         /// How much larger the scale is counter-clockwise than clockwise. This class: 0 to 500.
@@ -74,6 +123,18 @@ parameters! {
         /// Scale error at 30 deg/s that grows with the square of the rate. This class: -700 to
         /// -4000 uncorrected.
         scale_ppm_at_30_deg_per_s: FINITE = 0.0,
+        /// Growth of the scale error with time since power-up (ageing of the light source). This class:
+        /// 0.1 to 1 % in a life; an hour's worth is exaggerated to be seen (assumption).
+        scale_ageing_ppm_per_h: FINITE = 0.0,
+        /// Scale error at `resonance_deg_per_s`, falling off with a cusp to both sides: the modulator
+        /// or a mount in resonance (assumption).
+        resonance_ppm: FINITE = 0.0,
+        /// The rate at which that error is largest.
+        resonance_deg_per_s: NOT_NEGATIVE = 30.0,
+        /// How far from there it has fallen to 1/e.
+        resonance_width_deg_per_s: POSITIVE = 5.0,
+        /// Scaled rates within this of zero read zero, before bias and noise. This class: 0 to 0.005.
+        dead_zone_deg_per_s: NOT_NEGATIVE = 0.0,
         /// Angle between the sensitive axis and the vertical: 1 deg costs 0.055 deg in a turn.
         axis_tilt_deg: FINITE = 0.0,
         /// Rates beyond this are clipped and flagged. The paper's data sheet: 100.
@@ -107,6 +168,10 @@ parameters! {
         temperature_noise_kelvin: NOT_NEGATIVE = 0.0,
         /// Step of the sensor's readings; 0 for none beyond that of the stream.
         temperature_resolution_kelvin: NOT_NEGATIVE = 0.0,
+    }
+    lists {
+        /// Error terms beside those that have a name here; see [`Term`].
+        terms: Term = Vec::new(),
     }
 }
 

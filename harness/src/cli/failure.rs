@@ -231,7 +231,6 @@ mod tests {
     use super::Failure;
     use crate::run::Prepared;
     use crate::run_folder::RunFolderError;
-    use std::collections::BTreeMap;
 
     #[test]
     fn a_full_disk_is_no_bad_input() {
@@ -252,7 +251,7 @@ mod tests {
 
     #[test]
     fn plain_text_has_no_colours_and_no_lines() {
-        let unknown = Prepared::load("varification", &BTreeMap::new()).unwrap_err();
+        let unknown = Prepared::load("varification", &crate::made::Made::default()).unwrap_err();
         let text = Failure::from(unknown).rendered(false);
         assert!(text.is_ascii() && !text.contains('\u{1b}'), "{text}");
     }

@@ -6,11 +6,11 @@ use super::interrupt::Interrupt;
 use super::progress::Screen;
 use super::say;
 use crate::console::{self, Style};
+use crate::made::Made;
 use crate::outcome::Outcome;
 use crate::plan::Plan;
 use crate::run::{PrepareError, Prepared, verdicts};
 use crate::seeds::{SeedVerdicts, for_each_seed, not_passed, shares};
-use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::num::NonZeroUsize;
 use std::ops::Range;
@@ -79,7 +79,7 @@ pub(super) fn execute(
     Ok(if interrupt.requested() { Outcome::Aborted } else { Outcome::Passed })
 }
 
-/// All plans in order under one seed, each with the calibrations that the earlier ones made under the
+/// All plans in order under one seed, each with what the earlier ones made under the
 /// same seed; `None` once they are interrupted.
 fn one_seed(
     plans: &[&str],
@@ -87,7 +87,7 @@ fn one_seed(
     answers: &Answers,
     interrupt: &Interrupt,
 ) -> Option<Result<Vec<SeedVerdicts>, PrepareError>> {
-    let mut made = BTreeMap::new();
+    let mut made = Made::default();
     let mut done = Vec::new();
     for name in plans {
         let prepared = match Prepared::load(name, &made) {

@@ -10,11 +10,11 @@ use super::setup::Setup;
 use super::stopwatch::Stopwatch;
 use crate::calibrations;
 use crate::console::{self, Style};
+use crate::made::Made;
 use crate::outcome::{Outcome, Summary};
 use crate::record::sink::Level;
 use crate::run::{Completed, Options, Prepared, run_to_folder};
-use controller::calibration::Calibration;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Where run folders go, unless said otherwise.
@@ -57,7 +57,7 @@ pub(super) struct Series<'a> {
 ///
 /// The first plan that cannot be prepared, or two of the same name: they would share a run folder.
 pub(super) fn prepare_all(plans: &[&str]) -> Result<Vec<Prepared>, Failure> {
-    let mut promised = BTreeMap::new();
+    let mut promised = Made::default();
     let mut prepared: Vec<Prepared> = Vec::new();
     for name in plans {
         let next = Prepared::load(name, &promised)?;
@@ -67,8 +67,7 @@ pub(super) fn prepare_all(plans: &[&str]) -> Result<Vec<Prepared>, Failure> {
                 "the second would replace the run of the first; run them one at a time",
             ));
         }
-        let makes = calibrations::made_by(&next.plan).into_iter();
-        promised.extend(makes.map(|name| (name, Calibration::default())));
+        promised.promise(&next.plan);
         prepared.push(next);
     }
     Ok(prepared)
@@ -94,12 +93,12 @@ impl Series<'_> {
         interrupt: &Interrupt,
         summaries: &mut Vec<Summary>,
     ) -> Result<(), Failure> {
-        let mut made = BTreeMap::new();
+        let mut made = Made::default();
         let mut promised = BTreeSet::new();
         for (index, name) in self.plans.iter().enumerate() {
             let prepared = Prepared::load(name, &made)?;
             for calibration in prepared.calibrations.keys() {
-                if promised.contains(calibration) && !made.contains_key(calibration) {
+                if promised.contains(calibration) && !made.calibrations.contains_key(calibration) {
                     tracing::warn!(
                         "{name}: the calibration {calibration} that an earlier plan was to make is \
                          missing; the one on file is used"

@@ -1,5 +1,6 @@
 //! What the engine asks of the world.
 
+use crate::made::Found;
 use crate::plan::Answer;
 use crate::record::{Device, RecordKind};
 use controller::calibration::Calibration;
@@ -49,6 +50,13 @@ pub enum Action {
         name: String,
         /// What it holds.
         calibration: Calibration,
+    },
+    /// Keep a model that was identified in the run folder and for later plans.
+    KeepFound {
+        /// Its name.
+        name: String,
+        /// The finding and the model.
+        found: Box<Found>,
     },
     /// Write this into the record.
     Record(Device, RecordKind),

@@ -123,14 +123,14 @@ impl Engine {
 
     fn begin(&mut self, now: Timestamp, op: Op) {
         match op {
-            Op::Mission(command) => self.send(*command),
+            Op::Mission(command) => self.send(now, *command),
             Op::StateBefore => {
                 self.ends.state_before = None;
-                self.send(Command::RequestState);
+                self.send(now, Command::RequestState);
             }
             Op::StateAfter => {
                 self.ends.state_after = None;
-                self.send(Command::RequestState);
+                self.send(now, Command::RequestState);
             }
             Op::AbsoluteBefore | Op::AbsoluteAfter | Op::AbsoluteNamed => {
                 self.actions.push_back(Action::MeasureAbsolute);
@@ -179,6 +179,8 @@ impl Engine {
             }
             Op::Fit => self.fit(now),
             Op::SaveCalibration => self.save_calibration(now),
+            Op::Identify => self.identify(now),
+            Op::UseModel(name) => self.use_model(now, name.as_deref()),
         }
     }
 
@@ -187,16 +189,22 @@ impl Engine {
         self.actions.push_back(action);
     }
 
-    fn record(&mut self, kind: RecordKind) {
+    pub(super) fn record(&mut self, kind: RecordKind) {
         self.actions.push_back(Action::Record(Device::Plan, kind));
     }
 
-    fn send(&mut self, command: Command) {
+    pub(super) fn send(&mut self, now: Timestamp, command: Command) {
         let id = self.next_id;
         self.next_id = self.next_id.wrapping_add(1);
         match &command {
             Command::SetHeadingSource(source) => self.heading_source = *source,
-            Command::SetCalibration(calibration) => self.calibration = calibration.clone(),
+            Command::SetCalibration(calibration) => {
+                if *calibration != self.calibration {
+                    self.calibration_since = now;
+                }
+                self.calibration = calibration.clone();
+                self.model = None;
+            }
             _ => {}
         }
         self.record(RecordKind::Command(Box::new(command.clone())));

@@ -8,6 +8,8 @@
 mod action;
 mod execute;
 mod fit;
+mod gathered;
+mod identify;
 mod observe;
 mod op;
 mod program;
@@ -24,6 +26,7 @@ use controller::calibration::Calibration;
 use controller::health::Level;
 use controller::mission::{BiasTestResult, HeadingSource, MissionId, MissionResult, Report, State};
 use fit::Fitted;
+use identification::model::Model;
 use observe::{Collector, Ends, Tags};
 use op::Op;
 use program::Program;
@@ -117,6 +120,11 @@ pub struct Engine {
     wanted: BTreeSet<String>,
     observations: BTreeMap<String, Vec<Observation>>,
     calibrations: BTreeMap<String, Calibration>,
+    /// Since when the calibration is in force.
+    calibration_since: Timestamp,
+    /// Models that can be used by name, and the one in force.
+    models: BTreeMap<String, Model>,
+    model: Option<Model>,
     fits: BTreeMap<String, Fitted>,
     times_degraded: u32,
     times_fault: u32,
@@ -159,6 +167,9 @@ impl Engine {
             round_begun: false,
             observations: BTreeMap::new(),
             calibrations,
+            calibration_since: now,
+            models: BTreeMap::new(),
+            model: None,
             fits: BTreeMap::new(),
             times_degraded: 0,
             times_fault: 0,
@@ -167,6 +178,13 @@ impl Engine {
             ending: None,
             actions: VecDeque::new(),
         }
+    }
+
+    /// With identified models that can be used by name.
+    #[must_use]
+    pub fn with_models(mut self, models: BTreeMap<String, Model>) -> Self {
+        self.models = models;
+        self
     }
 
     /// The plan.
@@ -476,8 +494,8 @@ impl Engine {
     }
 }
 
-/// Quantities that the plan judges or fits, and those of turns and laps: an identification reads them whatever
-/// the plan makes of them.
+/// Quantities that the plan judges, fits or identifies from, and those of turns and laps: a later
+/// identification reads them whatever the plan makes of them.
 fn wanted(plan: &Plan) -> BTreeSet<String> {
     fn fitted(steps: &[Step], names: &mut BTreeSet<String>) {
         for step in steps {
@@ -495,6 +513,7 @@ fn wanted(plan: &Plan) -> BTreeSet<String> {
         names.extend(declared.check.second_quantity().map(|(_, name)| name.as_str().to_owned()));
     }
     fitted(&plan.steps, &mut names);
+    identify::needed(&plan.steps, &mut names);
     names
 }
 

@@ -57,6 +57,10 @@ pub(super) enum Op {
     Fit,
     /// Make and keep a calibration: the step's.
     SaveCalibration,
+    /// Identify a model: the step's.
+    Identify,
+    /// Have the controller correct by a model, or by none.
+    UseModel(Option<String>),
 }
 
 impl Op {
@@ -105,6 +109,10 @@ pub(super) fn expand(
                 None => return Err(format!("no calibration \"{name}\" has been made or found")),
             },
         },
+        Action::Identify(_) => vec![Op::Identify],
+        Action::UseModel(wanted) => {
+            vec![Op::UseModel(wanted.name().map(|name| name.as_str().to_owned()))]
+        }
         Action::SetParameter(set) => vec![Op::SetParameter {
             device: set.parameter.device.to_string(),
             parameter: set.parameter.parameter.to_string(),

@@ -5,17 +5,17 @@ use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use std::path::Path;
 
 /// A field: name, role and unit.
-pub(super) type Field = (&'static str, Role, Unit);
+pub(crate) type Field = (&'static str, Role, Unit);
 
 /// Rows, each with the label of its run.
 #[derive(Debug)]
-pub(super) struct Columns {
+pub(crate) struct Columns {
     columns: Vec<Column>,
     runs: Vec<String>,
 }
 
 impl Columns {
-    pub(super) fn new(fields: &[Field]) -> Self {
+    pub(crate) fn new(fields: &[Field]) -> Self {
         let column = |&(name, role, unit): &Field| Column {
             name: name.to_owned(),
             role,
@@ -26,20 +26,25 @@ impl Columns {
         Self { columns: fields.iter().map(column).collect(), runs: Vec::new() }
     }
 
-    pub(super) const fn is_empty(&self) -> bool {
+    pub(crate) const fn is_empty(&self) -> bool {
         self.runs.is_empty()
     }
 
     /// Appends a row, a number a field; what is not known is none.
-    pub(super) fn push(&mut self, run: String, row: &[Option<f64>]) {
+    pub(crate) fn push(&mut self, run: String, row: &[Option<f64>]) {
         self.runs.push(run);
         for (column, cell) in self.columns.iter_mut().zip(row) {
             column.values.push(cell.filter(|value| value.is_finite()).unwrap_or(f64::NAN));
         }
     }
 
+    /// Another field, with a value a row.
+    pub(crate) fn add(&mut self, name: &str, role: Role, unit: Unit, values: Vec<f64>) {
+        self.columns.push(Column { name: name.to_owned(), role, axis: None, unit, values });
+    }
+
     /// A data set, made by the rules for those that are read. Fields of which nothing is known are left out.
-    pub(super) fn dataset(
+    pub(crate) fn dataset(
         mut self,
         kind: Kind,
         name: &str,

@@ -26,12 +26,12 @@ const FIELDS: [Field; 13] = [
 /// Degrees of a lap.
 const LAP_DEG: f64 = 360.0;
 
-pub(super) fn is_of_lap(quantity: &str) -> bool {
+pub(crate) fn is_of_lap(quantity: &str) -> bool {
     q::find(quantity).is_some_and(|quantity| quantity.made_by == "lap")
 }
 
 /// A row a lap. Positions and headings are those at its end, seen from its start.
-pub(super) fn columns(observations: &[(Observation, HeadingSource)]) -> Columns {
+pub(crate) fn columns(observations: &[(Observation, HeadingSource)]) -> Columns {
     let mut columns = Columns::new(&FIELDS);
     // What is observed of one lap has one time.
     for lap in

@@ -10,12 +10,12 @@
 //! one recording, as it has no gaps. Nothing that only an emulator knows is read: neither [`RecordKind::Truth`]
 //! nor a swept parameter.
 
-mod columns;
-mod laps;
+pub(crate) mod columns;
+pub(crate) mod laps;
 mod series;
 #[cfg(test)]
 mod tests;
-mod turns;
+pub(crate) mod turns;
 
 use crate::dataset::DatasetError;
 use crate::observation::Observation;

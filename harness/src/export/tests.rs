@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 fn run(plan: &str, out: &Path) -> RunFolder {
-    let prepared = Prepared::load(plan, &BTreeMap::new()).unwrap();
+    let prepared = Prepared::load(plan, &crate::made::Made::default()).unwrap();
     let options = Options { seed: 1, out, level: Level::Events, answers: BTreeMap::new() };
     run_to_folder(&prepared, &options, &mut |_| true, &|| 0.0).unwrap();
     RunFolder::open(out).unwrap()

@@ -6,7 +6,7 @@ use crate::plan::quantities::{self, Quantity};
 use identification::dataset::{Role, Unit};
 
 /// The observation that stands for a turn: the angle by the gyro, without sign.
-pub(super) static QUANTITY: &Quantity = &quantities::TABLE_ANGLE;
+pub(crate) static QUANTITY: &Quantity = &quantities::TABLE_ANGLE;
 
 const FIELDS: [Field; 9] = [
     ("time", Role::Time, Unit::Second),
@@ -21,7 +21,7 @@ const FIELDS: [Field; 9] = [
 ];
 
 /// A row a turn, angles counter-clockwise positive.
-pub(super) fn columns(turns: &[Observation]) -> Columns {
+pub(crate) fn columns(turns: &[Observation]) -> Columns {
     let mut columns = Columns::new(&FIELDS);
     for turn in turns {
         let tag = |name: &str| turn.tags.get(name).copied();

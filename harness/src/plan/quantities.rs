@@ -158,6 +158,19 @@ quantities! {
     /// Absolute heading.
     POSE_HEADING: "pose.heading", "deg", [], "measure_pose";
 
+    /// Error of an angle, root mean square over runs that took no part in the fit, by the plain model.
+    IDENTIFICATION_BEFORE: "identification.before", "deg", [], "identify";
+    /// The same by the model that was identified.
+    IDENTIFICATION_AFTER: "identification.after", "deg", [], "identify";
+    /// Error of a rate, root mean square over runs that took no part in the fit, by the plain model.
+    IDENTIFICATION_RATE_BEFORE: "identification.rate_before", "deg/s", [], "identify";
+    /// The same by the model that was identified.
+    IDENTIFICATION_RATE_AFTER: "identification.rate_after", "deg/s", [], "identify";
+    /// Effects that were found beyond the plain model.
+    IDENTIFICATION_EFFECTS: "identification.effects", "1", [], "identify";
+    /// 1 where something remains that no effect explains, 0 where nothing does.
+    IDENTIFICATION_LEFT: "identification.structure_left", "1", [], "identify";
+
     /// Changes of the controller's health to degraded or worse, in the whole run.
     HEALTH_DEGRADED: "health.degraded", "1", [], "always";
     /// Changes of the controller's health to fault, in the whole run.

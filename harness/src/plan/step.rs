@@ -2,6 +2,7 @@
 
 use super::fit::{Fit, SaveCalibration, UseCalibration};
 use super::flow::{OperatorPrompt, Repeat, Sweep};
+use super::identify::{Identify, UseModel};
 use super::motion::{Lap, MeasurePose, Place, Straight, TableTurn, Turn};
 use super::name::Name;
 use super::number;
@@ -90,6 +91,10 @@ actions! {
     SaveCalibration(SaveCalibration) = "save_calibration",
     /// A calibration is used from now on.
     UseCalibration(UseCalibration) = "use_calibration",
+    /// What the gyro does beyond a plain model is identified from what was observed.
+    Identify(Identify) = "identify",
+    /// An identified model is used from now on.
+    UseModel(UseModel) = "use_model",
     /// A parameter of a device is set.
     SetParameter(SetParameter) = "set_parameter",
     /// A device is switched off and on again.

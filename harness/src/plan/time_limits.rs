@@ -82,7 +82,9 @@ pub fn default_limit(action: &Action) -> Span {
         | Action::BiasMethod(_)
         | Action::Fit(_)
         | Action::SaveCalibration(_)
-        | Action::UseCalibration(_) => SLACK,
+        | Action::UseCalibration(_)
+        | Action::Identify(_)
+        | Action::UseModel(_) => SLACK,
         Action::Repeat(repeat) => {
             let steps = sum(&repeat.steps);
             let once = repeat.period.map_or(steps, |period| period.max(steps));

@@ -55,6 +55,14 @@ impl fmt::Display for Action {
                 Some(name) => write!(f, "use calibration {name}"),
                 None => f.write_str("use no calibration"),
             },
+            Self::Identify(a) => match &a.over {
+                Some(over) => write!(f, "identify {} from {} of {over}", a.name, a.from.name()),
+                None => write!(f, "identify {} from {}", a.name, a.from.name()),
+            },
+            Self::UseModel(a) => match a.name() {
+                Some(name) => write!(f, "use model {name}"),
+                None => f.write_str("use no model"),
+            },
             Self::SetParameter(a) => write!(f, "set {} to {}", a.parameter, a.value),
             Self::PowerCycle(a) => {
                 write!(f, "switch the {} off for {} s", a.device, a.off.as_secs_f64())

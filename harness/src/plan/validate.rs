@@ -3,6 +3,7 @@
 use super::check::Check;
 use super::fit::Fit;
 use super::hint::proposal;
+use super::identify::Identify;
 use super::measurement::Declared;
 use super::quantities::{COMMON_TAGS, DURING_PREFIX, find_tag};
 use super::quantity::{Filter, QuantityName};
@@ -72,6 +73,7 @@ impl Place<'_> {
 struct Survey<'a> {
     steps: usize,
     fits: BTreeMap<&'a str, &'a Fit>,
+    models: Vec<&'a str>,
     answers: BTreeMap<&'a str, &'a Answer>,
     swept: Vec<String>,
     phases: Vec<&'a str>,
@@ -132,6 +134,7 @@ impl<'a> Survey<'a> {
                     return Err(at.fault(&[Segment::Key("name")], message, None));
                 }
             }
+            Action::Identify(identify) => self.identify(identify, at)?,
             Action::SaveCalibration(save) => {
                 if save.from.is_empty() {
                     let message =
@@ -156,6 +159,29 @@ impl<'a> Survey<'a> {
             }
             _ => {}
         }
+        Ok(())
+    }
+
+    /// The steps that it is made from come before it, and no two models share a name.
+    fn identify(&mut self, identify: &'a Identify, at: &Place<'_>) -> Checked {
+        let step = identify.from.step();
+        if !self.phases.contains(&step) {
+            let message =
+                format!("no `{step}` before this step, of which {} are", identify.from.name());
+            return Err(at.fault(&[Segment::Key("from")], message, None));
+        }
+        if let Some(over) = &identify.over
+            && !self.phases.contains(&over.as_str())
+        {
+            let help = proposal(over.as_str(), &unique(&self.phases));
+            let message = format!("no step or label `{over}` before this step");
+            return Err(at.fault(&[Segment::Key("over")], message, Some(help)));
+        }
+        if self.models.contains(&identify.name.as_str()) {
+            let message = format!("model name `{}` is used twice", identify.name);
+            return Err(at.fault(&[Segment::Key("name")], message, None));
+        }
+        self.models.push(identify.name.as_str());
         Ok(())
     }
 

@@ -4,13 +4,14 @@ use super::{Prepared, Simulated, VERSION, simulate};
 use crate::calibrations;
 use crate::checks::judge_all;
 use crate::junit;
+use crate::made::Made;
+use crate::models;
 use crate::outcome::{Outcome, Summary};
 use crate::record::header::Header;
 use crate::record::sink::Level;
 use crate::report;
 use crate::run_folder::{JUNIT, RunFolder, RunFolderError};
 use crate::world::simulated::Progress;
-use controller::calibration::Calibration;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -32,8 +33,8 @@ pub struct Options<'a> {
 pub struct Completed {
     /// What it came to, also where no file could be written.
     pub summary: Summary,
-    /// Calibrations that the plan made.
-    pub made: BTreeMap<String, Calibration>,
+    /// Calibrations and models that the plan made.
+    pub made: Made,
     /// What the lines between the devices dropped for want of room.
     pub dropped: u64,
 }
@@ -84,13 +85,22 @@ pub(crate) fn keep(
 
 fn write_made(
     folder: &RunFolder,
-    made: &BTreeMap<String, Calibration>,
+    made: &Made,
     summary: &mut Summary,
 ) -> Result<(), RunFolderError> {
-    for (name, calibration) in made {
-        let file = format!("{name}.toml");
-        let origin = format!("made by plan {}, seed {}", summary.plan, summary.seed);
-        folder.write_artifact(&file, calibrations::to_toml(calibration, &origin).as_bytes())?;
+    let origin = format!("made by plan {}, seed {}", summary.plan, summary.seed);
+    let mut files = Vec::new();
+    for (name, calibration) in &made.calibrations {
+        files.push((format!("{name}.toml"), calibrations::to_toml(calibration, &origin)));
+    }
+    for (name, model) in &made.models {
+        files.push((format!("{name}.model.toml"), models::to_toml(model, &origin)));
+    }
+    for (name, finding) in &made.findings {
+        files.push((format!("{name}.finding.json"), models::to_json(finding)));
+    }
+    for (file, text) in files {
+        folder.write_artifact(&file, text.as_bytes())?;
         summary.artifacts.push(file);
     }
     Ok(())

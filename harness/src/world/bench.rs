@@ -2,12 +2,14 @@
 
 use crate::engine::BenchFacts;
 use crate::library::{Kind, Library, LibraryError};
+use crate::models::{self, ModelError};
 use crate::record::RecordKind;
 use controller::config::{BaseConfig, Config, GyroConfig, MotionConfig, Transport};
 use emulators::absolute::AbsoluteMeasurement;
 use emulators::base::{self, BaseEmulator, BaseOutput};
 use emulators::device_file::{
-    BaseModel, DeviceFile, DeviceFileError, Devices, GyroModel, ModelSource, Mount, TableModel,
+    BaseModel, DeviceFile, DeviceFileError, Devices, GyroModel, Learned, ModelSource, Mount,
+    TableModel,
 };
 use emulators::gyro::GyroEmulator;
 use emulators::table::TableEmulator;
@@ -78,6 +80,15 @@ impl ModelSource for Models<'_> {
 
     fn table(&mut self, name: &str) -> Result<TableModel, DevicesError> {
         Ok(self.0.read(Kind::TableModel, name)?.1)
+    }
+
+    fn learned(&mut self, name: &str) -> Result<Learned, DevicesError> {
+        let unfit = |origin, message| DevicesError::Unfit { origin, message };
+        let (origin, model) = models::read(self.0, name).map_err(|error| match error {
+            ModelError::Library(error) => error.into(),
+            error => unfit(name.to_owned(), error.to_string()),
+        })?;
+        models::learned(&model).map_err(|refused| unfit(origin, refused.to_string()))
     }
 }
 
@@ -234,6 +245,14 @@ impl Carrier {
         match self {
             Self::Base(base) => base.turret_heading_at(now),
             Self::Table(table) => table.angle_at(now),
+        }
+    }
+
+    /// Current of the motors that the gyro rides on. The table's stands aside, behind its gear.
+    pub(super) fn motor_current_at(&self, now: Timestamp) -> f64 {
+        match self {
+            Self::Base(base) => base.motor_current_at(now),
+            Self::Table(_) => 0.0,
         }
     }
 

@@ -71,6 +71,9 @@ impl Stage {
         while self.bench.gyro.next_wakeup() <= now {
             let at = self.bench.gyro.next_wakeup();
             let heading = self.bench.carrier.heading_at(at);
+            if self.bench.gyro.feels_motors() {
+                self.bench.gyro.set_motor_current(self.bench.carrier.motor_current_at(at));
+            }
             if let Some(packet) = self.bench.gyro.wake(at, heading) {
                 self.lines.gyro.send(at, packet);
             }
@@ -132,7 +135,7 @@ impl Stage {
                     }
                 }
             }
-            Action::SaveCalibration { .. } => keep(&action),
+            Action::SaveCalibration { .. } | Action::KeepFound { .. } => keep(&action),
             Action::Record(device, kind) => sink.record(Record { at: now, device, kind }),
         }
         None

@@ -74,7 +74,7 @@ impl Builder<'_> {
             return;
         }
         self.push(Family::Library, plain(Form::Quadratic).with("origin", origin));
-        if self.block.aggregate == Aggregate::Level && on != Acts::Bias && on != Acts::Scale {
+        if self.block.aggregate != Aggregate::Row && on != Acts::Bias && on != Acts::Scale {
             // A path of a minute has no thermal memory to speak of.
             return;
         }
@@ -92,14 +92,18 @@ impl Builder<'_> {
             for share in PLAYS {
                 let shape =
                     Shape::new(&name(Wrap::BranchOf, Form::Linear), on, driver(Wrap::BranchOf), Form::Linear);
-                self.push(Family::Memory, shape.with("half_width", share * channel.span()));
+                let shape = shape.with("half_width", share * channel.span());
+                self.push(Family::Memory, shape.clone().with("through", 1.0).with("origin", origin));
+                self.push(Family::Memory, shape);
             }
         }
     }
 
     /// A rotation about another axis that leaks in.
     fn other_axis(&mut self, on: Acts, channel: &Channel) {
-        if on == Acts::Bias && channel.name != self.block.label {
+        // At rest every axis shares what heats all of them.
+        let turns = self.block.exposure(Acts::Scale).is_some();
+        if on == Acts::Bias && turns && channel.name != self.block.label {
             let shape = Shape::new("misaligned_axis", Acts::Axis, Driver::plain(&channel.name), Form::Linear);
             self.push(Family::Library, shape);
         }
@@ -200,15 +204,15 @@ impl Builder<'_> {
         if !(largest > 0.0) {
             return;
         }
-        for share in [0.01, 0.02, 0.05, 0.1, 0.2] {
+        for width in self.dead_widths() {
             let shape = Shape::new("dead_zone", Acts::DeadZone, rotation.clone(), Form::DeadZone);
-            self.push(Family::Library, shape.with("width", share * largest));
+            self.push(Family::Library, shape.with("width", width));
         }
         for share in [0.95, 0.9, 0.8, 0.65, 0.5] {
             let shape = Shape::new("saturation", Acts::Saturation, rotation.clone(), Form::Saturation);
             self.push(Family::Library, shape.with("limit", share * largest));
         }
-        if self.block.exposure(Acts::Scale).is_none() || self.channels.segments.len() * 8 > self.channels.time.len() {
+        if self.block.exposure(Acts::Scale).is_none() || !self.channels.sampled {
             return;
         }
         let interval = self.channels.interval();
@@ -227,6 +231,24 @@ impl Builder<'_> {
             let shape = Shape::new("sample_clock", Acts::Clock, driver, Form::Delay);
             self.push(Family::Library, shape.with("stretch", shift * interval / span));
         }
+    }
+
+    /// Widths of a dead zone: between rates that occur, by rank.
+    fn dead_widths(&self) -> Vec<f64> {
+        let mut sizes: Vec<f64> =
+            self.channels.rotation.iter().map(|rate| rate.abs()).filter(|rate| *rate > 0.0).collect();
+        sizes.sort_by(f64::total_cmp);
+        let mut widths: Vec<f64> = Vec::new();
+        for share in [0.005, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5] {
+            let at = (sizes.len() as f64 * share) as usize;
+            let Some(&size) = sizes.get(at) else { continue };
+            // Just beyond that rate.
+            let width = size * 1.001;
+            if widths.last().is_none_or(|last| width > 1.01 * last) {
+                widths.push(width);
+            }
+        }
+        widths
     }
 
     fn slip(&mut self) {

@@ -46,12 +46,30 @@ impl Family {
     }
 
     /// What is taken off a surprise for having looked at so many candidates, in nats. `tests` replaces the usual
-    /// number where the data say it (periods).
+    /// number where the data say it.
     pub fn toll(self, tests: Option<f64>) -> f64 {
         let (share, usual) = self.risk();
         (tests.unwrap_or(usual).max(1.0) / share).ln()
     }
+
+    /// How many independent tests so many candidates are worth: neighbours on a grid overlap.
+    pub fn tests(self, candidates: &[Candidate]) -> f64 {
+        let mut labels: Vec<String> = Vec::new();
+        let mut members = 0_usize;
+        for candidate in candidates.iter().filter(|candidate| candidate.family == self) {
+            members += 1;
+            let label = candidate.shape.label();
+            if !labels.contains(&label) {
+                labels.push(label);
+            }
+        }
+        let neighbours = (members - labels.len()) as f64;
+        (labels.len() as f64 + GRID_OVERLAP * neighbours).max(self.risk().1)
+    }
 }
+
+/// What a further place on a grid is worth, as an independent test.
+const GRID_OVERLAP: f64 = 0.2;
 
 /// A shape that may be missing.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,6 +4,7 @@ use super::whiten::COLOURED_MAX;
 use super::{Coloured, Layout, NoiseModel, Whitener};
 use crate::linear::{Basis, dot};
 use crate::robust;
+use std::borrow::Cow;
 
 /// How well a noise model explains a residual.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,20 +64,25 @@ pub fn fit(
         noise.walk = 1.0 / layout.mean_activity().max(f64::MIN_POSITIVE);
     }
     let mut left_out = outliers(layout, residual, columns, &noise);
-    for _ in 0..2 {
-        let search = Search { layout, residual, columns, left_out: &left_out };
+    for round in 0..2 {
+        let before = left_out.clone();
+        let search = Search::new(layout, residual, columns, &left_out);
         if layout.is_level() {
             search.walk(&mut noise);
         }
         search.parts(&mut noise);
         noise.run_scale = run_scales(layout, residual, columns, &noise);
         left_out = outliers(layout, residual, columns, &noise);
+        let changed = before.iter().zip(&left_out).filter(|(a, b)| a != b).count();
+        if round == 0 && changed * 500 < left_out.len() && !noise.is_coloured() {
+            break;
+        }
     }
     (noise, left_out)
 }
 
-/// The parts of `start` tuned to `residual` less what `columns` explain, and the logarithm of the likelihood. Parts
-/// may go; none is added. `left_out` stays as it is, so that likelihoods can be compared.
+/// The parts of `start` tuned to `residual` less what `columns` explain, and the logarithm of the likelihood less
+/// what the parts cost. Parts may go; none is added. `left_out` stays as it is, so that likelihoods can be compared.
 pub fn retune(
     layout: &Layout,
     residual: &[f64],
@@ -84,12 +90,12 @@ pub fn retune(
     start: &NoiseModel,
     left_out: &[bool],
 ) -> (NoiseModel, f64) {
-    let search = Search { layout, residual, columns, left_out };
+    let search = Search::new(layout, residual, columns, left_out);
     let mut noise = start.clone();
-    let mut now = search.value(&noise);
-    search.shrink(&mut noise, &mut now);
-    search.tune(&mut noise, &mut now);
-    (noise, now)
+    search.shrink(&mut noise);
+    search.tune(&mut noise);
+    let whole = evidence(layout, residual, columns, &noise, left_out).log_likelihood;
+    (noise.clone(), whole - PART_GAIN_MIN * noise.coloured.len() as f64)
 }
 
 fn whitened(
@@ -115,7 +121,8 @@ fn outliers(
     noise: &NoiseModel,
 ) -> Vec<bool> {
     let white = whitened(layout, residual, columns, noise);
-    let limit = OUTLIER * robust::spread(&white);
+    let used: Vec<f64> = white.iter().copied().filter(|value| *value != 0.0).collect();
+    let limit = OUTLIER * robust::spread(&used);
     white.iter().map(|value| value.abs() > limit).collect()
 }
 
@@ -147,23 +154,131 @@ fn run_scales(
         .collect()
 }
 
-struct Search<'a> {
-    layout: &'a Layout,
-    residual: &'a [f64],
-    columns: &'a [Vec<f64>],
-    left_out: &'a [bool],
+/// Longest correlation time, as a share of the longest stretch: what is slower is a constant, and constants are
+/// causes, not noise.
+const CORRELATION_MAX: f64 = 0.5;
+/// Observations above which the search looks at means of several, and at a stretch of single ones.
+const WHOLE_MAX: usize = 5000;
+/// Observations of a thinned record.
+const THINNED: usize = 2500;
+/// A correlation time this many times the distance of the thinned record shows in it.
+const SHOWS_FROM: f64 = 4.0;
+
+/// The record, as a search for correlation times of one order looks at it.
+struct View<'a> {
+    layout: Cow<'a, Layout>,
+    residual: Cow<'a, [f64]>,
+    columns: Cow<'a, [Vec<f64>]>,
+    left_out: Cow<'a, [bool]>,
+    /// Variance of its white noise over that of a single observation.
+    white: f64,
+    /// By how much the whole says more than it.
+    weight: f64,
 }
 
-impl Search<'_> {
+impl View<'_> {
     fn value(&self, noise: &NoiseModel) -> f64 {
-        evidence(self.layout, self.residual, self.columns, noise, self.left_out).log_likelihood
+        let mut noise = noise.clone();
+        noise.white *= self.white;
+        self.weight
+            * evidence(&self.layout, &self.residual, &self.columns, &noise, &self.left_out).log_likelihood
+    }
+}
+
+struct Search<'a> {
+    /// For short correlation times.
+    fine: View<'a>,
+    /// For long ones, where the record is too long to look at whole.
+    coarse: Option<(View<'a>, f64)>,
+    correlations: Vec<f64>,
+    unit: f64,
+    is_level: bool,
+    span: f64,
+    mean_activity: f64,
+}
+
+impl<'a> Search<'a> {
+    fn new(
+        layout: &'a Layout,
+        residual: &'a [f64],
+        columns: &'a [Vec<f64>],
+        left_out: &'a [bool],
+    ) -> Self {
+        let n = layout.len();
+        let whole = View {
+            layout: Cow::Borrowed(layout),
+            residual: Cow::Borrowed(residual),
+            columns: Cow::Borrowed(columns),
+            left_out: Cow::Borrowed(left_out),
+            white: 1.0,
+            weight: 1.0,
+        };
+        // On levels a coloured part is a rate: its variance is stated so that 1 brings much in one step.
+        let unit = if layout.is_level() { layout.interval().powi(-2) * 1e-2 } else { 1.0 };
+        let mut search = Self {
+            fine: whole,
+            coarse: None,
+            correlations: correlations(layout),
+            unit,
+            is_level: layout.is_level(),
+            span: layout.span(),
+            mean_activity: layout.mean_activity().max(f64::MIN_POSITIVE),
+        };
+        if n > WHOLE_MAX && !layout.is_level() {
+            let block = n.div_ceil(THINNED);
+            let (thin, groups) = layout.thinned(block);
+            let mean = |values: &[f64]| -> Vec<f64> {
+                groups
+                    .iter()
+                    .map(|range| {
+                        let (sum, count) = range
+                            .clone()
+                            .filter(|&i| !left_out[i])
+                            .fold((0.0, 0.0), |(s, c), i| (s + values[i], c + 1.0));
+                        if count > 0.0 { sum / count } else { 0.0 }
+                    })
+                    .collect()
+            };
+            let coarse = View {
+                residual: Cow::Owned(mean(residual)),
+                columns: Cow::Owned(columns.iter().map(|column| mean(column)).collect()),
+                left_out: Cow::Owned(
+                    groups.iter().map(|range| range.clone().all(|i| left_out[i])).collect(),
+                ),
+                white: 1.0 / block as f64,
+                weight: 1.0,
+                layout: Cow::Owned(thin),
+            };
+            let shows_from = SHOWS_FROM * block as f64 * layout.interval();
+            // Single observations, in the middle of the record.
+            let from = (n - WHOLE_MAX) / 2;
+            let range = from..from + WHOLE_MAX;
+            search.fine = View {
+                layout: Cow::Owned(layout.part(range.clone())),
+                residual: Cow::Owned(residual[range.clone()].to_vec()),
+                columns: Cow::Owned(columns.iter().map(|column| column[range.clone()].to_vec()).collect()),
+                left_out: Cow::Owned(left_out[range].to_vec()),
+                white: 1.0,
+                weight: n as f64 / WHOLE_MAX as f64,
+            };
+            search.coarse = Some((coarse, shows_from));
+        }
+        search
+    }
+
+    /// The view in which a correlation time shows.
+    fn view(&self, correlation_s: f64) -> &View<'a> {
+        match &self.coarse {
+            Some((coarse, from)) if correlation_s >= *from => coarse,
+            _ => &self.fine,
+        }
     }
 
     /// The best positive factor for a parameter, from a coarse search over decades and a fine one.
-    fn best(&self, from: i32, to: i32, set: impl Fn(f64) -> NoiseModel) -> (f64, f64) {
+    fn best(&self, view: &View<'_>, (from, to): (i32, i32), set: impl Fn(f64) -> NoiseModel) -> (f64, f64) {
         let at = |exponent: f64| {
             let value = 10_f64.powf(exponent);
-            (self.value(&set(value)), exponent)
+            (view.value(&set(value)), exponent)
         };
         let mut best = (from..=to)
             .map(|exponent| at(f64::from(exponent)))
@@ -180,38 +295,49 @@ impl Search<'_> {
     }
 
     fn walk(&self, noise: &mut NoiseModel) {
-        let unit = 1.0 / self.layout.mean_activity().max(f64::MIN_POSITIVE);
-        let (_, ratio) = self.best(-6, 5, |ratio| NoiseModel { walk: ratio * unit, ..noise.clone() });
+        let unit = 1.0 / self.mean_activity;
+        let set = |ratio: f64| NoiseModel { walk: ratio * unit, ..noise.clone() };
+        let (_, ratio) = self.best(&self.fine, (-8, 5), set);
         noise.walk = ratio * unit;
     }
 
     /// Adds coloured parts while they pay, then tunes all and drops what no longer pays.
     fn parts(&self, noise: &mut NoiseModel) {
-        let mut now = self.value(noise);
-        self.tune(noise, &mut now);
-        while noise.coloured.len() < PARTS_MAX.min(COLOURED_MAX) {
+        self.tune(noise);
+        let most = if self.is_level { 1 } else { PARTS_MAX.min(COLOURED_MAX) };
+        while noise.coloured.len() < most {
+            let fine_now = self.fine.value(noise);
+            let coarse_now = self.coarse.as_ref().map(|(view, _)| view.value(noise));
             let mut best: Option<(f64, Coloured)> = None;
-            for correlation_s in self.correlations() {
+            for &correlation_s in &self.correlations {
+                let view = self.view(correlation_s);
+                let now = match coarse_now {
+                    Some(value) if !std::ptr::eq(view, &self.fine) => value,
+                    _ => fine_now,
+                };
                 let with = |variance: f64| {
                     let mut noise = noise.clone();
-                    noise.coloured.push(Coloured { correlation_s, variance: variance * self.unit() });
+                    noise.coloured.push(Coloured { correlation_s, variance: variance * self.unit });
                     noise
                 };
                 // A quick look first: most correlation times have nothing to give.
-                let quick = [0.003, 0.03, 0.3, 3.0].map(|variance| self.value(&with(variance)));
+                let quick = [0.0005, 0.005, 0.05, 0.5, 5.0].map(|variance| view.value(&with(variance)));
                 if quick.iter().all(|value| *value < now + 0.5) {
                     continue;
                 }
-                let (value, variance) = self.best(-4, 4, with);
-                if best.is_none_or(|(found, _)| value > found) {
-                    best = Some((value, Coloured { correlation_s, variance: variance * self.unit() }));
+                let (value, variance) = self.best(view, (-5, 3), with);
+                if best.is_none_or(|(found, _)| value - now > found) {
+                    best = Some((value - now, Coloured { correlation_s, variance: variance * self.unit }));
                 }
             }
             match best {
-                Some((value, part)) if value > now + PART_GAIN_MIN => {
+                Some((gain, part)) if gain > PART_GAIN_MIN => {
+                    let count = noise.coloured.len();
                     noise.coloured.push(part);
-                    now = value;
-                    self.tune(noise, &mut now);
+                    self.tune(noise);
+                    if noise.coloured.len() <= count {
+                        break;
+                    }
                 }
                 _ => break,
             }
@@ -219,43 +345,27 @@ impl Search<'_> {
         noise.coloured.sort_by(|a, b| a.correlation_s.total_cmp(&b.correlation_s));
     }
 
-    /// On levels a coloured part is a rate: its variance is stated so that 1 brings, over its correlation time, as
-    /// much as the white noise.
-    fn unit(&self) -> f64 {
-        if self.layout.is_level() { self.layout.interval().powi(-2) * 1e-2 } else { 1.0 }
-    }
-
-    fn correlations(&self) -> Vec<f64> {
-        let (interval, span) = (self.layout.interval(), self.layout.span());
-        let mut found = Vec::new();
-        let mut at = 2.0 * interval;
-        while at < 20.0 * span {
-            found.push(at);
-            at *= 10_f64.sqrt();
-        }
-        if !self.layout.is_level() && self.layout.runs() >= 4 {
-            found.push(f64::INFINITY);
-        }
-        found
-    }
-
     /// Much smaller parts are tried first: an effect may take all that a part stood for.
-    fn shrink(&self, noise: &mut NoiseModel, now: &mut f64) {
+    fn shrink(&self, noise: &mut NoiseModel) {
         for k in 0..noise.coloured.len() {
+            let view = self.view(noise.coloured[k].correlation_s);
+            let mut now = view.value(noise);
             for factor in [0.3, 0.1, 0.03, 0.01] {
                 let mut tried = noise.clone();
                 tried.coloured[k].variance *= factor;
-                let value = self.value(&tried);
-                if value > *now {
-                    (*noise, *now) = (tried, value);
+                let value = view.value(&tried);
+                if value > now {
+                    (*noise, now) = (tried, value);
                 }
             }
         }
     }
 
-    fn tune(&self, noise: &mut NoiseModel, now: &mut f64) {
+    fn tune(&self, noise: &mut NoiseModel) {
         for step in [3.0, 1.8, 1.3] {
             for k in 0..noise.coloured.len() {
+                let view = self.view(noise.coloured[k].correlation_s);
+                let mut now = view.value(noise);
                 for factor in [step, 1.0 / step] {
                     for which in 0..2 {
                         let mut tried = noise.clone();
@@ -263,26 +373,45 @@ impl Search<'_> {
                             tried.coloured[k].variance *= factor;
                         } else {
                             tried.coloured[k].correlation_s *= factor;
+                            let now = tried.coloured[k].correlation_s;
+                            if now.is_finite() && now > CORRELATION_MAX * self.span {
+                                continue;
+                            }
                         }
-                        let value = self.value(&tried);
-                        if value > *now {
-                            (*noise, *now) = (tried, value);
+                        let value = view.value(&tried);
+                        if value > now {
+                            (*noise, now) = (tried, value);
                         }
                     }
                 }
             }
         }
-        // What takes nothing away when it goes, goes.
+        // What takes little away when it goes, goes.
         let mut k = 0;
         while k < noise.coloured.len() {
+            let view = self.view(noise.coloured[k].correlation_s);
             let mut without = noise.clone();
             without.coloured.remove(k);
-            let value = self.value(&without);
-            if value > *now - PART_GAIN_MIN {
-                (*noise, *now) = (without, value);
+            if view.value(&without) > view.value(noise) - PART_GAIN_MIN {
+                *noise = without;
             } else {
                 k += 1;
             }
         }
     }
+}
+
+/// Correlation times that are tried.
+fn correlations(layout: &Layout) -> Vec<f64> {
+    let (interval, span) = (layout.interval(), layout.span());
+    let mut found = Vec::new();
+    let mut at = if layout.is_level() { 10.0 * interval } else { 2.0 * interval };
+    while at < CORRELATION_MAX * span {
+        found.push(at);
+        at *= if layout.is_level() { 10.0 } else { 10_f64.sqrt() };
+    }
+    if !layout.is_level() && layout.runs() >= 4 {
+        found.push(f64::INFINITY);
+    }
+    found
 }

@@ -31,6 +31,38 @@ pub struct NoiseModel {
     pub run_scale: Vec<f64>,
 }
 
+/// How noise adds up over rows that took different times: equally, or as a rate would; the likeliest.
+pub fn likeliest_layout(
+    plain: Layout,
+    durations: &[f64],
+    residual: &[f64],
+    columns: &[Vec<f64>],
+) -> Layout {
+    let (low, high) =
+        durations.iter().fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), d| (l.min(*d), h.max(*d)));
+    if plain.is_level() || !(high > DIFFERENT_FROM * low) || !(low > 0.0) {
+        return plain;
+    }
+    let value = |layout: &Layout| {
+        let (noise, left_out) = fit(layout, residual, columns, None);
+        evidence(layout, residual, columns, &noise, &left_out).log_likelihood
+            - 3.0 * noise.coloured.len() as f64
+            - 10.0 * left_out.iter().filter(|left_out| **left_out).count() as f64
+    };
+    let as_rates = [plain.over(durations, false), plain.over(durations, true)];
+    let mut best = (value(&plain), plain);
+    for layout in as_rates {
+        let found = value(&layout);
+        if found > best.0 {
+            best = (found, layout);
+        }
+    }
+    best.1
+}
+
+/// Durations that differ by less than this factor are alike.
+const DIFFERENT_FROM: f64 = 1.1;
+
 impl NoiseModel {
     /// White noise, equal in all runs.
     pub fn white(runs: usize) -> Self {

@@ -4,6 +4,7 @@
 //! alone, so they are computed once and applied to every column.
 
 use super::NoiseModel;
+use crate::linear::{Basis, dot};
 use crate::problem::{Aggregate, Block, Channels};
 
 /// Most coloured parts.
@@ -25,13 +26,17 @@ pub struct Layout {
     pub run: Vec<usize>,
     /// How much of a rate each observation sees: 1, or the time that a turn took.
     gain: Vec<f64>,
+    /// Noise of each observation over that of the others; empty where all are alike.
+    spread: Vec<f64>,
     levels: bool,
+    /// Errors of the pose at the start of each run, over the observations; and the observations of each run.
+    starts_of_poses: Option<(Vec<Vec<f64>>, Vec<std::ops::Range<usize>>)>,
 }
 
 impl Layout {
     /// Of the observations of `block`.
     pub fn new(block: &Block, channels: &Channels) -> Self {
-        let levels = block.aggregate == Aggregate::Level;
+        let levels = block.aggregate != Aggregate::Row;
         let mut segment_of = vec![0; channels.time.len()];
         for (index, range) in channels.segments.iter().enumerate() {
             segment_of[range.clone()].fill(index);
@@ -44,26 +49,39 @@ impl Layout {
             new_run: vec![true; n],
             run: block.rows.iter().map(|&row| channels.run[row]).collect(),
             gain: vec![1.0; n],
+            spread: block.spread.clone(),
             levels,
+            starts_of_poses: block
+                .pose
+                .as_ref()
+                .map(|pose| (pose.start_errors().to_vec(), pose.of_run.clone())),
         };
         for i in 1..n {
             let (before, now) = (block.rows[i - 1], block.rows[i]);
             layout.new_run[i] = layout.run[i] != layout.run[i - 1];
+            let other = block.pose.as_ref().is_some_and(|pose| pose.component[i] != pose.component[i - 1]);
             layout.starts[i] =
-                segment_of[before] != segment_of[now] || (levels && layout.new_run[i]);
+                segment_of[before] != segment_of[now] || (levels && layout.new_run[i]) || other;
+            if layout.starts[i] {
+                continue;
+            }
             layout.step[i] = channels.time[now] - channels.time[before];
             if let Some(activity) = &block.activity {
                 layout.activity[i] = activity[before + 1..=now].iter().sum();
             }
         }
-        if !levels
-            && let Some(bias) = block.exposure(crate::model::Acts::Bias)
-        {
-            let mean: f64 =
-                block.rows.iter().map(|&row| bias.per_row[row]).sum::<f64>() / n.max(1) as f64;
-            if mean > 0.0 {
-                layout.gain = block.rows.iter().map(|&row| bias.per_row[row] / mean).collect();
-            }
+        layout
+    }
+
+    /// The same observations where each took `durations`: a coloured rate adds up over the time, and where `white`
+    /// too, white noise of the rate does (an angle random walk).
+    pub fn over(&self, durations: &[f64], white: bool) -> Self {
+        let mean = durations.iter().sum::<f64>() / durations.len().max(1) as f64;
+        let mut layout = self.clone();
+        layout.gain = durations.iter().map(|duration| duration / mean).collect();
+        if white {
+            let own = |i: usize| self.spread.get(i).copied().unwrap_or(1.0);
+            layout.spread = (0..self.len()).map(|i| own(i) * layout.gain[i].abs().sqrt()).collect();
         }
         layout
     }
@@ -101,6 +119,60 @@ impl Layout {
         self.activity.iter().sum::<f64>() / self.activity.len().max(1) as f64
     }
 
+    /// Every `block` observations as one, their mean. Only for observations that are of rows.
+    pub fn thinned(&self, block: usize) -> (Self, Vec<std::ops::Range<usize>>) {
+        let mut groups: Vec<std::ops::Range<usize>> = Vec::new();
+        for i in 0..self.len() {
+            match groups.last_mut() {
+                Some(last) if last.len() < block && !self.starts[i] && !self.new_run[i] => last.end = i + 1,
+                _ => groups.push(i..i + 1),
+            }
+        }
+        let middle = |range: &std::ops::Range<usize>| (range.start + range.end - 1) / 2;
+        let mut thin = Self {
+            step: Vec::new(),
+            activity: Vec::new(),
+            starts: Vec::new(),
+            new_run: Vec::new(),
+            run: Vec::new(),
+            gain: Vec::new(),
+            spread: Vec::new(),
+            levels: self.levels,
+            starts_of_poses: None,
+        };
+        let mut before = 0;
+        for range in &groups {
+            let now = middle(range);
+            thin.step.push(self.step[before + 1..=now.max(before)].iter().sum());
+            thin.activity.push(0.0);
+            thin.starts.push(self.starts[range.start]);
+            thin.new_run.push(self.new_run[range.start]);
+            thin.run.push(self.run[range.start]);
+            thin.gain.push(self.gain[range.clone()].iter().sum::<f64>() / range.len() as f64);
+            before = now;
+        }
+        (thin, groups)
+    }
+
+    /// The observations of `range` alone.
+    pub fn part(&self, range: std::ops::Range<usize>) -> Self {
+        let mut part = Self {
+            step: self.step[range.clone()].to_vec(),
+            activity: self.activity[range.clone()].to_vec(),
+            starts: self.starts[range.clone()].to_vec(),
+            new_run: self.new_run[range.clone()].to_vec(),
+            run: self.run[range.clone()].to_vec(),
+            gain: self.gain[range.clone()].to_vec(),
+            spread: self.spread.get(range).map_or_else(Vec::new, <[f64]>::to_vec),
+            levels: self.levels,
+            starts_of_poses: None,
+        };
+        if let Some(first) = part.starts.first_mut() {
+            *first = true;
+        }
+        part
+    }
+
     /// How many runs there are.
     pub fn runs(&self) -> usize {
         self.run.iter().max().map_or(0, |last| last + 1)
@@ -123,6 +195,8 @@ pub struct Whitener {
     /// Sum of the logarithms of the innovations' variances.
     pub log_determinant: f64,
     plain: bool,
+    /// For each run of poses: its observations, and what errors of its start look like, whitened and orthonormal.
+    unknown_starts: Vec<(std::ops::Range<usize>, Vec<Vec<f64>>)>,
 }
 
 /// Variance of what is not known at all, over that of the white noise.
@@ -148,20 +222,22 @@ impl Whitener {
             weight: Vec::with_capacity(n),
             log_determinant: 0.0,
             plain,
+            unknown_starts: Vec::new(),
         };
         let mut p = [[0.0; STATES_MAX]; STATES_MAX];
         for i in 0..n {
             let scale = noise.run_scale.get(layout.run[i]).copied().unwrap_or(1.0);
-            let skip = left_out.get(i).copied().unwrap_or(false);
+            let own = layout.spread.get(i).copied().unwrap_or(1.0);
+            let skip = left_out.get(i).copied().unwrap_or(false) || !own.is_finite();
             if plain {
-                whitener.weight.push(if skip { 0.0 } else { 1.0 / scale });
-                whitener.log_determinant += if skip { 0.0 } else { 2.0 * scale.ln() };
+                whitener.weight.push(if skip { 0.0 } else { 1.0 / (scale * own) });
+                whitener.log_determinant += if skip { 0.0 } else { 2.0 * (scale * own).ln() };
                 continue;
             }
             let mut keep = [0.0; STATES_MAX];
             if layout.starts[i] {
                 p = [[0.0; STATES_MAX]; STATES_MAX];
-                if levels {
+                if levels && layout.starts_of_poses.is_none() {
                     p[0][0] = DIFFUSE * noise.white.max(noise.walk);
                 }
                 for (k, part) in noise.coloured.iter().take(m).enumerate() {
@@ -181,7 +257,7 @@ impl Whitener {
                 }
                 predict(&mut p, &keep, step, states, levels);
                 if levels {
-                    p[0][0] += noise.walk * layout.activity[i];
+                    p[0][0] += noise.walk * layout.activity[i] * own * own;
                 }
                 for (k, part) in noise.coloured.iter().take(m).enumerate() {
                     p[k + offset][k + offset] +=
@@ -196,7 +272,7 @@ impl Whitener {
                 h[..states].fill(layout.gain[i]);
             }
             let mut ph = [0.0; STATES_MAX];
-            let mut s = noise.white;
+            let mut s = if skip { 1.0 } else { noise.white * own * own };
             for a in 0..states {
                 for b in 0..states {
                     ph[a] += p[a][b] * h[b];
@@ -221,11 +297,35 @@ impl Whitener {
             whitener.keeps.push(keep);
             whitener.gains.push(gain);
         }
+        if let Some((columns, runs)) = &layout.starts_of_poses {
+            let white: Vec<Vec<f64>> = columns.iter().map(|column| whitener.innovations(column)).collect();
+            whitener.unknown_starts = runs
+                .iter()
+                .map(|range| {
+                    let mine = white.iter().map(|column| column[range.clone()].to_vec()).collect();
+                    (range.clone(), Basis::default().beyond(mine).into_columns())
+                })
+                .collect();
+        }
         whitener
     }
 
-    /// The whitened column.
+    /// The whitened column, without what an error of where a run began could be.
     pub fn apply(&self, column: &[f64]) -> Vec<f64> {
+        let mut whitened = self.innovations(column);
+        for (range, directions) in &self.unknown_starts {
+            let mine = &mut whitened[range.clone()];
+            for direction in directions {
+                let share = dot(direction, mine);
+                for (value, other) in mine.iter_mut().zip(direction) {
+                    *value -= share * other;
+                }
+            }
+        }
+        whitened
+    }
+
+    fn innovations(&self, column: &[f64]) -> Vec<f64> {
         let mut whitened = Vec::with_capacity(column.len());
         if self.plain {
             whitened.extend(column.iter().zip(&self.weight).map(|(value, weight)| value * weight));
@@ -259,7 +359,8 @@ impl Whitener {
 
     /// How many observations have a weight.
     pub fn used(&self) -> usize {
-        self.weight.iter().filter(|weight| **weight > 0.0).count()
+        let unknown: usize = self.unknown_starts.iter().map(|(_, directions)| directions.len()).sum();
+        self.weight.iter().filter(|weight| **weight > 0.0).count().saturating_sub(unknown)
     }
 }
 
@@ -314,7 +415,9 @@ mod tests {
             new_run: (0..n).map(|i| i == 0).collect(),
             run: vec![0; n],
             gain: vec![1.0; n],
+            spread: Vec::new(),
             levels,
+            starts_of_poses: None,
         }
     }
 

@@ -1,7 +1,7 @@
 //! What effects can see: channels at every row, with slopes where somebody asks for them.
 
 use super::segments::segments;
-use crate::dataset::{Dataset, Dimension, Role, Unit};
+use crate::dataset::{Dataset, Dimension, Kind, Role, Unit};
 use crate::signal::{self, Smooth};
 use std::ops::Range;
 
@@ -57,6 +57,8 @@ pub struct Channels {
     pub rotation_unit: Unit,
     /// Name of the field of direction, where there is one.
     pub direction_name: Option<String>,
+    /// Whether a row is a sample, so that delays and clocks can show.
+    pub sampled: bool,
     /// Names of fields that are constant.
     pub constant: Vec<String>,
 }
@@ -86,6 +88,7 @@ impl Channels {
             rotation_name: super::ROTATION.to_owned(),
             rotation_unit: Unit::DegreePerSecond,
             direction_name: dataset.column(Role::Direction).map(|column| column.name.clone()),
+            sampled: dataset.kind == Kind::Series,
             constant: Vec::new(),
         };
         for column in &dataset.columns {

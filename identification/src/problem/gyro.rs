@@ -75,6 +75,13 @@ pub(super) fn rotation_of(channels: &mut Channels, dataset: &Dataset, angle: &[f
     let timed = dataset.column(Role::Duration).is_some() || dataset.column(Role::TableRate).is_some();
     if timed {
         channels.rotation = angle.iter().zip(duration).map(|(a, t)| a / t).collect();
+        if let Some(column) = dataset.column(Role::TableRate)
+            && column.values.iter().all(|value| value.is_finite())
+        {
+            // The rate of the table itself; ramps make the mean over a turn less.
+            channels.rotation =
+                angle.iter().zip(column.si()).map(|(angle, rate)| angle.signum() * rate.abs()).collect();
+        }
     } else {
         // Only the direction is known.
         channels.rotation = angle.iter().map(|angle| angle.signum()).collect();
@@ -118,15 +125,18 @@ pub(super) fn angle_block(
     Block {
         label: gyro.name.clone(),
         axis: gyro.axis,
+        apart: None,
         aggregate: Aggregate::Row,
         residual: rows.iter().map(|&row| difference(row)).collect(),
         raw: rows.iter().map(|&row| gyro.values[row]).collect(),
         raw_si: gyro.unit.si(),
         rows,
+        spread: Vec::new(),
         exposures: angle_exposures(gyro.unit, duration.to_vec(), angle.to_vec()),
         constants: GYRO_CONSTANTS.to_vec(),
         unit: angle_unit(gyro.unit),
         activity: None,
+        pose: None,
     }
 }
 
@@ -265,15 +275,18 @@ fn against_rate(
     Block {
         label: rate.column.name.clone(),
         axis: rate.column.axis,
+        apart: None,
         aggregate: Aggregate::Row,
         residual: rows.iter().map(|&row| measured[row] - measured_reference[row]).collect(),
         raw: rows.iter().map(|&row| rate.column.values[row]).collect(),
         raw_si: rate.column.unit.si() / factor,
         rows,
+        spread: Vec::new(),
         exposures,
         constants,
         unit,
         activity: None,
+        pose: None,
     }
 }
 
@@ -351,11 +364,13 @@ fn against_heading(
     Block {
         label: rate.column.name.clone(),
         axis: rate.column.axis,
+        apart: None,
         aggregate: Aggregate::Level,
         raw: rows.iter().map(|&row| rate.column.values[row]).collect(),
         raw_si: rate.column.unit.si() / factor,
         rows,
         residual,
+        spread: Vec::new(),
         exposures: vec![
             Exposure { acts: Acts::Bias, per_row: time_step.clone(), unit },
             Exposure { acts: Acts::Scale, per_row: nominal, unit: DisplayUnit::new("1", 1.0) },
@@ -363,6 +378,7 @@ fn against_heading(
         constants: GYRO_CONSTANTS.to_vec(),
         unit: angle_unit(reference.unit),
         activity: Some(time_step),
+        pose: None,
     }
 }
 

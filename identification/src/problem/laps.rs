@@ -69,11 +69,13 @@ fn end_block(
     Block {
         label: label.to_owned(),
         axis: None,
+        apart: Some(label.to_owned()),
         aggregate: Aggregate::Row,
         residual: rows.iter().map(|&row| error[row]).collect(),
         raw: rows.iter().map(|&row| raw[row]).collect(),
         raw_si: unit.si,
         rows,
+        spread: Vec::new(),
         exposures: vec![
             Exposure { acts: Acts::Turn, per_row: turn, unit: one },
             Exposure { acts: Acts::Curvature, per_row: curvature, unit: unit.clone() },
@@ -81,5 +83,6 @@ fn end_block(
         constants: Vec::new(),
         unit,
         activity: None,
+        pose: None,
     }
 }

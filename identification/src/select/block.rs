@@ -1,19 +1,24 @@
 //! The whole of one block: noise, rounds, refits, rivals.
 
-use super::choose::{Contender, Profile, contenders, profiled, surfaces};
+use super::choose::{Contender, Profile, contenders, plainest_first, profiled, surfaces};
 use super::cross;
 use super::refine::refine;
 use super::rivals::{RivalFound, rivals};
 use super::scene::{Data, Scene, combine, robust_fit};
 use super::simplify::simplify;
 use crate::candidates::{Candidate, Family};
+use crate::lattice;
+use crate::noise::Layout;
+use crate::problem::{Aggregate, Block, Channels};
 use crate::model::{Form, Shape};
 use crate::noise::{self, NoiseModel, Whitener};
 
 /// The risk of a false alarm that is taken for a whole data set.
-pub const RISK: f64 = 0.01;
+pub const RISK: f64 = 0.005;
 /// A term whose removal is less surprising than this goes again (one in a thousand).
 const KEEP_MIN: f64 = 6.9;
+/// What did not gain on held-out runs is still worth a word if it is stronger than the threshold by this, in nats.
+const LEFT_FROM: f64 = 4.0;
 /// Contenders that are measured with the noise fitted anew.
 const PROFILED: usize = 8;
 /// Contenders that are tried one after the other in a round.
@@ -175,7 +180,15 @@ impl<'a> State<'a> {
 
     /// Adds what is missing, if anything is; what did not pass comes back.
     fn step(&mut self, threshold: f64) -> Result<(), Vec<Contender>> {
-        let found = self.round(threshold);
+        let mut found = self.round(threshold);
+        plainest_first(&mut found, threshold);
+        if std::env::var("HILDBG").is_ok() {
+            eprintln!("-- {} noise {:?} out {} threshold {threshold:.1}", self.data.block.label, self.noise.coloured, self.left_out.iter().filter(|o| **o).count());
+            eprintln!("   walk {} scales {:?}", self.noise.walk, &self.noise.run_scale[..self.noise.run_scale.len().min(6)]);
+            for c in found.iter().take(8) {
+                eprintln!("   {} {:?} D {:.1} k {} strength {:.1} rank {:.1}", c.candidate.shape.name, c.candidate.shape.fixed, c.score.statistic, c.score.width, c.strength, c.rank);
+            }
+        }
         let scene = self.scene(&self.terms);
         let columns = self.data.all_columns(&self.terms);
         let mut failed = Vec::new();
@@ -194,7 +207,9 @@ impl<'a> State<'a> {
             let new: Vec<Vec<f64>> =
                 chosen.iter().flat_map(|candidate| self.data.columns(&candidate.shape)).collect();
             if cross::gain(&scene, &columns, &new) <= 0.0 {
-                failed.push(contender.clone());
+                if contender.strength > threshold + LEFT_FROM {
+                    failed.push(contender.clone());
+                }
                 continue;
             }
             for candidate in chosen {
@@ -257,6 +272,48 @@ pub fn identify_block(
         }
     }
     finish(&state, left)
+}
+
+/// The block with the rounding of a coarse lattice taken out, as far as `base` predicts the readings; and the step.
+pub fn without_rounding(block: &Block, channels: &Channels, base: &[Shape]) -> Option<(Block, f64)> {
+    if block.aggregate != Aggregate::Row {
+        return None;
+    }
+    let step = lattice::step(&block.raw)? * block.raw_si.abs();
+    let mut working = block.clone();
+    let mut corrected = None;
+    for _ in 0..6 {
+        let layout = Layout::new(&working, channels);
+        let data = Data { block: &working, channels, layout: &layout };
+        let noise = NoiseModel::white(layout.runs());
+        let fitted: Vec<(Vec<Vec<f64>>, Vec<f64>)> = fit_terms(data, base, &noise, &[])
+            .iter()
+            .map(|found| {
+                let values = found.coefficients.iter().map(|(value, _)| *value).collect();
+                (data.columns(&found.shape), values)
+            })
+            .collect();
+        let mut left = block.residual.clone();
+        for (columns, values) in &fitted {
+            for (value, fitted) in left.iter_mut().zip(combine(columns, values)) {
+                *value -= fitted;
+            }
+        }
+        let predicted: Vec<f64> =
+            left.iter().enumerate().map(|(i, left)| block.measured(i) - left).collect();
+        let found = lattice::correct(&left, &predicted, step)?;
+        // The corrected rest, with what the model explains put back.
+        working.residual = found
+            .residual
+            .iter()
+            .zip(&left)
+            .zip(&block.residual)
+            .map(|((corrected, left), residual)| corrected + residual - left)
+            .collect();
+        working.spread.clone_from(&found.spread);
+        corrected = Some(());
+    }
+    corrected.map(|()| (working, step))
 }
 
 /// `terms` fitted as they are.

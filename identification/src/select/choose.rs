@@ -26,18 +26,26 @@ impl Contender {
     /// Ranked among `observations`.
     pub fn new(candidate: Candidate, score: Score, strength: f64, observations: f64) -> Self {
         let numbers = candidate.shape.nonlinear().len() as f64;
-        let rank = strength - 0.5 * numbers * observations.ln();
+        let simple = if candidate.shape.drivers.is_empty() { SIMPLEST } else { 0.0 };
+        let rank = strength - 0.5 * numbers * observations.ln() + simple;
         Self { candidate, score, strength, rank }
     }
 }
 
+/// A constant is preferred to what has a driver, by so many nats.
+const SIMPLEST: f64 = 2.0;
 /// Contenders of one family that are refined.
 const REFINED: usize = 3;
 /// A spline as surprising as this is worth a look at hinges and bumps.
 const NARROW_FROM: f64 = 5.0;
-/// Rows above which the first look is at the thinned rows.
-const NATS_OF_TIME: f64 = 5.0;
-const NATS_OF_SHAPE: f64 = 3.0;
+/// And if it is not so much behind the best named effect.
+const NARROW_BEHIND: f64 = 4.0;
+/// Contenders that are measured on every row.
+const EXACT: usize = 12;
+/// What something that only follows time, and a shape without a name, must show beyond the rest where the noise is
+/// coloured, in nats.
+const NATS_OF_TIME: f64 = 0.5;
+const NATS_OF_SHAPE: f64 = 1.0;
 
 /// Measures every candidate in `scene`; the strongest first.
 pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
@@ -45,26 +53,38 @@ pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
     let mut scored: Vec<(Candidate, Score, f64)> = Vec::new();
     let mut look = |candidates: Vec<Candidate>, tests: Option<f64>| {
         for candidate in candidates {
-            let score = scene.score(&candidate.shape);
+            let score = scene.look(&candidate.shape);
             if score.width > 0 {
                 let toll = candidate.family.toll(tests);
                 scored.push((candidate, score, score.surprise - toll));
             }
         }
     };
-    look(all(data.block, data.channels), None);
+    let every = all(data.block, data.channels);
+    for family in [Family::Library, Family::Memory, Family::Smooth, Family::Step] {
+        let tests = family.tests(&every);
+        look(every.iter().filter(|one| one.family == family).cloned().collect(), Some(tests));
+    }
     let (found, tests) = periods(scene);
     look(found, Some(tests));
+    // Where a named effect says as much as any smooth function of a driver, hinges and bumps have nothing to add.
+    let named = scored
+        .iter()
+        .filter(|(candidate, _, _)| candidate.shape.known)
+        .map(|(_, score, _)| score.surprise)
+        .fold(0.0, f64::max);
     let curved: Vec<(Acts, crate::model::Driver)> = scored
         .iter()
         .filter(|(candidate, score, _)| {
-            candidate.family == Family::Smooth && score.surprise > NARROW_FROM
+            candidate.family == Family::Smooth
+                && score.surprise > NARROW_FROM
+                && score.surprise > named - NARROW_BEHIND
         })
         .map(|(candidate, _, _)| (candidate.shape.acts, candidate.shape.drivers[0].clone()))
         .collect();
     for (on, driver) in curved {
         for candidate in narrow_on(data.channels, on, &driver) {
-            let score = scene.score(&candidate.shape);
+            let score = scene.look(&candidate.shape);
             if score.width > 0 {
                 let strength = score.surprise - candidate.family.toll(None);
                 scored.push((candidate, score, strength));
@@ -74,12 +94,38 @@ pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
     refined(scene, scored)
 }
 
+/// What an engineer would try first goes first, if it passes `threshold`: a constant that the plain model lacks, then
+/// a named effect that explains a good part of what the strongest contender does.
+pub fn plainest_first(contenders: &mut Vec<Contender>, threshold: f64) {
+    let Some(first) = contenders.first() else { return };
+    let most = first.score.statistic;
+    let first_is_named = first.candidate.shape.known;
+    let is_constant =
+        |other: &Contender| other.candidate.shape.drivers.is_empty() && other.strength > threshold;
+    let is_named = |other: &Contender| {
+        other.candidate.shape.known
+            && other.strength > threshold
+            && other.score.statistic > NAMED_SHARE * most
+    };
+    let found = contenders
+        .iter()
+        .position(is_constant)
+        .or_else(|| if first_is_named { None } else { contenders.iter().position(is_named) });
+    if let Some(index) = found {
+        let plain = contenders.remove(index);
+        contenders.insert(0, plain);
+    }
+}
+
+/// How much of what a nameless shape explains a named effect must explain to be preferred.
+const NAMED_SHARE: f64 = 0.6;
+
 /// Surfaces over two drivers: looked at when nothing else is left.
 pub fn surfaces(scene: &Scene<'_>) -> Vec<Contender> {
     let scored = pairs(scene.data.block, scene.data.channels)
         .into_iter()
         .map(|candidate| {
-            let score = scene.score(&candidate.shape);
+            let score = scene.look(&candidate.shape);
             let strength = score.surprise - candidate.family.toll(None);
             (candidate, score, strength)
         })
@@ -107,17 +153,26 @@ fn refined(scene: &Scene<'_>, mut scored: Vec<(Candidate, Score, f64)>) -> Vec<C
             };
             *count += 1;
             // Only what could still win or be a rival is worth the search.
-            if *count <= REFINED && strength > best - 20.0 && score.surprise > 3.0 {
+            let worth = if candidate.family == Family::Narrow { 6.0 } else { 12.0 };
+            if *count <= REFINED && strength > best - worth && score.surprise > 3.0 {
                 let toll = score.surprise - strength;
                 let (shape, _) = refine(scene, &candidate.shape);
                 candidate.shape = shape;
-                score = scene.score(&candidate.shape);
+                score = scene.look(&candidate.shape);
                 strength = score.surprise - toll;
             } else if *count > REFINED {
                 continue;
             }
         }
         found.push(Contender::new(candidate, score, strength, scene.free()));
+    }
+    found.sort_by(|a, b| b.rank.total_cmp(&a.rank));
+    // The best are measured on every row.
+    for contender in found.iter_mut().take(EXACT) {
+        let toll = contender.score.surprise - contender.strength;
+        let score = scene.score(&contender.candidate.shape);
+        *contender =
+            Contender::new(contender.candidate.clone(), score, score.surprise - toll, scene.free());
     }
     found.sort_by(|a, b| b.rank.total_cmp(&a.rank));
     found

@@ -9,7 +9,7 @@ mod rivals;
 mod scene;
 mod simplify;
 
-pub use block::{BlockFit, Found, fit_terms, identify_block};
+pub use block::{BlockFit, Found, fit_terms, identify_block, without_rounding};
 pub use cross::folds;
 pub use rivals::RivalFound;
 pub use scene::{Data, combine};

@@ -4,13 +4,13 @@ use super::scene::{Data, Scene, robust_fit};
 use crate::model::{Form, Shape};
 
 /// Steps of the golden section.
-const STEPS: usize = 14;
+const STEPS: usize = 10;
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// `shape` with its numbers where it explains most in `scene`, and how much that is.
 pub fn refine(scene: &Scene<'_>, shape: &Shape) -> (Shape, f64) {
     let mut best = shape.clone();
-    let mut value = scene.score(&best).statistic;
+    let mut value = scene.look(&best).statistic;
     if shape.form == Form::Delay {
         delay(scene, &mut best, &mut value);
         return (best, value);
@@ -26,7 +26,7 @@ pub fn refine(scene: &Scene<'_>, shape: &Shape) -> (Shape, f64) {
             let (found, number) = golden(low, high, |number| {
                 let mut tried = best.clone();
                 tried.set(name, number);
-                scene.score(&tried).statistic
+                scene.look(&tried).statistic
             });
             if found > value {
                 best.set(name, number);

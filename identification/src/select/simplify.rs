@@ -36,7 +36,7 @@ pub fn simplify(scene: &Scene<'_>, wide: &Shape, named: &[Candidate]) -> Option<
         let best = pool
             .iter()
             .map(|candidate| {
-                let score = now.score(&candidate.shape);
+                let score = now.look(&candidate.shape);
                 (candidate, score.surprise - candidate.family.toll(None))
             })
             .max_by(|a, b| a.1.total_cmp(&b.1))?;

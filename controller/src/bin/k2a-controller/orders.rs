@@ -12,7 +12,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use tokio::sync::mpsc;
 use tracing::{error, warn};
 
-/// The longest line: ten times a `set_calibration` with every factor and the whole bias table.
+/// The longest line: more than a `set_calibration` with every factor, the whole bias table and a full
+/// table in every correction, each number with all its digits.
 pub(crate) const LINE_BYTES_MAX: usize = 64 * 1_024;
 /// Missions read ahead; beyond them the sender waits.
 const MISSIONS_MAX: usize = 16;

@@ -1,7 +1,9 @@
 //! The whole chain, looked at before the encoder rounds it.
 
+mod effects;
 mod errors;
 mod stream;
+mod terms;
 
 use super::{GyroEmulator, GyroParameters};
 use wire::gyro::{GyroFormat, GyroOutput, GyroSample, GyroStream, OutputMode};

@@ -97,6 +97,22 @@ fn mistakes_of_meaning_are_shown_in_place() {
             )),
         ),
         (
+            "identified from nothing",
+            with_steps("{ identify = { from = \"turns\", name = \"a\" } }"),
+        ),
+        (
+            "identified over nothing",
+            with_steps(
+                "{ table_turn = { angle_deg = 360 }, label = \"warm\" }, { identify = { from = \"turns\", name = \"a\", over = \"worm\" } }",
+            ),
+        ),
+        (
+            "two models of one name",
+            with_steps(
+                "{ table_turn = { angle_deg = 360 } },\n  { identify = { from = \"turns\", name = \"a\" } },\n  { identify = { from = \"turns\", name = \"a\" } }",
+            ),
+        ),
+        (
             "an unknown phase",
             with_measurement(&format!(
                 "{base}unit = \"deg\"\ncheck = {{ never_outside = {{ band = [0, 1], during = \"strait\" }} }}"

@@ -1,0 +1,57 @@
+//! From a measured rate to what an output says.
+
+use super::GyroEmulator;
+use wire::gyro::{
+    GyroFormat, GyroOutput, GyroSample, GyroStatus, OutputMode, Sequence, dsp3000_binary, navigator,
+};
+use wire::units::{Angle, AngularRate, Temperature};
+
+impl GyroEmulator {
+    /// The next output, for a measured rate in rad/s.
+    pub(super) fn sample(&mut self, rate: f64, interval_s: f64, over_range: bool) -> GyroSample {
+        let increment = rate * interval_s;
+        self.integrated += increment;
+        let output = match self.mode {
+            OutputMode::Rate => GyroOutput::Rate(AngularRate::from_rad_per_s(rate)),
+            OutputMode::Increment => GyroOutput::Increment(Angle::from_rad(increment)),
+            OutputMode::Integrated => {
+                GyroOutput::Integrated(Angle::from_rad(self.integrated).wrapped())
+            }
+        };
+        let sequence = self.sequence;
+        self.sequence = sequence.map(following);
+        GyroSample {
+            output,
+            // It stays good beyond the range: KVH DSP-3000 manual.
+            valid: true,
+            status: GyroStatus {
+                built_in_test_failed: false,
+                warming_up: self.warming_up,
+                over_range,
+            },
+            temperature: Some(Temperature::from_celsius(self.thermal.reading())),
+            sequence,
+        }
+    }
+}
+
+/// The number after this one.
+fn following(Sequence { value, modulus }: Sequence) -> Sequence {
+    let next = u16::from(value) + 1;
+    // Below the modulus, which is 256 at most.
+    Sequence { value: if next < modulus { next as u8 } else { 0 }, modulus }
+}
+
+/// The DSP-3000 can be told what to put out.
+pub(super) const fn has_modes(format: GyroFormat) -> bool {
+    matches!(format, GyroFormat::Dsp3000Ascii | GyroFormat::Dsp3000Binary)
+}
+
+/// The streams' running numbers.
+pub(super) const fn sequence_modulus(format: GyroFormat) -> Option<u16> {
+    match format {
+        GyroFormat::Navigator => Some(navigator::SEQUENCE_MODULUS),
+        GyroFormat::Dsp3000Binary => Some(dsp3000_binary::SEQUENCE_MODULUS),
+        GyroFormat::Ecore2000 | GyroFormat::Dsp3000Ascii => None,
+    }
+}

@@ -1,0 +1,65 @@
+//! What plans make for later ones.
+
+use crate::calibrations;
+use crate::engine::Action;
+use crate::models;
+use crate::plan::Plan;
+use controller::calibration::Calibration;
+use identification::finding::Finding;
+use identification::model::Model;
+use std::collections::BTreeMap;
+
+/// What was found by one identification.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// What to read.
+    pub finding: Finding,
+    /// What to use.
+    pub model: Model,
+}
+
+/// What plans make, by name.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Made {
+    /// Calibrations.
+    pub calibrations: BTreeMap<String, Calibration>,
+    /// Identified models.
+    pub models: BTreeMap<String, Model>,
+    /// What was found, of each of those models.
+    pub findings: BTreeMap<String, Finding>,
+}
+
+impl Made {
+    /// Takes up what an engine asks to be kept.
+    pub fn keep(&mut self, action: &Action) {
+        match action {
+            Action::SaveCalibration { name, calibration } => {
+                self.calibrations.insert(name.clone(), calibration.clone());
+            }
+            Action::KeepFound { name, found } => {
+                self.models.insert(name.clone(), found.model.clone());
+                self.findings.insert(name.clone(), found.finding.clone());
+            }
+            _ => {}
+        }
+    }
+
+    /// Takes for granted what `plan` will make: all that counts is that it has a name.
+    pub fn promise(&mut self, plan: &Plan) {
+        let calibrations = calibrations::made_by(plan).into_iter();
+        self.calibrations.extend(calibrations.map(|name| (name, Calibration::default())));
+        self.models.extend(models::made_by(plan).into_iter().map(|name| (name, models::empty())));
+    }
+
+    /// Adds what a later plan made; of two with one name the later one stays.
+    pub fn extend(&mut self, later: Self) {
+        self.calibrations.extend(later.calibrations);
+        self.models.extend(later.models);
+        self.findings.extend(later.findings);
+    }
+
+    /// Nothing was made.
+    pub fn is_empty(&self) -> bool {
+        self.calibrations.is_empty() && self.models.is_empty()
+    }
+}

@@ -1,0 +1,65 @@
+//! Steps that find out what a gyro does that its calibration does not know, and that use what was found.
+
+use super::fit::NO_CALIBRATION;
+use super::name::Name;
+use serde::Deserialize;
+
+/// What the gyro does beyond a plain model is identified from what has been observed so far in this run,
+/// under the calibration that is in force. The run folder keeps the finding and the model.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Identify {
+    /// From which observations.
+    pub from: Source,
+    /// By which `use_model` takes the model up, here or in a later plan.
+    pub name: Name,
+    /// Only what was observed during this step or label; all where it is absent.
+    #[serde(default)]
+    pub over: Option<Name>,
+}
+
+/// What is identified from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// Turns of the table.
+    Turns,
+    /// Laps of the square path.
+    Laps,
+    /// Logs at rest.
+    Series,
+}
+
+impl Source {
+    /// As written in a plan.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Turns => "turns",
+            Self::Laps => "laps",
+            Self::Series => "series",
+        }
+    }
+
+    /// The step that such observations come from.
+    pub const fn step(self) -> &'static str {
+        match self {
+            Self::Turns => "table_turn",
+            Self::Laps => "lap",
+            Self::Series => "log",
+        }
+    }
+}
+
+/// The controller corrects by an identified model from now on, on top of the calibration in force: by one
+/// that this plan or an earlier one identified, or by `none`. A calibration that is used later takes its
+/// place.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(transparent)]
+pub struct UseModel(pub Name);
+
+impl UseModel {
+    /// Its name; absent where it is [`NO_CALIBRATION`].
+    pub fn name(&self) -> Option<&Name> {
+        (self.0.as_str() != NO_CALIBRATION).then_some(&self.0)
+    }
+}
