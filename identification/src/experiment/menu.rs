@@ -10,6 +10,8 @@ pub(super) const AMBIENT_SWING: f64 = 12.0;
 const LADDER: [f64; 12] = [2.0, 4.0, 6.0, 8.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 60.0];
 /// Table runs of 48 s in an hour, back to back.
 const RUNS_PER_HOUR: usize = 75;
+/// At rest for so long, a gyro is seen to be (assumption: some states of the controller, one a second).
+const SETTLED_S: f64 = 5.0;
 /// Headings at which the table stops.
 const STATIONS: usize = 8;
 
@@ -50,7 +52,9 @@ pub(super) fn table(levels: &[Level]) -> Vec<Programme> {
             "Table runs at constant and at suddenly changed temperatures of the room, up and down",
             "at equal temperatures the gyro is warming or cooling, or has been on for a different time",
             vec![Step::Sweep {
-                ambient: [0.0, 1.0, 0.0, -1.0, 0.0, 1.0, 0.0].map(|s| ROOM + s * AMBIENT_SWING).to_vec(),
+                ambient: [0.0, 1.0, 0.0, -1.0, 0.0, 1.0, 0.0]
+                    .map(|s| ROOM + s * AMBIENT_SWING)
+                    .to_vec(),
                 steps: vec![Step::again(RUNS_PER_HOUR * 2 / 3, table_run())],
             }],
         ),
@@ -96,7 +100,12 @@ pub(super) fn table(levels: &[Level]) -> Vec<Programme> {
     menu
 }
 
-fn plan(name: &'static str, title: &'static str, reason: &'static str, steps: Vec<Step>) -> Programme {
+fn plan(
+    name: &'static str,
+    title: &'static str,
+    reason: &'static str,
+    steps: Vec<Step>,
+) -> Programme {
     Programme { name, title, reason, carrier: Carrier::Table, warm: false, steps }
 }
 
@@ -114,11 +123,15 @@ fn hot_restart() -> Programme {
     }
 }
 
-/// Whole turns at each rate, a bias test before each pair.
+/// Whole turns at each rate, a bias test before each pair. A bias test is refused while the last second's mean rate
+/// looks like motion, which it still does after a slow turn.
 fn ladder() -> Vec<Step> {
     LADDER
         .into_iter()
-        .flat_map(|rate| [Step::BiasTest, Step::TableTurn(-360.0, rate), Step::TableTurn(360.0, rate)])
+        .flat_map(|rate| {
+            let turn = |angle| Step::TableTurn(angle, rate);
+            [Step::Rest(SETTLED_S), Step::BiasTest, turn(-360.0), turn(360.0)]
+        })
         .collect()
 }
 

@@ -106,6 +106,11 @@ pub(super) fn base() -> Vec<Programme> {
     ]
 }
 
-fn plan(name: &'static str, title: &'static str, reason: &'static str, steps: Vec<Step>) -> Programme {
+fn plan(
+    name: &'static str,
+    title: &'static str,
+    reason: &'static str,
+    steps: Vec<Step>,
+) -> Programme {
     Programme { name, title, reason, carrier: Carrier::Base, warm: false, steps }
 }
