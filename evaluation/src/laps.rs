@@ -104,7 +104,7 @@ impl LapsWorld {
         effects: Vec<&'static LapEffect>,
     ) -> Self {
         let mut stream = Stream::new(master, case, index, "programme");
-        let temperature = temperature(&mut stream, laps, PERIOD, 0, true);
+        let temperature = temperature(&mut stream, laps, PERIOD, 0, true, 1.0);
         let mut stream = Stream::new(master, case, index, "noise");
         let sd: Vec<f64> = (0..3 * laps)
             .map(|k| if k % 3 == 2 { HEADING_NOISE } else { POSITION_NOISE })

@@ -77,13 +77,22 @@ const AMBIENT: f64 = 22.0;
 const WARM_RISE: f64 = 12.0;
 
 /// A temperature (degC) for each of `n` rows, `dt` apart. `mode` runs through warm-up from cold, hot
-/// restart, chamber ramps, chamber cycles and a sine; a set of one run has a section of each.
-pub fn temperature(stream: &mut Stream, n: usize, dt: f64, mode: usize, one_run: bool) -> Vec<f64> {
+/// restart, chamber ramps, chamber cycles and a sine; a set of one run has a section of each,
+/// with at most `cycles_max` cycles a section: rows that are a turn or a lap must show every cycle, or no data could
+/// tell the cause.
+pub fn temperature(
+    stream: &mut Stream,
+    n: usize,
+    dt: f64,
+    mode: usize,
+    one_run: bool,
+    cycles_max: f64,
+) -> Vec<f64> {
     let duration = n as f64 * dt;
     let warm = duration / stream.between(4.0, 7.0);
     let rise = stream.between(0.8, 1.2) * WARM_RISE;
     let swing = stream.between(3.0, 6.0) * stream.sign();
-    let cycles = stream.between(2.0, 5.0).floor();
+    let cycles = stream.between(2.0, 5.0).floor().min(cycles_max);
     let phase = stream.between(0.0, 1.0);
     let mode = if one_run { usize::MAX } else { mode % 5 };
     let chamber = |u: f64| match mode {
@@ -164,7 +173,7 @@ mod tests {
     fn temperatures_are_those_of_a_room_and_move() {
         for mode in 0..5 {
             for one_run in [false, true] {
-                let t = temperature(&mut Stream::new(2, "t", 0, "test"), 720, 10.0, mode, one_run);
+                let t = temperature(&mut Stream::new(2, "t", 0, "test"), 720, 10.0, mode, one_run, 5.0);
                 let (low, high) =
                     t.iter().fold((f64::MAX, f64::MIN), |(l, h), &t| (l.min(t), h.max(t)));
                 assert!(low > 10.0 && high < 50.0 && high - low > 1.0, "{mode}: {low} to {high}");

@@ -6,7 +6,7 @@ use crate::finding::{Figure, Finding, Left, SCHEMA, Verdict};
 use crate::model::{Acts, Model, Shape, Term, exposure};
 use crate::noise::{self, Layout, NoiseModel};
 use crate::outcome::{self, Diagnostics, Errors};
-use crate::problem::{Block, Problem};
+use crate::problem::{Aggregate, Block, Problem};
 use crate::select::{BlockFit, Data, Found, fit_terms, identify_block, without_rounding};
 
 pub use crate::outcome::predict;
@@ -124,14 +124,32 @@ pub fn identify(
         let plain = fit_terms(data, &base, &fit.noise, &fit.left_out);
         // Errors are of the readings as they are.
         let read = Data { block: &problem.blocks[index], ..data };
-        let before = read.held_out(&base, &fit.noise, &fit.left_out);
-        let after = read.held_out(&fit.shapes(), &fit.noise, &fit.left_out);
+        let before = block_errors(&problem, read, &base, &fit.noise, &fit.left_out);
+        let after = block_errors(&problem, read, &fit.shapes(), &fit.noise, &fit.left_out);
         done.push(Done { data, plain, fit, before, after });
     }
     progress(1.0, "done");
     let mut identified = assemble(dataset, &problem, &done, options.seed);
     identified.finding.notices.extend(notices);
     Ok(identified)
+}
+
+/// Errors of `shapes` over held-out runs: of the final position, where a path was driven.
+fn block_errors(
+    problem: &Problem,
+    data: Data<'_>,
+    shapes: &[Shape],
+    noise: &NoiseModel,
+    left_out: &[bool],
+) -> Errors {
+    if data.block.aggregate == Aggregate::Pose
+        && let Some(path) = &problem.path
+        && let Some((positions, _)) =
+            outcome::path_errors(path, &[(data, shapes.to_vec(), noise, left_out)])
+    {
+        return positions;
+    }
+    data.held_out(shapes, noise, left_out)
 }
 
 /// What the model has for a block: the terms given, or what the plain model of the kind fits.
@@ -148,7 +166,8 @@ fn base_terms(
     let mut shapes = Vec::new();
     for term in &model.terms {
         let mine = term.axis.is_none() || block.axis.is_none() || term.axis == block.axis;
-        if mine && exposure(block, term.term).is_some() {
+        let here = term.quantity.is_none() || term.quantity == block.apart;
+        if mine && here && exposure(block, term.term).is_some() {
             let (shape, _) = term.to_shape(&problem.channels).map_err(IdentifyError::Model)?;
             if shape.observed(block, &problem.channels).is_none() {
                 return Err(IdentifyError::Model(format!(
@@ -207,7 +226,8 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
     let mut diagnostics =
         Diagnostics { blocks: Vec::new(), run_labels: dataset.run_labels.clone() };
     for one in done {
-        let unit = one.data.block.unit.si;
+        // Errors of a path are in metres.
+        let unit = if one.data.block.aggregate == Aggregate::Pose { 1.0 } else { one.data.block.unit.si };
         for found in &one.plain {
             plain.push(outcome::term(one.data, found));
         }
@@ -223,7 +243,8 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
         for (index, found) in one.fit.effects.iter().enumerate() {
             let mut without = shapes.clone();
             without.remove(one.fit.base.len() + index);
-            let before = one.data.held_out(&without, &one.fit.noise, &one.fit.left_out).rmse();
+            let before =
+                block_errors(problem, one.data, &without, &one.fit.noise, &one.fit.left_out).rmse();
             let after = one.after.rmse();
             effects.push((
                 found.strength,
@@ -338,7 +359,7 @@ fn errors(
         let driven = |after: bool| {
             let blocks: Vec<_> = done
                 .iter()
-                .filter(|one| ["heading", "distance"].contains(&one.data.block.label.as_str()))
+                .filter(|one| one.data.block.label == "pose")
                 .map(|one| {
                     let shapes = if after {
                         one.fit.shapes()
@@ -360,6 +381,9 @@ fn errors(
     let order = std::iter::once(main).chain((0..done.len()).filter(|index| *index != main));
     for index in order {
         let one = &done[index];
+        if one.data.block.aggregate == Aggregate::Pose && !all.is_empty() {
+            continue;
+        }
         let unit = &one.data.block.unit;
         let quantity = (done.len() > 1).then_some(one.data.block.label.as_str());
         all.push(outcome::held_out(&one.before, &one.after, (&unit.text, unit.si), quantity, seed));

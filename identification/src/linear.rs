@@ -40,6 +40,11 @@ impl Basis {
         &self.columns
     }
 
+    /// Its directions, alone.
+    pub fn into_columns(self) -> Vec<Vec<f64>> {
+        self.columns
+    }
+
     /// Removes from `column` what the basis explains.
     pub fn project(&self, column: &mut [f64]) {
         for q in &self.columns {

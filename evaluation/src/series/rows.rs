@@ -65,7 +65,7 @@ impl Rows {
             rows.rate.extend(rate);
             rows.cross.extend(rotation(stream, n, dt, layout.rotation));
             let one = layout.runs == 1;
-            rows.temperature.extend(temperature(stream, n, dt, run + shift, one));
+            rows.temperature.extend(temperature(stream, n, dt, run + shift, one, f64::INFINITY));
             rows.supply.extend(supply(stream, n, dt));
             rows.current.extend(current(stream, n, dt));
         }

@@ -74,7 +74,7 @@ impl Builder<'_> {
             return;
         }
         self.push(Family::Library, plain(Form::Quadratic).with("origin", origin));
-        if self.block.aggregate == Aggregate::Level && on != Acts::Bias && on != Acts::Scale {
+        if self.block.aggregate != Aggregate::Row && on != Acts::Bias && on != Acts::Scale {
             // A path of a minute has no thermal memory to speak of.
             return;
         }
@@ -92,7 +92,9 @@ impl Builder<'_> {
             for share in PLAYS {
                 let shape =
                     Shape::new(&name(Wrap::BranchOf, Form::Linear), on, driver(Wrap::BranchOf), Form::Linear);
-                self.push(Family::Memory, shape.with("half_width", share * channel.span()));
+                let shape = shape.with("half_width", share * channel.span());
+                self.push(Family::Memory, shape.clone().with("through", 1.0).with("origin", origin));
+                self.push(Family::Memory, shape);
             }
         }
     }

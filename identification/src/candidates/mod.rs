@@ -69,7 +69,7 @@ impl Family {
 }
 
 /// What a further place on a grid is worth, as an independent test.
-const GRID_OVERLAP: f64 = 0.4;
+const GRID_OVERLAP: f64 = 0.2;
 
 /// A shape that may be missing.
 #[derive(Debug, Clone, PartialEq)]

@@ -37,6 +37,19 @@ fn drivers(channels: &Channels) -> Vec<Driver> {
     found
 }
 
+/// Are there values in most of the range? Two rates, one for each direction, are no continuous driver.
+fn fills_its_range(values: &[f64]) -> bool {
+    const PARTS: usize = 10;
+    let (low, high) =
+        values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let mut counts = [0_usize; PARTS];
+    for value in values {
+        let part = (PARTS as f64 * (value - low) / (high - low)) as usize;
+        counts[part.min(PARTS - 1)] += 1;
+    }
+    counts.iter().filter(|count| **count * 200 >= values.len()).count() >= DIFFERENT_MIN
+}
+
 /// What a name says of a driver.
 fn word(driver: &Driver) -> String {
     match driver.wrap {
@@ -53,7 +66,7 @@ pub fn smooth(block: &Block, channels: &Channels) -> Vec<Candidate> {
             continue;
         };
         let knots = quantile_knots(&values, KNOTS);
-        if knots.len() < DIFFERENT_MIN {
+        if knots.len() < DIFFERENT_MIN || !fills_its_range(&values) {
             continue;
         }
         for on in OPEN.into_iter().filter(|on| is_open(block, *on)) {
@@ -71,6 +84,9 @@ pub fn narrow_on(channels: &Channels, on: Acts, driver: &Driver) -> Vec<Candidat
     let Some(values) = see(channels, driver, &Vec::new()) else {
         return Vec::new();
     };
+    if !fills_its_range(&values) {
+        return Vec::new();
+    }
     let places = quantile_knots(&values, PLACES);
     let Some((first, last)) = places.first().zip(places.last()) else {
         return Vec::new();
@@ -100,8 +116,9 @@ pub fn pairs(block: &Block, channels: &Channels) -> Vec<Candidate> {
     let drivers: Vec<(Driver, Vec<f64>)> = drivers(channels)
         .into_iter()
         .filter_map(|driver| {
-            let knots = quantile_knots(&see(channels, &driver, &Vec::new())?, SURFACE_KNOTS);
-            (knots.len() == SURFACE_KNOTS).then_some((driver, knots))
+            let values = see(channels, &driver, &Vec::new())?;
+            let knots = quantile_knots(&values, SURFACE_KNOTS);
+            (knots.len() == SURFACE_KNOTS && fills_its_range(&values)).then_some((driver, knots))
         })
         .collect();
     let mut found = Vec::new();

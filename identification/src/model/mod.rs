@@ -94,6 +94,9 @@ pub struct Term {
     /// Which axis of the gyro.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<Axis>,
+    /// Which observed quantity alone it is of, where several know such a term.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quantity: Option<String>,
     /// What it sees.
     #[serde(default)]
     pub drivers: Vec<Driver>,

@@ -81,9 +81,10 @@ pub fn see(channels: &Channels, driver: &Driver, numbers: &Fixed) -> Option<Vec<
         Wrap::BranchOf => {
             let level = level(&found, plain);
             let half = fixed(numbers, "half_width")?;
-            // The branch beside the middle one: what the channel itself shows is left out.
+            // The branch beside the middle one; or, where all of the driver goes through the play, the branch itself.
+            let own = 1.0 - fixed_or(numbers, "through", 0.0);
             let branch = channels.by_segment(&level, |_, values| signal::play(values, half));
-            branch.iter().zip(&level).map(|(branch, level)| branch - level).collect()
+            branch.iter().zip(&level).map(|(branch, level)| branch - own * level).collect()
         }
     })
 }

@@ -222,7 +222,7 @@ impl Shape {
                     for (value, per) in column.iter_mut().zip(&exposure.per_row) {
                         *value *= per;
                     }
-                    block.observe(&column, &channels.run)
+                    block.observe(self.acts, &column, &channels.run)
                 })
                 .collect(),
         )

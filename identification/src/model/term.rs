@@ -39,7 +39,7 @@ fn fixed_unit(shape: &Shape, channels: &Channels, name: &str) -> DisplayUnit {
     let time = DisplayUnit::new(channels.time_unit.text(), 1.0);
     match name {
         "time_constant" | "delay" => time,
-        "stretch" => DisplayUnit::new("1", 1.0),
+        "stretch" | "through" => DisplayUnit::new("1", 1.0),
         "origin_2" => shape.drivers.get(1).map_or(time, |driver| driver_unit(channels, driver)),
         _ => shape.drivers.first().map_or(time, |driver| driver_unit(channels, driver)),
     }
@@ -147,6 +147,7 @@ impl Term {
             known: shape.known,
             term: shape.acts,
             axis: None,
+            quantity: None,
             drivers: shape.drivers.clone(),
             form: shape.form,
             knots: scaled(&shape.knots, 0),

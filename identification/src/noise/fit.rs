@@ -154,6 +154,9 @@ fn run_scales(
         .collect()
 }
 
+/// Longest correlation time, as a share of the longest stretch: what is slower is a constant, and constants are
+/// causes, not noise.
+const CORRELATION_MAX: f64 = 0.5;
 /// Observations above which the search looks at means of several, and at a stretch of single ones.
 const WHOLE_MAX: usize = 5000;
 /// Observations of a thinned record.
@@ -189,6 +192,7 @@ struct Search<'a> {
     coarse: Option<(View<'a>, f64)>,
     correlations: Vec<f64>,
     unit: f64,
+    span: f64,
     mean_activity: f64,
 }
 
@@ -215,6 +219,7 @@ impl<'a> Search<'a> {
             coarse: None,
             correlations: correlations(layout),
             unit,
+            span: layout.span(),
             mean_activity: layout.mean_activity().max(f64::MIN_POSITIVE),
         };
         if n > WHOLE_MAX && !layout.is_level() {
@@ -365,6 +370,10 @@ impl<'a> Search<'a> {
                             tried.coloured[k].variance *= factor;
                         } else {
                             tried.coloured[k].correlation_s *= factor;
+                            let now = tried.coloured[k].correlation_s;
+                            if now.is_finite() && now > CORRELATION_MAX * self.span {
+                                continue;
+                            }
                         }
                         let value = view.value(&tried);
                         if value > now {
@@ -394,7 +403,7 @@ fn correlations(layout: &Layout) -> Vec<f64> {
     let (interval, span) = (layout.interval(), layout.span());
     let mut found = Vec::new();
     let mut at = if layout.is_level() { 10.0 * interval } else { 2.0 * interval };
-    while at < 20.0 * span {
+    while at < CORRELATION_MAX * span {
         found.push(at);
         at *= 10_f64.sqrt();
     }

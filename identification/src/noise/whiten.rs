@@ -4,6 +4,7 @@
 //! alone, so they are computed once and applied to every column.
 
 use super::NoiseModel;
+use crate::linear::{Basis, dot};
 use crate::problem::{Aggregate, Block, Channels};
 
 /// Most coloured parts.
@@ -28,12 +29,14 @@ pub struct Layout {
     /// Noise of each observation over that of the others; empty where all are alike.
     spread: Vec<f64>,
     levels: bool,
+    /// Errors of the pose at the start of each run, over the observations; and the observations of each run.
+    starts_of_poses: Option<(Vec<Vec<f64>>, Vec<std::ops::Range<usize>>)>,
 }
 
 impl Layout {
     /// Of the observations of `block`.
     pub fn new(block: &Block, channels: &Channels) -> Self {
-        let levels = block.aggregate == Aggregate::Level;
+        let levels = block.aggregate != Aggregate::Row;
         let mut segment_of = vec![0; channels.time.len()];
         for (index, range) in channels.segments.iter().enumerate() {
             segment_of[range.clone()].fill(index);
@@ -48,12 +51,20 @@ impl Layout {
             gain: vec![1.0; n],
             spread: block.spread.clone(),
             levels,
+            starts_of_poses: block
+                .pose
+                .as_ref()
+                .map(|pose| (pose.start_errors(&block.rows).to_vec(), pose.of_run.clone())),
         };
         for i in 1..n {
             let (before, now) = (block.rows[i - 1], block.rows[i]);
             layout.new_run[i] = layout.run[i] != layout.run[i - 1];
+            let other = block.pose.as_ref().is_some_and(|pose| pose.component[i] != pose.component[i - 1]);
             layout.starts[i] =
-                segment_of[before] != segment_of[now] || (levels && layout.new_run[i]);
+                segment_of[before] != segment_of[now] || (levels && layout.new_run[i]) || other;
+            if layout.starts[i] {
+                continue;
+            }
             layout.step[i] = channels.time[now] - channels.time[before];
             if let Some(activity) = &block.activity {
                 layout.activity[i] = activity[before + 1..=now].iter().sum();
@@ -127,6 +138,7 @@ impl Layout {
             gain: Vec::new(),
             spread: Vec::new(),
             levels: self.levels,
+            starts_of_poses: None,
         };
         let mut before = 0;
         for range in &groups {
@@ -153,6 +165,7 @@ impl Layout {
             gain: self.gain[range.clone()].to_vec(),
             spread: self.spread.get(range).map_or_else(Vec::new, <[f64]>::to_vec),
             levels: self.levels,
+            starts_of_poses: None,
         };
         if let Some(first) = part.starts.first_mut() {
             *first = true;
@@ -182,6 +195,8 @@ pub struct Whitener {
     /// Sum of the logarithms of the innovations' variances.
     pub log_determinant: f64,
     plain: bool,
+    /// For each run of poses: its observations, and what errors of its start look like, whitened and orthonormal.
+    unknown_starts: Vec<(std::ops::Range<usize>, Vec<Vec<f64>>)>,
 }
 
 /// Variance of what is not known at all, over that of the white noise.
@@ -207,6 +222,7 @@ impl Whitener {
             weight: Vec::with_capacity(n),
             log_determinant: 0.0,
             plain,
+            unknown_starts: Vec::new(),
         };
         let mut p = [[0.0; STATES_MAX]; STATES_MAX];
         for i in 0..n {
@@ -221,7 +237,7 @@ impl Whitener {
             let mut keep = [0.0; STATES_MAX];
             if layout.starts[i] {
                 p = [[0.0; STATES_MAX]; STATES_MAX];
-                if levels {
+                if levels && layout.starts_of_poses.is_none() {
                     p[0][0] = DIFFUSE * noise.white.max(noise.walk);
                 }
                 for (k, part) in noise.coloured.iter().take(m).enumerate() {
@@ -241,7 +257,7 @@ impl Whitener {
                 }
                 predict(&mut p, &keep, step, states, levels);
                 if levels {
-                    p[0][0] += noise.walk * layout.activity[i];
+                    p[0][0] += noise.walk * layout.activity[i] * own * own;
                 }
                 for (k, part) in noise.coloured.iter().take(m).enumerate() {
                     p[k + offset][k + offset] +=
@@ -281,11 +297,35 @@ impl Whitener {
             whitener.keeps.push(keep);
             whitener.gains.push(gain);
         }
+        if let Some((columns, runs)) = &layout.starts_of_poses {
+            let white: Vec<Vec<f64>> = columns.iter().map(|column| whitener.innovations(column)).collect();
+            whitener.unknown_starts = runs
+                .iter()
+                .map(|range| {
+                    let mine = white.iter().map(|column| column[range.clone()].to_vec()).collect();
+                    (range.clone(), Basis::default().beyond(mine).into_columns())
+                })
+                .collect();
+        }
         whitener
     }
 
-    /// The whitened column.
+    /// The whitened column, without what an error of where a run began could be.
     pub fn apply(&self, column: &[f64]) -> Vec<f64> {
+        let mut whitened = self.innovations(column);
+        for (range, directions) in &self.unknown_starts {
+            let mine = &mut whitened[range.clone()];
+            for direction in directions {
+                let share = dot(direction, mine);
+                for (value, other) in mine.iter_mut().zip(direction) {
+                    *value -= share * other;
+                }
+            }
+        }
+        whitened
+    }
+
+    fn innovations(&self, column: &[f64]) -> Vec<f64> {
         let mut whitened = Vec::with_capacity(column.len());
         if self.plain {
             whitened.extend(column.iter().zip(&self.weight).map(|(value, weight)| value * weight));
@@ -319,7 +359,8 @@ impl Whitener {
 
     /// How many observations have a weight.
     pub fn used(&self) -> usize {
-        self.weight.iter().filter(|weight| **weight > 0.0).count()
+        let unknown: usize = self.unknown_starts.iter().map(|(_, directions)| directions.len()).sum();
+        self.weight.iter().filter(|weight| **weight > 0.0).count().saturating_sub(unknown)
     }
 }
 
@@ -376,6 +417,7 @@ mod tests {
             gain: vec![1.0; n],
             spread: Vec::new(),
             levels,
+            starts_of_poses: None,
         }
     }
 

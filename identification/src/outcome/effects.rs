@@ -22,6 +22,7 @@ pub(crate) fn term(data: Data<'_>, found: &Found) -> Term {
     let mut term =
         Term::from_shape(&found.shape, &coefficients, &found.numbers, &unit, data.channels);
     term.axis = data.block.axis;
+    term.quantity.clone_from(&data.block.apart);
     term
 }
 

@@ -2,7 +2,7 @@
 
 use crate::finding::HeldOut;
 use crate::linear::solve;
-use crate::model::{Shape, exposure};
+use crate::model::{Acts, Shape, exposure};
 use crate::noise::{NoiseModel, Whitener};
 use crate::problem::{Aggregate, Path};
 use crate::select::{Data, combine, folds};
@@ -96,12 +96,17 @@ impl Data<'_> {
                     errors.add(run[i], error(i).powi(2));
                 } else {
                     // A level counts from where its stretch begins.
+                    let key = (run[i], self.block.pose.as_ref().map(|pose| pose.component[i] as usize));
+                    if key.1.is_some_and(|component| component > 0) {
+                        // Of one run alone, the heading.
+                        continue;
+                    }
                     match start {
-                        Some((from, first)) if from == run[i] => {
+                        Some((from, first)) if from == key => {
                             let first: f64 = first;
                             errors.add(run[i], (error(i) - first).powi(2));
                         }
-                        _ => start = Some((run[i], error(i))),
+                        _ => start = Some((key, error(i))),
                     }
                 }
             }
@@ -130,8 +135,7 @@ pub(crate) fn path_errors(
             let whitener = Whitener::new(data.layout, noise, left_out);
             let keep: Vec<bool> = data.block.rows.iter().map(|&row| fold.train[row]).collect();
             let coefficients = train(*data, terms, &whitener, &keep);
-            let is_heading = data.block.label == "heading";
-            add_corrections(*data, terms, &coefficients, if is_heading { &mut turn } else { &mut distance });
+            add_driven(*data, terms, &coefficients, &mut turn, &mut distance);
         }
         for (index, rows) in path.runs.iter().enumerate() {
             if fold.test[rows.start]
@@ -147,10 +151,17 @@ pub(crate) fn path_errors(
     Some((positions, headings))
 }
 
-/// Adds what `terms` say of each row.
-pub(crate) fn add_corrections(data: Data<'_>, terms: &[Shape], coefficients: &[f64], to: &mut [f64]) {
+/// Adds what `terms` say of the turn and the distance of each row.
+pub(crate) fn add_driven(
+    data: Data<'_>,
+    terms: &[Shape],
+    coefficients: &[f64],
+    turn: &mut [f64],
+    distance: &mut [f64],
+) {
     let mut at = 0;
     for term in terms {
+        let to = if matches!(term.acts, Acts::Drive | Acts::Slip) { &mut *distance } else { &mut *turn };
         let Some(exposed) = exposure(data.block, term.acts) else { continue };
         if data.columns(term).is_empty() {
             continue;

@@ -1,12 +1,12 @@
 //! A model applied to other data.
 
-use super::held_out::add_corrections;
+use super::held_out::add_driven;
 use crate::dataset::Dataset;
 use crate::finding::{Prediction, PredictedQuantity, RmsePair, SCHEMA};
 use crate::identify::IdentifyError;
 use crate::model::{Model, Shape, Term, exposure};
 use crate::noise::Layout;
-use crate::problem::{Aggregate, Block, Problem};
+use crate::problem::{Aggregate, Block, Path, PathError, Problem};
 use crate::robust::root_mean_square;
 use crate::select::{Data, combine};
 
@@ -19,7 +19,8 @@ fn of_block(
     let (mut shapes, mut coefficients) = (Vec::new(), Vec::new());
     for term in terms {
         let mine = term.axis.is_none() || block.axis.is_none() || term.axis == block.axis;
-        if !mine || exposure(block, term.term).is_none() {
+        let here = term.quantity.is_none() || term.quantity == block.apart;
+        if !mine || !here || exposure(block, term.term).is_none() {
             continue;
         }
         let (shape, values) = term.to_shape(&problem.channels).map_err(IdentifyError::Model)?;
@@ -75,15 +76,20 @@ pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyE
     let problem = Problem::new(dataset, model.counts_per_unit())?;
     let mut quantities = Vec::new();
     let rows = dataset.rows();
-    let (mut corrections, mut plain_corrections) = ([vec![0.0; rows], vec![0.0; rows]], [vec![0.0; rows], vec![0.0; rows]]);
+    let zero = || [vec![0.0; rows], vec![0.0; rows]];
+    let (mut corrections, mut plain_corrections) = (zero(), zero());
     for block in &problem.blocks {
         let layout = Layout::new(block, &problem.channels);
         let data = Data { block, channels: &problem.channels, layout: &layout };
         let all = of_block(&model.terms, block, &problem)?;
         let plain = of_block(&model.plain, block, &problem)?;
-        let which = usize::from(block.label != "heading");
-        add_corrections(data, &all.0, &all.1, &mut corrections[which]);
-        add_corrections(data, &plain.0, &plain.1, &mut plain_corrections[which]);
+        if block.aggregate == Aggregate::Pose {
+            for (terms, sums) in [(&all, &mut corrections), (&plain, &mut plain_corrections)] {
+                let [turn, distance] = sums;
+                add_driven(data, &terms.0, &terms.1, turn, distance);
+            }
+            continue;
+        }
         let (before, after) = (left(data, &plain), left(data, &all));
         let mut residual = vec![None; rows];
         let mut predicted = vec![None; rows];
@@ -108,6 +114,7 @@ pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyE
         });
     }
     if let Some(path) = &problem.path {
+        quantities.insert(0, headings(path, &plain_corrections, &corrections));
         quantities.insert(0, positions(path, &plain_corrections, &corrections));
     }
     let first = quantities.remove(0);
@@ -125,26 +132,38 @@ pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyE
     })
 }
 
-/// Final positions of dead reckoning, one a run (in its last row).
-fn positions(
-    path: &crate::problem::Path,
+/// Final positions of dead reckoning, one a run (in its last row): distance from the reference.
+fn positions(path: &Path, plain: &[Vec<f64>; 2], all: &[Vec<f64>; 2]) -> PredictedQuantity {
+    finals(path, plain, all, ("final_position", "m", 1.0), |error| error.position)
+}
+
+/// Final headings, likewise.
+fn headings(path: &Path, plain: &[Vec<f64>; 2], all: &[Vec<f64>; 2]) -> PredictedQuantity {
+    let degree = crate::dataset::Unit::Degree.si();
+    finals(path, plain, all, ("final_heading", "deg", degree), |error| error.heading)
+}
+
+fn finals(
+    path: &Path,
     plain: &[Vec<f64>; 2],
     all: &[Vec<f64>; 2],
+    (name, unit, si): (&str, &str, f64),
+    of: impl Fn(&PathError) -> f64,
 ) -> PredictedQuantity {
     let mut residual = vec![None; path.distance.len()];
     let (mut before, mut after) = (Vec::new(), Vec::new());
     for (run, rows) in path.runs.iter().enumerate() {
         if let Some(error) = path.error(run, &plain[0], &plain[1]) {
-            before.push(error.position);
+            before.push(of(&error) / si);
         }
         if let Some(error) = path.error(run, &all[0], &all[1]) {
-            after.push(error.position);
-            residual[rows.end - 1] = Some(error.position);
+            after.push(of(&error) / si);
+            residual[rows.end - 1] = Some(of(&error) / si);
         }
     }
     PredictedQuantity {
-        quantity: "final_position".to_owned(),
-        unit: "m".to_owned(),
+        quantity: name.to_owned(),
+        unit: unit.to_owned(),
         rmse: RmsePair { before: root_mean_square(&before), after: root_mean_square(&after) },
         predicted: vec![None; path.distance.len()],
         residual,

@@ -4,7 +4,7 @@ use super::channels::Channels;
 use super::gyro::{self, missing};
 use super::path::Path;
 use super::wheels::{self, Motion};
-use super::{Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
+use super::{Aggregate, Block, Component, DisplayUnit, Exposure, Pose, Problem, wrap};
 use crate::dataset::{Dataset, Role, Unit};
 use crate::identify::IdentifyError;
 use crate::model::Acts;
@@ -37,12 +37,8 @@ pub(super) fn odometry(dataset: &Dataset, mut channels: Channels) -> Result<Prob
         .zip(&motion.turn)
         .map(|(distance, turn)| distance.abs() + METRES_PER_RADIAN * turn.abs())
         .collect();
-    let mut blocks = vec![
-        heading_block(&path, &activity),
-        forward_block(&path, &heading, &activity),
-    ];
-    blocks.retain(|block| block.rows.len() > block.exposures.len() + 2);
-    if blocks.is_empty() {
+    let mut blocks = vec![pose_block(&path, &heading, &activity)];
+    if blocks[0].rows.len() < 3 * path.runs.len() + 8 {
         return Err(missing("reference in enough rows"));
     }
     blocks.extend(gyro::beside_odometry(dataset, &mut channels));
@@ -116,99 +112,94 @@ fn add_channels(dataset: &Dataset, channels: &mut Channels, motion: &Motion, hea
     }
 }
 
-fn heading_block(path: &Path, activity: &[f64]) -> Block {
-    let headings = &path.reference[2];
-    let (mut rows, mut residual, mut raw) = (Vec::new(), Vec::new(), Vec::new());
+/// The poses of all runs against dead reckoning from where each began.
+fn pose_block(path: &Path, true_heading: &[f64], activity: &[f64]) -> Block {
+    let n = path.distance.len();
+    let mut pose = Pose {
+        component: Vec::new(),
+        of_run: Vec::new(),
+        starts: Vec::new(),
+        displacement: [vec![0.0; n], vec![0.0; n]],
+        direction: [vec![0.0; n], vec![0.0; n]],
+    };
+    let (mut rows, mut residual, mut spread) = (Vec::new(), Vec::new(), Vec::new());
+    let mut by_component: [Vec<f64>; 3] = Default::default();
     for run in &path.runs {
-        let (mut odometry, mut last) = (0.0, None::<f64>);
-        for row in run.clone() {
-            odometry += path.turn[row];
-            if headings[row].is_finite() {
-                let difference = headings[row] - odometry;
-                let unwrapped =
-                    last.map_or_else(|| wrap(difference), |last| last + wrap(difference - last));
-                last = Some(unwrapped);
+        let Some(start) = path.first_whole(run) else {
+            continue;
+        };
+        let first = rows.len();
+        let reckoned = path.reckon(start, run.end);
+        for row in start + 1..run.end {
+            let believed = reckoned[row - start].2 - path.turn[row] / 2.0;
+            let known = (true_heading[row] + true_heading[row - 1]) / 2.0;
+            let between = believed + wrap(known - believed) / 2.0;
+            pose.displacement[0][row] = path.distance[row] * between.cos();
+            pose.displacement[1][row] = path.distance[row] * between.sin();
+            pose.direction[0][row] = known.cos();
+            pose.direction[1][row] = known.sin();
+        }
+        for component in [Component::Heading, Component::X, Component::Y] {
+            let which = component as usize;
+            let reference = &path.reference[[2, 0, 1][which]];
+            let mut last: Option<f64> = None;
+            for row in start..run.end {
+                if !reference[row].is_finite() {
+                    continue;
+                }
+                let (x, y, heading) = reckoned[row - start];
+                let error = match component {
+                    Component::Heading => {
+                        let error = reference[row] - heading;
+                        last.map_or_else(|| wrap(error), |last| last + wrap(error - last))
+                    }
+                    Component::X => reference[row] - x,
+                    Component::Y => reference[row] - y,
+                };
+                if let Some(last) = last {
+                    by_component[which].push((error - last) * std::f64::consts::FRAC_1_SQRT_2);
+                }
+                last = Some(error);
                 rows.push(row);
-                residual.push(unwrapped);
-                raw.push(headings[row]);
+                residual.push(error);
+                pose.component.push(component);
             }
         }
+        pose.starts.push(start);
+        pose.of_run.push(first..rows.len());
     }
+    // Noise of each component, from one reference to the next.
+    let heading = crate::robust::spread(&by_component[0]).max(1e-9);
+    let position =
+        crate::robust::spread(&[by_component[1].clone(), by_component[2].clone()].concat()).max(1e-9);
+    spread.extend(pose.component.iter().map(|component| match component {
+        Component::Heading => 1.0,
+        _ => position / heading,
+    }));
     let degree = Unit::Degree.si();
+    let one = DisplayUnit::new("1", 1.0);
     Block {
-        label: "heading".to_owned(),
+        label: "pose".to_owned(),
         axis: None,
-        aggregate: Aggregate::Level,
+        apart: None,
+        aggregate: Aggregate::Pose,
+        raw: residual.clone(),
+        raw_si: 1.0,
         rows,
         residual,
-        raw,
-        raw_si: 1.0,
-        spread: Vec::new(),
+        spread,
         exposures: vec![
-            Exposure { acts: Acts::Turn, per_row: path.turn.clone(), unit: DisplayUnit::new("1", 1.0) },
+            Exposure { acts: Acts::Turn, per_row: path.turn.clone(), unit: one.clone() },
             Exposure {
                 acts: Acts::Curvature,
                 per_row: path.distance.clone(),
                 unit: DisplayUnit::new("deg/m", degree),
             },
+            Exposure { acts: Acts::Drive, per_row: path.distance.clone(), unit: one },
         ],
         constants: Vec::new(),
         unit: DisplayUnit::new("deg", degree),
         activity: Some(activity.to_vec()),
-    }
-}
-
-/// Distance between references, along the displacement that the odometry gives between them.
-fn forward_block(path: &Path, heading: &[f64], activity: &[f64]) -> Block {
-    let [xs, ys, _] = &path.reference;
-    let mut per_row = vec![0.0; path.distance.len()];
-    let (mut rows, mut residual, mut raw) = (Vec::new(), Vec::new(), Vec::new());
-    for run in &path.runs {
-        let known: Vec<usize> =
-            run.clone().filter(|&row| xs[row].is_finite() && ys[row].is_finite()).collect();
-        let mut sum = 0.0;
-        if let Some(&first) = known.first() {
-            rows.push(first);
-            residual.push(0.0);
-            raw.push(xs[first]);
-        }
-        for pair in known.windows(2) {
-            let (from, to) = (pair[0], pair[1]);
-            let step = |row: usize| {
-                let middle = (heading[row - 1] + heading[row]) / 2.0;
-                (middle.cos() * path.distance[row], middle.sin() * path.distance[row])
-            };
-            let (mut dx, mut dy) = (0.0, 0.0);
-            for row in from + 1..=to {
-                let (x, y) = step(row);
-                (dx, dy) = (dx + x, dy + y);
-            }
-            let length = dx.hypot(dy);
-            // Standing still or back where it began: along the heading.
-            let along = if length > 1e-9 { (dx / length, dy / length) } else { (heading[to].cos(), heading[to].sin()) };
-            for row in from + 1..=to {
-                let (x, y) = step(row);
-                per_row[row] = x * along.0 + y * along.1;
-            }
-            sum += (xs[to] - xs[from]) * along.0 + (ys[to] - ys[from]) * along.1
-                - (dx * along.0 + dy * along.1);
-            rows.push(to);
-            residual.push(sum);
-            raw.push(xs[to]);
-        }
-    }
-    Block {
-        label: "distance".to_owned(),
-        axis: None,
-        aggregate: Aggregate::Level,
-        rows,
-        residual,
-        raw,
-        raw_si: 1.0,
-        spread: Vec::new(),
-        exposures: vec![Exposure { acts: Acts::Drive, per_row, unit: DisplayUnit::new("1", 1.0) }],
-        constants: Vec::new(),
-        unit: DisplayUnit::new("m", 1.0),
-        activity: Some(activity.to_vec()),
+        pose: Some(pose),
     }
 }

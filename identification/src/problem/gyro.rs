@@ -125,6 +125,7 @@ pub(super) fn angle_block(
     Block {
         label: gyro.name.clone(),
         axis: gyro.axis,
+        apart: None,
         aggregate: Aggregate::Row,
         residual: rows.iter().map(|&row| difference(row)).collect(),
         raw: rows.iter().map(|&row| gyro.values[row]).collect(),
@@ -135,6 +136,7 @@ pub(super) fn angle_block(
         constants: GYRO_CONSTANTS.to_vec(),
         unit: angle_unit(gyro.unit),
         activity: None,
+        pose: None,
     }
 }
 
@@ -273,6 +275,7 @@ fn against_rate(
     Block {
         label: rate.column.name.clone(),
         axis: rate.column.axis,
+        apart: None,
         aggregate: Aggregate::Row,
         residual: rows.iter().map(|&row| measured[row] - measured_reference[row]).collect(),
         raw: rows.iter().map(|&row| rate.column.values[row]).collect(),
@@ -283,6 +286,7 @@ fn against_rate(
         constants,
         unit,
         activity: None,
+        pose: None,
     }
 }
 
@@ -360,6 +364,7 @@ fn against_heading(
     Block {
         label: rate.column.name.clone(),
         axis: rate.column.axis,
+        apart: None,
         aggregate: Aggregate::Level,
         raw: rows.iter().map(|&row| rate.column.values[row]).collect(),
         raw_si: rate.column.unit.si() / factor,
@@ -373,6 +378,7 @@ fn against_heading(
         constants: GYRO_CONSTANTS.to_vec(),
         unit: angle_unit(reference.unit),
         activity: Some(time_step),
+        pose: None,
     }
 }
 

@@ -69,6 +69,7 @@ fn end_block(
     Block {
         label: label.to_owned(),
         axis: None,
+        apart: Some(label.to_owned()),
         aggregate: Aggregate::Row,
         residual: rows.iter().map(|&row| error[row]).collect(),
         raw: rows.iter().map(|&row| raw[row]).collect(),
@@ -82,5 +83,6 @@ fn end_block(
         constants: Vec::new(),
         unit,
         activity: None,
+        pose: None,
     }
 }

@@ -6,6 +6,7 @@ mod driven;
 mod gyro;
 mod laps;
 mod path;
+mod pose;
 mod segments;
 mod wheels;
 
@@ -13,7 +14,8 @@ use crate::dataset::{Axis, Dataset, Kind};
 use crate::identify::IdentifyError;
 use crate::model::{Acts, Driver};
 pub use channels::{Channel, Channels};
-pub use path::Path;
+pub use path::{Path, PathError};
+pub use pose::{Component, Pose};
 pub use segments::segments;
 
 /// How rows add up to observations.
@@ -23,6 +25,8 @@ pub enum Aggregate {
     Row,
     /// An observation is the sum over its run up to its row: a heading, a travelled distance.
     Level,
+    /// An observation is a heading, an x or a y of a driven path, which began at a pose that nobody knows exactly.
+    Pose,
 }
 
 /// A unit for people: its text and what one of it is in SI.
@@ -68,6 +72,8 @@ pub struct Block {
     pub label: String,
     /// Which axis of a gyro.
     pub axis: Option<Axis>,
+    /// The label again, where terms of this block are of no other.
+    pub apart: Option<String>,
     /// How rows add up.
     pub aggregate: Aggregate,
     /// Row of each observation.
@@ -89,6 +95,8 @@ pub struct Block {
     pub unit: DisplayUnit,
     /// How much of the random walk each row brings (seconds, or metres driven); `None` where rows are alone.
     pub activity: Option<Vec<f64>>,
+    /// Where the path lies, for poses.
+    pub pose: Option<Pose>,
 }
 
 /// A data set as equations.
@@ -136,9 +144,13 @@ impl Block {
         self.exposures.iter().find(|exposure| exposure.acts == acts)
     }
 
-    /// Sums or picks `per_row` into observations. `runs` is the run of each row.
-    pub fn observe(&self, per_row: &[f64], runs: &[usize]) -> Vec<f64> {
+    /// Sums or picks what a term that `acts` so adds `per_row` into observations. `runs` is the run of each row.
+    pub fn observe(&self, acts: Acts, per_row: &[f64], runs: &[usize]) -> Vec<f64> {
         match self.aggregate {
+            Aggregate::Pose => {
+                let travels = matches!(acts, Acts::Drive | Acts::Slip);
+                self.pose.as_ref().map_or_else(Vec::new, |pose| pose.observe(&self.rows, per_row, travels))
+            }
             Aggregate::Row => self.rows.iter().map(|&row| per_row[row]).collect(),
             Aggregate::Level => {
                 let mut sum = 0.0;

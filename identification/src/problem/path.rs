@@ -27,6 +27,28 @@ pub struct PathError {
 }
 
 impl Path {
+    /// First row of `run` where the whole pose is known.
+    pub fn first_whole(&self, run: &Range<usize>) -> Option<usize> {
+        let [xs, ys, headings] = &self.reference;
+        run.clone()
+            .find(|&row| xs[row].is_finite() && ys[row].is_finite() && headings[row].is_finite())
+    }
+
+    /// Nominal dead reckoning (x, y, heading) of the rows from `start` to `end`, from the reference at `start`.
+    pub fn reckon(&self, start: usize, end: usize) -> Vec<(f64, f64, f64)> {
+        let [xs, ys, headings] = &self.reference;
+        let (mut x, mut y, mut heading) = (xs[start], ys[start], headings[start]);
+        let mut found = vec![(x, y, heading)];
+        for row in start + 1..end {
+            let middle = heading + self.turn[row] / 2.0;
+            x += self.distance[row] * middle.cos();
+            y += self.distance[row] * middle.sin();
+            heading += self.turn[row];
+            found.push((x, y, heading));
+        }
+        found
+    }
+
     /// Dead reckoning of run `run` from its first whole reference, with `turn` and `distance` added to each row.
     pub fn error(&self, run: usize, turn: &[f64], distance: &[f64]) -> Option<PathError> {
         let [xs, ys, headings] = &self.reference;

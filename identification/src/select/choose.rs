@@ -26,11 +26,14 @@ impl Contender {
     /// Ranked among `observations`.
     pub fn new(candidate: Candidate, score: Score, strength: f64, observations: f64) -> Self {
         let numbers = candidate.shape.nonlinear().len() as f64;
-        let rank = strength - 0.5 * numbers * observations.ln();
+        let simple = if candidate.shape.drivers.is_empty() { SIMPLEST } else { 0.0 };
+        let rank = strength - 0.5 * numbers * observations.ln() + simple;
         Self { candidate, score, strength, rank }
     }
 }
 
+/// A constant is preferred to what has a driver, by so many nats.
+const SIMPLEST: f64 = 2.0;
 /// Contenders of one family that are refined.
 const REFINED: usize = 3;
 /// A spline as surprising as this is worth a look at hinges and bumps.
@@ -41,8 +44,8 @@ const NARROW_BEHIND: f64 = 4.0;
 const EXACT: usize = 12;
 /// What something that only follows time, and a shape without a name, must show beyond the rest where the noise is
 /// coloured, in nats.
-const NATS_OF_TIME: f64 = 1.5;
-const NATS_OF_SHAPE: f64 = 1.5;
+const NATS_OF_TIME: f64 = 0.5;
+const NATS_OF_SHAPE: f64 = 1.0;
 
 /// Measures every candidate in `scene`; the strongest first.
 pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {

@@ -1,0 +1,116 @@
+//! How errors of each row add up to the pose of a driven path: headings turn everything that is driven after them.
+
+use std::ops::Range;
+
+/// What an observation of a pose is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Component {
+    /// Heading.
+    Heading,
+    /// Position along x.
+    X,
+    /// Position along y.
+    Y,
+}
+
+/// Where the path lies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pose {
+    /// What each observation is.
+    pub component: Vec<Component>,
+    /// Observations of each run: its headings, then its x, then its y.
+    pub of_run: Vec<Range<usize>>,
+    /// First row of each run.
+    pub starts: Vec<usize>,
+    /// Displacement of each row, m, in the direction between the one the odometry believes and the true one: what an
+    /// error of heading turns.
+    pub displacement: [Vec<f64>; 2],
+    /// Direction of each row.
+    pub direction: [Vec<f64>; 2],
+}
+
+impl Pose {
+    /// What an error of each row (of the turn, or of the distance where it `travels`) adds to each observation.
+    pub fn observe(&self, rows: &[usize], per_row: &[f64], travels: bool) -> Vec<f64> {
+        let mut observed = vec![0.0; rows.len()];
+        for (range, &start) in self.of_run.iter().zip(&self.starts) {
+            for component in [Component::Heading, Component::X, Component::Y] {
+                let (mut turned, mut moved) = (0.0, 0.0);
+                let mut at = start;
+                for i in range.clone().filter(|&i| self.component[i] == component) {
+                    while at <= rows[i] {
+                        let error = per_row[at];
+                        match (component, travels) {
+                            (Component::Heading, true) => {}
+                            (Component::Heading, false) => turned += error,
+                            (Component::X, true) => moved += error * self.direction[0][at],
+                            (Component::Y, true) => moved += error * self.direction[1][at],
+                            (_, false) => {
+                                // Half of a row's error turns its own displacement.
+                                let middle = turned + error / 2.0;
+                                turned += error;
+                                moved += if component == Component::X {
+                                    -middle * self.displacement[1][at]
+                                } else {
+                                    middle * self.displacement[0][at]
+                                };
+                            }
+                        }
+                        at += 1;
+                    }
+                    observed[i] = if component == Component::Heading { turned } else { moved };
+                }
+            }
+        }
+        observed
+    }
+
+    /// What an error of the heading, the x and the y at the start of each run adds to its observations.
+    pub fn start_errors(&self, rows: &[usize]) -> [Vec<f64>; 3] {
+        let mut found = [vec![0.0; rows.len()], vec![0.0; rows.len()], vec![0.0; rows.len()]];
+        for (range, &start) in self.of_run.iter().zip(&self.starts) {
+            for component in [Component::Heading, Component::X, Component::Y] {
+                let mut lever = 0.0;
+                let mut at = start;
+                for i in range.clone().filter(|&i| self.component[i] == component) {
+                    while at <= rows[i] {
+                        lever += match component {
+                            Component::Heading => 0.0,
+                            Component::X => -self.displacement[1][at],
+                            Component::Y => self.displacement[0][at],
+                        };
+                        at += 1;
+                    }
+                    match component {
+                        Component::Heading => found[0][i] = 1.0,
+                        Component::X => (found[0][i], found[1][i]) = (lever, 1.0),
+                        Component::Y => (found[0][i], found[2][i]) = (lever, 1.0),
+                    }
+                }
+            }
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Component, Pose};
+
+    /// A straight line along x: a turn at the start swings the end sideways.
+    #[test]
+    fn a_wrong_turn_moves_what_comes_after() {
+        let pose = Pose {
+            component: vec![Component::Heading, Component::X, Component::Y],
+            of_run: vec![0..3],
+            starts: vec![0],
+            displacement: [vec![0.0, 1.0, 1.0], vec![0.0; 3]],
+            direction: [vec![1.0; 3], vec![0.0; 3]],
+        };
+        let rows = [2, 2, 2];
+        assert_eq!(pose.observe(&rows, &[0.1, 0.0, 0.0], false), [0.1, 0.0, 0.2]);
+        assert_eq!(pose.observe(&rows, &[0.0, 0.01, 0.01], true), [0.0, 0.02, 0.0]);
+        let [heading, x, y] = pose.start_errors(&rows);
+        assert_eq!((heading[2], x[1], y[2]), (2.0, 1.0, 1.0));
+    }
+}
