@@ -1,6 +1,7 @@
 //! The entry: data and a model in, finding and a better model out.
 
 use crate::dataset::{Dataset, Kind};
+use crate::experiment::{self, Doubt, Experiment};
 use crate::finding::{Figure, Finding, Left, SCHEMA, Verdict};
 use crate::model::{Acts, Model, Shape, Term, exposure};
 use crate::noise::{self, Layout, NoiseModel};
@@ -36,6 +37,8 @@ pub struct Identified {
     pub model: Model,
     /// For a report.
     pub diagnostics: Diagnostics,
+    /// The plan that would decide between what was found and its rivals, where there are any.
+    pub experiment: Option<Experiment>,
 }
 
 /// Why a data set cannot be identified.
@@ -289,7 +292,10 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
             }
         }
     }
-    Identified {
+    let doubts: Vec<Doubt<'_>> =
+        done.iter().map(|one| Doubt { data: one.data, fit: &one.fit }).collect();
+    let experiment = experiment::next(dataset, problem, &doubts);
+    let mut identified = Identified {
         finding: Finding {
             schema: SCHEMA,
             dataset: dataset.name.clone(),
@@ -320,7 +326,12 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
             plain,
         },
         diagnostics,
+        experiment,
+    };
+    if let Some(experiment) = &identified.experiment {
+        experiment.note(&mut identified.finding);
     }
+    identified
 }
 
 /// The block that the headline is about: the one with the strongest effect.

@@ -3,6 +3,7 @@
 //! Nothing here reads a file or a clock, and nothing knows what made the data.
 
 pub mod dataset;
+pub mod experiment;
 pub mod finding;
 pub mod identify;
 pub mod model;

@@ -23,7 +23,10 @@ Exit status:
 
 /// Finds what a model lacks to explain measured data, and which experiment would decide what is in doubt.
 ///
+<<<<<<< HEAD
 /// Writes finding.json, model.toml and report.html. The same data, seed and version give the same bytes.
+=======
+/// Writes finding.json, model.toml and, where causes are in doubt, the plan that would decide. The same data, seed and version give the same bytes.
 #[derive(Debug, Args)]
 #[command(after_help = EXIT_STATUSES)]
 pub(super) struct IdentifyArguments {
@@ -73,12 +76,16 @@ impl IdentifyArguments {
 
 fn files(found: &Identified) -> Result<Vec<(String, Vec<u8>)>, Failure> {
     let model = toml::to_string_pretty(&found.model).map_err(Failure::findings)?;
-    Ok(vec![
+    let mut files = vec![
         ("finding.json".to_owned(), json(&found.finding)?),
         ("model.toml".to_owned(), model.into_bytes()),
         (
             "report.html".to_owned(),
             report::page(&found.finding, &found.model, &found.diagnostics).into_bytes(),
         ),
-    ])
+    ];
+    if let Some(experiment) = &found.experiment {
+        files.push((experiment.file(), experiment.plan_toml.clone().into_bytes()));
+    }
+    Ok(files)
 }

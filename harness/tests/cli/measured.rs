@@ -83,3 +83,51 @@ fn a_bad_model_is_shown_in_its_place() {
     assert!(ran.err.contains("65 is not in 0..=64"), "{}", ran.err);
     nothing_written(&hil);
 }
+
+/// Table runs in one warm-up, with a bias of 0.0005 deg/s per K: temperature, its rate and time are one.
+fn one_warm_up(folder: &Path) {
+    let field = |name: &str, unit: &str, role: &str| {
+        format!(r#"{{ "name": "{name}", "type": "number", "unit": "{unit}", "role": "{role}" }}"#)
+    };
+    let fields = [
+        field("t", "s", "time"),
+        field("run", "1", "run"),
+        field("way", "1", "direction"),
+        field("gyro", "deg", "gyro_angle"),
+        field("table", "deg", "reference_angle"),
+        field("temperature", "Cel", "temperature"),
+        field("duration", "s", "duration"),
+    ];
+    let package = format!(
+        r#"{{ "name": "warm-up", "hil": {{ "kind": "turns" }}, "resources": [ {{ "name": "data",
+            "path": "data.csv", "schema": {{ "fields": [ {} ] }} }} ] }}"#,
+        fields.join(", ")
+    );
+    let mut rows = "t,run,way,gyro,table,temperature,duration\n".to_owned();
+    for turn in 0..300 {
+        let (run, way) = (turn / 2, if turn % 2 == 0 { -1.0 } else { 1.0 });
+        let time = 48.0 * f64::from(run) + 34.0 + 14.0 * f64::from(turn % 2);
+        let warmth = 18.0 * (1.0 - (-time / 2100.0).exp());
+        // Nearly white: the fractional parts of multiples of an irrational number, spread like noise.
+        let noise = 0.03 * ((f64::from(turn * turn) * 0.618_033_988_75).fract() - 0.5);
+        let gyro = 360.0 * way + 14.0 * 5e-4 * warmth + noise;
+        rows += &format!("{time},{run},{way},{gyro:.5},{},{:.4},14\n", 360.0 * way, 22.0 + warmth);
+    }
+    fs::create_dir(folder).unwrap();
+    fs::write(folder.join("datapackage.json"), package).unwrap();
+    fs::write(folder.join("data.csv"), rows).unwrap();
+}
+
+#[test]
+fn the_plan_that_would_decide_lies_beside_the_finding() {
+    let hil = Hil::new();
+    one_warm_up(&hil.path("warm-up"));
+    let ran = hil.run(&["identify", "warm-up", "--out", "out"]).exits(0);
+    let text = fs::read(hil.path("out/finding.json")).unwrap();
+    let finding: identification::finding::Finding = serde_json::from_slice(&text).unwrap();
+    let next = finding.next_experiment.unwrap_or_else(|| panic!("{}", ran.out));
+    assert!(ran.out.contains(&format!("next: {} tells", next.plan)), "{}", ran.out);
+    let plan = fs::read_to_string(hil.path("out").join(&next.plan)).unwrap();
+    let plan = harness::plan::Plan::parse(&next.plan, &plan).unwrap();
+    assert_eq!(format!("{}.toml", plan.name), next.plan);
+}

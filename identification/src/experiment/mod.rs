@@ -1,0 +1,191 @@
+//! The next experiment: from a finite menu of plans, the one that best tells an effect from its rivals.
+//!
+//! For each plan and rival the distance is the smaller of both directions: the effect true and the rival fitted, and
+//! the reverse, on the given and the planned rows together. The plan with the largest least distance over the rivals
+//! wins; what is more than enough counts no further, so that a shorter plan is then taken.
+
+mod case;
+mod contest;
+mod decide;
+mod gain;
+mod menu;
+mod menu_base;
+mod plan;
+mod planned;
+mod step;
+mod surroundings;
+#[cfg(test)]
+mod tests;
+mod timeline;
+mod words;
+
+use crate::dataset::{Dataset, Kind};
+use crate::finding::{Finding, NextExperiment};
+use crate::model::Acts;
+use crate::problem::Problem;
+pub(crate) use case::Doubt;
+use case::{Pair, cases};
+use gain::{Gain, gains};
+use step::Programme;
+use surroundings::levels;
+
+/// Distances above this are more than enough: a rival that far is refused with certainty.
+const ENOUGH: f64 = 100.0;
+/// A plan decides between two causes where it refuses the wrong one this probably.
+const DECIDES: f64 = 0.8;
+/// A plan that brings no more than this to any rival is of no use for it.
+const GAIN_MIN: f64 = 1.0;
+
+/// A plan that would decide between an effect and its rivals.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Experiment {
+    /// Name of the plan; its file is that and `.toml`.
+    pub name: String,
+    /// The plan.
+    pub plan_toml: String,
+    /// Names of the effect and of the rivals that it tells apart.
+    pub separates: Vec<String>,
+    /// What it brings, in words with a figure.
+    pub expected_gain: String,
+    /// Least distance of the effect from a rival that the plan brings, squared, in units of the noise.
+    pub lambda: f64,
+    /// The same of each rival.
+    pub by_rival: Vec<(String, f64)>,
+    decided: Vec<Pair>,
+}
+
+impl Experiment {
+    /// Name of the file of the plan.
+    pub fn file(&self) -> String {
+        format!("{}.toml", self.name)
+    }
+
+    /// Notes it in a finding: as the next experiment, and at each rival that it decides about.
+    pub fn note(&self, finding: &mut Finding) {
+        for effect in &mut finding.effects {
+            for rival in &mut effect.rivals {
+                let pair = Pair {
+                    effect: effect.name.clone(),
+                    axis: effect.axis,
+                    rival: rival.name.clone(),
+                    drivers: rival.drivers.clone(),
+                };
+                if self.decided.contains(&pair) {
+                    rival.separated_by = Some(self.file());
+                }
+            }
+        }
+        finding.next_experiment = Some(NextExperiment {
+            plan: self.file(),
+            separates: self.separates.clone(),
+            expected_gain: self.expected_gain.clone(),
+        });
+    }
+}
+
+/// Every plan of the menu for data of that kind, with bias tests throughout and with one alone: name and text. `by_hand` are fields that a person moves: name, unit,
+/// lowest and highest value.
+pub fn plans(kind: Kind, by_hand: &[(&str, &'static str, f64, f64)]) -> Vec<(String, String)> {
+    let levels: Vec<_> = by_hand
+        .iter()
+        .map(|&(field, unit, low, high)| surroundings::Level {
+            field: field.to_owned(),
+            unit,
+            low,
+            high,
+        })
+        .collect();
+    menu(kind, &levels)
+        .iter()
+        .flat_map(|programme| [programme.clone(), programme.clone().with_one_bias_test()])
+        .map(|programme| {
+            (programme.name.to_owned(), plan::toml(&programme, &words::why(&programme)))
+        })
+        .collect()
+}
+
+fn menu(kind: Kind, levels: &[surroundings::Level]) -> Vec<Programme> {
+    match kind {
+        Kind::Turns | Kind::Series => menu::table(levels),
+        Kind::Odometry | Kind::Laps => menu_base::base(),
+    }
+}
+
+/// The plan that best separates what is in doubt; `None` where nothing has a rival.
+pub(crate) fn next(
+    dataset: &Dataset,
+    problem: &Problem,
+    doubts: &[Doubt<'_>],
+) -> Option<Experiment> {
+    let cases = cases(doubts);
+    let first = cases.first()?;
+    let mine = cases
+        .iter()
+        .take_while(|case| case.pair.effect == first.pair.effect && case.doubt == first.doubt)
+        .count();
+    let fields: Vec<&str> = cases
+        .iter()
+        .flat_map(|case| &case.contests)
+        .flat_map(|contest| &contest.truth.shape.drivers)
+        .map(|driver| driver.field.as_str())
+        .collect();
+    let on_bias = cases
+        .iter()
+        .flat_map(|case| &case.contests)
+        .any(|contest| is_bias(contest.truth.shape.acts));
+    let menu: Vec<Programme> = menu(dataset.kind, &levels(dataset, &fields))
+        .into_iter()
+        .map(|programme| if on_bias { programme.with_one_bias_test() } else { programme })
+        .collect();
+    let offers: Vec<(&Programme, Vec<Gain>)> = menu
+        .iter()
+        .filter_map(|programme| {
+            Some((programme, gains(dataset, problem, doubts, programme, &cases)?))
+        })
+        .collect();
+    // What no plan can separate does not choose between them.
+    let separable = |rival: &usize| {
+        offers.iter().any(|(_, gains)| gains[*rival].then - gains[*rival].now > GAIN_MIN)
+    };
+    let mut count: Vec<usize> = (0..mine).filter(separable).collect();
+    if count.is_empty() {
+        count = (0..mine).collect();
+    }
+    let worth = |gains: &[Gain]| {
+        count.iter().map(|&rival| gains[rival].then.min(ENOUGH)).fold(f64::INFINITY, f64::min)
+    };
+    let mut best: Option<&(&Programme, Vec<Gain>)> = None;
+    for offer in &offers {
+        if best.is_none_or(|best| worth(&offer.1) > worth(&best.1)) {
+            best = Some(offer);
+        }
+    }
+    let (programme, gains) = best?;
+    let named: Vec<(String, Gain)> = cases
+        .iter()
+        .take(mine)
+        .zip(gains)
+        .map(|(case, gain)| (case.pair.rival.clone(), *gain))
+        .collect();
+    let effect = &first.pair.effect;
+    let separates = words::separates(effect, &named);
+    let expected_gain = words::gain(effect, &named);
+    let mut notes =
+        vec![format!("Tells apart: {}.", separates.join(", ")), format!("It {expected_gain}.")];
+    notes.extend(words::why(programme));
+    let decided = cases.iter().zip(gains).filter(|(_, gain)| gain.probability >= DECIDES);
+    Some(Experiment {
+        name: programme.name.to_owned(),
+        plan_toml: plan::toml(programme, &notes),
+        separates,
+        expected_gain,
+        lambda: count.iter().map(|&rival| gains[rival].then).fold(f64::INFINITY, f64::min),
+        by_rival: named.iter().map(|(rival, gain)| (rival.clone(), gain.then)).collect(),
+        decided: decided.map(|(case, _)| case.pair.clone()).collect(),
+    })
+}
+
+/// Does a term add to the rate, so that a bias test would take a part of it away?
+fn is_bias(acts: Acts) -> bool {
+    matches!(acts, Acts::Bias | Acts::DeadZone | Acts::Noise)
+}

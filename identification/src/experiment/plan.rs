@@ -1,0 +1,119 @@
+//! A programme as a plan that `hil run` carries out.
+
+use super::step::{Programme, Step, TURN_RAMP};
+use std::fmt::Write;
+
+/// Longest text shown to an operator, in bytes: what a plan takes.
+const PROMPT_MAX: usize = 500;
+/// One observation of a log so often, s.
+const LOG_INTERVAL_S: f64 = 10.0;
+
+/// The plan; `notes` stand above it, a line of comment each.
+pub(super) fn toml(programme: &Programme, notes: &[String]) -> String {
+    let mut out = String::new();
+    for note in notes {
+        let plain: String = note.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+        line(&mut out, &format!("# {plain}"));
+    }
+    if !notes.is_empty() {
+        out.push('\n');
+    }
+    line(&mut out, &format!("name = {}", text(programme.name)));
+    line(&mut out, &format!("title = {}", text(programme.title)));
+    line(&mut out, &format!("devices = {}", text(programme.carrier.devices())));
+    out.push_str("\nsteps = [\n");
+    steps(&mut out, &programme.steps, 1);
+    out.push_str("]\n\n");
+    out.push_str(concat!(
+        "[[measurement]]\n",
+        "name = \"samples_lost\"\n",
+        "doc = \"Gyro samples lost on the way: with any, the run is no basis for a finding\"\n",
+        "quantity = \"samples.lost\"\n",
+        "unit = \"1\"\n",
+        "check = { all_within = [0, 0] }\n",
+    ));
+    out
+}
+
+fn line(out: &mut String, text: &str) {
+    out.push_str(text);
+    out.push('\n');
+}
+
+fn text(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+fn steps(out: &mut String, all: &[Step], depth: usize) {
+    for step in all {
+        let indent = "    ".repeat(depth);
+        let _ = write!(out, "{indent}{{ ");
+        match step {
+            Step::Repeat { times, period_s, steps: inner } => {
+                let period =
+                    period_s.map_or(String::new(), |period| format!("period_s = {period}, "));
+                let _ = writeln!(out, "repeat = {{ times = {times}, {period}steps = [");
+                steps(out, inner, depth + 1);
+                let _ = write!(out, "{indent}] }}");
+            }
+            Step::Sweep { ambient, steps: inner } => {
+                let values: Vec<String> = ambient.iter().map(|value| format!("{value}")).collect();
+                let values = values.join(", ");
+                let _ = writeln!(
+                    out,
+                    "sweep = {{ parameter = \"gyro.ambient_celsius\", values = [{values}], steps = ["
+                );
+                steps(out, inner, depth + 1);
+                let _ = write!(out, "{indent}] }}");
+            }
+            other => out.push_str(&simple(other)),
+        }
+        out.push_str(" },\n");
+    }
+}
+
+fn simple(step: &Step) -> String {
+    match step {
+        Step::Ambient(celsius) => {
+            format!("set_parameter = {{ parameter = \"gyro.ambient_celsius\", value = {celsius} }}")
+        }
+        Step::Rest(duration) => {
+            let interval = LOG_INTERVAL_S.min(*duration);
+            format!("log = {{ duration_s = {duration}, interval_s = {interval} }}")
+        }
+        Step::BiasTest => "bias_test = { duration_s = 20 }".to_owned(),
+        Step::TableTurn(angle, rate) => format!(
+            "table_turn = {{ angle_deg = {angle}, rate_deg_per_s = {rate}, acceleration_deg_per_s2 = {TURN_RAMP} }}"
+        ),
+        Step::Ask(what) => prompt(what),
+        Step::Level { field, unit, value } => {
+            prompt(&format!("Set {field} to {} {unit}.", (value * 1e3).round() / 1e3))
+        }
+        Step::Place(heading) => {
+            format!("place = {{ x_m = 0, y_m = 0, heading_deg = {heading} }}")
+        }
+        Step::Straight(distance, speed) => {
+            format!("straight = {{ distance_m = {distance}, speed_m_per_s = {speed} }}")
+        }
+        Step::Turn(angle, rate) => {
+            format!("turn = {{ angle_deg = {angle}, rate_deg_per_s = {rate} }}")
+        }
+        Step::Lap { ccw, side, speed, rate } => format!(
+            "lap = {{ direction = \"{}\", side_m = {side}, speed_m_per_s = {speed}, turn_rate_deg_per_s = {rate} }}",
+            if *ccw { "ccw" } else { "cw" }
+        ),
+        // Written by `steps`.
+        Step::Repeat { .. } | Step::Sweep { .. } => String::new(),
+    }
+}
+
+fn prompt(what: &str) -> String {
+    let mut shown = String::new();
+    for c in what.chars().map(|c| if c.is_control() { ' ' } else { c }) {
+        if shown.len() + c.len_utf8() > PROMPT_MAX {
+            break;
+        }
+        shown.push(c);
+    }
+    format!("operator_prompt = {{ text = {} }}", text(&shown))
+}

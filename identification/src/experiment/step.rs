@@ -1,0 +1,117 @@
+//! What is done on the bench: the one source of both the plan that is written and the rows that it would give.
+
+/// Rate of the paper's turns, deg/s.
+pub(super) const RATE: f64 = 30.0;
+/// Ramps of the table and of turns, deg/s^2: they give the paper's table run of 48 s.
+pub(super) const TURN_RAMP: f64 = 15.0;
+/// Ramps of speed, m/s^2: they give the paper's lap of 64 s.
+pub(super) const SPEED_RAMP: f64 = 0.4;
+/// The paper's static bias test, s.
+pub(super) const BIAS_TEST_S: f64 = 20.0;
+/// The paper's speed of laps, m/s.
+pub(super) const SPEED: f64 = 0.4;
+/// The paper's side of a lap, m.
+pub(super) const SIDE: f64 = 4.0;
+
+/// A step.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Step {
+    /// The temperature of the room is set, degC.
+    Ambient(f64),
+    /// A log at rest, s.
+    Rest(f64),
+    /// A static bias test.
+    BiasTest,
+    /// A turn of the table: degrees, counter-clockwise positive, and deg/s without sign.
+    TableTurn(f64, f64),
+    /// A person is asked for something.
+    Ask(String),
+    /// A person sets a field that no device of the bench controls.
+    Level { field: String, unit: &'static str, value: f64 },
+    /// The robot is brought to the origin, with that heading in degrees.
+    Place(f64),
+    /// A straight line: metres, backward negative, and m/s.
+    Straight(f64, f64),
+    /// A turn of the robot on the spot: degrees and deg/s.
+    Turn(f64, f64),
+    /// A lap of the square path, counter-clockwise or not: side in m, speed in m/s, turns in deg/s.
+    Lap { ccw: bool, side: f64, speed: f64, rate: f64 },
+    /// Steps again and again, from begin to begin in so many seconds.
+    Repeat { times: usize, period_s: Option<f64>, steps: Vec<Step> },
+    /// Steps at each of these temperatures of the room, degC.
+    Sweep { ambient: Vec<f64>, steps: Vec<Step> },
+}
+
+impl Step {
+    /// `times` repetitions, one after the other.
+    pub(super) fn again(times: usize, steps: Vec<Self>) -> Self {
+        Self::Repeat { times, period_s: None, steps }
+    }
+}
+
+/// Who carries the gyro.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Carrier {
+    /// The rotary table.
+    Table,
+    /// The robot's base.
+    Base,
+}
+
+impl Carrier {
+    /// The shipped device file with such a bench.
+    pub(super) const fn devices(self) -> &'static str {
+        match self {
+            Self::Table => "paper-table",
+            Self::Base => "paper",
+        }
+    }
+}
+
+/// A plan of the menu.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Programme {
+    /// Name of the plan, and of its file.
+    pub name: &'static str,
+    /// What it is, in a line.
+    pub title: &'static str,
+    /// Why it tells causes apart.
+    pub reason: &'static str,
+    /// Who carries the gyro.
+    pub carrier: Carrier,
+    /// Has the gyro its steady temperature when time begins? Else it begins at that of the room.
+    pub warm: bool,
+    /// What is done, in order.
+    pub steps: Vec<Step>,
+}
+
+impl Programme {
+    /// With a bias test at the begin alone, logs at rest in place of the others: what acts on the bias is then not
+    /// subtracted before it is seen.
+    pub(super) fn with_one_bias_test(mut self) -> Self {
+        fn logs(steps: &mut [Step]) {
+            for step in steps {
+                match step {
+                    Step::BiasTest => *step = Step::Rest(BIAS_TEST_S),
+                    Step::Repeat { steps, .. } | Step::Sweep { steps, .. } => logs(steps),
+                    _ => {}
+                }
+            }
+        }
+        logs(&mut self.steps);
+        let asked = self.steps.iter().take_while(|step| matches!(step, Step::Ask(_))).count();
+        self.steps.insert(asked, Step::BiasTest);
+        self
+    }
+}
+
+/// The paper's table run: a bias test and one turn each way, 48 s.
+pub(super) fn table_run() -> Vec<Step> {
+    vec![Step::BiasTest, Step::TableTurn(-360.0, RATE), Step::TableTurn(360.0, RATE)]
+}
+
+/// The paper's robot run: a bias test and a lap, each way.
+pub(super) fn laps(side: f64, speed: f64, rate: f64) -> Vec<Step> {
+    let lap = |ccw| Step::Lap { ccw, side, speed, rate };
+    vec![Step::Place(0.0), Step::BiasTest, lap(false), Step::Place(0.0), Step::BiasTest, lap(true)]
+}
