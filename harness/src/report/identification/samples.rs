@@ -78,6 +78,7 @@ pub(super) fn model() -> Model {
         known: true,
         term: Acts::Bias,
         axis: None,
+        quantity: None,
         drivers: Driver::parse("rate_of(temperature)").into_iter().collect(),
         form: Form::Linear,
         knots: Vec::new(),

@@ -32,9 +32,10 @@ pub(super) fn parameters(model: &Model) -> Markup {
 }
 
 fn rows(term: &Term, plain: &[Term]) -> Markup {
-    let given = plain
-        .iter()
-        .find(|other| (&other.name, other.term, other.axis) == (&term.name, term.term, term.axis));
+    let given = plain.iter().find(|other| {
+        (&other.name, other.term, other.axis, &other.quantity)
+            == (&term.name, term.term, term.axis, &term.quantity)
+    });
     let drivers: Vec<String> = term.drivers.iter().map(ToString::to_string).collect();
     let before = |name: &str| given.and_then(|term| term.parameter(name));
     html! {
@@ -43,6 +44,7 @@ fn rows(term: &Term, plain: &[Term]) -> Markup {
                 @if index == 0 {
                     td rowspan=(term.parameters.len()) {
                         strong { (title(&term.name)) }
+                        @if let Some(quantity) = &term.quantity { span.small { " of " (quantity) } }
                         @if let Some(axis) = term.axis { span.small { " " (format!("{axis:?}").to_lowercase()) } }
                     }
                     td rowspan=(term.parameters.len()) { (word(term.term)) }
