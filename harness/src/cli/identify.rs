@@ -23,8 +23,8 @@ Exit status:
 
 /// Finds what a model lacks to explain measured data, and which experiment would decide what is in doubt.
 ///
-/// Writes finding.json, model.toml, report.html and, where causes are in doubt, the plan that would decide. The
-/// same data, seed and version give the same bytes.
+/// Writes finding.json, model.toml, report.html and, where causes are in doubt, the plan that would decide. The same
+/// data, seed and version give the same bytes.
 #[derive(Debug, Args)]
 #[command(after_help = EXIT_STATUSES)]
 pub(super) struct IdentifyArguments {
