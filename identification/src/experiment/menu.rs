@@ -82,7 +82,11 @@ pub(super) fn table(levels: &[Level]) -> Vec<Programme> {
             "rate, direction, temperature and its rate of change vary independently of one another",
             vec![Step::Sweep {
                 ambient: sine(24, 4),
-                steps: vec![Step::again(2, slow_and_fast())],
+                steps: vec![Step::Repeat {
+                    times: 2,
+                    period_s: Some(150.0),
+                    steps: slow_and_fast(),
+                }],
             }],
         ),
         plan(
@@ -154,7 +158,7 @@ fn station() -> Vec<Step> {
     steps
 }
 
-/// A bias test, and a turn each way at a low and at a high rate: 2.5 min.
+/// A bias test, and a turn each way at a low and at a high rate: 2 min.
 fn slow_and_fast() -> Vec<Step> {
     let rates = [(-360.0, SLOW), (360.0, SLOW), (-360.0, FAST), (360.0, FAST)];
     let turns = rates.map(|(angle, rate)| Step::TableTurn(angle, rate));
