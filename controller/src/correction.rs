@@ -16,6 +16,7 @@
 //! reading say, is zero.
 
 mod form;
+mod history;
 mod slope;
 mod watch;
 
@@ -73,14 +74,14 @@ pub enum Driver {
     Temperature,
     /// Its rate of change, a least-squares slope over [`SLOPE_WINDOW`]; K/s.
     TemperatureRate,
-    /// It, through a first-order lag; degC. The lag starts without a difference when the calibration
-    /// is loaded.
+    /// It, through a first-order lag; degC. The lag starts without a difference at the first
+    /// temperature that the gyro tells, whenever the calibration is loaded.
     TemperatureLag {
         /// Time constant of the lag.
         time_constant_s: f64,
     },
     /// It with play, less it: the branch of a hysteresis, at most the half width either way; K. Starts
-    /// in the middle when the calibration is loaded.
+    /// in the middle at the first temperature that the gyro tells.
     TemperatureBranch {
         /// Half of the play.
         half_width_kelvin: f64,

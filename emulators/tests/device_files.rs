@@ -62,7 +62,13 @@ fn every_file_describes_devices() {
     files.sort();
     assert_eq!(
         files,
-        ["dsp3000-table.toml", "paper-serial.toml", "paper-table.toml", "paper.toml"]
+        [
+            "dsp3000-table.toml",
+            "paper-serial.toml",
+            "paper-table.toml",
+            "paper.toml",
+            "undeclared-table.toml"
+        ]
     );
     for file in &files {
         let devices = devices(file);

@@ -20,7 +20,7 @@ pub use learned::learned;
 use crate::library::{Kind, Library, LibraryError};
 use crate::plan::{Action, Plan, Step};
 use controller::calibration::Calibration;
-use controller::correction::{Acts, Corrections, TERMS_MAX, Term};
+use controller::correction::{Acts, Corrections, Driver, Form, TERMS_MAX, Term};
 use identification::finding::{Finding, SCHEMA};
 use identification::model::{self, Model};
 use numbers::Numbers;
@@ -168,11 +168,14 @@ pub fn corrections(model: &Model) -> Result<Corrections, Refused> {
     let mut corrections = Corrections::new();
     let mut refused = Vec::new();
     for term in &model.terms {
-        let carried = acts(term).and_then(|acts| translate(model, term, acts)).and_then(|term| {
+        let push = |term| {
             corrections
                 .push(term)
                 .map_err(|_| format!("a controller takes {TERMS_MAX} terms at most"))
-        });
+        };
+        let carried = acts(term)
+            .and_then(|acts| translate(model, term, acts))
+            .and_then(|terms| terms.into_iter().try_for_each(push));
         if let Err(why) = carried {
             refused.push((term.name.clone(), why));
         }
@@ -205,8 +208,9 @@ fn acts(term: &model::Term) -> Result<Acts, String> {
     Err(why.to_owned())
 }
 
-/// A term of bias or scale, in SI.
-fn translate(model: &Model, term: &model::Term, acts: Acts) -> Result<Term, String> {
+/// A term of bias or scale, in SI; where a temperature goes through a play as a whole, two: one of the
+/// temperature and one of how far the play's output is from it.
+fn translate(model: &Model, term: &model::Term, acts: Acts) -> Result<Vec<Term>, String> {
     let numbers = Numbers(term);
     let mut drivers = term.drivers.iter();
     let first = drivers.next().map(|driver| driver::of(model, driver, &numbers)).transpose()?;
@@ -216,11 +220,24 @@ fn translate(model: &Model, term: &model::Term, acts: Acts) -> Result<Term, Stri
     }
     let form = form::of(term, first, second, &numbers)?;
     let driver = match form {
-        controller::correction::Form::Constant { .. } => None,
+        Form::Constant { .. } => None,
         _ => first,
     };
-    let translated = Term { acts, driver: driver.unwrap_or_default(), form };
-    if translated.is_usable() {
+    let driver = driver.unwrap_or_default();
+    let through = numbers.or_zero("through")?;
+    let translated = match (driver, form) {
+        (_, form) if through == 0.0 => vec![Term { acts, driver, form }],
+        (Driver::TemperatureBranch { .. }, Form::Linear { slope, origin }) => vec![
+            Term { acts, driver, form: Form::Linear { slope, origin: 0.0 } },
+            Term {
+                acts,
+                driver: Driver::Temperature,
+                form: Form::Linear { slope: slope * through, origin: origin / through },
+            },
+        ],
+        _ => return Err("what goes through a play is carried where it is linear".to_owned()),
+    };
+    if translated.iter().all(Term::is_usable) {
         Ok(translated)
     } else {
         Err("its numbers are not usable: one is not finite, divides by nothing or does not rise"

@@ -218,3 +218,34 @@ proptest! {
         }
     }
 }
+
+/// Loaded late, a term with a memory is where it would be had it been there from the beginning.
+#[test]
+fn what_is_loaded_late_has_the_same_memory() {
+    let identity = Form::Linear { slope: 1e-6, origin: 0.0 };
+    for driver in [
+        Driver::TemperatureLag { time_constant_s: 300.0 },
+        Driver::TemperatureBranch { half_width_kelvin: 2.0 },
+    ] {
+        let terms = [term(Acts::Bias, driver, identity.clone())].into_iter().collect();
+        let (mut early, mut late) = (Watch::default(), Watch::default());
+        early.begin(&terms);
+        for second in 0..20_000_u32 {
+            let now = at_s(second.into());
+            let celsius = 30.0 + 10.0 * libm::sin(f64::from(second) / 1_000.0);
+            for (watch, terms) in
+                [(&mut early, &terms), (&mut late, &Vec::new().into_iter().collect())]
+            {
+                watch.hear(now);
+                watch.tell(now, Temperature::from_celsius(celsius), terms);
+            }
+        }
+        late.begin(&terms);
+        let bias = |watch: &Watch| {
+            let rest = (Angle::ZERO, AngularRate::ZERO);
+            watch.sum(at_s(20_000.0), &terms, 0.0, rest.0, rest.1, |_| 1.0).bias
+        };
+        // In steps of 160 s, in which the temperature moves by 1.6 K at most.
+        assert!((bias(&early) - bias(&late)).abs() < 0.7e-6, "{driver:?}");
+    }
+}

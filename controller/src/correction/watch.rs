@@ -1,5 +1,6 @@
 //! What the terms see, kept up to date, and what they come to.
 
+use super::history::History;
 use super::slope::Slope;
 use super::{Acts, BIAS_SUM_MAX, Corrections, Driver, SCALE_SUM_MAX, TERMS_MAX, Term};
 use wire::time::{Span, Timestamp};
@@ -38,6 +39,7 @@ pub(crate) struct Watch {
     temperature: Option<f64>,
     told: Option<Timestamp>,
     slope: Slope,
+    history: History,
     first_heard: Option<Timestamp>,
     switched_on: Option<Timestamp>,
     heard: Option<Timestamp>,
@@ -56,12 +58,16 @@ struct Moment {
 }
 
 impl Watch {
-    /// Other terms from now on: their memories begin.
+    /// Other terms from now on: their memories are those of the temperatures so far.
     pub(crate) fn begin(&mut self, terms: &Corrections) {
         self.memories = [Memory::default(); TERMS_MAX];
         self.sees_rate = terms.iter().any(Term::sees_rate);
-        if let Some(temperature) = self.temperature {
-            self.remember(terms, temperature, 0.0);
+        for (celsius, passed_s) in self.history.steps() {
+            remember(&mut self.memories, terms, celsius, passed_s);
+        }
+        if let (Some(celsius), Some(told)) = (self.temperature, self.told) {
+            let passed_s = self.history.since_last(told);
+            remember(&mut self.memories, terms, celsius, passed_s);
         }
     }
 
@@ -81,14 +87,8 @@ impl Watch {
         self.told = Some(now);
         self.temperature = Some(celsius);
         self.slope.add(now, celsius);
-        self.remember(terms, celsius, passed_s);
-    }
-
-    fn remember(&mut self, terms: &Corrections, celsius: f64, passed_s: f64) {
-        for (term, memory) in terms.iter().zip(&mut self.memories) {
-            memory.first = follow(term.driver, memory.first, celsius, passed_s);
-            memory.second = follow(term.form.second(), memory.second, celsius, passed_s);
-        }
+        self.history.add(now, celsius);
+        remember(&mut self.memories, terms, celsius, passed_s);
     }
 
     /// What `terms` come to at `now`. `less_bias` is the raw rate less the tested bias in rad/s;
@@ -159,6 +159,14 @@ impl Watch {
             Driver::Time => Some(moment.time_s),
             Driver::Uptime => Some(moment.uptime_s),
         }
+    }
+}
+
+/// The temperature has been `celsius` for `passed_s`.
+fn remember(memories: &mut [Memory; TERMS_MAX], terms: &Corrections, celsius: f64, passed_s: f64) {
+    for (term, memory) in terms.iter().zip(memories) {
+        memory.first = follow(term.driver, memory.first, celsius, passed_s);
+        memory.second = follow(term.form.second(), memory.second, celsius, passed_s);
     }
 }
 

@@ -35,12 +35,18 @@ impl Ends {
         }
     }
 
-    /// What was so between the ends: how long it took, and the bias that was subtracted.
+    /// What was so between the ends: how long it took, the bias that was subtracted, and the
+    /// temperature, the mean of those at the ends.
     fn between(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let duration =
             self.began.zip(self.ended).map(|(began, ended)| (ended - began).as_secs_f64());
         let bias = self.state_after.map(|state| state.bias.deg_per_s());
-        let named = [("duration", duration), ("bias", bias)].into_iter();
+        let told = |state: Option<State>| state.and_then(|state| state.temperature);
+        let (before, after) = (told(self.state_before), told(self.state_after));
+        let temperature =
+            before.or(after).zip(after).map(|(a, b)| (a.celsius() + b.celsius()) / 2.0);
+        let named =
+            [("duration", duration), ("bias", bias), ("temperature", temperature)].into_iter();
         named.filter_map(|(name, value)| Some((name, value?)))
     }
 }
@@ -150,7 +156,6 @@ impl<'a> Collector<'a> {
             ("acceleration", turn.acceleration.rad_per_s2().to_degrees()),
             ("heading", heading.deg()),
         ];
-        more.extend(temperature_tag(after.temperature));
         more.extend(ends.between());
         let u = facts.table_u_deg * std::f64::consts::SQRT_2;
         self.add(&q::TABLE_ANGLE, turned, u, &more);
@@ -172,7 +177,6 @@ impl<'a> Collector<'a> {
         };
         let sign = direction.sign();
         let mut more = vec![("direction", sign)];
-        more.extend(temperature_tag(state_after.temperature));
         more.extend(ends.between());
         // Two readings of the absolute measurement stand behind each figure.
         let u_heading = facts.absolute_heading_u_deg * std::f64::consts::SQRT_2;

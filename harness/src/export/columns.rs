@@ -7,6 +7,11 @@ use std::path::Path;
 /// A field: name, role and unit.
 pub(crate) type Field = (&'static str, Role, Unit);
 
+/// The middle of what was observed at its end: what a row says is of the time between.
+pub(crate) fn middle(tag: impl Fn(&str) -> Option<f64>) -> Option<f64> {
+    Some(tag("time")? - tag("duration").unwrap_or(0.0) / 2.0)
+}
+
 /// Rows, each with the label of its run.
 #[derive(Debug)]
 pub(crate) struct Columns {

@@ -1,6 +1,6 @@
 //! Laps of a closed path.
 
-use super::columns::{Columns, Field};
+use super::columns::{Columns, Field, middle};
 use crate::observation::Observation;
 use crate::plan::quantities as q;
 use controller::mission::HeadingSource;
@@ -56,7 +56,7 @@ pub(crate) fn columns(observations: &[(Observation, HeadingSource)]) -> Columns 
             HeadingSource::Gyro => None,
         };
         let row = [
-            tag("time"),
+            middle(&tag),
             direction,
             by(&q::LAP_GYRO_ERROR),
             turned,

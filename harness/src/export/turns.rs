@@ -1,6 +1,6 @@
 //! Turns of the rotary table.
 
-use super::columns::{Columns, Field};
+use super::columns::{Columns, Field, middle};
 use crate::observation::Observation;
 use crate::plan::quantities::{self, Quantity};
 use identification::dataset::{Role, Unit};
@@ -27,7 +27,7 @@ pub(crate) fn columns(turns: &[Observation]) -> Columns {
         let tag = |name: &str| turn.tags.get(name).copied();
         let direction = tag("direction");
         let row = [
-            tag("time"),
+            middle(&tag),
             direction,
             direction.map(|sign| sign * turn.value),
             tag("angle"),

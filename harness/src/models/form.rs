@@ -1,7 +1,7 @@
 //! How a term depends on its drivers, as a controller evaluates it.
 
 use super::numbers::Numbers;
-use controller::correction::{Driver, Form, Point, TABLE_POINTS_MAX};
+use controller::correction::{BIAS_SUM_MAX, Driver, Form, Point, SCALE_SUM_MAX, TABLE_POINTS_MAX};
 use identification::model::{self, Wrap};
 
 /// The parameter that says what one unit of a term's knots is, where the field does not.
@@ -95,6 +95,17 @@ fn spline(term: &model::Term, driver: Driver, numbers: &Numbers<'_>) -> Result<F
     let (Some(&first), Some(&last)) = (knots.first(), knots.last()) else {
         return Err("a spline needs knots".to_owned());
     };
+    let limit = match term.term {
+        model::Acts::Scale => SCALE_SUM_MAX,
+        _ => BIAS_SUM_MAX.rad_per_s(),
+    };
+    if values.iter().any(|value| value.abs() > limit) {
+        return Err(
+            "it says more than a controller takes off: beside another term the data do not \
+                    tell it, and the two cancel in them alone"
+                .to_owned(),
+        );
+    }
     if knots.len() < 2 || !rises {
         return Err("a spline needs two knots at least, in rising order".to_owned());
     }

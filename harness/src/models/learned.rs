@@ -37,7 +37,9 @@ fn add(model: &Model, term: &model::Term, learned: &mut Learned) -> Result<(), S
                 model::Acts::Bias => seen::Acts::Bias,
                 _ => seen::Acts::Scale,
             };
-            learned.terms.push(truth(translate(model, term, acts)?)?);
+            for term in translate(model, term, acts)? {
+                learned.terms.push(truth(term)?);
+            }
             return Ok(());
         }
         model::Acts::Delay if term.drivers.iter().any(|driver| driver.wrap == Wrap::LagOf) => {

@@ -43,7 +43,11 @@ pub const TAGS: &[Tag] = &[
     },
     Tag { name: "time", unit: "s", doc: "bench time of the observation" },
     Tag { name: "direction", unit: "1", doc: "+1 counter-clockwise, -1 clockwise" },
-    Tag { name: "temperature", unit: "degC", doc: "temperature that the gyro told" },
+    Tag {
+        name: "temperature",
+        unit: "degC",
+        doc: "temperature that the gyro told; of a turn or a lap the mean of before and after",
+    },
     Tag { name: "duration", unit: "s", doc: "time between the states before and after" },
     Tag { name: "bias", unit: "deg/s", doc: "bias that was subtracted" },
     Tag { name: "angle", unit: "deg", doc: "angle that the table was told to turn by" },

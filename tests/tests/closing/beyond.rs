@@ -1,0 +1,36 @@
+//! Effects that no family of candidates can express exactly: the error falls all the same.
+
+use super::{Story, unit};
+use harness::outcome::Outcome;
+
+/// A sine over temperature within a bell; size of the class's 5 deg/h/K over 6 K.
+#[test]
+fn fringes() {
+    let parameters = [
+        ("fringe_bias_deg_per_h", 30.0),
+        ("fringe_period_kelvin", 10.0),
+        ("reference_celsius", 40.0),
+    ];
+    let story = Story::of(unit(&parameters));
+    story.is_carried_out().falls_by(3.0);
+    assert!(story.worst("before") > 3.0 * story.worst("after"), "{}", story.in_words());
+}
+
+/// A temperature coefficient that grows with time. A function of time holds for the hours that it was
+/// found in: only of those is anything asked.
+#[test]
+fn a_coefficient_that_drifts() {
+    Story::of(unit(&[("drifting_bias_deg_per_h_per_kelvin", 5.0)])).falls_by(5.0);
+}
+
+/// A cusp over the rate. What is found explains held-out turns; as two functions of the rate that
+/// cancel it is no model to correct by, and is refused rather than used.
+#[test]
+fn a_resonance() {
+    let story = Story::of(unit(&[("resonance_ppm", 3_000.0), ("resonance_deg_per_s", 20.0)]));
+    story.falls_by(10.0);
+    let ending = &story.done.simulated.ending;
+    let refused = ending.reason.as_ref().is_some_and(|reason| reason.contains("cannot be carried"));
+    assert!(refused || ending.outcome == Outcome::Passed, "{ending:?}");
+    assert!(story.worst("after") < story.worst("before"), "{}", story.in_words());
+}
