@@ -1,4 +1,4 @@
-//! `report.html`: a run on one page, for a person.
+//! `report.html`: a run on one page, or an [`identification`], for a person.
 //!
 //! The page stands alone: no script, no request, light or dark as the reader's system is, fit to be
 //! printed. It is computed from the summary and the record only, so that it can be drawn again later.
@@ -9,6 +9,7 @@ mod against;
 mod collect;
 mod frame;
 mod heading;
+pub mod identification;
 mod marks;
 mod measurements;
 mod observations;

@@ -1,7 +1,5 @@
 //! The plans that the identification proposes can be read, and carried out on the shipped benches.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use harness::made::Made;
 use harness::outcome::Outcome;
 use harness::plan::{Action, Plan, Step};

@@ -1,5 +1,7 @@
 //! From data to the plan that would decide.
 
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use identification::identify::{Identified, Options, identify};
 use rand::SeedableRng;
@@ -19,7 +21,14 @@ fn warm_up(size: f64) -> Identified {
             let warmth = 18.0 * (1.0 - (-time / 2100.0_f64).exp());
             let noise: f64 = StandardNormal.sample(&mut random);
             let error = 14.0 * size * warmth + 0.01 * noise;
-            let row = [time, direction, 360.0 * direction + error, 360.0 * direction, 22.0 + warmth, 14.0];
+            let row = [
+                time,
+                direction,
+                360.0 * direction + error,
+                360.0 * direction,
+                22.0 + warmth,
+                14.0,
+            ];
             values.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
             run_of_row.push(run);
         }
@@ -35,7 +44,13 @@ fn warm_up(size: f64) -> Identified {
     let columns = fields
         .into_iter()
         .zip(values)
-        .map(|((name, role, unit), values)| Column { name: name.to_owned(), role, axis: None, unit, values })
+        .map(|((name, role, unit), values)| Column {
+            name: name.to_owned(),
+            role,
+            axis: None,
+            unit,
+            values,
+        })
         .collect();
     let dataset = Dataset {
         name: "warm-up".to_owned(),
@@ -53,14 +68,21 @@ fn warm_up(size: f64) -> Identified {
 #[test]
 fn what_one_warm_up_leaves_in_doubt_is_to_be_decided() {
     let found = warm_up(5e-4);
-    let effect = found.finding.effects.first().expect("a drift of 0.1 deg in 0.01 deg of noise is seen");
-    assert!(!effect.rivals.is_empty(), "temperature, its rate and time are one in a warm-up: {effect:?}");
+    let effect =
+        found.finding.effects.first().expect("a drift of 0.1 deg in 0.01 deg of noise is seen");
+    assert!(
+        !effect.rivals.is_empty(),
+        "temperature, its rate and time are one in a warm-up: {effect:?}"
+    );
     let next = found.finding.next_experiment.as_ref().unwrap();
     let experiment = found.experiment.as_ref().unwrap();
     assert_eq!(next.plan, experiment.file());
     assert_eq!(next.separates[0], effect.name);
     assert!(next.separates.len() > 1 && next.expected_gain.contains("lambda"), "{next:?}");
-    assert!(effect.rivals.iter().any(|rival| rival.separated_by.as_ref() == Some(&next.plan)), "{effect:?}");
+    assert!(
+        effect.rivals.iter().any(|rival| rival.separated_by.as_ref() == Some(&next.plan)),
+        "{effect:?}"
+    );
     assert!(experiment.plan_toml.starts_with(&format!("# Tells apart: {}", effect.name)));
     assert!(experiment.plan_toml.contains(&format!("name = \"{}\"", experiment.name)));
 }

@@ -6,6 +6,7 @@ use super::measured::{findings_folder, json, load, model, put, tell};
 use super::progress::Screen;
 use super::say;
 use crate::outcome::Outcome;
+use crate::report::identification as report;
 use clap::Args;
 use identification::identify::{Identified, Options, identify};
 use std::path::PathBuf;
@@ -22,7 +23,8 @@ Exit status:
 
 /// Finds what a model lacks to explain measured data, and which experiment would decide what is in doubt.
 ///
-/// Writes finding.json, model.toml and, where causes are in doubt, the plan that would decide. The same data, seed and version give the same bytes.
+/// Writes finding.json, model.toml, report.html and, where causes are in doubt, the plan that would decide. The same
+/// data, seed and version give the same bytes.
 #[derive(Debug, Args)]
 #[command(after_help = EXIT_STATUSES)]
 pub(super) struct IdentifyArguments {
@@ -75,6 +77,10 @@ fn files(found: &Identified) -> Result<Vec<(String, Vec<u8>)>, Failure> {
     let mut files = vec![
         ("finding.json".to_owned(), json(&found.finding)?),
         ("model.toml".to_owned(), model.into_bytes()),
+        (
+            "report.html".to_owned(),
+            report::page(&found.finding, &found.model, &found.diagnostics).into_bytes(),
+        ),
     ];
     if let Some(experiment) = &found.experiment {
         files.push((experiment.file(), experiment.plan_toml.clone().into_bytes()));

@@ -4,6 +4,7 @@
 //! is plain elements with the colour as an attribute, which one style sheet can turn light or dark.
 
 use super::palette::{GRID, INK};
+use crate::figures;
 use maud::{Markup, PreEscaped, html};
 use plotters::chart::{ChartBuilder, ChartContext};
 use plotters::coord::types::RangedCoordf64;
@@ -20,6 +21,10 @@ pub(super) const SCALE: u32 = 2;
 const WIDTH: u32 = 620;
 const HEIGHT: u32 = 290;
 
+/// Shown size of one of several plots beside each other, in CSS pixels.
+const SMALL_WIDTH: u32 = 300;
+const SMALL_HEIGHT: u32 = 220;
+
 /// Shown side of the data area of a square plot.
 const SQUARE_SIDE: u32 = 440;
 
@@ -32,6 +37,7 @@ const FONT_SIZE: u32 = 13;
 
 /// Labelled ticks on an axis, about.
 const TICKS: usize = 8;
+const SMALL_TICKS: usize = 5;
 
 /// Share of the range that is left free at either end.
 const FREE_SHARE: f64 = 0.06;
@@ -49,6 +55,8 @@ pub(super) struct Axis {
     /// Quantity and unit.
     pub label: String,
     pub range: Range<f64>,
+    /// Whether places on the axis are powers of ten.
+    is_decades: bool,
 }
 
 impl Axis {
@@ -66,12 +74,29 @@ impl Axis {
             let free = ((high - low) * FREE_SHARE).max(floor);
             low - free..high + free
         };
-        Self { label: label.into(), range }
+        Self { label: label.into(), range, is_decades: false }
+    }
+
+    /// An axis of powers of ten on which all of `exponents` lie.
+    pub(super) fn decades(
+        label: impl Into<String>,
+        exponents: impl IntoIterator<Item = f64>,
+    ) -> Self {
+        Self { is_decades: true, ..Self::around(label, exponents) }
+    }
+
+    /// How many labelled ticks fit: decades are told apart by whole ones where there are enough.
+    fn ticks(&self, most: usize) -> usize {
+        let span = (self.range.end - self.range.start).clamp(0.0, most as f64);
+        if self.is_decades { (span as usize + 1).clamp(3, most) } else { most }
     }
 
     /// A tick with as many decimals as neighbouring ticks need to differ.
     fn tick(&self, value: f64) -> String {
         const DECIMALS_MAX: f64 = 9.0;
+        if self.is_decades {
+            return figures::value(10_f64.powf(value), 0.0);
+        }
         let step = (self.range.end - self.range.start) / TICKS as f64;
         let decimals = (-step.log10().floor()).clamp(0.0, DECIMALS_MAX) as usize;
         let text = format!("{value:.decimals$}");
@@ -88,12 +113,18 @@ pub(super) struct Frame {
     pub x: Axis,
     pub y: Axis,
     size: (u32, u32),
+    ticks: usize,
 }
 
 impl Frame {
     /// A plot over an axis.
     pub(super) const fn wide(x: Axis, y: Axis) -> Self {
-        Self { x, y, size: (WIDTH, HEIGHT) }
+        Self { x, y, size: (WIDTH, HEIGHT), ticks: TICKS }
+    }
+
+    /// One of several plots beside each other.
+    pub(super) const fn small(x: Axis, y: Axis) -> Self {
+        Self { x, y, size: (SMALL_WIDTH, SMALL_HEIGHT), ticks: SMALL_TICKS }
     }
 
     /// A plot in which both axes have the same scale: the shorter range is widened.
@@ -104,7 +135,7 @@ impl Frame {
             axis.range = middle - side / 2.0..middle + side / 2.0;
         }
         let size = (SQUARE_SIDE + LEFT + 2 * MARGIN, SQUARE_SIDE + BOTTOM + 2 * MARGIN);
-        Self { x, y, size }
+        Self { x, y, size, ticks: TICKS }
     }
 
     /// What one pixel of the drawing is in the unit of the x axis.
@@ -144,8 +175,8 @@ impl Frame {
         let text = TextStyle::from(("sans-serif", FONT_SIZE * SCALE).into_font()).color(&INK);
         chart
             .configure_mesh()
-            .x_labels(TICKS)
-            .y_labels(TICKS)
+            .x_labels(self.x.ticks(self.ticks))
+            .y_labels(self.y.ticks(self.ticks))
             .max_light_lines(0)
             .bold_line_style(GRID)
             .axis_style(INK)
@@ -185,6 +216,8 @@ mod tests {
         assert_eq!(axis(&[36.98, 36.99]).tick(36.985), "36.985");
         assert_eq!(axis(&[-1.0, 1.0]).tick(-1e-17), "0.0");
         assert_eq!(axis(&[0.0, 900.0]).tick(100.000_000_1), "100");
+        let decades = Axis::decades("x", [-3.0, 4.0]);
+        assert_eq!((decades.tick(-2.0), decades.tick(3.0)), ("0.01".into(), "1000".into()));
     }
 
     proptest! {

@@ -9,8 +9,25 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 /// Part of the page, so that it needs nothing beside it.
 const STYLE: &str = include_str!("style.css");
 
-/// The whole document.
+/// The whole document of a run.
 pub(super) fn page(summary: &Summary, header: &Header, collected: &Collected) -> Markup {
+    let body = html! {
+        (heading::heading(summary, collected))
+        (section("Paper against measured", Some(measurements::table(&summary.measurements))))
+        (section("Notes and faults", trouble::list(&collected.troubles)))
+        (section("Observations", Some(observations::plots(header, collected))))
+        (section("Where it went", path::figure(&collected.believed, &collected.truth)))
+        (section(
+            "Steps",
+            timeline::figure(&collected.steps, &collected.troubles, collected.end_s),
+        ))
+        (section("Files", artifacts(&summary.artifacts)))
+    };
+    document(&format!("{}: {}", summary.plan, summary.outcome.name()), &body)
+}
+
+/// A page that needs nothing beside it, light or dark as the reader's system is.
+pub(super) fn document(title: &str, body: &Markup) -> Markup {
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -18,29 +35,16 @@ pub(super) fn page(summary: &Summary, header: &Header, collected: &Collected) ->
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
-                title { (summary.plan) ": " (summary.outcome.name()) }
+                title { (title) }
                 style { (PreEscaped(STYLE)) }
             }
-            body {
-                main {
-                    (heading::heading(summary, collected))
-                    (section("Paper against measured", Some(measurements::table(&summary.measurements))))
-                    (section("Notes and faults", trouble::list(&collected.troubles)))
-                    (section("Observations", Some(observations::plots(header, collected))))
-                    (section("Where it went", path::figure(&collected.believed, &collected.truth)))
-                    (section(
-                        "Steps",
-                        timeline::figure(&collected.steps, &collected.troubles, collected.end_s),
-                    ))
-                    (section("Files", artifacts(&summary.artifacts)))
-                }
-            }
+            body { main { (body) } }
         }
     }
 }
 
 /// A section that has something to show.
-fn section(title: &str, content: Option<Markup>) -> Markup {
+pub(super) fn section(title: &str, content: Option<Markup>) -> Markup {
     html! {
         @if let Some(content) = content {
             section { h2 { (title) } (content) }

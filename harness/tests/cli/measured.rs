@@ -55,6 +55,22 @@ fn bad_data_are_named_and_nothing_is_written() {
 }
 
 #[test]
+fn what_is_found_is_the_same_again_to_the_byte() {
+    let hil = Hil::with_plan(TURN);
+    hil.run(&["run", "turn.toml", "--out", "run", "--quiet"]).exits(0);
+    hil.run(&["export", "run", "--out", "set"]).exits(0);
+    for out in ["out", "again"] {
+        hil.run(&["identify", "set", "--out", out]).exits(0);
+    }
+    for name in ["finding.json", "model.toml", "report.html"] {
+        let of = |out: &str| fs::read(hil.path(out).join(name)).unwrap();
+        assert!(!of("out").is_empty() && of("out") == of("again"), "{name}");
+    }
+    let page = fs::read_to_string(hil.path("out/report.html")).unwrap();
+    assert!(page.starts_with("<!DOCTYPE html>") && page.contains("What was found"));
+}
+
+#[test]
 fn a_bad_model_is_shown_in_its_place() {
     let hil = Hil::new();
     let gyro = shipped("gyro-at-rest-over-temperature");

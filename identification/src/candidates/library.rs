@@ -101,7 +101,9 @@ impl Builder<'_> {
 
     /// A rotation about another axis that leaks in.
     fn other_axis(&mut self, on: Acts, channel: &Channel) {
-        if on == Acts::Bias && channel.name != self.block.label {
+        // At rest every axis shares what heats all of them.
+        let turns = self.block.exposure(Acts::Scale).is_some();
+        if on == Acts::Bias && turns && channel.name != self.block.label {
             let shape = Shape::new("misaligned_axis", Acts::Axis, Driver::plain(&channel.name), Form::Linear);
             self.push(Family::Library, shape);
         }

@@ -47,7 +47,8 @@ impl Valued {
                 combine(&moved.columns(data), &self.coefficients)
             };
             let (high, low) = (side(1.0), side(-1.0));
-            let change = high.iter().zip(&low).map(|(high, low)| (high - low) / (2.0 * NUDGE)).collect();
+            let change =
+                high.iter().zip(&low).map(|(high, low)| (high - low) / (2.0 * NUDGE)).collect();
             columns.push(change);
         }
         columns
@@ -94,11 +95,21 @@ pub(super) struct Triangle {
 impl Contest {
     /// What the rows of `data` say, in units of `sigma`. `planned` rows come after another power-up: their bias is
     /// free.
-    pub(super) fn seen(&self, data: Data<'_>, whitener: &Whitener, sigma: f64, planned: bool) -> Triangle {
+    pub(super) fn seen(
+        &self,
+        data: Data<'_>,
+        whitener: &Whitener,
+        sigma: f64,
+        planned: bool,
+    ) -> Triangle {
         let mut columns: Vec<Vec<f64>> =
             self.rest.iter().flat_map(|valued| valued.tangent(data)).collect();
         let offset = Valued { shape: Shape::constant("bias", Acts::Bias), coefficients: vec![1.0] };
-        columns.extend(if planned { offset.columns(data) } else { vec![vec![0.0; data.block.rows.len()]] });
+        columns.extend(if planned {
+            offset.columns(data)
+        } else {
+            vec![vec![0.0; data.block.rows.len()]]
+        });
         let rest = columns.len();
         let mut variants = Vec::new();
         for variant in self.instead.variants() {
@@ -125,10 +136,8 @@ pub(super) fn lambda(seen: &[&Triangle]) -> f64 {
     let mut from = first.rest;
     let mut least = f64::INFINITY;
     for width in &first.variants {
-        let chosen: Vec<usize> = (0..first.rest)
-            .chain(from..from + width)
-            .chain([first.r.ncols() - 1])
-            .collect();
+        let chosen: Vec<usize> =
+            (0..first.rest).chain(from..from + width).chain([first.r.ncols() - 1]).collect();
         from += width;
         let rows = seen.iter().map(|part| part.r.nrows()).sum();
         let mut stacked = DMatrix::zeros(rows, chosen.len());

@@ -39,7 +39,10 @@ mod tests {
 
     #[test]
     fn it_grows_with_the_distance_and_falls_with_the_width() {
-        assert!((1..200).all(|i| probability(f64::from(i), 2) > probability(f64::from(i - 1), 2) - 1e-9));
+        assert!(
+            (1..200)
+                .all(|i| probability(f64::from(i), 2) > probability(f64::from(i - 1), 2) - 1e-9)
+        );
         assert!(probability(15.0, 5) < probability(15.0, 1));
     }
 }

@@ -10,6 +10,11 @@ pub(super) const AMBIENT_SWING: f64 = 12.0;
 const LADDER: [f64; 12] = [2.0, 4.0, 6.0, 8.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 60.0];
 /// Table runs of 48 s in an hour, back to back.
 const RUNS_PER_HOUR: usize = 75;
+/// A low and a high rate, deg/s.
+const SLOW: f64 = 10.0;
+const FAST: f64 = 60.0;
+/// At rest for so long, a gyro is seen to be (assumption: some states of the controller, one a second).
+const SETTLED_S: f64 = 5.0;
 /// Headings at which the table stops.
 const STATIONS: usize = 8;
 
@@ -43,14 +48,16 @@ pub(super) fn table(levels: &[Level]) -> Vec<Programme> {
             "ambient-sine-fast",
             "Table runs while the room's temperature goes up and down in 20 minutes",
             "the rate of change and the lag of a temperature lead and trail it by a share of the period",
-            sine(1200.0, 10, 9),
+            runs_in_a_sine(1200.0, 10, 9),
         ),
         plan(
             "ambient-steps",
             "Table runs at constant and at suddenly changed temperatures of the room, up and down",
             "at equal temperatures the gyro is warming or cooling, or has been on for a different time",
             vec![Step::Sweep {
-                ambient: [0.0, 1.0, 0.0, -1.0, 0.0, 1.0, 0.0].map(|s| ROOM + s * AMBIENT_SWING).to_vec(),
+                ambient: [0.0, 1.0, 0.0, -1.0, 0.0, 1.0, 0.0]
+                    .map(|s| ROOM + s * AMBIENT_SWING)
+                    .to_vec(),
                 steps: vec![Step::again(RUNS_PER_HOUR * 2 / 3, table_run())],
             }],
         ),
@@ -67,7 +74,20 @@ pub(super) fn table(levels: &[Level]) -> Vec<Programme> {
             "ambient-sine-slow",
             "Table runs while the room's temperature goes up and down in two hours",
             "the gyro follows the room, so that the same temperatures are passed upward and downward, again and again",
-            sine(7200.0, 24, 3),
+            runs_in_a_sine(7200.0, 24, 3),
+        ),
+        plan(
+            "rates-in-a-changing-room",
+            "Slow and fast turns both ways while the room's temperature goes up and down in two hours",
+            "rate, direction, temperature and its rate of change vary independently of one another",
+            vec![Step::Sweep {
+                ambient: sine(24, 4),
+                steps: vec![Step::Repeat {
+                    times: 2,
+                    period_s: Some(150.0),
+                    steps: slow_and_fast(),
+                }],
+            }],
         ),
         plan(
             "long-rest",
@@ -96,7 +116,12 @@ pub(super) fn table(levels: &[Level]) -> Vec<Programme> {
     menu
 }
 
-fn plan(name: &'static str, title: &'static str, reason: &'static str, steps: Vec<Step>) -> Programme {
+fn plan(
+    name: &'static str,
+    title: &'static str,
+    reason: &'static str,
+    steps: Vec<Step>,
+) -> Programme {
     Programme { name, title, reason, carrier: Carrier::Table, warm: false, steps }
 }
 
@@ -114,11 +139,15 @@ fn hot_restart() -> Programme {
     }
 }
 
-/// Whole turns at each rate, a bias test before each pair.
+/// Whole turns at each rate, a bias test before each pair. A bias test is refused while the last second's mean rate
+/// looks like motion, which it still does after a slow turn.
 fn ladder() -> Vec<Step> {
     LADDER
         .into_iter()
-        .flat_map(|rate| [Step::BiasTest, Step::TableTurn(-360.0, rate), Step::TableTurn(360.0, rate)])
+        .flat_map(|rate| {
+            let turn = |angle| Step::TableTurn(angle, rate);
+            [Step::Rest(SETTLED_S), Step::BiasTest, turn(-360.0), turn(360.0)]
+        })
         .collect()
 }
 
@@ -129,15 +158,17 @@ fn station() -> Vec<Step> {
     steps
 }
 
-/// An hour at the room's temperature, then `periods` of a sine in `count` steps a period.
-fn sine(period_s: f64, count: usize, periods: usize) -> Vec<Step> {
+/// A bias test, and a turn each way at a low and at a high rate: 2 min.
+fn slow_and_fast() -> Vec<Step> {
+    let rates = [(-360.0, SLOW), (360.0, SLOW), (-360.0, FAST), (360.0, FAST)];
+    let turns = rates.map(|(angle, rate)| Step::TableTurn(angle, rate));
+    [Step::Rest(SETTLED_S), Step::BiasTest].into_iter().chain(turns).collect()
+}
+
+/// An hour at the room's temperature, then `periods` of a sine in `count` steps a period, table runs all the while.
+fn runs_in_a_sine(period_s: f64, count: usize, periods: usize) -> Vec<Step> {
     const RUN_S: f64 = 48.0;
     let runs = (period_s / count as f64 / RUN_S).floor();
-    let value = |k: usize| {
-        let phase = std::f64::consts::TAU * k as f64 / count as f64;
-        // Rooms are set to tenths of a degree.
-        ((ROOM + AMBIENT_SWING * phase.sin()) * 10.0).round() / 10.0
-    };
     let rest = period_s / count as f64 - runs * RUN_S;
     let mut steps = vec![Step::again(runs as usize, table_run())];
     if rest > 0.0 {
@@ -146,8 +177,18 @@ fn sine(period_s: f64, count: usize, periods: usize) -> Vec<Step> {
     vec![
         Step::Ambient(ROOM),
         Step::again(RUNS_PER_HOUR, table_run()),
-        Step::Sweep { ambient: (1..=count * periods).map(value).collect(), steps },
+        Step::Sweep { ambient: sine(count, periods), steps },
     ]
+}
+
+/// Temperatures of the room along a sine.
+fn sine(count: usize, periods: usize) -> Vec<f64> {
+    let value = |k: usize| {
+        let phase = std::f64::consts::TAU * k as f64 / count as f64;
+        // Rooms are set to tenths of a degree.
+        ((ROOM + AMBIENT_SWING * phase.sin()) * 10.0).round() / 10.0
+    };
+    (1..=count * periods).map(value).collect()
 }
 
 /// Fields that a person sets: each at its lowest and highest value in turn, the others left alone.

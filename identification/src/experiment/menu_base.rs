@@ -14,7 +14,7 @@ pub(super) fn base() -> Vec<Programme> {
             "speed-ladder",
             "Straight lines forward and back at five speeds",
             "slip and lags grow with speed and acceleration, wheels do not",
-            vec![Step::again(
+            vec![Step::BiasTest, Step::again(
                 3,
                 [0.1, 0.2, 0.3, 0.5, 0.7]
                     .into_iter()
@@ -26,7 +26,7 @@ pub(super) fn base() -> Vec<Programme> {
             "straights-at-headings",
             "Straight lines forward and back at eight headings",
             "what the floor or the direction of the wheels bends changes with the heading",
-            vec![Step::again(
+            vec![Step::BiasTest, Step::again(
                 2,
                 (0..8)
                     .map(|k| Step::Place(f64::from(k) * 45.0 - 180.0))
@@ -38,7 +38,7 @@ pub(super) fn base() -> Vec<Programme> {
             "turns-on-the-spot",
             "Turns of the robot both ways, without a distance",
             "the turn alone, by size and rate, with nothing that a distance could bend",
-            vec![Step::again(
+            vec![Step::BiasTest, Step::again(
                 4,
                 [(90.0, 10.0), (360.0, 10.0), (90.0, RATE), (360.0, RATE)]
                     .into_iter()
@@ -106,6 +106,11 @@ pub(super) fn base() -> Vec<Programme> {
     ]
 }
 
-fn plan(name: &'static str, title: &'static str, reason: &'static str, steps: Vec<Step>) -> Programme {
+fn plan(
+    name: &'static str,
+    title: &'static str,
+    reason: &'static str,
+    steps: Vec<Step>,
+) -> Programme {
     Programme { name, title, reason, carrier: Carrier::Base, warm: false, steps }
 }

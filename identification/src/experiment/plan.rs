@@ -50,7 +50,8 @@ fn steps(out: &mut String, all: &[Step], depth: usize) {
         let _ = write!(out, "{indent}{{ ");
         match step {
             Step::Repeat { times, period_s, steps: inner } => {
-                let period = period_s.map_or(String::new(), |period| format!("period_s = {period}, "));
+                let period =
+                    period_s.map_or(String::new(), |period| format!("period_s = {period}, "));
                 let _ = writeln!(out, "repeat = {{ times = {times}, {period}steps = [");
                 steps(out, inner, depth + 1);
                 let _ = write!(out, "{indent}] }}");

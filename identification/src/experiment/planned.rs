@@ -189,11 +189,21 @@ fn drive(phases: &[Phase], celsius: &impl Fn(&Phase, f64) -> f64) -> Vec<Row> {
 }
 
 /// The values of one field, in its unit.
-fn fill(existing: &Dataset, column: &Column, axis: Option<Axis>, rows: &[Row], step: f64) -> Column {
+fn fill(
+    existing: &Dataset,
+    column: &Column,
+    axis: Option<Axis>,
+    rows: &[Row],
+    step: f64,
+) -> Column {
     let turns = column.axis.is_none() || axis.is_none() || column.axis == axis;
     let usual = mean(&column.values);
-    let dense = 2 * column.values.iter().filter(|value| value.is_finite()).count() > column.values.len();
-    let track = existing.constants.iter().find(|(name, _)| ["wheelbase", "track", "track_width"].contains(&name.as_str()));
+    let dense =
+        2 * column.values.iter().filter(|value| value.is_finite()).count() > column.values.len();
+    let track = existing
+        .constants
+        .iter()
+        .find(|(name, _)| ["wheelbase", "track", "track_width"].contains(&name.as_str()));
     let half = track.map_or(0.0, |(_, constant)| constant.value * constant.unit.si() / 2.0);
     // The wheels tell speeds, whatever they told before: the constants that counts need are not looked at.
     let unit = match column.role {
@@ -202,7 +212,9 @@ fn fill(existing: &Dataset, column: &Column, axis: Option<Axis>, rows: &[Row], s
         Role::GyroCounts => Unit::RadianPerSecond,
         _ => column.unit,
     };
-    let pose = |row: &Row, value: f64| if dense || row.measured || existing.kind == Kind::Laps { value } else { f64::NAN };
+    let pose = |row: &Row, value: f64| {
+        if dense || row.measured || existing.kind == Kind::Laps { value } else { f64::NAN }
+    };
     let si = |row: &Row, number: usize| -> Option<f64> {
         let about = |value: f64| if turns { value } else { 0.0 };
         Some(match column.role {

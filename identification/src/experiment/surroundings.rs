@@ -33,11 +33,12 @@ pub(super) struct Thermal {
 impl Thermal {
     /// That of the gyro of `dataset`: its steady temperature is taken for the highest that it had.
     pub(super) fn of(dataset: &Dataset) -> Self {
-        let highest = dataset
-            .column(Role::Temperature)
-            .and_then(|column| column.si().filter(|value| value.is_finite()).max_by(f64::total_cmp));
-        let self_heating = highest
-            .map_or(SELF_HEATING_USUAL, |highest| (highest - ROOM).clamp(SELF_HEATING.0, SELF_HEATING.1));
+        let highest = dataset.column(Role::Temperature).and_then(|column| {
+            column.si().filter(|value| value.is_finite()).max_by(f64::total_cmp)
+        });
+        let self_heating = highest.map_or(SELF_HEATING_USUAL, |highest| {
+            (highest - ROOM).clamp(SELF_HEATING.0, SELF_HEATING.1)
+        });
         Self { self_heating }
     }
 

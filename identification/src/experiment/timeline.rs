@@ -198,8 +198,14 @@ mod tests {
             run_labels: Vec::new(),
             notices: Vec::new(),
         };
-        let programme =
-            Programme { name: "", title: "", reason: "", carrier: Carrier::Table, warm: false, steps };
+        let programme = Programme {
+            name: "",
+            title: "",
+            reason: "",
+            carrier: Carrier::Table,
+            warm: false,
+            steps,
+        };
         phases(&programme, Thermal::of(&nothing)).last().map_or(0.0, super::Phase::end)
     }
 

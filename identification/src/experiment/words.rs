@@ -26,22 +26,25 @@ pub(super) fn separates(effect: &str, rivals: &[(String, Gain)]) -> Vec<String> 
 
 /// What it brings, rival by rival.
 pub(super) fn gain(effect: &str, rivals: &[(String, Gain)]) -> String {
-    let each: Vec<String> = rivals
-        .iter()
-        .map(|(rival, gain)| {
-            let percent = if gain.probability > CERTAIN {
-                "more than 99".to_owned()
-            } else {
-                format!("{:.0}", 100.0 * gain.probability)
-            };
-            format!(
-                "between {effect} and {rival} with {percent} % probability (lambda {} against {} now)",
-                figure(gain.then),
-                figure(gain.now)
-            )
-        })
-        .collect();
-    format!("decides {}", each.join("; "))
+    let (told, open): (Vec<_>, Vec<_>) =
+        rivals.iter().partition(|(_, gain)| gain.probability >= TOLD_APART);
+    let words = |(rival, gain): &&(String, Gain)| {
+        let percent = if gain.probability > CERTAIN {
+            "more than 99".to_owned()
+        } else {
+            format!("{:.0}", 100.0 * gain.probability)
+        };
+        let (then, now) = (figure(gain.then), figure(gain.now));
+        format!("{rival} with {percent} % probability (lambda {then} against {now} now)")
+    };
+    let list = |rivals: &[&(String, Gain)]| rivals.iter().map(words).collect::<Vec<_>>().join("; ");
+    match (told.is_empty(), open.is_empty()) {
+        (false, true) => format!("decides between {effect} and {}", list(&told)),
+        (false, false) => {
+            format!("decides between {effect} and {}; leaves open {}", list(&told), list(&open))
+        }
+        _ => format!("most likely leaves {effect} in doubt: it decides against {}", list(&open)),
+    }
 }
 
 fn figure(lambda: f64) -> String {

@@ -192,6 +192,7 @@ struct Search<'a> {
     coarse: Option<(View<'a>, f64)>,
     correlations: Vec<f64>,
     unit: f64,
+    is_level: bool,
     span: f64,
     mean_activity: f64,
 }
@@ -219,6 +220,7 @@ impl<'a> Search<'a> {
             coarse: None,
             correlations: correlations(layout),
             unit,
+            is_level: layout.is_level(),
             span: layout.span(),
             mean_activity: layout.mean_activity().max(f64::MIN_POSITIVE),
         };
@@ -302,7 +304,8 @@ impl<'a> Search<'a> {
     /// Adds coloured parts while they pay, then tunes all and drops what no longer pays.
     fn parts(&self, noise: &mut NoiseModel) {
         self.tune(noise);
-        while noise.coloured.len() < PARTS_MAX.min(COLOURED_MAX) {
+        let most = if self.is_level { 1 } else { PARTS_MAX.min(COLOURED_MAX) };
+        while noise.coloured.len() < most {
             let fine_now = self.fine.value(noise);
             let coarse_now = self.coarse.as_ref().map(|(view, _)| view.value(noise));
             let mut best: Option<(f64, Coloured)> = None;
@@ -405,7 +408,7 @@ fn correlations(layout: &Layout) -> Vec<f64> {
     let mut at = if layout.is_level() { 10.0 * interval } else { 2.0 * interval };
     while at < CORRELATION_MAX * span {
         found.push(at);
-        at *= 10_f64.sqrt();
+        at *= if layout.is_level() { 10.0 } else { 10_f64.sqrt() };
     }
     if !layout.is_level() && layout.runs() >= 4 {
         found.push(f64::INFINITY);

@@ -54,7 +54,7 @@ impl Layout {
             starts_of_poses: block
                 .pose
                 .as_ref()
-                .map(|pose| (pose.start_errors(&block.rows).to_vec(), pose.of_run.clone())),
+                .map(|pose| (pose.start_errors().to_vec(), pose.of_run.clone())),
         };
         for i in 1..n {
             let (before, now) = (block.rows[i - 1], block.rows[i]);

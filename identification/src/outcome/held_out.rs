@@ -82,7 +82,10 @@ impl Data<'_> {
         let folds = folds(&self.layout.run);
         let mut errors = Errors { folds: folds.len(), ..Errors::default() };
         let run = &self.layout.run;
-        for fold in &folds {
+        let alone = run.iter().all(|other| *other == run[0]);
+        for (number, fold) in folds.iter().enumerate() {
+            // Of one run alone, each fold stands for itself.
+            let of = |run: usize| if alone { number } else { run };
             let coefficients = train(*self, terms, &whitener, &fold.train);
             let fitted = combine(&columns, &coefficients);
             let error = |i: usize| self.block.residual[i] - fitted.get(i).copied().unwrap_or(0.0);
@@ -93,7 +96,7 @@ impl Data<'_> {
                     continue;
                 }
                 if self.block.aggregate == Aggregate::Row {
-                    errors.add(run[i], error(i).powi(2));
+                    errors.add(of(run[i]), error(i).powi(2));
                 } else {
                     // A level counts from where its stretch begins.
                     let key = (run[i], self.block.pose.as_ref().map(|pose| pose.component[i] as usize));
@@ -104,7 +107,7 @@ impl Data<'_> {
                     match start {
                         Some((from, first)) if from == key => {
                             let first: f64 = first;
-                            errors.add(run[i], (error(i) - first).powi(2));
+                            errors.add(of(run[i]), (error(i) - first).powi(2));
                         }
                         _ => start = Some((key, error(i))),
                     }

@@ -14,6 +14,9 @@ use std::ops::Range;
 /// of a small robot; it only shares out noise between rows).
 const METRES_PER_RADIAN: f64 = 0.1;
 
+/// Observations of poses, at most: of a denser reference, means are looked at.
+const OBSERVATIONS_MAX: usize = 6000;
+
 pub(super) fn odometry(dataset: &Dataset, mut channels: Channels) -> Result<Problem, IdentifyError> {
     let motion = wheels::motion(dataset, &channels)?;
     let reference = |role, what| {
@@ -116,19 +119,22 @@ fn add_channels(dataset: &Dataset, channels: &mut Channels, motion: &Motion, hea
 fn pose_block(path: &Path, true_heading: &[f64], activity: &[f64]) -> Block {
     let n = path.distance.len();
     let mut pose = Pose {
+        references: Vec::new(),
+        references_of_run: Vec::new(),
+        groups: Vec::new(),
         component: Vec::new(),
         of_run: Vec::new(),
         starts: Vec::new(),
         displacement: [vec![0.0; n], vec![0.0; n]],
         direction: [vec![0.0; n], vec![0.0; n]],
     };
-    let (mut rows, mut residual, mut spread) = (Vec::new(), Vec::new(), Vec::new());
+    let mut errors = Vec::new();
     let mut by_component: [Vec<f64>; 3] = Default::default();
     for run in &path.runs {
         let Some(start) = path.first_whole(run) else {
             continue;
         };
-        let first = rows.len();
+        let first = errors.len();
         let reckoned = path.reckon(start, run.end);
         for row in start + 1..run.end {
             let believed = reckoned[row - start].2 - path.turn[row] / 2.0;
@@ -160,22 +166,28 @@ fn pose_block(path: &Path, true_heading: &[f64], activity: &[f64]) -> Block {
                     by_component[which].push((error - last) * std::f64::consts::FRAC_1_SQRT_2);
                 }
                 last = Some(error);
-                rows.push(row);
-                residual.push(error);
-                pose.component.push(component);
+                errors.push(error);
+                pose.references.push((row, component));
             }
         }
         pose.starts.push(start);
-        pose.of_run.push(first..rows.len());
+        pose.references_of_run.push(first..errors.len());
     }
     // Noise of each component, from one reference to the next.
     let heading = crate::robust::spread(&by_component[0]).max(1e-9);
     let position =
         crate::robust::spread(&[by_component[1].clone(), by_component[2].clone()].concat()).max(1e-9);
-    spread.extend(pose.component.iter().map(|component| match component {
-        Component::Heading => 1.0,
-        _ => position / heading,
-    }));
+    pose.group(errors.len().div_ceil(OBSERVATIONS_MAX));
+    let spread = pose
+        .component
+        .iter()
+        .map(|component| match component {
+            Component::Heading => 1.0,
+            _ => position / heading,
+        })
+        .collect();
+    let rows = pose.groups.iter().map(|group| pose.references[(group.start + group.end - 1) / 2].0).collect();
+    let residual = pose.means(&errors);
     let degree = Unit::Degree.si();
     let one = DisplayUnit::new("1", 1.0);
     Block {

@@ -149,7 +149,7 @@ impl Block {
         match self.aggregate {
             Aggregate::Pose => {
                 let travels = matches!(acts, Acts::Drive | Acts::Slip);
-                self.pose.as_ref().map_or_else(Vec::new, |pose| pose.observe(&self.rows, per_row, travels))
+                self.pose.as_ref().map_or_else(Vec::new, |pose| pose.observe(per_row, travels))
             }
             Aggregate::Row => self.rows.iter().map(|&row| per_row[row]).collect(),
             Aggregate::Level => {

@@ -16,9 +16,15 @@ pub enum Component {
 /// Where the path lies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pose {
+    /// Row of each reference, and what it is.
+    pub references: Vec<(usize, Component)>,
+    /// References of each run: its headings, then its x, then its y.
+    pub references_of_run: Vec<Range<usize>>,
+    /// References whose mean is one observation: a dense reference need not be looked at one by one.
+    pub groups: Vec<Range<usize>>,
     /// What each observation is.
     pub component: Vec<Component>,
-    /// Observations of each run: its headings, then its x, then its y.
+    /// Observations of each run.
     pub of_run: Vec<Range<usize>>,
     /// First row of each run.
     pub starts: Vec<usize>,
@@ -31,14 +37,14 @@ pub struct Pose {
 
 impl Pose {
     /// What an error of each row (of the turn, or of the distance where it `travels`) adds to each observation.
-    pub fn observe(&self, rows: &[usize], per_row: &[f64], travels: bool) -> Vec<f64> {
-        let mut observed = vec![0.0; rows.len()];
-        for (range, &start) in self.of_run.iter().zip(&self.starts) {
+    pub fn observe(&self, per_row: &[f64], travels: bool) -> Vec<f64> {
+        let mut observed = vec![0.0; self.references.len()];
+        for (range, &start) in self.references_of_run.iter().zip(&self.starts) {
             for component in [Component::Heading, Component::X, Component::Y] {
                 let (mut turned, mut moved) = (0.0, 0.0);
                 let mut at = start;
-                for i in range.clone().filter(|&i| self.component[i] == component) {
-                    while at <= rows[i] {
+                for i in range.clone().filter(|&i| self.references[i].1 == component) {
+                    while at <= self.references[i].0 {
                         let error = per_row[at];
                         match (component, travels) {
                             (Component::Heading, true) => {}
@@ -62,18 +68,46 @@ impl Pose {
                 }
             }
         }
-        observed
+        self.means(&observed)
+    }
+
+    /// The mean of each group of references.
+    pub fn means(&self, values: &[f64]) -> Vec<f64> {
+        self.groups
+            .iter()
+            .map(|group| values[group.clone()].iter().sum::<f64>() / group.len() as f64)
+            .collect()
+    }
+
+    /// Makes observations of up to `size` references that follow one another in one run and component.
+    pub fn group(&mut self, size: usize) {
+        for range in &self.references_of_run {
+            let first = self.groups.len();
+            let mut start = range.start;
+            for i in range.start + 1..=range.end {
+                let ends = i == range.end
+                    || i - start == size
+                    || self.references[i].1 != self.references[start].1;
+                if ends {
+                    self.groups.push(start..i);
+                    self.component.push(self.references[start].1);
+                    start = i;
+                }
+            }
+            self.of_run.push(first..self.groups.len());
+        }
     }
 
     /// What an error of the heading, the x and the y at the start of each run adds to its observations.
-    pub fn start_errors(&self, rows: &[usize]) -> [Vec<f64>; 3] {
-        let mut found = [vec![0.0; rows.len()], vec![0.0; rows.len()], vec![0.0; rows.len()]];
-        for (range, &start) in self.of_run.iter().zip(&self.starts) {
+    pub fn start_errors(&self) -> [Vec<f64>; 3] {
+        let n = self.references.len();
+        let mut found = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+        for (range, &start) in self.references_of_run.iter().zip(&self.starts) {
             for component in [Component::Heading, Component::X, Component::Y] {
                 let mut lever = 0.0;
                 let mut at = start;
-                for i in range.clone().filter(|&i| self.component[i] == component) {
-                    while at <= rows[i] {
+                for i in range.clone().filter(|&i| self.references[i].1 == component) {
+                    while at <= self.references[i].0 {
                         lever += match component {
                             Component::Heading => 0.0,
                             Component::X => -self.displacement[1][at],
@@ -89,7 +123,7 @@ impl Pose {
                 }
             }
         }
-        found
+        found.map(|column| self.means(&column))
     }
 }
 
@@ -100,17 +134,20 @@ mod tests {
     /// A straight line along x: a turn at the start swings the end sideways.
     #[test]
     fn a_wrong_turn_moves_what_comes_after() {
-        let pose = Pose {
-            component: vec![Component::Heading, Component::X, Component::Y],
-            of_run: vec![0..3],
+        let mut pose = Pose {
+            references: vec![(2, Component::Heading), (2, Component::X), (2, Component::Y)],
+            references_of_run: vec![0..3],
+            groups: Vec::new(),
+            component: Vec::new(),
+            of_run: Vec::new(),
             starts: vec![0],
             displacement: [vec![0.0, 1.0, 1.0], vec![0.0; 3]],
             direction: [vec![1.0; 3], vec![0.0; 3]],
         };
-        let rows = [2, 2, 2];
-        assert_eq!(pose.observe(&rows, &[0.1, 0.0, 0.0], false), [0.1, 0.0, 0.2]);
-        assert_eq!(pose.observe(&rows, &[0.0, 0.01, 0.01], true), [0.0, 0.02, 0.0]);
-        let [heading, x, y] = pose.start_errors(&rows);
+        pose.group(4);
+        assert_eq!(pose.observe(&[0.1, 0.0, 0.0], false), [0.1, 0.0, 0.2]);
+        assert_eq!(pose.observe(&[0.0, 0.01, 0.01], true), [0.0, 0.02, 0.0]);
+        let [heading, x, y] = pose.start_errors();
         assert_eq!((heading[2], x[1], y[2]), (2.0, 1.0, 1.0));
     }
 }

@@ -1,6 +1,6 @@
 //! The whole of one block: noise, rounds, refits, rivals.
 
-use super::choose::{Contender, Profile, contenders, profiled, surfaces};
+use super::choose::{Contender, Profile, contenders, plainest_first, profiled, surfaces};
 use super::cross;
 use super::refine::refine;
 use super::rivals::{RivalFound, rivals};
@@ -180,7 +180,8 @@ impl<'a> State<'a> {
 
     /// Adds what is missing, if anything is; what did not pass comes back.
     fn step(&mut self, threshold: f64) -> Result<(), Vec<Contender>> {
-        let found = self.round(threshold);
+        let mut found = self.round(threshold);
+        plainest_first(&mut found, threshold);
         if std::env::var("HILDBG").is_ok() {
             eprintln!("-- {} noise {:?} out {} threshold {threshold:.1}", self.data.block.label, self.noise.coloured, self.left_out.iter().filter(|o| **o).count());
             eprintln!("   walk {} scales {:?}", self.noise.walk, &self.noise.run_scale[..self.noise.run_scale.len().min(6)]);

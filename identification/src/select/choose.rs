@@ -94,6 +94,32 @@ pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
     refined(scene, scored)
 }
 
+/// What an engineer would try first goes first, if it passes `threshold`: a constant that the plain model lacks, then
+/// a named effect that explains a good part of what the strongest contender does.
+pub fn plainest_first(contenders: &mut Vec<Contender>, threshold: f64) {
+    let Some(first) = contenders.first() else { return };
+    let most = first.score.statistic;
+    let first_is_named = first.candidate.shape.known;
+    let is_constant =
+        |other: &Contender| other.candidate.shape.drivers.is_empty() && other.strength > threshold;
+    let is_named = |other: &Contender| {
+        other.candidate.shape.known
+            && other.strength > threshold
+            && other.score.statistic > NAMED_SHARE * most
+    };
+    let found = contenders
+        .iter()
+        .position(is_constant)
+        .or_else(|| if first_is_named { None } else { contenders.iter().position(is_named) });
+    if let Some(index) = found {
+        let plain = contenders.remove(index);
+        contenders.insert(0, plain);
+    }
+}
+
+/// How much of what a nameless shape explains a named effect must explain to be preferred.
+const NAMED_SHARE: f64 = 0.6;
+
 /// Surfaces over two drivers: looked at when nothing else is left.
 pub fn surfaces(scene: &Scene<'_>) -> Vec<Contender> {
     let scored = pairs(scene.data.block, scene.data.channels)

@@ -1,0 +1,127 @@
+//! Pairs of an effect and a rival, and what the given rows say of them.
+
+use super::contest::{Contest, Triangle, Valued, lambda};
+use crate::dataset::Axis;
+use crate::linear::Basis;
+use crate::model::Shape;
+use crate::noise::Whitener;
+use crate::robust;
+use crate::select::{BlockFit, Data, Found, fit_terms};
+
+/// Pairs that are looked at, the strongest effect's first.
+const PAIRS_MAX: usize = 12;
+
+/// An effect and a rival.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Pair {
+    /// Name of the effect.
+    pub effect: String,
+    /// Axis of the gyro.
+    pub axis: Option<Axis>,
+    /// Name of the rival.
+    pub rival: String,
+    /// What the rival sees.
+    pub drivers: Vec<String>,
+}
+
+/// A fitted block with its effects.
+#[derive(Clone, Copy)]
+pub(crate) struct Doubt<'a> {
+    /// The data.
+    pub data: Data<'a>,
+    /// What was found in them.
+    pub fit: &'a BlockFit,
+}
+
+/// A pair with both contests and what the given rows say of them.
+pub(super) struct Case {
+    /// Who.
+    pub pair: Pair,
+    /// Which block.
+    pub doubt: usize,
+    /// The effect true, and the rival true.
+    pub contests: [Contest; 2],
+    /// Columns of what is true.
+    pub widths: [usize; 2],
+    /// What the given rows say.
+    pub given: [Triangle; 2],
+    /// Standard deviation of the whitened noise.
+    pub sigma: f64,
+    /// The distance on the given rows.
+    pub now: f64,
+}
+
+/// Effects with rivals, the strongest first.
+pub(super) fn cases(doubts: &[Doubt<'_>]) -> Vec<Case> {
+    let mut doubtful: Vec<(usize, usize, &Found)> = doubts
+        .iter()
+        .enumerate()
+        .flat_map(|(doubt, one)| {
+            one.fit.effects.iter().enumerate().map(move |(index, found)| (doubt, index, found))
+        })
+        .filter(|(_, _, found)| !found.rivals.is_empty())
+        .collect();
+    doubtful.sort_by(|a, b| b.2.strength.total_cmp(&a.2.strength));
+    let mut cases = Vec::new();
+    for (doubt, index, found) in doubtful {
+        for rival in &found.rivals {
+            if cases.len() < PAIRS_MAX {
+                cases.extend(case(doubt, doubts[doubt], index, &rival.shape));
+            }
+        }
+    }
+    cases
+}
+
+fn valued(found: &Found) -> Valued {
+    let coefficients = found.coefficients.iter().map(|(value, _)| *value).collect();
+    Valued { shape: found.shape.clone(), coefficients }
+}
+
+fn case(index: usize, doubt: Doubt<'_>, effect: usize, rival: &Shape) -> Option<Case> {
+    let Doubt { data, fit } = doubt;
+    let all: Vec<Valued> = fit.base.iter().chain(&fit.effects).map(valued).collect();
+    let at = fit.base.len() + effect;
+    let mut rest = all.clone();
+    let found = rest.remove(at);
+    let mut shapes: Vec<_> = rest.iter().map(|valued| valued.shape.clone()).collect();
+    shapes.push(rival.clone());
+    let refitted = fit_terms(data, &shapes, &fit.noise, &fit.left_out);
+    let mut other: Vec<Valued> = refitted.iter().map(valued).collect();
+    let instead = other.pop().filter(|valued| !valued.coefficients.is_empty())?;
+    let contests = [
+        Contest { rest, truth: found.clone(), instead: instead.clone() },
+        Contest { rest: other, truth: instead.clone(), instead: found.clone() },
+    ];
+    let whitener = Whitener::new(data.layout, &fit.noise, &fit.left_out);
+    let sigma = sigma(data, &all, &whitener);
+    let given = [0, 1].map(|way: usize| contests[way].seen(data, &whitener, sigma, false));
+    let now = lambda(&[&given[0]]).min(lambda(&[&given[1]]));
+    Some(Case {
+        pair: Pair {
+            effect: found.shape.name.clone(),
+            axis: data.block.axis,
+            rival: rival.name.clone(),
+            drivers: rival.drivers.iter().map(ToString::to_string).collect(),
+        },
+        doubt: index,
+        // The test that refuses one cause asks what the other adds to it.
+        widths: [found.shape.width(), instead.shape.width()],
+        contests,
+        given,
+        sigma,
+        now,
+    })
+}
+
+/// Standard deviation of what the model leaves, whitened.
+fn sigma(data: Data<'_>, terms: &[Valued], whitener: &Whitener) -> f64 {
+    let mut basis = Basis::default();
+    for column in terms.iter().flat_map(|valued| data.columns(&valued.shape)) {
+        basis.push(whitener.apply(&column));
+    }
+    let mut white = whitener.apply(&data.block.residual);
+    basis.project(&mut white);
+    let used: Vec<f64> = white.into_iter().filter(|value| *value != 0.0).collect();
+    robust::spread(&used).max(f64::MIN_POSITIVE)
+}
