@@ -5,7 +5,6 @@ use super::{Aggregate, Block, Constant, DisplayUnit, Exposure, Problem, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
 use crate::identify::IdentifyError;
 use crate::model::Acts;
-use crate::units::per;
 
 /// What the plain model of a gyro fits: a bias and a scale factor.
 pub(super) const GYRO_CONSTANTS: [Constant; 2] = [
@@ -429,9 +428,4 @@ fn counts_from_heading(rate: &Rate<'_>, headings: &[f64], steps: &[f64], channel
         }
     }
     counts_per_unit(&turned, &referenced)
-}
-
-/// Unit of a coefficient over a driver in that unit.
-pub fn coefficient_unit(exposure: &DisplayUnit, driver: &str) -> String {
-    per(&exposure.text, driver)
 }

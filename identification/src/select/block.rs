@@ -114,7 +114,9 @@ impl<'a> State<'a> {
     /// Removes what the other terms make superfluous.
     fn prune(&mut self) {
         loop {
+            // A constant stays: a wide shape beside it can always stand for it.
             let weakest = (self.base..self.terms.len())
+                .filter(|&index| !self.terms[index].drivers.is_empty())
                 .map(|index| {
                     let mut others = self.terms.clone();
                     let term = others.remove(index);
@@ -161,10 +163,8 @@ impl<'a> State<'a> {
             let mut taken = 0;
             for contender in list.iter() {
                 let label = contender.candidate.shape.label();
-                if taken == PROFILED {
-                    break;
-                }
-                if contender.strength < threshold - 8.0 {
+                let is_constant = contender.candidate.shape.drivers.is_empty();
+                if (taken == PROFILED && !is_constant) || contender.strength < threshold - 8.0 {
                     continue;
                 }
                 if !seen.contains(&label) {
@@ -182,13 +182,6 @@ impl<'a> State<'a> {
     fn step(&mut self, threshold: f64) -> Result<(), Vec<Contender>> {
         let mut found = self.round(threshold);
         plainest_first(&mut found, threshold);
-        if std::env::var("HILDBG").is_ok() {
-            eprintln!("-- {} noise {:?} out {} threshold {threshold:.1}", self.data.block.label, self.noise.coloured, self.left_out.iter().filter(|o| **o).count());
-            eprintln!("   walk {} scales {:?}", self.noise.walk, &self.noise.run_scale[..self.noise.run_scale.len().min(6)]);
-            for c in found.iter().take(8) {
-                eprintln!("   {} {:?} D {:.1} k {} strength {:.1} rank {:.1}", c.candidate.shape.name, c.candidate.shape.fixed, c.score.statistic, c.score.width, c.strength, c.rank);
-            }
-        }
         let scene = self.scene(&self.terms);
         let columns = self.data.all_columns(&self.terms);
         let mut failed = Vec::new();

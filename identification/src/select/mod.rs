@@ -11,5 +11,4 @@ mod simplify;
 
 pub use block::{BlockFit, Found, fit_terms, identify_block, without_rounding};
 pub use cross::folds;
-pub use rivals::RivalFound;
 pub use scene::{Data, combine};
