@@ -102,7 +102,10 @@ fn the_cause_is_named_first() {
         ("shupe", Box::new(|row| bench.slope[row])),
         ("bias_over_temperature", Box::new(|row| bench.temperature[row])),
         ("supply_voltage", Box::new(|row| bench.supply[row])),
-        ("scale_over_temperature", Box::new(|row| bench.rate[row] * (bench.temperature[row] - 25.0))),
+        (
+            "scale_over_temperature",
+            Box::new(|row| bench.rate[row] * (bench.temperature[row] - 25.0)),
+        ),
         ("scale_over_rate", Box::new(|row| bench.rate[row] * bench.rate[row].abs())),
         ("direction_asymmetry", Box::new(|row| bench.rate[row].abs())),
         ("magnetic_heading", Box::new(|row| (bench.heading[row].to_radians() - 0.7).cos())),
@@ -121,15 +124,24 @@ fn the_cause_is_named_first() {
                 .finding
                 .effects
                 .iter()
-                .map(|e| (e.name.clone(), e.p_value, e.parameters.clone(), e.rivals.iter().map(|r| (r.name.clone(), r.probability)).collect::<Vec<_>>()))
+                .map(|e| (
+                    e.name.clone(),
+                    e.p_value,
+                    e.parameters.clone(),
+                    e.rivals.iter().map(|r| (r.name.clone(), r.probability)).collect::<Vec<_>>()
+                ))
                 .collect::<Vec<_>>(),
             found.finding.held_out.before,
             found.finding.held_out.after
         );
         let first = found.finding.effects.first().map(|effect| effect.name.clone());
-        if first.as_deref() != Some(*name) { println!("WRONG {name}"); }
+        if first.as_deref() != Some(*name) {
+            println!("WRONG {name}");
+        }
         let told = predict(&data, &found.model).unwrap();
-        if told.rmse.after >= told.rmse.before { println!("NO GAIN"); }
+        if told.rmse.after >= told.rmse.before {
+            println!("NO GAIN");
+        }
     }
 }
 
@@ -138,6 +150,11 @@ fn nothing_is_found_in_noise() {
     let bench = bench();
     for seed in 0..10 {
         let found = run(&dataset(&bench, seed, 0.05, |_| 0.0));
-        assert_eq!(found.finding.verdict, Verdict::NothingMissing, "{seed}: {:?}", found.finding.effects);
+        assert_eq!(
+            found.finding.verdict,
+            Verdict::NothingMissing,
+            "{seed}: {:?}",
+            found.finding.effects
+        );
     }
 }

@@ -56,7 +56,7 @@ pub(crate) fn columns(observations: &[(Observation, HeadingSource)]) -> Columns 
             HeadingSource::Gyro => None,
         };
         let row = [
-            middle(&tag),
+            middle(tag),
             direction,
             by(&q::LAP_GYRO_ERROR),
             turned,

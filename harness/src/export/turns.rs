@@ -27,7 +27,7 @@ pub(crate) fn columns(turns: &[Observation]) -> Columns {
         let tag = |name: &str| turn.tags.get(name).copied();
         let direction = tag("direction");
         let row = [
-            middle(&tag),
+            middle(tag),
             direction,
             direction.map(|sign| sign * turn.value),
             tag("angle"),
