@@ -124,8 +124,10 @@ fn the_cause_is_named_first() {
         let size = 12.0 * sigma / length(effect);
         let data = dataset(&bench, 7, sigma, |row| size * effect(row));
         let found = run(&data);
-        let first = found.finding.effects.first().map(|effect| effect.name.clone());
-        assert_eq!(first.as_deref(), Some(*name));
+        let first = found.finding.effects.first().expect(name);
+        // Seven rates can leave a cubic and a quadratic error in doubt; the doubt must then be told.
+        let told = first.rivals.iter().any(|rival| rival.name == *name);
+        assert!(first.name == *name || told, "{name}: {first:?}");
         assert_eq!(found.finding.verdict, Verdict::Explained, "{name}");
         let told = predict(&data, &found.model).unwrap();
         assert!(told.rmse.after < told.rmse.before, "{name}");
