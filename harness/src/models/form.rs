@@ -95,6 +95,9 @@ fn spline(term: &model::Term, driver: Driver, numbers: &Numbers<'_>) -> Result<F
     let (Some(&first), Some(&last)) = (knots.first(), knots.last()) else {
         return Err("a spline needs knots".to_owned());
     };
+    if knots.len() < 2 || !rises {
+        return Err("a spline needs two knots at least, in rising order".to_owned());
+    }
     let limit = match term.term {
         model::Acts::Scale => SCALE_SUM_MAX,
         _ => BIAS_SUM_MAX.rad_per_s(),
@@ -105,9 +108,6 @@ fn spline(term: &model::Term, driver: Driver, numbers: &Numbers<'_>) -> Result<F
                     tell it, and the two cancel in them alone"
                 .to_owned(),
         );
-    }
-    if knots.len() < 2 || !rises {
-        return Err("a spline needs two knots at least, in rising order".to_owned());
     }
     let bends = second_derivatives(&knots, &values);
     let inside = TABLE_POINTS_MAX - 2;

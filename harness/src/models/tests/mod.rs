@@ -67,6 +67,39 @@ fn the_calibration_in_force_stays_but_for_its_own_terms() {
     assert_eq!(calibration(&model(&[]), &combined).unwrap(), in_force);
 }
 
+/// Where the play's output itself is the driver, origin included: it is the temperature and how far the
+/// output is from it.
+#[test]
+fn what_goes_through_a_play_as_a_whole_is_two_terms() {
+    let parameters = [
+        ("slope", 2.0, "deg/h/K"),
+        ("half_width", 1.5, "K"),
+        ("origin", 30.0, "Cel"),
+        ("through", 1.0, "1"),
+    ];
+    let whole = term("bias", "branch_of(coil)", "linear", &parameters);
+    let found = corrections(&model(&[&whole])).unwrap();
+    assert_eq!(found[0].driver, Driver::TemperatureBranch { half_width_kelvin: 1.5 });
+    assert_eq!(found[1].driver, Driver::Temperature);
+    let (Form::Linear { slope: own, origin: middle }, Form::Linear { slope, origin }) =
+        (&found[0].form, &found[1].form)
+    else {
+        panic!("{found:?}")
+    };
+    assert_eq!((own, *middle, *origin), (slope, 0.0, 30.0));
+    assert_eq!(learned(&model(&[&whole])).unwrap().terms.len(), 2);
+}
+
+#[test]
+fn a_function_beyond_every_error_is_refused() {
+    let spline = |value: f64| {
+        let values = [("value_1", value, "deg/s"), ("value_2", 0.0, "deg/s")];
+        term("bias", "coil", "spline", &values) + "\nknots = [20, 40]"
+    };
+    assert!(corrections(&model(&[&spline(0.4)])).is_ok());
+    assert!(refusal(&spline(100.0)).contains("cancel"), "{}", refusal(&spline(100.0)));
+}
+
 #[test]
 fn what_cannot_be_carried_is_named_with_the_reason() {
     let rate = ("slope", 1.0, "deg/s/K");
