@@ -37,6 +37,9 @@ struct Arguments {
     /// Other cases than the frozen ones, to work on. Writes nothing unless --out is given.
     #[arg(long, value_name = "N", default_value_t = 0)]
     shift_seeds: u64,
+    /// Leaves out the cases that are only timed.
+    #[arg(long)]
+    untimed: bool,
     /// Prints what was found in each case.
     #[arg(long)]
     cases: bool,
@@ -106,7 +109,7 @@ fn evaluate(arguments: &Arguments) -> io::Result<()> {
     if let Some(folder) = &arguments.dump {
         return chosen.iter().try_for_each(|case| dump(case, folder));
     }
-    let timing = timing_cases().into_iter().filter(|case| !arguments.quick && wanted(case));
+    let timing = timing_cases().into_iter().filter(|case| !arguments.quick && !arguments.untimed && wanted(case));
     let costs = timing.map(|case| cost(&case)).collect();
     let outcomes = in_parallel(&chosen, arguments.threads);
     if arguments.cases {

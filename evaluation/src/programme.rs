@@ -173,7 +173,8 @@ mod tests {
     fn temperatures_are_those_of_a_room_and_move() {
         for mode in 0..5 {
             for one_run in [false, true] {
-                let t = temperature(&mut Stream::new(2, "t", 0, "test"), 720, 10.0, mode, one_run, 5.0);
+                let t =
+                    temperature(&mut Stream::new(2, "t", 0, "test"), 720, 10.0, mode, one_run, 5.0);
                 let (low, high) =
                     t.iter().fold((f64::MAX, f64::MIN), |(l, h), &t| (l.min(t), h.max(t)));
                 assert!(low > 10.0 && high < 50.0 && high - low > 1.0, "{mode}: {low} to {high}");

@@ -202,8 +202,11 @@ fn static_noises(dataset: &Dataset) -> Result<Vec<(Block, NoiseModel)>, Identify
         .map(|block| {
             let layout = Layout::new(block, &problem.channels);
             let data = Data { block, channels: &problem.channels, layout: &layout };
-            let base: Vec<Shape> =
-                block.constants.iter().map(|known| Shape::constant(known.name, known.acts)).collect();
+            let base: Vec<Shape> = block
+                .constants
+                .iter()
+                .map(|known| Shape::constant(known.name, known.acts))
+                .collect();
             let (noise, _) = noise::fit(&layout, &block.residual, &data.all_columns(&base), None);
             (block.clone(), noise)
         })
@@ -227,7 +230,8 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
         Diagnostics { blocks: Vec::new(), run_labels: dataset.run_labels.clone() };
     for one in done {
         // Errors of a path are in metres.
-        let unit = if one.data.block.aggregate == Aggregate::Pose { 1.0 } else { one.data.block.unit.si };
+        let unit =
+            if one.data.block.aggregate == Aggregate::Pose { 1.0 } else { one.data.block.unit.si };
         for found in &one.plain {
             plain.push(outcome::term(one.data, found));
         }
@@ -254,7 +258,13 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
         }
         for contender in &one.fit.left {
             left.push(Left {
-                drivers: contender.candidate.shape.drivers.iter().map(ToString::to_string).collect(),
+                drivers: contender
+                    .candidate
+                    .shape
+                    .drivers
+                    .iter()
+                    .map(ToString::to_string)
+                    .collect(),
                 shape: contender.candidate.shape.name.clone(),
                 share_of_residual_variance: (contender.score.statistic
                     / one.data.block.rows.len().max(1) as f64)
@@ -336,7 +346,8 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
 
 /// The block that the headline is about: the one with the strongest effect.
 fn main_block(done: &[Done<'_>]) -> usize {
-    let strength = |one: &Done<'_>| one.fit.effects.iter().map(|found| found.strength).fold(0.0, f64::max);
+    let strength =
+        |one: &Done<'_>| one.fit.effects.iter().map(|found| found.strength).fold(0.0, f64::max);
     let mut best = 0;
     for index in 1..done.len() {
         if strength(&done[index]) > strength(&done[best]) {
@@ -372,9 +383,21 @@ fn errors(
             outcome::path_errors(path, &blocks)
         };
         if let (Some(before), Some(after)) = (driven(false), driven(true)) {
-            all.push(outcome::held_out(&before.0, &after.0, ("m", 1.0), Some("final_position"), seed));
+            all.push(outcome::held_out(
+                &before.0,
+                &after.0,
+                ("m", 1.0),
+                Some("final_position"),
+                seed,
+            ));
             let degree = crate::dataset::Unit::Degree.si();
-            all.push(outcome::held_out(&before.1, &after.1, ("deg", degree), Some("final_heading"), seed));
+            all.push(outcome::held_out(
+                &before.1,
+                &after.1,
+                ("deg", degree),
+                Some("final_heading"),
+                seed,
+            ));
         }
     }
     let main = main_block(done);

@@ -23,7 +23,10 @@ pub fn step(readings: &[f64]) -> Option<f64> {
     let mut sorted: Vec<f64> = readings.to_vec();
     sorted.sort_by(f64::total_cmp);
     sorted.dedup();
-    if readings.len() < 50 || sorted.len() < 3 || sorted.len() as f64 > DIFFERENT_SHARE_MAX * readings.len() as f64 {
+    if readings.len() < 50
+        || sorted.len() < 3
+        || sorted.len() as f64 > DIFFERENT_SHARE_MAX * readings.len() as f64
+    {
         return None;
     }
     let gaps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).collect();

@@ -2,18 +2,24 @@
 //!
 //! Nothing here reads a file or a clock, and nothing knows what made the data.
 
+#![expect(
+    clippy::neg_cmp_op_on_partial_ord,
+    reason = "what is not a number must take the other branch"
+)]
+#![expect(clippy::needless_range_loop, reason = "loops go over several columns at once")]
+
+mod candidates;
 pub mod dataset;
 pub mod experiment;
 pub mod finding;
 pub mod identify;
-pub mod model;
-mod candidates;
 mod lattice;
 mod linear;
+pub mod model;
 mod noise;
+pub mod outcome;
 mod problem;
 mod robust;
-pub mod outcome;
 mod select;
 mod signal;
 mod significance;

@@ -65,7 +65,8 @@ mod tests {
 
     #[test]
     fn near_the_middle_it_is_the_usual_probability() {
-        for (f, k, m) in [(0.5, 1.0, 20.0), (4.0, 3.0, 50.0), (9.0, 1.0, 300.0), (2.0, 8.0, 5000.0)] {
+        for (f, k, m) in [(0.5, 1.0, 20.0), (4.0, 3.0, 50.0), (9.0, 1.0, 300.0), (2.0, 8.0, 5000.0)]
+        {
             let exact = -FisherSnedecor::new(k, m).unwrap().sf(f).ln();
             assert!((surprise(f, k, m) - exact).abs() < 1e-6, "{f} {k} {m}");
         }

@@ -92,17 +92,27 @@ fn run(data: &Dataset) -> Identified {
 fn the_cause_is_named_first() {
     let bench = bench();
     let sigma = 0.05;
-    let rms = |values: &dyn Fn(usize) -> f64| {
+    // Length of an effect beside a bias and a scale factor, which the plain model fits.
+    let length = |values: &dyn Fn(usize) -> f64| {
         let n = bench.time.len();
-        let mean: f64 = (0..n).map(values).sum::<f64>() / n as f64;
-        ((0..n).map(|row| (values(row) - mean).powi(2)).sum::<f64>()).sqrt()
+        let mean = |of: &dyn Fn(usize) -> f64| (0..n).map(of).sum::<f64>() / n as f64;
+        let (m, r) = (mean(values), mean(&|row| bench.rate[row]));
+        let slope = (0..n).map(|row| (values(row) - m) * (bench.rate[row] - r)).sum::<f64>()
+            / (0..n).map(|row| (bench.rate[row] - r).powi(2)).sum::<f64>();
+        (0..n)
+            .map(|row| (values(row) - m - slope * (bench.rate[row] - r)).powi(2))
+            .sum::<f64>()
+            .sqrt()
     };
     type Effect<'a> = (&'static str, Box<dyn Fn(usize) -> f64 + 'a>);
     let effects: Vec<Effect<'_>> = vec![
         ("shupe", Box::new(|row| bench.slope[row])),
         ("bias_over_temperature", Box::new(|row| bench.temperature[row])),
         ("supply_voltage", Box::new(|row| bench.supply[row])),
-        ("scale_over_temperature", Box::new(|row| bench.rate[row] * (bench.temperature[row] - 25.0))),
+        (
+            "scale_over_temperature",
+            Box::new(|row| bench.rate[row] * (bench.temperature[row] - 25.0)),
+        ),
         ("scale_over_rate", Box::new(|row| bench.rate[row] * bench.rate[row].abs())),
         ("direction_asymmetry", Box::new(|row| bench.rate[row].abs())),
         ("magnetic_heading", Box::new(|row| (bench.heading[row].to_radians() - 0.7).cos())),
@@ -111,25 +121,16 @@ fn the_cause_is_named_first() {
         ("warm_up", Box::new(|row| (-bench.time[row] / 400.0).exp())),
     ];
     for (name, effect) in &effects {
-        let size = 12.0 * sigma / rms(effect);
+        let size = 12.0 * sigma / length(effect);
         let data = dataset(&bench, 7, sigma, |row| size * effect(row));
         let found = run(&data);
-        println!(
-            "{name}: {:?} {:?} before {} after {}",
-            found.finding.verdict,
-            found
-                .finding
-                .effects
-                .iter()
-                .map(|e| (e.name.clone(), e.p_value, e.parameters.clone(), e.rivals.iter().map(|r| (r.name.clone(), r.probability)).collect::<Vec<_>>()))
-                .collect::<Vec<_>>(),
-            found.finding.held_out.before,
-            found.finding.held_out.after
-        );
-        let first = found.finding.effects.first().map(|effect| effect.name.clone());
-        if first.as_deref() != Some(*name) { println!("WRONG {name}"); }
+        let first = found.finding.effects.first().expect(name);
+        // Seven rates can leave a cubic and a quadratic error in doubt; the doubt must then be told.
+        let told = first.rivals.iter().any(|rival| rival.name == *name);
+        assert!(first.name == *name || told, "{name}: {first:?}");
+        assert_eq!(found.finding.verdict, Verdict::Explained, "{name}");
         let told = predict(&data, &found.model).unwrap();
-        if told.rmse.after >= told.rmse.before { println!("NO GAIN"); }
+        assert!(told.rmse.after < told.rmse.before, "{name}");
     }
 }
 
@@ -138,6 +139,11 @@ fn nothing_is_found_in_noise() {
     let bench = bench();
     for seed in 0..10 {
         let found = run(&dataset(&bench, seed, 0.05, |_| 0.0));
-        assert_eq!(found.finding.verdict, Verdict::NothingMissing, "{seed}: {:?}", found.finding.effects);
+        assert_eq!(
+            found.finding.verdict,
+            Verdict::NothingMissing,
+            "{seed}: {:?}",
+            found.finding.effects
+        );
     }
 }

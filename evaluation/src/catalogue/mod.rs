@@ -14,11 +14,11 @@ use identification::dataset::{Drive, Kind};
 /// Sizes at which every effect is made.
 pub const SIZES: [f64; 3] = [6.0, 10.0, 30.0];
 /// Repeats of an effect at one size: one for each layout of its kind.
-const SERIES_REPEATS: usize = 6;
+const SERIES_REPEATS: usize = 3;
 const HEADINGS_REPEATS: usize = 2;
 const TURNS_REPEATS: usize = 4;
 const LAPS_REPEATS: usize = 3;
-const ODOMETRY_REPEATS: usize = 3;
+const ODOMETRY_REPEATS: usize = 2;
 
 /// What a case is for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,10 +105,6 @@ fn series_layout(repeat: usize) -> Layout {
         // Six runs of 20 minutes, and six of two hours at a tenth of the rate.
         0 => layout(6, 1_200, 1.0),
         1 => layout(6, 720, 10.0),
-        // Six runs of two hours; one of eight hours; one of 20 minutes at 10 Hz.
-        2 => layout(6, 7_200, 1.0),
-        3 => layout(1, 28_800, 1.0),
-        4 => layout(1, 12_000, 0.1),
         _ => Layout { noise: Noise::Autoregressive(20.0), ..layout(6, 1_200, 1.0) },
     }
 }

@@ -100,7 +100,8 @@ impl Rows {
         let length = Self::length(path, runs);
         let period = length / runs as f64;
         let n = (length / GRID) as usize + 1;
-        let warmth = temperature(stream, n, GRID, 0, true, if path == Path::Table { 2.0 } else { 1.0 });
+        let warmth =
+            temperature(stream, n, GRID, 0, true, if path == Path::Table { 2.0 } else { 1.0 });
         let volts = supply(stream, n, GRID);
         let amps = current(stream, n, GRID);
         let (mut coil, mut played) = (vec![warmth[0]; n], vec![warmth[0]; n]);

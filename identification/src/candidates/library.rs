@@ -58,7 +58,8 @@ impl Builder<'_> {
         if channel.role == Role::Heading {
             if on != Acts::Drive {
                 for wrap in [Wrap::Harmonic1, Wrap::Harmonic2] {
-                    let shape = Shape::new(&name(wrap, Form::Harmonic), on, driver(wrap), Form::Harmonic);
+                    let shape =
+                        Shape::new(&name(wrap, Form::Harmonic), on, driver(wrap), Form::Harmonic);
                     self.push(Family::Library, shape);
                 }
             }
@@ -79,21 +80,37 @@ impl Builder<'_> {
             return;
         }
         let is_temperature = channel.role == Role::Temperature;
-        let rate = Shape::new(&name(Wrap::RateOf, Form::Linear), on, driver(Wrap::RateOf), Form::Linear);
+        let rate =
+            Shape::new(&name(Wrap::RateOf, Form::Linear), on, driver(Wrap::RateOf), Form::Linear);
         self.push(if is_temperature { Family::Library } else { Family::Memory }, rate);
         if is_temperature {
             self.push(Family::Library, plain(Form::Cubic).with("origin", origin));
         }
         if channel.unit.dimension() == Dimension::Temperature {
             for constant in self.time_constants() {
-                let shape = Shape::new(&name(Wrap::LagOf, Form::Linear), on, driver(Wrap::LagOf), Form::Linear);
-                self.push(Family::Memory, shape.with("origin", origin).with("time_constant", constant));
+                let shape = Shape::new(
+                    &name(Wrap::LagOf, Form::Linear),
+                    on,
+                    driver(Wrap::LagOf),
+                    Form::Linear,
+                );
+                self.push(
+                    Family::Memory,
+                    shape.with("origin", origin).with("time_constant", constant),
+                );
             }
             for share in PLAYS {
-                let shape =
-                    Shape::new(&name(Wrap::BranchOf, Form::Linear), on, driver(Wrap::BranchOf), Form::Linear);
+                let shape = Shape::new(
+                    &name(Wrap::BranchOf, Form::Linear),
+                    on,
+                    driver(Wrap::BranchOf),
+                    Form::Linear,
+                );
                 let shape = shape.with("half_width", share * channel.span());
-                self.push(Family::Memory, shape.clone().with("through", 1.0).with("origin", origin));
+                self.push(
+                    Family::Memory,
+                    shape.clone().with("through", 1.0).with("origin", origin),
+                );
                 self.push(Family::Memory, shape);
             }
         }
@@ -104,7 +121,12 @@ impl Builder<'_> {
         // At rest every axis shares what heats all of them.
         let turns = self.block.exposure(Acts::Scale).is_some();
         if on == Acts::Bias && turns && channel.name != self.block.label {
-            let shape = Shape::new("misaligned_axis", Acts::Axis, Driver::plain(&channel.name), Form::Linear);
+            let shape = Shape::new(
+                "misaligned_axis",
+                Acts::Axis,
+                Driver::plain(&channel.name),
+                Form::Linear,
+            );
             self.push(Family::Library, shape);
         }
     }
@@ -209,7 +231,8 @@ impl Builder<'_> {
             self.push(Family::Library, shape.with("width", width));
         }
         for share in [0.95, 0.9, 0.8, 0.65, 0.5] {
-            let shape = Shape::new("saturation", Acts::Saturation, rotation.clone(), Form::Saturation);
+            let shape =
+                Shape::new("saturation", Acts::Saturation, rotation.clone(), Form::Saturation);
             self.push(Family::Library, shape.with("limit", share * largest));
         }
         if self.block.exposure(Acts::Scale).is_none() || !self.channels.sampled {
@@ -235,8 +258,13 @@ impl Builder<'_> {
 
     /// Widths of a dead zone: between rates that occur, by rank.
     fn dead_widths(&self) -> Vec<f64> {
-        let mut sizes: Vec<f64> =
-            self.channels.rotation.iter().map(|rate| rate.abs()).filter(|rate| *rate > 0.0).collect();
+        let mut sizes: Vec<f64> = self
+            .channels
+            .rotation
+            .iter()
+            .map(|rate| rate.abs())
+            .filter(|rate| *rate > 0.0)
+            .collect();
         sizes.sort_by(f64::total_cmp);
         let mut widths: Vec<f64> = Vec::new();
         for share in [0.005, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5] {

@@ -30,13 +30,16 @@ pub(super) fn over(on: Acts, channel: &Channel, wrap: Wrap, form: Form) -> Strin
         (Acts::Curvature, Role::Heading, _, Wrap::Harmonic1) => Some("wheel_toe"),
         (Acts::Bias, Role::Auxiliary, Unit::Ampere, Wrap::Plain) => Some("magnetic_motor_current"),
         (Acts::Bias, Role::Auxiliary, Unit::Volt, Wrap::Plain) => Some("supply_voltage"),
-        (Acts::Bias, Role::Auxiliary, Unit::MetrePerSecondSquared, Wrap::Plain) => Some("acceleration"),
+        (Acts::Bias, Role::Auxiliary, Unit::MetrePerSecondSquared, Wrap::Plain) => {
+            Some("acceleration")
+        }
         (Acts::Bias, Role::Bias, _, Wrap::Plain) => Some("bias_correction"),
         _ => None,
     };
     let base = standard.map_or_else(
         || {
-            let what = if channel.role == Role::Temperature { "temperature" } else { &channel.name };
+            let what =
+                if channel.role == Role::Temperature { "temperature" } else { &channel.name };
             let wrapped = match wrap {
                 Wrap::RateOf => format!("rate_of_{what}"),
                 Wrap::LagOf => format!("lagged_{what}"),

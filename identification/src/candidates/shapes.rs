@@ -21,7 +21,11 @@ fn drivers(channels: &Channels) -> Vec<Driver> {
     let mut found = Vec::new();
     for channel in &channels.channels {
         match channel.role {
-            Role::Heading | Role::Duration | Role::GyroRate | Role::GyroCounts | Role::GyroAngleIncrement => {}
+            Role::Heading
+            | Role::Duration
+            | Role::GyroRate
+            | Role::GyroCounts
+            | Role::GyroAngleIncrement => {}
             _ => {
                 found.push(Driver::plain(&channel.name));
                 if channel.role == Role::Temperature {

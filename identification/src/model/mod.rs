@@ -13,11 +13,11 @@ use crate::dataset::{Axis, Kind, Role};
 use crate::finding::Parameter;
 pub use driver::{Driver, Wrap};
 pub use see::{Field, field, see};
-pub use shape::{Shape, exposure};
-pub use term::Fitted;
-pub use spline::quantile_knots;
 use serde::{Deserialize, Serialize};
+pub use shape::{Shape, exposure};
+pub use spline::quantile_knots;
 use std::collections::BTreeMap;
+pub use term::Fitted;
 
 /// What a term acts on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

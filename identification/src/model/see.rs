@@ -41,7 +41,8 @@ pub fn field<'a>(channels: &'a Channels, driver: &Driver) -> Option<Field<'a>> {
     {
         Some(Field::Direction)
     } else if !channels.rotation.is_empty()
-        && (name == channels.rotation_name || [crate::problem::ROTATION, "table_rate"].contains(&name))
+        && (name == channels.rotation_name
+            || [crate::problem::ROTATION, "table_rate"].contains(&name))
     {
         Some(Field::Rotation)
     } else {
@@ -76,7 +77,8 @@ pub fn see(channels: &Channels, driver: &Driver, numbers: &Fixed) -> Option<Vec<
         Wrap::LagOf => {
             let level = level(&found, plain);
             let constant = fixed(numbers, "time_constant")?;
-            channels.by_segment(&level, |times, values| signal::first_order(times, values, constant))
+            channels
+                .by_segment(&level, |times, values| signal::first_order(times, values, constant))
         }
         Wrap::BranchOf => {
             let level = level(&found, plain);

@@ -192,7 +192,9 @@ impl Shape {
         if self.drivers[0].wrap == Wrap::LagOf {
             let lagged = see(channels, &self.drivers[0], &self.fixed)?;
             let constant = self.number("time_constant")?;
-            return Some(lagged.iter().zip(rate).map(|(lagged, rate)| (lagged - rate) / constant).collect());
+            return Some(
+                lagged.iter().zip(rate).map(|(lagged, rate)| (lagged - rate) / constant).collect(),
+            );
         }
         let (number, is_clock) = match self.acts {
             Acts::Clock => (self.number("stretch")?, true),

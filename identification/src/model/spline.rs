@@ -7,9 +7,7 @@ use nalgebra::{DMatrix, DVector};
 pub fn cardinal(knots: &[f64], at: &[f64]) -> Vec<Vec<f64>> {
     let k = knots.len();
     let second: Vec<Vec<f64>> = (0..k).map(|i| second_derivatives(knots, i)).collect();
-    (0..k)
-        .map(|i| at.iter().map(|&x| value(knots, i, &second[i], x)).collect())
-        .collect()
+    (0..k).map(|i| at.iter().map(|&x| value(knots, i, &second[i], x)).collect()).collect()
 }
 
 /// Second derivatives at the knots of the natural spline that is 1 at knot `which`.

@@ -84,7 +84,11 @@ fn coefficient_unit(shape: &Shape, channels: &Channels, unit: &DisplayUnit) -> D
             (_, true) => format!("({})^{power}", driver.text),
             (_, false) => format!("{}^{power}", driver.text),
         };
-        let written = if text.starts_with('(') { format!("{}/{text}", unit.text) } else { per(&unit.text, &text) };
+        let written = if text.starts_with('(') {
+            format!("{}/{text}", unit.text)
+        } else {
+            per(&unit.text, &text)
+        };
         DisplayUnit::new(&written, unit.si / driver.si.powi(power))
     };
     match shape.form {
@@ -130,7 +134,8 @@ impl Term {
                 continue;
             }
             let unit = fixed_unit(shape, channels, name);
-            let error = nonlinear.iter().find(|(key, _)| key == name).map(|(_, error)| error / unit.si);
+            let error =
+                nonlinear.iter().find(|(key, _)| key == name).map(|(_, error)| error / unit.si);
             parameters.push(Parameter {
                 name: name.clone(),
                 value: value / unit.si,
@@ -139,7 +144,8 @@ impl Term {
             });
         }
         let scaled = |knots: &[f64], which: usize| {
-            let si = shape.drivers.get(which).map_or(1.0, |driver| driver_unit(channels, driver).si);
+            let si =
+                shape.drivers.get(which).map_or(1.0, |driver| driver_unit(channels, driver).si);
             knots.iter().map(|knot| knot / si).collect()
         };
         Self {
@@ -163,9 +169,9 @@ impl Term {
     /// When a parameter is missing or its unit cannot be read.
     pub fn to_shape(&self, channels: &Channels) -> Result<(Shape, Vec<f64>), String> {
         let si = |parameter: &Parameter| {
-            si_factor(&parameter.unit)
-                .map(|factor| parameter.value * factor)
-                .ok_or_else(|| format!("term `{}`: unit `{}` is not known", self.name, parameter.unit))
+            si_factor(&parameter.unit).map(|factor| parameter.value * factor).ok_or_else(|| {
+                format!("term `{}`: unit `{}` is not known", self.name, parameter.unit)
+            })
         };
         let knots = |knots: &[f64], which: usize| {
             let si = self.drivers.get(which).map_or(1.0, |driver| driver_unit(channels, driver).si);

@@ -181,7 +181,8 @@ impl View<'_> {
         let mut noise = noise.clone();
         noise.white *= self.white;
         self.weight
-            * evidence(&self.layout, &self.residual, &self.columns, &noise, &self.left_out).log_likelihood
+            * evidence(&self.layout, &self.residual, &self.columns, &noise, &self.left_out)
+                .log_likelihood
     }
 }
 
@@ -256,7 +257,9 @@ impl<'a> Search<'a> {
             search.fine = View {
                 layout: Cow::Owned(layout.part(range.clone())),
                 residual: Cow::Owned(residual[range.clone()].to_vec()),
-                columns: Cow::Owned(columns.iter().map(|column| column[range.clone()].to_vec()).collect()),
+                columns: Cow::Owned(
+                    columns.iter().map(|column| column[range.clone()].to_vec()).collect(),
+                ),
                 left_out: Cow::Owned(left_out[range].to_vec()),
                 white: 1.0,
                 weight: n as f64 / WHOLE_MAX as f64,
@@ -275,7 +278,12 @@ impl<'a> Search<'a> {
     }
 
     /// The best positive factor for a parameter, from a coarse search over decades and a fine one.
-    fn best(&self, view: &View<'_>, (from, to): (i32, i32), set: impl Fn(f64) -> NoiseModel) -> (f64, f64) {
+    fn best(
+        &self,
+        view: &View<'_>,
+        (from, to): (i32, i32),
+        set: impl Fn(f64) -> NoiseModel,
+    ) -> (f64, f64) {
         let at = |exponent: f64| {
             let value = 10_f64.powf(exponent);
             (view.value(&set(value)), exponent)
@@ -321,13 +329,17 @@ impl<'a> Search<'a> {
                     noise
                 };
                 // A quick look first: most correlation times have nothing to give.
-                let quick = [0.0005, 0.005, 0.05, 0.5, 5.0].map(|variance| view.value(&with(variance)));
+                let quick =
+                    [0.0005, 0.005, 0.05, 0.5, 5.0].map(|variance| view.value(&with(variance)));
                 if quick.iter().all(|value| *value < now + 0.5) {
                     continue;
                 }
                 let (value, variance) = self.best(view, (-5, 3), with);
                 if best.is_none_or(|(found, _)| value - now > found) {
-                    best = Some((value - now, Coloured { correlation_s, variance: variance * self.unit }));
+                    best = Some((
+                        value - now,
+                        Coloured { correlation_s, variance: variance * self.unit },
+                    ));
                 }
             }
             match best {

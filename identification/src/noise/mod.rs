@@ -6,7 +6,7 @@
 mod fit;
 mod whiten;
 
-pub use fit::{Evidence, evidence, fit, retune};
+pub use fit::{evidence, fit, retune};
 pub use whiten::{Layout, Whitener};
 
 /// One first-order Gauss-Markov process.

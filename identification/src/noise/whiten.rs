@@ -11,6 +11,9 @@ use crate::problem::{Aggregate, Block, Channels};
 pub const COLOURED_MAX: usize = 4;
 const STATES_MAX: usize = COLOURED_MAX + 1;
 
+/// Errors of where each run of poses began, over the observations, and the observations of each run.
+type UnknownStarts = (Vec<Vec<f64>>, Vec<std::ops::Range<usize>>);
+
 /// When observations were made: all that whitening needs to know of them.
 #[derive(Debug, Clone)]
 pub struct Layout {
@@ -30,7 +33,7 @@ pub struct Layout {
     spread: Vec<f64>,
     levels: bool,
     /// Errors of the pose at the start of each run, over the observations; and the observations of each run.
-    starts_of_poses: Option<(Vec<Vec<f64>>, Vec<std::ops::Range<usize>>)>,
+    starts_of_poses: Option<UnknownStarts>,
 }
 
 impl Layout {
@@ -59,7 +62,8 @@ impl Layout {
         for i in 1..n {
             let (before, now) = (block.rows[i - 1], block.rows[i]);
             layout.new_run[i] = layout.run[i] != layout.run[i - 1];
-            let other = block.pose.as_ref().is_some_and(|pose| pose.component[i] != pose.component[i - 1]);
+            let other =
+                block.pose.as_ref().is_some_and(|pose| pose.component[i] != pose.component[i - 1]);
             layout.starts[i] =
                 segment_of[before] != segment_of[now] || (levels && layout.new_run[i]) || other;
             if layout.starts[i] {
@@ -98,8 +102,13 @@ impl Layout {
 
     /// Typical time from one observation to the next.
     pub fn interval(&self) -> f64 {
-        let mut steps: Vec<f64> =
-            self.step.iter().zip(&self.starts).filter(|(_, s)| !**s).map(|(step, _)| *step).collect();
+        let mut steps: Vec<f64> = self
+            .step
+            .iter()
+            .zip(&self.starts)
+            .filter(|(_, s)| !**s)
+            .map(|(step, _)| *step)
+            .collect();
         steps.sort_by(f64::total_cmp);
         steps.get(steps.len() / 2).copied().filter(|step| *step > 0.0).unwrap_or(1.0)
     }
@@ -124,7 +133,9 @@ impl Layout {
         let mut groups: Vec<std::ops::Range<usize>> = Vec::new();
         for i in 0..self.len() {
             match groups.last_mut() {
-                Some(last) if last.len() < block && !self.starts[i] && !self.new_run[i] => last.end = i + 1,
+                Some(last) if last.len() < block && !self.starts[i] && !self.new_run[i] => {
+                    last.end = i + 1
+                }
                 _ => groups.push(i..i + 1),
             }
         }
@@ -298,7 +309,8 @@ impl Whitener {
             whitener.gains.push(gain);
         }
         if let Some((columns, runs)) = &layout.starts_of_poses {
-            let white: Vec<Vec<f64>> = columns.iter().map(|column| whitener.innovations(column)).collect();
+            let white: Vec<Vec<f64>> =
+                columns.iter().map(|column| whitener.innovations(column)).collect();
             whitener.unknown_starts = runs
                 .iter()
                 .map(|range| {
@@ -346,8 +358,11 @@ impl Whitener {
                     state[a] *= self.keeps[i][a];
                 }
             }
-            let expected =
-                if self.levels { state[0] } else { self.seen[i] * state[..states].iter().sum::<f64>() };
+            let expected = if self.levels {
+                state[0]
+            } else {
+                self.seen[i] * state[..states].iter().sum::<f64>()
+            };
             let innovation = value - expected;
             for a in 0..states {
                 state[a] += self.gains[i][a] * innovation;
@@ -359,7 +374,8 @@ impl Whitener {
 
     /// How many observations have a weight.
     pub fn used(&self) -> usize {
-        let unknown: usize = self.unknown_starts.iter().map(|(_, directions)| directions.len()).sum();
+        let unknown: usize =
+            self.unknown_starts.iter().map(|(_, directions)| directions.len()).sum();
         self.weight.iter().filter(|weight| **weight > 0.0).count().saturating_sub(unknown)
     }
 }
@@ -436,7 +452,9 @@ mod tests {
         };
         let whitener = Whitener::new(&layout(n, false), &noise, &[]);
         let columns: Vec<Vec<f64>> = (0..n)
-            .map(|i| whitener.apply(&(0..n).map(|k| f64::from(u8::from(i == k))).collect::<Vec<_>>()))
+            .map(|i| {
+                whitener.apply(&(0..n).map(|k| f64::from(u8::from(i == k))).collect::<Vec<_>>())
+            })
             .collect();
         let covariance = |a: usize, b: usize| {
             let lag = a.abs_diff(b) as f64;
@@ -457,7 +475,8 @@ mod tests {
 
     #[test]
     fn a_constant_on_a_level_costs_one_observation() {
-        let noise = NoiseModel { white: 1.0, walk: 0.1, coloured: Vec::new(), run_scale: vec![1.0] };
+        let noise =
+            NoiseModel { white: 1.0, walk: 0.1, coloured: Vec::new(), run_scale: vec![1.0] };
         let whitener = Whitener::new(&layout(50, true), &noise, &[]);
         let whitened = whitener.apply(&[5.0; 50]);
         assert!(whitened.iter().map(|value| value * value).sum::<f64>() < 1e-3);

@@ -2,7 +2,7 @@
 
 use super::held_out::Errors;
 use crate::finding::Parameter;
-use crate::model::{see, exposure};
+use crate::model::{exposure, see};
 use crate::noise::Whitener;
 use crate::problem::Aggregate;
 use crate::select::{BlockFit, Data, Found, combine};
@@ -207,8 +207,10 @@ pub(crate) fn diagnose(
 ) -> BlockDiagnostics {
     let all: Vec<Found> = fit.base.iter().chain(&fit.effects).cloned().collect();
     let unit = &data.block.unit;
-    let (before, after) =
-        (from_start(data, residual(data, plain, None)), from_start(data, residual(data, &all, None)));
+    let (before, after) = (
+        from_start(data, residual(data, plain, None)),
+        from_start(data, residual(data, &all, None)),
+    );
     let whitener = Whitener::new(data.layout, &fit.noise, &fit.left_out);
     let interval = data.layout.interval();
     let longest = longest_run(&data.layout.run);

@@ -6,19 +6,28 @@ use crate::problem::DisplayUnit;
 use crate::select::{Data, Found};
 
 fn word(acts: crate::model::Acts) -> String {
-    toml::Value::try_from(acts).ok().and_then(|value| value.as_str().map(str::to_owned)).unwrap_or_default()
+    toml::Value::try_from(acts)
+        .ok()
+        .and_then(|value| value.as_str().map(str::to_owned))
+        .unwrap_or_default()
 }
 
 fn form(form: crate::model::Form) -> String {
-    toml::Value::try_from(form).ok().and_then(|value| value.as_str().map(str::to_owned)).unwrap_or_default()
+    toml::Value::try_from(form)
+        .ok()
+        .and_then(|value| value.as_str().map(str::to_owned))
+        .unwrap_or_default()
 }
 
 /// The term of the model.
 pub(crate) fn term(data: Data<'_>, found: &Found) -> Term {
     let unit = exposure(data.block, found.shape.acts)
         .map_or_else(|| DisplayUnit::new("1", 1.0), |exposure| exposure.unit.clone());
-    let coefficients: Vec<Fitted> =
-        found.coefficients.iter().map(|(value, error)| Fitted { value: *value, error: *error }).collect();
+    let coefficients: Vec<Fitted> = found
+        .coefficients
+        .iter()
+        .map(|(value, error)| Fitted { value: *value, error: *error })
+        .collect();
     let mut term =
         Term::from_shape(&found.shape, &coefficients, &found.numbers, &unit, data.channels);
     term.axis = data.block.axis;

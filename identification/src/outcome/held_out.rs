@@ -76,7 +76,12 @@ fn masked(column: &[f64], keep: &[bool]) -> Vec<f64> {
 
 impl Data<'_> {
     /// Errors of `terms` over held-out observations.
-    pub(crate) fn held_out(&self, terms: &[Shape], noise: &NoiseModel, left_out: &[bool]) -> Errors {
+    pub(crate) fn held_out(
+        &self,
+        terms: &[Shape],
+        noise: &NoiseModel,
+        left_out: &[bool],
+    ) -> Errors {
         let whitener = Whitener::new(self.layout, noise, left_out);
         let columns = self.all_columns(terms);
         let folds = folds(&self.layout.run);
@@ -99,7 +104,8 @@ impl Data<'_> {
                     errors.add(of(run[i]), error(i).powi(2));
                 } else {
                     // A level counts from where its stretch begins.
-                    let key = (run[i], self.block.pose.as_ref().map(|pose| pose.component[i] as usize));
+                    let key =
+                        (run[i], self.block.pose.as_ref().map(|pose| pose.component[i] as usize));
                     if key.1.is_some_and(|component| component > 0) {
                         // Of one run alone, the heading.
                         continue;
@@ -164,7 +170,8 @@ pub(crate) fn add_driven(
 ) {
     let mut at = 0;
     for term in terms {
-        let to = if matches!(term.acts, Acts::Drive | Acts::Slip) { &mut *distance } else { &mut *turn };
+        let to =
+            if matches!(term.acts, Acts::Drive | Acts::Slip) { &mut *distance } else { &mut *turn };
         let Some(exposed) = exposure(data.block, term.acts) else { continue };
         if data.columns(term).is_empty() {
             continue;

@@ -2,7 +2,7 @@
 
 use super::held_out::add_driven;
 use crate::dataset::Dataset;
-use crate::finding::{Prediction, PredictedQuantity, RmsePair, SCHEMA};
+use crate::finding::{PredictedQuantity, Prediction, RmsePair, SCHEMA};
 use crate::identify::IdentifyError;
 use crate::model::{Model, Shape, Term, exposure};
 use crate::noise::Layout;

@@ -71,10 +71,11 @@ impl Channels {
     /// Those of `dataset`.
     pub fn new(dataset: &Dataset) -> Self {
         let rows = dataset.rows();
-        let (time, time_unit, time_name): (Vec<f64>, Unit, String) = match dataset.column(Role::Time) {
-            Some(column) => (column.si().collect(), column.unit, column.name.clone()),
-            None => ((0..rows).map(|row| row as f64).collect(), Unit::One, "time".to_owned()),
-        };
+        let (time, time_unit, time_name): (Vec<f64>, Unit, String) =
+            match dataset.column(Role::Time) {
+                Some(column) => (column.si().collect(), column.unit, column.name.clone()),
+                None => ((0..rows).map(|row| row as f64).collect(), Unit::One, "time".to_owned()),
+            };
         let run = dataset.run_of_row.clone();
         let stretches = segments(&time, &run);
         let mut found = Self {

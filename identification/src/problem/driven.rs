@@ -17,10 +17,16 @@ const METRES_PER_RADIAN: f64 = 0.1;
 /// Observations of poses, at most: of a denser reference, means are looked at.
 const OBSERVATIONS_MAX: usize = 6000;
 
-pub(super) fn odometry(dataset: &Dataset, mut channels: Channels) -> Result<Problem, IdentifyError> {
+pub(super) fn odometry(
+    dataset: &Dataset,
+    mut channels: Channels,
+) -> Result<Problem, IdentifyError> {
     let motion = wheels::motion(dataset, &channels)?;
     let reference = |role, what| {
-        dataset.column(role).map(|column| column.si().collect::<Vec<f64>>()).ok_or_else(|| missing(what))
+        dataset
+            .column(role)
+            .map(|column| column.si().collect::<Vec<f64>>())
+            .ok_or_else(|| missing(what))
     };
     let path = Path {
         reference: [
@@ -45,7 +51,14 @@ pub(super) fn odometry(dataset: &Dataset, mut channels: Channels) -> Result<Prob
         return Err(missing("reference in enough rows"));
     }
     blocks.extend(gyro::beside_odometry(dataset, &mut channels));
-    Ok(Problem { kind: dataset.kind, channels, blocks, path: Some(path), counts_per_unit: None, notices: Vec::new() })
+    Ok(Problem {
+        kind: dataset.kind,
+        channels,
+        blocks,
+        path: Some(path),
+        counts_per_unit: None,
+        notices: Vec::new(),
+    })
 }
 
 fn runs(run_of_row: &[usize]) -> Vec<Range<usize>> {
@@ -176,7 +189,8 @@ fn pose_block(path: &Path, true_heading: &[f64], activity: &[f64]) -> Block {
     // Noise of each component, from one reference to the next.
     let heading = crate::robust::spread(&by_component[0]).max(1e-9);
     let position =
-        crate::robust::spread(&[by_component[1].clone(), by_component[2].clone()].concat()).max(1e-9);
+        crate::robust::spread(&[by_component[1].clone(), by_component[2].clone()].concat())
+            .max(1e-9);
     pose.group(errors.len().div_ceil(OBSERVATIONS_MAX));
     let spread = pose
         .component
@@ -186,7 +200,11 @@ fn pose_block(path: &Path, true_heading: &[f64], activity: &[f64]) -> Block {
             _ => position / heading,
         })
         .collect();
-    let rows = pose.groups.iter().map(|group| pose.references[(group.start + group.end - 1) / 2].0).collect();
+    let rows = pose
+        .groups
+        .iter()
+        .map(|group| pose.references[(group.start + group.end - 1) / 2].0)
+        .collect();
     let residual = pose.means(&errors);
     let degree = Unit::Degree.si();
     let one = DisplayUnit::new("1", 1.0);

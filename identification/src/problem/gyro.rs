@@ -5,7 +5,6 @@ use super::{Aggregate, Block, Constant, DisplayUnit, Exposure, Problem, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
 use crate::identify::IdentifyError;
 use crate::model::Acts;
-use crate::units::per;
 
 /// What the plain model of a gyro fits: a bias and a scale factor.
 pub(super) const GYRO_CONSTANTS: [Constant; 2] = [
@@ -20,7 +19,9 @@ pub(super) fn missing(what: &str) -> IdentifyError {
 /// The unit of a rate that belongs to a unit of angle, and the reverse.
 fn rate_unit(unit: Unit) -> DisplayUnit {
     match unit {
-        Unit::Degree | Unit::DegreePerSecond => DisplayUnit::new("deg/s", Unit::DegreePerSecond.si()),
+        Unit::Degree | Unit::DegreePerSecond => {
+            DisplayUnit::new("deg/s", Unit::DegreePerSecond.si())
+        }
         Unit::DegreePerHour => DisplayUnit::new("deg/h", Unit::DegreePerHour.si()),
         _ => DisplayUnit::new("rad/s", 1.0),
     }
@@ -71,16 +72,25 @@ pub(super) fn signed(column: &Column, direction: &[f64]) -> Vec<f64> {
     }
 }
 
-pub(super) fn rotation_of(channels: &mut Channels, dataset: &Dataset, angle: &[f64], duration: &[f64]) {
-    let timed = dataset.column(Role::Duration).is_some() || dataset.column(Role::TableRate).is_some();
+pub(super) fn rotation_of(
+    channels: &mut Channels,
+    dataset: &Dataset,
+    angle: &[f64],
+    duration: &[f64],
+) {
+    let timed =
+        dataset.column(Role::Duration).is_some() || dataset.column(Role::TableRate).is_some();
     if timed {
         channels.rotation = angle.iter().zip(duration).map(|(a, t)| a / t).collect();
         if let Some(column) = dataset.column(Role::TableRate)
             && column.values.iter().all(|value| value.is_finite())
         {
             // The rate of the table itself; ramps make the mean over a turn less.
-            channels.rotation =
-                angle.iter().zip(column.si()).map(|(angle, rate)| angle.signum() * rate.abs()).collect();
+            channels.rotation = angle
+                .iter()
+                .zip(column.si())
+                .map(|(angle, rate)| angle.signum() * rate.abs())
+                .collect();
         }
     } else {
         // Only the direction is known.
@@ -95,7 +105,8 @@ pub(super) fn rotation_of(channels: &mut Channels, dataset: &Dataset, angle: &[f
 pub(super) fn turns(dataset: &Dataset, mut channels: Channels) -> Result<Problem, IdentifyError> {
     let direction: Vec<f64> =
         dataset.column(Role::Direction).ok_or_else(|| missing("direction"))?.si().collect();
-    let reference = dataset.column(Role::ReferenceAngle).ok_or_else(|| missing("reference angle"))?;
+    let reference =
+        dataset.column(Role::ReferenceAngle).ok_or_else(|| missing("reference angle"))?;
     let angle = signed(reference, &direction);
     let duration = durations(dataset, &channels, &angle);
     rotation_of(&mut channels, dataset, &angle, &duration);
@@ -109,7 +120,14 @@ pub(super) fn turns(dataset: &Dataset, mut channels: Channels) -> Result<Problem
     if blocks.is_empty() {
         return Err(missing("gyro angle"));
     }
-    Ok(Problem { kind: dataset.kind, channels, blocks, path: None, counts_per_unit: None, notices: Vec::new() })
+    Ok(Problem {
+        kind: dataset.kind,
+        channels,
+        blocks,
+        path: None,
+        counts_per_unit: None,
+        notices: Vec::new(),
+    })
 }
 
 /// One angle a row, against a reference angle of the row.
@@ -216,7 +234,14 @@ pub(super) fn series(
             channels.add(&name, rate.column.role, rate.column.unit, rate.values.clone());
         }
     }
-    Ok(Problem { kind: Kind::Series, channels, blocks, path: None, counts_per_unit: counts, notices })
+    Ok(Problem {
+        kind: Kind::Series,
+        channels,
+        blocks,
+        path: None,
+        counts_per_unit: counts,
+        notices,
+    })
 }
 
 /// Counts per unit of rotation, from the data: a line through the medians would do, least squares does better.
@@ -333,8 +358,11 @@ fn against_heading(
     if channels.rotation.is_empty() {
         channels.rotation =
             rate.values.iter().map(|v| if v.is_finite() { v / factor } else { 0.0 }).collect();
-        channels.rotation_unit =
-            if rate.column.unit.dimension() == Dimension::AngularRate { rate.column.unit } else { Unit::DegreePerSecond };
+        channels.rotation_unit = if rate.column.unit.dimension() == Dimension::AngularRate {
+            rate.column.unit
+        } else {
+            Unit::DegreePerSecond
+        };
     }
     // The true angle of each row is not known between references; the nominal one is close enough for a
     // correction of a few per cent of it.
@@ -350,7 +378,8 @@ fn against_heading(
         measured += nominal[row];
         if headings[row].is_finite() {
             let difference = measured - headings[row];
-            let unwrapped = last.map_or_else(|| wrap(difference), |last| last + wrap(difference - last));
+            let unwrapped =
+                last.map_or_else(|| wrap(difference), |last| last + wrap(difference - last));
             last = Some(unwrapped);
             rows.push(row);
             residual.push(unwrapped);
@@ -412,7 +441,12 @@ fn heading_between(channels: &Channels, headings: &[f64], nominal: &[f64]) -> Ve
 
 /// Counts per rad/s where only headings are there: turned counts against turned headings, from one reference
 /// to the next.
-fn counts_from_heading(rate: &Rate<'_>, headings: &[f64], steps: &[f64], channels: &Channels) -> f64 {
+fn counts_from_heading(
+    rate: &Rate<'_>,
+    headings: &[f64],
+    steps: &[f64],
+    channels: &Channels,
+) -> f64 {
     let (mut turned, mut referenced) = (Vec::new(), Vec::new());
     let (mut sum, mut last) = (0.0, None::<f64>);
     for row in 0..headings.len() {
@@ -429,9 +463,4 @@ fn counts_from_heading(rate: &Rate<'_>, headings: &[f64], steps: &[f64], channel
         }
     }
     counts_per_unit(&turned, &referenced)
-}
-
-/// Unit of a coefficient over a driver in that unit.
-pub fn coefficient_unit(exposure: &DisplayUnit, driver: &str) -> String {
-    per(&exposure.text, driver)
 }

@@ -15,7 +15,8 @@ pub(super) fn laps(dataset: &Dataset, mut channels: Channels) -> Result<Problem,
         dataset.column(Role::Direction).ok_or_else(|| missing("direction"))?.si().collect();
     let gyro = dataset.column(Role::GyroAngle).ok_or_else(|| missing("gyro angle"))?;
     let measured = signed(gyro, &direction);
-    let headings: Option<Vec<f64>> = dataset.column(Role::ReferenceHeading).map(|c| c.si().collect());
+    let headings: Option<Vec<f64>> =
+        dataset.column(Role::ReferenceHeading).map(|c| c.si().collect());
     let angle: Vec<f64> = match (dataset.column(Role::ReferenceAngle), &headings) {
         (Some(reference), _) => signed(reference, &direction),
         // Only the heading at the end: the turned angle is the one nearest to the gyro's.
@@ -29,25 +30,45 @@ pub(super) fn laps(dataset: &Dataset, mut channels: Channels) -> Result<Problem,
     let duration = durations(dataset, &channels, &angle);
     rotation_of(&mut channels, dataset, &angle, &duration);
     let mut blocks = vec![angle_block(dataset, gyro, &measured, &angle, &duration)];
-    let pair = |odometry, reference| {
-        Some((dataset.column(odometry)?, dataset.column(reference)?))
-    };
+    let pair = |odometry, reference| Some((dataset.column(odometry)?, dataset.column(reference)?));
     if let Some((odometry, reference)) = pair(Role::OdometryHeading, Role::ReferenceHeading) {
         let error: Vec<f64> = odometry.si().zip(reference.si()).map(|(o, r)| wrap(r - o)).collect();
         let unit = DisplayUnit::new("deg", crate::dataset::Unit::Degree.si());
-        blocks.push(end_block(&odometry.name, &error, &odometry.values, unit, &direction, LAP, false));
+        blocks.push(end_block(
+            &odometry.name,
+            &error,
+            &odometry.values,
+            unit,
+            &direction,
+            LAP,
+            false,
+        ));
     }
-    for (odometry, reference, swaps) in [
-        (Role::OdometryX, Role::ReferenceX, true),
-        (Role::OdometryY, Role::ReferenceY, false),
-    ] {
+    for (odometry, reference, swaps) in
+        [(Role::OdometryX, Role::ReferenceX, true), (Role::OdometryY, Role::ReferenceY, false)]
+    {
         if let Some((odometry, reference)) = pair(odometry, reference) {
             let error: Vec<f64> = odometry.si().zip(reference.si()).map(|(o, r)| r - o).collect();
             let unit = DisplayUnit::new("m", 1.0);
-            blocks.push(end_block(&odometry.name, &error, &odometry.values, unit, &direction, 1.0, swaps));
+            blocks.push(end_block(
+                &odometry.name,
+                &error,
+                &odometry.values,
+                unit,
+                &direction,
+                1.0,
+                swaps,
+            ));
         }
     }
-    Ok(Problem { kind: Kind::Laps, channels, blocks, path: None, counts_per_unit: None, notices: Vec::new() })
+    Ok(Problem {
+        kind: Kind::Laps,
+        channels,
+        blocks,
+        path: None,
+        counts_per_unit: None,
+        notices: Vec::new(),
+    })
 }
 
 /// What the odometry lacks at the end of a lap: reference minus odometry. A wrong turn changes sign with the direction, a curvature does not; along the

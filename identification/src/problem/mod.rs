@@ -16,7 +16,6 @@ use crate::model::{Acts, Driver};
 pub use channels::{Channel, Channels};
 pub use path::{Path, PathError};
 pub use pose::{Component, Pose};
-pub use segments::segments;
 
 /// How rows add up to observations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

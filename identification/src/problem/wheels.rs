@@ -20,8 +20,9 @@ const CUMULATIVE: f64 = 20.0;
 pub(super) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, IdentifyError> {
     let wheels = (dataset.column(Role::WheelLeft), dataset.column(Role::WheelRight));
     if let (Some(left), Some(right)) = wheels {
-        let track = length(dataset, &["wheelbase", "track", "track_width", "wheel_base", "wheel_track"])
-            .ok_or_else(|| missing("constant `wheelbase` in the package"))?;
+        let track =
+            length(dataset, &["wheelbase", "track", "track_width", "wheel_base", "wheel_track"])
+                .ok_or_else(|| missing("constant `wheelbase` in the package"))?;
         let left = travelled(dataset, left, "left", channels)?;
         let right = travelled(dataset, right, "right", channels)?;
         let distance = left.iter().zip(&right).map(|(l, r)| (l + r) / 2.0).collect();
@@ -42,8 +43,11 @@ pub(super) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, I
     let turn = match steer.unit.dimension() {
         Dimension::AngularRate => by_time(steer, channels),
         Dimension::Count => {
-            let per_turn = number(dataset, &["steer_counts_per_revolution", "counts_per_revolution"])
-                .ok_or_else(|| missing("constant `steer_counts_per_revolution` in the package"))?;
+            let per_turn =
+                number(dataset, &["steer_counts_per_revolution", "counts_per_revolution"])
+                    .ok_or_else(|| {
+                        missing("constant `steer_counts_per_revolution` in the package")
+                    })?;
             let factor = std::f64::consts::TAU / per_turn;
             steer.values.iter().map(|counts| finite(*counts) * factor).collect()
         }

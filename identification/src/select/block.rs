@@ -8,10 +8,10 @@ use super::scene::{Data, Scene, combine, robust_fit};
 use super::simplify::simplify;
 use crate::candidates::{Candidate, Family};
 use crate::lattice;
-use crate::noise::Layout;
-use crate::problem::{Aggregate, Block, Channels};
 use crate::model::{Form, Shape};
+use crate::noise::Layout;
 use crate::noise::{self, NoiseModel, Whitener};
+use crate::problem::{Aggregate, Block, Channels};
 
 /// The risk of a false alarm that is taken for a whole data set.
 pub const RISK: f64 = 0.005;
@@ -78,7 +78,8 @@ impl<'a> State<'a> {
         let mut columns = self.data.all_columns(terms);
         if terms.iter().any(|term| !term.nonlinear().is_empty()) {
             let whitener = Whitener::new(self.data.layout, &self.noise, &self.left_out);
-            let white: Vec<Vec<f64>> = columns.iter().map(|column| whitener.apply(column)).collect();
+            let white: Vec<Vec<f64>> =
+                columns.iter().map(|column| whitener.apply(column)).collect();
             let fit = robust_fit(&white, &whitener.apply(&self.data.block.residual));
             let derivatives = self.data.derivatives(terms, &fit.coefficients);
             columns.extend(derivatives.into_iter().map(|derivative| derivative.column));
@@ -93,7 +94,8 @@ impl<'a> State<'a> {
     fn fit_noise(&mut self, anew: bool) {
         let columns = self.columns(&self.terms);
         let start = (!anew).then_some(&self.noise);
-        let (noise, left_out) = noise::fit(self.data.layout, &self.data.block.residual, &columns, start);
+        let (noise, left_out) =
+            noise::fit(self.data.layout, &self.data.block.residual, &columns, start);
         (self.noise, self.left_out) = (noise, left_out);
     }
 
@@ -114,7 +116,9 @@ impl<'a> State<'a> {
     /// Removes what the other terms make superfluous.
     fn prune(&mut self) {
         loop {
+            // A constant stays: a wide shape beside it can always stand for it.
             let weakest = (self.base..self.terms.len())
+                .filter(|&index| !self.terms[index].drivers.is_empty())
                 .map(|index| {
                     let mut others = self.terms.clone();
                     let term = others.remove(index);
@@ -122,7 +126,9 @@ impl<'a> State<'a> {
                 })
                 .min_by(|a, b| a.0.total_cmp(&b.0));
             match weakest {
-                Some((surprise, index)) if surprise < KEEP_MIN && self.terms.len() > self.base + 1 => {
+                Some((surprise, index))
+                    if surprise < KEEP_MIN && self.terms.len() > self.base + 1 =>
+                {
                     self.terms.remove(index);
                     self.families.remove(index - self.base);
                 }
@@ -150,7 +156,8 @@ impl<'a> State<'a> {
             &self.noise,
             &self.left_out,
         );
-        let null = Profile { columns: &columns, noise: &noise, left_out: &self.left_out, likelihood };
+        let null =
+            Profile { columns: &columns, noise: &noise, left_out: &self.left_out, likelihood };
         // What looks strong where the noise is taken for white.
         let plain = NoiseModel { coloured: Vec::new(), ..self.noise.clone() };
         let white = Scene::new(self.data, &plain, &self.left_out, &columns);
@@ -161,10 +168,8 @@ impl<'a> State<'a> {
             let mut taken = 0;
             for contender in list.iter() {
                 let label = contender.candidate.shape.label();
-                if taken == PROFILED {
-                    break;
-                }
-                if contender.strength < threshold - 8.0 {
+                let is_constant = contender.candidate.shape.drivers.is_empty();
+                if (taken == PROFILED && !is_constant) || contender.strength < threshold - 8.0 {
                     continue;
                 }
                 if !seen.contains(&label) {
@@ -182,17 +187,12 @@ impl<'a> State<'a> {
     fn step(&mut self, threshold: f64) -> Result<(), Vec<Contender>> {
         let mut found = self.round(threshold);
         plainest_first(&mut found, threshold);
-        if std::env::var("HILDBG").is_ok() {
-            eprintln!("-- {} noise {:?} out {} threshold {threshold:.1}", self.data.block.label, self.noise.coloured, self.left_out.iter().filter(|o| **o).count());
-            eprintln!("   walk {} scales {:?}", self.noise.walk, &self.noise.run_scale[..self.noise.run_scale.len().min(6)]);
-            for c in found.iter().take(8) {
-                eprintln!("   {} {:?} D {:.1} k {} strength {:.1} rank {:.1}", c.candidate.shape.name, c.candidate.shape.fixed, c.score.statistic, c.score.width, c.strength, c.rank);
-            }
-        }
         let scene = self.scene(&self.terms);
         let columns = self.data.all_columns(&self.terms);
         let mut failed = Vec::new();
-        for contender in found.iter().filter(|contender| contender.strength >= threshold).take(TRIED) {
+        for contender in
+            found.iter().filter(|contender| contender.strength >= threshold).take(TRIED)
+        {
             let mut chosen = vec![contender.candidate.clone()];
             if is_wide(&contender.candidate) {
                 let named: Vec<Candidate> = found
@@ -275,7 +275,11 @@ pub fn identify_block(
 }
 
 /// The block with the rounding of a coarse lattice taken out, as far as `base` predicts the readings; and the step.
-pub fn without_rounding(block: &Block, channels: &Channels, base: &[Shape]) -> Option<(Block, f64)> {
+pub fn without_rounding(
+    block: &Block,
+    channels: &Channels,
+    base: &[Shape],
+) -> Option<(Block, f64)> {
     if block.aggregate != Aggregate::Row {
         return None;
     }
@@ -317,7 +321,12 @@ pub fn without_rounding(block: &Block, channels: &Channels, base: &[Shape]) -> O
 }
 
 /// `terms` fitted as they are.
-pub fn fit_terms(data: Data<'_>, terms: &[Shape], noise: &NoiseModel, left_out: &[bool]) -> Vec<Found> {
+pub fn fit_terms(
+    data: Data<'_>,
+    terms: &[Shape],
+    noise: &NoiseModel,
+    left_out: &[bool],
+) -> Vec<Found> {
     let whitener = Whitener::new(data.layout, noise, left_out);
     let white: Vec<Vec<f64>> =
         data.all_columns(terms).iter().map(|column| whitener.apply(column)).collect();
@@ -373,7 +382,13 @@ fn finish(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
             .filter(|(_, derivative)| derivative.term == index)
             .map(|(i, derivative)| (derivative.name.to_owned(), errors[linear + i]))
             .collect();
-        found.push(Found { shape: shape.clone(), coefficients, numbers, strength: 0.0, rivals: Vec::new() });
+        found.push(Found {
+            shape: shape.clone(),
+            coefficients,
+            numbers,
+            strength: 0.0,
+            rivals: Vec::new(),
+        });
     }
     for index in state.base..state.terms.len() {
         let mut others = state.terms.clone();
@@ -382,7 +397,8 @@ fn finish(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
         let family = state.families[index - state.base];
         let score = scene.score(&effect);
         let strength = score.surprise - family.toll(None);
-        let mine = Contender::new(Candidate { shape: effect, family }, score, strength, scene.free());
+        let mine =
+            Contender::new(Candidate { shape: effect, family }, score, strength, scene.free());
         found[index].strength = strength;
         found[index].rivals = rivals(&scene, &mine, &contenders(&scene));
     }

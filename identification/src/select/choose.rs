@@ -140,8 +140,8 @@ fn refined(scene: &Scene<'_>, mut scored: Vec<(Candidate, Score, f64)>) -> Vec<C
     let mut seen: Vec<(String, usize)> = Vec::new();
     let mut found: Vec<Contender> = Vec::new();
     for (mut candidate, mut score, mut strength) in scored {
-        let has_numbers =
-            !candidate.shape.nonlinear().is_empty() || candidate.shape.form == crate::model::Form::Delay;
+        let has_numbers = !candidate.shape.nonlinear().is_empty()
+            || candidate.shape.form == crate::model::Form::Delay;
         if has_numbers {
             let label = candidate.shape.label();
             let count = match seen.iter_mut().find(|(known, _)| *known == label) {
@@ -197,8 +197,13 @@ fn caution(candidate: &Candidate, noise: &NoiseModel) -> f64 {
 pub fn profiled(scene: &Scene<'_>, null: &Profile<'_>, contender: &Contender) -> Contender {
     let mut columns = null.columns.to_vec();
     columns.extend(scene.data.columns(&contender.candidate.shape));
-    let (_, likelihood) =
-        noise::retune(scene.data.layout, &scene.data.block.residual, &columns, null.noise, null.left_out);
+    let (_, likelihood) = noise::retune(
+        scene.data.layout,
+        &scene.data.block.residual,
+        &columns,
+        null.noise,
+        null.left_out,
+    );
     let gain = (likelihood - null.likelihood).max(0.0);
     let width = contender.score.width.max(1);
     let surprise = surprise_chi2(2.0 * gain, width as f64);

@@ -79,7 +79,8 @@ pub fn gain(scene: &Scene<'_>, old: &[Vec<f64>], new: &[Vec<f64>]) -> f64 {
     let mut total = 0.0;
     for fold in folds(&scene.data.layout.run) {
         let error = |columns: &[Vec<f64>]| -> f64 {
-            let masked: Vec<Vec<f64>> = columns.iter().map(|column| mask(column, &fold.train)).collect();
+            let masked: Vec<Vec<f64>> =
+                columns.iter().map(|column| mask(column, &fold.train)).collect();
             let found = solve(&masked, &mask(&target, &fold.train));
             let fitted = combine(columns, &found.coefficients);
             target

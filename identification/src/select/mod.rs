@@ -11,5 +11,6 @@ mod simplify;
 
 pub use block::{BlockFit, Found, fit_terms, identify_block, without_rounding};
 pub use cross::folds;
+#[cfg(test)]
 pub use rivals::RivalFound;
 pub use scene::{Data, combine};

@@ -22,7 +22,8 @@ pub fn periods(scene: &Scene<'_>) -> (Vec<Candidate>, f64) {
     let first = channels.time.iter().copied().fold(f64::INFINITY, f64::min);
     let last = channels.time.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let bins = ((last - first) / interval).ceil() as usize + 1;
-    if block.aggregate != Aggregate::Row || bins < 32 || bins > SAMPLES_MAX || block.rows.len() < 64 {
+    let transformable = (32..=SAMPLES_MAX).contains(&bins);
+    if block.aggregate != Aggregate::Row || !transformable || block.rows.len() < 64 {
         return (Vec::new(), 1.0);
     }
     let length = (2 * bins).next_power_of_two();

@@ -34,17 +34,25 @@ pub fn rivals(scene: &Scene<'_>, mine: &Contender, contenders: &[Contender]) -> 
         let shape = &contender.candidate.shape;
         let is_wide = matches!(shape.form, Form::Spline | Form::Surface);
         let same = shape.acts == effect.acts && same_drivers(&shape.drivers, &effect.drivers);
-        let named_already =
-            found.iter().any(|rival| rival.shape.acts == shape.acts && same_drivers(&rival.shape.drivers, &shape.drivers));
+        let named_already = found.iter().any(|rival| {
+            rival.shape.acts == shape.acts && same_drivers(&rival.shape.drivers, &shape.drivers)
+        });
         // A wide or nameless shape can stand for anything: it is a rival only of its like.
         let unfair = (is_wide || !shape.known) && effect.known;
-        if same || named_already || unfair || contender.score.statistic < statistic - 2.0 * BEHIND_MAX {
+        if same
+            || named_already
+            || unfair
+            || contender.score.statistic < statistic - 2.0 * BEHIND_MAX
+        {
             continue;
         }
         let beside = scene.with(&scene.data.columns(shape));
         let adds = beside.score_columns(&columns);
         if surprise_chi2(adds.statistic, adds.width.max(1) as f64) < ADDS_MAX {
-            found.push(RivalFound { shape: shape.clone(), behind: (best - contender.rank).max(0.0) });
+            found.push(RivalFound {
+                shape: shape.clone(),
+                behind: (best - contender.rank).max(0.0),
+            });
         }
         if found.len() == RIVALS_MAX {
             break;

@@ -37,7 +37,8 @@ impl Data<'_> {
         let mut at = 0;
         for (index, term) in terms.iter().enumerate() {
             let width = self.columns(term).len();
-            let mine = &coefficients[at.min(coefficients.len())..(at + width).min(coefficients.len())];
+            let mine =
+                &coefficients[at.min(coefficients.len())..(at + width).min(coefficients.len())];
             at += width;
             for name in term.nonlinear() {
                 let Some(value) = term.number(name) else { continue };
@@ -157,7 +158,12 @@ impl Thin {
 
 impl<'a> Scene<'a> {
     /// With `columns` (of the model so far, derivatives included) taken out under `noise`.
-    pub fn new(data: Data<'a>, noise: &NoiseModel, left_out: &[bool], columns: &[Vec<f64>]) -> Self {
+    pub fn new(
+        data: Data<'a>,
+        noise: &NoiseModel,
+        left_out: &[bool],
+        columns: &[Vec<f64>],
+    ) -> Self {
         let whitener = Whitener::new(data.layout, noise, left_out);
         let mut basis = Basis::default();
         for column in columns {
@@ -217,7 +223,8 @@ impl<'a> Scene<'a> {
         if columns.is_empty() || !(self.variance > 0.0) {
             return NOTHING;
         }
-        let white: Vec<Vec<f64>> = columns.iter().map(|column| self.whitener.apply(column)).collect();
+        let white: Vec<Vec<f64>> =
+            columns.iter().map(|column| self.whitener.apply(column)).collect();
         let new = self.basis.beyond(white);
         if new.len() == 0 {
             return NOTHING;
@@ -296,7 +303,8 @@ pub fn robust_fit(columns: &[Vec<f64>], target: &[f64]) -> RobustFit {
         for (weight, value) in weights.iter_mut().zip(&residual) {
             *weight = if value.abs() > limit { (limit / value.abs()).sqrt() } else { 1.0 };
         }
-        let weigh = |column: &[f64]| column.iter().zip(&weights).map(|(c, w)| c * w).collect::<Vec<f64>>();
+        let weigh =
+            |column: &[f64]| column.iter().zip(&weights).map(|(c, w)| c * w).collect::<Vec<f64>>();
         let weighed: Vec<Vec<f64>> = columns.iter().map(|column| weigh(column)).collect();
         found.coefficients = solve(&weighed, &weigh(target)).coefficients;
         residual = residual_of(&found.coefficients);
@@ -304,7 +312,8 @@ pub fn robust_fit(columns: &[Vec<f64>], target: &[f64]) -> RobustFit {
     }
     // Huber's proposal: (X'X)^-1 times E psi^2 / (E psi')^2, with the parameters taken off.
     let limit = robust::HUBER * scale;
-    let used = target.iter().zip(&residual).filter(|(t, r)| **t != 0.0 || **r != 0.0).count().max(1) as f64;
+    let used = target.iter().zip(&residual).filter(|(t, r)| **t != 0.0 || **r != 0.0).count().max(1)
+        as f64;
     let inside = residual.iter().filter(|value| value.abs() <= limit).count() as f64
         - (residual.len() as f64 - used);
     let square: f64 = residual.iter().map(|value| value.clamp(-limit, limit).powi(2)).sum();

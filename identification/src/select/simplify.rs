@@ -18,7 +18,10 @@ pub fn simplify(scene: &Scene<'_>, wide: &Shape, named: &[Candidate]) -> Option<
         .filter(|candidate| {
             let shape = &candidate.shape;
             shape.acts == wide.acts
-                && shape.drivers.iter().all(|mine| wide.drivers.iter().any(|its| its.field == mine.field))
+                && shape
+                    .drivers
+                    .iter()
+                    .all(|mine| wide.drivers.iter().any(|its| its.field == mine.field))
         })
         .cloned()
         .collect();

@@ -127,8 +127,12 @@ impl Filter {
                 let a = [[p[0] + dt * p[1], p[1]], [p[1] + dt * p[2], p[2]]];
                 let inverse = [q[2] / determinant, -q[1] / determinant, q[0] / determinant];
                 let d = [next[0] - ahead[0], next[1] - ahead[1]];
-                let v = [inverse[0] * d[0] + inverse[1] * d[1], inverse[1] * d[0] + inverse[2] * d[1]];
-                next = [x[0] + a[0][0] * v[0] + a[0][1] * v[1], x[1] + a[1][0] * v[0] + a[1][1] * v[1]];
+                let v =
+                    [inverse[0] * d[0] + inverse[1] * d[1], inverse[1] * d[0] + inverse[2] * d[1]];
+                next = [
+                    x[0] + a[0][0] * v[0] + a[0][1] * v[1],
+                    x[1] + a[1][0] * v[0] + a[1][1] * v[1],
+                ];
             } else {
                 next = x;
             }
