@@ -109,7 +109,9 @@ fn evaluate(arguments: &Arguments) -> io::Result<()> {
     if let Some(folder) = &arguments.dump {
         return chosen.iter().try_for_each(|case| dump(case, folder));
     }
-    let timing = timing_cases().into_iter().filter(|case| !arguments.quick && !arguments.untimed && wanted(case));
+    let timing = timing_cases()
+        .into_iter()
+        .filter(|case| !arguments.quick && !arguments.untimed && wanted(case));
     let costs = timing.map(|case| cost(&case)).collect();
     let outcomes = in_parallel(&chosen, arguments.threads);
     if arguments.cases {
