@@ -85,7 +85,7 @@ fn dataset(bench: &Bench, seed: u64, sigma: f64, effect: impl Fn(usize) -> f64) 
 }
 
 fn run(data: &Dataset) -> Identified {
-    identify(data, None, &Options::default(), &mut |_, _| ()).unwrap()
+    identify(data, None, &Options::default(), &mut |_, _| ()).expect("good data")
 }
 
 #[test]
