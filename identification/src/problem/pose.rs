@@ -136,7 +136,7 @@ mod tests {
     fn a_wrong_turn_moves_what_comes_after() {
         let mut pose = Pose {
             references: vec![(2, Component::Heading), (2, Component::X), (2, Component::Y)],
-            references_of_run: vec![0..3],
+            references_of_run: std::iter::once(0..3).collect(),
             groups: Vec::new(),
             component: Vec::new(),
             of_run: Vec::new(),
