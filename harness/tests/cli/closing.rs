@@ -115,3 +115,17 @@ fn the_shipped_plan_shows_both() {
     assert!(found.held_out.before > 10.0 * found.held_out.after);
     assert!(hil.path("run/loop.model.toml").is_file());
 }
+
+/// With the paper's chain as the model, what its calibration found is not found again.
+#[test]
+fn the_papers_chain_is_a_model() {
+    let hil = Hil::new();
+    hil.run(&["run", "temperature-calibration", "--out", "run", "--quiet"]).exits(0);
+    let chain = concat!(env!("CARGO_MANIFEST_DIR"), "/../test-plans/models/paper-chain.toml");
+    hil.run(&["identify", "run", "--model", chain, "--out", "with"]).exits(0);
+    hil.run(&["identify", "run", "--out", "without"]).exits(0);
+    let (with, without) = (finding(&hil, "with"), finding(&hil, "without"));
+    assert!(without.held_out.before > 1.0, "{:?}", without.held_out);
+    assert!(with.held_out.before < 0.1, "{:?}", with.held_out);
+    assert!(with.effects.iter().all(|effect| effect.name != "scale_over_temperature"));
+}
