@@ -250,10 +250,11 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
             let before =
                 block_errors(problem, one.data, &without, &one.fit.noise, &one.fit.left_out).rmse();
             let after = one.after.rmse();
-            effects.push((
-                found.strength,
-                outcome::effect(one.data, found, before / unit, after / unit),
-            ));
+            let mut effect = outcome::effect(one.data, found, before / unit, after / unit);
+            if found.shape.acts == Acts::Axis && sees_little(&one.fit.base) {
+                effect.name = "wrong_axis".to_owned();
+            }
+            effects.push((found.strength, effect));
             terms.push(outcome::term(one.data, found));
         }
         for contender in &one.fit.left {
@@ -342,6 +343,14 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
         experiment.note(&mut identified.finding);
     }
     identified
+}
+
+/// Does the gyro see less than half of the rotation that it should measure?
+fn sees_little(base: &[Found]) -> bool {
+    base.iter()
+        .find(|found| found.shape.acts == Acts::Scale && found.shape.drivers.is_empty())
+        .and_then(|found| found.coefficients.first())
+        .is_some_and(|(scale, _)| *scale < -0.5)
 }
 
 /// The block that the headline is about: the one with the strongest effect.

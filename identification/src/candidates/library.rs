@@ -65,6 +65,15 @@ impl Builder<'_> {
             }
             return;
         }
+        if channel.role == Role::ReferenceRate {
+            // Its own reference is the rotation itself.
+            if on == Acts::Bias && channel.name != self.channels.rotation_name {
+                let driver = Driver::plain(&channel.name);
+                let shape = Shape::new("misaligned_axis", Acts::Axis, driver, Form::Linear);
+                self.push(Family::Library, shape);
+            }
+            return;
+        }
         if matches!(channel.role, Role::GyroRate | Role::GyroCounts | Role::GyroAngleIncrement) {
             self.other_axis(on, channel);
             return;

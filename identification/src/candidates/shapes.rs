@@ -23,6 +23,7 @@ fn drivers(channels: &Channels) -> Vec<Driver> {
         match channel.role {
             Role::Heading
             | Role::Duration
+            | Role::ReferenceRate
             | Role::GyroRate
             | Role::GyroCounts
             | Role::GyroAngleIncrement => {}

@@ -227,6 +227,15 @@ pub(super) fn series(
     if blocks.is_empty() {
         return Err(missing("reference"));
     }
+    // A rotation about another axis may be what is measured.
+    for reference in dataset.columns_of(Role::ReferenceRate).filter(|column| column.axis.is_some())
+    {
+        if rates.iter().any(|rate| rate.column.axis.is_some() && rate.column.axis != reference.axis)
+        {
+            let values: Vec<f64> = reference.si().collect();
+            channels.add(&reference.name, Role::ReferenceRate, reference.unit, values);
+        }
+    }
     // Another axis of the gyro, or another gyro, may leak in: each is a channel for the others.
     if rates.len() > 1 {
         for rate in &rates {
