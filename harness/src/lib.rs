@@ -20,8 +20,8 @@
 //! * [`dataset`]: measured data, for the identification. [`export`]: runs as such data.
 //! * [`checks`]: verdicts, each with the measurement's own uncertainty. [`outcome`]: what they come to.
 //! * [`run`]: all of that in order. [`seeds`]: the same for many seeds on all cores.
-//! * `live`, `run_live`, `bench_file` (feature `live`): the real clock, ptys and ports, and a device
-//!   under test that is a process of its own.
+//! * `live`, `run_live`, `bench_file` (feature `live`): the real clock, and a device under test that is
+//!   a process of its own. `port`: ptys, serial ports, CAN interfaces and adapters in one shape.
 //!
 //! For people and for machines:
 //! * [`run_folder`]: what a run leaves behind. [`report`]: one page. [`junit`]: for a build server.
@@ -63,6 +63,8 @@ pub mod models;
 pub mod observation;
 pub mod outcome;
 pub mod plan;
+#[cfg(feature = "live")]
+pub mod port;
 pub mod record;
 pub mod report;
 pub mod run;

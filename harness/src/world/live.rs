@@ -17,7 +17,7 @@ use super::lines::BaseLink;
 use super::simulated::Progress;
 use super::stage::Stage;
 use crate::engine::{Action, Ending, Engine};
-use crate::live::pty::{Pty, PtyError};
+use crate::port::pty::{Pty, PtyError};
 use crate::record::Device;
 use crate::record::sink::RecordSink;
 use controller::config::Transport;

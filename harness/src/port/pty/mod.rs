@@ -4,6 +4,13 @@
 //! errors. Pacing is the business of [`SerialLine`](crate::link::SerialLine); a wrong rate is found by
 //! asking for it ([`Pty::baud`]).
 
+mod link;
+mod port;
+
+pub use link::{LinkError, PtyLink};
+pub use port::PtyPort;
+
+use super::watch::watch;
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -12,6 +19,7 @@ use rustix::termios::{
 };
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};
+use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 
 /// Why there is no pty.
@@ -55,11 +63,8 @@ impl Pty {
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
         let slave = rustix::fs::open(path.as_str(), flags, Mode::empty()).map_err(error("open"))?;
         make_raw(&slave).map_err(error("configure"))?;
-        #[allow(
-            deprecated,
-            reason = "sound for an OwnedFd; the successor is unsafe, which is forbidden here"
-        )]
-        let master = AsyncFd::new(master).map_err(|source| PtyError { step: "watch", source })?;
+        let master = watch(master, Interest::READABLE)
+            .map_err(|source| PtyError { step: "watch", source })?;
         Ok(Self { master, slave, path, overrun_bytes: 0 })
     }
 
@@ -94,7 +99,7 @@ impl Pty {
     /// What the system reports. A port that is closed on the other side is none.
     pub async fn read(&self, buffer: &mut [u8]) -> io::Result<usize> {
         self.master
-            .async_io(tokio::io::Interest::READABLE, |master| {
+            .async_io(Interest::READABLE, |master| {
                 Ok(rustix::io::read(master, &mut *buffer)?)
             })
             .await
