@@ -6,7 +6,6 @@ use super::pty::PtyPort;
 use super::serial::{SerialEvent, SerialPort};
 use super::spec::PortSpec;
 use std::io;
-use wire::packet::Packet;
 use wire::serial::SerialSettings;
 
 /// A port for bytes.
@@ -52,17 +51,12 @@ impl BytePort {
         }
     }
 
-    /// Hands bytes to the port at once; what finds no room is lost and counted.
-    pub fn send(&mut self, bytes: &[u8]) {
+    /// Hands bytes to the port at once, and says how many found room. The others are lost and counted.
+    pub fn send(&mut self, bytes: &[u8]) -> usize {
         match self {
             Self::Pty(port) => port.send(bytes),
             Self::Serial(port) => port.send(bytes),
         }
-    }
-
-    /// Hands a packet to the port; see [`send`](Self::send).
-    pub fn send_packet(&mut self, packet: &Packet) {
-        self.send(packet.as_slice());
     }
 
     /// Holds the line low, until [`end_break`](Self::end_break).

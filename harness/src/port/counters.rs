@@ -6,7 +6,7 @@ use std::ops::Add;
 /// who knows it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
-    /// Bytes received from the line.
+    /// Bytes received from the line, that of slcan included.
     pub bytes_in: u64,
     /// Bytes handed to the line.
     pub bytes_out: u64,
@@ -16,7 +16,8 @@ pub struct Counters {
     pub frames_out: u64,
     /// Bytes that were to be sent and found no room, or no port.
     pub overrun_bytes: u64,
-    /// Frames that were to be sent and found no room (`ENOBUFS`), an interface that is down, or no port.
+    /// Frames that were to be sent and found no room (`ENOBUFS`), an interface that is down or an adapter
+    /// that is closed, or no port.
     pub overrun_frames: u64,
     /// Frames that arrived and that the receive queue of the socket had no room for (SocketCAN).
     pub receive_dropped_frames: u64,
@@ -32,22 +33,21 @@ pub struct Counters {
     pub unsupported_frames: u64,
     /// Lines that are none of the slcan protocol (slcan).
     pub malformed_lines: u64,
-    /// Commands and frames that the adapter refused (slcan), or that were refused as the adapter.
+    /// Commands and frames that the adapter refused; here or on the other side (slcan).
     pub refused: u64,
     /// Times that the port came back after it was lost or its interface was down.
     pub returns: u64,
 }
 
 impl Counters {
-    /// Everything that did not get across, whatever it was.
-    pub const fn lost(&self) -> u64 {
-        self.overrun_bytes
-            .saturating_add(self.overrun_frames)
-            .saturating_add(self.receive_dropped_frames)
-            .saturating_add(self.line_errors)
-            .saturating_add(self.unsupported_frames)
-            .saturating_add(self.malformed_lines)
-            .saturating_add(self.refused)
+    /// Whether all that was to cross the port did so whole, as far as the system tells.
+    pub const fn all_crossed(&self) -> bool {
+        self.overrun_bytes == 0
+            && self.overrun_frames == 0
+            && self.receive_dropped_frames == 0
+            && self.line_errors == 0
+            && self.unsupported_frames == 0
+            && self.malformed_lines == 0
     }
 
     /// Names and counts, for tables and records.

@@ -1,8 +1,8 @@
 //! Why a port cannot be opened, and how it is lost.
 
 use super::backoff::TOTAL_MAX;
-use super::pty::PtyError;
 use super::pty::LinkError;
+use super::pty::PtyError;
 use rustix::io::Errno;
 use std::fmt;
 use std::io;
@@ -107,8 +107,6 @@ pub enum PortError {
     NoInterface {
         /// The interface.
         interface: String,
-        /// What the system says.
-        source: io::Error,
     },
     /// The interface is down.
     #[error("failed to open the CAN interface {interface}: it is down")]
@@ -130,6 +128,27 @@ pub enum PortError {
         /// Why not.
         source: io::Error,
     },
+    /// The adapter does not do what it is told.
+    #[error("failed to open the bus of the CAN adapter {port}: it refused to {command}")]
+    #[diagnostic(help(
+        "is it a slcan adapter, and can it do this bitrate? Unplug it and plug it in again, or choose \
+         another with ?bitrate="
+    ))]
+    AdapterRefused {
+        /// The adapter's port.
+        port: String,
+        /// What it was told.
+        command: &'static str,
+    },
+    /// The adapter went away while it was set up.
+    #[error("failed to set up the CAN adapter {port}")]
+    #[diagnostic(help("plug it in again: `ls -l /dev/serial/by-id` lists USB adapters"))]
+    AdapterLost {
+        /// The adapter's port.
+        port: String,
+        /// How.
+        source: PortLost,
+    },
     /// It is gone, and did not come back in time.
     #[error("failed to reopen {port}: it stayed away for {} s", TOTAL_MAX.as_secs())]
     #[diagnostic(help("is it plugged in, and its interface up? `hil doctor` lists what is there"))]
@@ -138,8 +157,15 @@ pub enum PortError {
         port: String,
         /// What the last try said.
         #[source]
-        last: Box<PortError>,
+        last: Option<Box<PortError>>,
     },
+}
+
+impl PortError {
+    /// Of a port that stayed away; `last` is what the last try said.
+    pub(super) fn given_up(port: &str, last: Option<Self>) -> Self {
+        Self::GivenUp { port: port.to_owned(), last: last.map(Box::new) }
+    }
 }
 
 /// How an open port was lost. `reopen` waits for it to come back.

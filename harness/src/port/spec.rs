@@ -24,15 +24,12 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use wire::serial::{Parity, SerialSettings};
+use wire::slcan::BitRate;
 
 /// Rates that serial hardware is built for, bit/s.
 pub const BAUD: RangeInclusive<u32> = 300..=4_000_000;
 /// Data bits that a UART knows.
 pub const DATA_BITS: RangeInclusive<u8> = 5..=8;
-/// The rates that a slcan adapter can be told, `S0` to `S8`, bit/s (Lawicel CAN232 manual, section
-/// "Available CAN232 ASCII commands").
-pub const BITRATES: [u32; 9] =
-    [10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000];
 /// Longest name of a network interface (`IFNAMSIZ` of `linux/if.h`, less the final zero).
 pub const INTERFACE_LEN_MAX: usize = 15;
 
@@ -56,8 +53,8 @@ pub enum PortSpec {
     Slcan {
         /// The adapter's port.
         serial: SerialSpec,
-        /// What the bus runs at, bit/s: one of [`BITRATES`].
-        bitrate: Option<u32>,
+        /// What the bus runs at.
+        bitrate: Option<BitRate>,
     },
     /// A CAN adapter that is played here, on a pty.
     SlcanPty {
@@ -146,7 +143,7 @@ impl SerialOptions {
     }
 
     /// In the form `?key=value&...`, with `bitrate` at the end; empty where nothing is said.
-    fn written(&self, bitrate: Option<u32>) -> String {
+    fn written(&self, bitrate: Option<BitRate>) -> String {
         let flow = |flow| match flow {
             Flow::None => "none",
             Flow::Software => "software",
@@ -163,7 +160,7 @@ impl SerialOptions {
             self.stop_bits.map(|bits| format!("stop={bits}")),
             self.flow.map(|it| format!("flow={}", flow(it))),
             self.sharing.map(|it| format!("exclusive={}", sharing(it))),
-            bitrate.map(|bitrate| format!("bitrate={bitrate}")),
+            bitrate.map(|bitrate| format!("bitrate={}", bitrate.bits_per_second())),
         ];
         let said: Vec<String> = said.into_iter().flatten().collect();
         if said.is_empty() { String::new() } else { format!("?{}", said.join("&")) }

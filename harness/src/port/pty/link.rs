@@ -99,7 +99,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("gyro.pty");
         let link = PtyLink::make(&path, PTS).unwrap();
-        assert_eq!((link.path(), std::fs::read_link(&path).unwrap().as_path()), (path.as_path(), Path::new(PTS)));
+        assert_eq!(
+            (link.path(), std::fs::read_link(&path).unwrap().as_path()),
+            (path.as_path(), Path::new(PTS))
+        );
         drop(link);
         assert!(!path.is_symlink());
     }

@@ -73,9 +73,9 @@ impl Pty {
         &self.path
     }
 
-    /// Puts bytes on the line at once. What finds no room is lost and counted, as in a UART whose buffer
-    /// nobody empties; this never waits.
-    pub fn write(&mut self, bytes: &[u8]) {
+    /// Puts bytes on the line at once, and says how many found room. The others are lost and counted, as in
+    /// a UART whose buffer nobody empties; this never waits.
+    pub fn write(&mut self, bytes: &[u8]) -> usize {
         let mut rest = bytes;
         while !rest.is_empty() {
             match rustix::io::write(self.master.get_ref(), rest) {
@@ -86,6 +86,7 @@ impl Pty {
             }
         }
         self.overrun_bytes = self.overrun_bytes.saturating_add(rest.len() as u64);
+        bytes.len() - rest.len()
     }
 
     /// Bytes lost because the other side does not read.
@@ -99,9 +100,7 @@ impl Pty {
     /// What the system reports. A port that is closed on the other side is none.
     pub async fn read(&self, buffer: &mut [u8]) -> io::Result<usize> {
         self.master
-            .async_io(Interest::READABLE, |master| {
-                Ok(rustix::io::read(master, &mut *buffer)?)
-            })
+            .async_io(Interest::READABLE, |master| Ok(rustix::io::read(master, &mut *buffer)?))
             .await
     }
 

@@ -1,8 +1,8 @@
 //! A pty as a port of a bench: with a name that lasts, and with counts.
 
 use super::{Pty, PtyLink};
-use crate::port::error::{PortError, PortLost};
 use crate::port::Counters;
+use crate::port::error::{PortError, PortLost};
 use std::path::Path;
 use wire::packet::{BYTES_MAX, Packet};
 
@@ -62,13 +62,12 @@ impl PtyPort {
         }
     }
 
-    /// Puts bytes on the line at once; what finds no room is lost and counted.
-    pub fn send(&mut self, bytes: &[u8]) {
-        let before = self.pty.overrun_bytes();
-        self.pty.write(bytes);
-        let lost = self.pty.overrun_bytes().saturating_sub(before);
-        self.counters.overrun_bytes += lost;
-        self.counters.bytes_out += (bytes.len() as u64).saturating_sub(lost);
+    /// Puts bytes on the line at once, and says how many found room. The others are lost and counted.
+    pub fn send(&mut self, bytes: &[u8]) -> usize {
+        let taken = self.pty.write(bytes);
+        self.counters.overrun_bytes += (bytes.len() - taken) as u64;
+        self.counters.bytes_out += taken as u64;
+        taken
     }
 
     /// What has crossed it.

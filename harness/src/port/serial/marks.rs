@@ -134,7 +134,10 @@ mod tests {
 
     #[test]
     fn without_marks_all_is_data() {
-        assert_eq!(all(&mut Marks::absent(), b"\xff\x00\x00\xff\xff"), [bytes(b"\xff\x00\x00\xff\xff")]);
+        assert_eq!(
+            all(&mut Marks::absent(), b"\xff\x00\x00\xff\xff"),
+            [bytes(b"\xff\x00\x00\xff\xff")]
+        );
         assert_eq!(all(&mut Marks::new(), b"\xffa\xff\xff"), [bytes(b"\xffa\xff")]);
     }
 

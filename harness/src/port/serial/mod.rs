@@ -125,8 +125,8 @@ impl SerialPort {
         heard
     }
 
-    /// Hands bytes to the port at once; what finds no room is lost and counted.
-    pub fn send(&mut self, bytes: &[u8]) {
+    /// Hands bytes to the port at once, and says how many found room. The others are lost and counted.
+    pub fn send(&mut self, bytes: &[u8]) -> usize {
         let mut rest = bytes;
         if let Line::Open(stream) = &mut self.line {
             while !rest.is_empty() {
@@ -137,8 +137,10 @@ impl SerialPort {
                 }
             }
         }
+        let taken = bytes.len() - rest.len();
         self.counters.overrun_bytes += rest.len() as u64;
-        self.counters.bytes_out += (bytes.len() - rest.len()) as u64;
+        self.counters.bytes_out += taken as u64;
+        taken
     }
 
     /// Holds the line low, until [`end_break`](Self::end_break). For how long is the caller's to time: a
@@ -191,11 +193,7 @@ impl SerialPort {
             }
         }
         self.backoff = Backoff::default();
-        let port = self.spec.device.to_string();
-        Err(match last {
-            Some(last) => PortError::GivenUp { port, last: Box::new(last) },
-            None => PortError::NoDevice { port },
-        })
+        Err(PortError::given_up(&self.spec.device.to_string(), last))
     }
 
     /// What has crossed it.

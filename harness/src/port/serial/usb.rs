@@ -87,13 +87,17 @@ mod tests {
     }
 
     fn plugged_in() -> Vec<UsbAdapter> {
-        [("0403:6001:A1", "/dev/ttyUSB0"), ("0403:6001:A2", "/dev/ttyUSB1"), ("16d0:117e", "/dev/ttyACM0")]
-            .map(|(text, path)| UsbAdapter {
-                id: id(text),
-                product: text.starts_with("16d0").then(|| "CANable".to_owned()),
-                path: path.to_owned(),
-            })
-            .into()
+        [
+            ("0403:6001:A1", "/dev/ttyUSB0"),
+            ("0403:6001:A2", "/dev/ttyUSB1"),
+            ("16d0:117e", "/dev/ttyACM0"),
+        ]
+        .map(|(text, path)| UsbAdapter {
+            id: id(text),
+            product: text.starts_with("16d0").then(|| "CANable".to_owned()),
+            path: path.to_owned(),
+        })
+        .into()
     }
 
     #[test]
@@ -111,6 +115,6 @@ mod tests {
             let error = find(&id(text), there).unwrap_err();
             said += &format!("{error}\n  {}\n", error.help().unwrap());
         }
-        insta::assert_snapshot!(said, @"");
+        insta::assert_snapshot!(said);
     }
 }

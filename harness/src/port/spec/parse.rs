@@ -1,14 +1,15 @@
 //! Reads the name of a port; what is wrong is told with its place and with what is allowed there.
 
 use super::{
-    BAUD, BITRATES, DATA_BITS, Flow, INTERFACE_LEN_MAX, PortSpec, SerialDevice, SerialOptions,
-    SerialSpec, Sharing, UsbId,
+    BAUD, DATA_BITS, Flow, INTERFACE_LEN_MAX, PortSpec, SerialDevice, SerialOptions, SerialSpec,
+    Sharing, UsbId,
 };
 use miette::SourceSpan;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::str::FromStr;
 use wire::serial::Parity;
+use wire::slcan::BitRate;
 
 /// Why a string names no port.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]
@@ -27,8 +28,8 @@ pub struct SpecError {
 
 const KINDS: &str = "pty, pty:LINK, serial:/dev/..., serial:usb:VENDOR:PRODUCT[:SERIAL], \
                      can:INTERFACE, slcan:/dev/..., slcan-pty, slcan-pty:LINK";
-const OPTIONS: &str = "baud, data, parity, stop, flow, exclusive";
-const SLCAN_OPTIONS: &str = "baud, data, parity, stop, flow, exclusive, bitrate";
+const OPTIONS: &[&str] = &["baud", "data", "parity", "stop", "flow", "exclusive"];
+const SLCAN_OPTIONS: &[&str] = &["baud", "data", "parity", "stop", "flow", "exclusive", "bitrate"];
 
 /// A part of the string, and where it begins in it.
 #[derive(Debug, Clone, Copy)]
@@ -57,7 +58,9 @@ impl<'a> Part<'a> {
     }
 
     fn mistake(self, wrong: impl Into<String>, allowed: impl Into<String>) -> Mistake {
-        let at = (self.at, self.text.len()).into();
+        // Where there is nothing, what stands before it is shown.
+        let nothing = self.text.is_empty() && self.at > 0;
+        let at = if nothing { (self.at - 1, 1) } else { (self.at, self.text.len()) }.into();
         Mistake { wrong: wrong.into(), at, allowed: allowed.into() }
     }
 
@@ -108,7 +111,7 @@ impl TryFrom<String> for PortSpec {
 
 fn parse(whole: Part<'_>) -> Result<PortSpec, Mistake> {
     if whole.text.starts_with('/') {
-        return Ok(PortSpec::Serial(serial(whole)?.0));
+        return Ok(PortSpec::Serial(serial(whole, OPTIONS)?.0));
     }
     let (kind, rest) = whole.split(':');
     // Where the part behind the colon would be.
@@ -117,16 +120,10 @@ fn parse(whole: Part<'_>) -> Result<PortSpec, Mistake> {
     match kind.text {
         "pty" => Ok(PortSpec::Pty { link: link(rest)? }),
         "slcan-pty" => Ok(PortSpec::SlcanPty { link: link(rest)? }),
-        "serial" => {
-            let (serial, bitrate) = serial(device().unwrap_or(missing))?;
-            match bitrate {
-                None => Ok(PortSpec::Serial(serial)),
-                Some((_, key)) => Err(key.mistake("a serial port has no bitrate", OPTIONS)),
-            }
-        }
+        "serial" => Ok(PortSpec::Serial(serial(device().unwrap_or(missing), OPTIONS)?.0)),
         "slcan" => {
-            let (serial, bitrate) = serial(device().unwrap_or(missing))?;
-            Ok(PortSpec::Slcan { serial, bitrate: bitrate.map(|(bitrate, _)| bitrate) })
+            let (serial, bitrate) = serial(device().unwrap_or(missing), SLCAN_OPTIONS)?;
+            Ok(PortSpec::Slcan { serial, bitrate })
         }
         "can" => Ok(PortSpec::Can { interface: interface(device().unwrap_or(missing))? }),
         "" => Err(kind.mistake("there is no port in it", KINDS)),
@@ -157,12 +154,12 @@ fn interface(part: Part<'_>) -> Result<String, Mistake> {
     ))
 }
 
-/// A serial port, and the bitrate with its place where one is given.
-fn serial(part: Part<'_>) -> Result<(SerialSpec, Option<(u32, Part<'_>)>), Mistake> {
+/// A serial port, and the bitrate where one is given; `known` options are allowed.
+fn serial(part: Part<'_>, known: &[&str]) -> Result<(SerialSpec, Option<BitRate>), Mistake> {
     let (device, options) = part.split('?');
     let device = serial_device(device)?;
     let (options, bitrate) = match options {
-        Some(options) => serial_options(options)?,
+        Some(options) => serial_options(options, known)?,
         None => (SerialOptions::default(), None),
     };
     Ok((SerialSpec { device, options }, bitrate))
@@ -202,21 +199,28 @@ fn usb_id(part: Part<'_>) -> Result<UsbId, Mistake> {
     Ok(UsbId { vendor, product, serial_number })
 }
 
-fn serial_options(part: Part<'_>) -> Result<(SerialOptions, Option<(u32, Part<'_>)>), Mistake> {
+fn serial_options(
+    part: Part<'_>,
+    known: &[&str],
+) -> Result<(SerialOptions, Option<BitRate>), Mistake> {
     let (mut options, mut bitrate) = (SerialOptions::default(), None);
     let mut rest = Some(part);
     while let Some(part) = rest {
         let (pair, behind) = part.split('&');
         rest = behind;
         let (key, value) = pair.split('=');
+        if !known.contains(&key.text) {
+            return Err(key.mistake(format!("{:?} is no option here", key.text), known.join(", ")));
+        }
         let Some(value) = value else {
             return Err(pair.mistake(format!("{:?} has no value", pair.text), "key=value"));
         };
         let twice = match key.text {
             "baud" => options.baud.replace(value.number("baud rate", &BAUD)?).is_some(),
-            "data" => {
-                options.data_bits.replace(value.number("number of data bits", &DATA_BITS)?).is_some()
-            }
+            "data" => options
+                .data_bits
+                .replace(value.number("number of data bits", &DATA_BITS)?)
+                .is_some(),
             "parity" => {
                 let words = [("none", Parity::None), ("odd", Parity::Odd), ("even", Parity::Even)];
                 options.parity.replace(value.word("parity", &words)?).is_some()
@@ -225,21 +229,22 @@ fn serial_options(part: Part<'_>) -> Result<(SerialOptions, Option<(u32, Part<'_
                 options.stop_bits.replace(value.number("number of stop bits", &(1..=2))?).is_some()
             }
             "flow" => {
-                let words =
-                    [("none", Flow::None), ("software", Flow::Software), ("hardware", Flow::Hardware)];
+                let words = [
+                    ("none", Flow::None),
+                    ("software", Flow::Software),
+                    ("hardware", Flow::Hardware),
+                ];
                 options.flow.replace(value.word("flow control", &words)?).is_some()
             }
             "exclusive" => {
                 let words = [("yes", Sharing::Exclusive), ("no", Sharing::Shared)];
                 options.sharing.replace(value.word("answer", &words)?).is_some()
             }
-            "bitrate" => {
-                let words = BITRATES.map(|bitrate| (bitrate.to_string(), bitrate));
-                let words = words.each_ref().map(|(word, bitrate)| (word.as_str(), *bitrate));
-                bitrate.replace((value.word("bitrate of an adapter", &words)?, key)).is_some()
-            }
-            other => {
-                return Err(key.mistake(format!("{other:?} is no option"), SLCAN_OPTIONS));
+            // The last of the known ones.
+            _ => {
+                let words = BitRate::ALL.map(|rate| (rate.bits_per_second().to_string(), rate));
+                let words = words.each_ref().map(|(word, rate)| (word.as_str(), *rate));
+                bitrate.replace(value.word("bitrate of an adapter", &words)?).is_some()
             }
         };
         if twice {
