@@ -7,6 +7,7 @@ use super::super::{
 use super::{any_bytes, any_frame, extended, standard};
 use crate::can::CanFrame;
 use crate::can_error::CanErrorEvent;
+use crate::packet::BYTES_MAX;
 use crate::time::{Span, Timestamp};
 use proptest::prelude::*;
 use std::string::{String, ToString as _};
@@ -170,6 +171,21 @@ fn errors_on_the_bus_are_flags_in_one_dialect_and_lines_in_the_other() {
             assert_eq!(ask(&mut adapter, "F"), std::format!(r"{flags}\r"), "{event}");
         }
     }
+}
+
+#[test]
+fn a_packet_of_commands_is_answered_whole_behind_a_full_queue() {
+    let mut adapter = open(Dialect::Linux);
+    for id in 0..100 {
+        adapter.receive_frame(Timestamp::ZERO, standard(id, &[]));
+    }
+    adapter.receive(&[b'\r'; BYTES_MAX], |_| Ok(()));
+    assert_eq!(adapter.counters().answers_lost, 0);
+    assert_eq!(output(&mut adapter).matches(REFUSED).count(), BYTES_MAX);
+    // A longer run without a reader: the rest is counted.
+    adapter.receive(&[b'\r'; OUTPUT_LINES_MAX + 5], |_| Ok(()));
+    assert_eq!(adapter.counters().answers_lost, 5);
+    assert_eq!(output(&mut adapter).matches(REFUSED).count(), OUTPUT_LINES_MAX);
 }
 
 #[derive(Debug, Clone)]
