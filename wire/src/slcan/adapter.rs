@@ -7,16 +7,16 @@ use super::{
 };
 use crate::can::{CanFrame, Id};
 use crate::can_error::{BusState, CanErrorEvent, ControllerProblems};
-use crate::packet::Packet;
+use crate::packet::{BYTES_MAX, Packet};
 use crate::time::Timestamp;
 use heapless::Deque;
 
-/// Lines that wait for the serial line at most (assumption: the adapters' queue of 32 frames, and the
-/// answers below).
-pub const OUTPUT_LINES_MAX: usize = 32 + ANSWER_LINES_MAX;
+/// Frames and reports that wait for the serial line at most (assumption: the adapters' queue of 32 frames).
+const REPORT_LINES_MAX: usize = 32;
 
-/// Of those, lines kept free of frames and reports, so that a busy bus does not keep `C` from being answered.
-const ANSWER_LINES_MAX: usize = 8;
+/// Lines that wait for the serial line at most: beyond the frames, an answer for every byte of one packet
+/// from the host, so that a busy bus does not keep `C` from being answered.
+pub const OUTPUT_LINES_MAX: usize = REPORT_LINES_MAX + BYTES_MAX;
 
 /// What a bit lasts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -121,8 +121,11 @@ impl Adapter {
         Self { decoder: CommandDecoder::new(), core: Core { identity, dialect, ..Core::default() } }
     }
 
-    /// Takes bytes from the host, in runs of any length. Each frame that the host wants sent goes to
-    /// `send`, which says whether the bus has room for it.
+    /// Takes bytes from the host. Each frame that the host wants sent goes to `send`, which says whether the
+    /// bus has room for it.
+    ///
+    /// A run may have any length. Where the output is taken after every [`BYTES_MAX`] bytes, no answer is
+    /// lost; of a longer run those that find no room are counted.
     pub fn receive(
         &mut self,
         bytes: &[u8],
@@ -265,8 +268,7 @@ impl Core {
 
     /// Queues what the host did not ask for; `false` where there is no room.
     fn report(&mut self, answer: &Answer) -> bool {
-        self.output.len() < OUTPUT_LINES_MAX - ANSWER_LINES_MAX
-            && self.output.push_back(answer.encode()).is_ok()
+        self.output.len() < REPORT_LINES_MAX && self.output.push_back(answer.encode()).is_ok()
     }
 }
 

@@ -74,6 +74,7 @@ impl StateReport {
 }
 
 /// As the Linux driver makes an error frame of it: the side with the larger counter is the one in trouble.
+/// The driver passes a state on when it is another than before, and leaves the counters out at bus-off.
 impl From<StateReport> for CanErrorEvent {
     fn from(report: StateReport) -> Self {
         let StateReport { state, counters } = report;
@@ -192,7 +193,8 @@ impl From<BusErrors> for CanErrorEvent {
         ] {
             protocol.errors.set(violation, errors.contains(error));
         }
-        // One place alone can be named; the driver names the last letter's, this one the checksum's.
+        // One place alone can be named. The driver names that of the last letter, which is the checksum's
+        // in the order of the letters here.
         if errors.contains(BusErrors::CRC) {
             protocol.location = ProtocolLocation::CRC_SEQUENCE;
         } else if errors.contains(BusErrors::ACKNOWLEDGEMENT) {
