@@ -193,6 +193,10 @@ impl<'a> State<'a> {
         for contender in
             found.iter().filter(|contender| contender.strength >= threshold).take(TRIED)
         {
+            // The likeliest cause may be noise after all; then a less likely one is none either.
+            if contender.strength - contender.caution < threshold {
+                break;
+            }
             let mut chosen = vec![contender.candidate.clone()];
             if is_wide(&contender.candidate) {
                 let named: Vec<Candidate> = found

@@ -5,7 +5,7 @@ use super::refine::refine;
 use super::scene::{Scene, Score};
 use crate::candidates::{Candidate, Family, all, narrow_on, pairs};
 use crate::model::{Acts, Wrap};
-use crate::noise::{self, NoiseModel};
+use crate::noise::{self, NoiseModel, TIME_CAUTION};
 use crate::significance::surprise_chi2;
 
 /// A candidate with its numbers at their best.
@@ -20,6 +20,8 @@ pub struct Contender {
     /// Strength less half the logarithm of the observations for each number that was fitted beside the coefficients
     /// (Schwarz): by this contenders are ranked.
     pub rank: f64,
+    /// What it must show beyond the threshold, in nats.
+    pub caution: f64,
 }
 
 impl Contender {
@@ -28,7 +30,7 @@ impl Contender {
         let numbers = candidate.shape.nonlinear().len() as f64;
         let simple = if candidate.shape.drivers.is_empty() { SIMPLEST } else { 0.0 };
         let rank = strength - 0.5 * numbers * observations.ln() + simple;
-        Self { candidate, score, strength, rank }
+        Self { candidate, score, strength, rank, caution: 0.0 }
     }
 }
 
@@ -192,6 +194,13 @@ fn caution(candidate: &Candidate, noise: &NoiseModel) -> f64 {
     step + shape + if in_time { NATS_OF_TIME } else { 0.0 }
 }
 
+/// Does it follow nothing but time?
+fn follows_time(candidate: &Candidate) -> bool {
+    matches!(candidate.family, Family::Step | Family::Periodic)
+        || candidate.shape.drivers.first().is_some_and(|driver| driver.wrap == Wrap::Trend)
+        || candidate.shape.form == crate::model::Form::Exponential
+}
+
 /// What a candidate explains where the noise is fitted anew with it and without it: under coloured noise a slow
 /// effect and the noise stand for one another.
 pub fn profiled(scene: &Scene<'_>, null: &Profile<'_>, contender: &Contender) -> Contender {
@@ -208,12 +217,16 @@ pub fn profiled(scene: &Scene<'_>, null: &Profile<'_>, contender: &Contender) ->
     let width = contender.score.width.max(1);
     let surprise = surprise_chi2(2.0 * gain, width as f64);
     let toll = contender.score.surprise - contender.strength;
-    Contender::new(
+    let mut found = Contender::new(
         contender.candidate.clone(),
         Score { statistic: 2.0 * gain, width, surprise },
         surprise - toll - caution(&contender.candidate, null.noise),
         scene.free(),
-    )
+    );
+    if follows_time(&contender.candidate) {
+        found.caution = TIME_CAUTION;
+    }
+    found
 }
 
 /// The model without anything new, under noise fitted to it.
