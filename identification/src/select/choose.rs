@@ -63,7 +63,7 @@ pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
         }
     };
     let every = all(data.block, data.channels);
-    for family in [Family::Library, Family::Memory, Family::Smooth, Family::Step] {
+    for family in [Family::Library, Family::Memory, Family::Smooth, Family::Pair, Family::Step] {
         let tests = family.tests(&every);
         look(every.iter().filter(|one| one.family == family).cloned().collect(), Some(tests));
     }
