@@ -2,8 +2,9 @@
 
 use super::period::periods;
 use super::refine::refine;
-use super::scene::{Scene, Score};
+use super::scene::{Data, Scene, Score};
 use crate::candidates::{Candidate, Family, all, narrow_on, pairs};
+use crate::linear::{Basis, dot};
 use crate::model::{Acts, Wrap};
 use crate::noise::{self, NoiseModel, TIME_CAUTION};
 use crate::significance::surprise_chi2;
@@ -194,11 +195,35 @@ fn caution(candidate: &Candidate, noise: &NoiseModel) -> f64 {
     step + shape + if in_time { NATS_OF_TIME } else { 0.0 }
 }
 
-/// Does it follow nothing but time?
+/// What it must show beyond the threshold where the noise is coloured, in nats: slow noise looks like what follows
+/// nothing but time, and to a lesser degree like what hardly follows anything.
+fn caution_of(data: Data<'_>, candidate: &Candidate) -> f64 {
+    if follows_time(candidate) {
+        TIME_CAUTION
+    } else if data.columns(&candidate.shape).iter().any(|column| is_offset_or_trend(column)) {
+        TIME_CAUTION / 2.0
+    } else {
+        0.0
+    }
+}
+
 fn follows_time(candidate: &Candidate) -> bool {
     matches!(candidate.family, Family::Step | Family::Periodic)
         || candidate.shape.drivers.first().is_some_and(|driver| driver.wrap == Wrap::Trend)
         || candidate.shape.form == crate::model::Form::Exponential
+}
+
+/// Share of a column that an offset and a trend explain, from which it counts as one.
+const SLOW_SHARE: f64 = 0.9;
+
+fn is_offset_or_trend(column: &[f64]) -> bool {
+    let n = column.len() as f64;
+    let mut basis = Basis::default();
+    basis.push(vec![1.0; column.len()]);
+    basis.push((0..column.len()).map(|i| i as f64 - (n - 1.0) / 2.0).collect());
+    let mut left = column.to_vec();
+    basis.project(&mut left);
+    dot(&left, &left) < (1.0 - SLOW_SHARE) * dot(column, column)
 }
 
 /// What a candidate explains where the noise is fitted anew with it and without it: under coloured noise a slow
@@ -223,9 +248,7 @@ pub fn profiled(scene: &Scene<'_>, null: &Profile<'_>, contender: &Contender) ->
         surprise - toll - caution(&contender.candidate, null.noise),
         scene.free(),
     );
-    if follows_time(&contender.candidate) {
-        found.caution = TIME_CAUTION;
-    }
+    found.caution = caution_of(scene.data, &contender.candidate);
     found
 }
 
