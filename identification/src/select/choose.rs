@@ -196,15 +196,11 @@ fn caution(candidate: &Candidate, noise: &NoiseModel) -> f64 {
 }
 
 /// What it must show beyond the threshold where the noise is coloured, in nats: slow noise looks like what follows
-/// nothing but time, and to a lesser degree like what hardly follows anything.
+/// nothing but time, and like what hardly follows anything.
 fn caution_of(data: Data<'_>, candidate: &Candidate) -> f64 {
-    if follows_time(candidate) {
-        TIME_CAUTION
-    } else if data.columns(&candidate.shape).iter().any(|column| is_offset_or_trend(column)) {
-        TIME_CAUTION / 2.0
-    } else {
-        0.0
-    }
+    let is_slow = follows_time(candidate)
+        || data.columns(&candidate.shape).iter().any(|column| is_offset_or_trend(column));
+    if is_slow { TIME_CAUTION } else { 0.0 }
 }
 
 fn follows_time(candidate: &Candidate) -> bool {
@@ -214,7 +210,7 @@ fn follows_time(candidate: &Candidate) -> bool {
 }
 
 /// Share of a column that an offset and a trend explain, from which it counts as one.
-const SLOW_SHARE: f64 = 0.9;
+const SLOW_SHARE: f64 = 0.98;
 
 fn is_offset_or_trend(column: &[f64]) -> bool {
     let n = column.len() as f64;
