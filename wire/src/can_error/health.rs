@@ -1,0 +1,117 @@
+//! What a run of events amounts to.
+
+use super::{CanErrorEvent, ErrorCounters, ErrorKind};
+use core::fmt;
+use serde::{Deserialize, Serialize};
+
+/// The error state of a controller (ISO 11898-1, fault confinement), the worst last.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum BusState {
+    /// Both error counters are below 96.
+    #[default]
+    Active,
+    /// One is at least 96.
+    Warning,
+    /// One is at least 128: the controller announces no more errors.
+    Passive,
+    /// That of transmission is at least 256: the controller left the bus.
+    BusOff,
+}
+
+impl BusState {
+    /// The least value of the larger error counter in this state (`linux/can/error.h`).
+    pub const fn least_counter(self) -> u16 {
+        match self {
+            Self::Active => 0,
+            Self::Warning => 96,
+            Self::Passive => 128,
+            Self::BusOff => 256,
+        }
+    }
+}
+
+impl fmt::Display for BusState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Active => "error-active",
+            Self::Warning => "error-warning",
+            Self::Passive => "error-passive",
+            Self::BusOff => "bus-off",
+        })
+    }
+}
+
+/// The state of a bus after the events so far, and how often each kind of trouble was reported.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct BusHealth {
+    state: BusState,
+    worst: BusState,
+    counters: Option<ErrorCounters>,
+    events: u64,
+    counts: [u64; ErrorKind::ALL.len()],
+}
+
+impl BusHealth {
+    /// No event so far; the controller is taken to be error-active.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes an event.
+    pub fn observe(&mut self, event: &CanErrorEvent) {
+        self.events = self.events.saturating_add(1);
+        self.state = event.bus_state().unwrap_or(self.state);
+        self.worst = self.worst.max(self.state);
+        self.counters = event.counters.or(self.counters);
+        for (kind, count) in ErrorKind::ALL.into_iter().zip(&mut self.counts) {
+            *count = count.saturating_add(u64::from(event.reports(kind)));
+        }
+    }
+
+    /// The state now.
+    pub const fn state(&self) -> BusState {
+        self.state
+    }
+
+    /// The worst state so far.
+    pub const fn worst(&self) -> BusState {
+        self.worst
+    }
+
+    /// The error counters of the last event that had them.
+    pub const fn counters(&self) -> Option<ErrorCounters> {
+        self.counters
+    }
+
+    /// Events so far.
+    pub const fn events(&self) -> u64 {
+        self.events
+    }
+
+    /// How many events reported this.
+    pub const fn count(&self, kind: ErrorKind) -> u64 {
+        self.counts[kind as usize]
+    }
+}
+
+/// The state, the worst state where that is another, the counters, and what was reported how often.
+impl fmt::Display for BusHealth {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.state)?;
+        if self.worst != self.state {
+            write!(f, " (was {})", self.worst)?;
+        }
+        if let Some(counters) = self.counters {
+            write!(f, ", {counters}")?;
+        }
+        for (kind, count) in ErrorKind::ALL.into_iter().zip(self.counts) {
+            if count > 0 {
+                write!(f, ", {count} x {kind}")?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,154 @@
+//! What a CAN controller says of the state of its bus: SocketCAN's error frames.
+//!
+//! An error frame has the flag [`ERROR_FLAG`] in its identifier, a bit for each class that it reports, and
+//! eight bytes of detail (`linux/can/error.h`). [`CanErrorEvent`] is one such frame in names, and
+//! [`BusHealth`] what a run of them amounts to.
+
+mod detail;
+mod display;
+mod health;
+mod kind;
+
+pub use detail::{
+    ControllerProblems, ProtocolErrors, ProtocolLocation, ProtocolViolation, Transceiver,
+};
+pub use health::{BusHealth, BusState};
+pub use kind::ErrorKind;
+
+use serde::{Deserialize, Serialize};
+
+/// Marks an error frame among others (`CAN_ERR_FLAG` of `linux/can.h`).
+pub const ERROR_FLAG: u32 = 0x2000_0000;
+
+/// The classes of an error frame (`CAN_ERR_MASK`).
+const CLASS_MASK: u32 = 0x1FFF_FFFF;
+
+/// Data bytes of an error frame (`CAN_ERR_DLC`).
+pub const ERROR_DATA_BYTES: usize = 8;
+
+const TX_TIMEOUT: u32 = 0x001;
+const LOST_ARBITRATION: u32 = 0x002;
+const CONTROLLER: u32 = 0x004;
+const PROTOCOL: u32 = 0x008;
+const TRANSCEIVER: u32 = 0x010;
+const NO_ACKNOWLEDGEMENT: u32 = 0x020;
+const BUS_OFF: u32 = 0x040;
+const BUS_ERROR: u32 = 0x080;
+const RESTARTED: u32 = 0x100;
+const COUNTERS: u32 = 0x200;
+const KNOWN: u32 = 0x3FF;
+
+/// The error counters of a controller (ISO 11898-1, fault confinement).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct ErrorCounters {
+    /// Of transmission. A controller counts to 256, which is bus-off.
+    pub tx: u16,
+    /// Of reception.
+    pub rx: u16,
+}
+
+/// One error frame. It can report several things at once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct CanErrorEvent {
+    /// A frame was not sent in the time that the driver gives it.
+    pub tx_timeout: bool,
+    /// Arbitration was lost in this bit of the frame; 0 where the bit is not known.
+    pub lost_arbitration: Option<u8>,
+    /// The controller's buffers or its error state; empty where it does not say which.
+    pub controller: Option<ControllerProblems>,
+    /// A rule of the protocol was broken.
+    pub protocol: Option<ProtocolViolation>,
+    /// The transceiver sees a broken wire or a short circuit.
+    pub transceiver: Option<Transceiver>,
+    /// No node acknowledged a frame.
+    pub no_acknowledgement: bool,
+    /// The controller left the bus.
+    pub bus_off: bool,
+    /// An error on the bus; comes with most of the others.
+    pub bus_error: bool,
+    /// The controller came back from bus-off.
+    pub restarted: bool,
+    /// The error counters, where the frame has them.
+    pub counters: Option<ErrorCounters>,
+    /// Bits of classes that are not known here.
+    pub unknown_classes: u32,
+}
+
+impl CanErrorEvent {
+    /// The event of an error frame: its identifier, with or without [`ERROR_FLAG`], and its data, of which
+    /// missing bytes are zero.
+    pub fn decode(id: u32, data: &[u8]) -> Self {
+        let classes = id & CLASS_MASK;
+        let has = |class| classes & class != 0;
+        let byte = |place: usize| data.get(place).copied().unwrap_or_default();
+        Self {
+            tx_timeout: has(TX_TIMEOUT),
+            lost_arbitration: has(LOST_ARBITRATION).then(|| byte(0)),
+            controller: has(CONTROLLER).then(|| ControllerProblems::from_bits_retain(byte(1))),
+            protocol: has(PROTOCOL).then(|| ProtocolViolation {
+                errors: ProtocolErrors::from_bits_retain(byte(2)),
+                location: ProtocolLocation(byte(3)),
+            }),
+            transceiver: has(TRANSCEIVER).then(|| Transceiver(byte(4))),
+            no_acknowledgement: has(NO_ACKNOWLEDGEMENT),
+            bus_off: has(BUS_OFF),
+            bus_error: has(BUS_ERROR),
+            restarted: has(RESTARTED),
+            counters: has(COUNTERS)
+                .then(|| ErrorCounters { tx: byte(6).into(), rx: byte(7).into() }),
+            unknown_classes: classes & !KNOWN,
+        }
+    }
+
+    /// The identifier, [`ERROR_FLAG`] included, and the data of the error frame. Error counters above 255
+    /// are sent as 255.
+    pub fn encode(&self) -> (u32, [u8; ERROR_DATA_BYTES]) {
+        let mut data = [0; ERROR_DATA_BYTES];
+        data[0] = self.lost_arbitration.unwrap_or_default();
+        data[1] = self.controller.unwrap_or_default().bits();
+        let protocol = self.protocol.unwrap_or_default();
+        data[2] = protocol.errors.bits();
+        data[3] = protocol.location.0;
+        data[4] = self.transceiver.unwrap_or_default().0;
+        let counters = self.counters.unwrap_or_default();
+        data[6] = u8::try_from(counters.tx).unwrap_or(u8::MAX);
+        data[7] = u8::try_from(counters.rx).unwrap_or(u8::MAX);
+        let classes = [
+            (TX_TIMEOUT, self.tx_timeout),
+            (LOST_ARBITRATION, self.lost_arbitration.is_some()),
+            (CONTROLLER, self.controller.is_some()),
+            (PROTOCOL, self.protocol.is_some()),
+            (TRANSCEIVER, self.transceiver.is_some()),
+            (NO_ACKNOWLEDGEMENT, self.no_acknowledgement),
+            (BUS_OFF, self.bus_off),
+            (BUS_ERROR, self.bus_error),
+            (RESTARTED, self.restarted),
+            (COUNTERS, self.counters.is_some()),
+        ];
+        let known = classes.into_iter().filter(|(_, present)| *present).map(|(class, _)| class);
+        let unknown = self.unknown_classes & CLASS_MASK & !KNOWN;
+        (known.fold(ERROR_FLAG | unknown, |id, class| id | class), data)
+    }
+
+    /// The state that the controller is in after this event; `None` where it does not say.
+    pub fn bus_state(&self) -> Option<BusState> {
+        if self.bus_off {
+            return Some(BusState::BusOff);
+        }
+        let problems = self.controller.unwrap_or_default();
+        if problems.intersects(ControllerProblems::TX_PASSIVE | ControllerProblems::RX_PASSIVE) {
+            Some(BusState::Passive)
+        } else if problems
+            .intersects(ControllerProblems::TX_WARNING | ControllerProblems::RX_WARNING)
+        {
+            Some(BusState::Warning)
+        } else if self.restarted || problems.contains(ControllerProblems::ACTIVE) {
+            Some(BusState::Active)
+        } else {
+            None
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,158 @@
+//! Error frames in words, and what a run of them amounts to.
+
+use super::{BusHealth, BusState, CanErrorEvent, ERROR_FLAG, ErrorCounters, ErrorKind};
+use insta::assert_snapshot;
+use proptest::prelude::*;
+use std::fmt::Write as _;
+use std::string::{String, ToString as _};
+
+/// Identifier and data of error frames, every class alone and some together.
+const FRAMES: [(u32, [u8; 8]); 24] = [
+    (0x001, [0; 8]),
+    (0x002, [0; 8]),
+    (0x002, [11, 0, 0, 0, 0, 0, 0, 0]),
+    (0x004, [0; 8]),
+    (0x004, [0, 0x01, 0, 0, 0, 0, 0, 0]),
+    (0x004, [0, 0x02, 0, 0, 0, 0, 0, 0]),
+    (0x204, [0, 0x08, 0, 0, 0, 0, 96, 0]),
+    (0x204, [0, 0x04, 0, 0, 0, 0, 0, 97]),
+    (0x204, [0, 0x20, 0, 0, 0, 0, 128, 0]),
+    (0x204, [0, 0x30, 0, 0, 0, 0, 130, 130]),
+    (0x204, [0, 0x40, 0, 0, 0, 0, 12, 0]),
+    (0x008, [0; 8]),
+    (0x088, [0, 0, 0x04, 0x0A, 0, 0, 0, 0]),
+    (0x088, [0, 0, 0x88, 0x0B, 0, 0, 0, 0]),
+    (0x088, [0, 0, 0x02, 0x77, 0, 0, 0, 0]),
+    (0x0A8, [0, 0, 0, 0x19, 0, 0, 0, 0]),
+    (0x010, [0; 8]),
+    (0x010, [0, 0, 0, 0, 0x04, 0, 0, 0]),
+    (0x010, [0, 0, 0, 0, 0x87, 0, 0, 0]),
+    (0x040, [0; 8]),
+    (0x100, [0; 8]),
+    (0x200, [0, 0, 0, 0, 0, 0, 3, 255]),
+    (0x400, [0; 8]),
+    (0x000, [0; 8]),
+];
+
+#[test]
+fn error_frames_in_words() {
+    let mut table = String::new();
+    for (id, data) in FRAMES {
+        let event = CanErrorEvent::decode(id, &data);
+        let state = event.bus_state().map_or(String::new(), |state| state.to_string());
+        writeln!(table, "{id:03X} {data:02X?} | {state:13} | {event}").unwrap();
+    }
+    assert_snapshot!(table, @r"
+    001 [00, 00, 00, 00, 00, 00, 00, 00] |               | transmit timeout
+    002 [00, 00, 00, 00, 00, 00, 00, 00] |               | lost arbitration
+    002 [0B, 00, 00, 00, 00, 00, 00, 00] |               | lost arbitration in bit 11
+    004 [00, 00, 00, 00, 00, 00, 00, 00] |               | controller problem
+    004 [00, 01, 00, 00, 00, 00, 00, 00] |               | receive buffer overflow
+    004 [00, 02, 00, 00, 00, 00, 00, 00] |               | transmit buffer overflow
+    204 [00, 08, 00, 00, 00, 00, 60, 00] | error-warning | error-warning (transmit), counters tx 96 rx 0
+    204 [00, 04, 00, 00, 00, 00, 00, 61] | error-warning | error-warning (receive), counters tx 0 rx 97
+    204 [00, 20, 00, 00, 00, 00, 80, 00] | error-passive | error-passive (transmit), counters tx 128 rx 0
+    204 [00, 30, 00, 00, 00, 00, 82, 82] | error-passive | error-passive (transmit and receive), counters tx 130 rx 130
+    204 [00, 40, 00, 00, 00, 00, 0C, 00] | error-active  | error-active, counters tx 12 rx 0
+    008 [00, 00, 00, 00, 00, 00, 00, 00] |               | protocol violation
+    088 [00, 00, 04, 0A, 00, 00, 00, 00] |               | protocol violation (stuff error) at data, bus error
+    088 [00, 00, 88, 0B, 00, 00, 00, 00] |               | protocol violation (dominant bit not sent, while sending) at data length code, bus error
+    088 [00, 00, 02, 77, 00, 00, 00, 00] |               | protocol violation (form error) at location 0x77, bus error
+    0A8 [00, 00, 00, 19, 00, 00, 00, 00] |               | no acknowledgement, protocol violation at acknowledgement slot, bus error
+    010 [00, 00, 00, 00, 00, 00, 00, 00] |               | transceiver fault
+    010 [00, 00, 00, 00, 04, 00, 00, 00] |               | transceiver fault (CANH: no wire)
+    010 [00, 00, 00, 00, 87, 00, 00, 00] |               | transceiver fault (CANH: short circuit to ground) (CANL: short circuit to CANH)
+    040 [00, 00, 00, 00, 00, 00, 00, 00] | bus-off       | bus-off
+    100 [00, 00, 00, 00, 00, 00, 00, 00] | error-active  | restarted
+    200 [00, 00, 00, 00, 00, 00, 03, FF] |               | counters tx 3 rx 255
+    400 [00, 00, 00, 00, 00, 00, 00, 00] |               | unknown class 0x400
+    000 [00, 00, 00, 00, 00, 00, 00, 00] |               | nothing reported
+    ");
+}
+
+#[test]
+fn health_keeps_the_state_the_worst_and_the_counts() {
+    let mut health = BusHealth::new();
+    assert_snapshot!(health, @"error-active");
+    let mut seen = String::new();
+    for (id, data) in [
+        (0x0A8, [0, 0, 0, 0x19, 0, 0, 0, 0]),
+        (0x0A8, [0, 0, 0, 0x19, 0, 0, 0, 0]),
+        (0x204, [0, 0x08, 0, 0, 0, 0, 96, 0]),
+        (0x204, [0, 0x20, 0, 0, 0, 0, 128, 0]),
+        // An error that says nothing of the state leaves it.
+        (0x004, [0, 0x01, 0, 0, 0, 0, 0, 0]),
+        (0x040, [0; 8]),
+        (0x100, [0; 8]),
+    ] {
+        health.observe(&CanErrorEvent::decode(ERROR_FLAG | id, &data));
+        writeln!(seen, "{health}").unwrap();
+    }
+    assert_snapshot!(seen, @r"
+    error-active, 1 x no acknowledgement, 1 x protocol violation, 1 x bus error
+    error-active, 2 x no acknowledgement, 2 x protocol violation, 2 x bus error
+    error-warning, counters tx 96 rx 0, 1 x error-warning, 2 x no acknowledgement, 2 x protocol violation, 2 x bus error
+    error-passive, counters tx 128 rx 0, 1 x error-passive, 1 x error-warning, 2 x no acknowledgement, 2 x protocol violation, 2 x bus error
+    error-passive, counters tx 128 rx 0, 1 x error-passive, 1 x error-warning, 1 x receive buffer overflow, 2 x no acknowledgement, 2 x protocol violation, 2 x bus error
+    bus-off, counters tx 128 rx 0, 1 x bus-off, 1 x error-passive, 1 x error-warning, 1 x receive buffer overflow, 2 x no acknowledgement, 2 x protocol violation, 2 x bus error
+    error-active (was bus-off), counters tx 128 rx 0, 1 x bus-off, 1 x restarted, 1 x error-passive, 1 x error-warning, 1 x receive buffer overflow, 2 x no acknowledgement, 2 x protocol violation, 2 x bus error
+    ");
+    assert_eq!(health.state(), BusState::Active);
+    assert_eq!(health.worst(), BusState::BusOff);
+    assert_eq!(health.counters(), Some(ErrorCounters { tx: 128, rx: 0 }));
+    assert_eq!(health.events(), 7);
+    assert_eq!(health.count(ErrorKind::BusError), 2);
+}
+
+#[test]
+fn the_order_of_kinds_is_that_of_their_counts() {
+    for (place, kind) in ErrorKind::ALL.into_iter().enumerate() {
+        assert_eq!(kind as usize, place);
+    }
+}
+
+#[test]
+fn missing_data_are_zero() {
+    let event = CanErrorEvent::decode(0x3FF, &[3]);
+    assert_eq!(event, CanErrorEvent::decode(0x3FF, &[3, 0, 0, 0, 0, 0, 0, 0]));
+    assert_eq!(event.lost_arbitration, Some(3));
+}
+
+#[test]
+fn counters_beyond_a_byte_are_sent_as_its_largest_value() {
+    let counters = Some(ErrorCounters { tx: 256, rx: 999 });
+    let (_, data) = CanErrorEvent { counters, ..CanErrorEvent::default() }.encode();
+    assert_eq!(data, [0, 0, 0, 0, 0, 0, 255, 255]);
+}
+
+proptest! {
+    #[test]
+    fn an_error_frame_comes_back(id in any::<u32>(), data in any::<[u8; 8]>()) {
+        let event = CanErrorEvent::decode(id, &data);
+        let (encoded_id, encoded_data) = event.encode();
+        prop_assert_eq!(encoded_id, id & 0x1FFF_FFFF | ERROR_FLAG);
+        prop_assert_eq!(CanErrorEvent::decode(encoded_id, &encoded_data), event);
+        // A byte whose class is not there is not sent.
+        for (byte, encoded) in data.into_iter().zip(encoded_data) {
+            prop_assert!(encoded == byte || encoded == 0);
+        }
+        prop_assert!(!event.to_string().is_empty());
+    }
+
+    #[test]
+    fn health_counts_every_kind_of_every_event(
+        frames in prop::collection::vec(any::<(u32, [u8; 8])>(), 0..20),
+    ) {
+        let mut health = BusHealth::new();
+        let mut kinds = 0;
+        for (id, data) in &frames {
+            let event = CanErrorEvent::decode(*id, data);
+            kinds += event.kinds().count() as u64;
+            health.observe(&event);
+            prop_assert!(health.worst() >= health.state());
+        }
+        prop_assert_eq!(health.events(), frames.len() as u64);
+        let counted: u64 = ErrorKind::ALL.into_iter().map(|kind| health.count(kind)).sum();
+        prop_assert_eq!(counted, kinds);
+    }
+}

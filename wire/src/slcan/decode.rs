@@ -1,0 +1,100 @@
+//! Both ends' decoders.
+
+use super::line::{LineBuffer, Terminator};
+use super::{Answer, Command, LineError, parse_answer, parse_command};
+
+/// What became of the lines of one direction. Each ends in exactly one of these.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LineCounters {
+    /// Lines understood; from an adapter, BEL counts as one.
+    pub understood: u64,
+    /// [`LineError::Malformed`].
+    pub malformed: u64,
+    /// [`LineError::Overlong`].
+    pub overlong: u64,
+    /// [`LineError::Unsupported`].
+    pub unsupported: u64,
+}
+
+impl LineCounters {
+    fn count<T>(&mut self, line: Result<T, LineError>) {
+        let counter = match line {
+            Ok(_) => &mut self.understood,
+            Err(LineError::Malformed) => &mut self.malformed,
+            Err(LineError::Overlong) => &mut self.overlong,
+            Err(LineError::Unsupported) => &mut self.unsupported,
+        };
+        *counter = counter.saturating_add(1);
+    }
+}
+
+/// The adapter's end: finds commands in a stream of bytes.
+#[derive(Debug, Clone, Default)]
+pub struct CommandDecoder {
+    line: LineBuffer,
+    counters: LineCounters,
+}
+
+impl CommandDecoder {
+    /// A decoder that waits for a line.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes bytes from the line, in runs of any length, and delivers each command or why a line is none.
+    /// An empty line is malformed. A BEL ends a line; alone, which no host sends, it is passed over.
+    pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(Result<Command, LineError>)) {
+        for byte in bytes {
+            let command = match self.line.push(*byte) {
+                None | Some((Ok([]), Terminator::Bell)) => continue,
+                Some((line, _)) => line.and_then(parse_command),
+            };
+            self.counters.count(command);
+            deliver(command);
+        }
+    }
+
+    /// The counters.
+    pub const fn counters(&self) -> LineCounters {
+        self.counters
+    }
+}
+
+/// The host's end: finds answers in a stream of bytes.
+#[derive(Debug, Clone, Default)]
+pub struct AnswerDecoder {
+    line: LineBuffer,
+    counters: LineCounters,
+}
+
+impl AnswerDecoder {
+    /// A decoder that waits for a line.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes bytes from the line, in runs of any length, and delivers each answer. A line that is none is
+    /// counted. A BEL is an answer by itself and ends whatever stands before it, as in the Linux driver.
+    pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(Answer)) {
+        for byte in bytes {
+            let Some((line, terminator)) = self.line.push(*byte) else { continue };
+            let bell = terminator == Terminator::Bell;
+            if !(bell && line == Ok(&[])) {
+                let answer = line.and_then(parse_answer);
+                self.counters.count(answer);
+                if let Ok(answer) = answer {
+                    deliver(answer);
+                }
+            }
+            if bell {
+                self.counters.count(Ok(Answer::Refused));
+                deliver(Answer::Refused);
+            }
+        }
+    }
+
+    /// The counters.
+    pub const fn counters(&self) -> LineCounters {
+        self.counters
+    }
+}
