@@ -44,7 +44,7 @@ pub struct LapEffect {
 }
 
 /// Every effect. A curvature and a rotation error by direction both turn the robot alike in every lap of
-/// one length: they are told apart only by where it returns.
+/// one length, and to first order it returns to the same place: each is a spelling of the other.
 pub const LAP_EFFECTS: &[LapEffect] = &[
     LapEffect {
         name: "turn",
@@ -57,7 +57,7 @@ pub const LAP_EFFECTS: &[LapEffect] = &[
         name: "curvature",
         family: "odometry",
         shape: |_, _, _| (0.0, 1.0),
-        spellings: &["curvature: ="],
+        spellings: &["curvature: =", "turn: direction", "turn: sign(rotation)"],
         unit: Some("rad/m"),
     },
     LapEffect {
@@ -71,7 +71,12 @@ pub const LAP_EFFECTS: &[LapEffect] = &[
         name: "asymmetry_of_turn",
         family: "odometry",
         shape: |_, _, direction| (direction, 0.0),
-        spellings: &["turn: direction", "turn: sign(direction)", "turn: sign(rotation)"],
+        spellings: &[
+            "turn: direction",
+            "turn: sign(direction)",
+            "turn: sign(rotation)",
+            "curvature: =",
+        ],
         unit: Some("1"),
     },
     LapEffect {
@@ -284,5 +289,19 @@ mod tests {
         );
         let [.., heading] = return_of_square(-1.0, 0.0, 1e-4);
         assert!((heading - 16e-4).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_turn_by_direction_and_a_curvature_return_to_the_same_place() {
+        // A curvature of one fourth of the corner's error over each side.
+        let error: f64 = 1e-4;
+        for direction in [1.0, -1.0] {
+            let turn = return_of_square(direction, direction * error, 0.0);
+            let corner = std::f64::consts::FRAC_PI_2 * error;
+            let curved = return_of_square(direction, 0.0, corner / super::SIDE);
+            for (a, b) in turn.iter().zip(curved) {
+                assert!((a - b).abs() < 0.01 * corner, "{turn:?} {curved:?}");
+            }
+        }
     }
 }

@@ -121,6 +121,7 @@ pub const fn empty() -> Model {
         dataset: None,
         fields: BTreeMap::new(),
         counts_per_rad_per_s: None,
+        closing_lever_m: None,
         terms: Vec::new(),
         plain: Vec::new(),
     }

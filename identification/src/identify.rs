@@ -6,7 +6,7 @@ use crate::finding::{Figure, Finding, Left, SCHEMA, Verdict};
 use crate::model::{Acts, Model, Shape, Term, exposure};
 use crate::noise::{self, Layout, NoiseModel};
 use crate::outcome::{self, Diagnostics, Errors};
-use crate::problem::{Aggregate, Block, Problem};
+use crate::problem::{Aggregate, Block, Known, Problem};
 use crate::select::{BlockFit, Data, Found, fit_terms, identify_block, without_rounding};
 
 pub use crate::outcome::predict;
@@ -81,7 +81,7 @@ pub fn identify(
         return Err(IdentifyError::Model("the model is of another kind than the data".to_owned()));
     }
     progress(0.0, "reading");
-    let problem = Problem::new(dataset, model.and_then(Model::counts_per_unit))?;
+    let problem = Problem::new(dataset, model.map(Model::known).unwrap_or_default())?;
     let noises = options.noise_from.as_ref().map(static_noises).transpose()?;
     let mut notices = Vec::new();
     let mut working = Vec::new();
@@ -195,7 +195,7 @@ fn layout(block: &Block, problem: &Problem, base: &[Shape]) -> Layout {
 
 /// Noise of each quantity of a static set.
 fn static_noises(dataset: &Dataset) -> Result<Vec<(Block, NoiseModel)>, IdentifyError> {
-    let problem = Problem::new(dataset, None)?;
+    let problem = Problem::new(dataset, Known::default())?;
     Ok(problem
         .blocks
         .iter()
@@ -333,6 +333,7 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
             dataset: Some(dataset.name.clone()),
             fields,
             counts_per_rad_per_s: problem.counts_per_unit,
+            closing_lever_m: problem.closing_lever_m,
             terms,
             plain,
         },

@@ -75,8 +75,8 @@ pub(super) fn of(
     })
 }
 
-/// A natural cubic spline as a table. Beyond its ends it goes on straight for as long as it is, and
-/// is constant from there.
+/// A natural cubic spline as a table. Beyond its ends it goes on straight as far as the identification
+/// means it, and is constant from there.
 fn spline(term: &model::Term, driver: Driver, numbers: &Numbers<'_>) -> Result<Form, String> {
     let unit = match driver {
         _ if numbers.has(KNOT) => numbers.get(KNOT)?,
@@ -113,9 +113,10 @@ fn spline(term: &model::Term, driver: Driver, numbers: &Numbers<'_>) -> Result<F
     let inside = TABLE_POINTS_MAX - 2;
     let length = last - first;
     let xs = (0..inside).map(|n| first + length * n as f64 / (inside - 1) as f64);
-    let points = std::iter::once(first - length)
+    let reach = model::SPLINE_REACH * length;
+    let points = std::iter::once(first - reach)
         .chain(xs)
-        .chain(std::iter::once(last + length))
+        .chain(std::iter::once(last + reach))
         .map(|x| Point { x, value: interpolate(&knots, &values, &bends, x) })
         .collect();
     Ok(Form::Table { points })

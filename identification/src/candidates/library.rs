@@ -80,7 +80,8 @@ impl Builder<'_> {
         }
         let plain = |form| Shape::new(&name(Wrap::Plain, form), on, driver(Wrap::Plain), form);
         self.push(Family::Library, plain(Form::Linear).with("origin", origin));
-        if channel.is_angle() || channel.role == Role::Duration {
+        // A bias test is one figure a run: it has no curve and no rate.
+        if channel.is_angle() || matches!(channel.role, Role::Duration | Role::Bias) {
             return;
         }
         self.push(Family::Library, plain(Form::Quadratic).with("origin", origin));

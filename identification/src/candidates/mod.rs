@@ -8,7 +8,7 @@ mod timed;
 use crate::model::Shape;
 use crate::problem::{Block, Channels};
 pub use library::library;
-pub use shapes::{narrow_on, pairs, smooth};
+pub use shapes::{narrow_on, pairs, products, smooth};
 pub use timed::{periodic, steps};
 
 /// A family of candidates.
@@ -84,6 +84,7 @@ pub struct Candidate {
 pub fn all(block: &Block, channels: &Channels) -> Vec<Candidate> {
     let mut found = library(block, channels);
     found.extend(smooth(block, channels));
+    found.extend(products(block, channels));
     found.extend(steps(block, channels));
     found
 }

@@ -116,6 +116,32 @@ pub fn narrow_on(channels: &Channels, on: Acts, driver: &Driver) -> Vec<Candidat
     found
 }
 
+/// Every product of two channels: the simplest function of both, each from a zero of its own.
+pub fn products(block: &Block, channels: &Channels) -> Vec<Candidate> {
+    let plain: Vec<(Driver, f64)> = drivers(channels)
+        .into_iter()
+        .filter(|driver| driver.wrap == Wrap::Plain && driver.field != channels.rotation_name)
+        .filter_map(|driver| {
+            let values = see(channels, &driver, &Vec::new())?;
+            let middle = values.iter().sum::<f64>() / values.len().max(1) as f64;
+            fills_its_range(&values).then_some((driver, middle))
+        })
+        .collect();
+    let mut found = Vec::new();
+    for (i, (a, origin)) in plain.iter().enumerate() {
+        for (b, origin_2) in &plain[i + 1..] {
+            for on in OPEN.into_iter().filter(|on| is_open(block, *on)) {
+                let name = format!("{}_product_of_{}_and_{}", acts(on), word(a), word(b));
+                let mut shape = Shape::new(&name, on, a.clone(), Form::Product).unnamed();
+                shape.drivers.push(b.clone());
+                let shape = shape.with("origin", *origin).with("origin_2", *origin_2);
+                found.push(Candidate { shape, family: Family::Pair });
+            }
+        }
+    }
+    found
+}
+
 /// Every function of two drivers.
 pub fn pairs(block: &Block, channels: &Channels) -> Vec<Candidate> {
     let drivers: Vec<(Driver, Vec<f64>)> = drivers(channels)

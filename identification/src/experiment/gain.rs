@@ -45,7 +45,7 @@ pub(super) fn gains(
         }
         let given = doubt.data.block;
         let rows = planned::planned(dataset, interval, given.axis, &phases, celsius)?;
-        let mut ahead = Problem::new(&rows.dataset, problem.counts_per_unit).ok()?;
+        let mut ahead = Problem::new(&rows.dataset, problem.known()).ok()?;
         complete(&mut ahead.channels, &rows.dataset, doubt.data.channels);
         let block = ahead.blocks.iter().find(|block| block.label == given.label)?;
         let layout = Layout::new(block, &ahead.channels);

@@ -6,7 +6,7 @@ use super::{Doubt, Experiment, Gain, cases, gains, menu, next, planned, timeline
 use crate::dataset::{Column, Dataset, Kind, Role, Unit};
 use crate::model::{Acts, Driver, Form, Shape, Wrap};
 use crate::noise::{Layout, NoiseModel};
-use crate::problem::Problem;
+use crate::problem::{Known, Problem};
 use crate::select::{BlockFit, Data, RivalFound, fit_terms};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -78,7 +78,7 @@ fn experiment(
     size: f64,
     rivals: &[Shape],
 ) -> (Experiment, BTreeMap<&'static str, Vec<Gain>>) {
-    let mut problem = Problem::new(dataset, None).unwrap();
+    let mut problem = Problem::new(dataset, Known::default()).unwrap();
     let mut random = chacha20::ChaCha8Rng::seed_from_u64(6);
     let columns = effect.observed(&problem.blocks[0], &problem.channels).unwrap();
     for (value, part) in problem.blocks[0].residual.iter_mut().zip(&columns[0]) {

@@ -11,11 +11,12 @@ mod term;
 
 use crate::dataset::{Axis, Kind, Role};
 use crate::finding::Parameter;
+use crate::problem::Known;
 pub use driver::{Driver, Wrap};
 pub use see::{Field, field, see};
 use serde::{Deserialize, Serialize};
 pub use shape::{Shape, exposure};
-pub use spline::quantile_knots;
+pub use spline::{REACH as SPLINE_REACH, quantile_knots};
 use std::collections::BTreeMap;
 pub use term::Fitted;
 
@@ -141,6 +142,9 @@ pub struct Model {
     /// Counts per rad/s of a gyro that tells counts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub counts_per_rad_per_s: Option<f64>,
+    /// Half a side of the square that the laps were, m, where their ends lie as a square's do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub closing_lever_m: Option<f64>,
     /// Its terms.
     #[serde(rename = "terms", default)]
     pub terms: Vec<Term>,
@@ -165,7 +169,7 @@ impl Model {
         toml::from_str(text)
     }
 
-    pub(crate) fn counts_per_unit(&self) -> Option<f64> {
-        self.counts_per_rad_per_s
+    pub(crate) const fn known(&self) -> Known {
+        Known { counts_per_unit: self.counts_per_rad_per_s, closing_lever_m: self.closing_lever_m }
     }
 }

@@ -92,6 +92,7 @@ impl Shape {
             Form::Bump | Form::Tanh => found.extend(["centre", "width"]),
             Form::DeadZone => found.push("width"),
             Form::Saturation => found.push("limit"),
+            Form::Product if !self.known => found.extend(["origin", "origin_2"]),
             _ => {}
         }
         found

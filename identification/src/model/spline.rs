@@ -3,12 +3,16 @@
 use nalgebra::{DMatrix, DVector};
 
 /// Columns that a spline through `knots` is made of: column i is the spline that is 1 at knot i and 0 at the others.
-/// Beyond the ends it goes on straight.
+/// Beyond the ends it goes on straight for a little ([`REACH`]) and is held from there: a shape that nobody can
+/// explain says nothing of what it has not seen.
 pub fn cardinal(knots: &[f64], at: &[f64]) -> Vec<Vec<f64>> {
     let k = knots.len();
     let second: Vec<Vec<f64>> = (0..k).map(|i| second_derivatives(knots, i)).collect();
     (0..k).map(|i| at.iter().map(|&x| value(knots, i, &second[i], x)).collect()).collect()
 }
+
+/// How far a spline goes on beyond its ends, as a share of its length.
+pub const REACH: f64 = 0.1;
 
 /// Second derivatives at the knots of the natural spline that is 1 at knot `which`.
 fn second_derivatives(knots: &[f64], which: usize) -> Vec<f64> {
@@ -44,6 +48,8 @@ fn value(knots: &[f64], which: usize, second: &[f64], x: f64) -> f64 {
     if k == 1 {
         return 1.0;
     }
+    let reach = REACH * (knots[k - 1] - knots[0]);
+    let x = x.clamp(knots[0] - reach, knots[k - 1] + reach);
     let slope = |i: usize, end: bool| {
         let h = knots[i + 1] - knots[i];
         let (a, b) = if end { (1.0, 2.0) } else { (-2.0, -1.0) };
@@ -111,12 +117,14 @@ mod tests {
     #[test]
     fn a_straight_line_stays_one_and_knots_are_met() {
         let knots = [0.0, 1.0, 2.5, 4.0, 7.0];
-        let at: Vec<f64> = (-10..90).map(|i| f64::from(i) * 0.1).collect();
+        let at: Vec<f64> = (-7..77).map(|i| f64::from(i) * 0.1).collect();
         let columns = cardinal(&knots, &at);
         for (row, x) in at.iter().enumerate() {
             let line: f64 = knots.iter().zip(&columns).map(|(k, c)| (2.0 + 3.0 * k) * c[row]).sum();
             assert!((line - (2.0 + 3.0 * x)).abs() < 1e-9, "{x}");
         }
+        let held = cardinal(&knots, &[7.7, 100.0]);
+        assert!(held.iter().all(|column| (column[0] - column[1]).abs() < 1e-12));
         let at_knots = cardinal(&knots, &knots);
         for (i, column) in at_knots.iter().enumerate() {
             for (j, value) in column.iter().enumerate() {

@@ -19,6 +19,11 @@ pub struct Evidence {
 
 /// What a coloured part has to add to the logarithm of the likelihood (two parameters).
 const PART_GAIN_MIN: f64 = 3.0;
+/// What a coloured part costs where it stands against a cause, in nats: noise of an unknown time scale is the less
+/// likely story of the two, unless the record says it loudly.
+pub const PART_PRICE: f64 = 9.0;
+/// What follows time alone is as easily noise: it gains nothing from that price.
+pub const TIME_CAUTION: f64 = PART_PRICE - PART_GAIN_MIN;
 /// An observation this many standard deviations off has no say in the noise.
 const OUTLIER: f64 = 4.5;
 /// A run with fewer observations has no noise level of its own.
@@ -82,7 +87,7 @@ pub fn fit(
 }
 
 /// The parts of `start` tuned to `residual` less what `columns` explain, and the logarithm of the likelihood less
-/// what the parts cost. Parts may go; none is added. `left_out` stays as it is, so that likelihoods can be compared.
+/// the price of the parts. Parts may go; none is added. `left_out` stays as it is, so that likelihoods can be compared.
 pub fn retune(
     layout: &Layout,
     residual: &[f64],
@@ -93,9 +98,9 @@ pub fn retune(
     let search = Search::new(layout, residual, columns, left_out);
     let mut noise = start.clone();
     search.shrink(&mut noise);
-    search.tune(&mut noise);
+    search.tune(&mut noise, PART_PRICE);
     let whole = evidence(layout, residual, columns, &noise, left_out).log_likelihood;
-    (noise.clone(), whole - PART_GAIN_MIN * noise.coloured.len() as f64)
+    (noise.clone(), whole - PART_PRICE * noise.coloured.len() as f64)
 }
 
 fn whitened(
@@ -311,7 +316,7 @@ impl<'a> Search<'a> {
 
     /// Adds coloured parts while they pay, then tunes all and drops what no longer pays.
     fn parts(&self, noise: &mut NoiseModel) {
-        self.tune(noise);
+        self.tune(noise, PART_GAIN_MIN);
         let most = if self.is_level { 1 } else { PARTS_MAX.min(COLOURED_MAX) };
         while noise.coloured.len() < most {
             let fine_now = self.fine.value(noise);
@@ -346,7 +351,7 @@ impl<'a> Search<'a> {
                 Some((gain, part)) if gain > PART_GAIN_MIN => {
                     let count = noise.coloured.len();
                     noise.coloured.push(part);
-                    self.tune(noise);
+                    self.tune(noise, PART_GAIN_MIN);
                     if noise.coloured.len() <= count {
                         break;
                     }
@@ -373,7 +378,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn tune(&self, noise: &mut NoiseModel) {
+    /// Brings the parts to their best values; what pays less than `price` goes.
+    fn tune(&self, noise: &mut NoiseModel, price: f64) {
         for step in [3.0, 1.8, 1.3] {
             for k in 0..noise.coloured.len() {
                 let view = self.view(noise.coloured[k].correlation_s);
@@ -398,13 +404,12 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        // What takes little away when it goes, goes.
         let mut k = 0;
         while k < noise.coloured.len() {
             let view = self.view(noise.coloured[k].correlation_s);
             let mut without = noise.clone();
             without.coloured.remove(k);
-            if view.value(&without) > view.value(noise) - PART_GAIN_MIN {
+            if view.value(&without) > view.value(noise) - price {
                 *noise = without;
             } else {
                 k += 1;

@@ -64,8 +64,10 @@ impl Layout {
             layout.new_run[i] = layout.run[i] != layout.run[i - 1];
             let other =
                 block.pose.as_ref().is_some_and(|pose| pose.component[i] != pose.component[i - 1]);
-            layout.starts[i] =
-                segment_of[before] != segment_of[now] || (levels && layout.new_run[i]) || other;
+            layout.starts[i] = segment_of[before] != segment_of[now]
+                || now < before
+                || (levels && layout.new_run[i])
+                || other;
             if layout.starts[i] {
                 continue;
             }

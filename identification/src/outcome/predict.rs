@@ -6,7 +6,7 @@ use crate::finding::{PredictedQuantity, Prediction, RmsePair, SCHEMA};
 use crate::identify::IdentifyError;
 use crate::model::{Model, Shape, Term, exposure};
 use crate::noise::Layout;
-use crate::problem::{Aggregate, Block, Path, PathError, Problem};
+use crate::problem::{Aggregate, Block, Closing, Path, PathError, Problem};
 use crate::robust::root_mean_square;
 use crate::select::{Data, combine};
 
@@ -73,7 +73,7 @@ pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyE
             word(dataset.kind)
         )));
     }
-    let problem = Problem::new(dataset, model.counts_per_unit())?;
+    let problem = Problem::new(dataset, model.known())?;
     let mut quantities = Vec::new();
     let rows = dataset.rows();
     let zero = || [vec![0.0; rows], vec![0.0; rows]];
@@ -91,6 +91,10 @@ pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyE
             continue;
         }
         let (before, after) = (left(data, &plain), left(data, &all));
+        if let Some(closing) = &block.closing {
+            quantities.extend(readings(closing, block, rows, &before, &after));
+            continue;
+        }
         let mut residual = vec![None; rows];
         let mut predicted = vec![None; rows];
         for (i, &row) in block.rows.iter().enumerate() {
@@ -130,6 +134,42 @@ pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyE
         residual: first.residual,
         also: quantities,
     })
+}
+
+/// The readings at the ends of laps, each in its own unit. Predicted is the error of the odometry.
+fn readings(
+    closing: &Closing,
+    block: &Block,
+    rows: usize,
+    before: &[f64],
+    after: &[f64],
+) -> Vec<PredictedQuantity> {
+    let degree = crate::dataset::Unit::Degree.si();
+    [("deg", degree), ("m", 1.0), ("m", 1.0)]
+        .into_iter()
+        .enumerate()
+        .map(|(which, (unit, si))| {
+            let (mut residual, mut predicted) = (vec![None; rows], vec![None; rows]);
+            let (mut lefts, mut mine) = (Vec::new(), Vec::new());
+            for (i, &row) in block.rows.iter().enumerate() {
+                if closing.component[i] != which {
+                    continue;
+                }
+                let lever = closing.lever_of(i, row) / si;
+                lefts.push(before[i] * lever);
+                mine.push(after[i] * lever);
+                residual[row] = Some(after[i] * lever);
+                predicted[row] = Some((block.residual[i] - after[i]) * lever);
+            }
+            PredictedQuantity {
+                quantity: closing.labels[which].clone(),
+                unit: unit.to_owned(),
+                rmse: RmsePair { before: root_mean_square(&lefts), after: root_mean_square(&mine) },
+                predicted,
+                residual,
+            }
+        })
+        .collect()
 }
 
 /// Final positions of dead reckoning, one a run (in its last row): distance from the reference.

@@ -57,6 +57,7 @@ pub(super) fn odometry(
         blocks,
         path: Some(path),
         counts_per_unit: None,
+        closing_lever_m: None,
         notices: Vec::new(),
     })
 }
@@ -231,5 +232,6 @@ fn pose_block(path: &Path, true_heading: &[f64], activity: &[f64]) -> Block {
         unit: DisplayUnit::new("deg", degree),
         activity: Some(activity.to_vec()),
         pose: Some(pose),
+        closing: None,
     }
 }

@@ -126,6 +126,7 @@ pub(super) fn turns(dataset: &Dataset, mut channels: Channels) -> Result<Problem
         blocks,
         path: None,
         counts_per_unit: None,
+        closing_lever_m: None,
         notices: Vec::new(),
     })
 }
@@ -155,6 +156,7 @@ pub(super) fn angle_block(
         unit: angle_unit(gyro.unit),
         activity: None,
         pose: None,
+        closing: None,
     }
 }
 
@@ -249,6 +251,7 @@ pub(super) fn series(
         blocks,
         path: None,
         counts_per_unit: counts,
+        closing_lever_m: None,
         notices,
     })
 }
@@ -321,6 +324,7 @@ fn against_rate(
         unit,
         activity: None,
         pose: None,
+        closing: None,
     }
 }
 
@@ -417,6 +421,7 @@ fn against_heading(
         unit: angle_unit(reference.unit),
         activity: Some(time_step),
         pose: None,
+        closing: None,
     }
 }
 

@@ -1,16 +1,22 @@
 //! Laps of a closed path: what the gyro and the odometry say at the end of each.
 
 use super::channels::Channels;
+use super::closing::{self, Closing, Ends};
 use super::gyro::{angle_block, durations, missing, rotation_of, signed};
-use super::{Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
+use super::{Aggregate, Block, DisplayUnit, Exposure, Known, Problem, wrap};
 use crate::dataset::{Dataset, Kind, Role};
 use crate::identify::IdentifyError;
 use crate::model::Acts;
+use crate::robust;
 
 /// The angle of one lap, where nothing says otherwise.
 const LAP: f64 = std::f64::consts::TAU;
 
-pub(super) fn laps(dataset: &Dataset, mut channels: Channels) -> Result<Problem, IdentifyError> {
+pub(super) fn laps(
+    dataset: &Dataset,
+    mut channels: Channels,
+    known: Known,
+) -> Result<Problem, IdentifyError> {
     let direction: Vec<f64> =
         dataset.column(Role::Direction).ok_or_else(|| missing("direction"))?.si().collect();
     let gyro = dataset.column(Role::GyroAngle).ok_or_else(|| missing("gyro angle"))?;
@@ -28,37 +34,28 @@ pub(super) fn laps(dataset: &Dataset, mut channels: Channels) -> Result<Problem,
         (None, None) => direction.iter().map(|direction| LAP * direction).collect(),
     };
     let duration = durations(dataset, &channels, &angle);
-    rotation_of(&mut channels, dataset, &angle, &duration);
+    // Of the lap that was meant: the angle really turned holds the error of the odometry, which must not be its own
+    // cause.
+    let meant: Vec<f64> = direction.iter().map(|direction| LAP * direction).collect();
+    rotation_of(&mut channels, dataset, &meant, &duration);
     let mut blocks = vec![angle_block(dataset, gyro, &measured, &angle, &duration)];
-    let pair = |odometry, reference| Some((dataset.column(odometry)?, dataset.column(reference)?));
-    if let Some((odometry, reference)) = pair(Role::OdometryHeading, Role::ReferenceHeading) {
-        let error: Vec<f64> = odometry.si().zip(reference.si()).map(|(o, r)| wrap(r - o)).collect();
-        let unit = DisplayUnit::new("deg", crate::dataset::Unit::Degree.si());
-        blocks.push(end_block(
-            &odometry.name,
-            &error,
-            &odometry.values,
-            unit,
-            &direction,
-            LAP,
-            false,
-        ));
+    let ends = end_errors(dataset);
+    let mut closing_lever = known.closing_lever_m;
+    if let [Some(heading), Some(x), Some(y)] = &ends {
+        let found =
+            Ends { heading: &heading.error, x: &x.error, y: &y.error, direction: &direction };
+        if closing_lever.is_none() {
+            closing_lever = closing::lever(&found, &causes(&channels));
+        }
+        if let Some(lever) = closing_lever {
+            blocks.push(closing_block(&ends, &direction, lever));
+        }
     }
-    for (odometry, reference, swaps) in
-        [(Role::OdometryX, Role::ReferenceX, true), (Role::OdometryY, Role::ReferenceY, false)]
-    {
-        if let Some((odometry, reference)) = pair(odometry, reference) {
-            let error: Vec<f64> = odometry.si().zip(reference.si()).map(|(o, r)| r - o).collect();
-            let unit = DisplayUnit::new("m", 1.0);
-            blocks.push(end_block(
-                &odometry.name,
-                &error,
-                &odometry.values,
-                unit,
-                &direction,
-                1.0,
-                swaps,
-            ));
+    if closing_lever.is_none() {
+        for (end, (size, swaps)) in ends.iter().zip([(LAP, false), (1.0, true), (1.0, false)]) {
+            if let Some(end) = end {
+                blocks.push(end_block(end, &direction, size, swaps));
+            }
         }
     }
     Ok(Problem {
@@ -67,43 +64,144 @@ pub(super) fn laps(dataset: &Dataset, mut channels: Channels) -> Result<Problem,
         blocks,
         path: None,
         counts_per_unit: None,
+        closing_lever_m: closing_lever,
         notices: Vec::new(),
     })
 }
 
-/// What the odometry lacks at the end of a lap: reference minus odometry. A wrong turn changes sign with the direction, a curvature does not; along the
-/// first side it is the other way round (type A and type B errors of UMBmark).
-fn end_block(
-    label: &str,
-    error: &[f64],
-    raw: &[f64],
+/// What the odometry lacks at the end of a lap: reference minus odometry, of one reading.
+struct End {
+    label: String,
     unit: DisplayUnit,
-    direction: &[f64],
-    size: f64,
-    swaps: bool,
-) -> Block {
-    let rows: Vec<usize> = (0..error.len()).filter(|&row| error[row].is_finite()).collect();
-    let odd: Vec<f64> = direction.iter().map(|direction| size * direction).collect();
-    let even = vec![1.0; error.len()];
-    let (turn, curvature) = if swaps { (even, odd) } else { (odd, even) };
-    let one = if size == 1.0 { unit.clone() } else { DisplayUnit::new("1", 1.0) };
+    error: Vec<f64>,
+    raw: Vec<f64>,
+}
+
+/// Of heading, x and y, as far as both odometry and reference tell it.
+fn end_errors(dataset: &Dataset) -> [Option<End>; 3] {
+    let degree = DisplayUnit::new("deg", crate::dataset::Unit::Degree.si());
+    let metre = DisplayUnit::new("m", 1.0);
+    [
+        (Role::OdometryHeading, Role::ReferenceHeading, degree),
+        (Role::OdometryX, Role::ReferenceX, metre.clone()),
+        (Role::OdometryY, Role::ReferenceY, metre),
+    ]
+    .map(|(odometry, reference, unit)| {
+        let (odometry, reference) = (dataset.column(odometry)?, dataset.column(reference)?);
+        let turns = reference.role == Role::ReferenceHeading;
+        let error = odometry.si().zip(reference.si()).map(|(odometry, reference)| {
+            if turns { wrap(reference - odometry) } else { reference - odometry }
+        });
+        Some(End {
+            label: odometry.name.clone(),
+            unit,
+            error: error.collect(),
+            raw: odometry.values.clone(),
+        })
+    })
+}
+
+/// What errors of laps may follow, to find out how their ends lie: nothing, the time, every channel.
+fn causes(channels: &Channels) -> Vec<Vec<f64>> {
+    let centred = |values: &[f64]| -> Vec<f64> {
+        let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+        values.iter().map(|value| value - mean).collect()
+    };
+    let mut found = vec![vec![1.0; channels.time.len()], centred(&channels.time)];
+    if let Some(temperature) = channels.of(Role::Temperature) {
+        found.push(centred(&temperature.values));
+    }
+    found
+}
+
+/// The three readings of a lap's end as readings of one error of the heading.
+fn closing_block(ends: &[Option<End>; 3], direction: &[f64], lever: f64) -> Block {
+    let n = direction.len();
+    let mut closing = Closing {
+        labels: [0, 1, 2]
+            .map(|which| ends[which].as_ref().map_or_else(String::new, |end| end.label.clone())),
+        lever,
+        direction: direction.to_vec(),
+        component: Vec::new(),
+    };
+    let (mut rows, mut residual) = (Vec::new(), Vec::new());
+    let mut spread = Vec::new();
+    let mut noises = Vec::new();
+    for (which, end) in ends.iter().enumerate() {
+        let Some(end) = end else { continue };
+        let mut own = Vec::new();
+        for row in (0..n).filter(|&row| end.error[row].is_finite()) {
+            closing.component.push(which);
+            rows.push(row);
+            own.push(end.error[row] / closing.lever_of(rows.len() - 1, row));
+        }
+        // From one lap to the next of the same direction: what is slow is no noise.
+        let steps: Vec<f64> = own
+            .windows(3)
+            .map(|three| (three[2] - three[0]) * std::f64::consts::FRAC_1_SQRT_2)
+            .collect();
+        noises.push(robust::spread(&steps).max(f64::MIN_POSITIVE));
+        let relative = noises[noises.len() - 1] / noises[0];
+        spread.extend(own.iter().map(|_| relative));
+        residual.extend(own);
+    }
+    let degree = crate::dataset::Unit::Degree.si();
     Block {
-        label: label.to_owned(),
+        label: "closing".to_owned(),
         axis: None,
-        apart: Some(label.to_owned()),
+        apart: None,
         aggregate: Aggregate::Row,
-        residual: rows.iter().map(|&row| error[row]).collect(),
-        raw: rows.iter().map(|&row| raw[row]).collect(),
-        raw_si: unit.si,
+        raw: residual.iter().map(|value| value / degree).collect(),
+        raw_si: degree,
+        rows,
+        residual,
+        spread,
+        exposures: vec![
+            Exposure {
+                acts: Acts::Turn,
+                per_row: direction.iter().map(|direction| LAP * direction).collect(),
+                unit: DisplayUnit::new("1", 1.0),
+            },
+            Exposure {
+                acts: Acts::Curvature,
+                per_row: vec![1.0; n],
+                unit: DisplayUnit::new("deg", degree),
+            },
+        ],
+        constants: Vec::new(),
+        unit: DisplayUnit::new("deg", degree),
+        activity: None,
+        pose: None,
+        closing: Some(closing),
+    }
+}
+
+/// One reading by itself, where the ends do not lie as a square's would. A wrong turn changes sign with the direction,
+/// a curvature does not; along the first side it is the other way round (type A and type B errors of UMBmark).
+fn end_block(end: &End, direction: &[f64], size: f64, swaps: bool) -> Block {
+    let rows: Vec<usize> = (0..end.error.len()).filter(|&row| end.error[row].is_finite()).collect();
+    let odd: Vec<f64> = direction.iter().map(|direction| size * direction).collect();
+    let even = vec![1.0; end.error.len()];
+    let (turn, curvature) = if swaps { (even, odd) } else { (odd, even) };
+    let one = if size == 1.0 { end.unit.clone() } else { DisplayUnit::new("1", 1.0) };
+    Block {
+        label: end.label.clone(),
+        axis: None,
+        apart: Some(end.label.clone()),
+        aggregate: Aggregate::Row,
+        residual: rows.iter().map(|&row| end.error[row]).collect(),
+        raw: rows.iter().map(|&row| end.raw[row]).collect(),
+        raw_si: end.unit.si,
         rows,
         spread: Vec::new(),
         exposures: vec![
             Exposure { acts: Acts::Turn, per_row: turn, unit: one },
-            Exposure { acts: Acts::Curvature, per_row: curvature, unit: unit.clone() },
+            Exposure { acts: Acts::Curvature, per_row: curvature, unit: end.unit.clone() },
         ],
         constants: Vec::new(),
-        unit,
+        unit: end.unit.clone(),
         activity: None,
         pose: None,
+        closing: None,
     }
 }

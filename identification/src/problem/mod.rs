@@ -2,6 +2,7 @@
 //! add to it per unit.
 
 mod channels;
+mod closing;
 mod driven;
 mod gyro;
 mod laps;
@@ -14,6 +15,7 @@ use crate::dataset::{Axis, Dataset, Kind};
 use crate::identify::IdentifyError;
 use crate::model::{Acts, Driver};
 pub use channels::{Channel, Channels};
+pub use closing::Closing;
 pub use path::{Path, PathError};
 pub use pose::{Component, Pose};
 
@@ -96,6 +98,17 @@ pub struct Block {
     pub activity: Option<Vec<f64>>,
     /// Where the path lies, for poses.
     pub pose: Option<Pose>,
+    /// How readings go together, for the ends of laps.
+    pub closing: Option<Closing>,
+}
+
+/// What a model brings to data beside its terms.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Known {
+    /// Counts per rad/s of the gyro.
+    pub counts_per_unit: Option<f64>,
+    /// Half a side of the square that laps were, m.
+    pub closing_lever_m: Option<f64>,
 }
 
 /// A data set as equations.
@@ -111,24 +124,33 @@ pub struct Problem {
     pub path: Option<Path>,
     /// Counts per rad/s, where the gyro tells counts.
     pub counts_per_unit: Option<f64>,
+    /// Half a side of the square, for `laps` whose ends lie as a square's do, m.
+    pub closing_lever_m: Option<f64>,
     /// What a reader should know.
     pub notices: Vec<String>,
 }
 
 impl Problem {
-    /// The equations of `dataset`. Counts are turned into rates by `counts_per_unit`, or by what the data say.
+    /// The equations of `dataset`. What is not `known` is what the data say.
     ///
     /// # Errors
     ///
     /// When it lacks what its kind needs.
-    pub fn new(dataset: &Dataset, counts_per_unit: Option<f64>) -> Result<Self, IdentifyError> {
+    pub fn new(dataset: &Dataset, known: Known) -> Result<Self, IdentifyError> {
         let channels = Channels::new(dataset);
         match dataset.kind {
             Kind::Turns => gyro::turns(dataset, channels),
-            Kind::Series => gyro::series(dataset, channels, counts_per_unit),
+            Kind::Series => gyro::series(dataset, channels, known.counts_per_unit),
             Kind::Odometry => driven::odometry(dataset, channels),
-            Kind::Laps => laps::laps(dataset, channels),
+            Kind::Laps => laps::laps(dataset, channels, known),
         }
+    }
+}
+
+impl Problem {
+    /// What a model of these data has to bring to others.
+    pub const fn known(&self) -> Known {
+        Known { counts_per_unit: self.counts_per_unit, closing_lever_m: self.closing_lever_m }
     }
 }
 

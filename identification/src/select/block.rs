@@ -193,6 +193,10 @@ impl<'a> State<'a> {
         for contender in
             found.iter().filter(|contender| contender.strength >= threshold).take(TRIED)
         {
+            // The likeliest cause may be noise after all; then a less likely one is none either.
+            if contender.strength - contender.caution < threshold {
+                break;
+            }
             let mut chosen = vec![contender.candidate.clone()];
             if is_wide(&contender.candidate) {
                 let named: Vec<Candidate> = found
@@ -368,6 +372,16 @@ fn finish(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
         target.iter().zip(&fitted).map(|(t, f)| t - f).collect()
     };
     white.extend(derivatives.iter().map(|derivative| whitener.apply(&derivative.column)));
+    if let Some(closing) = &data.block.closing {
+        // The lever comes from the same ends of laps: where they lie says little of how large their error is.
+        let fitted = combine(&columns, &first.coefficients);
+        let by_lever: Vec<f64> = fitted
+            .iter()
+            .zip(&closing.component)
+            .map(|(fitted, component)| if *component == 0 { 0.0 } else { *fitted })
+            .collect();
+        white.push(whitener.apply(&by_lever));
+    }
     let errors = robust_fit(&white, &residual).errors;
     let mut at = 0;
     let mut found = Vec::new();

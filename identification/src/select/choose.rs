@@ -2,10 +2,11 @@
 
 use super::period::periods;
 use super::refine::refine;
-use super::scene::{Scene, Score};
+use super::scene::{Data, Scene, Score};
 use crate::candidates::{Candidate, Family, all, narrow_on, pairs};
+use crate::linear::{Basis, dot};
 use crate::model::{Acts, Wrap};
-use crate::noise::{self, NoiseModel};
+use crate::noise::{self, NoiseModel, TIME_CAUTION};
 use crate::significance::surprise_chi2;
 
 /// A candidate with its numbers at their best.
@@ -20,6 +21,8 @@ pub struct Contender {
     /// Strength less half the logarithm of the observations for each number that was fitted beside the coefficients
     /// (Schwarz): by this contenders are ranked.
     pub rank: f64,
+    /// What it must show beyond the threshold, in nats.
+    pub caution: f64,
 }
 
 impl Contender {
@@ -28,7 +31,7 @@ impl Contender {
         let numbers = candidate.shape.nonlinear().len() as f64;
         let simple = if candidate.shape.drivers.is_empty() { SIMPLEST } else { 0.0 };
         let rank = strength - 0.5 * numbers * observations.ln() + simple;
-        Self { candidate, score, strength, rank }
+        Self { candidate, score, strength, rank, caution: 0.0 }
     }
 }
 
@@ -61,7 +64,7 @@ pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
         }
     };
     let every = all(data.block, data.channels);
-    for family in [Family::Library, Family::Memory, Family::Smooth, Family::Step] {
+    for family in [Family::Library, Family::Memory, Family::Smooth, Family::Pair, Family::Step] {
         let tests = family.tests(&every);
         look(every.iter().filter(|one| one.family == family).cloned().collect(), Some(tests));
     }
@@ -192,6 +195,33 @@ fn caution(candidate: &Candidate, noise: &NoiseModel) -> f64 {
     step + shape + if in_time { NATS_OF_TIME } else { 0.0 }
 }
 
+/// What it must show beyond the threshold where the noise is coloured, in nats: slow noise looks like what follows
+/// nothing but time, and like what hardly follows anything.
+fn caution_of(data: Data<'_>, candidate: &Candidate) -> f64 {
+    let is_slow = follows_time(candidate)
+        || data.columns(&candidate.shape).iter().any(|column| is_offset_or_trend(column));
+    if is_slow { TIME_CAUTION } else { 0.0 }
+}
+
+fn follows_time(candidate: &Candidate) -> bool {
+    matches!(candidate.family, Family::Step | Family::Periodic)
+        || candidate.shape.drivers.first().is_some_and(|driver| driver.wrap == Wrap::Trend)
+        || candidate.shape.form == crate::model::Form::Exponential
+}
+
+/// Share of a column that an offset and a trend explain, from which it counts as one.
+const SLOW_SHARE: f64 = 0.98;
+
+fn is_offset_or_trend(column: &[f64]) -> bool {
+    let n = column.len() as f64;
+    let mut basis = Basis::default();
+    basis.push(vec![1.0; column.len()]);
+    basis.push((0..column.len()).map(|i| i as f64 - (n - 1.0) / 2.0).collect());
+    let mut left = column.to_vec();
+    basis.project(&mut left);
+    dot(&left, &left) < (1.0 - SLOW_SHARE) * dot(column, column)
+}
+
 /// What a candidate explains where the noise is fitted anew with it and without it: under coloured noise a slow
 /// effect and the noise stand for one another.
 pub fn profiled(scene: &Scene<'_>, null: &Profile<'_>, contender: &Contender) -> Contender {
@@ -208,12 +238,14 @@ pub fn profiled(scene: &Scene<'_>, null: &Profile<'_>, contender: &Contender) ->
     let width = contender.score.width.max(1);
     let surprise = surprise_chi2(2.0 * gain, width as f64);
     let toll = contender.score.surprise - contender.strength;
-    Contender::new(
+    let mut found = Contender::new(
         contender.candidate.clone(),
         Score { statistic: 2.0 * gain, width, surprise },
         surprise - toll - caution(&contender.candidate, null.noise),
         scene.free(),
-    )
+    );
+    found.caution = caution_of(scene.data, &contender.candidate);
+    found
 }
 
 /// The model without anything new, under noise fitted to it.

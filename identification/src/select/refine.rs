@@ -47,11 +47,16 @@ fn bounds(shape: &Shape, data: Data<'_>, name: &str, now: f64, sweep: usize) -> 
             let half = now / span * 0.6;
             (now * (1.0 - half), now * (1.0 + half))
         }
+        "origin" | "origin_2" => {
+            let which = usize::from(name == "origin_2");
+            let reach = spread_of(shape, data, which) * narrow;
+            (now - reach, now + reach)
+        }
         "at" | "centre" => {
             let reach = match shape.form {
                 Form::Bump | Form::Tanh => shape.number("width").unwrap_or(0.0) * 2.0,
                 Form::Step => data.channels.span() / 30.0,
-                _ => spread_of(shape, data) / 8.0,
+                _ => spread_of(shape, data, 0) / 8.0,
             } * narrow;
             (now - reach, now + reach)
         }
@@ -62,8 +67,8 @@ fn bounds(shape: &Shape, data: Data<'_>, name: &str, now: f64, sweep: usize) -> 
     }
 }
 
-fn spread_of(shape: &Shape, data: Data<'_>) -> f64 {
-    crate::model::see(data.channels, &shape.drivers[0], &shape.fixed).map_or(0.0, |values| {
+fn spread_of(shape: &Shape, data: Data<'_>, driver: usize) -> f64 {
+    crate::model::see(data.channels, &shape.drivers[driver], &shape.fixed).map_or(0.0, |values| {
         let (low, high) = values
             .iter()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));

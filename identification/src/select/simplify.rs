@@ -27,9 +27,7 @@ pub fn simplify(scene: &Scene<'_>, wide: &Shape, named: &[Candidate]) -> Option<
         .collect();
     for driver in &wide.drivers {
         pool.extend(narrow_on(scene.data.channels, wide.acts, driver));
-        for form in [Form::Linear, Form::Quadratic, Form::Cubic] {
-            pool.push(polynomial(wide, driver, form));
-        }
+        pool.push(line(wide, driver));
     }
     let _ = driver;
     let mut chosen = Vec::new();
@@ -55,14 +53,11 @@ pub fn simplify(scene: &Scene<'_>, wide: &Shape, named: &[Candidate]) -> Option<
     None
 }
 
-fn polynomial(wide: &Shape, driver: &Driver, form: Form) -> Candidate {
+/// A straight line. Powers without a name are not offered: beyond what they have seen they run away.
+fn line(wide: &Shape, driver: &Driver) -> Candidate {
     let origin = wide.knots.get(wide.knots.len() / 2).copied().unwrap_or(0.0);
-    let word = match form {
-        Form::Quadratic => "quadratic",
-        Form::Cubic => "cubic",
-        _ => "line",
-    };
-    let name = wide.name.replace("shape", word).replace("surface", word);
-    let shape = Shape::new(&name, wide.acts, driver.clone(), form).unnamed().with("origin", origin);
+    let name = wide.name.replace("shape", "line").replace("surface", "line");
+    let shape =
+        Shape::new(&name, wide.acts, driver.clone(), Form::Linear).unnamed().with("origin", origin);
     Candidate { shape, family: Family::Smooth }
 }

@@ -100,6 +100,7 @@ pub(super) fn model() -> Model {
         dataset: Some("bench".into()),
         fields: BTreeMap::new(),
         counts_per_rad_per_s: None,
+        closing_lever_m: None,
         terms: vec![scale, term],
         plain: vec![given],
     }
