@@ -7,7 +7,6 @@
 //!
 //! What is absent: any judgement, any decision about devices, any clock but a stopwatch.
 
-mod answers;
 mod check;
 mod export;
 mod failure;
@@ -17,6 +16,7 @@ mod interrupt;
 mod list;
 mod live;
 mod measured;
+mod operator;
 mod paper;
 mod predict;
 mod progress;
@@ -27,6 +27,7 @@ mod series;
 mod setup;
 mod show;
 mod stopwatch;
+mod terminal;
 
 use crate::outcome::Outcome;
 use clap::{Parser, Subcommand};

@@ -18,6 +18,7 @@ use super::simulated::Progress;
 use super::stage::Stage;
 use crate::engine::{Action, Ending, Engine};
 use crate::live::pty::{Pty, PtyError};
+use crate::operator::Operator;
 use crate::record::Device;
 use crate::record::sink::RecordSink;
 use controller::config::Transport;
@@ -84,7 +85,8 @@ pub struct LiveWorld {
 }
 
 impl LiveWorld {
-    /// A live world; `ports` are real ports by role ([`GYRO`], [`BASE`]).
+    /// A live world; `ports` are real ports by role ([`GYRO`], [`BASE`]), `operator` answers what the plan
+    /// asks a person.
     ///
     /// # Errors
     ///
@@ -92,7 +94,7 @@ impl LiveWorld {
     pub fn new(
         bench: Bench,
         engine: Engine,
-        answers: BTreeMap<String, f64>,
+        operator: Operator,
         device_under_test: DeviceUnderTest,
         ports: BTreeMap<String, String>,
     ) -> Result<Self, LiveError> {
@@ -100,7 +102,7 @@ impl LiveWorld {
             return Err(LiveError::NoCan);
         }
         let mut stage = Stage::new(bench, engine);
-        stage.answers = answers;
+        stage.operator = operator;
         Ok(Self { stage, device_under_test, ports })
     }
 
@@ -214,7 +216,7 @@ impl LiveWorld {
         Ok(LiveEnd { ending, end, events, late_max, overrun_bytes })
     }
 
-    /// Does anybody want the run to stop, does the disk still take the record?
+    /// Does anybody want the run to stop, does the disk still take the record, has a person said something?
     fn look_up(
         &mut self,
         now: Timestamp,
@@ -228,6 +230,7 @@ impl LiveWorld {
         if let Some(error) = sink.failed() {
             self.stage.engine.broke(now, &format!("failed to write the record: {error}"));
         }
+        self.stage.listen_to_operator(now, sink);
     }
 
     /// Hands over what has passed its line by now.
