@@ -51,6 +51,8 @@ pub mod checks;
 pub mod cli;
 pub mod console;
 pub mod dataset;
+#[cfg(feature = "live")]
+pub mod doctor;
 pub mod engine;
 pub mod export;
 pub mod figures;

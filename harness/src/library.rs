@@ -10,6 +10,7 @@ use miette::{NamedSource, SourceSpan};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 static SHIPPED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../test-plans");
 
@@ -65,7 +66,7 @@ pub enum LibraryError {
         message: String,
         /// The file.
         #[source_code]
-        file: NamedSource<String>,
+        file: Arc<NamedSource<String>>,
         /// The place.
         #[label("here")]
         at: Option<SourceSpan>,
@@ -229,8 +230,8 @@ impl Source {
         LibraryError::Toml { message, at: Some(at.into()), file: self.named(), help }
     }
 
-    fn named(&self) -> NamedSource<String> {
-        NamedSource::new(&self.origin, self.text.clone()).with_language("TOML")
+    fn named(&self) -> Arc<NamedSource<String>> {
+        Arc::new(NamedSource::new(&self.origin, self.text.clone()).with_language("TOML"))
     }
 }
 

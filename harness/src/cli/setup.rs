@@ -73,7 +73,7 @@ pub(super) enum Setup {
     /// Virtual time, lines in memory, the controller in the process.
     Simulated,
     /// Real time and ports.
-    Live(LiveSetup),
+    Live(Box<LiveSetup>),
 }
 
 /// What the live world must be told beyond the plan.
@@ -104,13 +104,13 @@ impl SetupArguments {
     pub(super) fn setup(&self) -> Result<Setup, Failure> {
         match (self.clock, self.bus) {
             (Clock::Virtual, None | Some(Bus::Memory)) => self.simulated(),
-            (Clock::Real, None | Some(Bus::Pty)) => Ok(Setup::Live(LiveSetup {
+            (Clock::Real, None | Some(Bus::Pty)) => Ok(Setup::Live(Box::new(LiveSetup {
                 controller: self.controller.clone().unwrap_or(Controller::Process),
                 bench: match &self.bench {
                     Some(name) => BenchFile::load(name)?,
                     None => BenchFile::default(),
                 },
-            })),
+            }))),
             (Clock::Virtual, Some(Bus::Pty)) => Err(Failure::arguments(
                 "the virtual clock needs the memory bus: bytes in the kernel take real time",
                 "add --clock real, or leave --bus out",
@@ -157,8 +157,9 @@ mod tests {
             setup(Clock::Virtual, Some(Bus::Memory), Some("in-process")),
             Ok(Setup::Simulated)
         );
-        let live =
-            |controller| Ok(Setup::Live(LiveSetup { controller, bench: BenchFile::default() }));
+        let live = |controller| {
+            Ok(Setup::Live(Box::new(LiveSetup { controller, bench: BenchFile::default() })))
+        };
         assert_eq!(setup(Clock::Real, None, None), live(Controller::Process));
         let command = Controller::Command("./mine --fast".to_owned());
         assert_eq!(setup(Clock::Real, Some(Bus::Pty), Some("./mine --fast")), live(command));

@@ -11,6 +11,7 @@
 mod device_under_test;
 
 pub use device_under_test::DeviceUnderTest;
+pub(crate) use device_under_test::our_program;
 
 use super::bench::{Bench, Carrier};
 use super::lines::BaseLink;
