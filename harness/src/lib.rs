@@ -22,8 +22,9 @@
 //! * [`checks`]: verdicts, each with the measurement's own uncertainty. [`outcome`]: what they come to.
 //! * [`run`]: all of that in order. [`seeds`]: the same for many seeds on all cores.
 //! * [`bench_file`]: which port plays which role, and which device is tested.
-//! * `live`, `run_live` (feature `live`): the real clock, ptys and ports, and a device under test that is
-//!   a process of its own. `doctor` (feature `live`): what a machine and a bench lack.
+//! * `live`, `run_live` (feature `live`): the real clock, and a device under test that is a process of its
+//!   own. `port`: ptys, serial ports, CAN interfaces and adapters in one shape. `doctor`: what a machine
+//!   and a bench lack.
 //!
 //! For people and for machines:
 //! * [`run_folder`]: what a run leaves behind. [`report`]: one page. [`junit`]: for a build server.
@@ -67,6 +68,8 @@ pub mod observation;
 pub mod operator;
 pub mod outcome;
 pub mod plan;
+#[cfg(feature = "live")]
+pub mod port;
 pub mod record;
 pub mod report;
 pub mod run;

@@ -1,7 +1,7 @@
 //! A port, as a bench file names it: a scheme and an address, `can:vcan0` or `serial:/dev/ttyUSB0`.
 //!
-//! Only what a bench file needs is looked at here: the scheme, and that there is an address where one
-//! must be. Options after a `?` belong to whoever opens the port.
+//! Without the feature `live` only what a bench file itself needs is looked at: the scheme, and that there
+//! is an address where one must be. With it the whole must be a `port::PortSpec`, options included.
 
 use serde::{Deserialize, Deserializer, de};
 use std::fmt;
@@ -69,6 +69,14 @@ pub enum PortTextError {
     /// Nothing after the scheme, where something must be.
     #[error("the port \"{0}\" names no device, expected one after the colon")]
     NoAddress(String),
+    /// What stands behind the scheme is not right.
+    #[error("{wrong}, expected {allowed}")]
+    Rest {
+        /// What is wrong, with the port.
+        wrong: String,
+        /// What is allowed there.
+        allowed: String,
+    },
 }
 
 impl PortText {
@@ -109,8 +117,22 @@ impl FromStr for PortText {
         if port.address().is_empty() && !medium.is_made_here() {
             return Err(PortTextError::NoAddress(port.text));
         }
+        #[cfg(feature = "live")]
+        whole(&port.text)?;
         Ok(port)
     }
+}
+
+/// Can the port be opened by that name?
+#[cfg(feature = "live")]
+fn whole(text: &str) -> Result<(), PortTextError> {
+    use miette::Diagnostic as _;
+    let error = match text.parse::<crate::port::PortSpec>() {
+        Ok(_) => return Ok(()),
+        Err(error) => error,
+    };
+    let allowed = error.help().map(|help| help.to_string()).unwrap_or_default();
+    Err(PortTextError::Rest { wrong: error.to_string(), allowed })
 }
 
 fn find(scheme: &str) -> Result<Medium, PortTextError> {

@@ -76,6 +76,7 @@ fn mistakes_are_shown_in_place() {
         "[gyro]\nport = \"ttyUSB0\"",
         "[gyro]\nport = \"can:can0\"",
         "[gyro]\nport = \"pty\"",
+        "[gyro]\nport = \"serial:/dev/ttyUSB0?baud=fast\"",
         "[gyro]\nemulated = false",
         "[base]\ntitle = \"x\"",
         "[base]",

@@ -1,9 +1,7 @@
-//! The live part: real time, ptys and processes.
+//! The live part: real time and processes.
 //!
 //! * [`command`]: the command line of a device under test, with the names of its ports filled in.
 //! * [`process`]: a device under test that is a process of its own.
-//! * [`pty`]: a serial port that another process can open.
 
 pub mod command;
 pub mod process;
-pub mod pty;

@@ -4,6 +4,13 @@
 //! errors. Pacing is the business of [`SerialLine`](crate::link::SerialLine); a wrong rate is found by
 //! asking for it ([`Pty::baud`]).
 
+mod link;
+mod port;
+
+pub use link::{LinkError, PtyLink};
+pub use port::PtyPort;
+
+use super::watch::watch;
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -12,6 +19,7 @@ use rustix::termios::{
 };
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};
+use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 
 /// Why there is no pty.
@@ -55,11 +63,8 @@ impl Pty {
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
         let slave = rustix::fs::open(path.as_str(), flags, Mode::empty()).map_err(error("open"))?;
         make_raw(&slave).map_err(error("configure"))?;
-        #[allow(
-            deprecated,
-            reason = "sound for an OwnedFd; the successor is unsafe, which is forbidden here"
-        )]
-        let master = AsyncFd::new(master).map_err(|source| PtyError { step: "watch", source })?;
+        let master = watch(master, Interest::READABLE)
+            .map_err(|source| PtyError { step: "watch", source })?;
         Ok(Self { master, slave, path, overrun_bytes: 0 })
     }
 
@@ -68,9 +73,9 @@ impl Pty {
         &self.path
     }
 
-    /// Puts bytes on the line at once. What finds no room is lost and counted, as in a UART whose buffer
-    /// nobody empties; this never waits.
-    pub fn write(&mut self, bytes: &[u8]) {
+    /// Puts bytes on the line at once, and says how many found room. The others are lost and counted, as in
+    /// a UART whose buffer nobody empties; this never waits.
+    pub fn write(&mut self, bytes: &[u8]) -> usize {
         let mut rest = bytes;
         while !rest.is_empty() {
             match rustix::io::write(self.master.get_ref(), rest) {
@@ -81,6 +86,7 @@ impl Pty {
             }
         }
         self.overrun_bytes = self.overrun_bytes.saturating_add(rest.len() as u64);
+        bytes.len() - rest.len()
     }
 
     /// Bytes lost because the other side does not read.
@@ -94,9 +100,7 @@ impl Pty {
     /// What the system reports. A port that is closed on the other side is none.
     pub async fn read(&self, buffer: &mut [u8]) -> io::Result<usize> {
         self.master
-            .async_io(tokio::io::Interest::READABLE, |master| {
-                Ok(rustix::io::read(master, &mut *buffer)?)
-            })
+            .async_io(Interest::READABLE, |master| Ok(rustix::io::read(master, &mut *buffer)?))
             .await
     }
 

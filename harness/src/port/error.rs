@@ -1,0 +1,201 @@
+//! Why a port cannot be opened, and how it is lost.
+
+use super::backoff::TOTAL_MAX;
+use super::pty::LinkError;
+use super::pty::PtyError;
+use rustix::io::Errno;
+use std::fmt;
+use std::io;
+
+/// Why a port is not open.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum PortError {
+    /// No pty.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Pty(#[from] PtyError),
+    /// No link to the far side of a pty.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Link(#[from] LinkError),
+    /// The port carries something else.
+    #[error("failed to open {spec} for {wanted}")]
+    #[diagnostic(help("name one of these: {known}"))]
+    WrongKind {
+        /// The port.
+        spec: String,
+        /// What was to cross it.
+        wanted: &'static str,
+        /// The kinds that carry this.
+        known: &'static str,
+    },
+    /// There is no such file.
+    #[error("failed to open the serial port {port}: there is no such device")]
+    #[diagnostic(help(
+        "check the spelling and the plug: `ls -l /dev/serial/by-id` lists USB adapters, `hil doctor` \
+         all ports"
+    ))]
+    NoDevice {
+        /// The path.
+        port: String,
+    },
+    /// The user may not open it.
+    #[error("failed to open the serial port {port}: permission denied")]
+    #[diagnostic(help(
+        "its group must contain you: `ls -l {port}` shows the group, often dialout; then `sudo usermod \
+         -aG dialout $USER` and log in again"
+    ))]
+    Denied {
+        /// The path.
+        port: String,
+    },
+    /// Another program, or another port of this bench, has it.
+    #[error("failed to open the serial port {port}: it is in use")]
+    #[diagnostic(help(
+        "`fuser -v {port}` tells by whom; two roles of a bench cannot share a port; to listen beside \
+         another program, add exclusive=no on both sides"
+    ))]
+    Busy {
+        /// The path.
+        port: String,
+    },
+    /// It does not take its settings, or is no serial port.
+    #[error("failed to set up the serial port {port}")]
+    #[diagnostic(help("check that it is a serial port and can do {settings}: `stty -F {port}`"))]
+    Settings {
+        /// The path.
+        port: String,
+        /// What it was to be set to.
+        settings: String,
+        /// Why not.
+        source: io::Error,
+    },
+    /// No adapter has that USB id.
+    #[error("failed to find the USB adapter {id}: none is plugged in")]
+    #[diagnostic(help("plugged in: {there}"))]
+    NoUsb {
+        /// The id.
+        id: String,
+        /// The adapters that there are.
+        there: String,
+    },
+    /// Several adapters have that USB id.
+    #[error("failed to choose among several USB adapters {id}")]
+    #[diagnostic(help("name one by its serial number or its path: {there}"))]
+    SeveralUsb {
+        /// The id.
+        id: String,
+        /// Those that fit.
+        there: String,
+    },
+    /// The kernel has no CAN.
+    #[error("failed to open the CAN interface {interface}: this kernel has no CAN sockets")]
+    #[diagnostic(help(
+        "`sudo modprobe can_raw vcan`; without rights for that, a CAN bus also crosses a pty \
+         (slcan-pty), and tests/vcan-guest/run starts a kernel that has CAN"
+    ))]
+    NoCan {
+        /// The interface.
+        interface: String,
+    },
+    /// There is no such interface, or it is no CAN interface.
+    #[error("failed to find the CAN interface {interface}")]
+    #[diagnostic(help(
+        "`ip -brief link show type can` and `type vcan` list them; a virtual one is made by `sudo ip \
+         link add dev {interface} type vcan`"
+    ))]
+    NoInterface {
+        /// The interface.
+        interface: String,
+    },
+    /// The interface is down.
+    #[error("failed to open the CAN interface {interface}: it is down")]
+    #[diagnostic(help(
+        "`sudo ip link set {interface} up`; a real one first wants its bitrate: `sudo ip link set \
+         {interface} type can bitrate 500000`"
+    ))]
+    InterfaceDown {
+        /// The interface.
+        interface: String,
+    },
+    /// The interface opens, but not with what is needed of it.
+    #[error("failed to {step} the CAN interface {interface}")]
+    Can {
+        /// What was tried.
+        step: &'static str,
+        /// The interface.
+        interface: String,
+        /// Why not.
+        source: io::Error,
+    },
+    /// The adapter does not do what it is told.
+    #[error("failed to open the bus of the CAN adapter {port}: it refused to {command}")]
+    #[diagnostic(help(
+        "is it a slcan adapter, and can it do this bitrate? Unplug it and plug it in again, or choose \
+         another with ?bitrate="
+    ))]
+    AdapterRefused {
+        /// The adapter's port.
+        port: String,
+        /// What it was told.
+        command: &'static str,
+    },
+    /// The adapter went away while it was set up.
+    #[error("failed to set up the CAN adapter {port}")]
+    #[diagnostic(help("plug it in again: `ls -l /dev/serial/by-id` lists USB adapters"))]
+    AdapterLost {
+        /// The adapter's port.
+        port: String,
+        /// How.
+        source: PortLost,
+    },
+    /// It is gone, and did not come back in time.
+    #[error("failed to reopen {port}: it stayed away for {} s", TOTAL_MAX.as_secs())]
+    #[diagnostic(help("is it plugged in, and its interface up? `hil doctor` lists what is there"))]
+    GivenUp {
+        /// The port.
+        port: String,
+        /// What the last try said.
+        #[source]
+        last: Option<Box<PortError>>,
+    },
+}
+
+impl PortError {
+    /// Of a port that stayed away; `last` is what the last try said.
+    pub(super) fn given_up(port: &str, last: Option<Self>) -> Self {
+        Self::GivenUp { port: port.to_owned(), last: last.map(Box::new) }
+    }
+}
+
+/// How an open port was lost. `reopen` waits for it to come back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum PortLost {
+    /// The device is gone, or its other side was closed: hang-up, `EIO`, `ENXIO` or `ENODEV`.
+    #[error("the device was unplugged or hung up")]
+    HungUp,
+    /// The network interface was deleted: `ENODEV`.
+    #[error("the interface was deleted")]
+    Deleted,
+    /// Anything else that the system reports.
+    #[error("the system reports {0}")]
+    Other(io::ErrorKind),
+}
+
+impl PortLost {
+    /// What an error of reading a tty means.
+    pub(super) fn from_tty(error: &io::Error) -> Self {
+        match Errno::from_io_error(error) {
+            Some(Errno::IO | Errno::NXIO | Errno::NODEV) => Self::HungUp,
+            _ => Self::Other(error.kind()),
+        }
+    }
+}
+
+/// A list for a message: `nothing` where it is empty.
+pub(super) fn listed<T: fmt::Display>(items: &[T]) -> String {
+    if items.is_empty() {
+        return "nothing".to_owned();
+    }
+    items.iter().map(T::to_string).collect::<Vec<_>>().join(", ")
+}

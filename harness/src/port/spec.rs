@@ -1,0 +1,220 @@
+//! How a port is named: one string, in bench files and on command lines alike.
+//!
+//! ```text
+//! pty                       a pty pair, made here          pty:./gyro.pty       with a link to its far side
+//! serial:/dev/ttyUSB0       a serial port; also /dev/ttyUSB0 alone
+//! serial:usb:0403:6001      the one with that USB id       serial:usb:0403:6001:A50285BI  and serial number
+//! can:vcan0                 a CAN interface of the kernel
+//! slcan:/dev/ttyACM0        a CAN adapter on a serial port, which we use
+//! slcan-pty                 a CAN adapter on a pty, which we are                 slcan-pty:./can.pty
+//! ```
+//!
+//! Options stand behind the device of `serial` and `slcan`, as in
+//! `serial:/dev/ttyS0?baud=19200&data=7&parity=even&stop=1&flow=none&exclusive=yes`; what is not said is
+//! as is usual for what is connected there. `slcan` has `bitrate` (of the bus, in bit/s) besides.
+
+mod parse;
+#[cfg(test)]
+mod tests;
+
+pub use parse::SpecError;
+
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+use wire::serial::{Parity, SerialSettings};
+use wire::slcan::BitRate;
+
+/// Rates that serial hardware is built for, bit/s.
+pub const BAUD: RangeInclusive<u32> = 300..=4_000_000;
+/// Data bits that a UART knows.
+pub const DATA_BITS: RangeInclusive<u8> = 5..=8;
+/// Longest name of a network interface (`IFNAMSIZ` of `linux/if.h`, less the final zero).
+pub const INTERFACE_LEN_MAX: usize = 15;
+
+/// A port of a bench.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum PortSpec {
+    /// A pty pair; the other program opens its far side.
+    Pty {
+        /// Where a symbolic link to the far side is made.
+        link: Option<PathBuf>,
+    },
+    /// A serial port.
+    Serial(SerialSpec),
+    /// A CAN interface of the kernel (SocketCAN).
+    Can {
+        /// Its name, such as `can0`.
+        interface: String,
+    },
+    /// A CAN adapter on a serial port, which is used from here.
+    Slcan {
+        /// The adapter's port.
+        serial: SerialSpec,
+        /// What the bus runs at.
+        bitrate: Option<BitRate>,
+    },
+    /// A CAN adapter that is played here, on a pty.
+    SlcanPty {
+        /// Where a symbolic link to the far side is made.
+        link: Option<PathBuf>,
+    },
+}
+
+/// A serial port and what it is set to.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SerialSpec {
+    /// Which one.
+    pub device: SerialDevice,
+    /// What is said about its settings.
+    pub options: SerialOptions,
+}
+
+/// Which serial port.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum SerialDevice {
+    /// A path such as `/dev/ttyUSB0`.
+    Path(String),
+    /// The one USB adapter of that id, wherever it is plugged in.
+    Usb(UsbId),
+}
+
+/// What a USB adapter calls itself; `lsusb` shows it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UsbId {
+    /// Vendor.
+    pub vendor: u16,
+    /// Product.
+    pub product: u16,
+    /// Serial number, where several adapters of the same kind are there.
+    pub serial_number: Option<String>,
+}
+
+/// Settings of a serial port as far as they are said.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SerialOptions {
+    /// Bits per second, within [`BAUD`].
+    pub baud: Option<u32>,
+    /// Data bits, within [`DATA_BITS`].
+    pub data_bits: Option<u8>,
+    /// Parity.
+    pub parity: Option<Parity>,
+    /// Stop bits, 1 or 2.
+    pub stop_bits: Option<u8>,
+    /// Who is held back, and how; by default nobody.
+    pub flow: Option<Flow>,
+    /// Who else may open it; by default nobody.
+    pub sharing: Option<Sharing>,
+}
+
+/// Flow control of a serial port.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Flow {
+    /// None.
+    #[default]
+    None,
+    /// XON and XOFF: these two bytes cannot be data.
+    Software,
+    /// RTS and CTS.
+    Hardware,
+}
+
+/// Who may have a serial port open at the same time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Sharing {
+    /// Nobody else.
+    #[default]
+    Exclusive,
+    /// Others, too: for a program that listens. They can change the settings.
+    Shared,
+}
+
+impl SerialOptions {
+    /// What the port is set to: what is said, and else what is `usual`.
+    pub fn settings(&self, usual: SerialSettings) -> SerialSettings {
+        SerialSettings {
+            baud: self.baud.unwrap_or(usual.baud),
+            data_bits: self.data_bits.unwrap_or(usual.data_bits),
+            parity: self.parity.unwrap_or(usual.parity),
+            stop_bits: self.stop_bits.unwrap_or(usual.stop_bits),
+        }
+    }
+
+    /// In the form `?key=value&...`, with `bitrate` at the end; empty where nothing is said.
+    fn written(&self, bitrate: Option<BitRate>) -> String {
+        let flow = |flow| match flow {
+            Flow::None => "none",
+            Flow::Software => "software",
+            Flow::Hardware => "hardware",
+        };
+        let sharing = |sharing| match sharing {
+            Sharing::Exclusive => "yes",
+            Sharing::Shared => "no",
+        };
+        let said = [
+            self.baud.map(|baud| format!("baud={baud}")),
+            self.data_bits.map(|bits| format!("data={bits}")),
+            self.parity.map(|parity| format!("parity={}", parity_name(parity))),
+            self.stop_bits.map(|bits| format!("stop={bits}")),
+            self.flow.map(|it| format!("flow={}", flow(it))),
+            self.sharing.map(|it| format!("exclusive={}", sharing(it))),
+            bitrate.map(|bitrate| format!("bitrate={}", bitrate.bits_per_second())),
+        ];
+        let said: Vec<String> = said.into_iter().flatten().collect();
+        if said.is_empty() { String::new() } else { format!("?{}", said.join("&")) }
+    }
+}
+
+const fn parity_name(parity: Parity) -> &'static str {
+    match parity {
+        Parity::None => "none",
+        Parity::Even => "even",
+        Parity::Odd => "odd",
+    }
+}
+
+impl fmt::Display for PortSpec {
+    /// The string that it was read from, options in their usual order.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Pty { link: None } => f.write_str("pty"),
+            Self::Pty { link: Some(link) } => write!(f, "pty:{}", link.display()),
+            Self::Serial(SerialSpec { device, options }) => {
+                write!(f, "serial:{device}{}", options.written(None))
+            }
+            Self::Can { interface } => write!(f, "can:{interface}"),
+            Self::Slcan { serial: SerialSpec { device, options }, bitrate } => {
+                write!(f, "slcan:{device}{}", options.written(*bitrate))
+            }
+            Self::SlcanPty { link: None } => f.write_str("slcan-pty"),
+            Self::SlcanPty { link: Some(link) } => write!(f, "slcan-pty:{}", link.display()),
+        }
+    }
+}
+
+impl fmt::Display for SerialDevice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Path(path) => f.write_str(path),
+            Self::Usb(id) => write!(f, "usb:{id}"),
+        }
+    }
+}
+
+impl fmt::Display for UsbId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:04x}:{:04x}", self.vendor, self.product)?;
+        match &self.serial_number {
+            Some(number) => write!(f, ":{number}"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl From<PortSpec> for String {
+    fn from(spec: PortSpec) -> Self {
+        spec.to_string()
+    }
+}

@@ -1,0 +1,69 @@
+//! Interfaces that a test makes for itself.
+
+use harness::port::can_socket::kernel_has_can;
+use std::process::Stdio;
+use tokio::process::Command;
+
+/// Set where a test that cannot run is to fail, as where a kernel with CAN was started for it.
+const REQUIRED: &str = "HIL_TESTS_NEED_CAN";
+
+/// A virtual CAN interface; deleted when this is dropped.
+pub struct Link(pub &'static str);
+
+impl Link {
+    /// A new interface of that name, up. `None`, and said why, where the machine gives none.
+    pub async fn make(name: &'static str) -> Option<Self> {
+        if let Err(cause) = kernel_has_can() {
+            return skip(&format!("this kernel has no CAN sockets: {cause}"));
+        }
+        let link = Self(name);
+        // Left by a test that was killed.
+        ip(&["link", "del", name]).await.ok();
+        match link.add().await {
+            Ok(()) => Some(link),
+            Err(cause) => skip(&format!("no right to make an interface: {cause}")),
+        }
+    }
+
+    /// Makes it, and takes it up.
+    pub async fn add(&self) -> Result<(), String> {
+        ip(&["link", "add", "dev", self.0, "type", "vcan"]).await?;
+        self.set("up").await
+    }
+
+    /// Takes it `up` or `down`.
+    pub async fn set(&self, state: &str) -> Result<(), String> {
+        ip(&["link", "set", self.0, state]).await
+    }
+
+    pub async fn delete(&self) -> Result<(), String> {
+        ip(&["link", "del", self.0]).await
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        let mut command = std::process::Command::new("ip");
+        let _ = command.args(["link", "del", self.0]).stderr(Stdio::null()).status();
+    }
+}
+
+/// Carries out `ip` with these arguments; what it said when it failed.
+pub async fn ip(arguments: &[&str]) -> Result<(), String> {
+    let output =
+        Command::new("ip").args(arguments).output().await.map_err(|cause| cause.to_string())?;
+    if output.status.success() {
+        return Ok(());
+    }
+    Err(String::from_utf8_lossy(&output.stderr).trim().to_owned())
+}
+
+fn skip<T>(why: &str) -> Option<T> {
+    assert!(std::env::var_os(REQUIRED).is_none(), "{why}");
+    eprintln!(
+        "skipped: {why} (with the Debian packages user-mode-linux, busybox-static and can-utils: \
+         CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUNNER=\"$PWD/tests/vcan-guest/run --\" cargo test \
+         -p harness --test can_port)"
+    );
+    None
+}
