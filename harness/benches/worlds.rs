@@ -4,11 +4,11 @@
 //! best and worst stand beside it, because a shared machine is noisy. The world runs on one core.
 
 use harness::made::Made;
+use harness::operator::Answers;
 use harness::record::sink::{Level, NullSink, RecordSink};
 use harness::run::{Prepared, simulate};
 use harness::run_folder::RunFolder;
 use rustix::time::{ClockId, clock_gettime};
-use std::collections::BTreeMap;
 
 const RUNS: usize = 5;
 
@@ -33,7 +33,7 @@ fn main() {
         // 40 laps and what goes with them, the two hours of warm-up included.
         let laps = times(|| {
             let cpu = processor_s();
-            simulate(&corrected, 1, &BTreeMap::new(), &mut NullSink, &mut |_| true);
+            simulate(&corrected, 1, &Answers::default(), &mut NullSink, &mut |_| true);
             40.0 / (processor_s() - cpu)
         });
         report(&format!("{plan}, 40 laps"), "laps/s", laps);
@@ -61,7 +61,7 @@ fn sink_in(
 /// Bench time over processor time of one run.
 fn seconds(prepared: &Prepared, sink: &mut Box<dyn RecordSink>) -> f64 {
     let cpu = processor_s();
-    let run = simulate(prepared, 1, &BTreeMap::new(), sink, &mut |_| true);
+    let run = simulate(prepared, 1, &Answers::default(), sink, &mut |_| true);
     run.end.as_secs_f64() / (processor_s() - cpu)
 }
 

@@ -1,7 +1,11 @@
-//! Tables for a terminal: paper against measured, and how the seeds came out.
+//! Tables for a terminal: paper against measured, how the seeds came out, what a machine lacks.
 
+#[cfg(feature = "live")]
+mod findings;
 mod seeds;
 
+#[cfg(feature = "live")]
+pub use findings::findings_table;
 pub use seeds::{SeedShare, seeds_markdown, seeds_table};
 
 use crate::figures;

@@ -16,12 +16,15 @@
 //! * [`calibrations`], [`models`], [`made`]: what one plan makes and a later one uses.
 //! * [`engine`]: the steps of a plan, without IO and without a clock.
 //! * [`world`]: where plan, controller and devices meet. [`link`]: the lines between them.
+//! * [`operator`]: what a plan asks a person.
 //! * [`observation`], [`record`]: what was measured, and everything that happened.
 //! * [`dataset`]: measured data, for the identification. [`export`]: runs as such data.
 //! * [`checks`]: verdicts, each with the measurement's own uncertainty. [`outcome`]: what they come to.
 //! * [`run`]: all of that in order. [`seeds`]: the same for many seeds on all cores.
-//! * `live`, `run_live`, `bench_file` (feature `live`): the real clock, and a device under test that is
-//!   a process of its own. `port`: ptys, serial ports, CAN interfaces and adapters in one shape.
+//! * [`bench_file`]: which port plays which role, and which device is tested.
+//! * `live`, `run_live` (feature `live`): the real clock, and a device under test that is a process of its
+//!   own. `port`: ptys, serial ports, CAN interfaces and adapters in one shape. `doctor`: what a machine
+//!   and a bench lack.
 //!
 //! For people and for machines:
 //! * [`run_folder`]: what a run leaves behind. [`report`]: one page. [`junit`]: for a build server.
@@ -32,10 +35,10 @@
 //! ```
 //! use harness::run::{Prepared, verdicts};
 //! use harness::made::Made;
-//! use std::collections::BTreeMap;
+//! use harness::operator::Answers;
 //!
 //! let prepared = Prepared::load("straight-accuracy", &Made::default())?;
-//! let run = verdicts(&prepared, 1, &BTreeMap::new(), &mut |_| true);
+//! let run = verdicts(&prepared, 1, &Answers::default(), &mut |_| true);
 //! assert!(run.is_complete());
 //! for measurement in &run.measurements {
 //!     println!("{} {:?} {}", measurement.name, measurement.value, measurement.verdict.name());
@@ -43,13 +46,14 @@
 //! # Ok::<(), harness::run::PrepareError>(())
 //! ```
 
-#[cfg(feature = "live")]
 pub mod bench_file;
 pub mod calibrations;
 pub mod checks;
 pub mod cli;
 pub mod console;
 pub mod dataset;
+#[cfg(feature = "live")]
+pub mod doctor;
 pub mod engine;
 pub mod export;
 pub mod figures;
@@ -61,6 +65,7 @@ pub mod live;
 pub mod made;
 pub mod models;
 pub mod observation;
+pub mod operator;
 pub mod outcome;
 pub mod plan;
 #[cfg(feature = "live")]

@@ -4,10 +4,13 @@
 //! separator is a path. Files next to a plan on disk go before the shipped ones, so that a copy of
 //! `test-plans` can be changed as a whole.
 
+use crate::plan::hint;
 use include_dir::{Dir, include_dir};
 use miette::{NamedSource, SourceSpan};
 use serde::de::DeserializeOwned;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 static SHIPPED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../test-plans");
 
@@ -63,10 +66,13 @@ pub enum LibraryError {
         message: String,
         /// The file.
         #[source_code]
-        file: NamedSource<String>,
+        file: Arc<NamedSource<String>>,
         /// The place.
         #[label("here")]
         at: Option<SourceSpan>,
+        /// What to do, where that is known.
+        #[help]
+        help: Option<String>,
     },
 }
 
@@ -181,7 +187,9 @@ impl Library {
         kind: Kind,
         name: &str,
     ) -> Result<(String, T), LibraryError> {
-        parse(self.open(kind, name)?)
+        let source = self.open(kind, name)?;
+        let value = source.parse()?;
+        Ok((source.origin, value))
     }
 }
 
@@ -191,17 +199,39 @@ impl Library {
 ///
 /// When it cannot be read, or is not right.
 pub fn read_file<T: DeserializeOwned>(path: &Path) -> Result<T, LibraryError> {
-    parse(read(path)?).map(|(_, value)| value)
+    read(path)?.parse()
 }
 
-fn parse<T: DeserializeOwned>(source: Source) -> Result<(String, T), LibraryError> {
-    match toml::from_str(&source.text) {
-        Ok(value) => Ok((source.origin, value)),
-        Err(error) => Err(LibraryError::Toml {
-            message: error.message().to_owned(),
-            at: error.span().map(SourceSpan::from),
-            file: NamedSource::new(source.origin, source.text).with_language("TOML"),
-        }),
+impl Source {
+    /// The file at `path`.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be read.
+    pub fn of_file(path: &Path) -> Result<Self, LibraryError> {
+        read(path)
+    }
+
+    /// What the TOML in it holds.
+    ///
+    /// # Errors
+    ///
+    /// When it is not right.
+    pub fn parse<T: DeserializeOwned>(&self) -> Result<T, LibraryError> {
+        toml::from_str(&self.text).map_err(|error| {
+            let (message, help) = hint::explain(error.message());
+            let at = error.span().map(SourceSpan::from);
+            LibraryError::Toml { message, at, file: self.named(), help }
+        })
+    }
+
+    /// Something that is wrong with the bytes `at`.
+    pub fn mistake(&self, at: Range<usize>, message: String, help: Option<String>) -> LibraryError {
+        LibraryError::Toml { message, at: Some(at.into()), file: self.named(), help }
+    }
+
+    fn named(&self) -> Arc<NamedSource<String>> {
+        Arc::new(NamedSource::new(&self.origin, self.text.clone()).with_language("TOML"))
     }
 }
 

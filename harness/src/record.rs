@@ -6,6 +6,7 @@
 mod encoding;
 pub mod header;
 pub mod reader;
+mod reply;
 #[cfg(test)]
 pub(crate) mod samples;
 pub mod sink;
@@ -15,6 +16,7 @@ pub mod text;
 pub mod writer;
 
 pub use encoding::RECORD_BYTES_MAX;
+pub use reply::{Number, Reply, Through};
 
 pub use crate::observation::Observation;
 use controller::mission::{Command, Report};
@@ -89,4 +91,6 @@ pub enum RecordKind {
     },
     /// Something went wrong, was dropped or was mended.
     Note(String),
+    /// A person answered a question, or did what was asked for. Boxed: it is long and rare.
+    Reply(Box<Reply>),
 }

@@ -19,6 +19,7 @@ use crate::library::{Kind, Library, LibraryError};
 use crate::made::Made;
 use crate::models::{self, ModelError};
 use crate::observation::Observation;
+use crate::operator::Answers;
 use crate::outcome::{Measurement, Outcome};
 use crate::plan::{Plan, PlanError};
 use crate::record::header::Header;
@@ -135,7 +136,7 @@ pub struct Simulated {
 pub fn simulate(
     prepared: &Prepared,
     seed: u64,
-    answers: &BTreeMap<String, f64>,
+    answers: &Answers,
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Simulated {
@@ -188,7 +189,7 @@ impl Verdicts {
 pub fn verdicts(
     prepared: &Prepared,
     seed: u64,
-    answers: &BTreeMap<String, f64>,
+    answers: &Answers,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Verdicts {
     let run = simulate(prepared, seed, answers, &mut NullSink, pulse);

@@ -12,5 +12,7 @@ mod input;
 mod interrupt;
 #[path = "cli/measured.rs"]
 mod measured;
+#[path = "cli/operator.rs"]
+mod operator;
 #[path = "cli/recorded.rs"]
 mod recorded;

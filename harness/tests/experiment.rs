@@ -1,13 +1,13 @@
 //! The plans that the identification proposes can be read, and carried out on the shipped benches.
 
 use harness::made::Made;
+use harness::operator::Answers;
 use harness::outcome::Outcome;
 use harness::plan::{Action, Plan, Step};
 use harness::record::sink::NullSink;
 use harness::run::{Prepared, simulate};
 use identification::dataset::Kind;
 use identification::experiment::plans;
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::time::Span;
 
@@ -70,7 +70,7 @@ fn every_plan_of_the_menu_runs() {
         shorten(&mut plan.steps);
         prepared.plan = Arc::new(plan);
         let on_table = prepared.plan.devices.as_str().contains("table");
-        let run = simulate(&prepared, 1, &BTreeMap::new(), &mut NullSink, &mut |_| true);
+        let run = simulate(&prepared, 1, &Answers::default(), &mut NullSink, &mut |_| true);
         assert_eq!(run.ending.outcome, Outcome::Passed, "{name}: {:?}", run.ending);
         if on_table {
             for direction in [-1.0, 1.0] {

@@ -5,6 +5,7 @@ mod at_rest;
 use emulators::device_file::Devices;
 use harness::calibrations;
 use harness::library::Library;
+use harness::operator::Answers;
 use harness::plan::Plan;
 use harness::record::header::Header;
 use harness::record::sink::{FileSink, Level, MemorySink};
@@ -72,7 +73,7 @@ pub fn run(prepared: &Prepared, seed: u64) -> Run {
 /// Runs it with these answers to what a person is asked.
 pub fn run_with(prepared: &Prepared, seed: u64, answers: &BTreeMap<String, f64>) -> Run {
     let mut sink = MemorySink::new(Level::Full);
-    let simulated = simulate(prepared, seed, answers, &mut sink, &mut |_| true);
+    let simulated = simulate(prepared, seed, &answers.clone().into(), &mut sink, &mut |_| true);
     assert_eq!(sink.overflowed(), 0, "a scenario fits the memory");
     Run { simulated, records: sink.into_records() }
 }
@@ -88,7 +89,7 @@ pub fn record_file(prepared: &Prepared, seed: u64) -> Vec<u8> {
     let header = Header { plan: prepared.plan.name.as_str().to_owned(), ..Header::default() };
     let mut sink =
         FileSink::new(&mut file, &header, Level::Full).expect("memory takes what is written");
-    simulate(prepared, seed, &BTreeMap::new(), &mut sink, &mut |_| true);
+    simulate(prepared, seed, &Answers::default(), &mut sink, &mut |_| true);
     drop(sink);
     file
 }

@@ -3,13 +3,13 @@
 use harness::calibrations::to_toml;
 use harness::library::{Kind, Library};
 use harness::made::Made;
+use harness::operator::Answers;
 use harness::run::{Prepared, verdicts};
-use std::collections::BTreeMap;
 
 #[test]
 fn the_shipped_temperature_calibration_is_that_of_seed_1() {
     let prepared = Prepared::load("temperature-calibration", &Made::default()).unwrap();
-    let run = verdicts(&prepared, 1, &BTreeMap::new(), &mut |_| true);
+    let run = verdicts(&prepared, 1, &Answers::default(), &mut |_| true);
     let made = to_toml(
         &run.made.calibrations["temperature"],
         "made by plan temperature-calibration, seed 1",

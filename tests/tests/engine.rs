@@ -4,10 +4,10 @@ use controller::calibration::Factor;
 use emulators::base::Transport;
 use emulators::device_file::Devices;
 use harness::outcome::Outcome;
+use harness::operator::Answers;
 use harness::record::sink::{Level, MemorySink};
 use harness::record::{Device, RecordKind};
 use harness::run::simulate;
-use std::collections::BTreeMap;
 use tests::devices::{NAVIGATOR, TRANSPORTS, ideal, ideal_table};
 use tests::plans::{Run, plan_measuring, plan_of, prepared, run, run_with};
 use wire::time::Timestamp;
@@ -247,7 +247,7 @@ fn a_run_that_somebody_stops_is_aborted_with_the_base_at_rest() {
     let prepared = prepared(&text, ideal(Transport::Can));
     let mut sink = MemorySink::new(Level::Full);
     let mut asked = 0;
-    let simulated = simulate(&prepared, 1, &BTreeMap::new(), &mut sink, &mut |progress| {
+    let simulated = simulate(&prepared, 1, &Answers::default(), &mut sink, &mut |progress| {
         asked += 1;
         // Not at the start, but at the first look into the run.
         progress.now == Timestamp::ZERO

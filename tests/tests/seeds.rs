@@ -4,8 +4,8 @@
 use emulators::base::Transport;
 use emulators::device_file::Devices;
 use harness::made::Made;
+use harness::operator::Answers;
 use harness::run::{Prepared, verdicts};
-use std::collections::BTreeMap;
 use tests::devices::{NAVIGATOR, ideal, ideal_table};
 use tests::plans::{plan_measuring, plan_of, prepared, record_file, run};
 
@@ -72,7 +72,7 @@ fn errors_of_table_turns_are_those_of_drift_and_white_noise() {
 }
 
 fn has_passed(plan: &Prepared, seed: u64) -> bool {
-    let run = verdicts(plan, seed, &BTreeMap::new(), &mut |_| true);
+    let run = verdicts(plan, seed, &Answers::default(), &mut |_| true);
     run.is_complete() && run.measurements.iter().all(|m| m.verdict.is_acceptable())
 }
 

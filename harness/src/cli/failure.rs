@@ -3,6 +3,7 @@
 use crate::dataset::DatasetError;
 use crate::export::ExportError;
 use crate::library::LibraryError;
+use crate::operator::AnswersError;
 use crate::outcome::{EXIT_BAD_INPUT, Outcome};
 use crate::run::PrepareError;
 use crate::run_folder::RunFolderError;
@@ -72,16 +73,24 @@ enum Cause {
     /// Findings cannot be put into words.
     #[error("failed to write down what was found")]
     Findings(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// Answers to what a person would be asked cannot be used, or are missing.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Answers(AnswersError),
     /// The bench file cannot be used.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    #[cfg(feature = "live")]
-    Bench(crate::library::LibraryError),
+    Bench(LibraryError),
     /// The bench does not come up.
     #[error(transparent)]
     #[diagnostic(transparent)]
     #[cfg(feature = "live")]
     Live(crate::world::live::LiveError),
+    /// The bench asks for what the live world cannot do.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    #[cfg(feature = "live")]
+    NotYet(crate::run_live::NotYet),
     /// Ctrl-C cannot be taken over, and without it no run could be stopped in good order.
     #[error("failed to take over Ctrl-C")]
     Signals(#[source] ctrlc::Error),
@@ -132,9 +141,11 @@ impl Failure {
             | Cause::Data(_)
             | Cause::Export(_)
             | Cause::Model(_)
+            | Cause::Answers(_)
+            | Cause::Bench(_)
             | Cause::Identify { .. } => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
-            Cause::Bench(_) | Cause::Live(crate::world::live::LiveError::NoCan) => EXIT_BAD_INPUT,
+            Cause::NotYet(_) | Cause::Live(crate::world::live::LiveError::NoCan) => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
             Cause::Live(_) => Outcome::Error.exit_status(),
             Cause::Folder(
@@ -193,6 +204,12 @@ impl From<DatasetError> for Failure {
     }
 }
 
+impl From<AnswersError> for Failure {
+    fn from(error: AnswersError) -> Self {
+        Cause::Answers(error).into()
+    }
+}
+
 impl From<ExportError> for Failure {
     fn from(error: ExportError) -> Self {
         match error {
@@ -209,9 +226,8 @@ impl From<RunFolderError> for Failure {
     }
 }
 
-#[cfg(feature = "live")]
-impl From<crate::library::LibraryError> for Failure {
-    fn from(error: crate::library::LibraryError) -> Self {
+impl From<LibraryError> for Failure {
+    fn from(error: LibraryError) -> Self {
         Cause::Bench(error).into()
     }
 }
@@ -222,6 +238,7 @@ impl From<crate::run_live::LiveRunError> for Failure {
         match error {
             crate::run_live::LiveRunError::Folder(error) => error.into(),
             crate::run_live::LiveRunError::Live(error) => Cause::Live(error).into(),
+            crate::run_live::LiveRunError::NotYet(error) => Cause::NotYet(error).into(),
         }
     }
 }

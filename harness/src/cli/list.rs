@@ -2,6 +2,7 @@
 
 use super::failure::Failure;
 use super::say;
+use crate::bench_file::{BenchFile, ROLES, Role};
 use crate::console::Style;
 use crate::library::{Kind, Library, LibraryError, names};
 use crate::outcome::Outcome;
@@ -22,6 +23,8 @@ enum Topic {
     Plans,
     /// Device files and models that ship.
     Devices,
+    /// Bench files that ship.
+    Benches,
     /// What a plan can measure.
     Quantities,
     /// What device files and plans can set: device.parameter.
@@ -48,6 +51,7 @@ impl ListArguments {
             let table = match topic {
                 Topic::Plans => plans()?,
                 Topic::Devices => devices()?,
+                Topic::Benches => benches()?,
                 Topic::Quantities => quantities(),
                 Topic::Parameters => parameters(),
             };
@@ -89,6 +93,20 @@ fn devices() -> Result<Table, Failure> {
             let title = title(kind, &name).map_err(crate::run::PrepareError::from)?;
             table.add_row([name, kind.to_string(), title]);
         }
+    }
+    Ok(table)
+}
+
+fn benches() -> Result<Table, Failure> {
+    let mut table = table(["bench", "gyro", "base", "table", "title"]);
+    for name in names(Kind::Bench) {
+        let bench = BenchFile::load(&name)?;
+        let [gyro, base, turntable] = ROLES.map(|role| match bench.role(role) {
+            Role::Real(port) => port.to_string(),
+            Role::Emulated(None) => "emulated".to_owned(),
+            Role::Emulated(Some(port)) => format!("emulated on {port}"),
+        });
+        table.add_row([name, gyro, base, turntable, bench.title]);
     }
     Ok(table)
 }
@@ -144,13 +162,15 @@ fn number(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Style, devices, lines, parameters, plans, quantities};
+    use super::{Style, benches, devices, lines, parameters, plans, quantities};
     use crate::library::{Kind, names};
 
     #[test]
     fn everything_that_ships_is_listed_with_its_title() {
         let plans = lines(plans().unwrap(), Style::PLAIN);
         assert!(names(Kind::Plan).iter().all(|name| plans.contains(name.as_str())), "{plans}");
+        let benches = lines(benches().unwrap(), Style::PLAIN);
+        assert!(names(Kind::Bench).iter().all(|name| benches.contains(name.as_str())), "{benches}");
         let devices = devices().unwrap();
         assert!(devices.row_count() > 4);
         for row in devices.row_iter() {

@@ -2,6 +2,7 @@
 
 use super::failure::Failure;
 use super::setup::{Controller, LiveSetup};
+use super::terminal::Terminal;
 use crate::run::{Completed, Options, Prepared};
 use crate::world::simulated::Progress;
 
@@ -16,11 +17,11 @@ pub(super) fn run(
     prepared: &Prepared,
     options: &Options<'_>,
     setup: &LiveSetup,
+    person: Option<&Terminal>,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Result<Completed, Failure> {
-    use crate::bench_file::BenchFile;
+    use crate::operator::Person;
     use crate::world::live::DeviceUnderTest;
-    let bench = setup.bench.as_deref().map_or_else(|| Ok(BenchFile::default()), BenchFile::load)?;
     let device_under_test = match &setup.controller {
         Controller::InProcess => DeviceUnderTest::InProcess,
         Controller::Process => DeviceUnderTest::OurProcess,
@@ -28,8 +29,9 @@ pub(super) fn run(
             DeviceUnderTest::Command(line.split_whitespace().map(str::to_owned).collect())
         }
     };
+    let person = person.map(|terminal| Box::new(terminal.clone()) as Box<dyn Person>);
     let run = crate::run_live::run_live_to_folder;
-    Ok(run(prepared, options, device_under_test, &bench, pulse)?)
+    Ok(run(prepared, options, device_under_test, &setup.bench, person, pulse)?)
 }
 
 /// This build has no live world.
@@ -38,6 +40,7 @@ pub(super) fn run(
     _: &Prepared,
     _: &Options<'_>,
     setup: &LiveSetup,
+    _: Option<&Terminal>,
     _: &mut impl FnMut(Progress) -> bool,
 ) -> Result<Completed, Failure> {
     let wanted = match &setup.controller {

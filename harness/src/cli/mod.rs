@@ -7,8 +7,8 @@
 //!
 //! What is absent: any judgement, any decision about devices, any clock but a stopwatch.
 
-mod answers;
 mod check;
+mod doctor;
 mod export;
 mod failure;
 mod findings;
@@ -17,6 +17,7 @@ mod interrupt;
 mod list;
 mod live;
 mod measured;
+mod operator;
 mod paper;
 mod predict;
 mod progress;
@@ -27,6 +28,7 @@ mod series;
 mod setup;
 mod show;
 mod stopwatch;
+mod terminal;
 
 use crate::outcome::Outcome;
 use clap::{Parser, Subcommand};
@@ -67,6 +69,7 @@ enum Command {
     Report(report::ReportArguments),
     Show(show::ShowArguments),
     List(list::ListArguments),
+    Doctor(doctor::DoctorArguments),
     Export(export::ExportArguments),
     Identify(identify::IdentifyArguments),
     Predict(predict::PredictArguments),
@@ -89,6 +92,7 @@ impl Cli {
             Some(Command::Report(arguments)) => arguments.execute(),
             Some(Command::Show(arguments)) => arguments.execute(),
             Some(Command::List(arguments)) => arguments.execute(),
+            Some(Command::Doctor(arguments)) => arguments.execute(),
             Some(Command::Export(arguments)) => arguments.execute(screen),
             Some(Command::Identify(arguments)) => arguments.execute(screen),
             Some(Command::Predict(arguments)) => arguments.execute(screen),
@@ -149,7 +153,8 @@ mod tests {
         let mut hil = Cli::command().term_width(100);
         hil.build();
         let mut help = hil.render_long_help().to_string();
-        let names = ["run", "check", "report", "show", "list", "export", "identify", "predict"];
+        let names =
+            ["run", "check", "report", "show", "list", "doctor", "export", "identify", "predict"];
         for name in names {
             let command = hil.find_subcommand_mut(name).expect(name);
             help += &format!("\n======== {name}\n{}", command.render_long_help());

@@ -1,7 +1,7 @@
 //! `hil` alone: every procedure of the paper.
 
-use super::answers;
 use super::failure::Failure;
+use super::operator::OperatorArguments;
 use super::progress::Screen;
 use super::series::{Out, RUNS, Series, prepare_all};
 use super::setup::Setup;
@@ -32,7 +32,9 @@ impl PaperArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         let plans: Vec<&str> = PAPER_PLANS.into_iter().chain(VARIANTS).collect();
         let prepared = prepare_all(&plans)?;
-        let answers = answers::collect(&[], prepared.iter().map(|one| &*one.plan), true)?;
+        let asked = prepared.iter().map(|one| &*one.plan);
+        let (answers, person) =
+            OperatorArguments::default().collect(&Setup::Simulated, asked, screen)?;
         let series = Series {
             plans: &plans,
             setup: &Setup::Simulated,
@@ -40,6 +42,7 @@ impl PaperArguments {
             out: Out::Parent(self.out.clone()),
             level: Level::Events,
             answers,
+            person,
         };
         series.execute(screen)
     }

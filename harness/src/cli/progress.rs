@@ -6,6 +6,8 @@ use crate::outcome::Summary;
 use crate::world::simulated::Progress;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, IsTerminal, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use tracing_subscriber::fmt::MakeWriter;
 
 /// The message takes what is left of the line, and no more: a bar that wraps cannot be redrawn.
@@ -23,6 +25,8 @@ pub(super) struct Screen {
     bars: MultiProgress,
     quiet: bool,
     terminal: bool,
+    /// Somebody is typing; a bar that is redrawn would tear the line.
+    held: Arc<AtomicBool>,
 }
 
 impl Screen {
@@ -31,7 +35,12 @@ impl Screen {
         let shown = terminal && !quiet;
         let target =
             if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        Self { bars: MultiProgress::with_draw_target(target), quiet, terminal }
+        Self {
+            bars: MultiProgress::with_draw_target(target),
+            quiet,
+            terminal,
+            held: Arc::default(),
+        }
     }
 
     /// Colours and lines are wanted: a terminal, and `NO_COLOR` is not set (no-color.org).
@@ -44,6 +53,23 @@ impl Screen {
     pub(super) fn note(&self, text: &str) {
         // With the standard error gone there is nobody to tell.
         let _ = writeln!(self.clone(), "{}", text.trim_end());
+    }
+
+    /// Where the answer to a question is typed.
+    pub(super) fn prompt(&self) {
+        let _ = write!(self.clone(), "> ").and_then(|()| self.clone().flush());
+    }
+
+    /// Shows no progress until [`release`](Self::release).
+    pub(super) fn hold(&self) {
+        self.held.store(true, Ordering::Relaxed);
+        // A bar that stays for want of a terminal does no harm.
+        let _ = self.bars.clear();
+    }
+
+    /// Shows progress again.
+    pub(super) fn release(&self) {
+        self.held.store(false, Ordering::Relaxed);
     }
 
     /// A line that `--quiet` keeps back.
@@ -133,7 +159,7 @@ pub(super) struct PlanProgress {
 impl PlanProgress {
     /// Shows how far it is.
     pub(super) fn show(&self, progress: Progress) {
-        if self.bar.is_hidden() {
+        if self.bar.is_hidden() || self.screen.held.load(Ordering::Relaxed) {
             return;
         }
         let bench_s = progress.now.as_secs_f64();

@@ -1,8 +1,8 @@
 //! `hil run`: plans, once each or for many seeds.
 
 use super::EXIT_STATUSES;
-use super::answers::{self, GivenAnswer};
 use super::failure::Failure;
+use super::operator::OperatorArguments;
 use super::progress::Screen;
 use super::seeds;
 use super::series::{Out, RUNS, Series, prepare_all};
@@ -59,9 +59,8 @@ pub(super) struct RunArguments {
     /// How much is recorded.
     #[arg(long, value_enum, default_value_t)]
     record: Record,
-    /// Answer to what a plan asks a person for.
-    #[arg(long = "answer", value_name = "NAME=VALUE")]
-    answers: Vec<GivenAnswer>,
+    #[command(flatten)]
+    operator: OperatorArguments,
     #[command(flatten)]
     setup: SetupArguments,
     /// Show nothing but the table and what went wrong.
@@ -74,12 +73,11 @@ impl RunArguments {
         let setup = self.setup.setup()?;
         let plans: Vec<&str> = self.plans.iter().map(String::as_str).collect();
         let prepared = prepare_all(&plans)?;
-        // In virtual time nobody stands beside the bench who could be asked.
-        let unattended = setup == Setup::Simulated;
         let declared: Vec<&Plan> = prepared.iter().map(|one| &*one.plan).collect();
-        let answers = answers::collect(&self.answers, declared.iter().copied(), unattended)?;
+        let asked = declared.iter().copied();
+        let (answers, person) = self.operator.collect(&setup, asked, screen)?;
         if let Some(count) = self.seeds {
-            if !unattended {
+            if setup != Setup::Simulated {
                 return Err(Failure::arguments(
                     "--seeds needs the virtual clock: a bench has no seed",
                     "leave out --clock, or --seeds",
@@ -95,7 +93,7 @@ impl RunArguments {
             (None, _) => Out::Parent(RUNS.into()),
         };
         let level = self.record.into();
-        Series { plans: &plans, setup: &setup, seed: self.seed, out, level, answers }
+        Series { plans: &plans, setup: &setup, seed: self.seed, out, level, answers, person }
             .execute(screen)
     }
 }

@@ -1,12 +1,12 @@
 //! `hil run --seeds N`: how many seeds pass.
 
-use super::answers::Answers;
 use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::progress::Screen;
 use super::say;
 use crate::console::{self, Style};
 use crate::made::Made;
+use crate::operator::Answers;
 use crate::outcome::Outcome;
 use crate::plan::Plan;
 use crate::run::{PrepareError, Prepared, verdicts};

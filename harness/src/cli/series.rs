@@ -1,6 +1,5 @@
 //! Plans one after another: what one makes, the later ones use.
 
-use super::answers::Answers;
 use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::live;
@@ -8,9 +7,11 @@ use super::progress::Screen;
 use super::say;
 use super::setup::Setup;
 use super::stopwatch::Stopwatch;
+use super::terminal::Terminal;
 use crate::calibrations;
 use crate::console::{self, Style};
 use crate::made::Made;
+use crate::operator::Answers;
 use crate::outcome::{Outcome, Summary};
 use crate::record::sink::Level;
 use crate::run::{Completed, Options, Prepared, run_to_folder};
@@ -48,6 +49,8 @@ pub(super) struct Series<'a> {
     pub(super) out: Out,
     pub(super) level: Level,
     pub(super) answers: Answers,
+    /// Whoever can be asked for the others.
+    pub(super) person: Option<Terminal>,
 }
 
 /// Reads and checks all of them before anything runs, so that a slip in the last plan does not cost
@@ -140,7 +143,9 @@ impl Series<'_> {
         let wall_s = || stopwatch.elapsed_s();
         let completed = match self.setup {
             Setup::Simulated => run_to_folder(prepared, &options, &mut pulse, &wall_s)?,
-            Setup::Live(setup) => live::run(prepared, &options, setup, &mut pulse)?,
+            Setup::Live(setup) => {
+                live::run(prepared, &options, setup, self.person.as_ref(), &mut pulse)?
+            }
         };
         progress.finish(&completed.summary);
         Ok(completed)

@@ -1,7 +1,9 @@
 //! Which world a plan runs in: clock, bus and device under test, and which of them go together.
 
 use super::failure::Failure;
+use crate::bench_file::BenchFile;
 use clap::{Args, ValueEnum};
+use std::path::PathBuf;
 use std::str::FromStr;
 
 /// What makes time pass.
@@ -59,7 +61,8 @@ pub(super) struct SetupArguments {
     /// clock, process with the real one.
     #[arg(long, value_name = "in-process|process|COMMAND")]
     controller: Option<Controller>,
-    /// Bench file: which port plays which role. Without it every device is emulated.
+    /// Bench file: which port plays which role; a name (see `hil list benches`) or a path. Without it
+    /// every device is emulated.
     #[arg(long, value_name = "FILE")]
     bench: Option<String>,
 }
@@ -70,7 +73,7 @@ pub(super) enum Setup {
     /// Virtual time, lines in memory, the controller in the process.
     Simulated,
     /// Real time and ports.
-    Live(LiveSetup),
+    Live(Box<LiveSetup>),
 }
 
 /// What the live world must be told beyond the plan.
@@ -78,8 +81,18 @@ pub(super) enum Setup {
 pub(super) struct LiveSetup {
     /// The device under test.
     pub(super) controller: Controller,
-    /// Name or path of the bench file; every device is emulated without.
-    pub(super) bench: Option<String>,
+    /// The bench.
+    pub(super) bench: BenchFile,
+}
+
+impl Setup {
+    /// The file of answers that the bench names.
+    pub(super) fn answer_file(&self) -> Option<PathBuf> {
+        match self {
+            Self::Simulated => None,
+            Self::Live(setup) => Some(setup.bench.answers.as_ref()?.file.clone()),
+        }
+    }
 }
 
 impl SetupArguments {
@@ -91,10 +104,13 @@ impl SetupArguments {
     pub(super) fn setup(&self) -> Result<Setup, Failure> {
         match (self.clock, self.bus) {
             (Clock::Virtual, None | Some(Bus::Memory)) => self.simulated(),
-            (Clock::Real, None | Some(Bus::Pty)) => Ok(Setup::Live(LiveSetup {
+            (Clock::Real, None | Some(Bus::Pty)) => Ok(Setup::Live(Box::new(LiveSetup {
                 controller: self.controller.clone().unwrap_or(Controller::Process),
-                bench: self.bench.clone(),
-            })),
+                bench: match &self.bench {
+                    Some(name) => BenchFile::load(name)?,
+                    None => BenchFile::default(),
+                },
+            }))),
             (Clock::Virtual, Some(Bus::Pty)) => Err(Failure::arguments(
                 "the virtual clock needs the memory bus: bytes in the kernel take real time",
                 "add --clock real, or leave --bus out",
@@ -126,7 +142,7 @@ impl SetupArguments {
 
 #[cfg(test)]
 mod tests {
-    use super::{Bus, Clock, Controller, LiveSetup, Setup, SetupArguments};
+    use super::{BenchFile, Bus, Clock, Controller, LiveSetup, Setup, SetupArguments};
 
     fn setup(clock: Clock, bus: Option<Bus>, controller: Option<&str>) -> Result<Setup, String> {
         let controller = controller.map(|text| text.parse().unwrap());
@@ -141,7 +157,9 @@ mod tests {
             setup(Clock::Virtual, Some(Bus::Memory), Some("in-process")),
             Ok(Setup::Simulated)
         );
-        let live = |controller| Ok(Setup::Live(LiveSetup { controller, bench: None }));
+        let live = |controller| {
+            Ok(Setup::Live(Box::new(LiveSetup { controller, bench: BenchFile::default() })))
+        };
         assert_eq!(setup(Clock::Real, None, None), live(Controller::Process));
         let command = Controller::Command("./mine --fast".to_owned());
         assert_eq!(setup(Clock::Real, Some(Bus::Pty), Some("./mine --fast")), live(command));

@@ -3,6 +3,7 @@
 use super::series::AT_REST;
 use super::{ExportError, Recorded, export};
 use crate::dataset::{WriteOptions, read, write};
+use crate::operator::Answers;
 use crate::plan::Plan;
 use crate::record::RecordKind;
 use crate::record::sink::Level;
@@ -14,7 +15,7 @@ use std::path::Path;
 
 fn run(plan: &str, out: &Path) -> RunFolder {
     let prepared = Prepared::load(plan, &crate::made::Made::default()).unwrap();
-    let options = Options { seed: 1, out, level: Level::Events, answers: BTreeMap::new() };
+    let options = Options { seed: 1, out, level: Level::Events, answers: Answers::default() };
     run_to_folder(&prepared, &options, &mut |_| true, &|| 0.0).unwrap();
     RunFolder::open(out).unwrap()
 }

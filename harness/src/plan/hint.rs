@@ -6,7 +6,7 @@
 const LIKENESS_MIN: f64 = 0.8;
 
 /// The message for people, and the help.
-pub(super) fn explain(message: &str) -> (String, Option<String>) {
+pub(crate) fn explain(message: &str) -> (String, Option<String>) {
     if message.contains("wanted exactly 1 element") {
         return ("expected a table with exactly one key here".to_owned(), None);
     }

@@ -36,7 +36,7 @@ mod check;
 mod error;
 mod fit;
 mod flow;
-mod hint;
+pub(crate) mod hint;
 mod identify;
 mod locate;
 mod measurement;

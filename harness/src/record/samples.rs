@@ -1,6 +1,6 @@
 //! Records for tests.
 
-use super::{Device, Observation, Record, RecordKind};
+use super::{Device, Number, Observation, Record, RecordKind, Reply, Through};
 use controller::health::{Causes, Health};
 use controller::mission::{
     AbortReason, Activity, BiasTest, BiasTestResult, Command, MissionResult, Refusal, Report,
@@ -66,6 +66,14 @@ pub(crate) fn one_of_each() -> Vec<Record> {
         coil_celsius: 31.25,
     };
     let health = Health::new(false, Causes { gyro_silent: true, ..Causes::default() });
+    let number = Number { name: "gap".into(), value: 1.5, unit: "mm".into() };
+    let reply = Reply {
+        question: "How wide is the gap?".into(),
+        number: Some(number),
+        by: "Jane Doe".into(),
+        through: Through::Terminal,
+        unix_s: Some(1_770_000_000),
+    };
     vec![
         record(
             0.0,
@@ -109,6 +117,7 @@ pub(crate) fn one_of_each() -> Vec<Record> {
         record(57_600.0, Device::Base, truth),
         record(57_600.0, Device::Base, RecordKind::Note("1 frame lost".into())),
         record(57_601.0, Device::Plan, RecordKind::StepEnded { path: "steps[0].repeat[1]".into() }),
+        record(57_602.0, Device::Plan, RecordKind::Reply(Box::new(reply))),
     ]
 }
 

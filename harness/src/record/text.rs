@@ -59,6 +59,7 @@ impl fmt::Display for Line<'_> {
                 write!(f, "bias {bias:.3} deg/h, coil {coil_celsius:.2} degC")
             }
             RecordKind::Note(text) => write!(f, "note {}", text.escape_debug()),
+            RecordKind::Reply(reply) => write!(f, "reply {reply}"),
         }
     }
 }

@@ -6,13 +6,13 @@ use crate::checks::judge_all;
 use crate::junit;
 use crate::made::Made;
 use crate::models;
+use crate::operator::Answers;
 use crate::outcome::{Outcome, Summary};
 use crate::record::header::Header;
 use crate::record::sink::Level;
 use crate::report;
 use crate::run_folder::{JUNIT, RunFolder, RunFolderError};
 use crate::world::simulated::Progress;
-use std::collections::BTreeMap;
 use std::path::Path;
 
 /// How a run is to be carried out and kept.
@@ -25,7 +25,7 @@ pub struct Options<'a> {
     /// How much is recorded.
     pub level: Level,
     /// Answers to what a person would be asked.
-    pub answers: BTreeMap<String, f64>,
+    pub answers: Answers,
 }
 
 /// A run that is over.

@@ -11,12 +11,14 @@
 mod device_under_test;
 
 pub use device_under_test::DeviceUnderTest;
+pub(crate) use device_under_test::our_program;
 
 use super::bench::{Bench, Carrier};
 use super::lines::BaseLink;
 use super::simulated::Progress;
 use super::stage::Stage;
 use crate::engine::{Action, Ending, Engine};
+use crate::operator::Operator;
 use crate::port::pty::{Pty, PtyError};
 use crate::record::Device;
 use crate::record::sink::RecordSink;
@@ -84,7 +86,8 @@ pub struct LiveWorld {
 }
 
 impl LiveWorld {
-    /// A live world; `ports` are real ports by role ([`GYRO`], [`BASE`]).
+    /// A live world; `ports` are real ports by role ([`GYRO`], [`BASE`]), `operator` answers what the plan
+    /// asks a person.
     ///
     /// # Errors
     ///
@@ -92,7 +95,7 @@ impl LiveWorld {
     pub fn new(
         bench: Bench,
         engine: Engine,
-        answers: BTreeMap<String, f64>,
+        operator: Operator,
         device_under_test: DeviceUnderTest,
         ports: BTreeMap<String, String>,
     ) -> Result<Self, LiveError> {
@@ -100,7 +103,7 @@ impl LiveWorld {
             return Err(LiveError::NoCan);
         }
         let mut stage = Stage::new(bench, engine);
-        stage.answers = answers;
+        stage.operator = operator;
         Ok(Self { stage, device_under_test, ports })
     }
 
@@ -214,7 +217,7 @@ impl LiveWorld {
         Ok(LiveEnd { ending, end, events, late_max, overrun_bytes })
     }
 
-    /// Does anybody want the run to stop, does the disk still take the record?
+    /// Does anybody want the run to stop, does the disk still take the record, has a person said something?
     fn look_up(
         &mut self,
         now: Timestamp,
@@ -228,6 +231,7 @@ impl LiveWorld {
         if let Some(error) = sink.failed() {
             self.stage.engine.broke(now, &format!("failed to write the record: {error}"));
         }
+        self.stage.listen_to_operator(now, sink);
     }
 
     /// Hands over what has passed its line by now.

@@ -8,11 +8,11 @@ use super::bench::{Bench, Carrier};
 use super::lines::{BaseLink, Node};
 use super::stage::{Stage, record_frame};
 use crate::engine::{Action, Ending, Engine};
+use crate::operator::{Answers, Operator};
 use crate::outcome::Outcome;
 use crate::record::Device;
 use crate::record::sink::RecordSink;
 use controller::{Controller, Input, Output, Port};
-use std::collections::BTreeMap;
 use wire::time::Timestamp;
 
 /// Rounds of transmitting at one instant; more means that two devices answer each other for ever.
@@ -71,9 +71,9 @@ impl SimulatedWorld {
         }
     }
 
-    /// Answers to what a person would be asked, by name.
-    pub fn with_answers(mut self, answers: BTreeMap<String, f64>) -> Self {
-        self.stage.answers = answers;
+    /// Answers to what a person would be asked.
+    pub fn with_answers(mut self, answers: Answers) -> Self {
+        self.stage.operator = Operator::simulated(answers);
         self
     }
 

@@ -3,10 +3,10 @@
 use super::bench::{Bench, Carrier, Sent};
 use super::lines::{BaseLink, Lines, Node};
 use crate::engine::{Action, Engine};
+use crate::operator::{Asked, Operator};
 use crate::record::sink::{Level, RecordSink};
 use crate::record::{Device, Record, RecordKind};
 use controller::mission::{Activity, Mission, Report};
-use std::collections::BTreeMap;
 use wire::can::CanFrame;
 use wire::table::AnswerDecoder;
 use wire::time::{Span, Timestamp};
@@ -22,8 +22,8 @@ pub(super) struct Stage {
     pub(super) engine: Engine,
     pub(super) bench: Bench,
     pub(super) lines: Lines,
-    /// Answers to what a person would be asked, by name.
-    pub(super) answers: BTreeMap<String, f64>,
+    /// Answers what a person is asked.
+    pub(super) operator: Operator,
     table_answers: AnswerDecoder,
     state_kept: Option<Timestamp>,
 }
@@ -34,7 +34,7 @@ impl Stage {
             engine,
             lines: Lines::new(bench.gyro_stream(), bench.base_transport()),
             bench,
-            answers: BTreeMap::new(),
+            operator: Operator::default(),
             table_answers: AnswerDecoder::new(),
             state_kept: None,
         }
@@ -123,22 +123,40 @@ impl Stage {
                 let why = format!("this bench cannot switch the power of \"{device}\"");
                 self.engine.broke(now, &why);
             }
-            // Nobody stands beside a simulated bench: what a person is asked to do is done, and a
-            // number must have been given before.
-            Action::Prompt { answer: None, .. } => self.engine.answered(now),
-            Action::Prompt { answer: Some(answer), .. } => {
-                match self.answers.get(answer.name.as_str()) {
-                    Some(value) => self.engine.answered_with(now, *value),
-                    None => {
-                        let why = format!("no answer \"{}\" was given", answer.name);
-                        self.engine.broke(now, &why);
-                    }
-                }
+            Action::Prompt { text, answer } => {
+                let asked = self.operator.ask(&text, answer.as_ref());
+                self.asked(now, sink, asked);
             }
             Action::SaveCalibration { .. } | Action::KeepFound { .. } => keep(&action),
             Action::Record(device, kind) => sink.record(Record { at: now, device, kind }),
         }
         None
+    }
+
+    /// Hands on what came of a question to a person.
+    fn asked(&mut self, now: Timestamp, sink: &mut impl RecordSink, asked: Asked) {
+        match asked {
+            Asked::Waiting => {}
+            Asked::Assumed => self.engine.answered(now),
+            Asked::Nobody(why) => self.engine.broke(now, &why),
+            Asked::Replied(reply) => {
+                let value = reply.number.as_ref().map(|number| number.value);
+                let kind = RecordKind::Reply(Box::new(reply));
+                sink.record(Record { at: now, device: Device::Plan, kind });
+                match value {
+                    Some(value) => self.engine.answered_with(now, value),
+                    None => self.engine.answered(now),
+                }
+            }
+        }
+    }
+
+    /// Takes what the person beside the bench has said by now.
+    #[cfg(feature = "live")]
+    pub(super) fn listen_to_operator(&mut self, now: Timestamp, sink: &mut impl RecordSink) {
+        if let Some(asked) = self.operator.heard() {
+            self.asked(now, sink, asked);
+        }
     }
 
     /// Records what went wrong without ending the run.

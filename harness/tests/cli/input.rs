@@ -71,3 +71,50 @@ fn a_folder_that_is_not_ours_is_refused() {
         assert!(ran.err.contains("no run in ."), "{command}: {}", ran.err);
     }
 }
+
+#[test]
+#[cfg(feature = "live")]
+fn the_doctor_says_what_lacks_and_exits_accordingly() {
+    let hil = Hil::new();
+    let ran = hil.run(&["doctor"]).exits(0);
+    for subject in ["CAN", "serial ports", "ptys", "clock", "k2a-controller", "exit status 0"] {
+        assert!(
+            ran.out.contains(subject) || ran.out.contains("/dev/tty"),
+            "{subject}: {}",
+            ran.out
+        );
+    }
+    // Whatever this machine has, this port and this interface it has not.
+    let bench = "[gyro]\nport = \"/dev/there-is-no-such-port\"\n[base]\nport = \"can:can-none\"\n";
+    std::fs::write(hil.path("bench.toml"), bench).unwrap();
+    let ran = hil.run(&["doctor", "--bench", "bench.toml"]).exits(3);
+    for lacking in ["/dev/there-is-no-such-port, for the gyro", "can-none, for the base"] {
+        assert!(ran.out.contains(lacking), "{lacking}: {}", ran.out);
+    }
+    let json = hil.run(&["doctor", "laps-corrected", "--json"]).exits(0);
+    let json: serde_json::Value = serde_json::from_str(&json.out).unwrap();
+    assert_eq!(json["outcome"], "passed");
+    assert!(hil.run(&["doctor", "varification"]).exits(3).out.contains("no plan is called"));
+}
+
+#[test]
+#[cfg(feature = "live")]
+fn the_doctor_sees_a_vcan() {
+    if !std::path::Path::new("/sys/class/net/vcan0").exists() {
+        let how =
+            "tests/vcan-guest/run -- cargo test -p harness --test cli -- the_doctor_sees_a_vcan";
+        eprintln!("skipped: the_doctor_sees_a_vcan (this kernel has no vcan0; run {how})");
+        return;
+    }
+    let ran = Hil::new().run(&["doctor", "laps-corrected", "--bench", "vcan", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
+    let findings = json["findings"].as_array().unwrap();
+    for (subject, what) in
+        [("CAN", "the kernel has"), ("interface vcan0", "up"), ("module vcan", "")]
+    {
+        let finding = findings.iter().find(|finding| finding["subject"] == subject);
+        let finding = finding.unwrap_or_else(|| panic!("nothing about {subject}: {}", ran.out));
+        assert_eq!(finding["status"], "good", "{finding}");
+        assert!(finding["what"].as_str().unwrap().starts_with(what), "{finding}");
+    }
+}

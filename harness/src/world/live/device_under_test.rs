@@ -208,7 +208,7 @@ fn our_command(config: &Config) -> Vec<String> {
 }
 
 /// Beside this program, where a build puts it; else wherever PATH has it.
-fn our_program() -> PathBuf {
+pub(crate) fn our_program() -> PathBuf {
     let name = "k2a-controller";
     std::env::current_exe()
         .ok()

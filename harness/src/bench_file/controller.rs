@@ -1,0 +1,88 @@
+//! The device under test of a bench.
+
+use super::role::Yes;
+use serde::de::{self, DeserializeSeed, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use std::fmt;
+
+/// Which device is tested.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ControllerSection {
+    /// `in_process = true`: our controller, in the process of the harness.
+    InProcess,
+    /// `command = [...]`: a program that the harness starts; `{gyro}` and `{base}` stand for the ports.
+    Command(Vec<String>),
+    /// `attach = true`: a program that somebody starts by hand, once told which ports to use.
+    Attach,
+}
+
+const KEYS: [&str; 3] = ["in_process", "command", "attach"];
+
+/// The key; a second one is refused here, so that the message points at it.
+struct Key<'a>(Option<&'a str>);
+
+impl<'de> DeserializeSeed<'de> for Key<'_> {
+    type Value = &'static str;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<&'static str, D::Error> {
+        let key = String::deserialize(deserializer)?;
+        let known = KEYS.iter().find(|known| **known == key);
+        let key = known.ok_or_else(|| de::Error::unknown_field(&key, &KEYS))?;
+        match self.0 {
+            None => Ok(key),
+            Some(first) => Err(de::Error::custom(format_args!(
+                "`{key}` beside `{first}`, expected one device under test"
+            ))),
+        }
+    }
+}
+
+/// A program and its arguments.
+struct Words(Vec<String>);
+
+impl<'de> Deserialize<'de> for Words {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let words = Vec::<String>::deserialize(deserializer)?;
+        if words.first().is_none_or(String::is_empty) {
+            return Err(de::Error::custom("no program in the command line, expected one first"));
+        }
+        Ok(Self(words))
+    }
+}
+
+struct SectionVisitor;
+
+impl<'de> Visitor<'de> for SectionVisitor {
+    type Value = ControllerSection;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(
+            "a device under test: `in_process = true`, `command = [...]` or `attach = true`",
+        )
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<ControllerSection, A::Error> {
+        let mut section = None;
+        let mut first = None;
+        while let Some(key) = map.next_key_seed(Key(first))? {
+            first = Some(key);
+            section = Some(match key {
+                "command" => ControllerSection::Command(map.next_value::<Words>()?.0),
+                "attach" => map.next_value::<Yes>().map(|Yes| ControllerSection::Attach)?,
+                _ => map.next_value::<Yes>().map(|Yes| ControllerSection::InProcess)?,
+            });
+        }
+        section.ok_or_else(|| {
+            de::Error::custom(
+                "no device under test, expected `in_process = true`, `command = [...]` or \
+                 `attach = true`",
+            )
+        })
+    }
+}
+
+impl<'de> Deserialize<'de> for ControllerSection {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(SectionVisitor)
+    }
+}

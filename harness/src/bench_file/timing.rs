@@ -1,0 +1,27 @@
+//! What real time may do to a run on this bench.
+
+use serde::de::{self, Unexpected};
+use serde::{Deserialize, Deserializer};
+use wire::time::Span;
+
+/// Largest allowance, in milliseconds. Assumption: a bench that is later than the slowest thing that is
+/// judged, a lap's corner of some 10 s, measures nothing.
+pub const LATE_MS_MAX_MAX: f64 = 10_000.0;
+
+/// What real time may do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Timing {
+    /// How late the harness may be with anything; not judged where it is absent. `late_ms_max` in the
+    /// file, in milliseconds.
+    #[serde(rename = "late_ms_max", default, deserialize_with = "milliseconds")]
+    pub late_max: Option<Span>,
+}
+
+fn milliseconds<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Span>, D::Error> {
+    let value = f64::deserialize(deserializer)?;
+    if value > 0.0 && value <= LATE_MS_MAX_MAX {
+        return Ok(Some(Span::from_secs_f64(value / 1e3)));
+    }
+    Err(de::Error::invalid_value(Unexpected::Float(value), &"milliseconds above 0, at most 10000"))
+}

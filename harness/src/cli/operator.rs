@@ -1,0 +1,54 @@
+//! Who answers what plans ask a person: arguments, a file, or somebody at the terminal.
+
+use super::failure::Failure;
+use super::progress::Screen;
+use super::setup::Setup;
+use super::terminal::Terminal;
+use crate::operator::{AnswerFile, Answers, Attendance, GivenAnswer};
+use crate::plan::Plan;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Answers given before the run, and who gives the others.
+#[derive(Debug, Clone, Default, Args)]
+pub(super) struct OperatorArguments {
+    /// Answer to what a plan asks a person for, such as gap=1.5mm; in the unit that the plan asks for
+    /// where it names none.
+    #[arg(long = "answer", value_name = "NAME=VALUE")]
+    given: Vec<GivenAnswer>,
+    /// File of such answers, for runs that nobody watches: TOML with by = "your name" and a table
+    /// [answers] of texts such as gap = "1.5 mm".
+    #[arg(long, value_name = "FILE")]
+    answers: Option<PathBuf>,
+    /// Who answers at the terminal, for the record. [default: the user's name]
+    #[arg(long, value_name = "NAME")]
+    operator: Option<String>,
+}
+
+impl OperatorArguments {
+    /// The answers for `plans`, and the person at the terminal, where there is one and the bench is real.
+    ///
+    /// # Errors
+    ///
+    /// When an answer cannot be used, or is missing with nobody to be asked.
+    pub(super) fn collect<'a>(
+        &self,
+        setup: &Setup,
+        plans: impl IntoIterator<Item = &'a Plan>,
+        screen: &Screen,
+    ) -> Result<(Answers, Option<Terminal>), Failure> {
+        let path = self.answers.clone().or_else(|| setup.answer_file());
+        let file = path.map(|path| AnswerFile::load(&path)).transpose();
+        let file = file.map_err(crate::operator::AnswersError::from)?;
+        let person = match setup {
+            Setup::Simulated => None,
+            Setup::Live(_) => Terminal::of_stdin(screen, self.operator.as_deref()),
+        };
+        let attendance = match (setup, &person) {
+            (Setup::Simulated, _) => Attendance::Simulated,
+            (Setup::Live(_), Some(_)) => Attendance::Person,
+            (Setup::Live(_), None) => Attendance::Nobody,
+        };
+        Ok((Answers::collect(&self.given, file.as_ref(), plans, attendance)?, person))
+    }
+}

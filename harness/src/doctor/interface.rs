@@ -1,0 +1,141 @@
+//! CAN interfaces, as the kernel and `ip` describe them.
+
+use serde::Serialize;
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+/// `ARPHRD_CAN` of `linux/if_arp.h`: what `/sys/class/net/NAME/type` says of a CAN interface.
+const ARPHRD_CAN: &str = "280";
+/// `IFF_UP` of `linux/if.h`.
+const IFF_UP: u32 = 1;
+
+/// State of a CAN controller (`enum can_state` of `linux/can/netlink.h`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CanState {
+    /// Fewer than 96 errors counted.
+    ErrorActive,
+    /// Fewer than 128.
+    ErrorWarning,
+    /// Fewer than 256; it may no longer destroy what it takes for wrong.
+    ErrorPassive,
+    /// It has left the bus.
+    BusOff,
+    /// It is not started.
+    Stopped,
+    /// It sleeps.
+    Sleeping,
+}
+
+impl CanState {
+    /// As `ip` writes it, in lower case.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::ErrorActive => "error-active",
+            Self::ErrorWarning => "error-warning",
+            Self::ErrorPassive => "error-passive",
+            Self::BusOff => "bus-off",
+            Self::Stopped => "stopped",
+            Self::Sleeping => "sleeping",
+        }
+    }
+
+    fn of_ip(text: &str) -> Option<Self> {
+        let all = [
+            Self::ErrorActive,
+            Self::ErrorWarning,
+            Self::ErrorPassive,
+            Self::BusOff,
+            Self::Stopped,
+            Self::Sleeping,
+        ];
+        all.into_iter().find(|state| state.name().eq_ignore_ascii_case(text))
+    }
+}
+
+/// A CAN interface.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+pub struct CanInterface {
+    /// Its name.
+    pub name: String,
+    /// It is up.
+    pub up: bool,
+    /// `vcan`, `slcan`, or `can` for hardware; none where nobody says.
+    pub kind: Option<String>,
+    /// State of the controller; a virtual one has none.
+    pub state: Option<CanState>,
+    /// Bits per second; a virtual bus has none.
+    pub bitrate: Option<u64>,
+    /// Milliseconds after which it comes back from bus-off by itself; 0 is never.
+    pub restart_ms: Option<u64>,
+    /// Errors counted in sending and in receiving.
+    pub errors: Option<(u64, u64)>,
+}
+
+impl CanInterface {
+    /// In a few words.
+    pub fn words(&self) -> String {
+        let mut words = vec![if self.up { "up" } else { "down" }.to_owned()];
+        words.extend(self.bitrate.map(|rate| format!("{} kbit/s", rate as f64 / 1e3)));
+        words.extend(self.state.map(|state| state.name().to_owned()));
+        words.extend(
+            self.errors
+                .filter(|errors| *errors != (0, 0))
+                .map(|(tx, rx)| format!("error counters {tx} sending, {rx} receiving")),
+        );
+        words.extend(self.kind.clone());
+        words.join(", ")
+    }
+
+    /// It is no hardware: nothing to wire, no bit rate to set.
+    pub fn is_virtual(&self) -> bool {
+        self.kind.as_deref() == Some("vcan") || self.kind.is_none() && is_vcan_name(&self.name)
+    }
+}
+
+/// By its name it is a virtual one.
+pub(super) fn is_vcan_name(name: &str) -> bool {
+    name.strip_prefix("vcan").is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_digit()))
+}
+
+/// Adds what `ip -details -json link` says to what the kernel's files say.
+pub(super) fn add_details(interfaces: &mut [CanInterface], json: &str) {
+    let Ok(Value::Array(links)) = serde_json::from_str(json) else { return };
+    for link in &links {
+        let named = |interface: &&mut CanInterface| link["ifname"] == interface.name.as_str();
+        let Some(interface) = interfaces.iter_mut().find(named) else { continue };
+        let info = &link["linkinfo"];
+        let data = &info["info_data"];
+        interface.kind = info["info_kind"].as_str().map(str::to_owned);
+        interface.state = data["state"].as_str().and_then(CanState::of_ip);
+        interface.bitrate = data["bittiming"]["bitrate"].as_u64();
+        interface.restart_ms = data["restart_ms"].as_u64();
+        let errors = &data["berr_counter"];
+        interface.errors = errors["tx"].as_u64().zip(errors["rx"].as_u64());
+        // A virtual interface has neither; `ip` may say that it is stopped all the same.
+        if interface.is_virtual() {
+            interface.state = None;
+        }
+    }
+}
+
+/// The CAN interfaces below `/sys/class/net`, sorted by name.
+pub(super) fn gather(folder: &Path) -> Vec<CanInterface> {
+    let read = |interface: &Path, file| {
+        let text = fs::read_to_string(interface.join(file)).unwrap_or_default();
+        text.trim().to_owned()
+    };
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let mut interfaces: Vec<CanInterface> = entries
+        .filter(|path| read(path, "type") == ARPHRD_CAN)
+        .filter_map(|path| {
+            let name = path.file_name()?.to_string_lossy().into_owned();
+            let flags = read(&path, "flags");
+            let flags = u32::from_str_radix(flags.trim_start_matches("0x"), 16).unwrap_or(0);
+            Some(CanInterface { name, up: flags & IFF_UP != 0, ..CanInterface::default() })
+        })
+        .collect();
+    interfaces.sort_by(|a, b| a.name.cmp(&b.name));
+    interfaces
+}

@@ -1,0 +1,114 @@
+//! What plans ask for, and how to say what is missing.
+
+use super::answers::{AnswersError, Attendance};
+use super::number::in_unit;
+use crate::plan::{Action, Answer, Plan, Step};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+/// A question of a plan.
+pub(super) struct Asking<'a> {
+    pub(super) plan: &'a Plan,
+    pub(super) text: &'a str,
+    pub(super) answer: Option<&'a Answer>,
+    /// How often the plan asks it.
+    pub(super) times: u64,
+}
+
+impl Asking<'_> {
+    /// Does `plan` ask for `name` here?
+    pub(super) fn is(&self, plan: &Plan, name: &str) -> bool {
+        self.plan.name == plan.name && self.answer.is_some_and(|a| a.name.as_str() == name)
+    }
+}
+
+/// Every question in `steps`, which are carried out `times` times.
+pub(super) fn questions<'a>(
+    plan: &'a Plan,
+    steps: &'a [Step],
+    times: u64,
+    found: &mut Vec<Asking<'a>>,
+) {
+    for step in steps {
+        match &step.action {
+            Action::OperatorPrompt(prompt) => {
+                let (text, answer) = (prompt.text.as_str(), prompt.answer.as_ref());
+                found.push(Asking { plan, text, answer, times });
+            }
+            action => {
+                questions(plan, action.steps(), times.saturating_mul(action.repetitions()), found);
+            }
+        }
+    }
+}
+
+/// Where `name` is asked for.
+pub(super) fn asking_for<'a>(
+    name: &'a str,
+    asked: &'a [Asking<'a>],
+) -> impl Iterator<Item = (&'a Plan, &'a Answer)> {
+    let answers = asked.iter().filter_map(|asking| Some((asking.plan, asking.answer?)));
+    answers.filter(move |(_, answer)| answer.name.as_str() == name)
+}
+
+/// Name, unit and range.
+pub(super) fn wanted(Answer { name, unit, range, .. }: &Answer) -> String {
+    format!("{name}{}, {range}", in_unit(unit))
+}
+
+/// What is asked for at all.
+pub(super) fn known(asked: &[Asking<'_>]) -> String {
+    let names: BTreeSet<_> =
+        asked.iter().filter_map(|asking| Some(asking.answer?.name.as_str())).collect();
+    match names.len() {
+        0 => "asked for: nothing".to_owned(),
+        _ => format!("asked for: {}", Vec::from_iter(names).join(", ")),
+    }
+}
+
+/// What is missing, and a file that would do.
+pub(super) fn tell(missing: &[&Asking<'_>], attendance: Attendance) -> AnswersError {
+    let numbers = missing.iter().filter(|asking| asking.answer.is_some()).count();
+    let what = match (numbers, missing.len() - numbers) {
+        (0, by_hand) => plural(by_hand, "thing has to be done", "things have to be done"),
+        (numbers, 0) => plural(numbers, "answer is missing", "answers are missing"),
+        (numbers, by_hand) => format!(
+            "{} and {}",
+            plural(numbers, "answer is missing", "answers are missing"),
+            plural(by_hand, "thing has to be done", "things have to be done"),
+        ),
+    };
+    let mut help = String::new();
+    let mut lines = BTreeMap::new();
+    for Asking { plan, text, answer, .. } in missing {
+        let text = text.escape_debug();
+        let _ = match answer {
+            None => writeln!(help, "plan {} asks to be done: {text}", plan.name),
+            Some(answer) => {
+                let Answer { name, unit, .. } = *answer;
+                lines.insert(name.as_str(), format!("{name} = \"... {unit}\"\n"));
+                writeln!(help, "plan {} asks for {}: {text}", plan.name, wanted(answer))
+            }
+        };
+    }
+    let (why, otherwise) = match attendance {
+        Attendance::Simulated => ("nobody is asked in virtual time", ""),
+        _ => (
+            "nobody is there to be asked: the standard input is no terminal",
+            "run it in a terminal, or ",
+        ),
+    };
+    help += &format!("{otherwise}add --answers FILE with:\nby = \"your name\"\n");
+    if missing.len() > numbers {
+        help += "done = true\n";
+    }
+    if !lines.is_empty() {
+        help += "[answers]\n";
+        help.extend(lines.into_values());
+    }
+    AnswersError::Missing { what, why, help: help.trim_end().to_owned() }
+}
+
+fn plural(count: usize, one: &str, many: &str) -> String {
+    if count == 1 { format!("1 {one}") } else { format!("{count} {many}") }
+}
