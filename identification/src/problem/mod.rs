@@ -8,6 +8,7 @@ mod laps;
 mod path;
 mod pose;
 mod segments;
+mod turning;
 mod wheels;
 
 use crate::dataset::{Axis, Dataset, Kind};
@@ -16,6 +17,7 @@ use crate::model::{Acts, Driver};
 pub use channels::{Channel, Channels};
 pub use path::{Path, PathError};
 pub use pose::{Component, Pose};
+pub use turning::{Over, Turning};
 
 /// How rows add up to observations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
