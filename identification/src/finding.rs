@@ -45,11 +45,27 @@ pub struct Finding {
     pub notices: Vec<String>,
 }
 
+/// A constant with a higher probability adds nothing to what stands beside it (assumption).
+const ADDS_NOTHING: f64 = 0.5;
+
+impl Finding {
+    /// The spline or surface beside a constant that the constant is a part of: these data do not tell the two apart,
+    /// and the constant's probability of 1 says nothing else.
+    pub fn not_told_apart(&self, constant: &Effect) -> Option<&Effect> {
+        let is_constant = constant.form == "constant" && constant.p_value > ADDS_NOTHING;
+        self.effects.iter().filter(|_| is_constant).find(|other| {
+            ["spline", "surface"].contains(&other.form.as_str())
+                && (&other.term, other.axis) == (&constant.term, constant.axis)
+        })
+    }
+}
+
 /// The answer in a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// An effect was added, what is left is white, and the held-out error fell.
+    /// An effect was added, what is left is white at [`WHITENESS_LEVEL`](crate::outcome::WHITENESS_LEVEL), and the
+    /// held-out error fell.
     Explained,
     /// The model given leaves nothing but noise.
     NothingMissing,
@@ -102,6 +118,12 @@ pub struct Effect {
     pub drivers: Vec<String>,
     /// How it depends on them.
     pub form: String,
+    /// Knots of a spline or a surface, in the unit of the parameter `knot`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub knots: Vec<f64>,
+    /// Knots of a surface over its second driver, in the unit of the parameter `knot_2`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub knots_2: Vec<f64>,
     /// Its numbers.
     pub parameters: Vec<Parameter>,
     /// Probability of as strong a sign of any effect in noise alone.

@@ -3,7 +3,7 @@
 use crate::dataset::{Dataset, Kind};
 use crate::experiment::{self, Doubt, Experiment};
 use crate::finding::{Figure, Finding, Left, SCHEMA, Verdict};
-use crate::model::{Acts, Model, Shape, Term, exposure};
+use crate::model::{Acts, KNOT, Model, Shape, Term, exposure};
 use crate::noise::{self, Layout, NoiseModel};
 use crate::outcome::{self, Diagnostics, Errors};
 use crate::problem::{Aggregate, Block, Known, Problem};
@@ -226,6 +226,8 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
     let mut plain = Vec::new();
     let mut base = Vec::new();
     let mut left = Vec::new();
+    let mut notices: Vec<String> =
+        dataset.notices.iter().chain(&problem.notices).cloned().collect();
     let mut diagnostics =
         Diagnostics { blocks: Vec::new(), run_labels: dataset.run_labels.clone() };
     for one in done {
@@ -237,7 +239,8 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
         }
         for found in &one.fit.base {
             let term = outcome::term(one.data, found);
-            base.extend(term.parameters.iter().cloned().map(|mut parameter| {
+            let numbers = term.parameters.iter().filter(|one| !KNOT.contains(&one.name.as_str()));
+            base.extend(numbers.cloned().map(|mut parameter| {
                 parameter.name.clone_from(&term.name);
                 parameter
             }));
@@ -271,6 +274,18 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
                     / one.data.block.rows.len().max(1) as f64)
                     .min(1.0),
             });
+        }
+        match outcome::whiteness(one.data, &one.fit) {
+            Some(found) => {
+                notices.push(found.notice(one.data, done.len()));
+                if !found.is_white(done.len()) {
+                    left.push(found.left(one.data));
+                }
+            }
+            None => notices.push(format!(
+                "`{}` has too few observations to judge whether what is left is white",
+                one.data.block.label
+            )),
         }
         diagnostics.blocks.push(outcome::diagnose(
             one.data,
@@ -325,7 +340,7 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
             effects,
             left,
             next_experiment: None,
-            notices: dataset.notices.iter().chain(&problem.notices).cloned().collect(),
+            notices,
         },
         model: Model {
             schema: SCHEMA,
