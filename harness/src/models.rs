@@ -14,7 +14,6 @@ mod numbers;
 #[cfg(test)]
 mod tests;
 
-pub use form::KNOT;
 pub use learned::learned;
 
 use crate::library::{Kind, Library, LibraryError};

@@ -102,6 +102,12 @@ pub struct Effect {
     pub drivers: Vec<String>,
     /// How it depends on them.
     pub form: String,
+    /// Knots of a spline or a surface, in the unit of the parameter `knot`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub knots: Vec<f64>,
+    /// Knots of a surface over its second driver, in the unit of the parameter `knot_2`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub knots_2: Vec<f64>,
     /// Its numbers.
     pub parameters: Vec<Parameter>,
     /// Probability of as strong a sign of any effect in noise alone.

@@ -3,7 +3,7 @@
 use crate::dataset::{Dataset, Kind};
 use crate::experiment::{self, Doubt, Experiment};
 use crate::finding::{Figure, Finding, Left, SCHEMA, Verdict};
-use crate::model::{Acts, Model, Shape, Term, exposure};
+use crate::model::{Acts, KNOT, Model, Shape, Term, exposure};
 use crate::noise::{self, Layout, NoiseModel};
 use crate::outcome::{self, Diagnostics, Errors};
 use crate::problem::{Aggregate, Block, Known, Problem};
@@ -237,7 +237,8 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
         }
         for found in &one.fit.base {
             let term = outcome::term(one.data, found);
-            base.extend(term.parameters.iter().cloned().map(|mut parameter| {
+            let numbers = term.parameters.iter().filter(|one| !KNOT.contains(&one.name.as_str()));
+            base.extend(numbers.cloned().map(|mut parameter| {
                 parameter.name.clone_from(&term.name);
                 parameter
             }));

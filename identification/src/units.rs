@@ -46,8 +46,19 @@ fn simple(word: &str) -> Option<f64> {
         "h" => Some(3600.0),
         "min" => Some(60.0),
         "ppm" => Some(1e-6),
-        other => Unit::parse(other).map(Unit::si),
+        other => Unit::parse(other).map(Unit::si).or_else(|| raised(other)),
     }
+}
+
+/// A unit with its power written as a digit: `s2`.
+fn raised(word: &str) -> Option<f64> {
+    let (place, digit) = word.char_indices().next_back()?;
+    let exponent = i32::try_from(digit.to_digit(10)?).ok()?;
+    let base = &word[..place];
+    if base.is_empty() || base.ends_with(|c: char| c.is_ascii_digit()) {
+        return None;
+    }
+    simple(base).map(|base| base.powi(exponent))
 }
 
 /// `numerator` per `denominator`, written.
@@ -73,11 +84,13 @@ mod tests {
             ("deg/s/K^2", deg),
             ("1/(deg/s)^2", 1.0 / (deg * deg)),
             ("deg/h/(K/min)", deg / 3600.0 * 60.0),
+            ("deg/s/(m/s2)", deg),
+            ("1/min2", 1.0 / 3600.0),
         ] {
             let found = si_factor(text).unwrap_or(f64::NAN);
             assert!((found / factor - 1.0).abs() < 1e-12, "{text}: {found}");
         }
-        for text in ["", "deg//s", "deg/(s", "furlong", "deg)s"] {
+        for text in ["", "deg//s", "deg/(s", "furlong", "deg)s", "2", "s12", "s/2"] {
             assert_eq!(si_factor(text), None, "{text}");
         }
         assert_eq!(per("deg/s", "K/s"), "deg/s/(K/s)");

@@ -1,6 +1,7 @@
 //! Findings in a few lines, for a person.
 
 use identification::finding::{Effect, Finding, HeldOut, Parameter, Prediction, Verdict};
+use identification::model::KNOT;
 use std::fmt::Write;
 
 /// Verdict, errors before and after, each effect, what is left, and what to do next.
@@ -78,7 +79,8 @@ fn errors(held_out: &HeldOut) -> String {
 
 fn words(effect: &Effect) -> String {
     let axis = effect.axis.map_or(String::new(), |axis| format!(", axis {axis:?}").to_lowercase());
-    let parameters: Vec<_> = effect.parameters.iter().map(parameter).collect();
+    let is_number = |one: &&Parameter| !KNOT.contains(&one.name.as_str());
+    let parameters: Vec<_> = effect.parameters.iter().filter(is_number).map(parameter).collect();
     format!(
         "effect {}: {} by {} ({}{axis}): {}; p = {:.1e}",
         effect.name,

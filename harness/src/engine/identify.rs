@@ -9,10 +9,9 @@ use crate::plan::quantities as q;
 use crate::plan::{Identify, Source, Step};
 use crate::record::RecordKind;
 use controller::mission::Command;
-use identification::dataset::{Role, Unit};
-use identification::finding::{Finding, Parameter, Verdict};
+use identification::finding::{Finding, Verdict};
 use identification::identify::{Options, identify};
-use identification::model::{Form, Model};
+use identification::model::Model;
 use identification::units::si_factor;
 use std::collections::BTreeSet;
 use wire::time::Timestamp;
@@ -57,7 +56,6 @@ impl Engine {
     /// What was read under a model shows what that leaves: the whole model is both. Two scales that
     /// follow each other are taken as their sum, which is off by their product.
     fn on_top(&self, mut found: Model) -> Model {
-        say_knots(&mut found);
         if let Some(in_force) = &self.model {
             found.terms = in_force.terms.iter().cloned().chain(found.terms).collect();
             for (field, role) in &in_force.fields {
@@ -111,27 +109,6 @@ impl Engine {
                 self.end(now, Outcome::Failed, Some(reason));
             }
         }
-    }
-}
-
-/// A model does not say what unit its knots are in; here it is known from the data set.
-fn say_knots(found: &mut Model) {
-    for term in found.terms.iter_mut().filter(|term| term.form == Form::Spline) {
-        let field = term.drivers.first().map(|driver| driver.field.as_str());
-        let role = field.and_then(|field| found.fields.get(field));
-        let unit = match role {
-            Some(Role::TableRate | Role::ReferenceRate | Role::GyroRate) => Unit::DegreePerSecond,
-            Some(Role::Heading | Role::ReferenceHeading) => Unit::Degree,
-            // What turns is not always a field of its own.
-            None if field == Some("reference_rate") => Unit::DegreePerSecond,
-            _ => continue,
-        };
-        term.parameters.push(Parameter {
-            name: models::KNOT.to_owned(),
-            value: 1.0,
-            standard_error: None,
-            unit: unit.text().to_owned(),
-        });
     }
 }
 

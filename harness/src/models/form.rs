@@ -2,10 +2,7 @@
 
 use super::numbers::Numbers;
 use controller::correction::{BIAS_SUM_MAX, Driver, Form, Point, SCALE_SUM_MAX, TABLE_POINTS_MAX};
-use identification::model::{self, Wrap};
-
-/// The parameter that says what one unit of a term's knots is, where the field does not.
-pub const KNOT: &str = "knot";
+use identification::model::{self, KNOT, Wrap};
 
 /// The form of `term` over these drivers.
 pub(super) fn of(
@@ -79,10 +76,11 @@ pub(super) fn of(
 /// means it, and is constant from there.
 fn spline(term: &model::Term, driver: Driver, numbers: &Numbers<'_>) -> Result<Form, String> {
     let unit = match driver {
-        _ if numbers.has(KNOT) => numbers.get(KNOT)?,
+        _ if numbers.has(KNOT[0]) => numbers.get(KNOT[0])?,
         Driver::Rate | Driver::AbsRate | Driver::Heading => {
             return Err(format!(
-                "the unit of its knots is not known: a parameter `{KNOT}` of 1 in that unit says it"
+                "the unit of its knots is not known: a parameter `{}` of 1 in that unit says it",
+                KNOT[0]
             ));
         }
         _ => 1.0,

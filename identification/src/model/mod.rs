@@ -8,6 +8,9 @@ mod see;
 mod shape;
 mod spline;
 mod term;
+#[cfg(test)]
+mod tests;
+mod unit;
 
 use crate::dataset::{Axis, Kind, Role};
 use crate::finding::Parameter;
@@ -18,7 +21,8 @@ use serde::{Deserialize, Serialize};
 pub use shape::{Shape, exposure};
 pub use spline::{REACH as SPLINE_REACH, quantile_knots};
 use std::collections::BTreeMap;
-pub use term::Fitted;
+pub use term::{Fitted, KNOT};
+pub(crate) use unit::place_unit;
 
 /// What a term acts on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -42,6 +46,10 @@ pub enum Acts {
 }
 
 /// How a term depends on its drivers; beside each, its parameters. `origin` is where a driver counts as zero.
+///
+/// Places on the axis of a driver (`origin`, `at`, `centre`, knots) are in the unit of the field, `Cel` for a
+/// temperature; differences (`width`, `period`, `half_width`) and what is per unit of it are in `K`. A place that is
+/// written in `K` is read as the same number of degrees Celsius.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Form {
@@ -103,10 +111,11 @@ pub struct Term {
     pub drivers: Vec<Driver>,
     /// How it depends on that.
     pub form: Form,
-    /// Knots of a spline or a surface, in the units of the field.
+    /// Knots of a spline or a surface, in the unit of its parameter `knot` ([`KNOT`]); where there is none, of the
+    /// field.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub knots: Vec<f64>,
-    /// Knots of a surface over its second driver.
+    /// Knots of a surface over its second driver, in the unit of its parameter `knot_2`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub knots_2: Vec<f64>,
     /// Its numbers, each with its unit.

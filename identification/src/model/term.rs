@@ -1,10 +1,13 @@
 //! Terms with their numbers in the units of the data, from shapes with numbers in SI, and back.
 
-use super::see::Field;
-use super::{Acts, Driver, Form, Shape, Term, Wrap, field};
+use super::unit::{coefficient_unit, fixed_unit, place_unit};
+use super::{Acts, Form, Shape, Term, Wrap};
 use crate::finding::Parameter;
 use crate::problem::{Channels, DisplayUnit};
-use crate::units::{per, si_factor};
+use crate::units::si_factor;
+
+/// The parameters that say, by a value of 1, in which unit the knots are.
+pub const KNOT: [&str; 2] = ["knot", "knot_2"];
 
 /// A fitted coefficient, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,36 +16,6 @@ pub struct Fitted {
     pub value: f64,
     /// Its standard error; NaN where it was not fitted.
     pub error: f64,
-}
-
-/// Unit of a driver's differences, as written and in SI.
-fn driver_unit(channels: &Channels, driver: &Driver) -> DisplayUnit {
-    let plain = match field(channels, driver) {
-        Some(Field::Rotation) => {
-            DisplayUnit::new(channels.rotation_unit.text(), channels.rotation_unit.si())
-        }
-        Some(Field::Channel(channel)) => {
-            DisplayUnit::new(channel.unit.difference_text(), channel.unit.si())
-        }
-        Some(Field::Time) => DisplayUnit::new(channels.time_unit.text(), 1.0),
-        Some(Field::Direction) | None => DisplayUnit::new("1", 1.0),
-    };
-    match driver.wrap {
-        Wrap::RateOf => DisplayUnit::new(&per(&plain.text, channels.time_unit.text()), plain.si),
-        Wrap::Sign => DisplayUnit::new("1", 1.0),
-        _ => plain,
-    }
-}
-
-/// Unit of a number of `shape` that is not a coefficient.
-fn fixed_unit(shape: &Shape, channels: &Channels, name: &str) -> DisplayUnit {
-    let time = DisplayUnit::new(channels.time_unit.text(), 1.0);
-    match name {
-        "time_constant" | "delay" => time,
-        "stretch" | "through" => DisplayUnit::new("1", 1.0),
-        "origin_2" => shape.drivers.get(1).map_or(time, |driver| driver_unit(channels, driver)),
-        _ => shape.drivers.first().map_or(time, |driver| driver_unit(channels, driver)),
-    }
 }
 
 /// Names of the coefficients of a shape.
@@ -67,44 +40,6 @@ fn coefficient_names(shape: &Shape) -> Vec<String> {
             _ => "delay",
         }),
         Form::DeadZone | Form::Saturation => one("gain"),
-    }
-}
-
-/// Unit of the coefficients of a shape, where a term's own unit is `unit`.
-fn coefficient_unit(shape: &Shape, channels: &Channels, unit: &DisplayUnit) -> DisplayUnit {
-    let drivers: Vec<DisplayUnit> =
-        shape.drivers.iter().map(|driver| driver_unit(channels, driver)).collect();
-    let over = |power: i32| {
-        let Some(driver) = drivers.first() else {
-            return unit.clone();
-        };
-        let text = match (power, driver.text.contains('/')) {
-            (_, _) if driver.text == "1" => "1".to_owned(),
-            (1, _) => driver.text.clone(),
-            (_, true) => format!("({})^{power}", driver.text),
-            (_, false) => format!("{}^{power}", driver.text),
-        };
-        let written = if text.starts_with('(') {
-            format!("{}/{text}", unit.text)
-        } else {
-            per(&unit.text, &text)
-        };
-        DisplayUnit::new(&written, unit.si / driver.si.powi(power))
-    };
-    match shape.form {
-        Form::Linear | Form::Hinge => over(1),
-        Form::Quadratic => over(2),
-        Form::Cubic => over(3),
-        Form::Product => {
-            let first = over(1);
-            drivers.get(1).map_or(first.clone(), |second| {
-                DisplayUnit::new(&per(&first.text, &second.text), first.si / second.si)
-            })
-        }
-        Form::Delay if shape.acts == Acts::Clock => DisplayUnit::new("1", 1.0),
-        Form::Delay => DisplayUnit::new(channels.time_unit.text(), 1.0),
-        Form::DeadZone | Form::Saturation => DisplayUnit::new("1", 1.0),
-        _ => unit.clone(),
     }
 }
 
@@ -143,11 +78,21 @@ impl Term {
                 unit: unit.text,
             });
         }
-        let scaled = |knots: &[f64], which: usize| {
-            let si =
-                shape.drivers.get(which).map_or(1.0, |driver| driver_unit(channels, driver).si);
-            knots.iter().map(|knot| knot / si).collect()
+        let mut scaled = |knots: &[f64], which: usize| {
+            if knots.is_empty() {
+                return Vec::new();
+            }
+            let unit = place_unit(channels, shape, which);
+            let knots = knots.iter().map(|knot| knot / unit.si).collect();
+            parameters.push(Parameter {
+                name: KNOT[which].to_owned(),
+                value: 1.0,
+                standard_error: None,
+                unit: unit.text,
+            });
+            knots
         };
+        let (knots, knots_2) = (scaled(&shape.knots, 0), scaled(&shape.knots_2, 1));
         Self {
             name: shape.name.clone(),
             known: shape.known,
@@ -156,8 +101,8 @@ impl Term {
             quantity: None,
             drivers: shape.drivers.clone(),
             form: shape.form,
-            knots: scaled(&shape.knots, 0),
-            knots_2: scaled(&shape.knots_2, 1),
+            knots,
+            knots_2,
             parameters,
         }
     }
@@ -173,18 +118,14 @@ impl Term {
                 format!("term `{}`: unit `{}` is not known", self.name, parameter.unit)
             })
         };
-        let knots = |knots: &[f64], which: usize| {
-            let si = self.drivers.get(which).map_or(1.0, |driver| driver_unit(channels, driver).si);
-            knots.iter().map(|knot| knot * si).collect()
-        };
         let mut shape = Shape {
             name: self.name.clone(),
             known: self.known,
             acts: self.term,
             drivers: self.drivers.clone(),
             form: self.form,
-            knots: knots(&self.knots, 0),
-            knots_2: knots(&self.knots_2, 1),
+            knots: self.knots.clone(),
+            knots_2: self.knots_2.clone(),
             fixed: Vec::new(),
         };
         let names = coefficient_names(&shape);
@@ -200,9 +141,18 @@ impl Term {
             }
         }
         for parameter in &self.parameters {
-            if !names.contains(&parameter.name) {
+            if !names.contains(&parameter.name) && !KNOT.contains(&parameter.name.as_str()) {
                 shape.set(&parameter.name, si(parameter)?);
             }
+        }
+        let scale = |which: usize| match self.parameter(KNOT[which]) {
+            Some(said) => si(said),
+            // Without a word of it, the field's.
+            None => Ok(place_unit(channels, &shape, which).si),
+        };
+        let scales = [scale(0)?, scale(1)?];
+        for (knots, scale) in [(&mut shape.knots, scales[0]), (&mut shape.knots_2, scales[1])] {
+            knots.iter_mut().for_each(|knot| *knot *= scale);
         }
         Ok((shape, coefficients))
     }

@@ -2,7 +2,7 @@
 
 use super::held_out::Errors;
 use crate::finding::Parameter;
-use crate::model::{exposure, see};
+use crate::model::{exposure, place_unit, see};
 use crate::noise::Whitener;
 use crate::problem::Aggregate;
 use crate::select::{BlockFit, Data, Found, combine};
@@ -157,17 +157,9 @@ fn curve(data: Data<'_>, all: &[Found], index: usize) -> Option<EffectCurve> {
     let driver = shape.drivers.first()?;
     let x_rows = see(data.channels, driver, &shape.fixed)?;
     let coefficients: Vec<f64> = found.coefficients.iter().map(|(value, _)| *value).collect();
-    let term = super::term(data, found);
     let exposed = exposure(data.block, shape.acts)?;
-    let (x_unit, x_si) = term
-        .parameter("origin")
-        .or_else(|| term.parameter("at"))
-        .or_else(|| term.parameter("centre"))
-        .and_then(|p| Some((p.unit.clone(), crate::units::si_factor(&p.unit)?)))
-        .unwrap_or_else(|| {
-            let unit = data.channels.named(&driver.field).map(|channel| channel.unit);
-            unit.map_or(("1".to_owned(), 1.0), |unit| (unit.text().to_owned(), unit.si()))
-        });
+    let x = place_unit(data.channels, shape, 0);
+    let (x_unit, x_si) = (x.text, x.si);
     let per_row = combine(&shape.per_row(data.channels)?, &coefficients);
     let mut points: Vec<(f64, f64)> =
         x_rows.iter().zip(&per_row).map(|(x, y)| (x / x_si, y / exposed.unit.si)).collect();

@@ -58,6 +58,8 @@ pub(crate) fn effect(data: Data<'_>, found: &Found, before: f64, after: f64) -> 
         axis: data.block.axis,
         drivers: found.shape.drivers.iter().map(ToString::to_string).collect(),
         form: form(found.shape.form),
+        knots: term.knots,
+        knots_2: term.knots_2,
         parameters: term.parameters,
         p_value: (-found.strength).exp().min(1.0),
         held_out_before: before,

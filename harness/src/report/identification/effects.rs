@@ -5,14 +5,15 @@ use super::meaning::{cause, meaning, title};
 use crate::figures;
 use identification::dataset::Axis;
 use identification::finding::{Effect, Finding, Parameter, Rival};
+use identification::model::KNOT;
 use identification::outcome::{Diagnostics, EffectCurve};
 use maud::{Markup, html};
 
 /// Parameters that a sentence can hold.
 const PARAMETERS_MAX: usize = 4;
 
-/// Where an effect counts as zero is no size of it.
-const PLACES: [&str; 2] = ["origin", "origin_2"];
+/// Where an effect counts as zero, and the unit of knots, are no size of it.
+const PLACES: [&str; 4] = ["origin", "origin_2", KNOT[0], KNOT[1]];
 
 /// Probabilities below this are not told apart.
 const PROBABILITY_MIN: f64 = 0.01;
