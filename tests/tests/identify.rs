@@ -1,6 +1,7 @@
 //! From turns of the table to a model, and from the model to corrected turns: in one plan and from one
 //! plan to the next.
 
+use controller::mission::{Command, Report};
 use emulators::device_file::Devices;
 use harness::models;
 use harness::outcome::Outcome;
@@ -137,4 +138,33 @@ fn nothing_to_identify_from_fails_the_run() {
     assert_eq!(done.simulated.ending.outcome, Outcome::Failed);
     let reason = done.simulated.ending.reason.unwrap();
     assert!(reason.contains("no turns were observed under the calibration in force"), "{reason}");
+}
+
+const FAST: &str =
+    "{ table_turn = { angle_deg = -360, rate_deg_per_s = 90, acceleration_deg_per_s2 = 400 } },";
+
+/// The controller's mean rate is still that of the turn when the table stands.
+#[test]
+fn a_model_is_taken_up_once_the_controller_reports_rest() {
+    for taken in [r#"{ use_model = "none" }"#, r#"{ use_calibration = "none" }"#] {
+        let done = run(&prepared(&plan(&(FAST.to_owned() + taken)), warming()), 1);
+        let moving =
+            |kind: &RecordKind| matches!(kind, RecordKind::Report(Report::State(s)) if s.moving);
+        let last = done.records.iter().rposition(|record| moving(&record.kind)).unwrap();
+        let applied = |kind: &RecordKind| matches!(kind, RecordKind::Command(c) if matches!(**c, Command::SetCalibration(_)));
+        let at = done.records.iter().position(|record| applied(&record.kind)).unwrap();
+        assert!(last < at, "{taken}: told to in motion");
+        assert_eq!(done.simulated.ending.outcome, Outcome::Passed, "{:?}", done.simulated.ending);
+    }
+}
+
+#[test]
+fn a_gyro_that_never_comes_to_rest_ends_the_run_with_the_reason() {
+    let mut devices = ideal_table(NAVIGATOR);
+    // Beyond what the controller takes for a bias.
+    devices.gyro.1.bias_deg_per_h = 3_600.0;
+    let done = run(&prepared(&plan(r#"{ use_model = "none" }"#), devices), 1);
+    assert_eq!(done.simulated.ending.outcome, Outcome::Timeout);
+    let reason = done.simulated.ending.reason.unwrap();
+    assert!(reason.contains("the controller does not report rest"), "{reason}");
 }

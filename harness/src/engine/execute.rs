@@ -149,6 +149,11 @@ impl Engine {
                 self.waiting = Waiting::Residual(now + duration);
             }
             Op::Condition => self.waiting = Waiting::Condition,
+            Op::Rest => {
+                if self.state.is_some_and(|state| state.moving) {
+                    self.waiting = Waiting::Rest;
+                }
+            }
             Op::Table(command) => {
                 self.actions.push_back(Action::Table(command));
                 self.waiting = Waiting::TableWord;

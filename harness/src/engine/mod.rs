@@ -80,6 +80,8 @@ enum Waiting {
     Residual(Timestamp),
     /// The step's condition.
     Condition,
+    /// A state in which nothing moves.
+    Rest,
     /// The absolute measurement.
     Absolute(op::Op),
     /// The world's confirmation, and a number if one is asked for.
@@ -253,7 +255,11 @@ impl Engine {
         if now >= self.plan_deadline {
             self.end(now, Outcome::Timeout, Some("the plan took longer than its limit".to_owned()));
         } else if now >= self.step_deadline {
-            let reason = format!("{} took longer than its limit", self.place());
+            let why = match self.waiting {
+                Waiting::Rest => ": the controller does not report rest",
+                _ => "",
+            };
+            let reason = format!("{} took longer than its limit{why}", self.place());
             self.end(now, Outcome::Timeout, Some(reason));
         }
     }
@@ -390,6 +396,9 @@ impl Engine {
             && let Some((StepAction::WaitUntil(condition), _)) = &self.step
             && self.rest.holds(condition)
         {
+            self.waiting = Waiting::Nothing;
+        }
+        if self.waiting == Waiting::Rest && !state.moving {
             self.waiting = Waiting::Nothing;
         }
         if first || self.waiting == Waiting::Nothing {

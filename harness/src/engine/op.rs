@@ -37,6 +37,8 @@ pub(super) enum Op {
     Residual(Span),
     /// Wait until the step's condition holds.
     Condition,
+    /// Wait until the controller reports that nothing moves: it takes no calibration up before.
+    Rest,
     /// Send the table a command and wait for its word.
     Table(TableCommand),
     /// Ask the table for its state until it is at rest.
@@ -76,6 +78,7 @@ pub(super) fn expand(
     table_step: Angle,
 ) -> Result<Vec<Op>, String> {
     let mission = |command| vec![Op::mission(command)];
+    let at_rest = |command| vec![Op::Rest, Op::mission(command)];
     Ok(match &step.action {
         Action::BiasTest(test) => mission(Command::BiasTest(mission::BiasTest {
             duration_s: test.duration.as_secs_f64(),
@@ -103,15 +106,15 @@ pub(super) fn expand(
         Action::Fit(_) => vec![Op::Fit],
         Action::SaveCalibration(_) => vec![Op::SaveCalibration],
         Action::UseCalibration(wanted) => match wanted.name().map(Name::as_str) {
-            None => mission(Command::SetCalibration(Calibration::default())),
+            None => at_rest(Command::SetCalibration(Calibration::default())),
             Some(name) => match calibrations.get(name) {
-                Some(calibration) => mission(Command::SetCalibration(calibration.clone())),
+                Some(calibration) => at_rest(Command::SetCalibration(calibration.clone())),
                 None => return Err(format!("no calibration \"{name}\" has been made or found")),
             },
         },
         Action::Identify(_) => vec![Op::Identify],
         Action::UseModel(wanted) => {
-            vec![Op::UseModel(wanted.name().map(|name| name.as_str().to_owned()))]
+            vec![Op::Rest, Op::UseModel(wanted.name().map(|name| name.as_str().to_owned()))]
         }
         Action::SetParameter(set) => vec![Op::SetParameter {
             device: set.parameter.device.to_string(),
