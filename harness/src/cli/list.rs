@@ -6,6 +6,7 @@ use crate::console::Style;
 use crate::library::{Kind, Library, LibraryError, names};
 use crate::outcome::Outcome;
 use crate::plan::quantities::QUANTITIES;
+use crate::plan::{Action, STEP_EXAMPLES};
 use crate::run::load_plan;
 use clap::{Args, ValueEnum};
 use comfy_table::{ContentArrangement, Table, presets};
@@ -20,8 +21,12 @@ use emulators::table::TableParameters;
 enum Topic {
     /// Plans that ship.
     Plans,
-    /// Device files and models that ship.
+    /// What a step of a plan can do.
+    Steps,
+    /// Device files, and the gyros, bases and tables that they name, that ship.
     Devices,
+    /// Identified models and calibrations that ship.
+    Models,
     /// What a plan can measure.
     Quantities,
     /// What device files and plans can set: device.parameter.
@@ -47,7 +52,9 @@ impl ListArguments {
         for topic in topics {
             let table = match topic {
                 Topic::Plans => plans()?,
+                Topic::Steps => steps(),
                 Topic::Devices => devices()?,
+                Topic::Models => models()?,
                 Topic::Quantities => quantities(),
                 Topic::Parameters => parameters(),
             };
@@ -78,6 +85,33 @@ fn plans() -> Result<Table, Failure> {
     for name in names(Kind::Plan) {
         let plan = load_plan(&Library::shipped(), &name)?;
         table.add_row([name, plan.title, plan.paper.unwrap_or_default()]);
+    }
+    Ok(table)
+}
+
+fn steps() -> Table {
+    let mut table = table(["step", "what is done", "example"]);
+    for ((name, doc), (_, example)) in Action::DOCS.iter().zip(STEP_EXAMPLES) {
+        table.add_row([name, doc.trim(), example]);
+    }
+    table
+}
+
+fn models() -> Result<Table, Failure> {
+    let mut table = table(["name", "kind", "terms or origin"]);
+    for name in names(Kind::Model) {
+        let (_, model) = crate::models::read(&Library::shipped(), &name)
+            .map_err(crate::run::PrepareError::from)?;
+        let terms: Vec<&str> = model.terms.iter().map(|term| term.name.as_str()).collect();
+        table.add_row([name, format!("model of {}", model.kind.name()), terms.join(", ")]);
+    }
+    for name in names(Kind::Calibration) {
+        let source = Library::shipped()
+            .open(Kind::Calibration, &name)
+            .map_err(crate::run::PrepareError::from)?;
+        // The first line says what made it.
+        let origin = source.text.lines().next().and_then(|line| line.strip_prefix("# "));
+        table.add_row([name, Kind::Calibration.to_string(), origin.unwrap_or_default().to_owned()]);
     }
     Ok(table)
 }
@@ -144,7 +178,7 @@ fn number(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Style, devices, lines, parameters, plans, quantities};
+    use super::{Style, devices, lines, models, parameters, plans, quantities, steps};
     use crate::library::{Kind, names};
 
     #[test]
@@ -156,6 +190,16 @@ mod tests {
         for row in devices.row_iter() {
             assert!(row.cell_iter().all(|cell| !cell.content().is_empty()), "{devices}");
         }
+        let models = models().unwrap();
+        for row in models.row_iter() {
+            assert!(row.cell_iter().all(|cell| !cell.content().is_empty()), "{models}");
+        }
+        insta::assert_snapshot!(lines(models, Style::PLAIN));
+    }
+
+    #[test]
+    fn steps_are_listed_with_what_they_do() {
+        insta::assert_snapshot!(lines(steps(), Style::PLAIN));
     }
 
     #[test]

@@ -34,6 +34,7 @@
 mod band;
 mod check;
 mod error;
+mod examples;
 mod fit;
 mod flow;
 mod hint;
@@ -54,6 +55,7 @@ mod validate;
 pub use band::Band;
 pub use check::{Check, PAPER_SIDE, UmbmarkFigure};
 pub use error::PlanError;
+pub use examples::STEP_EXAMPLES;
 pub use fit::{CalibrationPart, Fit, Model, NO_CALIBRATION, SaveCalibration, UseCalibration};
 pub use flow::{Answer, OperatorPrompt, REPEAT_TIMES_MAX, Repeat, SWEEP_VALUES_MAX, Sweep};
 pub use identify::{Identify, Source, UseModel};

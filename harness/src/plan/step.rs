@@ -39,6 +39,9 @@ macro_rules! actions {
             /// The keys that name the actions.
             pub const NAMES: &[&str] = &[$($name),*];
 
+            /// The same keys, each with what the action does.
+            pub const DOCS: &[(&str, &str)] = &[$(($name, concat!($($doc),+))),*];
+
             /// The key that names this action.
             pub const fn name(&self) -> &'static str {
                 match self {

@@ -20,6 +20,8 @@ pub(super) fn effect(name: &str, drivers: &[&str]) -> Effect {
         axis: None,
         drivers: drivers.iter().map(ToString::to_string).collect(),
         form: "linear".into(),
+        knots: Vec::new(),
+        knots_2: Vec::new(),
         parameters: vec![parameter("h", 0.01, "deg/s/(K/s)")],
         p_value: 1e-9,
         held_out_before: 0.21,
