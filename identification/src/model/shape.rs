@@ -3,7 +3,8 @@
 use super::see::{Field, Fixed, field, fixed, fixed_or, see};
 use super::spline::{cardinal, hats};
 use super::{Acts, Driver, Form, Wrap};
-use crate::problem::{Block, Channels, Exposure};
+use crate::dataset::Role;
+use crate::problem::{Block, Channels, Exposure, Over};
 use crate::signal::interpolate;
 use std::f64::consts::TAU;
 
@@ -111,10 +112,22 @@ impl Shape {
     /// Its columns over the rows, one a coefficient: what the term is when that coefficient is 1. `None` where the
     /// data lack a driver.
     pub fn per_row(&self, channels: &Channels) -> Option<Vec<Vec<f64>>> {
+        self.at_share(channels, 1.0)
+    }
+
+    /// The same where the rotation is this share of what the channels say.
+    fn at_share(&self, channels: &Channels, share: f64) -> Option<Vec<Vec<f64>>> {
         if self.form == Form::Constant {
             return Some(vec![vec![1.0; channels.time.len()]]);
         }
-        let x = see(channels, self.drivers.first()?, &self.fixed)?;
+        let seen = |driver: &Driver| -> Option<Vec<f64>> {
+            let mut seen = see(channels, driver, &self.fixed)?;
+            if goes_with_rate(channels, driver) {
+                seen.iter_mut().for_each(|value| *value *= share);
+            }
+            Some(seen)
+        };
+        let x = seen(self.drivers.first()?)?;
         let number = |name: &str| self.number(name);
         let origin = fixed_or(&self.fixed, "origin", 0.0);
         let one = |f: &dyn Fn(f64) -> f64| vec![x.iter().map(|&x| f(x)).collect::<Vec<f64>>()];
@@ -128,7 +141,7 @@ impl Shape {
                 one(&|x| (-x / constant).exp())
             }
             Form::Harmonic => {
-                let k = if self.drivers[0].wrap == Wrap::Harmonic2 { 2.0 } else { 1.0 };
+                let k = self.order();
                 let mut columns = one(&|x| (k * x).cos());
                 columns.extend(one(&|x| (k * x).sin()));
                 columns
@@ -157,7 +170,7 @@ impl Shape {
             }
             Form::Spline => cardinal(&self.knots, &x),
             Form::Surface => {
-                let y = see(channels, self.drivers.get(1)?, &self.fixed)?;
+                let y = seen(self.drivers.get(1)?)?;
                 let (over_x, over_y) = (hats(&self.knots, &x), hats(&self.knots_2, &y));
                 let mut columns = Vec::with_capacity(self.width());
                 for a in &over_x {
@@ -168,7 +181,7 @@ impl Shape {
                 columns
             }
             Form::Product => {
-                let y = see(channels, self.drivers.get(1)?, &self.fixed)?;
+                let y = seen(self.drivers.get(1)?)?;
                 let origin_2 = fixed_or(&self.fixed, "origin_2", 0.0);
                 vec![x.iter().zip(&y).map(|(x, y)| (x - origin) * (y - origin_2)).collect()]
             }
@@ -182,6 +195,33 @@ impl Shape {
                 one(&|x| x.clamp(-limit, limit) - x)
             }
         })
+    }
+
+    /// Its columns over the rows, each their mean over what the row is of.
+    fn within_rows(&self, channels: &Channels) -> Option<Vec<Vec<f64>>> {
+        let Some(turning) = &channels.turning else { return self.per_row(channels) };
+        let over = if self.acts == Acts::Scale { Over::Angle } else { Over::Time };
+        let first = self.drivers.first();
+        let heading = first.and_then(|driver| field(channels, driver));
+        if self.form == Form::Harmonic
+            && let Some(Field::Channel(channel)) = heading
+            && channel.role == Role::Heading
+        {
+            return Some(turning.harmonic(over, self.order(), &channel.values));
+        }
+        if self.drivers.iter().any(|driver| goes_with_rate(channels, driver)) {
+            turning.mean(over, |share| self.at_share(channels, share))
+        } else {
+            self.per_row(channels)
+        }
+    }
+
+    /// Which harmonic it is.
+    fn order(&self) -> f64 {
+        match self.drivers.first().map(|driver| driver.wrap) {
+            Some(Wrap::Harmonic2) => 2.0,
+            _ => 1.0,
+        }
     }
 
     /// What a delay, a clock or a bandwidth makes of the rotation, over its number.
@@ -217,7 +257,7 @@ impl Shape {
     /// driver.
     pub fn observed(&self, block: &Block, channels: &Channels) -> Option<Vec<Vec<f64>>> {
         let exposure = exposure(block, self.acts)?;
-        let columns = self.per_row(channels)?;
+        let columns = self.within_rows(channels)?;
         Some(
             columns
                 .into_iter()
@@ -236,6 +276,12 @@ impl Shape {
         let drivers: Vec<String> = self.drivers.iter().map(ToString::to_string).collect();
         format!("{:?}[{}]{:?}", self.acts, drivers.join(","), self.form)
     }
+}
+
+/// Is what the driver shows proportional to the rate of rotation, or its size?
+fn goes_with_rate(channels: &Channels, driver: &Driver) -> bool {
+    matches!(driver.wrap, Wrap::Plain | Wrap::Abs)
+        && matches!(field(channels, driver), Some(Field::Rotation))
 }
 
 /// A constant is answered before anything is looked up.

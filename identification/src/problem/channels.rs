@@ -1,5 +1,6 @@
 //! What effects can see: channels at every row, with slopes where somebody asks for them.
 
+use super::Turning;
 use super::segments::segments;
 use crate::dataset::{Dataset, Dimension, Kind, Role, Unit};
 use crate::signal::{self, Smooth};
@@ -57,6 +58,8 @@ pub struct Channels {
     pub rotation_unit: Unit,
     /// Name of the field of direction, where there is one.
     pub direction_name: Option<String>,
+    /// What happens within the turn that a row is; `None` where a row is none.
+    pub turning: Option<Turning>,
     /// Whether a row is a sample, so that delays and clocks can show.
     pub sampled: bool,
     /// Names of fields that are constant.
@@ -89,6 +92,7 @@ impl Channels {
             rotation_name: super::ROTATION.to_owned(),
             rotation_unit: Unit::DegreePerSecond,
             direction_name: dataset.column(Role::Direction).map(|column| column.name.clone()),
+            turning: None,
             sampled: dataset.kind == Kind::Series,
             constant: Vec::new(),
         };

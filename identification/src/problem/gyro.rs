@@ -1,7 +1,7 @@
 //! A gyro on a table: whole turns, or samples.
 
 use super::channels::Channels;
-use super::{Aggregate, Block, Constant, DisplayUnit, Exposure, Problem, wrap};
+use super::{Aggregate, Block, Constant, DisplayUnit, Exposure, Problem, Turning, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
 use crate::identify::IdentifyError;
 use crate::model::Acts;
@@ -110,6 +110,8 @@ pub(super) fn turns(dataset: &Dataset, mut channels: Channels) -> Result<Problem
     let angle = signed(reference, &direction);
     let duration = durations(dataset, &channels, &angle);
     rotation_of(&mut channels, dataset, &angle, &duration);
+    let rate: Option<Vec<f64>> = dataset.column(Role::TableRate).map(|rate| rate.si().collect());
+    channels.turning = Some(Turning::new(&angle, &duration, rate.as_deref()));
     let blocks: Vec<Block> = dataset
         .columns_of(Role::GyroAngle)
         .map(|gyro| {

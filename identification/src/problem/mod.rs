@@ -9,6 +9,7 @@ mod laps;
 mod path;
 mod pose;
 mod segments;
+mod turning;
 mod wheels;
 
 use crate::dataset::{Axis, Dataset, Kind};
@@ -18,6 +19,7 @@ pub use channels::{Channel, Channels};
 pub use closing::Closing;
 pub use path::{Path, PathError};
 pub use pose::{Component, Pose};
+pub use turning::{Over, Turning};
 
 /// How rows add up to observations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
