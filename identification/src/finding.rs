@@ -45,11 +45,27 @@ pub struct Finding {
     pub notices: Vec<String>,
 }
 
+/// A constant with a higher probability adds nothing to what stands beside it (assumption).
+const ADDS_NOTHING: f64 = 0.5;
+
+impl Finding {
+    /// The spline or surface beside a constant that the constant is a part of: these data do not tell the two apart,
+    /// and the constant's probability of 1 says nothing else.
+    pub fn not_told_apart(&self, constant: &Effect) -> Option<&Effect> {
+        let is_constant = constant.form == "constant" && constant.p_value > ADDS_NOTHING;
+        self.effects.iter().filter(|_| is_constant).find(|other| {
+            ["spline", "surface"].contains(&other.form.as_str())
+                && (&other.term, other.axis) == (&constant.term, constant.axis)
+        })
+    }
+}
+
 /// The answer in a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// An effect was added, what is left is white, and the held-out error fell.
+    /// An effect was added, what is left is white at [`WHITENESS_LEVEL`](crate::outcome::WHITENESS_LEVEL), and the
+    /// held-out error fell.
     Explained,
     /// The model given leaves nothing but noise.
     NothingMissing,

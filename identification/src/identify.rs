@@ -226,6 +226,8 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
     let mut plain = Vec::new();
     let mut base = Vec::new();
     let mut left = Vec::new();
+    let mut notices: Vec<String> =
+        dataset.notices.iter().chain(&problem.notices).cloned().collect();
     let mut diagnostics =
         Diagnostics { blocks: Vec::new(), run_labels: dataset.run_labels.clone() };
     for one in done {
@@ -272,6 +274,19 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
                     / one.data.block.rows.len().max(1) as f64)
                     .min(1.0),
             });
+        }
+        match outcome::whiteness(one.data, &one.fit) {
+            Some(found) => {
+                notices.push(found.notice(one.data, done.len()));
+                // What is left of a cause that is known remembers by itself.
+                if one.fit.left.is_empty() && !found.is_white(done.len()) {
+                    left.push(found.left(one.data));
+                }
+            }
+            None => notices.push(format!(
+                "`{}` has too few observations to judge whether what is left is white",
+                one.data.block.label
+            )),
         }
         diagnostics.blocks.push(outcome::diagnose(
             one.data,
@@ -326,7 +341,7 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
             effects,
             left,
             next_experiment: None,
-            notices: dataset.notices.iter().chain(&problem.notices).cloned().collect(),
+            notices,
         },
         model: Model {
             schema: SCHEMA,

@@ -19,7 +19,11 @@ pub(super) fn summary(finding: &Finding) -> String {
     let floor = &finding.noise_floor;
     line(&mut out, &format!("noise floor {} {}", number(floor.value), floor.unit));
     for effect in &finding.effects {
-        line(&mut out, &words(effect));
+        let sign = match finding.not_told_apart(effect) {
+            Some(other) => format!("not told apart from {}", other.name),
+            None => format!("p = {:.1e}", effect.p_value),
+        };
+        line(&mut out, &format!("{}; {sign}", words(effect)));
         for rival in &effect.rivals {
             let by = rival
                 .separated_by
@@ -35,11 +39,13 @@ pub(super) fn summary(finding: &Finding) -> String {
     }
     for left in &finding.left {
         let percent = 100.0 * left.share_of_residual_variance;
-        let over = left.drivers.join(", ");
-        line(
-            &mut out,
-            &format!("left: {} over {over}, {percent:.1} % of the residual's variance", left.shape),
-        );
+        // A memory has its time in its name.
+        let over = match left.is_memory() {
+            true => String::new(),
+            false => format!(" over {}", left.drivers.join(", ")),
+        };
+        let shape = &left.shape;
+        line(&mut out, &format!("left: {shape}{over}, {percent:.1} % of the residual's variance"));
     }
     if let Some(next) = &finding.next_experiment {
         let between = next.separates.join(" and ");
@@ -82,13 +88,12 @@ fn words(effect: &Effect) -> String {
     let is_number = |one: &&Parameter| !KNOT.contains(&one.name.as_str());
     let parameters: Vec<_> = effect.parameters.iter().filter(is_number).map(parameter).collect();
     format!(
-        "effect {}: {} by {} ({}{axis}): {}; p = {:.1e}",
+        "effect {}: {} by {} ({}{axis}): {}",
         effect.name,
         effect.term,
         effect.drivers.join(", "),
         effect.form,
         parameters.join(", "),
-        effect.p_value,
     )
 }
 

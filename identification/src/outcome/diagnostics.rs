@@ -1,6 +1,7 @@
 //! What a report draws of a block.
 
 use super::held_out::Errors;
+use super::residual;
 use crate::finding::Parameter;
 use crate::model::{exposure, place_unit, see};
 use crate::noise::Whitener;
@@ -93,22 +94,6 @@ pub struct Diagnostics {
     pub run_labels: Vec<String>,
 }
 
-/// Residual of `found`, in SI.
-fn residual(data: Data<'_>, found: &[Found], except: Option<usize>) -> Vec<f64> {
-    let mut left = data.block.residual.clone();
-    for (index, found) in found.iter().enumerate() {
-        if except == Some(index) {
-            continue;
-        }
-        let coefficients: Vec<f64> = found.coefficients.iter().map(|(value, _)| *value).collect();
-        let fitted = combine(&data.columns(&found.shape), &coefficients);
-        for (value, fitted) in left.iter_mut().zip(&fitted) {
-            *value -= fitted;
-        }
-    }
-    left
-}
-
 /// A level without where each stretch began.
 fn from_start(data: Data<'_>, mut values: Vec<f64>) -> Vec<f64> {
     if data.block.aggregate == Aggregate::Level {
@@ -166,7 +151,9 @@ fn curve(data: Data<'_>, all: &[Found], index: usize) -> Option<EffectCurve> {
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let step = (points.len() / POINTS).max(1);
     let points = points.into_iter().step_by(step).collect();
-    let left = residual(data, all, Some(index));
+    let mut others = all.to_vec();
+    others.remove(index);
+    let left = residual(data, &others);
     // The residual per unit of exposure, where the exposure says enough.
     let observed = if data.block.aggregate == Aggregate::Row {
         let largest = exposed.per_row.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
@@ -199,10 +186,8 @@ pub(crate) fn diagnose(
 ) -> BlockDiagnostics {
     let all: Vec<Found> = fit.base.iter().chain(&fit.effects).cloned().collect();
     let unit = &data.block.unit;
-    let (before, after) = (
-        from_start(data, residual(data, plain, None)),
-        from_start(data, residual(data, &all, None)),
-    );
+    let (before, after) =
+        (from_start(data, residual(data, plain)), from_start(data, residual(data, &all)));
     let whitener = Whitener::new(data.layout, &fit.noise, &fit.left_out);
     let interval = data.layout.interval();
     let longest = longest_run(&data.layout.run);

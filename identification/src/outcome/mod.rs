@@ -4,9 +4,26 @@ mod diagnostics;
 mod effects;
 mod held_out;
 mod predict;
+mod whiteness;
 
+use crate::select::{Data, Found, combine};
 pub(crate) use diagnostics::diagnose;
 pub use diagnostics::{BlockDiagnostics, Diagnostics, EffectCurve, RunError, Series};
 pub(crate) use effects::{effect, term};
 pub(crate) use held_out::{Errors, held_out, path_errors};
 pub use predict::predict;
+pub(crate) use whiteness::whiteness;
+pub use whiteness::{WHITENESS_LEVEL, Whiteness};
+
+/// What `found` leaves of a block, in SI.
+fn residual(data: Data<'_>, found: &[Found]) -> Vec<f64> {
+    let mut left = data.block.residual.clone();
+    for found in found {
+        let coefficients: Vec<f64> = found.coefficients.iter().map(|(value, _)| *value).collect();
+        let fitted = combine(&data.columns(&found.shape), &coefficients);
+        for (value, fitted) in left.iter_mut().zip(&fitted) {
+            *value -= fitted;
+        }
+    }
+    left
+}

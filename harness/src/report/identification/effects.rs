@@ -45,8 +45,13 @@ fn card(effect: &Effect, finding: &Finding, diagnostics: &Diagnostics) -> Markup
                 @if effect.held_out_after >= effect.held_out_before {
                     ": there it does not help, beside all else that was found"
                 }
-                ". Noise alone gives as strong a sign with a probability "
-                (probability(effect.p_value)) "."
+                @if let Some(other) = finding.not_told_apart(effect) {
+                    ". It is not told apart from " strong { (title(&other.name)) }
+                    ", which has a constant in itself."
+                } @else {
+                    ". Noise alone gives as strong a sign with a probability "
+                    (probability(effect.p_value)) "."
+                }
             }
             @if !effect.rivals.is_empty() { (rivals(effect)) }
         }
@@ -174,7 +179,7 @@ fn bar(probability: f64) -> Markup {
 
 #[cfg(test)]
 mod tests {
-    use super::{cards, probability, size};
+    use super::{Effect, cards, probability, size};
     use crate::report::identification::samples::{diagnostics, effect, finding};
 
     #[test]
@@ -195,6 +200,30 @@ mod tests {
         let one = spline.parameters[0].clone();
         spline.parameters = vec![one; 8];
         assert_eq!(size(&spline, None), "A curve through 8 values, driven by sun.");
+    }
+
+    #[test]
+    fn a_constant_that_a_curve_holds_is_not_told_apart_from_it() {
+        let mut finding = finding();
+        let constant = Effect {
+            form: "constant".into(),
+            p_value: 1.0,
+            rivals: Vec::new(),
+            ..effect("bias", &[])
+        };
+        finding.effects = vec![constant.clone()];
+        let alone = cards(&finding, &diagnostics(30)).into_string();
+        assert!(alone.contains("with a probability of 1e0"), "{alone}");
+        let curve = Effect { form: "spline".into(), ..effect("bias_shape_over_sun", &["sun"]) };
+        finding.effects.push(curve.clone());
+        let page = cards(&finding, &diagnostics(30)).into_string();
+        assert!(page.contains("not told apart from <strong>Bias shape over sun"), "{page}");
+        assert!(!page.contains("1e0"), "{page}");
+        finding.effects[1].term = "scale".into();
+        assert_eq!(finding.not_told_apart(&constant), None);
+        finding.effects[1] = curve;
+        finding.effects[0].p_value = 1e-3;
+        assert_eq!(finding.not_told_apart(&finding.effects[0]), None);
     }
 
     #[test]

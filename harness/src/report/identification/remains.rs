@@ -30,6 +30,8 @@ fn memory(block: &BlockDiagnostics) -> Markup {
 }
 
 fn causes(finding: &Finding) -> Markup {
+    let (memories, tried): (Vec<_>, Vec<_>) =
+        finding.left.iter().partition(|left| left.is_memory());
     html! {
         @if finding.left.is_empty() {
             @if finding.verdict == Verdict::StructureLeft {
@@ -40,14 +42,14 @@ fn causes(finding: &Finding) -> Markup {
             } @else {
                 p { "No cause that was tried shows in what remains." }
             }
-        } @else {
+        } @else if !tried.is_empty() {
             p {
                 "There are signs of the following, too strong for noise. But a term added for any of them "
                 "made the error on data left out of the fit no smaller, so that none was added: the signs "
                 "may be of something that these data do not show, or that does not repeat."
             }
             ul {
-                @for left in &finding.left {
+                @for left in tried {
                     li {
                         strong { (title(&left.shape)) }
                         @if !left.drivers.is_empty() {
@@ -57,6 +59,14 @@ fn causes(finding: &Finding) -> Markup {
                         " % of the variance of what remains"
                     }
                 }
+            }
+        }
+        @for left in memories {
+            p {
+                "What remains is " (left.shape) ": about "
+                (format!("{:.1}", 100.0 * left.share_of_residual_variance))
+                " % of its variance is remembered for so long, which is more than the noise model knows of. "
+                "Something acts that no channel of these data shows, or the noise is of another kind."
             }
         }
     }

@@ -1,0 +1,270 @@
+//! Whether what a model leaves is white: new in every observation, but for the memory that the noise model declares.
+//!
+//! A portmanteau test of the innovations, after Ljung and Box (1978): products of observations a lag apart, with the
+//! lags of each octave added up so that a weak memory over a long time shows too, each octave over what those very
+//! products scatter by (as Lobato, Nankervis and Savin 2001: noise that is louder at times is no memory). Only a
+//! positive memory counts: what is estimated from the same data leaves a slightly negative one.
+
+use super::residual;
+use crate::finding::Left;
+use crate::noise::Whitener;
+use crate::problem::Aggregate;
+use crate::select::{BlockFit, Data, Found};
+use std::ops::Range;
+
+/// How often white noise is taken for something that remembers, all quantities of a data set together.
+pub const WHITENESS_LEVEL: f64 = 0.01;
+/// The longest lag is this share of the observations: the products of fewer stretches do not add up to anything normal
+/// (assumption, measured on white noise by the tests of this module).
+const LAG_SHARE: f64 = 1.0 / 40.0;
+/// Fewer observations say nothing of a memory (assumption).
+const OBSERVATIONS_MIN: usize = 20;
+/// With this a memory is named.
+const CORRELATED: &str = "correlated over";
+
+/// What the innovations of an observed quantity show.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Whiteness {
+    /// Probability of as much memory in white noise, with all octaves looked at.
+    pub p_value: f64,
+    /// Longest lag that was looked at, in observations.
+    pub lag_max: usize,
+    /// Upper end of the octave of lags with the clearest memory, in observations.
+    pub lag: usize,
+    /// Mean correlation over that octave: the share of the variance that is remembered so long.
+    pub correlation: f64,
+}
+
+/// Judges what is left of a block by its fit. `None` where there are too few observations.
+pub(crate) fn whiteness(data: Data<'_>, fit: &BlockFit) -> Option<Whiteness> {
+    let all: Vec<Found> = fit.base.iter().chain(&fit.effects).cloned().collect();
+    let whitener = Whitener::new(data.layout, &fit.noise, &fit.left_out);
+    let innovations = whitener.apply(&residual(data, &all));
+    of_innovations(&innovations, &stretches(data))
+}
+
+/// Observations that follow one another: within a stretch of time and, of a path, one component.
+fn stretches(data: Data<'_>) -> Vec<Range<usize>> {
+    let block = data.block;
+    let mut segment_of = vec![0; data.channels.time.len()];
+    for (index, range) in data.channels.segments.iter().enumerate() {
+        segment_of[range.clone()].fill(index);
+    }
+    let key = |i: usize| {
+        let component = block.pose.as_ref().map(|pose| pose.component[i] as usize);
+        // A level begins anew in each run.
+        let run = (block.aggregate != Aggregate::Row).then(|| data.layout.run[i]);
+        (segment_of[block.rows[i]], component, run)
+    };
+    let mut found = Vec::new();
+    let mut start = 0;
+    for i in 1..=block.rows.len() {
+        if i == block.rows.len() || key(i) != key(i - 1) {
+            found.push(start..i);
+            start = i;
+        }
+    }
+    found
+}
+
+fn of_innovations(innovations: &[f64], stretches: &[Range<usize>]) -> Option<Whiteness> {
+    let used = innovations.iter().filter(|value| **value != 0.0).count();
+    let longest = stretches.iter().map(ExactSizeIterator::len).max().unwrap_or(0);
+    let lag_max = ((used as f64 * LAG_SHARE) as usize).max(1).min(longest.saturating_sub(1));
+    if used < OBSERVATIONS_MIN || lag_max == 0 {
+        return None;
+    }
+    let square = innovations.iter().map(|value| value * value).sum::<f64>() / used as f64;
+    let mut clearest: Option<(f64, Whiteness)> = None;
+    let mut octaves = 0.0;
+    let (mut above, mut lag) = (0, 1);
+    while lag <= lag_max {
+        let sums = Sums::of(innovations, stretches, above, lag);
+        (above, lag) = (lag, 2 * lag);
+        if !(sums.squares > 0.0) {
+            continue;
+        }
+        octaves += 1.0;
+        let deviations = sums.products / sums.squares.sqrt();
+        if clearest.is_none_or(|(most, _)| deviations > most) {
+            let correlation = (sums.products / sums.pairs / square).clamp(0.0, 1.0);
+            clearest =
+                Some((deviations, Whiteness { p_value: 1.0, lag_max, lag: above, correlation }));
+        }
+    }
+    let (deviations, found) = clearest?;
+    Some(Whiteness { p_value: (octaves * normal_above(deviations)).min(1.0), ..found })
+}
+
+/// Over pairs of observations that are more than `above` and at most `up_to` apart.
+struct Sums {
+    products: f64,
+    /// Of the products: their variance, where there is no memory.
+    squares: f64,
+    pairs: f64,
+}
+
+impl Sums {
+    fn of(values: &[f64], stretches: &[Range<usize>], above: usize, up_to: usize) -> Self {
+        let mut sums = Self { products: 0.0, squares: 0.0, pairs: 0.0 };
+        for stretch in stretches {
+            let values = &values[stretch.clone()];
+            // Sums of the values that are in reach of the one in hand, and of their squares.
+            let (mut sum, mut square, mut count) = (0.0, 0.0, 0.0);
+            for i in above + 1..values.len() {
+                let enters = values[i - above - 1];
+                sum += enters;
+                square += enters * enters;
+                count += f64::from(u8::from(enters != 0.0));
+                if i > up_to {
+                    let leaves = values[i - up_to - 1];
+                    sum -= leaves;
+                    square -= leaves * leaves;
+                    count -= f64::from(u8::from(leaves != 0.0));
+                }
+                if values[i] != 0.0 {
+                    sums.products += values[i] * sum;
+                    sums.squares += values[i] * values[i] * square.max(0.0);
+                    sums.pairs += count;
+                }
+            }
+        }
+        sums
+    }
+}
+
+/// Probability that a normal deviate is above `deviations`.
+fn normal_above(deviations: f64) -> f64 {
+    0.5 * statrs::function::erf::erfc(deviations * std::f64::consts::FRAC_1_SQRT_2)
+}
+
+impl Whiteness {
+    /// Is it white at [`WHITENESS_LEVEL`], as one of so many `quantities`?
+    pub fn is_white(&self, quantities: usize) -> bool {
+        self.p_value * quantities.max(1) as f64 >= WHITENESS_LEVEL
+    }
+
+    /// What remembers, as the contract writes it.
+    pub(crate) fn left(&self, data: Data<'_>) -> Left {
+        Left {
+            drivers: vec![data.channels.time_name.clone()],
+            shape: format!("{CORRELATED} {}", self.duration(data, self.lag)),
+            share_of_residual_variance: self.correlation,
+        }
+    }
+
+    /// The result in words.
+    pub(crate) fn notice(&self, data: Data<'_>, quantities: usize) -> String {
+        let (label, level) = (&data.block.label, 100.0 * WHITENESS_LEVEL);
+        let is = if self.is_white(quantities) { "is white" } else { "is not white" };
+        format!(
+            "what is left of `{label}`, less the memory of its noise, {is} at the level of {level} % (p = {:.1e}, \
+             lags of up to {})",
+            self.p_value,
+            self.duration(data, self.lag_max)
+        )
+    }
+
+    /// So many observations as a time, with two digits that count.
+    fn duration(&self, data: Data<'_>, lag: usize) -> String {
+        let time = lag as f64 * data.layout.interval();
+        let unit = match data.channels.time_unit.text() {
+            "1" => "rows",
+            unit => unit,
+        };
+        let digit = 10_f64.powf(time.abs().log10().floor() - 1.0);
+        let rounded = (time / digit).round() * digit;
+        let places = (-digit.log10()).max(0.0) as usize;
+        format!("{rounded:.places$} {unit}")
+    }
+}
+
+impl Left {
+    /// Whether it is a memory of the residual that no noise model declares, and not a cause that was tried.
+    pub fn is_memory(&self) -> bool {
+        self.shape.starts_with(CORRELATED)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{WHITENESS_LEVEL, of_innovations};
+    use rand::{RngExt, SeedableRng};
+    use rand_distr::{Distribution, StandardNormal};
+
+    const TRIALS: usize = 1500;
+
+    fn noise(random: &mut chacha20::ChaCha8Rng, n: usize) -> Vec<f64> {
+        (0..n).map(|_| StandardNormal.sample(random)).collect()
+    }
+
+    /// How many of the trials are taken for a memory.
+    fn alarms(n: usize, runs: usize, shape: impl Fn(&mut chacha20::ChaCha8Rng, &mut [f64])) -> f64 {
+        let mut random = chacha20::ChaCha8Rng::seed_from_u64(7);
+        let stretches: Vec<_> = (0..runs).map(|run| run * n / runs..(run + 1) * n / runs).collect();
+        let mut found = 0;
+        for _ in 0..TRIALS {
+            let mut values = noise(&mut random, n);
+            shape(&mut random, &mut values);
+            let whiteness = of_innovations(&values, &stretches).unwrap();
+            found += usize::from(!whiteness.is_white(1));
+        }
+        found as f64 / TRIALS as f64
+    }
+
+    /// At the level of 1 %, 1500 trials give 15 +- 4: 30 are as good as never seen.
+    #[test]
+    fn white_noise_is_white_at_the_level() {
+        let plain = |_: &mut chacha20::ChaCha8Rng, _: &mut [f64]| {};
+        let louder = |_: &mut chacha20::ChaCha8Rng, values: &mut [f64]| {
+            for (i, value) in values.iter_mut().enumerate() {
+                *value *= if i % 97 < 20 { 3.0 } else { 1.0 };
+            }
+        };
+        let outliers = |random: &mut chacha20::ChaCha8Rng, values: &mut [f64]| {
+            for value in values.iter_mut() {
+                *value *= if random.random_bool(0.02) { 6.0 } else { 1.0 };
+            }
+        };
+        for (n, runs) in [(40, 1), (300, 150), (900, 1), (2000, 4)] {
+            for alarms in
+                [alarms(n, runs, plain), alarms(n, runs, louder), alarms(n, runs, outliers)]
+            {
+                assert!(alarms < 2.0 * WHITENESS_LEVEL, "{n} in {runs}: {alarms}");
+            }
+        }
+    }
+
+    /// A memory of a third of the variance over 20 observations, and where it is found.
+    #[test]
+    fn a_memory_is_found_with_its_length() {
+        let mut random = chacha20::ChaCha8Rng::seed_from_u64(3);
+        let n = 2000;
+        let (fresh, driving) = (noise(&mut random, n), noise(&mut random, n));
+        let keep = (-1.0_f64 / 20.0).exp();
+        let mut slow = 0.0;
+        let values: Vec<f64> = fresh
+            .iter()
+            .zip(&driving)
+            .map(|(fresh, driving)| {
+                slow = keep * slow + (1.0 - keep * keep).sqrt() * driving;
+                fresh + 0.7 * slow
+            })
+            .collect();
+        let found = of_innovations(&values, &[0..n]).unwrap();
+        assert!(found.p_value < 1e-6, "{found:?}");
+        assert!((8..=32).contains(&found.lag), "{found:?}");
+        assert!((0.1..0.4).contains(&found.correlation), "{found:?}");
+        // Across a break in time there is no memory.
+        let pairs: Vec<_> = (0..n / 2).map(|pair| 2 * pair..2 * pair + 2).collect();
+        assert_eq!(of_innovations(&values, &pairs).unwrap().lag_max, 1);
+    }
+
+    #[test]
+    fn too_few_observations_say_nothing() {
+        assert_eq!(of_innovations(&[1.0, -1.0, 1.0], &[0..3]), None);
+        assert_eq!(of_innovations(&[0.0; 50], &[0..50]), None);
+        let alone: Vec<_> = (0..50).map(|i| i..i + 1).collect();
+        assert_eq!(of_innovations(&[1.0; 50], &alone), None);
+    }
+}
