@@ -21,6 +21,8 @@ pub(super) enum Rows {
     Series,
     /// One lap of a closed path.
     Laps,
+    /// One state of the base on the path of a lap, with the measured pose at its ends.
+    Odometry,
 }
 
 impl From<Rows> for Kind {
@@ -29,6 +31,7 @@ impl From<Rows> for Kind {
             Rows::Turns => Self::Turns,
             Rows::Series => Self::Series,
             Rows::Laps => Self::Laps,
+            Rows::Odometry => Self::Odometry,
         }
     }
 }

@@ -4,14 +4,16 @@
 //! |---|---|---|
 //! | `turns` | one turn of the table | observations of the table's turns |
 //! | `laps` | one lap | observations of laps |
+//! | `odometry` | one state of the controller during a lap: path and heading by the base | states, observations of laps |
 //! | `series` | one state of the controller: the mean raw rate since the state before | states, table turns |
 //!
-//! Time is that of the bench since the run began. In turns and laps a run is a repetition of the plan; a series is
-//! one recording, as it has no gaps. Nothing that only an emulator knows is read: neither [`RecordKind::Truth`]
+//! Time is that of the bench since the run began. In turns and laps a run is a repetition of the plan, in odometry a
+//! lap; a series is one recording, as it has no gaps. Nothing that only an emulator knows is read: neither [`RecordKind::Truth`]
 //! nor a swept parameter.
 
 pub(crate) mod columns;
 pub(crate) mod laps;
+mod odometry;
 mod series;
 #[cfg(test)]
 mod tests;
@@ -23,7 +25,8 @@ use crate::record::reader::RecordError;
 use crate::record::{Record, RecordKind};
 use crate::run_folder::{RECORD, RunFolder, RunFolderError};
 use controller::mission::{Command, HeadingSource};
-use identification::dataset::{Dataset, Kind};
+use identification::dataset::{Dataset, Drive, Kind};
+use odometry::Drives;
 use series::Course;
 use std::path::Path;
 
@@ -48,6 +51,17 @@ pub enum ExportError {
         /// `turns`, `laps`, ...
         what: &'static str,
     },
+    /// It does not hold what a driven path needs.
+    #[error("{run} makes no data set of kind odometry: {why}")]
+    #[diagnostic(help(
+        "run a plan with laps on a base, as `hil run umbmark` does; of one lap only its ends, `hil export --kind laps`"
+    ))]
+    NoPath {
+        /// The run folder.
+        run: String,
+        /// What it lacks.
+        why: String,
+    },
     /// What it holds makes no data set.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -60,6 +74,7 @@ pub struct Recorded {
     turns: Vec<Observation>,
     laps: Vec<(Observation, HeadingSource)>,
     course: Course,
+    drives: Drives,
     heading_source: HeadingSource,
     corrected: bool,
 }
@@ -81,6 +96,7 @@ impl Recorded {
 
     fn take(&mut self, record: &Record) {
         self.course.take(record);
+        self.drives.take(record);
         match &record.kind {
             RecordKind::Command(command) => match &**command {
                 Command::SetHeadingSource(source) => self.heading_source = *source,
@@ -129,13 +145,16 @@ impl Recorded {
             Kind::Turns => turns::columns(&self.turns),
             Kind::Laps => laps::columns(&self.laps),
             Kind::Series => self.course.columns(),
-            Kind::Odometry => return Ok(None),
+            Kind::Odometry => self.drives.columns(),
         };
         if columns.is_empty() {
             return Ok(None);
         }
         let mut dataset = columns.dataset(kind, name, file)?;
-        if self.corrected && kind != Kind::Series {
+        if kind == Kind::Odometry {
+            dataset.drive = Some(Drive::Synchro);
+            dataset.notices.extend(self.drives.notice());
+        } else if self.corrected && kind != Kind::Series {
             let notice =
                 "a calibration was in force in a part of the run: gyro_angle is corrected by it";
             dataset.notices.push(notice.to_owned());
@@ -158,6 +177,9 @@ pub fn export(folder: &RunFolder, kind: Option<Kind>) -> Result<Dataset, ExportE
     let name = format!("{plan}-seed{seed}");
     recorded.dataset(kind, &name, &path)?.ok_or_else(|| {
         let run = folder.path().display().to_string();
+        if kind == Kind::Odometry {
+            return ExportError::NoPath { run, why: recorded.drives.why_not() };
+        }
         let what =
             if kind == Kind::Series { "states of a gyro that is heard" } else { kind.name() };
         ExportError::Nothing { run, what }

@@ -6,15 +6,16 @@ use crate::dataset::{WriteOptions, read, write};
 use crate::plan::Plan;
 use crate::record::RecordKind;
 use crate::record::sink::Level;
-use crate::run::{Options, Prepared, run_to_folder};
+use crate::run::{self, Prepared, run_to_folder};
 use crate::run_folder::RunFolder;
-use identification::dataset::{Dataset, Kind, Role};
+use identification::dataset::{Dataset, Drive, Kind, Role};
+use identification::identify::{Options, identify};
 use std::collections::BTreeMap;
 use std::path::Path;
 
 fn run(plan: &str, out: &Path) -> RunFolder {
     let prepared = Prepared::load(plan, &crate::made::Made::default()).unwrap();
-    let options = Options { seed: 1, out, level: Level::Events, answers: BTreeMap::new() };
+    let options = run::Options { seed: 1, out, level: Level::Events, answers: BTreeMap::new() };
     run_to_folder(&prepared, &options, &mut |_| true, &|| 0.0).unwrap();
     RunFolder::open(out).unwrap()
 }
@@ -65,6 +66,8 @@ fn turns_of_a_temperature_calibration() {
     nothing_of_the_truth_is_in_it(&folder);
     let error = export(&folder, Some(Kind::Laps)).unwrap_err();
     assert!(matches!(error, ExportError::Nothing { what: "laps", .. }), "{error}");
+    let error = export(&folder, Some(Kind::Odometry)).unwrap_err();
+    assert!(error.to_string().contains("odometry: no lap was driven"), "{error}");
 }
 
 fn series_has_its_reference(set: &Dataset) {
@@ -152,6 +155,48 @@ fn laps_that_the_plan_does_not_judge() {
         assert!(values(&set, role).iter().all(|position| position.abs() < 0.5), "{role:?}");
     }
     assert!(values(&set, Role::Duration).iter().all(|duration| (20.0..60.0).contains(duration)));
+
+    let path = export(&folder, Some(Kind::Odometry)).unwrap();
+    is_driven_as_the_laps_say(&path, &set);
+    let package = dir.path().join("package");
+    write(&path, &package, &WriteOptions::default()).unwrap();
+    let back = read(&package).unwrap();
+    assert_eq!((back.rows(), back.drive), (path.rows(), path.drive));
+    let identified = identify(&back, None, &Options::default(), &mut |_, _| {}).unwrap();
+    assert_eq!(identified.finding.held_out.quantity.as_deref(), Some("final_position"));
+}
+
+/// Dead reckoning over the rows of each lap ends where the base's own odometry did, seen from its start.
+fn is_driven_as_the_laps_say(path: &Dataset, laps: &Dataset) {
+    assert_eq!(
+        (path.kind, path.drive, path.run_labels.len()),
+        (Kind::Odometry, Some(Drive::Synchro), 4)
+    );
+    for lap in 0..laps.rows() {
+        let rows: Vec<usize> =
+            (0..path.rows()).filter(|&row| path.run_of_row[row] == lap).collect();
+        let value = |role, row: usize| values(path, role)[row];
+        let (first, last) = (rows[0], rows[rows.len() - 1]);
+        let (mut x, mut y) = (0.0, 0.0);
+        for pair in rows.windows(2) {
+            let step = value(Role::DriveDistance, pair[1]) - value(Role::DriveDistance, pair[0]);
+            let heading = |row| value(Role::SteerAngle, row) - value(Role::SteerAngle, first);
+            let middle = heading(pair[0]).midpoint(heading(pair[1])).to_radians();
+            x += step * middle.cos();
+            y += step * middle.sin();
+            let reference = value(Role::ReferenceX, pair[1]);
+            assert_eq!(reference.is_finite(), pair[1] == last, "only the ends are measured");
+        }
+        let said = |role| values(laps, role)[lap];
+        // A state a second: what is driven and turned within one is taken for an arc.
+        assert!((x - said(Role::OdometryX)).abs() < 0.05, "{lap}: {x}");
+        assert!((y - said(Role::OdometryY)).abs() < 0.05, "{lap}: {y}");
+        for role in [Role::ReferenceX, Role::ReferenceY, Role::ReferenceHeading] {
+            assert_eq!((value(role, first), value(role, last)), (0.0, said(role)));
+        }
+        let way = value(Role::DriveDistance, last) - value(Role::DriveDistance, first);
+        assert!((way - 8.0).abs() < 0.1, "four sides of 2 m: {way}");
+    }
 }
 
 #[test]
