@@ -278,8 +278,7 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
         match outcome::whiteness(one.data, &one.fit) {
             Some(found) => {
                 notices.push(found.notice(one.data, done.len()));
-                // What is left of a cause that is known remembers by itself.
-                if one.fit.left.is_empty() && !found.is_white(done.len()) {
+                if !found.is_white(done.len()) {
                     left.push(found.left(one.data));
                 }
             }

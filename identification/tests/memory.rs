@@ -1,0 +1,98 @@
+//! A memory that no noise model was told of is structure; one that it declares is noise.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use identification::dataset::{Column, Dataset, Kind, Role, Unit};
+use identification::finding::{Finding, Verdict};
+use identification::identify::{Options, identify};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use std::collections::BTreeMap;
+
+const RUNS: usize = 3;
+const ROWS: usize = 600;
+/// Noise of a reading, deg/s.
+const NOISE: f64 = 0.01;
+/// Slope over the supply, deg/s/V.
+const SLOPE: f64 = 0.05;
+/// Correlation time of the slow part, s.
+const MEMORY_S: f64 = 15.0;
+
+/// Recordings at rest under a changing supply, with noise of which the slow part has that share of the white part.
+fn at_rest(slope: f64, slow_part: f64) -> Dataset {
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(11);
+    let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+    let keep = (-1.0 / MEMORY_S).exp();
+    let (mut time, mut gyro, mut supply) = (Vec::new(), Vec::new(), Vec::new());
+    for run in 0..RUNS {
+        let mut slow = draw();
+        for row in 0..ROWS {
+            slow = keep * slow + (1.0 - keep * keep).sqrt() * draw();
+            let volt = (row as f64 / 40.0 + run as f64).sin();
+            time.push(row as f64);
+            supply.push(12.0 + volt);
+            gyro.push(0.02 + slope * volt + NOISE * (draw() + slow_part * slow));
+        }
+    }
+    let column = |name: &str, role, unit, values: Vec<f64>| Column {
+        name: name.to_owned(),
+        role,
+        axis: None,
+        unit,
+        values,
+    };
+    Dataset {
+        name: "bench".to_owned(),
+        kind: Kind::Series,
+        drive: None,
+        constants: BTreeMap::new(),
+        columns: vec![
+            column("reference", Role::ReferenceRate, Unit::DegreePerSecond, vec![0.0; time.len()]),
+            column("time", Role::Time, Unit::Second, time),
+            column("gyro", Role::GyroRate, Unit::DegreePerSecond, gyro),
+            column("supply", Role::Auxiliary, Unit::Volt, supply),
+        ],
+        run_labels: (0..RUNS).map(|run| run.to_string()).collect(),
+        run_of_row: (0..RUNS * ROWS).map(|row| row / ROWS).collect(),
+        notices: Vec::new(),
+    }
+}
+
+fn found(dataset: &Dataset, noise_from: Option<Dataset>) -> Finding {
+    let options = Options { noise_from, ..Options::default() };
+    identify(dataset, None, &options, &mut |_, _| {}).unwrap().finding
+}
+
+fn says(finding: &Finding, words: &str) -> bool {
+    finding.notices.iter().any(|notice| notice.contains(words))
+}
+
+#[test]
+fn a_memory_that_the_noise_model_declares_is_noise() {
+    let finding = found(&at_rest(SLOPE, 0.7), None);
+    assert_eq!(finding.verdict, Verdict::Explained, "{finding:#?}");
+    assert!(says(&finding, "is white at the level of 1 %"), "{finding:#?}");
+    assert!(finding.left.is_empty());
+}
+
+#[test]
+fn a_memory_that_it_was_not_told_of_is_structure() {
+    let finding = found(&at_rest(SLOPE, 0.7), Some(at_rest(0.0, 0.0)));
+    assert_eq!(finding.effects[0].name, "supply_voltage", "{finding:#?}");
+    assert!(finding.held_out.after < finding.held_out.before);
+    assert_eq!(finding.verdict, Verdict::StructureLeft, "{finding:#?}");
+    assert!(says(&finding, "is not white at the level of 1 %"), "{finding:#?}");
+    let left = finding.left.iter().find(|left| left.is_memory()).unwrap();
+    assert_eq!(left.drivers, ["time"]);
+    assert!((0.1..0.6).contains(&left.share_of_residual_variance), "{left:?}");
+    assert!(left.shape.starts_with("correlated over ") && left.shape.ends_with(" s"), "{left:?}");
+}
+
+#[test]
+fn the_plain_model_that_leaves_such_a_memory_does_not_miss_nothing() {
+    let told = Some(at_rest(0.0, 0.0));
+    let finding = found(&at_rest(0.0, 0.0), told.clone());
+    assert_eq!(finding.verdict, Verdict::NothingMissing, "{finding:#?}");
+    let finding = found(&at_rest(0.0, 0.7), told);
+    assert_eq!(finding.verdict, Verdict::StructureLeft, "{finding:#?}");
+}
