@@ -279,7 +279,7 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
             Some(found) => {
                 notices.push(found.notice(one.data, done.len()));
                 if !found.is_white(done.len()) {
-                    left.push(found.left(one.data));
+                    left.push(found.left(one.data, done.len()));
                 }
             }
             None => notices.push(format!(

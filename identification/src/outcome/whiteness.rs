@@ -144,11 +144,12 @@ impl Whiteness {
         self.p_value * quantities.max(1) as f64 >= WHITENESS_LEVEL
     }
 
-    /// What remembers, as the contract writes it.
-    pub(crate) fn left(&self, data: Data<'_>) -> Left {
+    /// What remembers, as the contract writes it; of several `quantities`, with which.
+    pub(crate) fn left(&self, data: Data<'_>, quantities: usize) -> Left {
+        let of = if quantities > 1 { format!(" in {}", data.block.label) } else { String::new() };
         Left {
             drivers: vec![data.channels.time_name.clone()],
-            shape: format!("{CORRELATED} {}", self.duration(data, self.lag)),
+            shape: format!("{CORRELATED} {}{of}", self.duration(data, self.lag)),
             share_of_residual_variance: self.correlation,
         }
     }
@@ -168,10 +169,10 @@ impl Whiteness {
     /// So many observations as a time, with two digits that count.
     fn duration(&self, data: Data<'_>, lag: usize) -> String {
         let time = lag as f64 * data.layout.interval();
-        let unit = match data.channels.time_unit.text() {
-            "1" => "rows",
-            unit => unit,
-        };
+        let unit = data.channels.time_unit.text();
+        if unit == "1" {
+            return format!("{time:.0} rows");
+        }
         let digit = 10_f64.powf(time.abs().log10().floor() - 1.0);
         let rounded = (time / digit).round() * digit;
         let places = (-digit.log10()).max(0.0) as usize;
