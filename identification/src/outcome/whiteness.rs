@@ -192,6 +192,7 @@ mod tests {
     use super::{WHITENESS_LEVEL, of_innovations};
     use rand::{RngExt, SeedableRng};
     use rand_distr::{Distribution, StandardNormal};
+    use std::slice::from_ref;
 
     const TRIALS: usize = 1500;
 
@@ -252,7 +253,7 @@ mod tests {
                 fresh + 0.7 * slow
             })
             .collect();
-        let found = of_innovations(&values, &[0..n]).unwrap();
+        let found = of_innovations(&values, from_ref(&(0..n))).unwrap();
         assert!(found.p_value < 1e-6, "{found:?}");
         assert!((8..=32).contains(&found.lag), "{found:?}");
         assert!((0.1..0.4).contains(&found.correlation), "{found:?}");
@@ -263,8 +264,8 @@ mod tests {
 
     #[test]
     fn too_few_observations_say_nothing() {
-        assert_eq!(of_innovations(&[1.0, -1.0, 1.0], &[0..3]), None);
-        assert_eq!(of_innovations(&[0.0; 50], &[0..50]), None);
+        assert_eq!(of_innovations(&[1.0, -1.0, 1.0], from_ref(&(0..3))), None);
+        assert_eq!(of_innovations(&[0.0; 50], from_ref(&(0..50))), None);
         let alone: Vec<_> = (0..50).map(|i| i..i + 1).collect();
         assert_eq!(of_innovations(&[1.0; 50], &alone), None);
     }
