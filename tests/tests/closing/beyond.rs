@@ -32,5 +32,7 @@ fn a_resonance() {
     let ending = &story.done.simulated.ending;
     let refused = ending.reason.as_ref().is_some_and(|reason| reason.contains("cannot be carried"));
     assert!(refused || ending.outcome == Outcome::Passed, "{ending:?}");
+    let unread = ending.reason.as_ref().is_some_and(|reason| reason.contains("unit of its knots"));
+    assert!(!unread, "a model says the unit of its knots: {ending:?}");
     assert!(story.worst("after") < story.worst("before"), "{}", story.in_words());
 }
