@@ -70,7 +70,7 @@ pub enum PortTextError {
     #[error("the port \"{0}\" names no device, expected one after the colon")]
     NoAddress(String),
     /// What stands behind the scheme is not right.
-    #[error("{wrong}, expected {allowed}")]
+    #[error("{wrong}; {allowed}")]
     Rest {
         /// What is wrong, with the port.
         wrong: String,
