@@ -109,3 +109,67 @@ impl BytePort {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{ByteEvent, BytePort};
+    use crate::port::{FramePort, PortError, PortSpec};
+    use std::time::Duration;
+    use wire::serial::SerialSettings;
+    use wire::slcan::BitRate;
+
+    const USUAL: SerialSettings = SerialSettings::new_8n1(9_600);
+
+    fn run<T>(test: impl Future<Output = T>) -> T {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+        runtime.block_on(async {
+            tokio::time::timeout(Duration::from_secs(20), test).await.expect("the test ends")
+        })
+    }
+
+    fn spec(text: &str) -> PortSpec {
+        text.parse().unwrap()
+    }
+
+    #[test]
+    fn a_pty_and_who_opens_its_far_side_are_two_ports() {
+        run(async {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("gyro.pty").to_string_lossy().into_owned();
+            let mut here = BytePort::open(&spec(&format!("pty:{path}")), USUAL).unwrap();
+            assert_eq!(here.far_path(), Some(path.as_str()));
+            let mut there = BytePort::open(&spec(&format!("serial:{path}")), USUAL).unwrap();
+            assert_eq!(there.far_path(), None);
+            for (from, to) in [(0, 1), (1, 0)] {
+                let ports = [&mut here, &mut there];
+                assert_eq!(ports[from].send(b"hello"), 5);
+                let Ok(ByteEvent::Bytes(heard)) = ports[to].receive().await else {
+                    panic!("bytes")
+                };
+                assert_eq!(heard.as_slice(), b"hello");
+            }
+            for counters in [here.counters(), there.counters()] {
+                assert_eq!((counters.bytes_in, counters.bytes_out), (5, 5));
+                assert!(counters.all_crossed());
+            }
+            assert!(here.begin_break().is_err() && there.begin_break().is_ok());
+            assert!(here.reopen().await.is_ok());
+            drop(here);
+            assert!(there.receive().await.is_err());
+        });
+    }
+
+    #[test]
+    fn bytes_and_frames_are_not_mixed_up() {
+        run(async {
+            for text in ["can:can0", "slcan:/dev/ttyACM0", "slcan-pty"] {
+                let error = BytePort::open(&spec(text), USUAL).unwrap_err();
+                assert!(matches!(error, PortError::WrongKind { .. }), "{text}: {error}");
+            }
+            for text in ["pty", "/dev/ttyUSB0"] {
+                let error = FramePort::open(&spec(text), BitRate::default()).await.unwrap_err();
+                assert!(matches!(error, PortError::WrongKind { .. }), "{text}: {error}");
+            }
+        });
+    }
+}

@@ -15,7 +15,7 @@ use wire::time::Timestamp;
 #[derive(Debug)]
 pub enum FramePort {
     /// An interface of the kernel.
-    Can(CanSocketPort),
+    Can(Box<CanSocketPort>),
     /// An adapter that is used from here.
     SlcanHost(Box<SlcanHost>),
     /// An adapter that is played here.
@@ -44,7 +44,7 @@ impl FramePort {
     /// When it cannot be opened, or carries bytes.
     pub async fn open(spec: &PortSpec, usual: BitRate) -> Result<Self, PortError> {
         match spec {
-            PortSpec::Can { interface } => CanSocketPort::open(interface).map(Self::Can),
+            PortSpec::Can { interface } => Ok(Self::Can(Box::new(CanSocketPort::open(interface)?))),
             PortSpec::Slcan { serial, bitrate } => {
                 let host = SlcanHost::open(serial, bitrate.unwrap_or(usual)).await?;
                 Ok(Self::SlcanHost(Box::new(host)))

@@ -1,6 +1,7 @@
 //! Interfaces that a test makes for itself.
 
 use harness::port::can_socket::kernel_has_can;
+use std::io;
 use std::process::Stdio;
 use tokio::process::Command;
 
@@ -43,15 +44,26 @@ impl Link {
 
 impl Drop for Link {
     fn drop(&mut self) {
-        let mut command = std::process::Command::new("ip");
-        let _ = command.args(["link", "del", self.0]).stderr(Stdio::null()).status();
+        for program in [&["ip"][..], &["busybox", "ip"]] {
+            let mut command = std::process::Command::new(program[0]);
+            command.args(&program[1..]).args(["link", "del", self.0]).stderr(Stdio::null());
+            if command.status().is_ok() {
+                return;
+            }
+        }
     }
 }
 
 /// Carries out `ip` with these arguments; what it said when it failed.
 pub async fn ip(arguments: &[&str]) -> Result<(), String> {
-    let output =
-        Command::new("ip").args(arguments).output().await.map_err(|cause| cause.to_string())?;
+    let output = match Command::new("ip").args(arguments).output().await {
+        // A machine without iproute2; the guest has this one in any case.
+        Err(cause) if cause.kind() == io::ErrorKind::NotFound => {
+            Command::new("busybox").arg("ip").args(arguments).output().await
+        }
+        result => result,
+    };
+    let output = output.map_err(|cause| cause.to_string())?;
     if output.status.success() {
         return Ok(());
     }

@@ -64,6 +64,8 @@ impl SlcanHost {
                 Err(_) => break,
             }
         }
+        // Half a line of before belongs to none of what comes; the counts stay.
+        self.counters = self.counters + self.of_lines();
         self.decoder = AnswerDecoder::new();
         for (command, words) in
             [(Command::BitRate(self.bitrate), "take the bitrate"), (Command::Open, "open the bus")]
@@ -151,14 +153,17 @@ impl SlcanHost {
 
     /// What has crossed it, the serial line included.
     pub fn counters(&self) -> Counters {
+        self.counters + self.serial.counters() + self.of_lines()
+    }
+
+    /// Lines since the bus was opened.
+    fn of_lines(&self) -> Counters {
         let lines = self.decoder.counters();
-        let malformed_lines = lines.malformed + lines.overlong;
-        let of_lines = Counters {
-            malformed_lines,
+        Counters {
+            malformed_lines: lines.malformed + lines.overlong,
             unsupported_frames: lines.unsupported,
             ..Counters::default()
-        };
-        self.counters + self.serial.counters() + of_lines
+        }
     }
 }
 

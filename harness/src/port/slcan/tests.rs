@@ -212,6 +212,30 @@ fn an_adapter_that_acknowledges_nothing_is_used_all_the_same() {
 }
 
 #[test]
+fn an_adapter_that_is_plugged_in_again_is_opened_again() {
+    run(async {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ttyACM0");
+        let mut adapter = SlcanAdapter::open(Some(&path)).unwrap();
+        let spec = serial(path.to_str().unwrap());
+        let (host, up) = tokio::join!(SlcanHost::open(&spec, BitRate::Kbit125), adapter.receive());
+        let mut host = host.unwrap();
+        assert_eq!(up, Ok(FrameEvent::Up));
+
+        drop(adapter);
+        assert_eq!(host.receive().await, Err(PortLost::HungUp));
+        host.send(&frame(1));
+        let mut adapter = SlcanAdapter::open(Some(&path)).unwrap();
+        let (back, up) = tokio::join!(host.reopen(), adapter.receive());
+        assert!(back.is_ok() && up == Ok(FrameEvent::Up), "{back:?} {up:?}");
+        host.send(&frame(2));
+        assert_eq!(adapter.receive().await, Ok(FrameEvent::Frame(frame(2))));
+        let counters = host.counters();
+        assert_eq!((counters.returns, counters.overrun_frames, counters.frames_out), (1, 1, 1));
+    });
+}
+
+#[test]
 fn a_line_that_was_torn_is_spoiled_and_one_without_its_end_is_ended() {
     let (mut lines, mut crossed) = (Lines::default(), Vec::new());
     let mut room = 3;
