@@ -69,6 +69,9 @@ pub(super) struct SetupArguments {
     /// every device is emulated.
     #[arg(long, value_name = "FILE")]
     bench: Option<String>,
+    /// Ask for real-time priority and locked memory; without the right to them the run goes on as it is.
+    #[arg(long)]
+    realtime: bool,
 }
 
 /// The world that a plan runs in.
@@ -89,6 +92,8 @@ pub(super) struct LiveSetup {
     pub(super) bench: BenchFile,
     /// Where a role goes that the bench gives no port.
     pub(super) bus: BusChoice,
+    /// Whether real-time priority is asked for.
+    pub(super) realtime: bool,
 }
 
 impl Setup {
@@ -125,6 +130,7 @@ impl SetupArguments {
                     None => BenchFile::default(),
                 },
                 bus: bus.unwrap_or(BusChoice::Pty),
+                realtime: self.realtime,
             }))),
         }
     }
@@ -143,6 +149,12 @@ impl SetupArguments {
                 "add --clock real, or leave --bench out",
             ));
         }
+        if self.realtime {
+            return Err(Failure::arguments(
+                "the virtual clock has no use for --realtime: nothing in it can be late",
+                "add --clock real, or leave --realtime out",
+            ));
+        }
         Ok(Setup::Simulated)
     }
 }
@@ -151,9 +163,13 @@ impl SetupArguments {
 mod tests {
     use super::{BenchFile, BusChoice, Clock, Controller, LiveSetup, Setup, SetupArguments};
 
-    fn setup(clock: Clock, bus: Option<BusChoice>, controller: Option<&str>) -> Result<Setup, String> {
+    fn setup(
+        clock: Clock,
+        bus: Option<BusChoice>,
+        controller: Option<&str>,
+    ) -> Result<Setup, String> {
         let controller = controller.map(|text| text.parse().unwrap());
-        let arguments = SetupArguments { clock, bus, controller, bench: None };
+        let arguments = SetupArguments { clock, bus, controller, bench: None, realtime: false };
         arguments.setup().map_err(|failure| failure.to_string())
     }
 
@@ -165,7 +181,8 @@ mod tests {
             Ok(Setup::Simulated)
         );
         let live = |controller, bus| {
-            Ok(Setup::Live(Box::new(LiveSetup { controller, bench: BenchFile::default(), bus })))
+            let bench = BenchFile::default();
+            Ok(Setup::Live(Box::new(LiveSetup { controller, bench, bus, realtime: false })))
         };
         assert_eq!(setup(Clock::Real, None, None), live(Controller::Process, BusChoice::Pty));
         let command = Controller::Command("./mine --fast".to_owned());
@@ -186,10 +203,16 @@ mod tests {
             let why = setup(clock, bus, controller).unwrap_err();
             assert!(why.contains(" clock needs the "), "{why}");
         }
-        let bench = Some("mine.toml".to_owned());
-        let arguments =
-            SetupArguments { clock: Clock::Virtual, bus: None, controller: None, bench };
-        assert!(arguments.setup().is_err());
+        let plain = SetupArguments {
+            clock: Clock::Virtual,
+            bus: None,
+            controller: None,
+            bench: None,
+            realtime: false,
+        };
+        let with_bench = SetupArguments { bench: Some("mine.toml".to_owned()), ..plain.clone() };
+        let in_real_time = SetupArguments { realtime: true, ..plain };
+        assert!(with_bench.setup().is_err() && in_real_time.setup().is_err());
     }
 
     #[test]
