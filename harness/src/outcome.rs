@@ -1,7 +1,10 @@
 //! How a run ended, and what each declared measurement came to.
 
+mod live;
 #[cfg(test)]
 pub(crate) mod samples;
+
+pub use live::{Bin, PortSide, PortSummary, Spread, Timing};
 
 use serde::{Deserialize, Serialize};
 
@@ -101,7 +104,7 @@ pub struct Summary {
     pub seed: u64,
     /// `virtual` or `real`.
     pub clock: String,
-    /// `memory` or `pty`.
+    /// `memory`, or the kinds of port that were crossed, such as `pty+can`.
     pub bus: String,
     /// `in-process` or `process`.
     pub device_under_test: String,
@@ -115,6 +118,12 @@ pub struct Summary {
     pub measurements: Vec<Measurement>,
     /// Names of further files that the plan made, in the run folder.
     pub artifacts: Vec<String>,
+    /// How well real time was kept; absent in virtual time.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub timing: Option<Timing>,
+    /// The ports of a run in real time.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub ports: Vec<PortSummary>,
 }
 
 impl Verdict {

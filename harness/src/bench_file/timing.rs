@@ -12,10 +12,13 @@ pub const LATE_MS_MAX_MAX: f64 = 10_000.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Timing {
-    /// How late the harness may be with anything; not judged where it is absent. `late_ms_max` in the
-    /// file, in milliseconds.
+    /// How late the harness may be with anything; what the live world takes for usual where it is absent.
+    /// `late_ms_max` in the file, in milliseconds.
     #[serde(rename = "late_ms_max", default, deserialize_with = "milliseconds")]
     pub late_max: Option<Span>,
+    /// Ask for real-time priority and locked memory, as `--realtime` does.
+    #[serde(default)]
+    pub realtime: bool,
 }
 
 fn milliseconds<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Span>, D::Error> {

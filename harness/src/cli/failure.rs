@@ -86,6 +86,11 @@ enum Cause {
     #[diagnostic(transparent)]
     #[cfg(feature = "live")]
     Live(crate::world::live::LiveError),
+    /// The bench does not fit the plan.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    #[cfg(feature = "live")]
+    Placement(crate::world::live::PlacementError),
     /// The bench asks for what the live world cannot do.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -145,7 +150,12 @@ impl Failure {
             | Cause::Bench(_)
             | Cause::Identify { .. } => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
-            Cause::NotYet(_) | Cause::Live(crate::world::live::LiveError::NoCan) => EXIT_BAD_INPUT,
+            Cause::NotYet(_) | Cause::Placement(_) => EXIT_BAD_INPUT,
+            // Where frames were to cross a serial port, or the reverse, nothing is broken.
+            #[cfg(feature = "live")]
+            Cause::Live(crate::world::live::LiveError::Port(
+                crate::port::PortError::WrongKind { .. },
+            )) => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
             Cause::Live(_) => Outcome::Error.exit_status(),
             Cause::Folder(
@@ -238,6 +248,7 @@ impl From<crate::run_live::LiveRunError> for Failure {
         match error {
             crate::run_live::LiveRunError::Folder(error) => error.into(),
             crate::run_live::LiveRunError::Live(error) => Cause::Live(error).into(),
+            crate::run_live::LiveRunError::Placement(error) => Cause::Placement(error).into(),
             crate::run_live::LiveRunError::NotYet(error) => Cause::NotYet(error).into(),
         }
     }

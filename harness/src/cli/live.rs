@@ -6,6 +6,10 @@ use super::terminal::Terminal;
 use crate::run::{Completed, Options, Prepared};
 use crate::world::simulated::Progress;
 
+/// The interface that `--bus vcan` means.
+#[cfg(feature = "live")]
+const VCAN: &str = "vcan0";
+
 /// Runs a prepared plan in real time and writes its run folder, as
 /// [`run_to_folder`](crate::run::run_to_folder) does in virtual time.
 ///
@@ -20,8 +24,11 @@ pub(super) fn run(
     person: Option<&Terminal>,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Result<Completed, Failure> {
+    use super::setup::BusChoice;
     use crate::operator::Person;
-    use crate::world::live::DeviceUnderTest;
+    use crate::port::PortSpec;
+    use crate::run_live::{LiveSetting, run_live_to_folder};
+    use crate::world::live::{DeviceUnderTest, Scheduling};
     let device_under_test = match &setup.controller {
         Controller::InProcess => DeviceUnderTest::InProcess,
         Controller::Process => DeviceUnderTest::OurProcess,
@@ -30,8 +37,13 @@ pub(super) fn run(
         }
     };
     let person = person.map(|terminal| Box::new(terminal.clone()) as Box<dyn Person>);
-    let run = crate::run_live::run_live_to_folder;
-    Ok(run(prepared, options, device_under_test, &setup.bench, person, pulse)?)
+    let can = match setup.bus {
+        BusChoice::Vcan => PortSpec::Can { interface: VCAN.to_owned() },
+        BusChoice::Memory | BusChoice::Pty | BusChoice::Slcan => PortSpec::SlcanPty { link: None },
+    };
+    let scheduling = if setup.realtime { Scheduling::RealTime } else { Scheduling::Normal };
+    let setting = LiveSetting { device_under_test, bench: &setup.bench, can, scheduling };
+    Ok(run_live_to_folder(prepared, options, &setting, person, pulse)?)
 }
 
 /// This build has no live world.

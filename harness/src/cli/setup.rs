@@ -15,13 +15,17 @@ pub(super) enum Clock {
     Real,
 }
 
-/// What bytes and frames cross.
+/// What bytes and frames cross, where a bench file does not say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Bus {
+pub enum BusChoice {
     /// Lines in memory, paced by baud or bit time.
     Memory,
-    /// Pseudo-terminals of the kernel, or the ports of a bench file.
+    /// Pseudo-terminals of the kernel; a base on CAN is behind an adapter (slcan) on one.
     Pty,
+    /// A base on CAN is on the interface vcan0; serial lines are pseudo-terminals.
+    Vcan,
+    /// A base on CAN is behind an adapter on a pseudo-terminal; serial lines are pseudo-terminals.
+    Slcan,
 }
 
 /// The device under test.
@@ -56,7 +60,7 @@ pub(super) struct SetupArguments {
     clock: Clock,
     /// What bytes and frames cross; memory with the virtual clock, pty with the real one.
     #[arg(long, value_enum)]
-    bus: Option<Bus>,
+    bus: Option<BusChoice>,
     /// The device under test: in-process, process, or a command line. In-process with the virtual
     /// clock, process with the real one.
     #[arg(long, value_name = "in-process|process|COMMAND")]
@@ -65,6 +69,9 @@ pub(super) struct SetupArguments {
     /// every device is emulated.
     #[arg(long, value_name = "FILE")]
     bench: Option<String>,
+    /// Ask for real-time priority and locked memory; without the right to them the run goes on as it is.
+    #[arg(long)]
+    realtime: bool,
 }
 
 /// The world that a plan runs in.
@@ -83,6 +90,10 @@ pub(super) struct LiveSetup {
     pub(super) controller: Controller,
     /// The bench.
     pub(super) bench: BenchFile,
+    /// Where a role goes that the bench gives no port.
+    pub(super) bus: BusChoice,
+    /// Whether real-time priority is asked for.
+    pub(super) realtime: bool,
 }
 
 impl Setup {
@@ -103,22 +114,24 @@ impl SetupArguments {
     /// When they do not go together.
     pub(super) fn setup(&self) -> Result<Setup, Failure> {
         match (self.clock, self.bus) {
-            (Clock::Virtual, None | Some(Bus::Memory)) => self.simulated(),
-            (Clock::Real, None | Some(Bus::Pty)) => Ok(Setup::Live(Box::new(LiveSetup {
+            (Clock::Virtual, None | Some(BusChoice::Memory)) => self.simulated(),
+            (Clock::Virtual, Some(_)) => Err(Failure::arguments(
+                "the virtual clock needs the memory bus: bytes in the kernel take real time",
+                "add --clock real, or leave --bus out",
+            )),
+            (Clock::Real, Some(BusChoice::Memory)) => Err(Failure::arguments(
+                "the real clock needs the pty bus: nothing waits for real time in memory",
+                "leave --clock out, or use --bus pty",
+            )),
+            (Clock::Real, bus) => Ok(Setup::Live(Box::new(LiveSetup {
                 controller: self.controller.clone().unwrap_or(Controller::Process),
                 bench: match &self.bench {
                     Some(name) => BenchFile::load(name)?,
                     None => BenchFile::default(),
                 },
+                bus: bus.unwrap_or(BusChoice::Pty),
+                realtime: self.realtime,
             }))),
-            (Clock::Virtual, Some(Bus::Pty)) => Err(Failure::arguments(
-                "the virtual clock needs the memory bus: bytes in the kernel take real time",
-                "add --clock real, or leave --bus out",
-            )),
-            (Clock::Real, Some(Bus::Memory)) => Err(Failure::arguments(
-                "the real clock needs the pty bus: nothing waits for real time in memory",
-                "leave --clock out, or use --bus pty",
-            )),
         }
     }
 
@@ -136,17 +149,27 @@ impl SetupArguments {
                 "add --clock real, or leave --bench out",
             ));
         }
+        if self.realtime {
+            return Err(Failure::arguments(
+                "the virtual clock has no use for --realtime: nothing in it can be late",
+                "add --clock real, or leave --realtime out",
+            ));
+        }
         Ok(Setup::Simulated)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{BenchFile, Bus, Clock, Controller, LiveSetup, Setup, SetupArguments};
+    use super::{BenchFile, BusChoice, Clock, Controller, LiveSetup, Setup, SetupArguments};
 
-    fn setup(clock: Clock, bus: Option<Bus>, controller: Option<&str>) -> Result<Setup, String> {
+    fn setup(
+        clock: Clock,
+        bus: Option<BusChoice>,
+        controller: Option<&str>,
+    ) -> Result<Setup, String> {
         let controller = controller.map(|text| text.parse().unwrap());
-        let arguments = SetupArguments { clock, bus, controller, bench: None };
+        let arguments = SetupArguments { clock, bus, controller, bench: None, realtime: false };
         arguments.setup().map_err(|failure| failure.to_string())
     }
 
@@ -154,32 +177,42 @@ mod tests {
     fn what_goes_together() {
         assert_eq!(setup(Clock::Virtual, None, None), Ok(Setup::Simulated));
         assert_eq!(
-            setup(Clock::Virtual, Some(Bus::Memory), Some("in-process")),
+            setup(Clock::Virtual, Some(BusChoice::Memory), Some("in-process")),
             Ok(Setup::Simulated)
         );
-        let live = |controller| {
-            Ok(Setup::Live(Box::new(LiveSetup { controller, bench: BenchFile::default() })))
+        let live = |controller, bus| {
+            let bench = BenchFile::default();
+            Ok(Setup::Live(Box::new(LiveSetup { controller, bench, bus, realtime: false })))
         };
-        assert_eq!(setup(Clock::Real, None, None), live(Controller::Process));
+        assert_eq!(setup(Clock::Real, None, None), live(Controller::Process, BusChoice::Pty));
         let command = Controller::Command("./mine --fast".to_owned());
-        assert_eq!(setup(Clock::Real, Some(Bus::Pty), Some("./mine --fast")), live(command));
+        assert_eq!(
+            setup(Clock::Real, Some(BusChoice::Vcan), Some("./mine --fast")),
+            live(command, BusChoice::Vcan)
+        );
     }
 
     #[test]
     fn what_does_not_go_together_says_why() {
         for (clock, bus, controller) in [
-            (Clock::Virtual, Some(Bus::Pty), None),
-            (Clock::Real, Some(Bus::Memory), None),
+            (Clock::Virtual, Some(BusChoice::Pty), None),
+            (Clock::Real, Some(BusChoice::Memory), None),
             (Clock::Virtual, None, Some("process")),
             (Clock::Virtual, None, Some("./mine")),
         ] {
             let why = setup(clock, bus, controller).unwrap_err();
             assert!(why.contains(" clock needs the "), "{why}");
         }
-        let bench = Some("mine.toml".to_owned());
-        let arguments =
-            SetupArguments { clock: Clock::Virtual, bus: None, controller: None, bench };
-        assert!(arguments.setup().is_err());
+        let plain = SetupArguments {
+            clock: Clock::Virtual,
+            bus: None,
+            controller: None,
+            bench: None,
+            realtime: false,
+        };
+        let with_bench = SetupArguments { bench: Some("mine.toml".to_owned()), ..plain.clone() };
+        let in_real_time = SetupArguments { realtime: true, ..plain };
+        assert!(with_bench.setup().is_err() && in_real_time.setup().is_err());
     }
 
     #[test]

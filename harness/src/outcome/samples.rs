@@ -59,5 +59,7 @@ pub(crate) fn summary() -> Summary {
             },
         ],
         artifacts: vec!["calibration.toml".into()],
+        timing: None,
+        ports: Vec::new(),
     }
 }

@@ -32,6 +32,11 @@ pub(super) fn heading(summary: &Summary, collected: &Collected) -> Markup {
                 (fact("took", &figures::duration(summary.wall_s)))
                 (fact("events", &grouped(summary.events)))
                 (fact("records", &grouped(collected.records)))
+                @if let Some(timing) = &summary.timing {
+                    (fact("late, 99 % of the time", &format!("at most {:.1} ms", timing.late.p99_ms)))
+                    (fact("late, at worst", &format!("{:.1} ms", timing.late.max_ms)))
+                    (fact("scheduling", &timing.scheduling))
+                }
                 (fact("exit status", &outcome.exit_status().to_string()))
                 (fact("hil", &summary.version))
             }

@@ -96,6 +96,8 @@ fn unknown(plan: &Plan, recorded: &Header, last: Timestamp) -> Summary {
         events: 0,
         measurements: Vec::new(),
         artifacts: Vec::new(),
+        timing: None,
+        ports: Vec::new(),
     }
 }
 

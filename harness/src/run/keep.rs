@@ -169,5 +169,7 @@ pub(crate) fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summ
         events: run.events,
         measurements,
         artifacts: Vec::new(),
+        timing: None,
+        ports: Vec::new(),
     }
 }

@@ -2,39 +2,54 @@
 //! own.
 //!
 //! The emulated devices, the engine and the pacing of lines are those of the simulated world; here they
-//! are asked when the real clock says so. Bytes cross a real tty: what the emulators send is written to
-//! a pty once its line time has passed, what the device under test writes is read from there. A role
-//! with a real port has no emulator: the device under test opens that port itself.
+//! are asked when the real clock says so. Bytes and frames cross the kernel: what an emulated device sends
+//! goes to its port once its line time has passed, what arrives there is put on its line. A role with a
+//! real port has no emulator: the device under test opens that port itself.
 //!
-//! Clock and select loop are the only ones in the harness.
+//! | role | emulated | real |
+//! |---|---|---|
+//! | gyro, base | the harness has the near end of the port, the device under test the far one | the device under test has the port; on a bus of the kernel the harness listens |
+//! | table | within the harness | the harness has the port |
+//!
+//! A port that goes away is waited for as long as the plan's limits allow. Clock and select loop are the
+//! only ones in the harness.
 
+mod clock;
 mod device_under_test;
+mod histogram;
+mod in_process;
+mod journal;
+mod lateness;
+mod placement;
+mod ports;
+mod realtime;
+mod role_port;
+mod traffic;
 
-pub use device_under_test::DeviceUnderTest;
 pub(crate) use device_under_test::our_program;
+pub use device_under_test::{DeviceUnderTest, StartError};
+pub use journal::NOTES_MAX;
+pub use lateness::LATE_MAX_DEFAULT;
+pub use placement::{Placement, PlacementError, Player};
+pub use realtime::Scheduling;
 
-use super::bench::{Bench, Carrier};
-use super::lines::BaseLink;
+use super::bench::Bench;
 use super::simulated::Progress;
 use super::stage::Stage;
 use crate::engine::{Action, Ending, Engine};
 use crate::operator::Operator;
-use crate::port::pty::{Pty, PtyError};
+use crate::outcome::{Outcome, PortSide, PortSummary, Timing};
+use crate::port::PortError;
 use crate::record::Device;
 use crate::record::sink::RecordSink;
-use controller::config::Transport;
-use device_under_test::{Heard, Running, StartError};
-use std::collections::BTreeMap;
+use clock::Clock;
+use device_under_test::{Heard, Running};
+use journal::Journal;
+use lateness::{Course, Lateness};
+use ports::{BASE, GYRO, Ports};
+use role_port::PortEvent;
 use std::path::Path;
-use std::time::Duration;
-use tokio::time::Instant;
-use wire::packet::{BYTES_MAX, Packet};
 use wire::time::{Span, Timestamp};
-
-/// Names of the roles that ports play.
-pub const GYRO: &str = "gyro";
-/// See [`GYRO`].
-pub const BASE: &str = "base";
 
 /// The device under test must be heard within this. Assumption: the slowest interpreter starts in 2 s.
 const START_LIMIT: Span = Span::from_secs(10);
@@ -44,21 +59,31 @@ const PULSE_PERIOD: Span = Span::from_millis(100);
 /// Why a live run cannot begin.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum LiveError {
-    /// The base is on CAN, which a pty is not.
-    #[error("the plan's base is on CAN, and the live world has serial lines only")]
-    #[diagnostic(help("choose a device file whose base has `transport = \"serial\"`"))]
-    NoCan,
-    /// No pty.
+    /// A port of the harness cannot be opened.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    Pty(#[from] PtyError),
+    Port(#[from] PortError),
     /// The device under test does not start.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Start(#[from] StartError),
     /// No runtime for the select loop.
-    #[error("failed to start the event loop: {0}")]
+    #[error("failed to start the event loop")]
+    #[diagnostic(help("are there file descriptors left? `ulimit -n` tells how many are allowed"))]
     Runtime(#[from] std::io::Error),
+}
+
+/// Where and how a plan is run in real time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Setting {
+    /// What is tested.
+    pub device_under_test: DeviceUnderTest,
+    /// The ports.
+    pub placement: Placement,
+    /// How late the harness may be with anything.
+    pub late_max: Span,
+    /// What the scheduler is asked for.
+    pub scheduling: Scheduling,
 }
 
 /// What a live run ended with.
@@ -70,41 +95,39 @@ pub struct LiveEnd {
     pub end: Timestamp,
     /// Times that the loop went round.
     pub events: u64,
-    /// Longest time by which something was done too late.
-    pub late_max: Span,
-    /// Bytes that a pty had no room for.
-    pub overrun_bytes: u64,
+    /// How well real time was kept.
+    pub timing: Timing,
+    /// What crossed the ports.
+    pub ports: Vec<PortSummary>,
+    /// Packets and frames that a line within the harness had no room for.
+    pub dropped: u64,
 }
 
 /// A bench in real time.
 #[derive(Debug)]
 pub struct LiveWorld {
     stage: Stage,
-    device_under_test: DeviceUnderTest,
-    /// Real ports by role.
-    ports: BTreeMap<String, String>,
+    setting: Setting,
+    journal: Journal,
+    lateness: Lateness,
+    /// Frames of an emulated device that somebody else has sent.
+    clashes: u64,
+}
+
+/// What the loop waited for.
+enum Awaited {
+    Due,
+    Port(&'static str, PortEvent),
+    Device(Heard),
 }
 
 impl LiveWorld {
-    /// A live world; `ports` are real ports by role ([`GYRO`], [`BASE`]), `operator` answers what the plan
-    /// asks a person.
-    ///
-    /// # Errors
-    ///
-    /// When the bench needs a CAN bus.
-    pub fn new(
-        bench: Bench,
-        engine: Engine,
-        operator: Operator,
-        device_under_test: DeviceUnderTest,
-        ports: BTreeMap<String, String>,
-    ) -> Result<Self, LiveError> {
-        if bench.base_transport() == Some(Transport::Can) && !ports.contains_key(BASE) {
-            return Err(LiveError::NoCan);
-        }
+    /// A live world; `operator` answers what the plan asks a person.
+    pub fn new(bench: Bench, engine: Engine, operator: Operator, setting: Setting) -> Self {
         let mut stage = Stage::new(bench, engine);
         stage.operator = operator;
-        Ok(Self { stage, device_under_test, ports })
+        let lateness = Lateness::new(setting.late_max);
+        Self { stage, setting, journal: Journal::default(), lateness, clashes: 0 }
     }
 
     /// Everything observed and made is the engine's.
@@ -135,24 +158,15 @@ impl LiveWorld {
         keep: &mut impl FnMut(&Action),
         pulse: &mut impl FnMut(Progress) -> bool,
     ) -> Result<LiveEnd, LiveError> {
-        let emulated = |role: &str| !self.ports.contains_key(role);
-        let mut gyro = if emulated(GYRO) { Some(Pty::open()?) } else { None };
-        let with_base = self.stage.bench.base_transport().is_some();
-        let mut base = if with_base && emulated(BASE) { Some(Pty::open()?) } else { None };
-        let mut ports = self.ports.clone();
-        let opened = [(GYRO, &gyro), (BASE, &base)];
-        ports.extend(
-            opened
-                .into_iter()
-                .filter_map(|(role, pty)| Some((role.to_owned(), pty.as_ref()?.path().to_owned()))),
-        );
+        let gyro = self.stage.bench.gyro_stream().format.serial();
+        let transport = self.stage.bench.base_transport();
+        let mut ports = Ports::open(&self.setting.placement, gyro, transport).await?;
         let clock = Clock::start();
-        let config = self.stage.bench.controller_config();
-        let mut device = Running::start(&self.device_under_test, config, &ports, log)?;
-        let mut late_max = Span::ZERO;
+        let mut device = self.start(log, sink, &clock, &mut ports).await?;
+        // Only now: what is started inherits it.
+        let scheduling = realtime::ask(self.setting.scheduling);
         let mut heard_any = false;
-        let (mut events, mut pulse_at) = (0, Timestamp::ZERO);
-        let (mut from_gyro_port, mut from_base_port) = ([0; BYTES_MAX], [0; BYTES_MAX]);
+        let (mut events, mut pulse_at) = (0, clock.now());
 
         let ending = loop {
             let now = clock.now();
@@ -160,6 +174,9 @@ impl LiveWorld {
             if now >= pulse_at {
                 pulse_at = now + PULSE_PERIOD;
                 self.look_up(now, sink, pulse);
+                if let Some(why) = ports.wrong_rate(now) {
+                    self.stage.engine.broke(now, &why);
+                }
                 if !heard_any && now - Timestamp::ZERO > START_LIMIT {
                     let why = format!(
                         "the device under test said nothing within {} s{}",
@@ -169,52 +186,69 @@ impl LiveWorld {
                     self.stage.engine.broke(now, &why);
                 }
             }
-            self.deliver(now, sink, gyro.as_mut(), base.as_mut());
-            self.wake(now, gyro.is_some());
-            device.wake(now);
-            self.transmit(now, sink, keep, &mut device);
+            self.deliver(now, sink, &mut ports);
+            self.wake(now);
+            device.wake(&clock, now);
+            self.transmit(now, sink, keep, &mut device, &clock);
+            while let Some((by, crossed)) = device.crossing() {
+                traffic::record(sink, now, by, crossed);
+            }
+            self.lateness.reach(self.course());
             if let Some(ending) = self.stage.engine.ending() {
                 break ending.clone();
             }
-            let due = self.next_due(gyro.is_some()).min(device.next_wakeup()).min(pulse_at);
-            tokio::select! {
-                () = clock.sleep_until(due) => {
-                    late_max = late_max.max(clock.now() - due.max(now));
-                }
-                count = read(gyro.as_ref(), &mut from_gyro_port) => {
-                    let now = clock.now();
-                    if let Some(bytes) = packets(&from_gyro_port, count) {
-                        self.stage.lines.gyro_commands.send(now, bytes);
-                    }
-                }
-                count = read(base.as_ref(), &mut from_base_port) => {
-                    let now = clock.now();
-                    if let BaseLink::Serial { to_base, .. } = &mut self.stage.lines.base
-                        && let Some(bytes) = packets(&from_base_port, count)
-                    {
-                        to_base.send(now, bytes);
-                    }
-                }
-                heard = device.heard(&clock) => {
-                    let now = clock.now();
-                    match heard {
-                        Heard::Report(report) => {
-                            heard_any = true;
-                            self.stage.record_report(now, sink, &report);
-                            self.stage.engine.report(now, &report);
-                        }
-                        Heard::Nothing => {}
-                        Heard::BadLine(what) => self.stage.note(now, sink, what),
-                        Heard::Ended(how) => self.stage.engine.lost_controller(now, &how),
-                    }
+            let due = self.next_due().min(device.next_wakeup()).min(pulse_at);
+            let awaited = tokio::select! {
+                () = clock.sleep_until(due) => Awaited::Due,
+                (role, event) = ports.next() => Awaited::Port(role, event),
+                heard = device.heard(&clock) => Awaited::Device(heard),
+            };
+            let then = clock.now();
+            if then >= due {
+                self.lateness.add(then - due.max(now));
+            }
+            match awaited {
+                Awaited::Due => {}
+                Awaited::Port(role, event) => self.hear(then, sink, &ports, role, event),
+                Awaited::Device(heard) => {
+                    heard_any |= matches!(heard, Heard::Report(_));
+                    self.hear_device(then, sink, &device, heard);
                 }
             }
         };
         let end = clock.now();
+        self.lateness.end_step(self.course());
+        let (ending, timing) = (self.judge(ending, end), self.timing(&device, scheduling));
+        let port_summaries = self.port_summaries(&ports, &device);
+        if self.journal.unnoted() > 0 {
+            let note = format!("{} more events of ports are not noted", self.journal.unnoted());
+            self.stage.note(end, sink, Device::Plan, note);
+        }
         device.end().await;
-        let overrun = |pty: &Option<Pty>| pty.as_ref().map_or(0, Pty::overrun_bytes);
-        let overrun_bytes = overrun(&gyro) + overrun(&base);
-        Ok(LiveEnd { ending, end, events, late_max, overrun_bytes })
+        let dropped = self.stage.lines.dropped();
+        Ok(LiveEnd { ending, end, events, timing, ports: port_summaries, dropped })
+    }
+
+    /// Starts the device under test. Meanwhile the ports are attended to: an adapter that is played here
+    /// must answer whoever opens it.
+    async fn start(
+        &mut self,
+        log: &Path,
+        sink: &mut impl RecordSink,
+        clock: &Clock,
+        ports: &mut Ports,
+    ) -> Result<Running, LiveError> {
+        let Setting { device_under_test, placement, .. } = self.setting.clone();
+        let wiring = ports.wiring(&placement)?;
+        let config = self.stage.bench.controller_config();
+        let mut starting =
+            std::pin::pin!(Running::start(&device_under_test, config, &placement, &wiring, log));
+        loop {
+            tokio::select! {
+                started = &mut starting => return Ok(started?),
+                (role, event) = ports.next() => self.hear(clock.now(), sink, ports, role, event),
+            }
+        }
     }
 
     /// Does anybody want the run to stop, does the disk still take the record, has a person said something?
@@ -234,124 +268,68 @@ impl LiveWorld {
         self.stage.listen_to_operator(now, sink);
     }
 
-    /// Hands over what has passed its line by now.
-    fn deliver(
+    /// Takes what came from the device under test.
+    fn hear_device(
         &mut self,
         now: Timestamp,
         sink: &mut impl RecordSink,
-        gyro: Option<&mut Pty>,
-        base: Option<&mut Pty>,
+        device: &Running,
+        heard: Heard,
     ) {
-        // The gyro's outputs first, each at its own instant: they must not see what the base does later.
-        self.stage.wake_gyro(now);
-        while let Some(packet) = self.stage.lines.gyro_commands.arrived(now) {
-            sink.bytes(now, Device::Controller, packet.as_slice());
-            self.stage.bench.gyro.receive(now, packet.as_slice());
-        }
-        if let Some(pty) = gyro {
-            while let Some(packet) = self.stage.lines.gyro.arrived(now) {
-                sink.bytes(now, Device::Gyro, packet.as_slice());
-                pty.write(packet.as_slice());
+        match heard {
+            Heard::Report(report) => {
+                self.stage.record_report(now, sink, &report);
+                self.stage.engine.report(now, &report);
             }
-        }
-        let Stage { lines, bench, .. } = &mut self.stage;
-        if let (BaseLink::Serial { to_base, to_controller }, Carrier::Base(emulator), Some(pty)) =
-            (&mut lines.base, &mut bench.carrier, base)
-        {
-            while let Some(packet) = to_base.arrived(now) {
-                sink.bytes(now, Device::Controller, packet.as_slice());
-                emulator.receive_bytes(now, packet.as_slice());
-            }
-            while let Some(packet) = to_controller.arrived(now) {
-                sink.bytes(now, Device::Base, packet.as_slice());
-                pty.write(packet.as_slice());
-            }
-        }
-        self.stage.deliver_table(now, sink);
-    }
-
-    fn wake(&mut self, now: Timestamp, gyro_emulated: bool) {
-        if !gyro_emulated {
-            // Nobody listens to an emulator whose role a real port plays.
-            while self.stage.lines.gyro.arrived(Timestamp::MAX).is_some() {}
-        }
-        if self.stage.bench.carrier.next_wakeup() <= now {
-            self.stage.bench.carrier.wake(now);
-        }
-        if self.stage.engine.next_wakeup() <= now {
-            self.stage.engine.wake(now);
-        }
-    }
-
-    fn transmit(
-        &mut self,
-        now: Timestamp,
-        sink: &mut impl RecordSink,
-        keep: &mut impl FnMut(&Action),
-        device: &mut Running,
-    ) {
-        loop {
-            let mut quiet = true;
-            while let Some(sent) = self.stage.bench.carrier.transmit() {
-                self.stage.carry(now, sent);
-            }
-            while let Some(action) = self.stage.engine.action() {
-                quiet = false;
-                if let Some(mission) = self.stage.act(now, sink, keep, action)
-                    && !device.command(now, mission)
-                {
-                    self.stage.engine.lost_controller(now, "it takes no more missions");
+            Heard::Nothing => {}
+            Heard::BadLine(what) => self.stage.note(now, sink, Device::Controller, what),
+            Heard::Port(role, event) => {
+                let name = device.in_process().and_then(|here| here.port(role));
+                let name = name.map_or("", |port| port.name());
+                let whose = (role, PortSide::Controller);
+                if let Some(note) = self.journal.take(now, whose, name, &event) {
+                    self.stage.note(now, sink, Device::Controller, note);
                 }
             }
-            if quiet {
-                return;
-            }
+            Heard::Ended(how) => self.stage.engine.lost_controller(now, &how),
         }
     }
 
-    fn next_due(&self, gyro_emulated: bool) -> Timestamp {
-        let gyro = if gyro_emulated { self.stage.bench.gyro.next_wakeup() } else { Timestamp::MAX };
-        self.stage
-            .lines
-            .next_arrival()
-            .min(gyro)
-            .min(self.stage.bench.carrier.next_wakeup())
-            .min(self.stage.engine.next_wakeup())
-    }
-}
-
-/// Bytes from the other side of a pty; without one, never.
-async fn read(pty: Option<&Pty>, buffer: &mut [u8; BYTES_MAX]) -> usize {
-    match pty {
-        // An error of a pty whose both sides we hold open is none that a retry could not meet.
-        Some(pty) => pty.read(buffer).await.unwrap_or(0),
-        None => std::future::pending().await,
-    }
-}
-
-fn packets(buffer: &[u8; BYTES_MAX], count: usize) -> Option<Packet> {
-    Packet::from_slice(buffer.get(..count)?).filter(|packet| !packet.is_empty())
-}
-
-/// The real clock, zero when the run began.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Clock {
-    began: Instant,
-}
-
-impl Clock {
-    #[expect(clippy::disallowed_methods, reason = "the live world is where the real clock is read")]
-    fn start() -> Self {
-        Self { began: Instant::now() }
+    fn course(&self) -> Course {
+        let observations = self.stage.engine.observations().values().map(Vec::len).sum();
+        Course { steps: self.stage.engine.progress().0, observations }
     }
 
-    pub(super) fn now(&self) -> Timestamp {
-        let nanos = self.began.elapsed().as_nanos();
-        Timestamp::from_nanos(i64::try_from(nanos).unwrap_or(i64::MAX))
+    /// The ending, with what the ports and the machine have to do with it.
+    fn judge(&self, ending: Ending, end: Timestamp) -> Ending {
+        let ending = self.journal.explain(ending, end);
+        match (ending.outcome, self.lateness.verdict()) {
+            (Outcome::Passed | Outcome::Failed, Some(why)) => {
+                let then = ending.reason.map_or_else(String::new, |reason| format!("; {reason}"));
+                Ending { outcome: Outcome::Error, reason: Some(format!("{why}{then}")) }
+            }
+            _ => ending,
+        }
     }
 
-    async fn sleep_until(&self, at: Timestamp) {
-        let nanos = u64::try_from(at.as_nanos()).unwrap_or(0);
-        tokio::time::sleep_until(self.began + Duration::from_nanos(nanos)).await;
+    fn timing(&self, device: &Running, scheduling: String) -> Timing {
+        Timing {
+            late: self.lateness.histogram().spread(),
+            bus_to_command: device.in_process().map(|here| here.bus_to_command().spread()),
+            late_ms_max: self.lateness.late_max().as_secs_f64() * 1e3,
+            misses: self.lateness.misses(),
+            misses_judged: self.lateness.misses_judged(),
+            scheduling,
+        }
+    }
+
+    fn port_summaries(&self, ports: &Ports, device: &Running) -> Vec<PortSummary> {
+        let mut summaries = ports.summaries(&self.journal);
+        for role in [GYRO, BASE] {
+            if let Some(port) = device.in_process().and_then(|here| here.port(role)) {
+                summaries.push(self.journal.summary((role, PortSide::Controller), port));
+            }
+        }
+        summaries
     }
 }

@@ -58,12 +58,17 @@ impl Stage {
             }
         }
         while let Some(packet) = self.lines.from_table.arrived(now) {
-            sink.bytes(now, Device::Table, packet.as_slice());
-            let engine = &mut self.engine;
-            self.table_answers.feed(packet.as_slice(), |answer| engine.table(now, answer));
+            self.hear_table(now, sink, packet.as_slice());
             engine_reached = true;
         }
         (table_reached, engine_reached)
+    }
+
+    /// Takes what the table has said.
+    pub(super) fn hear_table(&mut self, now: Timestamp, sink: &mut impl RecordSink, bytes: &[u8]) {
+        sink.bytes(now, Device::Table, bytes);
+        let engine = &mut self.engine;
+        self.table_answers.feed(bytes, |answer| engine.table(now, answer));
     }
 
     /// The gyro's outputs up to `now`, each at its own instant, onto its line.
@@ -161,8 +166,14 @@ impl Stage {
 
     /// Records what went wrong without ending the run.
     #[cfg(feature = "live")]
-    pub(super) fn note(&mut self, now: Timestamp, sink: &mut impl RecordSink, what: String) {
-        sink.record(Record { at: now, device: Device::Controller, kind: RecordKind::Note(what) });
+    pub(super) fn note(
+        &mut self,
+        now: Timestamp,
+        sink: &mut impl RecordSink,
+        device: Device,
+        what: String,
+    ) {
+        sink.record(Record { at: now, device, kind: RecordKind::Note(what) });
     }
 
     /// Records a report, the truth beside a state. Without the full record, states are thinned.

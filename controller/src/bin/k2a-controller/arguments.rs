@@ -1,5 +1,6 @@
 //! The command line.
 
+use crate::port::SLCAN_SETTINGS;
 use clap::{Parser, ValueEnum};
 use controller::config::{
     BaseConfig, Config, GyroConfig, IntegrationClock, MotionConfig, Transport,
@@ -46,7 +47,8 @@ pub(crate) struct Arguments {
     /// What turns rates into angles: the nominal sample period, or the time between arrivals
     #[arg(long, value_enum, default_value = "samples")]
     integrate_by: IntegrateBy,
-    /// The base: `serial:PORT[:BAUD]` (19200 baud), `can:INTERFACE`, or `none` on a rotary table
+    /// The base: `serial:PORT[:BAUD]` (19200 baud), `can:INTERFACE`, `slcan:PORT[:BAUD]` (a CAN adapter; bus
+    /// at 500 kbit/s), or `none` on a rotary table
     #[arg(long, value_name = "BASE", default_value = "none")]
     base: Base,
 }
@@ -124,6 +126,7 @@ enum Base {
     None,
     Serial(SerialPort),
     Can(String),
+    Slcan(SerialPort),
 }
 
 impl FromStr for Base {
@@ -133,9 +136,13 @@ impl FromStr for Base {
         match text.split_once(':') {
             None if text == "none" => Ok(Self::None),
             Some(("serial", port)) => port.parse().map(Self::Serial),
+            Some(("slcan", port)) => port.parse().map(Self::Slcan),
             Some(("can", "")) => Err("the CAN interface has no name".to_owned()),
             Some(("can", interface)) => Ok(Self::Can(interface.to_owned())),
-            _ => Err("expected serial:PORT[:BAUD], can:INTERFACE or none".to_owned()),
+            _ => {
+                Err("expected serial:PORT[:BAUD], can:INTERFACE, slcan:PORT[:BAUD] or none"
+                    .to_owned())
+            }
         }
     }
 }
@@ -160,6 +167,8 @@ pub(crate) enum BasePlace {
     None,
     Serial(SerialPlace),
     Can(String),
+    /// An adapter on a serial port.
+    Slcan(SerialPlace),
 }
 
 /// What the command line asks for.
@@ -195,6 +204,9 @@ impl Arguments {
                 Some(Transport::Serial),
             ),
             Base::Can(interface) => (BasePlace::Can(interface), Some(Transport::Can)),
+            Base::Slcan(port) => {
+                (BasePlace::Slcan(SerialPlace::new(port, SLCAN_SETTINGS)), Some(Transport::Can))
+            }
         };
         let stream = GyroStream { format, mode, reversed: self.reversed };
         let clock = match self.integrate_by {
@@ -255,6 +267,14 @@ mod tests {
         let setup = setup("--gyro /dev/serial/by-path/usb-0:1:1.0 --base can:can0").unwrap();
         assert_eq!(setup.gyro.path, "/dev/serial/by-path/usb-0:1:1.0");
         assert_eq!(setup.base, BasePlace::Can("can0".to_owned()));
+    }
+
+    #[test]
+    fn a_bus_may_be_behind_an_adapter() {
+        let setup = setup("--gyro /dev/x --base slcan:/dev/ttyACM0").unwrap();
+        let BasePlace::Slcan(adapter) = setup.base else { panic!("no adapter") };
+        assert_eq!((adapter.path.as_str(), adapter.settings.baud), ("/dev/ttyACM0", 115_200));
+        assert_eq!(setup.config.base.unwrap().transport, Transport::Can);
     }
 
     #[test]

@@ -19,7 +19,7 @@ use clap::{CommandFactory as _, Parser as _, error::ErrorKind};
 use clock::Clock;
 use controller::{Controller, Port};
 use outlet::Outlet;
-use port::{CanPort, HEARD_MAX, SerialPort};
+use port::{CanPort, HEARD_MAX, SerialPort, SlcanPort};
 use shell::{BaseLink, End, Shell};
 use signals::Signals;
 use std::io::{self, Write as _};
@@ -84,6 +84,10 @@ async fn serve(setup: Setup, clock: Clock, reports: &Outlet) -> io::Result<u8> {
         }
         BasePlace::Can(interface) => {
             port::spawn(CanPort::new(interface), sender, clock).map(BaseLink::Can)
+        }
+        BasePlace::Slcan(place) => {
+            let adapter = SlcanPort::new(SerialPort::new(Port::Base, place, None));
+            port::spawn(adapter, sender, clock).map(BaseLink::Can)
         }
     };
     let (gyro, base) = match (gyro, base) {

@@ -125,6 +125,17 @@ impl Pty {
         Ok(tcgetattr(&self.slave)?.output_speed())
     }
 
+    /// Sets the rate that [`baud`](Self::baud) tells until the other side sets another.
+    ///
+    /// # Errors
+    /// What the system reports.
+    pub fn set_baud(&mut self, baud: u32) -> Result<(), PtyError> {
+        let error = |cause: Errno| PtyError { step: "set the rate of", source: cause.into() };
+        let mut termios = tcgetattr(&self.slave).map_err(error)?;
+        termios.set_speed(baud).map_err(error)?;
+        tcsetattr(&self.slave, OptionalActions::Now, &termios).map_err(error)
+    }
+
     /// The line as new, for the next process: nothing under way, raw, and no longer claimed by a process
     /// that was killed while it held the port for itself.
     ///
@@ -242,6 +253,8 @@ mod tests {
         run(async {
             let mut pty = Pty::open().unwrap();
             let port = opened(&pty);
+            pty.set_baud(9_600).unwrap();
+            assert_eq!(pty.baud().unwrap(), 9_600);
             let mut termios = tcgetattr(&port).unwrap();
             termios.set_speed(115_200).unwrap();
             tcsetattr(&port, OptionalActions::Now, &termios).unwrap();

@@ -1,18 +1,19 @@
 //! The device under test of a live run: our controller in this process, or a process of its own.
 
-use super::Clock;
+use super::clock::Clock;
+use super::in_process::{Crossed, InProcess, InProcessEvent};
+use super::placement::{Placement, Player};
+use super::ports::{BASE, GYRO, Wiring};
+use super::role_port::PortEvent;
 use crate::live::command::{CommandError, fill};
 use crate::live::process::{DeviceProcess, ProcessEvent, SpawnError};
-use controller::config::{Config, Transport};
+use crate::port::spec::SerialSpec;
+use crate::port::{PortError, PortSpec};
+use crate::record::Device;
+use controller::config::Config;
 use controller::mission::{Mission, Report};
-use controller::{Controller, Input, Output, Port};
-use rustix::fs::{Mode, OFlags};
-use std::collections::BTreeMap;
-use std::io;
-use std::os::fd::OwnedFd;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use tokio::io::unix::AsyncFd;
-use wire::packet::BYTES_MAX;
 use wire::time::Timestamp;
 
 /// Which device is tested.
@@ -38,13 +39,18 @@ pub enum StartError {
     #[diagnostic(transparent)]
     Spawn(#[from] SpawnError),
     /// A port cannot be opened.
-    #[error("failed to open the port {port}: {source}")]
-    #[diagnostic(help("is it spelt right, plugged in, and yours to open (group dialout)?"))]
-    Port {
-        /// The port.
-        port: String,
-        /// Why.
-        source: io::Error,
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Port(#[from] PortError),
+    /// The emulated device is on a port whose other end is out of sight.
+    #[error("failed to find the other end of the {role}'s port, which the controller should open")]
+    #[diagnostic(help(
+        "give the command line of a controller that knows its port: [controller] command = \
+         [\"./program\", \"--{role}\", \"/dev/ttyUSB1\"]"
+    ))]
+    NoFarSide {
+        /// The role.
+        role: &'static str,
     },
 }
 
@@ -52,10 +58,12 @@ pub enum StartError {
 pub(super) enum Heard {
     /// A report.
     Report(Report),
-    /// Bytes were taken in; a report may follow.
+    /// Bytes or frames were taken in; a report may follow.
     Nothing,
     /// A line that is no report.
     BadLine(String),
+    /// A port of the controller in the process tells of itself.
+    Port(&'static str, PortEvent),
     /// It has ended.
     Ended(String),
 }
@@ -63,11 +71,7 @@ pub(super) enum Heard {
 /// A device under test that runs.
 #[derive(Debug)]
 pub(super) enum Running {
-    InProcess {
-        controller: Box<Controller>,
-        gyro: AsyncFd<OwnedFd>,
-        base: Option<AsyncFd<OwnedFd>>,
-    },
+    InProcess(Box<InProcess>),
     Process {
         process: Box<DeviceProcess>,
         /// It has told that it ended, and is not asked again.
@@ -76,63 +80,79 @@ pub(super) enum Running {
 }
 
 impl Running {
-    pub(super) fn start(
+    pub(super) async fn start(
         which: &DeviceUnderTest,
         config: Config,
-        ports: &BTreeMap<String, String>,
+        placement: &Placement,
+        wiring: &Wiring,
         log: &Path,
     ) -> Result<Self, StartError> {
         let words = match which {
             DeviceUnderTest::InProcess => {
-                let port = |role: &str| ports.get(role).map(|port| open(port)).transpose();
-                let missing = || StartError::Port {
-                    port: super::GYRO.to_owned(),
-                    source: io::ErrorKind::NotFound.into(),
-                };
-                return Ok(Self::InProcess {
-                    controller: Box::new(Controller::new(config, Timestamp::ZERO)),
-                    gyro: port(super::GYRO)?.ok_or_else(missing)?,
-                    base: port(super::BASE)?,
-                });
+                let unheard = unheard(placement);
+                let started = InProcess::start(config, wiring, unheard).await?;
+                return Ok(Self::InProcess(Box::new(started)));
             }
-            DeviceUnderTest::OurProcess => our_command(&config),
+            DeviceUnderTest::OurProcess => {
+                for (role, needed, known) in [
+                    (GYRO, true, wiring.gyro.is_some()),
+                    (BASE, config.base.is_some(), wiring.base.is_some()),
+                ] {
+                    if needed && !known {
+                        return Err(StartError::NoFarSide { role });
+                    }
+                }
+                our_command(&config, wiring)
+            }
             DeviceUnderTest::Command(words) => words.clone(),
         };
-        let process = DeviceProcess::spawn(&fill(&words, ports)?, log)?;
+        let process = DeviceProcess::spawn(&fill(&words, &wiring.words)?, log)?;
         Ok(Self::Process { process: Box::new(process), ended: false })
     }
 
-    pub(super) fn command(&mut self, now: Timestamp, mission: Mission) -> bool {
+    pub(super) fn command(&mut self, clock: &Clock, mission: Mission) -> bool {
         match self {
-            Self::InProcess { controller, gyro, base } => {
-                controller.command(now, mission);
-                send(controller, now, gyro, base.as_ref());
+            Self::InProcess(controller) => {
+                controller.command(clock, mission);
                 true
             }
             Self::Process { process, .. } => process.send(&mission),
         }
     }
 
-    pub(super) fn wake(&mut self, now: Timestamp) {
-        if let Self::InProcess { controller, gyro, base } = self
-            && controller.next_wakeup() <= now
-        {
-            controller.wake(now);
-            send(controller, now, gyro, base.as_ref());
+    pub(super) fn wake(&mut self, clock: &Clock, now: Timestamp) {
+        if let Self::InProcess(controller) = self {
+            controller.wake(clock, now);
         }
     }
 
     pub(super) fn next_wakeup(&self) -> Timestamp {
         match self {
-            Self::InProcess { controller, .. } => controller.next_wakeup(),
+            Self::InProcess(controller) => controller.next_wakeup(),
             Self::Process { .. } => Timestamp::MAX,
+        }
+    }
+
+    /// The controller, where it is in this process.
+    pub(super) const fn in_process(&self) -> Option<&InProcess> {
+        match self {
+            Self::InProcess(controller) => Some(controller),
+            Self::Process { .. } => None,
+        }
+    }
+
+    /// What has crossed a port that nobody else hears, oldest first.
+    pub(super) fn crossing(&mut self) -> Option<(Device, Crossed)> {
+        match self {
+            Self::InProcess(controller) => controller.crossing(),
+            Self::Process { .. } => None,
         }
     }
 
     /// The end of what the process wrote to stderr, as an ending of a sentence.
     pub(super) fn last_words(&self) -> String {
         match self {
-            Self::InProcess { .. } => String::new(),
+            Self::InProcess(_) => String::new(),
             Self::Process { process, .. } => match process.last_words().trim() {
                 "" => String::new(),
                 words => format!(": {words}"),
@@ -143,20 +163,11 @@ impl Running {
     /// Waits for what comes next. May be called off without losing anything.
     pub(super) async fn heard(&mut self, clock: &Clock) -> Heard {
         match self {
-            Self::InProcess { controller, gyro, base } => {
-                if let Some(report) = controller.report() {
-                    return Heard::Report(report);
-                }
-                let (mut from_gyro, mut from_base) = ([0; BYTES_MAX], [0; BYTES_MAX]);
-                let (port, bytes) = tokio::select! {
-                    count = read(Some(gyro), &mut from_gyro) => (Port::Gyro, &from_gyro[..count]),
-                    count = read(base.as_ref(), &mut from_base) => (Port::Base, &from_base[..count]),
-                };
-                let now = clock.now();
-                controller.receive(now, port, Input::Bytes(bytes));
-                send(controller, now, gyro, base.as_ref());
-                Heard::Nothing
-            }
+            Self::InProcess(controller) => match controller.heard(clock).await {
+                InProcessEvent::Report(report) => Heard::Report(report),
+                InProcessEvent::Taken => Heard::Nothing,
+                InProcessEvent::Port(role, event) => Heard::Port(role, event),
+            },
             Self::Process { ended: true, .. } => std::future::pending().await,
             Self::Process { process, ended } => match process.next_event().await {
                 ProcessEvent::Report(line) => Heard::Report(line.report),
@@ -182,29 +193,52 @@ impl Running {
     }
 }
 
+/// Real devices that the controller alone talks to. A bus of the kernel is heard by the harness, too.
+fn unheard(placement: &Placement) -> BTreeSet<&'static str> {
+    let players = [(GYRO, Some(&placement.gyro)), (BASE, placement.base.as_ref())];
+    let unheard = players.into_iter().filter(|(_, player)| {
+        matches!(player, Some(Player::Real(spec)) if !matches!(spec, PortSpec::Can { .. }))
+    });
+    unheard.map(|(role, _)| role).collect()
+}
+
 /// The command line of our controller for this bench.
-fn our_command(config: &Config) -> Vec<String> {
+fn our_command(config: &Config, wiring: &Wiring) -> Vec<String> {
     let stream = config.gyro.stream;
-    let base = match config.base.map(|base| base.transport) {
-        None => "none",
-        Some(Transport::Serial) => "serial:{base}",
-        Some(Transport::Can) => "can:{base}",
+    let base = match &wiring.base {
+        None => "none".to_owned(),
+        Some(PortSpec::Can { .. }) => "can:{base}".to_owned(),
+        Some(PortSpec::Slcan { .. } | PortSpec::SlcanPty { .. }) => "slcan:{base}".to_owned(),
+        Some(spec @ (PortSpec::Serial(_) | PortSpec::Pty { .. })) => {
+            format!("serial:{{base}}{}", rate(spec))
+        }
     };
+    let gyro = format!("{{gyro}}{}", wiring.gyro.as_ref().map(rate).unwrap_or_default());
     let mut words: Vec<String> = vec![
         our_program().to_string_lossy().into_owned(),
         "--gyro".to_owned(),
-        "{gyro}".to_owned(),
+        gyro,
         "--stream".to_owned(),
         word(&stream.format),
         "--mode".to_owned(),
         word(&stream.mode),
         "--base".to_owned(),
-        base.to_owned(),
+        base,
     ];
     if stream.reversed {
         words.push("--reversed".to_owned());
     }
     words
+}
+
+/// The rate of a port that says one, as our controller takes it.
+fn rate(spec: &PortSpec) -> String {
+    match spec {
+        PortSpec::Serial(SerialSpec { options, .. }) => {
+            options.baud.map(|baud| format!(":{baud}")).unwrap_or_default()
+        }
+        _ => String::new(),
+    }
 }
 
 /// Beside this program, where a build puts it; else wherever PATH has it.
@@ -229,44 +263,4 @@ fn word(value: &impl serde::Serialize) -> String {
         .ok()
         .and_then(|value| value.as_str().map(str::to_owned))
         .unwrap_or_default()
-}
-
-fn open(port: &str) -> Result<AsyncFd<OwnedFd>, StartError> {
-    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
-    rustix::fs::open(port, flags, Mode::empty())
-        .map_err(io::Error::from)
-        .and_then(watch)
-        .map_err(|source| StartError::Port { port: port.to_owned(), source })
-}
-
-#[expect(deprecated, reason = "its successor is unsafe; an OwnedFd keeps what that asks for")]
-fn watch(port: OwnedFd) -> io::Result<AsyncFd<OwnedFd>> {
-    AsyncFd::new(port)
-}
-
-async fn read(port: Option<&AsyncFd<OwnedFd>>, buffer: &mut [u8; BYTES_MAX]) -> usize {
-    let Some(port) = port else { return std::future::pending().await };
-    port.async_io(tokio::io::Interest::READABLE, |port| Ok(rustix::io::read(port, &mut *buffer)?))
-        .await
-        .unwrap_or(0)
-}
-
-/// Writes what the controller has to send. What finds no room on the line is lost, as on a UART.
-fn send(
-    controller: &mut Controller,
-    now: Timestamp,
-    gyro: &AsyncFd<OwnedFd>,
-    base: Option<&AsyncFd<OwnedFd>>,
-) {
-    while let Some(output) = controller.transmit(now) {
-        if let Output::Bytes(port, packet) = output {
-            let port = match port {
-                Port::Gyro => Some(gyro),
-                Port::Base => base,
-            };
-            if let Some(port) = port {
-                let _ = rustix::io::write(port.get_ref(), packet.as_slice());
-            }
-        }
-    }
 }

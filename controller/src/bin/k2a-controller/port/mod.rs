@@ -7,9 +7,11 @@
 mod backoff;
 mod can;
 mod serial;
+mod slcan;
 
 pub(crate) use can::CanPort;
 pub(crate) use serial::SerialPort;
+pub(crate) use slcan::{SETTINGS as SLCAN_SETTINGS, SlcanPort};
 
 use crate::clock::Clock;
 use crate::outlet::is_worth_telling;

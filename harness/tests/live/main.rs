@@ -1,6 +1,16 @@
-//! The live world from outside: real time, real ptys, our controller as a process of its own.
+//! The live world from outside: real time, real ports, our controller in the process and as a process of its
+//! own.
+//!
+//! * [`can`]: a base on CAN, behind an adapter and on an interface of the kernel.
+//! * [`ports`]: ports that come and go.
+//! * [`wrong`]: what is wired or set wrong.
 
+#![cfg(feature = "live")]
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod can;
+mod ports;
+mod wrong;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -43,6 +53,13 @@ fn summary(out: &Path) -> serde_json::Value {
     serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
 }
 
+/// Everything that the record says, for a person.
+fn record(out: &Path) -> String {
+    let shown = hil().arg("show").arg(out).output().unwrap();
+    assert!(shown.status.success(), "{}", self::shown(&shown));
+    String::from_utf8_lossy(&shown.stdout).into_owned()
+}
+
 fn shown(output: &Output) -> String {
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     format!("{}{}", text(&output.stdout), text(&output.stderr))
@@ -68,6 +85,9 @@ fn a_table_run_with_the_controller_as_a_process() {
     assert_eq!((&summary["clock"], &summary["bus"]), (&"real".into(), &"pty".into()));
     assert_eq!(summary["device_under_test"], "process");
     assert!(summary["simulated_s"].as_f64().unwrap() > 45.0);
+    let late = &summary["timing"]["late"];
+    assert!(late["count"].as_u64().unwrap() > 100, "{late}");
+    assert!(late["p50_ms"].as_f64().unwrap() <= late["p99_ms"].as_f64().unwrap(), "{late}");
     for file in ["record.hilrec", "junit.xml", "report.html", "device-under-test.log"] {
         assert!(out.join(file).is_file(), "{file}");
     }
@@ -80,7 +100,12 @@ fn a_side_and_a_corner_with_the_controller_in_the_process() {
     let output =
         run_patiently(&["run", "live-side", "--clock", "real", "--controller", "in-process"], &out);
     assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
-    assert_eq!(summary(&out)["measurements"].as_array().unwrap().len(), 3);
+    let summary = summary(&out);
+    assert_eq!(summary["measurements"].as_array().unwrap().len(), 3);
+    assert!(summary["timing"]["bus_to_command"]["count"].as_u64().unwrap() > 10);
+    assert_eq!(summary["timing"]["misses_judged"], 0);
+    // Both sides of both lines.
+    assert_eq!(summary["ports"].as_array().unwrap().len(), 4);
 }
 
 #[test]
@@ -110,21 +135,18 @@ fn an_unreachable_port_is_named_and_the_bench_is_broken() {
 
 #[test]
 fn a_device_under_test_that_ends_or_never_speaks_breaks_the_bench() {
-    for (command, said) in [("false", "lost the device under test"), ("no-such-program", "start")] {
+    let silent = "said nothing within 10 s";
+    for (command, said) in [
+        ("false", "lost the device under test"),
+        ("no-such-program", "start"),
+        ("sleep 60", silent),
+    ] {
         let (_folder, out) = out("device");
         let output =
             run(&["run", "live-table-run", "--clock", "real", "--controller", command], &out);
         assert_eq!(output.status.code(), Some(3), "{command}: {}", shown(&output));
         assert!(shown(&output).contains(said), "{command}: {}", shown(&output));
     }
-}
-
-#[test]
-fn a_base_on_can_is_bad_input_for_ptys() {
-    let (_folder, out) = out("can");
-    let output = run(&["run", "laps-corrected", "--clock", "real"], &out);
-    assert_eq!(output.status.code(), Some(2), "{}", shown(&output));
-    assert!(shown(&output).contains("CAN"), "{}", shown(&output));
 }
 
 /// Ctrl-C in a live run: the base is told to stop, and what was recorded is kept.
@@ -144,7 +166,5 @@ fn an_interrupted_run_keeps_its_record() {
     rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(5));
     assert_eq!(summary(&out)["outcome"], "aborted");
-    let shown = hil().arg("show").arg(&out).output().unwrap();
-    assert!(shown.status.success());
-    assert!(String::from_utf8_lossy(&shown.stdout).contains("stop"), "no stop in the record");
+    assert!(record(&out).contains("stop"), "no stop in the record");
 }

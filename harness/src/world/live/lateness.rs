@@ -1,0 +1,122 @@
+//! How late the harness was with what was due, and whether that spoils what was measured.
+
+use super::histogram::Histogram;
+use wire::time::Span;
+
+/// How late the harness may be where the bench does not say. Assumption: one sample period of the paper's
+/// gyro (10 Hz); a controller that hears nothing for longer rightly breaks off.
+pub const LATE_MAX_DEFAULT: Span = Span::from_millis(100);
+
+/// How far a plan has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Course {
+    /// Steps done.
+    pub(super) steps: u64,
+    /// Observations made.
+    pub(super) observations: usize,
+}
+
+/// Counts how late things were done.
+#[derive(Debug)]
+pub(super) struct Lateness {
+    late_max: Span,
+    histogram: Histogram,
+    misses: u64,
+    misses_judged: u64,
+    /// In the step that is under way, and the plan's course at its beginning.
+    misses_in_step: u64,
+    step_began: Course,
+}
+
+impl Lateness {
+    pub(super) fn new(late_max: Span) -> Self {
+        Self {
+            late_max,
+            histogram: Histogram::default(),
+            misses: 0,
+            misses_judged: 0,
+            misses_in_step: 0,
+            step_began: Course::default(),
+        }
+    }
+
+    /// Something was done this late.
+    pub(super) fn add(&mut self, late: Span) {
+        self.histogram.add(late);
+        if late > self.late_max {
+            self.misses += 1;
+            self.misses_in_step += 1;
+        }
+    }
+
+    /// The plan has come this far. What was late in a step counts against what was observed in it.
+    pub(super) fn reach(&mut self, course: Course) {
+        if course.steps != self.step_began.steps {
+            self.end_step(course);
+        }
+    }
+
+    /// The plan is over.
+    pub(super) fn end_step(&mut self, course: Course) {
+        if course.observations > self.step_began.observations {
+            self.misses_judged += self.misses_in_step;
+        }
+        self.misses_in_step = 0;
+        self.step_began = course;
+    }
+
+    pub(super) const fn histogram(&self) -> &Histogram {
+        &self.histogram
+    }
+
+    pub(super) const fn late_max(&self) -> Span {
+        self.late_max
+    }
+
+    pub(super) const fn misses(&self) -> u64 {
+        self.misses
+    }
+
+    pub(super) const fn misses_judged(&self) -> u64 {
+        self.misses_judged
+    }
+
+    /// Why nothing that was measured can be believed; `None` where it can.
+    pub(super) fn verdict(&self) -> Option<String> {
+        (self.misses_judged > 0).then(|| {
+            format!(
+                "this machine did not keep real time: late by more than {} ms {} times while something \
+                 was measured, by {:.0} ms at worst",
+                self.late_max.as_secs_f64() * 1e3,
+                self.misses_judged,
+                self.histogram.max().as_secs_f64() * 1e3,
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Course, Lateness, Span};
+
+    #[test]
+    fn only_steps_in_which_something_was_measured_count() {
+        let mut lateness = Lateness::new(Span::from_millis(20));
+        let at = |steps, observations| Course { steps, observations };
+        lateness.add(Span::from_millis(300));
+        lateness.reach(at(1, 0));
+        assert_eq!((lateness.misses(), lateness.verdict()), (1, None));
+        lateness.add(Span::from_millis(20));
+        lateness.reach(at(2, 4));
+        assert_eq!(lateness.verdict(), None);
+        lateness.add(Span::from_millis(21));
+        lateness.reach(at(2, 5));
+        assert_eq!(lateness.verdict(), None);
+        lateness.end_step(at(2, 5));
+        assert_eq!((lateness.misses(), lateness.misses_judged()), (2, 1));
+        insta::assert_snapshot!(
+            lateness.verdict().unwrap(),
+            @"this machine did not keep real time: late by more than 20 ms 1 times while something was measured, by 300 ms at worst"
+        );
+    }
+}

@@ -1,0 +1,101 @@
+//! What is wired or set wrong: each has a name and an exit status, and the record stays whole.
+
+use crate::can::{SIDE, plan};
+use crate::{hil, out, record, run, shown, summary};
+use std::path::Path;
+
+/// Runs `plan` with this bench; what came of it, and what was said.
+fn on_bench(plan: &str, bench: &str, out: &Path) -> (Option<i32>, String) {
+    let file = out.with_file_name("bench.toml");
+    std::fs::write(&file, bench).unwrap();
+    let arguments = ["run", plan, "--clock", "real", "--bench", file.to_str().unwrap()];
+    let output = run(&arguments, out);
+    (output.status.code(), shown(&output))
+}
+
+/// Our controller with these arguments.
+fn controller(arguments: &[&str]) -> String {
+    // The same folder as that of `hil`, where the first test has built it.
+    let program = Path::new(hil().get_program()).with_file_name("k2a-controller");
+    let words: Vec<&str> =
+        std::iter::once(program.to_str().unwrap()).chain(arguments.iter().copied()).collect();
+    format!("[controller]\ncommand = {words:?}\n")
+}
+
+#[test]
+fn a_wrong_rate_is_named() {
+    let (_folder, out) = out("rate");
+    let bench = controller(&["--gyro", "{gyro}:4800", "--base", "none"]);
+    let (status, said) = on_bench("live-table-run", &bench, &out);
+    assert_eq!(status, Some(3), "{said}");
+    let reason = summary(&out)["reason"].as_str().unwrap().to_owned();
+    assert!(reason.contains("gyro's port to 4800 baud"), "{reason}");
+    assert!(reason.contains("9600"), "{reason}");
+    assert!(record(&out).contains("bias"), "what was recorded is kept");
+}
+
+/// The gyro's line at the base's socket and the base's at the gyro's, at rates that fit the sockets.
+#[test]
+fn crossed_lines_are_no_verdict_on_the_controller() {
+    let (_folder, out) = out("crossed");
+    let crossed = controller(&[
+        "--gyro",
+        "{base}:19200",
+        "--base",
+        "serial:{gyro}:9600",
+        "--stream",
+        "navigator",
+    ]);
+    let (status, said) = on_bench("live-side", &crossed, &out);
+    assert_ne!(status, Some(0), "{said}");
+    assert!(summary(&out)["reason"].is_string(), "{said}");
+    assert!(!record(&out).is_empty());
+}
+
+#[test]
+fn two_devices_on_one_line_are_bad_input() {
+    let (_folder, out) = out("shared");
+    let bench = "[gyro]\nport = \"/dev/ttyS0\"\n[base]\nport = \"serial:/dev/ttyS0?baud=19200\"\n";
+    let (status, said) = on_bench("live-side", bench, &out);
+    assert_eq!(status, Some(2), "{said}");
+    assert!(said.contains("failed to tell the gyro from the base"), "{said}");
+}
+
+#[test]
+fn a_base_on_the_other_kind_of_line_is_bad_input() {
+    let (folder, out) = out("kind");
+    let plan = plan(folder.path(), SIDE);
+    let bench = "[base]\nport = \"pty\"\nemulated = true\n";
+    let (status, said) = on_bench(plan.to_str().unwrap(), bench, &out);
+    assert_eq!(status, Some(2), "{said}");
+    assert!(said.contains("has it on CAN"), "{said}");
+}
+
+/// A program that plays the base on the bus where the harness plays it.
+#[test]
+fn frames_of_the_base_that_the_harness_did_not_send_are_an_error() {
+    let (folder, out) = out("clash");
+    let plan = plan(folder.path(), SIDE);
+    let script = r"printf 'S6\rO\rt18180000000000000000\r' > {base}; sleep 30";
+    let bench = format!("[controller]\ncommand = [\"sh\", \"-c\", {script:?}]\n");
+    let (status, said) = on_bench(plan.to_str().unwrap(), &bench, &out);
+    assert_eq!(status, Some(3), "{said}");
+    let reason = summary(&out)["reason"].as_str().unwrap().to_owned();
+    assert!(reason.contains("another node on slcan-pty sends frames of the base"), "{reason}");
+}
+
+/// Frames as fast as a pty takes them: the bus within the harness drops and counts them.
+#[test]
+fn a_flood_is_counted_and_the_run_ends_in_order() {
+    let (folder, out) = out("flood");
+    let plan = plan(folder.path(), SIDE);
+    let script = r"printf 'S6\rO\r' > {base}; for i in $(seq 20000); do printf 't7FF0\r'; done > {base}; sleep 30";
+    let bench = format!("[controller]\ncommand = [\"sh\", \"-c\", {script:?}]\n");
+    let (status, said) = on_bench(plan.to_str().unwrap(), &bench, &out);
+    assert_eq!(status, Some(3), "{said}");
+    let summary = summary(&out);
+    assert!(summary["reason"].as_str().unwrap().contains("said nothing within"), "{summary}");
+    let base = summary["ports"].as_array().unwrap().iter().find(|port| port["role"] == "base");
+    assert_eq!(base.unwrap()["counters"]["frames_in"], 20_000, "{summary}");
+    assert!(!record(&out).is_empty());
+}
