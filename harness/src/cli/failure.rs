@@ -86,6 +86,11 @@ enum Cause {
     #[diagnostic(transparent)]
     #[cfg(feature = "live")]
     Live(crate::world::live::LiveError),
+    /// The kernel lacks what the lines are to cross.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    #[cfg(feature = "live")]
+    Kernel(crate::world::crossing::KernelError),
     /// The bench asks for what the live world cannot do.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -147,7 +152,9 @@ impl Failure {
             #[cfg(feature = "live")]
             Cause::NotYet(_) | Cause::Live(crate::world::live::LiveError::NoCan) => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
-            Cause::Live(_) => Outcome::Error.exit_status(),
+            Cause::Kernel(crate::world::crossing::KernelError::NoFrames) => EXIT_BAD_INPUT,
+            #[cfg(feature = "live")]
+            Cause::Live(_) | Cause::Kernel(_) => Outcome::Error.exit_status(),
             Cause::Folder(
                 RunFolderError::Foreign { .. }
                 | RunFolderError::NoRun { .. }
@@ -240,6 +247,13 @@ impl From<crate::run_live::LiveRunError> for Failure {
             crate::run_live::LiveRunError::Live(error) => Cause::Live(error).into(),
             crate::run_live::LiveRunError::NotYet(error) => Cause::NotYet(error).into(),
         }
+    }
+}
+
+#[cfg(feature = "live")]
+impl From<crate::world::crossing::KernelError> for Failure {
+    fn from(error: crate::world::crossing::KernelError) -> Self {
+        Cause::Kernel(error).into()
     }
 }
 

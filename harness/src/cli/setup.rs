@@ -2,6 +2,7 @@
 
 use super::failure::Failure;
 use crate::bench_file::BenchFile;
+use crate::world::crossing::KernelBus;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -17,11 +18,15 @@ pub(super) enum Clock {
 
 /// What bytes and frames cross.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Bus {
+pub(super) enum BusChoice {
     /// Lines in memory, paced by baud or bit time.
     Memory,
-    /// Pseudo-terminals of the kernel, or the ports of a bench file.
+    /// Serial lines on pseudo-terminals of the kernel; with the real clock, or the ports of a bench file.
     Pty,
+    /// The same, and CAN frames on the kernel's interface vcan0.
+    Vcan,
+    /// The same, and CAN frames as the lines of an slcan adapter on a pseudo-terminal.
+    Slcan,
 }
 
 /// The device under test.
@@ -56,7 +61,7 @@ pub(super) struct SetupArguments {
     clock: Clock,
     /// What bytes and frames cross; memory with the virtual clock, pty with the real one.
     #[arg(long, value_enum)]
-    bus: Option<Bus>,
+    bus: Option<BusChoice>,
     /// The device under test: in-process, process, or a command line. In-process with the virtual
     /// clock, process with the real one.
     #[arg(long, value_name = "in-process|process|COMMAND")]
@@ -72,6 +77,8 @@ pub(super) struct SetupArguments {
 pub(super) enum Setup {
     /// Virtual time, lines in memory, the controller in the process.
     Simulated,
+    /// The same, with everything on a line sent through the kernel on its way.
+    Kernel(KernelBus),
     /// Real time and ports.
     Live(Box<LiveSetup>),
 }
@@ -89,7 +96,7 @@ impl Setup {
     /// The file of answers that the bench names.
     pub(super) fn answer_file(&self) -> Option<PathBuf> {
         match self {
-            Self::Simulated => None,
+            Self::Simulated | Self::Kernel(_) => None,
             Self::Live(setup) => Some(setup.bench.answers.as_ref()?.file.clone()),
         }
     }
@@ -103,26 +110,34 @@ impl SetupArguments {
     /// When they do not go together.
     pub(super) fn setup(&self) -> Result<Setup, Failure> {
         match (self.clock, self.bus) {
-            (Clock::Virtual, None | Some(Bus::Memory)) => self.simulated(),
-            (Clock::Real, None | Some(Bus::Pty)) => Ok(Setup::Live(Box::new(LiveSetup {
+            (Clock::Virtual, None | Some(BusChoice::Memory)) => self.simulated(Setup::Simulated),
+            (Clock::Virtual, Some(BusChoice::Pty)) => self.simulated(Setup::Kernel(KernelBus::Pty)),
+            (Clock::Virtual, Some(BusChoice::Vcan)) => {
+                self.simulated(Setup::Kernel(KernelBus::Vcan))
+            }
+            (Clock::Virtual, Some(BusChoice::Slcan)) => {
+                self.simulated(Setup::Kernel(KernelBus::Slcan))
+            }
+            (Clock::Real, None | Some(BusChoice::Pty)) => Ok(Setup::Live(Box::new(LiveSetup {
                 controller: self.controller.clone().unwrap_or(Controller::Process),
                 bench: match &self.bench {
                     Some(name) => BenchFile::load(name)?,
                     None => BenchFile::default(),
                 },
             }))),
-            (Clock::Virtual, Some(Bus::Pty)) => Err(Failure::arguments(
-                "the virtual clock needs the memory bus: bytes in the kernel take real time",
-                "add --clock real, or leave --bus out",
-            )),
-            (Clock::Real, Some(Bus::Memory)) => Err(Failure::arguments(
+            (Clock::Real, Some(BusChoice::Memory)) => Err(Failure::arguments(
                 "the real clock needs the pty bus: nothing waits for real time in memory",
+                "leave --clock out, or use --bus pty",
+            )),
+            (Clock::Real, Some(BusChoice::Vcan | BusChoice::Slcan)) => Err(Failure::arguments(
+                "the real clock needs the pty bus: the live world opens no CAN bus yet",
                 "leave --clock out, or use --bus pty",
             )),
         }
     }
 
-    fn simulated(&self) -> Result<Setup, Failure> {
+    /// A setup in virtual time.
+    fn simulated(&self, setup: Setup) -> Result<Setup, Failure> {
         if !matches!(self.controller, None | Some(Controller::InProcess)) {
             return Err(Failure::arguments(
                 "the virtual clock needs the controller in the process: another process has its \
@@ -136,15 +151,17 @@ impl SetupArguments {
                 "add --clock real, or leave --bench out",
             ));
         }
-        Ok(Setup::Simulated)
+        Ok(setup)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{BenchFile, Bus, Clock, Controller, LiveSetup, Setup, SetupArguments};
+    use super::{
+        BenchFile, BusChoice, Clock, Controller, KernelBus, LiveSetup, Setup, SetupArguments,
+    };
 
-    fn setup(clock: Clock, bus: Option<Bus>, controller: Option<&str>) -> Result<Setup, String> {
+    fn setup(clock: Clock, bus: Option<BusChoice>, controller: Option<&str>) -> Result<Setup, String> {
         let controller = controller.map(|text| text.parse().unwrap());
         let arguments = SetupArguments { clock, bus, controller, bench: None };
         arguments.setup().map_err(|failure| failure.to_string())
@@ -154,22 +171,29 @@ mod tests {
     fn what_goes_together() {
         assert_eq!(setup(Clock::Virtual, None, None), Ok(Setup::Simulated));
         assert_eq!(
-            setup(Clock::Virtual, Some(Bus::Memory), Some("in-process")),
+            setup(Clock::Virtual, Some(BusChoice::Memory), Some("in-process")),
             Ok(Setup::Simulated)
         );
+        for (bus, kernel) in [
+            (BusChoice::Pty, KernelBus::Pty),
+            (BusChoice::Vcan, KernelBus::Vcan),
+            (BusChoice::Slcan, KernelBus::Slcan),
+        ] {
+            assert_eq!(setup(Clock::Virtual, Some(bus), None), Ok(Setup::Kernel(kernel)));
+        }
         let live = |controller| {
             Ok(Setup::Live(Box::new(LiveSetup { controller, bench: BenchFile::default() })))
         };
         assert_eq!(setup(Clock::Real, None, None), live(Controller::Process));
         let command = Controller::Command("./mine --fast".to_owned());
-        assert_eq!(setup(Clock::Real, Some(Bus::Pty), Some("./mine --fast")), live(command));
+        assert_eq!(setup(Clock::Real, Some(BusChoice::Pty), Some("./mine --fast")), live(command));
     }
 
     #[test]
     fn what_does_not_go_together_says_why() {
         for (clock, bus, controller) in [
-            (Clock::Virtual, Some(Bus::Pty), None),
-            (Clock::Real, Some(Bus::Memory), None),
+            (Clock::Virtual, Some(BusChoice::Vcan), Some("process")),
+            (Clock::Real, Some(BusChoice::Memory), None),
             (Clock::Virtual, None, Some("process")),
             (Clock::Virtual, None, Some("./mine")),
         ] {
