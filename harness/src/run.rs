@@ -161,8 +161,7 @@ pub fn simulate_across(
         Timestamp::ZERO,
     )
     .with_models(prepared.models.clone());
-    let mut world =
-        SimulatedWorld::across(crossing, bench, engine).with_answers(answers.clone());
+    let mut world = SimulatedWorld::across(crossing, bench, engine).with_answers(answers.clone());
     let mut made = Made::default();
     let mut keep = |action: &Action| made.keep(action);
     let mut ending = world.run(sink, &mut keep, pulse);

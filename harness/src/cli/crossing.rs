@@ -38,10 +38,7 @@ pub(super) fn run(
 }
 
 #[cfg(feature = "live")]
-fn opened(
-    bus: KernelBus,
-    prepared: &Prepared,
-) -> Result<crate::world::crossing::Kernel, Failure> {
+fn opened(bus: KernelBus, prepared: &Prepared) -> Result<crate::world::crossing::Kernel, Failure> {
     use crate::world::bench::Bench;
     use crate::world::crossing::Kernel;
     // What it is built with says how its base is connected; no number is drawn.

@@ -161,7 +161,11 @@ mod tests {
         BenchFile, BusChoice, Clock, Controller, KernelBus, LiveSetup, Setup, SetupArguments,
     };
 
-    fn setup(clock: Clock, bus: Option<BusChoice>, controller: Option<&str>) -> Result<Setup, String> {
+    fn setup(
+        clock: Clock,
+        bus: Option<BusChoice>,
+        controller: Option<&str>,
+    ) -> Result<Setup, String> {
         let controller = controller.map(|text| text.parse().unwrap());
         let arguments = SetupArguments { clock, bus, controller, bench: None };
         arguments.setup().map_err(|failure| failure.to_string())

@@ -75,8 +75,7 @@ pub fn run_to_folder_across(
     let header = prepared.header(options.seed);
     let mut sink = folder.record_sink(&header, options.level)?;
     let bus = crossing.bus();
-    let run =
-        simulate_across(crossing, prepared, options.seed, &options.answers, &mut sink, pulse);
+    let run = simulate_across(crossing, prepared, options.seed, &options.answers, &mut sink, pulse);
     drop(sink);
     let mut summary = summarise(prepared, options.seed, &run);
     bus.clone_into(&mut summary.bus);

@@ -51,7 +51,9 @@ fn a_base_on_can_crosses_an_adapter() {
 #[test]
 fn a_base_on_can_crosses_a_vcan() {
     if !has_vcan() {
-        eprintln!("skipped: there is no vcan0 here (tests/vcan-guest/run starts a kernel with one)");
+        eprintln!(
+            "skipped: there is no vcan0 here (tests/vcan-guest/run starts a kernel with one)"
+        );
         return;
     }
     compare(TURN, "vcan");
@@ -61,7 +63,9 @@ fn a_base_on_can_crosses_a_vcan() {
 fn a_frame_of_another_program_is_an_error() {
     use socketcan::{CanSocket, EmbeddedFrame as _, Socket as _, StandardId};
     if !has_vcan() {
-        eprintln!("skipped: there is no vcan0 here (tests/vcan-guest/run starts a kernel with one)");
+        eprintln!(
+            "skipped: there is no vcan0 here (tests/vcan-guest/run starts a kernel with one)"
+        );
         return;
     }
     let stranger = CanSocket::open("vcan0").unwrap();
@@ -72,7 +76,8 @@ fn a_frame_of_another_program_is_an_error() {
     let child = child.stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped());
     let mut child = child.spawn().unwrap();
     while child.try_wait().unwrap().is_none() {
-        stranger.write_frame(&frame).unwrap();
+        // A queue that is full for a moment is no reason to stop.
+        let _ = stranger.write_frame(&frame);
     }
     let ran = crate::hil::Ran::of(child.wait_with_output().unwrap()).exits(3);
     assert!(ran.out.contains("frame 7FF#7374726179 came out"), "{}", ran.out);

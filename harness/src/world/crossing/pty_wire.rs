@@ -37,11 +37,7 @@ impl PtyWire {
     ///
     /// # Errors
     /// When it does not come out, or comes out changed.
-    pub(super) fn carry(
-        &self,
-        toward: Toward,
-        packet: &mut Packet,
-    ) -> Result<(), CrossingFailure> {
+    pub(super) fn carry(&self, toward: Toward, packet: &mut Packet) -> Result<(), CrossingFailure> {
         let (near, far) = match toward {
             Toward::Device => (&self.ends.slave, &self.ends.master),
             Toward::Host => (&self.ends.master, &self.ends.slave),

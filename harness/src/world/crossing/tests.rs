@@ -83,8 +83,7 @@ fn what_is_lost_or_changed_is_named_and_the_line_is_dead() {
     let Ends { master, slave, path } = Ends::open().unwrap();
     rustix::io::write(&master, b"stray").unwrap();
     let changed = PtyWire::of(Line::Gyro, Ends { master, slave, path: path.clone() }, SOON);
-    let mut kernel =
-        Kernel::open(KernelBus::Pty, None).unwrap().with_wire(Line::Gyro, changed);
+    let mut kernel = Kernel::open(KernelBus::Pty, None).unwrap().with_wire(Line::Gyro, changed);
     assert!(!kernel.bytes(Line::Gyro, Toward::Host, &mut packet(b"speed")));
     let failure = kernel.failure().unwrap();
     assert!(matches!(failure.how(), How::Changed { .. }), "{failure}");
