@@ -8,7 +8,7 @@ mod declared;
 mod keep;
 
 pub use again::{JudgedAgain, judge_again};
-pub use keep::{Completed, Options, run_to_folder, write_documents};
+pub use keep::{Completed, Options, run_to_folder, run_to_folder_across, write_documents};
 #[cfg(feature = "live")]
 pub(crate) use keep::{keep, summarise};
 
@@ -25,6 +25,7 @@ use crate::plan::{Plan, PlanError};
 use crate::record::header::Header;
 use crate::record::sink::{NullSink, RecordSink};
 use crate::world::bench::{Bench, DevicesError, load_devices};
+use crate::world::crossing::{Crossing, Memory};
 use crate::world::simulated::{Progress, SimulatedWorld};
 use controller::calibration::Calibration;
 use emulators::device_file::Devices;
@@ -140,6 +141,18 @@ pub fn simulate(
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Simulated {
+    simulate_across(Memory, prepared, seed, answers, sink, pulse)
+}
+
+/// The same, with everything on a line sent through `crossing` on its way.
+pub fn simulate_across(
+    crossing: impl Crossing,
+    prepared: &Prepared,
+    seed: u64,
+    answers: &Answers,
+    sink: &mut impl RecordSink,
+    pulse: &mut impl FnMut(Progress) -> bool,
+) -> Simulated {
     let bench = Bench::new(prepared.devices.clone(), seed);
     let engine = Engine::new(
         Arc::clone(&prepared.plan),
@@ -148,7 +161,7 @@ pub fn simulate(
         Timestamp::ZERO,
     )
     .with_models(prepared.models.clone());
-    let mut world = SimulatedWorld::new(bench, engine).with_answers(answers.clone());
+    let mut world = SimulatedWorld::across(crossing, bench, engine).with_answers(answers.clone());
     let mut made = Made::default();
     let mut keep = |action: &Action| made.keep(action);
     let mut ending = world.run(sink, &mut keep, pulse);

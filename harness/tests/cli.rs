@@ -4,6 +4,9 @@
 
 #[path = "cli/closing.rs"]
 mod closing;
+#[cfg(all(feature = "live", target_os = "linux"))]
+#[path = "cli/crossing.rs"]
+mod crossing;
 #[path = "cli/hil.rs"]
 mod hil;
 #[path = "cli/input.rs"]

@@ -91,6 +91,11 @@ enum Cause {
     #[diagnostic(transparent)]
     #[cfg(feature = "live")]
     Placement(crate::world::live::PlacementError),
+    /// The kernel lacks what the lines are to cross.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    #[cfg(feature = "live")]
+    Kernel(crate::world::crossing::KernelError),
     /// The bench asks for what the live world cannot do.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -157,7 +162,9 @@ impl Failure {
                 crate::port::PortError::WrongKind { .. },
             )) => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
-            Cause::Live(_) => Outcome::Error.exit_status(),
+            Cause::Kernel(crate::world::crossing::KernelError::NoFrames) => EXIT_BAD_INPUT,
+            #[cfg(feature = "live")]
+            Cause::Live(_) | Cause::Kernel(_) => Outcome::Error.exit_status(),
             Cause::Folder(
                 RunFolderError::Foreign { .. }
                 | RunFolderError::NoRun { .. }
@@ -251,6 +258,13 @@ impl From<crate::run_live::LiveRunError> for Failure {
             crate::run_live::LiveRunError::Placement(error) => Cause::Placement(error).into(),
             crate::run_live::LiveRunError::NotYet(error) => Cause::NotYet(error).into(),
         }
+    }
+}
+
+#[cfg(feature = "live")]
+impl From<crate::world::crossing::KernelError> for Failure {
+    fn from(error: crate::world::crossing::KernelError) -> Self {
+        Cause::Kernel(error).into()
     }
 }
 

@@ -8,6 +8,7 @@
 //! What is absent: any judgement, any decision about devices, any clock but a stopwatch.
 
 mod check;
+mod crossing;
 mod doctor;
 mod export;
 mod failure;

@@ -41,11 +41,11 @@ impl OperatorArguments {
         let file = path.map(|path| AnswerFile::load(&path)).transpose();
         let file = file.map_err(crate::operator::AnswersError::from)?;
         let person = match setup {
-            Setup::Simulated => None,
+            Setup::Simulated | Setup::Kernel(_) => None,
             Setup::Live(_) => Terminal::of_stdin(screen, self.operator.as_deref()),
         };
         let attendance = match (setup, &person) {
-            (Setup::Simulated, _) => Attendance::Simulated,
+            (Setup::Simulated | Setup::Kernel(_), _) => Attendance::Simulated,
             (Setup::Live(_), Some(_)) => Attendance::Person,
             (Setup::Live(_), None) => Attendance::Nobody,
         };

@@ -1,6 +1,7 @@
 //! `hil run`: plans, once each or for many seeds.
 
 use super::EXIT_STATUSES;
+use super::crossing;
 use super::failure::Failure;
 use super::operator::OperatorArguments;
 use super::progress::Screen;
@@ -77,15 +78,27 @@ impl RunArguments {
         let asked = declared.iter().copied();
         let (answers, person) = self.operator.collect(&setup, asked, screen)?;
         if let Some(count) = self.seeds {
-            if setup != Setup::Simulated {
-                return Err(Failure::arguments(
-                    "--seeds needs the virtual clock: a bench has no seed",
-                    "leave out --clock, or --seeds",
-                ));
+            match setup {
+                Setup::Simulated => {}
+                Setup::Kernel(_) => {
+                    return Err(Failure::arguments(
+                        "--seeds needs the memory bus: no verdict depends on the bus",
+                        "leave out --bus, or --seeds",
+                    ));
+                }
+                Setup::Live(_) => {
+                    return Err(Failure::arguments(
+                        "--seeds needs the virtual clock: a bench has no seed",
+                        "leave out --clock, or --seeds",
+                    ));
+                }
             }
             let range = seeds::range(self.seed, count)?;
             let markdown = self.markdown.as_deref();
             return seeds::execute(&plans, &declared, range, &answers, markdown, screen);
+        }
+        if let Setup::Kernel(bus) = setup {
+            crossing::check(bus, &prepared)?;
         }
         let out = match (&self.out, plans.len()) {
             (Some(path), 1) => Out::Folder(path.clone()),

@@ -1,5 +1,6 @@
 //! Plans one after another: what one makes, the later ones use.
 
+use super::crossing;
 use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::live;
@@ -143,6 +144,7 @@ impl Series<'_> {
         let wall_s = || stopwatch.elapsed_s();
         let completed = match self.setup {
             Setup::Simulated => run_to_folder(prepared, &options, &mut pulse, &wall_s)?,
+            Setup::Kernel(bus) => crossing::run(*bus, prepared, &options, &mut pulse, &wall_s)?,
             Setup::Live(setup) => {
                 live::run(prepared, &options, setup, self.person.as_ref(), &mut pulse)?
             }

@@ -2,6 +2,7 @@
 
 use super::failure::Failure;
 use crate::bench_file::BenchFile;
+use crate::world::crossing::KernelBus;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -20,7 +21,7 @@ pub(super) enum Clock {
 pub enum BusChoice {
     /// Lines in memory, paced by baud or bit time.
     Memory,
-    /// Pseudo-terminals of the kernel; a base on CAN is behind an adapter (slcan) on one.
+    /// Pseudo-terminals of the kernel; a base on CAN is behind an adapter (slcan) on one, with the real clock.
     Pty,
     /// A base on CAN is on the interface vcan0; serial lines are pseudo-terminals.
     Vcan,
@@ -79,6 +80,8 @@ pub(super) struct SetupArguments {
 pub(super) enum Setup {
     /// Virtual time, lines in memory, the controller in the process.
     Simulated,
+    /// The same, with everything on a line sent through the kernel on its way.
+    Kernel(KernelBus),
     /// Real time and ports.
     Live(Box<LiveSetup>),
 }
@@ -100,7 +103,7 @@ impl Setup {
     /// The file of answers that the bench names.
     pub(super) fn answer_file(&self) -> Option<PathBuf> {
         match self {
-            Self::Simulated => None,
+            Self::Simulated | Self::Kernel(_) => None,
             Self::Live(setup) => Some(setup.bench.answers.as_ref()?.file.clone()),
         }
     }
@@ -114,11 +117,14 @@ impl SetupArguments {
     /// When they do not go together.
     pub(super) fn setup(&self) -> Result<Setup, Failure> {
         match (self.clock, self.bus) {
-            (Clock::Virtual, None | Some(BusChoice::Memory)) => self.simulated(),
-            (Clock::Virtual, Some(_)) => Err(Failure::arguments(
-                "the virtual clock needs the memory bus: bytes in the kernel take real time",
-                "add --clock real, or leave --bus out",
-            )),
+            (Clock::Virtual, None | Some(BusChoice::Memory)) => self.simulated(Setup::Simulated),
+            (Clock::Virtual, Some(BusChoice::Pty)) => self.simulated(Setup::Kernel(KernelBus::Pty)),
+            (Clock::Virtual, Some(BusChoice::Vcan)) => {
+                self.simulated(Setup::Kernel(KernelBus::Vcan))
+            }
+            (Clock::Virtual, Some(BusChoice::Slcan)) => {
+                self.simulated(Setup::Kernel(KernelBus::Slcan))
+            }
             (Clock::Real, Some(BusChoice::Memory)) => Err(Failure::arguments(
                 "the real clock needs the pty bus: nothing waits for real time in memory",
                 "leave --clock out, or use --bus pty",
@@ -135,7 +141,8 @@ impl SetupArguments {
         }
     }
 
-    fn simulated(&self) -> Result<Setup, Failure> {
+    /// A setup in virtual time.
+    fn simulated(&self, setup: Setup) -> Result<Setup, Failure> {
         if !matches!(self.controller, None | Some(Controller::InProcess)) {
             return Err(Failure::arguments(
                 "the virtual clock needs the controller in the process: another process has its \
@@ -155,13 +162,15 @@ impl SetupArguments {
                 "add --clock real, or leave --realtime out",
             ));
         }
-        Ok(Setup::Simulated)
+        Ok(setup)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{BenchFile, BusChoice, Clock, Controller, LiveSetup, Setup, SetupArguments};
+    use super::{
+        BenchFile, BusChoice, Clock, Controller, KernelBus, LiveSetup, Setup, SetupArguments,
+    };
 
     fn setup(
         clock: Clock,
@@ -180,6 +189,13 @@ mod tests {
             setup(Clock::Virtual, Some(BusChoice::Memory), Some("in-process")),
             Ok(Setup::Simulated)
         );
+        for (bus, kernel) in [
+            (BusChoice::Pty, KernelBus::Pty),
+            (BusChoice::Vcan, KernelBus::Vcan),
+            (BusChoice::Slcan, KernelBus::Slcan),
+        ] {
+            assert_eq!(setup(Clock::Virtual, Some(bus), None), Ok(Setup::Kernel(kernel)));
+        }
         let live = |controller, bus| {
             let bench = BenchFile::default();
             Ok(Setup::Live(Box::new(LiveSetup { controller, bench, bus, realtime: false })))
@@ -195,7 +211,7 @@ mod tests {
     #[test]
     fn what_does_not_go_together_says_why() {
         for (clock, bus, controller) in [
-            (Clock::Virtual, Some(BusChoice::Pty), None),
+            (Clock::Virtual, Some(BusChoice::Vcan), Some("process")),
             (Clock::Real, Some(BusChoice::Memory), None),
             (Clock::Virtual, None, Some("process")),
             (Clock::Virtual, None, Some("./mine")),

@@ -86,6 +86,17 @@ impl fmt::Display for Readable {
     }
 }
 
+/// A frame alone, for a message.
+#[cfg(feature = "live")]
+pub(crate) struct ShownFrame(pub(crate) CanFrame);
+
+#[cfg(feature = "live")]
+impl fmt::Display for ShownFrame {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_frame(f, self.0.into())
+    }
+}
+
 /// As `candump` writes it: identifier, `#`, data.
 fn write_frame(f: &mut fmt::Formatter<'_>, recorded: RecordedFrame) -> fmt::Result {
     let Some(frame) = recorded.frame() else {

@@ -1,6 +1,6 @@
 //! A run that leaves a run folder behind.
 
-use super::{Prepared, Simulated, VERSION, simulate};
+use super::{Prepared, Simulated, VERSION, simulate_across};
 use crate::calibrations;
 use crate::checks::judge_all;
 use crate::junit;
@@ -12,6 +12,7 @@ use crate::record::header::Header;
 use crate::record::sink::Level;
 use crate::report;
 use crate::run_folder::{JUNIT, RunFolder, RunFolderError};
+use crate::world::crossing::{Crossing, Memory};
 use crate::world::simulated::Progress;
 use std::path::Path;
 
@@ -54,13 +55,30 @@ pub fn run_to_folder(
     pulse: &mut impl FnMut(Progress) -> bool,
     wall_s: &impl Fn() -> f64,
 ) -> Result<Completed, RunFolderError> {
+    run_to_folder_across(Memory, prepared, options, pulse, wall_s)
+}
+
+/// The same, with everything on a line sent through `crossing` on its way; the summary names its bus.
+///
+/// # Errors
+///
+/// When the run folder cannot be made or is somebody else's; nothing ran then.
+pub fn run_to_folder_across(
+    crossing: impl Crossing,
+    prepared: &Prepared,
+    options: &Options<'_>,
+    pulse: &mut impl FnMut(Progress) -> bool,
+    wall_s: &impl Fn() -> f64,
+) -> Result<Completed, RunFolderError> {
     let began_s = wall_s();
     let folder = RunFolder::create(options.out)?;
     let header = prepared.header(options.seed);
     let mut sink = folder.record_sink(&header, options.level)?;
-    let run = simulate(prepared, options.seed, &options.answers, &mut sink, pulse);
+    let bus = crossing.bus();
+    let run = simulate_across(crossing, prepared, options.seed, &options.answers, &mut sink, pulse);
     drop(sink);
     let mut summary = summarise(prepared, options.seed, &run);
+    bus.clone_into(&mut summary.bus);
     summary.wall_s = wall_s() - began_s;
     Ok(keep(&folder, &header, summary, run))
 }

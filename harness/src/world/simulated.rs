@@ -3,8 +3,12 @@
 //! Time jumps to the next event. At equal times the order is: deliver what has arrived, wake what is
 //! due, transmit until nothing moves any more, record. Nothing here reads a clock or draws a number,
 //! so plan, seed and version determine every byte of the record.
+//!
+//! What is delivered may first [cross](super::crossing) a pty or a CAN interface of the kernel, which time
+//! does not notice.
 
 use super::bench::{Bench, Carrier};
+use super::crossing::{Crossing, Line, Memory, Toward};
 use super::lines::{BaseLink, Node};
 use super::stage::{Stage, record_frame};
 use crate::engine::{Action, Ending, Engine};
@@ -41,9 +45,10 @@ pub struct Progress {
 
 /// One run in virtual time.
 #[derive(Debug)]
-pub struct SimulatedWorld {
+pub struct SimulatedWorld<C = Memory> {
     now: Timestamp,
     stage: Stage,
+    crossing: C,
     controller: Controller,
     touched: Touched,
     /// Wake-ups of those that are asked again only when something has reached them.
@@ -55,13 +60,21 @@ pub struct SimulatedWorld {
 }
 
 impl SimulatedWorld {
-    /// A world at time zero.
+    /// A world at time zero, its lines in memory.
     pub fn new(bench: Bench, engine: Engine) -> Self {
+        Self::across(Memory, bench, engine)
+    }
+}
+
+impl<C: Crossing> SimulatedWorld<C> {
+    /// A world at time zero in which everything on a line goes through `crossing`.
+    pub fn across(crossing: C, bench: Bench, engine: Engine) -> Self {
         let now = Timestamp::ZERO;
         Self {
             now,
             controller: Controller::new(bench.controller_config(), now),
             stage: Stage::new(bench, engine),
+            crossing,
             touched: Touched { controller: true, carrier: true, engine: true },
             controller_due: now,
             carrier_due: now,
@@ -161,21 +174,34 @@ impl SimulatedWorld {
     }
 
     fn deliver(&mut self, sink: &mut impl RecordSink) {
-        let Self { now, stage, controller, touched, .. } = self;
+        let Self { now, stage, crossing, controller, touched, .. } = self;
         let now = *now;
         let (lines, bench) = (&mut stage.lines, &mut stage.bench);
-        while let Some(packet) = lines.gyro.arrived(now) {
+        while let Some(mut packet) = lines.gyro.arrived(now) {
+            if !crossing.bytes(Line::Gyro, Toward::Host, &mut packet) {
+                continue;
+            }
             sink.bytes(now, Device::Gyro, packet.as_slice());
             controller.receive(now, Port::Gyro, Input::Bytes(packet.as_slice()));
             touched.controller = true;
         }
-        while let Some(packet) = lines.gyro_commands.arrived(now) {
+        while let Some(mut packet) = lines.gyro_commands.arrived(now) {
+            if !crossing.bytes(Line::Gyro, Toward::Device, &mut packet) {
+                continue;
+            }
             sink.bytes(now, Device::Controller, packet.as_slice());
             bench.gyro.receive(now, packet.as_slice());
         }
         match (&mut lines.base, &mut bench.carrier) {
             (BaseLink::Can(bus), Carrier::Base(base)) => {
-                while let Some((from, frame)) = bus.arrived(now) {
+                while let Some((from, mut frame)) = bus.arrived(now) {
+                    let toward = match from {
+                        Node::Controller => Toward::Device,
+                        Node::Base => Toward::Host,
+                    };
+                    if !crossing.frame(now, toward, &mut frame) {
+                        continue;
+                    }
                     match from {
                         Node::Controller => {
                             record_frame(sink, now, Device::Controller, frame);
@@ -191,12 +217,18 @@ impl SimulatedWorld {
                 }
             }
             (BaseLink::Serial { to_base, to_controller }, Carrier::Base(base)) => {
-                while let Some(packet) = to_base.arrived(now) {
+                while let Some(mut packet) = to_base.arrived(now) {
+                    if !crossing.bytes(Line::Base, Toward::Device, &mut packet) {
+                        continue;
+                    }
                     sink.bytes(now, Device::Controller, packet.as_slice());
                     base.receive_bytes(now, packet.as_slice());
                     touched.carrier = true;
                 }
-                while let Some(packet) = to_controller.arrived(now) {
+                while let Some(mut packet) = to_controller.arrived(now) {
+                    if !crossing.bytes(Line::Base, Toward::Host, &mut packet) {
+                        continue;
+                    }
                     sink.bytes(now, Device::Base, packet.as_slice());
                     controller.receive(now, Port::Base, Input::Bytes(packet.as_slice()));
                     touched.controller = true;
@@ -204,9 +236,12 @@ impl SimulatedWorld {
             }
             _ => {}
         }
-        let (table_reached, engine_reached) = stage.deliver_table(now, sink);
+        let (table_reached, engine_reached) = stage.deliver_table_across(now, crossing, sink);
         touched.carrier |= table_reached;
         touched.engine |= engine_reached;
+        if let Some(failure) = crossing.failure() {
+            self.broke(&failure.to_string());
+        }
     }
 
     fn wake(&mut self) {

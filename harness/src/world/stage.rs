@@ -1,6 +1,9 @@
 //! What both worlds share: the plan's engine, the emulated devices, the lines between them.
 
 use super::bench::{Bench, Carrier, Sent};
+#[cfg(feature = "live")]
+use super::crossing::Memory;
+use super::crossing::{Crossing, Line, Toward};
 use super::lines::{BaseLink, Lines, Node};
 use crate::engine::{Action, Engine};
 use crate::operator::{Asked, Operator};
@@ -42,22 +45,39 @@ impl Stage {
 
     /// Delivers what has come through to and from the table; says whether the table and the engine were
     /// reached.
+    #[cfg(feature = "live")]
     pub(super) fn deliver_table(
         &mut self,
         now: Timestamp,
         sink: &mut impl RecordSink,
     ) -> (bool, bool) {
+        self.deliver_table_across(now, &mut Memory, sink)
+    }
+
+    /// The same, through `crossing`.
+    pub(super) fn deliver_table_across(
+        &mut self,
+        now: Timestamp,
+        crossing: &mut impl Crossing,
+        sink: &mut impl RecordSink,
+    ) -> (bool, bool) {
         let (mut table_reached, mut engine_reached) = (false, false);
         // Where there is no table nobody listens, but every run ends with a command to it: left in the
         // line it would be due for ever, and time would stand still.
-        while let Some(packet) = self.lines.to_table.arrived(now) {
+        while let Some(mut packet) = self.lines.to_table.arrived(now) {
             if let Carrier::Table(table) = &mut self.bench.carrier {
+                if !crossing.bytes(Line::Table, Toward::Device, &mut packet) {
+                    continue;
+                }
                 sink.bytes(now, Device::Plan, packet.as_slice());
                 table.receive(now, packet.as_slice());
                 table_reached = true;
             }
         }
-        while let Some(packet) = self.lines.from_table.arrived(now) {
+        while let Some(mut packet) = self.lines.from_table.arrived(now) {
+            if !crossing.bytes(Line::Table, Toward::Host, &mut packet) {
+                continue;
+            }
             self.hear_table(now, sink, packet.as_slice());
             engine_reached = true;
         }

@@ -34,7 +34,8 @@ fn an_unknown_key_is_shown_in_its_place() {
 fn arguments_that_do_not_go_together_are_bad_input() {
     let hil = Hil::with_plan(TURN);
     for (arguments, why) in [
-        (&["--bus", "pty"][..], "the virtual clock needs the memory bus"),
+        (&["--bus", "pty"][..], "it is on CAN, and a pty carries bytes"),
+        (&["--bus", "slcan", "--seeds", "3"], "--seeds needs the memory bus"),
         (&["--clock", "real", "--bus", "memory"], "the real clock needs the pty bus"),
         (&["--controller", "process"], "needs the controller in the process"),
         (&["--bench", "mine.toml"], "has no use for a bench file"),

@@ -15,14 +15,14 @@ const STANDARD_MASK: u16 = (1 << 11) - 1;
 
 /// What a read gave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Heard {
+pub(crate) enum Heard {
     Frame(CanFrame),
     Error(CanErrorEvent),
     /// More data than a classic frame holds.
     Unsupported,
 }
 
-pub(super) fn from_socket(frame: &CanRawFrame) -> Heard {
+pub(crate) fn from_socket(frame: &CanRawFrame) -> Heard {
     let (id, length, data): (u32, u8, &[u8]) = match frame {
         CanRawFrame::Classic(frame) => (frame.can_id, frame.can_dlc, &frame.data),
         CanRawFrame::Fd(frame) => (frame.can_id, frame.len, &frame.data),
@@ -46,7 +46,7 @@ pub(super) fn from_socket(frame: &CanRawFrame) -> Heard {
     frame.map_or(Heard::Unsupported, Heard::Frame)
 }
 
-pub(super) fn to_socket(frame: &CanFrame) -> Option<socketcan::CanFrame> {
+pub(crate) fn to_socket(frame: &CanFrame) -> Option<socketcan::CanFrame> {
     if frame.is_remote() {
         socketcan::CanFrame::new_remote(frame.id(), frame.dlc())
     } else {

@@ -18,7 +18,7 @@ use super::backoff::Backoff;
 use super::error::{PortError, PortLost};
 use super::watch::watch;
 use super::{Counters, FrameEvent};
-use frame::{Heard, from_socket, to_socket};
+pub(crate) use frame::{Heard, from_socket, to_socket};
 use rustix::io::Errno;
 use rustix::net::sockopt::{
     set_socket_recv_buffer_size, set_socket_recv_buffer_size_force, socket_recv_buffer_size,
@@ -241,6 +241,19 @@ impl CanSocketPort {
 }
 
 fn open(interface: &Interface) -> Result<AsyncFd<CanFdSocket>, PortError> {
+    let failed = |source| {
+        let interface = interface.name().to_owned();
+        PortError::Can { step: "watch", interface, source }
+    };
+    // An interface that goes down is an error alone, and no reason to read.
+    watch(connect(interface)?, Interest::READABLE | Interest::ERROR).map_err(failed)
+}
+
+/// A socket on the interface that never blocks, without an event loop.
+///
+/// # Errors
+/// When the kernel has no CAN, or there is no such interface, or it is down.
+pub(crate) fn connect(interface: &Interface) -> Result<CanFdSocket, PortError> {
     interface.require_up()?;
     let name = || interface.name().to_owned();
     let failed = |step| move |source| PortError::Can { step, interface: name(), source };
@@ -253,8 +266,7 @@ fn open(interface: &Interface) -> Result<AsyncFd<CanFdSocket>, PortError> {
         set_socket_recv_buffer_size(&socket, RECEIVE_BUFFER)
             .map_err(|cause| failed("set the receive buffer of")(cause.into()))?;
     }
-    // An interface that goes down is an error alone, and no reason to read.
-    watch(socket, Interest::READABLE | Interest::ERROR).map_err(failed("watch"))
+    Ok(socket)
 }
 
 async fn read(socket: &AsyncFd<CanFdSocket>) -> io::Result<CanRawFrame> {

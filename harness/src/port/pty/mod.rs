@@ -49,20 +49,7 @@ impl Pty {
     /// # Errors
     /// When the system has no pty to give.
     pub fn open() -> Result<Self, PtyError> {
-        let error = |step| move |cause: Errno| PtyError { step, source: cause.into() };
-        // Closed on exec: a device under test that inherited it would keep the line from hanging up.
-        let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
-        let master = openpt(flags).map_err(error("open"))?;
-        grantpt(&master).and_then(|()| unlockpt(&master)).map_err(error("unlock"))?;
-        rustix::io::ioctl_fionbio(&master, true).map_err(error("configure"))?;
-        let path = ptsname(&master, Vec::new()).map_err(error("name"))?;
-        let path = path.into_string().map_err(|cause| PtyError {
-            step: "name",
-            source: io::Error::new(io::ErrorKind::InvalidData, cause),
-        })?;
-        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
-        let slave = rustix::fs::open(path.as_str(), flags, Mode::empty()).map_err(error("open"))?;
-        make_raw(&slave).map_err(error("configure"))?;
+        let Ends { master, slave, path } = Ends::open()?;
         let master = watch(master, Interest::READABLE)
             .map_err(|source| PtyError { step: "watch", source })?;
         Ok(Self { master, slave, path, overrun_bytes: 0 })
@@ -150,6 +137,39 @@ impl Pty {
         make_raw(&self.slave)?;
         self.overrun_bytes = 0;
         Ok(())
+    }
+}
+
+/// Both sides of a new pty, raw and never blocking, without an event loop.
+#[derive(Debug)]
+pub(crate) struct Ends {
+    /// The device's side.
+    pub(crate) master: OwnedFd,
+    /// The side that is opened as a serial port.
+    pub(crate) slave: OwnedFd,
+    /// What the slave is called.
+    pub(crate) path: String,
+}
+
+impl Ends {
+    /// # Errors
+    /// When the system has no pty to give.
+    pub(crate) fn open() -> Result<Self, PtyError> {
+        let error = |step| move |cause: Errno| PtyError { step, source: cause.into() };
+        // Closed on exec: a device under test that inherited it would keep the line from hanging up.
+        let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
+        let master = openpt(flags).map_err(error("open"))?;
+        grantpt(&master).and_then(|()| unlockpt(&master)).map_err(error("unlock"))?;
+        rustix::io::ioctl_fionbio(&master, true).map_err(error("configure"))?;
+        let path = ptsname(&master, Vec::new()).map_err(error("name"))?;
+        let path = path.into_string().map_err(|cause| PtyError {
+            step: "name",
+            source: io::Error::new(io::ErrorKind::InvalidData, cause),
+        })?;
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC | OFlags::NONBLOCK;
+        let slave = rustix::fs::open(path.as_str(), flags, Mode::empty()).map_err(error("open"))?;
+        make_raw(&slave).map_err(error("configure"))?;
+        Ok(Self { master, slave, path })
     }
 }
 
