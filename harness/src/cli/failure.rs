@@ -86,6 +86,16 @@ enum Cause {
     #[diagnostic(transparent)]
     #[cfg(feature = "live")]
     Live(crate::world::live::LiveError),
+    /// Devices cannot be emulated, or no longer.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    #[cfg(feature = "live")]
+    Emulation(crate::emulation::EmulationError),
+    /// A device file cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    #[cfg(feature = "live")]
+    Devices(crate::world::bench::DevicesError),
     /// The bench asks for what the live world cannot do.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -145,9 +155,11 @@ impl Failure {
             | Cause::Bench(_)
             | Cause::Identify { .. } => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
-            Cause::NotYet(_) | Cause::Live(crate::world::live::LiveError::NoCan) => EXIT_BAD_INPUT,
+            Cause::NotYet(_)
+            | Cause::Devices(_)
+            | Cause::Live(crate::world::live::LiveError::NoCan) => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
-            Cause::Live(_) => Outcome::Error.exit_status(),
+            Cause::Live(_) | Cause::Emulation(_) => Outcome::Error.exit_status(),
             Cause::Folder(
                 RunFolderError::Foreign { .. }
                 | RunFolderError::NoRun { .. }
@@ -229,6 +241,20 @@ impl From<RunFolderError> for Failure {
 impl From<LibraryError> for Failure {
     fn from(error: LibraryError) -> Self {
         Cause::Bench(error).into()
+    }
+}
+
+#[cfg(feature = "live")]
+impl From<crate::emulation::EmulationError> for Failure {
+    fn from(error: crate::emulation::EmulationError) -> Self {
+        Cause::Emulation(error).into()
+    }
+}
+
+#[cfg(feature = "live")]
+impl From<crate::world::bench::DevicesError> for Failure {
+    fn from(error: crate::world::bench::DevicesError) -> Self {
+        Cause::Devices(error).into()
     }
 }
 
