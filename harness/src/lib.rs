@@ -24,7 +24,7 @@
 //! * [`bench_file`]: which port plays which role, and which device is tested.
 //! * `live`, `run_live` (feature `live`): the real clock, and a device under test that is a process of its
 //!   own. `port`: ptys, serial ports, CAN interfaces and adapters in one shape. `doctor`: what a machine
-//!   and a bench lack.
+//!   and a bench lack. `emulation`: emulated devices on ports, for anybody's controller.
 //!
 //! For people and for machines:
 //! * [`run_folder`]: what a run leaves behind. [`report`]: one page. [`junit`]: for a build server.
@@ -54,6 +54,8 @@ pub mod console;
 pub mod dataset;
 #[cfg(feature = "live")]
 pub mod doctor;
+#[cfg(feature = "live")]
+pub mod emulation;
 pub mod engine;
 pub mod export;
 pub mod figures;

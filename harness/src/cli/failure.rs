@@ -96,6 +96,16 @@ enum Cause {
     #[diagnostic(transparent)]
     #[cfg(feature = "live")]
     Kernel(crate::world::crossing::KernelError),
+    /// Devices cannot be emulated, or no longer.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    #[cfg(feature = "live")]
+    Emulation(crate::emulation::EmulationError),
+    /// A device file cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    #[cfg(feature = "live")]
+    Devices(crate::world::bench::DevicesError),
     /// The bench asks for what the live world cannot do.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -155,7 +165,7 @@ impl Failure {
             | Cause::Bench(_)
             | Cause::Identify { .. } => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
-            Cause::NotYet(_) | Cause::Placement(_) => EXIT_BAD_INPUT,
+            Cause::NotYet(_) | Cause::Devices(_) | Cause::Placement(_) => EXIT_BAD_INPUT,
             // Where frames were to cross a serial port, or the reverse, nothing is broken.
             #[cfg(feature = "live")]
             Cause::Live(crate::world::live::LiveError::Port(
@@ -164,7 +174,9 @@ impl Failure {
             #[cfg(feature = "live")]
             Cause::Kernel(crate::world::crossing::KernelError::NoFrames) => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
-            Cause::Live(_) | Cause::Kernel(_) => Outcome::Error.exit_status(),
+            Cause::Live(_) | Cause::Kernel(_) | Cause::Emulation(_) => {
+                Outcome::Error.exit_status()
+            }
             Cause::Folder(
                 RunFolderError::Foreign { .. }
                 | RunFolderError::NoRun { .. }
@@ -246,6 +258,20 @@ impl From<RunFolderError> for Failure {
 impl From<LibraryError> for Failure {
     fn from(error: LibraryError) -> Self {
         Cause::Bench(error).into()
+    }
+}
+
+#[cfg(feature = "live")]
+impl From<crate::emulation::EmulationError> for Failure {
+    fn from(error: crate::emulation::EmulationError) -> Self {
+        Cause::Emulation(error).into()
+    }
+}
+
+#[cfg(feature = "live")]
+impl From<crate::world::bench::DevicesError> for Failure {
+    fn from(error: crate::world::bench::DevicesError) -> Self {
+        Cause::Devices(error).into()
     }
 }
 

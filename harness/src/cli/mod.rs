@@ -10,6 +10,7 @@
 mod check;
 mod crossing;
 mod doctor;
+mod emulate;
 mod export;
 mod failure;
 mod findings;
@@ -71,6 +72,7 @@ enum Command {
     Show(show::ShowArguments),
     List(list::ListArguments),
     Doctor(doctor::DoctorArguments),
+    Emulate(emulate::EmulateArguments),
     Export(export::ExportArguments),
     Identify(identify::IdentifyArguments),
     Predict(predict::PredictArguments),
@@ -94,6 +96,7 @@ impl Cli {
             Some(Command::Show(arguments)) => arguments.execute(),
             Some(Command::List(arguments)) => arguments.execute(),
             Some(Command::Doctor(arguments)) => arguments.execute(),
+            Some(Command::Emulate(arguments)) => arguments.execute(screen),
             Some(Command::Export(arguments)) => arguments.execute(screen),
             Some(Command::Identify(arguments)) => arguments.execute(screen),
             Some(Command::Predict(arguments)) => arguments.execute(screen),
@@ -154,11 +157,17 @@ mod tests {
         let mut hil = Cli::command().term_width(100);
         hil.build();
         let mut help = hil.render_long_help().to_string();
-        let names =
-            ["run", "check", "report", "show", "list", "doctor", "export", "identify", "predict"];
+        let names = [
+            "run", "check", "report", "show", "list", "doctor", "emulate", "export", "identify",
+            "predict",
+        ];
         for name in names {
             let command = hil.find_subcommand_mut(name).expect(name);
             help += &format!("\n======== {name}\n{}", command.render_long_help());
+            for device in command.get_subcommands_mut().filter(|it| it.get_name() != "help") {
+                let title = format!("{name} {}", device.get_name());
+                help += &format!("\n======== {title}\n{}", device.render_long_help());
+            }
         }
         insta::assert_snapshot!(help);
     }

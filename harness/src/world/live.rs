@@ -42,7 +42,7 @@ use crate::outcome::{Outcome, PortSide, PortSummary, Timing};
 use crate::port::PortError;
 use crate::record::Device;
 use crate::record::sink::RecordSink;
-use clock::Clock;
+pub(crate) use clock::Clock;
 use device_under_test::{Heard, Running};
 use journal::Journal;
 use lateness::{Course, Lateness};

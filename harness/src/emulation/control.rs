@@ -1,0 +1,210 @@
+//! Requests from outside: lines on the standard input, and on a socket for those who want another way.
+
+use super::request::LINE_BYTES_MAX;
+use std::io;
+use std::os::unix::net::UnixStream as StdUnixStream;
+use std::path::{Path, PathBuf};
+use std::thread;
+use tokio::io::{
+    AsyncBufRead, AsyncBufReadExt as _, AsyncReadExt as _, AsyncWriteExt as _, BufReader,
+};
+use tokio::net::{UnixListener, UnixStream};
+use tokio::sync::{mpsc, oneshot};
+
+/// Requests that wait to be carried out; then who asks waits.
+pub const REQUESTS_MAX: usize = 64;
+/// Clients of the socket at a time; further ones wait for one to leave.
+pub const CLIENTS_MAX: usize = 16;
+
+/// Why there is no control channel.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum ControlError {
+    /// No socket.
+    #[error("failed to listen on the socket {}", path.display())]
+    #[diagnostic(help(
+        "does its folder exist, and is nobody else listening there (`ss -xl`)? If what is there is \
+         left over: `rm {}`", path.display()
+    ))]
+    Listen {
+        /// Where.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The standard input cannot be watched.
+    #[error("failed to read the standard input")]
+    Stdin(#[source] io::Error),
+}
+
+/// A line from somebody, and where its answer goes.
+#[derive(Debug)]
+pub struct Asked {
+    /// The line; cut after [`LINE_BYTES_MAX`] and one byte.
+    pub line: Vec<u8>,
+    /// Who asked; the standard output answers the standard input.
+    pub client: Option<oneshot::Sender<String>>,
+}
+
+/// What gathers requests; the socket is removed when it is dropped.
+#[derive(Debug)]
+pub struct Control {
+    requests: mpsc::Receiver<Asked>,
+    socket: Option<PathBuf>,
+}
+
+impl Control {
+    /// Listens to the standard input and, where `socket` is given, there. Called within a tokio runtime
+    /// that has IO enabled.
+    ///
+    /// # Errors
+    /// When the socket cannot be made, or the standard input cannot be watched.
+    pub fn open(socket: Option<&Path>) -> Result<Self, ControlError> {
+        let (sender, requests) = mpsc::channel(REQUESTS_MAX);
+        let control = Self { requests, socket: socket.map(Path::to_owned) };
+        if let Some(path) = socket {
+            let error = |source| ControlError::Listen { path: path.to_owned(), source };
+            let listener = listen(path).map_err(error)?;
+            tokio::spawn(accept(listener, sender.clone()));
+        }
+        let stdin = stdin().map_err(ControlError::Stdin)?;
+        tokio::spawn(async move {
+            let mut stdin = BufReader::new(stdin);
+            while let Some(line) = next_line(&mut stdin).await {
+                if sender.send(Asked { line, client: None }).await.is_err() {
+                    return;
+                }
+            }
+            // The end of the input ends nothing: who has none is still served by the ports.
+            sender.closed().await;
+        });
+        Ok(control)
+    }
+
+    /// Waits for the next request. May be called off without losing any.
+    pub async fn next(&mut self) -> Asked {
+        match self.requests.recv().await {
+            Some(asked) => asked,
+            None => std::future::pending().await,
+        }
+    }
+}
+
+impl Drop for Control {
+    fn drop(&mut self) {
+        if let Some(socket) = &self.socket {
+            // Gone already is as good.
+            let _ = std::fs::remove_file(socket);
+        }
+    }
+}
+
+/// A socket at `path`, in place of one that nobody listens to any more.
+fn listen(path: &Path) -> io::Result<UnixListener> {
+    match UnixListener::bind(path) {
+        Err(error) if error.kind() == io::ErrorKind::AddrInUse => {
+            match StdUnixStream::connect(path) {
+                Err(left) if left.kind() == io::ErrorKind::ConnectionRefused => {
+                    std::fs::remove_file(path)?;
+                    UnixListener::bind(path)
+                }
+                _ => Err(error),
+            }
+        }
+        result => result,
+    }
+}
+
+async fn accept(listener: UnixListener, requests: mpsc::Sender<Asked>) {
+    let room = std::sync::Arc::new(tokio::sync::Semaphore::new(CLIENTS_MAX));
+    while let Ok(place) = std::sync::Arc::clone(&room).acquire_owned().await {
+        // A client that is gone before it was let in, or a process out of descriptors, is no end.
+        let Ok((client, _)) = listener.accept().await else { continue };
+        let requests = requests.clone();
+        tokio::spawn(async move {
+            serve(client, &requests).await;
+            drop(place);
+        });
+    }
+}
+
+async fn serve(client: UnixStream, requests: &mpsc::Sender<Asked>) {
+    let (reader, mut writer) = client.into_split();
+    let mut reader = BufReader::new(reader);
+    while let Some(line) = next_line(&mut reader).await {
+        let (sender, answer) = oneshot::channel();
+        if requests.send(Asked { line, client: Some(sender) }).await.is_err() {
+            return;
+        }
+        let Ok(mut answer) = answer.await else { return };
+        answer.push('\n');
+        if writer.write_all(answer.as_bytes()).await.is_err() {
+            return;
+        }
+    }
+}
+
+/// The next line that is not blank; of one that is too long its beginning, one byte too long.
+async fn next_line(reader: &mut (impl AsyncBufRead + Unpin)) -> Option<Vec<u8>> {
+    loop {
+        let mut line = Vec::new();
+        let mut limited = (&mut *reader).take(LINE_BYTES_MAX as u64 + 1);
+        if limited.read_until(b'\n', &mut line).await.ok()? == 0 {
+            return None;
+        }
+        if !line.ends_with(b"\n") && line.len() > LINE_BYTES_MAX {
+            pass_over(reader).await?;
+            return Some(line);
+        }
+        if !line.trim_ascii().is_empty() {
+            return Some(line.trim_ascii().to_vec());
+        }
+    }
+}
+
+/// Reads to the end of the line, and keeps nothing.
+async fn pass_over(reader: &mut (impl AsyncBufRead + Unpin)) -> Option<()> {
+    loop {
+        let bytes = reader.fill_buf().await.ok()?;
+        let (end, count) = match bytes.iter().position(|byte| *byte == b'\n') {
+            Some(at) => (true, at + 1),
+            None => (bytes.is_empty(), bytes.len()),
+        };
+        reader.consume(count);
+        if end {
+            return Some(());
+        }
+    }
+}
+
+/// The standard input as something that can be waited for: a thread blocks in its place, and ends with
+/// the process.
+fn stdin() -> io::Result<UnixStream> {
+    let (mut here, there) = StdUnixStream::pair()?;
+    thread::Builder::new().name("requests".to_owned()).spawn(move || {
+        // Whatever ends it, who asks sees the end of the input.
+        let _ = io::copy(&mut io::stdin().lock(), &mut here);
+    })?;
+    there.set_nonblocking(true)?;
+    UnixStream::from_std(there)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LINE_BYTES_MAX, next_line};
+    use tokio::io::BufReader;
+
+    #[test]
+    fn lines_blank_lines_and_one_that_never_ends() {
+        let mut bytes = b"{\"a\":1}\r\n\n  \n".to_vec();
+        bytes.extend(vec![b'x'; 3 * LINE_BYTES_MAX]);
+        bytes.extend(b"\nlast");
+        let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+        runtime.block_on(async {
+            let mut reader = BufReader::new(bytes.as_slice());
+            assert_eq!(next_line(&mut reader).await.unwrap(), b"{\"a\":1}");
+            assert_eq!(next_line(&mut reader).await.unwrap().len(), LINE_BYTES_MAX + 1);
+            assert_eq!(next_line(&mut reader).await.unwrap(), b"last");
+            assert_eq!(next_line(&mut reader).await, None);
+        });
+    }
+}
