@@ -17,6 +17,7 @@
 //! * [`engine`]: the steps of a plan, without IO and without a clock.
 //! * [`world`]: where plan, controller and devices meet. [`link`]: the lines between them.
 //! * [`observation`], [`record`]: what was measured, and everything that happened.
+//! * [`bus_log`]: logs of CAN buses and serial lines, in the formats of other tools.
 //! * [`dataset`]: measured data, for the identification. [`export`]: runs as such data.
 //! * [`checks`]: verdicts, each with the measurement's own uncertainty. [`outcome`]: what they come to.
 //! * [`run`]: all of that in order. [`seeds`]: the same for many seeds on all cores.
@@ -45,6 +46,7 @@
 
 #[cfg(feature = "live")]
 pub mod bench_file;
+pub mod bus_log;
 pub mod calibrations;
 pub mod checks;
 pub mod cli;
