@@ -19,6 +19,7 @@
 //! * [`observation`], [`record`]: what was measured, and everything that happened.
 //! * [`bus_log`]: logs of CAN buses and serial lines, in the formats of other tools.
 //! * [`dataset`]: measured data, for the identification. [`export`]: runs as such data.
+//! * [`import`]: the log of a bench's CAN bus as a run.
 //! * [`checks`]: verdicts, each with the measurement's own uncertainty. [`outcome`]: what they come to.
 //! * [`run`]: all of that in order. [`seeds`]: the same for many seeds on all cores.
 //! * `live`, `run_live`, `bench_file` (feature `live`): the real clock, ptys and ports, and a device
@@ -55,6 +56,7 @@ pub mod dataset;
 pub mod engine;
 pub mod export;
 pub mod figures;
+pub mod import;
 pub mod junit;
 pub mod library;
 pub mod link;

@@ -13,9 +13,11 @@ mod export;
 mod failure;
 mod findings;
 mod identify;
+mod import;
 mod interrupt;
 mod list;
 mod live;
+mod log;
 mod measured;
 mod paper;
 mod predict;
@@ -68,6 +70,8 @@ enum Command {
     Show(show::ShowArguments),
     List(list::ListArguments),
     Export(export::ExportArguments),
+    Import(import::ImportArguments),
+    Log(log::LogArguments),
     Identify(identify::IdentifyArguments),
     Predict(predict::PredictArguments),
 }
@@ -90,6 +94,8 @@ impl Cli {
             Some(Command::Show(arguments)) => arguments.execute(),
             Some(Command::List(arguments)) => arguments.execute(),
             Some(Command::Export(arguments)) => arguments.execute(screen),
+            Some(Command::Import(arguments)) => arguments.execute(screen),
+            Some(Command::Log(arguments)) => arguments.execute(screen),
             Some(Command::Identify(arguments)) => arguments.execute(screen),
             Some(Command::Predict(arguments)) => arguments.execute(screen),
         }
@@ -149,10 +155,17 @@ mod tests {
         let mut hil = Cli::command().term_width(100);
         hil.build();
         let mut help = hil.render_long_help().to_string();
-        let names = ["run", "check", "report", "show", "list", "export", "identify", "predict"];
+        let names = [
+            "run", "check", "report", "show", "list", "export", "import", "log", "identify",
+            "predict",
+        ];
         for name in names {
             let command = hil.find_subcommand_mut(name).expect(name);
             help += &format!("\n======== {name}\n{}", command.render_long_help());
+            for part in command.get_subcommands_mut().filter(|part| part.get_name() != "help") {
+                let about = part.render_long_help();
+                help += &format!("\n======== {name} {}\n{about}", part.get_name());
+            }
         }
         insta::assert_snapshot!(help);
     }
