@@ -234,7 +234,11 @@ impl Scribe {
         (quantity, value, uncertainty): (&Quantity, f64, f64),
         tags: &crate::engine::observe::Tags,
     ) {
-        if !self.wanted.contains(quantity.name) || self.observations.len() >= OBSERVATIONS_MAX {
+        if !self.wanted.contains(quantity.name) {
+            return;
+        }
+        if self.observations.len() >= OBSERVATIONS_MAX {
+            self.diverge(format!("more than {OBSERVATIONS_MAX} observations"));
             return;
         }
         let quantity = quantity.name.to_owned();

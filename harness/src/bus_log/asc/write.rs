@@ -10,8 +10,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use wire::can::Id;
 
-/// Channels of one file; more share the last number. Vector's tools have 32 (assumption: the channels of
-/// CANoe 15), logs of one bench have a few.
+/// Channels of one file; frames of more are left out. Assumption: as many as a mask of 32 bits names, as
+/// in Vector's driver; the logs of one bench have a few.
 pub const CHANNELS_MAX: usize = 32;
 
 const NANOS_A_MILLISECOND: i64 = 1_000_000;
@@ -52,13 +52,13 @@ impl<W: Write> Writer<W> {
         if at < 0 {
             return Err(LogError::before_1970(&self.path, Format::Asc));
         }
+        let Some(number) = self.number(entry.channel) else { return Ok(Kept::LeftOut) };
         let began = match self.began {
             Some(began) => began,
             None => self.head(at)?,
         };
         let micros = (at - began).max(0) / 1_000;
         let (seconds, micros) = (micros / 1_000_000, micros % 1_000_000);
-        let number = self.number(entry.channel);
         self.line.clear();
         let line = &mut self.line;
         let written =
@@ -108,17 +108,16 @@ impl<W: Write> Writer<W> {
         Ok(began)
     }
 
-    /// The number of a channel, from 1.
-    fn number(&mut self, channel: Channel) -> usize {
+    /// The number of a channel, from 1; `None` where there are too many.
+    fn number(&mut self, channel: Channel) -> Option<usize> {
         if let Some(known) = self.channels.iter().position(|known| *known == Some(channel)) {
-            return known + 1;
+            return Some(known + 1);
         }
         let own = channel.as_str().strip_prefix("can").and_then(|number| number.parse().ok());
         let free = |index: &usize| self.channels.get(*index).is_some_and(Option::is_none);
-        let index =
-            own.filter(free).or_else(|| (0..CHANNELS_MAX).find(free)).unwrap_or(CHANNELS_MAX - 1);
+        let index = own.filter(free).or_else(|| (0..CHANNELS_MAX).find(free))?;
         self.channels[index] = Some(channel);
-        index + 1
+        Some(index + 1)
     }
 }
 

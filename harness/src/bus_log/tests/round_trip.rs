@@ -90,6 +90,25 @@ proptest! {
 }
 
 #[test]
+fn a_channel_too_many_is_left_out() {
+    use crate::bus_log::{Kept, LogWriter};
+    let path = std::path::Path::new("bus.log");
+    for (format, most) in [(Format::Asc, 32), (Format::Pcapng, 256)] {
+        let mut writer = LogWriter::new(path, Vec::new(), format).unwrap();
+        for number in 0..=most {
+            let entry = Entry {
+                at: Timestamp::ZERO,
+                channel: Channel::numbered(number),
+                direction: None,
+                payload: Payload::Error(ErrorFrame::BUS_ERROR),
+            };
+            let kept = if number < most { Kept::Written } else { Kept::LeftOut };
+            assert_eq!(writer.write(&entry).unwrap(), kept, "{format:?} {number}");
+        }
+    }
+}
+
+#[test]
 fn channels_of_an_asc_file_have_numbers() {
     let entries: Vec<_> = ["vcan0", "can1", "can0", "vcan0", "can7"]
         .into_iter()
