@@ -18,7 +18,9 @@
 //! * [`world`]: where plan, controller and devices meet. [`link`]: the lines between them.
 //! * [`operator`]: what a plan asks a person.
 //! * [`observation`], [`record`]: what was measured, and everything that happened.
+//! * [`bus_log`]: logs of CAN buses and serial lines, in the formats of other tools.
 //! * [`dataset`]: measured data, for the identification. [`export`]: runs as such data.
+//! * [`import`]: the log of a bench's CAN bus as a run.
 //! * [`checks`]: verdicts, each with the measurement's own uncertainty. [`outcome`]: what they come to.
 //! * [`run`]: all of that in order. [`seeds`]: the same for many seeds on all cores.
 //! * [`bench_file`]: which port plays which role, and which device is tested.
@@ -47,6 +49,7 @@
 //! ```
 
 pub mod bench_file;
+pub mod bus_log;
 pub mod calibrations;
 pub mod checks;
 pub mod cli;
@@ -59,6 +62,7 @@ pub mod emulation;
 pub mod engine;
 pub mod export;
 pub mod figures;
+pub mod import;
 pub mod junit;
 pub mod library;
 pub mod link;

@@ -2,6 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+#[path = "cli/bus.rs"]
+mod bus;
 #[path = "cli/closing.rs"]
 mod closing;
 #[cfg(all(feature = "live", target_os = "linux"))]

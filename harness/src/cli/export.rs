@@ -1,16 +1,19 @@
-//! `hil export`: a recorded run as a data package.
+//! `hil export`: a recorded run as a data package, or as a bus log.
 
 use super::failure::Failure;
 use super::measured::{plain_name, tell};
 use super::progress::Screen;
 use super::say;
+use crate::bus_log::LogWriter;
+use crate::bus_log::convert::convert;
+use crate::bus_log::recorded::Recorded;
 use crate::dataset::{WriteOptions, write};
 use crate::export::export;
 use crate::outcome::Outcome;
-use crate::run_folder::RunFolder;
+use crate::run_folder::{RECORD, RunFolder, RunFolderError};
 use clap::{Args, ValueEnum};
 use identification::dataset::Kind;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What one row is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -36,9 +39,10 @@ impl From<Rows> for Kind {
     }
 }
 
-/// Writes a recorded run as a data package: datapackage.json and a CSV table.
+/// Writes a recorded run as a data package: datapackage.json and a CSV table. With --bus it writes
+/// the run's frames and serial packets as a bus log instead.
 ///
-/// It holds what somebody with the same bench would have noted down, and nothing that only an emulator
+/// A package holds what somebody with the same bench would have noted down, and nothing that only an emulator
 /// knows. `hil identify` reads it as it reads anybody's data.
 #[derive(Debug, Args)]
 pub(super) struct ExportArguments {
@@ -54,11 +58,36 @@ pub(super) struct ExportArguments {
     /// Compress the table.
     #[arg(long)]
     gzip: bool,
+    /// A bus log to write instead: FILE.log (candump), FILE.asc (Vector) or FILE.pcapng (Wireshark, with the
+    /// serial lines). The run must have been recorded with --record full.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip"])]
+    bus: Option<PathBuf>,
+}
+
+/// Writes the bus log of a run.
+fn bus(folder: &RunFolder, path: &Path, screen: &Screen) -> Result<Outcome, Failure> {
+    let format = super::log::format_of(path, None, "--bus")?;
+    let failure =
+        |source| Failure::from(RunFolderError::Record { path: folder.file(RECORD), source });
+    let mut entries = Recorded::new(folder.records()?).map(|entry| entry.map_err(failure));
+    // Nothing is made of a run that holds nothing.
+    let Some(first) = entries.next() else {
+        return Err(Failure::arguments(
+            format!("{} holds neither frames nor bytes", folder.path().display()),
+            "record a run with them: hil run PLAN --record full",
+        ));
+    };
+    let writer = LogWriter::create(path, format)?;
+    let converted = convert(std::iter::once(first).chain(entries), writer)?;
+    super::log::tell(path, converted, screen)
 }
 
 impl ExportArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         let folder = RunFolder::open(&self.run)?;
+        if let Some(path) = &self.bus {
+            return bus(&folder, path, screen);
+        }
         let dataset = export(&folder, self.kind.map(Kind::from))?;
         tell(&dataset, screen);
         let name = || format!("{}-{}", plain_name(&dataset.name), dataset.kind.name());

@@ -1,7 +1,9 @@
 //! What keeps a command from doing its work, and the exit status of each.
 
+use crate::bus_log::LogError;
 use crate::dataset::DatasetError;
 use crate::export::ExportError;
+use crate::import::ImportError;
 use crate::library::LibraryError;
 use crate::operator::AnswersError;
 use crate::outcome::{EXIT_BAD_INPUT, Outcome};
@@ -58,6 +60,14 @@ enum Cause {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Export(ExportError),
+    /// A bus log cannot be read or written.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Log(LogError),
+    /// A bus log makes no run.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Import(ImportError),
     /// A model file cannot be used.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -156,10 +166,13 @@ impl Failure {
     /// run that is none are, a disk that is full is not.
     pub(super) const fn exit_status(&self) -> u8 {
         match &*self.0 {
+            Cause::Log(error) if !error.is_bad_input() => Outcome::Error.exit_status(),
             Cause::Prepare(_)
             | Cause::Arguments { .. }
             | Cause::Data(_)
+            | Cause::Log(_)
             | Cause::Export(_)
+            | Cause::Import(_)
             | Cause::Model(_)
             | Cause::Answers(_)
             | Cause::Bench(_)
@@ -236,6 +249,22 @@ impl From<DatasetError> for Failure {
 impl From<AnswersError> for Failure {
     fn from(error: AnswersError) -> Self {
         Cause::Answers(error).into()
+    }
+}
+
+impl From<LogError> for Failure {
+    fn from(error: LogError) -> Self {
+        Cause::Log(error).into()
+    }
+}
+
+impl From<ImportError> for Failure {
+    fn from(error: ImportError) -> Self {
+        match error {
+            ImportError::Log(error) => error.into(),
+            ImportError::Folder(error) => error.into(),
+            error => Cause::Import(error).into(),
+        }
     }
 }
 

@@ -15,9 +15,11 @@ mod export;
 mod failure;
 mod findings;
 mod identify;
+mod import;
 mod interrupt;
 mod list;
 mod live;
+mod log;
 mod measured;
 mod operator;
 mod paper;
@@ -74,6 +76,8 @@ enum Command {
     Doctor(doctor::DoctorArguments),
     Emulate(emulate::EmulateArguments),
     Export(export::ExportArguments),
+    Import(import::ImportArguments),
+    Log(log::LogArguments),
     Identify(identify::IdentifyArguments),
     Predict(predict::PredictArguments),
 }
@@ -98,6 +102,8 @@ impl Cli {
             Some(Command::Doctor(arguments)) => arguments.execute(),
             Some(Command::Emulate(arguments)) => arguments.execute(screen),
             Some(Command::Export(arguments)) => arguments.execute(screen),
+            Some(Command::Import(arguments)) => arguments.execute(screen),
+            Some(Command::Log(arguments)) => arguments.execute(screen),
             Some(Command::Identify(arguments)) => arguments.execute(screen),
             Some(Command::Predict(arguments)) => arguments.execute(screen),
         }
@@ -158,7 +164,8 @@ mod tests {
         hil.build();
         let mut help = hil.render_long_help().to_string();
         let names = [
-            "run", "check", "report", "show", "list", "doctor", "emulate", "export", "identify",
+            "run", "check", "report", "show", "list", "doctor", "emulate", "export", "import", "log",
+            "identify",
             "predict",
         ];
         for name in names {

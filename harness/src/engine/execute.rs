@@ -4,7 +4,7 @@ use super::op::{Op, expand};
 use super::program::Next;
 use super::{Action, Engine, StepAction, Waiting, fit};
 use crate::outcome::Outcome;
-use crate::plan::quantities::{self as q, during_tag};
+use crate::plan::quantities as q;
 use crate::record::{Device, RecordKind};
 use controller::mission::{Command, Mission};
 use wire::table;
@@ -84,7 +84,8 @@ impl Engine {
             Next::Step(step) => {
                 // A round that holds nothing but another repeat is none of its own.
                 self.rounds += u64::from(std::mem::take(&mut self.round_begun));
-                self.retag(&step.action, step.label.as_ref().map(|label| label.as_str()));
+                let label = step.label.as_ref().map(|label| label.as_str());
+                self.tags = self.program.tags(&step.action, label, self.rounds);
                 self.step_deadline = (now + step.time_limit()).min(self.program.deadline());
                 self.record(RecordKind::StepBegan {
                     path: self.program.place(),
@@ -100,25 +101,6 @@ impl Engine {
                 }
             }
         }
-    }
-
-    /// The tags of what is observed from here on.
-    fn retag(&mut self, action: &StepAction, label: Option<&str>) {
-        self.tags.clear();
-        let mut during = vec![action.name().to_owned()];
-        during.extend(label.map(str::to_owned));
-        for (step, round) in self.program.around() {
-            during.push(step.action.name().to_owned());
-            during.extend(step.label.as_ref().map(|label| label.as_str().to_owned()));
-            if let StepAction::Sweep(sweep) = &step.action
-                && let Some(value) = sweep.values.get(round as usize)
-            {
-                self.tags.insert(sweep.parameter.to_string(), *value);
-            }
-        }
-        // Rounds keep counting when a repeat is entered again, so that no two share a number.
-        self.tags.insert("run".to_owned(), self.rounds.max(1) as f64);
-        self.tags.extend(during.iter().map(|phase| (during_tag(phase), 1.0)));
     }
 
     fn begin(&mut self, now: Timestamp, op: Op) {

@@ -10,9 +10,9 @@ mod execute;
 mod fit;
 mod gathered;
 mod identify;
-mod observe;
+pub(crate) mod observe;
 mod op;
-mod program;
+pub(crate) mod program;
 mod rest_watch;
 mod teardown;
 

@@ -1,5 +1,7 @@
 //! Where the engine stands in the plan: steps within repeats within sweeps.
 
+use super::observe::Tags;
+use crate::plan::quantities::during_tag;
 use crate::plan::{Action, Plan, Step};
 use std::sync::Arc;
 use wire::time::Timestamp;
@@ -18,7 +20,7 @@ struct Level {
 
 /// What comes next.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Next {
+pub(crate) enum Next {
     /// This step, which holds no others.
     Step(Box<Step>),
     /// A round begins; for a sweep, with this value of its parameter.
@@ -36,7 +38,7 @@ pub(super) enum Next {
 
 /// The place in the plan.
 #[derive(Debug, Clone)]
-pub(super) struct Program {
+pub(crate) struct Program {
     plan: Arc<Plan>,
     levels: Vec<Level>,
     done: u64,
@@ -44,14 +46,14 @@ pub(super) struct Program {
 }
 
 impl Program {
-    pub(super) fn new(plan: Arc<Plan>, now: Timestamp, deadline: Timestamp) -> Self {
+    pub(crate) fn new(plan: Arc<Plan>, now: Timestamp, deadline: Timestamp) -> Self {
         let total = leaves(&plan.steps);
         let level = Level { index: 0, round: 0, began: now, deadline };
         Self { plan, levels: vec![level], done: 0, total }
     }
 
     /// Steps done and steps in all, repetitions counted.
-    pub(super) const fn progress(&self) -> (u64, u64) {
+    pub(crate) const fn progress(&self) -> (u64, u64) {
         (self.done, self.total)
     }
 
@@ -69,7 +71,7 @@ impl Program {
     }
 
     /// Repeats and sweeps around the current step, outermost first, with the round each is in.
-    pub(super) fn around(&self) -> Vec<(&Step, u64)> {
+    pub(crate) fn around(&self) -> Vec<(&Step, u64)> {
         let mut steps = self.plan.steps.as_slice();
         let mut around = Vec::new();
         for pair in self.levels.windows(2) {
@@ -82,7 +84,7 @@ impl Program {
     }
 
     /// The current step, as messages call it: `steps[2].repeat[0] (round 7 of 40)`.
-    pub(super) fn place(&self) -> String {
+    pub(crate) fn place(&self) -> String {
         let mut place = String::from("steps");
         for (depth, level) in self.levels.iter().enumerate() {
             place.push_str(&format!("[{}]", level.index));
@@ -99,13 +101,34 @@ impl Program {
         place
     }
 
+    /// What is observed during `step` with these tags: the step, what is around it, and the values of
+    /// sweeps. `rounds` counts the rounds of the innermost repeats and sweeps so far.
+    pub(crate) fn tags(&self, step: &Action, label: Option<&str>, rounds: u64) -> Tags {
+        let mut tags = Tags::new();
+        let mut during = vec![step.name().to_owned()];
+        during.extend(label.map(str::to_owned));
+        for (step, round) in self.around() {
+            during.push(step.action.name().to_owned());
+            during.extend(step.label.as_ref().map(|label| label.as_str().to_owned()));
+            if let Action::Sweep(sweep) = &step.action
+                && let Some(value) = sweep.values.get(round as usize)
+            {
+                tags.insert(sweep.parameter.to_string(), *value);
+            }
+        }
+        // Rounds keep counting when a repeat is entered again, so that no two share a number.
+        tags.insert("run".to_owned(), rounds.max(1) as f64);
+        tags.extend(during.iter().map(|phase| (during_tag(phase), 1.0)));
+        tags
+    }
+
     /// The nearest limit of the repeats and sweeps around the current step.
-    pub(super) fn deadline(&self) -> Timestamp {
+    pub(crate) fn deadline(&self) -> Timestamp {
         self.levels.iter().map(|level| level.deadline).min().unwrap_or(Timestamp::MAX)
     }
 
     /// The current step is complete.
-    pub(super) fn step_done(&mut self) {
+    pub(crate) fn step_done(&mut self) {
         self.done += 1;
         if let Some(level) = self.levels.last_mut() {
             level.index += 1;
@@ -113,7 +136,7 @@ impl Program {
     }
 
     /// Where to go from here. `holds` says whether the condition that ends a repeat holds.
-    pub(super) fn next(&mut self, now: Timestamp, holds: impl Fn(&Action) -> bool) -> Next {
+    pub(crate) fn next(&mut self, now: Timestamp, holds: impl Fn(&Action) -> bool) -> Next {
         loop {
             if let Some(step) = self.here() {
                 if step.action.steps().is_empty() {

@@ -1,0 +1,43 @@
+//! Vector ASC, as Vector's tools, `log2asc` and python-can write it.
+//!
+//! ```text
+//! date Sat Sep 30 15:06:13.191 2017
+//! base hex  timestamps absolute
+//! no internal events logged
+//! // a comment
+//! Begin Triggerblock Sat Sep 30 15:06:13.191 2017
+//!    0.000000 Start of measurement
+//!    0.000271 1  6F9             Rx   d 8 05 0C 00 00 00 00 00 00  Length = 240015 BitCount = 124 ID = 1785
+//!    1.300981 1  18EBFF00x       Tx   r 8
+//!    2.501000 2  ErrorFrame
+//!    2.515992 CANFD   1 Rx        300                                   1 0 9 12 01 02 ... 130000  130  303000 0
+//! End TriggerBlock
+//! ```
+//!
+//! * `base dec` makes identifiers, data and DLC of events decimal. Lengths in CANFD events always are.
+//! * `timestamps relative`: each time counts from the event before, whatever that event is.
+//! * Channels are numbers from 1. Number 1 is `can0` here, as in python-can and `asc2log`.
+//! * An absolute time is the date of the measurement, taken as UTC since the file names no zone, and the
+//!   time of the event. A date that is not understood counts as 1970.
+//! * Of an error frame nothing is known but that it was: it becomes [`ErrorFrame::BUS_ERROR`].
+//! * CANFD events stand for classic frames, too: without the EDL flag they are.
+//! * Every other event (statistics, status, LIN, J1939) is passed over and counted.
+//!
+//! [`ErrorFrame::BUS_ERROR`]: super::ErrorFrame::BUS_ERROR
+
+mod date;
+mod event;
+mod read;
+mod write;
+
+pub use read::Reader;
+pub use write::Writer;
+
+/// In the flags of a CANFD event: extended data length, that is, a CAN FD frame.
+const EDL: u32 = 1 << 12;
+/// Bit rate switch.
+const BRS: u32 = 1 << 13;
+/// Error state indicator.
+const ESI: u32 = 1 << 14;
+/// A remote request.
+const RTR: u32 = 1 << 4;

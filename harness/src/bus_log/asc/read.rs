@@ -1,0 +1,151 @@
+//! Reads an ASC file.
+
+use super::super::entry::Entry;
+use super::super::error::{Defect, LogError};
+use super::super::lines::Lines;
+use super::super::{Format, hex};
+use super::date;
+use super::event::{self, Base};
+use std::io::Read;
+use std::path::Path;
+use wire::time::{Span, Timestamp};
+
+/// What the times of events count from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Times {
+    /// From the begin of the measurement.
+    Absolute,
+    /// From the event before.
+    Relative,
+}
+
+/// The entries of an ASC file.
+#[derive(Debug)]
+pub struct Reader<R: Read> {
+    lines: Lines<R>,
+    base: Base,
+    times: Times,
+    /// When the measurement began.
+    began: Timestamp,
+    /// Time of the last event, since then.
+    last: Span,
+    passed_over: u64,
+    ended: bool,
+}
+
+/// What a line is.
+enum Line<'a> {
+    Nothing,
+    Date(&'a [u8]),
+    Base(Base, Times),
+    /// Time and what comes after it.
+    Event(i64, &'a [u8]),
+    /// No line that is known, and not at the place of an event.
+    Other,
+}
+
+impl<R: Read> Reader<R> {
+    /// Reads from `input`; `path` is named in errors.
+    pub fn new(path: &Path, input: R) -> Self {
+        Self {
+            lines: Lines::new(path, input, Format::Asc),
+            base: Base::Hex,
+            times: Times::Absolute,
+            began: Timestamp::ZERO,
+            last: Span::ZERO,
+            passed_over: 0,
+            ended: false,
+        }
+    }
+
+    /// Events so far that are no frames of a CAN bus, and lines that are not understood.
+    pub const fn passed_over(&self) -> u64 {
+        self.passed_over
+    }
+
+    fn read(&mut self) -> Result<Option<Entry>, LogError> {
+        while self.lines.advance()? {
+            let line = parse(self.lines.text()).map_err(|defect| self.lines.malformed(defect))?;
+            match line {
+                Line::Nothing => {}
+                Line::Other => self.passed_over += 1,
+                Line::Base(base, times) => (self.base, self.times) = (base, times),
+                Line::Date(text) => {
+                    let date = std::str::from_utf8(text).ok().and_then(date::parse);
+                    self.began = date.map_or(self.began, Timestamp::from_nanos);
+                }
+                Line::Event(nanos, text) => {
+                    let since = match self.times {
+                        Times::Absolute => 0,
+                        Times::Relative => self.last.as_nanos(),
+                    };
+                    self.last = Span::from_nanos(since.saturating_add(nanos));
+                    let event = event::parse(text, self.base)
+                        .map_err(|defect| self.lines.malformed(defect))?;
+                    let Some((channel, direction, payload)) = event else {
+                        self.passed_over += 1;
+                        continue;
+                    };
+                    let at = self.began.as_nanos().saturating_add(self.last.as_nanos());
+                    let at = Timestamp::from_nanos(at);
+                    return Ok(Some(Entry { at, channel, direction, payload }));
+                }
+            }
+        }
+        Ok(None)
+    }
+}
+
+impl<R: Read> Iterator for Reader<R> {
+    type Item = Result<Entry, LogError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.ended {
+            return None;
+        }
+        let read = self.read().transpose();
+        self.ended = !matches!(read, Some(Ok(_)));
+        read
+    }
+}
+
+fn parse(line: &[u8]) -> Result<Line<'_>, Defect> {
+    if line.is_empty() || line.starts_with(b"//") {
+        return Ok(Line::Nothing);
+    }
+    let (first, rest) = hex::word(line);
+    if first[0].is_ascii_digit() {
+        let time = hex::seconds(first);
+        let time =
+            time.ok_or_else(|| Defect::new("a time in seconds such as `0.000271`", first))?;
+        return Ok(Line::Event(time, rest));
+    }
+    let is = |word: &[u8], text: &[u8]| word.eq_ignore_ascii_case(text);
+    let (second, behind) = hex::word(rest);
+    Ok(match first {
+        word if is(word, b"date") => Line::Date(rest),
+        word if is(word, b"base") => base(rest)?,
+        word if is(word, b"begin") && is(second, b"triggerblock") => Line::Date(behind),
+        word if is(word, b"end") && is(second, b"triggerblock") => Line::Nothing,
+        // `internal events logged`, `no internal events logged`.
+        word if is(word, b"internal") || is(word, b"no") => Line::Nothing,
+        _ => Line::Other,
+    })
+}
+
+/// `hex  timestamps absolute`; without a word on the timestamps they are absolute.
+fn base(text: &[u8]) -> Result<Line<'static>, Defect> {
+    let (number, rest) = hex::word(text);
+    let base = match number {
+        b"hex" => Base::Hex,
+        b"dec" => Base::Dec,
+        other => return Err(Defect::new("`hex` or `dec` behind `base`", other)),
+    };
+    let (_timestamps, rest) = hex::word(rest);
+    let times = match hex::word(rest).0 {
+        b"absolute" | b"" => Times::Absolute,
+        b"relative" => Times::Relative,
+        other => return Err(Defect::new("`absolute` or `relative` timestamps", other)),
+    };
+    Ok(Line::Base(base, times))
+}

@@ -1,0 +1,165 @@
+//! Writes an ASC file: `base hex  timestamps absolute`.
+
+use super::super::entry::{Channel, Direction, Entry, FdFrame, Payload};
+use super::super::error::LogError;
+use super::super::{Format, Kept, hex};
+use super::{BRS, EDL, ESI, date};
+use embedded_can::Frame as _;
+use std::fmt::{self, Display};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use wire::can::Id;
+
+/// Channels of one file; frames of more are left out. Assumption: as many as a mask of 32 bits names, as
+/// in Vector's driver; the logs of one bench have a few.
+pub const CHANNELS_MAX: usize = 32;
+
+const NANOS_A_MILLISECOND: i64 = 1_000_000;
+
+/// Writes an ASC file.
+///
+/// The date in its head is that of the first entry, to the millisecond; entries before the first are put
+/// at zero. `canN` gets the channel N + 1 where it is free, any other name the lowest that is free.
+/// An entry whose direction is not known counts as received: the format has no word for it.
+#[derive(Debug)]
+pub struct Writer<W: Write> {
+    path: PathBuf,
+    out: W,
+    /// The instant of the date in the head, ns; none before the first entry.
+    began: Option<i64>,
+    /// By number less one; always [`CHANNELS_MAX`] places.
+    channels: Vec<Option<Channel>>,
+    line: Vec<u8>,
+}
+
+impl<W: Write> Writer<W> {
+    /// Writes to `out`; `path` is named in errors.
+    pub fn new(path: &Path, out: W) -> Self {
+        let channels = vec![None; CHANNELS_MAX];
+        Self { path: path.to_owned(), out, began: None, channels, line: Vec::new() }
+    }
+
+    /// Appends an entry. Bytes of serial lines are left out, and of an error frame everything but that it
+    /// was.
+    ///
+    /// # Errors
+    /// When the file cannot be written; when the entry is from before 1970.
+    pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
+        if matches!(entry.payload, Payload::Serial(_)) {
+            return Ok(Kept::LeftOut);
+        }
+        let at = entry.at.as_nanos();
+        if at < 0 {
+            return Err(LogError::before_1970(&self.path, Format::Asc));
+        }
+        let Some(number) = self.number(entry.channel) else { return Ok(Kept::LeftOut) };
+        let began = match self.began {
+            Some(began) => began,
+            None => self.head(at)?,
+        };
+        let micros = (at - began).max(0) / 1_000;
+        let (seconds, micros) = (micros / 1_000_000, micros % 1_000_000);
+        self.line.clear();
+        let line = &mut self.line;
+        let written =
+            write!(line, "{seconds:4}.{micros:06} ").and_then(|()| match &entry.payload {
+                Payload::Frame(frame) => {
+                    let (id, way) = (Identifier(frame.id()), way(entry.direction));
+                    let kind = if frame.is_remote() { 'r' } else { 'd' };
+                    write!(line, "{number}  {id:<15} {way:<4} {kind} {:x}", frame.dlc())?;
+                    push_spaced(line, frame.data());
+                    Ok(())
+                }
+                Payload::Fd(frame) => fd(line, number, entry.direction, frame),
+                Payload::Error(_) => write!(line, "{number}  ErrorFrame"),
+                Payload::Serial(_) => Ok(()),
+            });
+        self.line.push(b'\n');
+        written
+            .and_then(|()| self.out.write_all(&self.line))
+            .map_err(|source| LogError::unwritable(&self.path, source))?;
+        Ok(Kept::Written)
+    }
+
+    /// Writes the end of the measurement and gives everything to the file.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn finish(mut self) -> Result<(), LogError> {
+        if self.began.is_none() {
+            self.head(0)?;
+        }
+        writeln!(self.out, "End TriggerBlock")
+            .and_then(|()| self.out.flush())
+            .map_err(|source| LogError::unwritable(&self.path, source))
+    }
+
+    fn head(&mut self, at: i64) -> Result<i64, LogError> {
+        let began = at - at % NANOS_A_MILLISECOND;
+        self.began = Some(began);
+        let date = date::format(began);
+        let head = format!(
+            "date {date}\nbase hex  timestamps absolute\ninternal events logged\n\
+             Begin Triggerblock {date}\n   0.000000 Start of measurement\n"
+        );
+        self.out
+            .write_all(head.as_bytes())
+            .map_err(|source| LogError::unwritable(&self.path, source))?;
+        Ok(began)
+    }
+
+    /// The number of a channel, from 1; `None` where there are too many.
+    fn number(&mut self, channel: Channel) -> Option<usize> {
+        if let Some(known) = self.channels.iter().position(|known| *known == Some(channel)) {
+            return Some(known + 1);
+        }
+        let own = channel.as_str().strip_prefix("can").and_then(|number| number.parse().ok());
+        let free = |index: &usize| self.channels.get(*index).is_some_and(Option::is_none);
+        let index = own.filter(free).or_else(|| (0..CHANNELS_MAX).find(free))?;
+        self.channels[index] = Some(channel);
+        Some(index + 1)
+    }
+}
+
+const fn way(direction: Option<Direction>) -> &'static str {
+    match direction {
+        Some(Direction::Tx) => "Tx",
+        Some(Direction::Rx) | None => "Rx",
+    }
+}
+
+/// Duration, bits on the wire, CRC and bit timing are not known here: zero, as in python-can.
+fn fd(
+    line: &mut Vec<u8>,
+    number: usize,
+    direction: Option<Direction>,
+    frame: &FdFrame,
+) -> io::Result<()> {
+    let (id, way, name) = (Identifier(frame.id()), way(direction), "");
+    let (brs, esi) = (frame.flags().bit_rate_switch, frame.flags().error_state);
+    let flags = EDL | if brs { BRS } else { 0 } | if esi { ESI } else { 0 };
+    let (brs, esi, dlc, length) = (u8::from(brs), u8::from(esi), frame.dlc(), frame.data().len());
+    write!(line, "CANFD {number:>3} {way:<4} {id:>8}  {name:>32} {brs} {esi} {dlc:x} {length:>2}")?;
+    push_spaced(line, frame.data());
+    write!(line, " {:>8} {:>4} {flags:>8X}", 0, 0)?;
+    (0..5).try_for_each(|_| write!(line, " {:>8}", 0))
+}
+
+fn push_spaced(line: &mut Vec<u8>, bytes: &[u8]) {
+    for byte in bytes {
+        line.push(b' ');
+        hex::push_bytes(line, &[*byte]);
+    }
+}
+
+/// Hexadecimal, with an `x` behind an extended one.
+struct Identifier(Id);
+
+impl Display for Identifier {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Id::Standard(id) => f.pad(&format!("{:X}", id.as_raw())),
+            Id::Extended(id) => f.pad(&format!("{:X}x", id.as_raw())),
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! From one bus log to another.
+
+use super::{Entry, Kept, LogError, LogWriter, Payload};
+use std::fmt;
+use std::io::Write;
+
+/// What went from log to log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Converted {
+    /// Entries that were written.
+    pub written: u64,
+    /// Frames that the format has no place for.
+    pub frames_left_out: u64,
+    /// Packets of serial lines that the format has no place for.
+    pub packets_left_out: u64,
+}
+
+impl Converted {
+    /// Nothing was left out.
+    pub const fn is_whole(self) -> bool {
+        self.frames_left_out == 0 && self.packets_left_out == 0
+    }
+}
+
+impl fmt::Display for Converted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let entries = if self.written == 1 { "entry" } else { "entries" };
+        write!(f, "{} {entries}", self.written)?;
+        if self.frames_left_out > 0 {
+            write!(f, ", {} frames left out", self.frames_left_out)?;
+        }
+        if self.packets_left_out > 0 {
+            write!(f, ", {} packets of serial lines left out", self.packets_left_out)?;
+        }
+        Ok(())
+    }
+}
+
+/// Writes every entry, one after another, and ends the log.
+///
+/// # Errors
+/// The first that a reader or the writer has; what came before it is in the file then.
+pub fn convert<E: From<LogError>, W: Write>(
+    entries: impl IntoIterator<Item = Result<Entry, E>>,
+    mut writer: LogWriter<W>,
+) -> Result<Converted, E> {
+    let mut converted = Converted::default();
+    for entry in entries {
+        let entry = match entry {
+            Ok(entry) => entry,
+            Err(error) => {
+                // What is good is kept; the error that matters is that of the reader.
+                let _ = writer.finish();
+                return Err(error);
+            }
+        };
+        match (writer.write(&entry)?, entry.payload) {
+            (Kept::Written, _) => converted.written += 1,
+            (Kept::LeftOut, Payload::Serial(_)) => converted.packets_left_out += 1,
+            (Kept::LeftOut, _) => converted.frames_left_out += 1,
+        }
+    }
+    writer.finish()?;
+    Ok(converted)
+}

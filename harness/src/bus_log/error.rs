@@ -1,0 +1,127 @@
+//! Why a bus log cannot be read, or not be written.
+
+use super::Format;
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// The most of a text that a message shows.
+const FOUND_CHARS_MAX: usize = 40;
+
+/// What is wrong with a bus log. Everything before it is good.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum LogError {
+    /// The file cannot be read.
+    #[error("failed to read {}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// What is in it is not of the format.
+    #[error("failed to read {} as {}: {place}: {defect}", path.display(), format.name())]
+    #[diagnostic(help("--from candump, --from asc or --from pcapng says what the file is"))]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// What it was read as.
+        format: Format,
+        /// Where.
+        place: Place,
+        /// What is wrong there.
+        defect: Defect,
+    },
+    /// The file cannot be written.
+    #[error("failed to write {}", path.display())]
+    Unwritable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// An instant that the format cannot say.
+    #[error("failed to write {}: an entry before 1970 has no place in {}", path.display(), format.name())]
+    Before1970 {
+        /// The file.
+        path: PathBuf,
+        /// Its format.
+        format: Format,
+    },
+}
+
+/// Where in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// In that line, from 1.
+    Line(u64),
+    /// In the block that begins at that byte.
+    Byte(u64),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(number) => write!(f, "line {number}"),
+            Self::Byte(offset) => write!(f, "block at byte {offset}"),
+        }
+    }
+}
+
+/// What was expected, and what is there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Defect {
+    expected: &'static str,
+    found: String,
+}
+
+impl Defect {
+    /// `found` is shown escaped, and no more than the begin of it.
+    pub(super) fn new(expected: &'static str, found: &[u8]) -> Self {
+        // A character takes at most four bytes.
+        let shown = &found[..found.len().min(4 * FOUND_CHARS_MAX)];
+        let text = String::from_utf8_lossy(shown);
+        let mut found: String = text.chars().take(FOUND_CHARS_MAX).collect();
+        if found.len() < text.len() {
+            found.push_str("...");
+        }
+        Self { expected, found: found.escape_debug().to_string() }
+    }
+
+    /// What was expected.
+    pub const fn expected(&self) -> &'static str {
+        self.expected
+    }
+}
+
+impl fmt::Display for Defect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.found.as_str() {
+            "" => write!(f, "expected {}, found nothing", self.expected),
+            found => write!(f, "expected {}, found `{found}`", self.expected),
+        }
+    }
+}
+
+impl LogError {
+    pub(super) fn unreadable(path: &Path, source: io::Error) -> Self {
+        Self::Unreadable { path: path.to_owned(), source }
+    }
+
+    pub(super) fn unwritable(path: &Path, source: io::Error) -> Self {
+        Self::Unwritable { path: path.to_owned(), source }
+    }
+
+    pub(super) fn malformed(path: &Path, format: Format, place: Place, defect: Defect) -> Self {
+        Self::Malformed { path: path.to_owned(), format, place, defect }
+    }
+
+    pub(super) fn before_1970(path: &Path, format: Format) -> Self {
+        Self::Before1970 { path: path.to_owned(), format }
+    }
+
+    /// Who reads the log can mend it: it is the file that is at fault, not the machine.
+    pub const fn is_bad_input(&self) -> bool {
+        !matches!(self, Self::Unwritable { .. })
+    }
+}

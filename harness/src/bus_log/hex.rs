@@ -1,0 +1,138 @@
+//! Numbers and bytes as text, without a string in between.
+
+/// What stands in [`VALUES`] for a byte that is no hexadecimal digit.
+const NONE: u8 = 0xff;
+
+/// Value of each hexadecimal digit.
+const VALUES: [u8; 256] = {
+    let mut values = [NONE; 256];
+    let mut value = 0;
+    while value < 16 {
+        values[DIGITS[value as usize] as usize] = value;
+        values[DIGITS[value as usize].to_ascii_lowercase() as usize] = value;
+        value += 1;
+    }
+    values
+};
+
+const DIGITS: &[u8; 16] = b"0123456789ABCDEF";
+
+/// The value of a hexadecimal digit.
+pub(super) fn digit(byte: u8) -> Option<u8> {
+    let value = VALUES[usize::from(byte)];
+    (value != NONE).then_some(value)
+}
+
+/// A number in one to eight hexadecimal digits.
+pub(super) fn number(digits: &[u8]) -> Option<u32> {
+    if digits.is_empty() || digits.len() > 8 {
+        return None;
+    }
+    digits.iter().try_fold(0, |number, byte| Some(number << 4 | u32::from(digit(*byte)?)))
+}
+
+/// A number in decimal digits.
+pub(super) fn decimal(digits: &[u8]) -> Option<u64> {
+    if digits.is_empty() {
+        return None;
+    }
+    digits.iter().try_fold(0u64, |number, byte| {
+        let value = byte.wrapping_sub(b'0');
+        if value > 9 {
+            return None;
+        }
+        number.checked_mul(10)?.checked_add(u64::from(value))
+    })
+}
+
+/// `seconds.fraction` as nanoseconds; of the fraction nine digits count.
+pub(super) fn seconds(text: &[u8]) -> Option<i64> {
+    const NANOS: u64 = 1_000_000_000;
+    let point = text.iter().position(|byte| *byte == b'.')?;
+    let (whole, fraction) = (&text[..point], &text[point + 1..]);
+    let mut nanos = 0;
+    let mut unit = NANOS;
+    for byte in fraction {
+        let value = byte.wrapping_sub(b'0');
+        if value > 9 {
+            return None;
+        }
+        unit /= 10;
+        nanos += u64::from(value) * unit;
+    }
+    let all = decimal(whole)?.checked_mul(NANOS)?.checked_add(nanos)?;
+    (!fraction.is_empty()).then(|| i64::try_from(all).ok()).flatten()
+}
+
+/// Appends two digits for each byte.
+pub(super) fn push_bytes(text: &mut Vec<u8>, bytes: &[u8]) {
+    for byte in bytes {
+        text.push(DIGITS[usize::from(byte >> 4)]);
+        text.push(DIGITS[usize::from(byte & 0xf)]);
+    }
+}
+
+/// Appends that many digits of a number.
+pub(super) fn push_number(text: &mut Vec<u8>, number: u32, digits: u32) {
+    for index in (0..digits).rev() {
+        text.push(DIGITS[(number >> (4 * index) & 0xf) as usize]);
+    }
+}
+
+/// The first word, and what comes after it.
+pub(super) fn word(text: &[u8]) -> (&[u8], &[u8]) {
+    let text = text.trim_ascii_start();
+    let end = text.iter().position(u8::is_ascii_whitespace).unwrap_or(text.len());
+    text.split_at(end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{decimal, number, push_bytes, push_number, seconds, word};
+    use proptest::prelude::*;
+
+    #[test]
+    fn numbers_and_what_is_none() {
+        assert_eq!(number(b"7fF"), Some(0x7ff));
+        assert_eq!(number(b"FFFFFFFF"), Some(u32::MAX));
+        for text in [&b""[..], b"123456789", b"12g", b"-1", b" 1"] {
+            assert_eq!(number(text), None);
+        }
+        assert_eq!(decimal(b"18446744073709551615"), Some(u64::MAX));
+        for text in [&b""[..], b"18446744073709551616", b"1a", b"+1"] {
+            assert_eq!(decimal(text), None);
+        }
+    }
+
+    #[test]
+    fn seconds_to_the_nanosecond() {
+        assert_eq!(seconds(b"1436509052.249713"), Some(1_436_509_052_249_713_000));
+        assert_eq!(seconds(b"0.000000001"), Some(1));
+        assert_eq!(seconds(b"1.0000000019"), Some(1_000_000_001));
+        assert_eq!(seconds(b"9223372036.854775807"), Some(i64::MAX));
+        for text in [&b"9223372036.854775808"[..], b"1", b"1.", b".1", b"1.x", b"-1.0", b""] {
+            assert_eq!(seconds(text), None, "{}", String::from_utf8_lossy(text));
+        }
+    }
+
+    #[test]
+    fn words_are_apart_by_any_white_space() {
+        assert_eq!(word(b" \t one  two\r"), (&b"one"[..], &b"  two\r"[..]));
+        assert_eq!(word(b" \r"), (&b""[..], &b""[..]));
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_pushed_is_read(value: u32, bytes in prop::collection::vec(any::<u8>(), 0..9)) {
+            let mut text = Vec::new();
+            push_number(&mut text, value, 8);
+            prop_assert_eq!(number(&text), Some(value));
+            text.clear();
+            push_bytes(&mut text, &bytes);
+            prop_assert_eq!(text.len(), 2 * bytes.len());
+            for (pair, byte) in text.chunks(2).zip(&bytes) {
+                prop_assert_eq!(number(pair), Some(u32::from(*byte)));
+            }
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Lines of a file in a buffer that is used again, each of a bounded length.
+
+use super::error::{Defect, LogError, Place};
+use super::{BUFFER_BYTES, Format};
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+/// The longest line: 64 bytes of a CAN FD frame and everything that Vector's tools write behind them
+/// take less than 500; the rest is for comments.
+pub const LINE_BYTES_MAX: usize = 4096;
+
+/// The lines of a file.
+#[derive(Debug)]
+pub(super) struct Lines<R: Read> {
+    input: BufReader<R>,
+    line: Vec<u8>,
+    number: u64,
+    path: PathBuf,
+    format: Format,
+}
+
+impl<R: Read> Lines<R> {
+    pub(super) fn new(path: &Path, input: R, format: Format) -> Self {
+        let input = BufReader::with_capacity(BUFFER_BYTES, input);
+        Self { input, line: Vec::new(), number: 0, path: path.to_owned(), format }
+    }
+
+    /// Goes to the next line; false at the end of the file.
+    pub(super) fn advance(&mut self) -> Result<bool, LogError> {
+        self.line.clear();
+        self.number += 1;
+        let mut bounded = (&mut self.input).take(LINE_BYTES_MAX as u64 + 1);
+        bounded
+            .read_until(b'\n', &mut self.line)
+            .map_err(|source| LogError::unreadable(&self.path, source))?;
+        if self.line.len() > LINE_BYTES_MAX {
+            return Err(self.malformed(Defect::new("a line of at most 4096 bytes", &self.line)));
+        }
+        Ok(!self.line.is_empty())
+    }
+
+    /// The line, without white space at its ends.
+    pub(super) fn text(&self) -> &[u8] {
+        self.line.trim_ascii()
+    }
+
+    /// The error of a defect in this line.
+    pub(super) fn malformed(&self, defect: Defect) -> LogError {
+        LogError::malformed(&self.path, self.format, Place::Line(self.number), defect)
+    }
+}

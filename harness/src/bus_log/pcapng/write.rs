@@ -1,0 +1,159 @@
+//! Writes a pcapng file, in the byte order of the little end.
+
+use super::super::entry::{Channel, Direction, Entry, Payload};
+use super::super::error::LogError;
+use super::super::{Format, Kept};
+use super::{
+    EPB_FLAGS, INBOUND, INTERFACES_MAX, LINKTYPE_CAN_SOCKETCAN, LINKTYPE_USER0, OUTBOUND, socketcan,
+};
+use pcap_parser::{
+    EnhancedPacketBlock, InterfaceDescriptionBlock, Linktype, OptionCode, PcapNGOption,
+    SectionHeaderBlock, ToVec,
+};
+use std::borrow::Cow;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// `if_tsresol`: ten to the minus nine seconds.
+const NANOSECONDS: u8 = 9;
+
+/// The longest packet: header and data of a CAN FD frame.
+const SNAP_BYTES: u32 = (socketcan::HEADER_BYTES + super::super::FD_BYTES_MAX) as u32;
+
+/// Says in the file what the packets of a serial line are.
+const SERIAL_NOTE: &str =
+    "serial line: each packet holds the bytes that came together, as they are";
+
+/// Writes a pcapng file. Each channel is described before its first entry; a channel beyond
+/// [`INTERFACES_MAX`] is left out.
+#[derive(Debug)]
+pub struct Writer<W: Write> {
+    path: PathBuf,
+    out: W,
+    interfaces: Vec<(Channel, Linktype)>,
+    packet: Vec<u8>,
+}
+
+impl<W: Write> Writer<W> {
+    /// Writes the head of the section to `out`; `path` is named in errors.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn new(path: &Path, out: W) -> Result<Self, LogError> {
+        let mut writer =
+            Self { path: path.to_owned(), out, interfaces: Vec::new(), packet: Vec::new() };
+        let program = concat!("hil ", env!("CARGO_PKG_VERSION"));
+        // `fix` sets magic, lengths and the end of the options.
+        writer.put(&mut SectionHeaderBlock {
+            block_type: 0,
+            block_len1: 0,
+            bom: 0,
+            major_version: 1,
+            minor_version: 0,
+            // Not known in advance.
+            section_len: -1,
+            options: vec![option(OptionCode::ShbUserAppl, program.as_bytes())],
+            block_len2: 0,
+        })?;
+        Ok(writer)
+    }
+
+    /// Appends an entry.
+    ///
+    /// # Errors
+    /// When the file cannot be written; when the entry is from before 1970.
+    pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
+        let Ok(nanos) = u64::try_from(entry.at.as_nanos()) else {
+            return Err(LogError::before_1970(&self.path, Format::Pcapng));
+        };
+        let mut packet = std::mem::take(&mut self.packet);
+        packet.clear();
+        let link = match &entry.payload {
+            Payload::Serial(bytes) => {
+                packet.extend_from_slice(bytes.as_slice());
+                LINKTYPE_USER0
+            }
+            payload => {
+                socketcan::push(&mut packet, payload);
+                LINKTYPE_CAN_SOCKETCAN
+            }
+        };
+        let Some(interface) = self.interface(entry.channel, link)? else {
+            return Ok(Kept::LeftOut);
+        };
+        let flags = match entry.direction {
+            None => 0u32,
+            Some(Direction::Rx) => INBOUND,
+            Some(Direction::Tx) => OUTBOUND,
+        };
+        let flags = flags.to_le_bytes();
+        let options = match entry.direction {
+            None => Vec::new(),
+            Some(_) => vec![option(OptionCode(EPB_FLAGS), &flags)],
+        };
+        let length = packet.len() as u32;
+        let written = self.put(&mut EnhancedPacketBlock {
+            block_type: 0,
+            block_len1: 0,
+            if_id: interface,
+            ts_high: (nanos >> 32) as u32,
+            ts_low: nanos as u32,
+            caplen: length,
+            origlen: length,
+            data: &packet,
+            options,
+            block_len2: 0,
+        });
+        self.packet = packet;
+        written.map(|()| Kept::Written)
+    }
+
+    /// Gives everything to the file.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn finish(mut self) -> Result<(), LogError> {
+        self.out.flush().map_err(|source| LogError::unwritable(&self.path, source))
+    }
+
+    /// The number of an interface, which is described first where it is new.
+    fn interface(&mut self, channel: Channel, link: Linktype) -> Result<Option<u32>, LogError> {
+        let known = self.interfaces.iter().position(|known| *known == (channel, link));
+        if let Some(index) = known {
+            return Ok(u32::try_from(index).ok());
+        }
+        if self.interfaces.len() >= INTERFACES_MAX {
+            return Ok(None);
+        }
+        let mut options = vec![option(OptionCode::IfName, channel.as_bytes())];
+        if link == LINKTYPE_USER0 {
+            options.push(option(OptionCode::IfDescription, SERIAL_NOTE.as_bytes()));
+        }
+        self.put(&mut InterfaceDescriptionBlock {
+            block_type: 0,
+            block_len1: 0,
+            linktype: link,
+            reserved: 0,
+            snaplen: SNAP_BYTES,
+            options,
+            block_len2: 0,
+            if_tsresol: NANOSECONDS,
+            if_tsoffset: 0,
+        })?;
+        self.interfaces.push((channel, link));
+        Ok(u32::try_from(self.interfaces.len() - 1).ok())
+    }
+
+    fn put(&mut self, block: &mut impl ToVec) -> Result<(), LogError> {
+        block
+            .to_vec()
+            .map_err(io::Error::other)
+            .and_then(|bytes| self.out.write_all(&bytes))
+            .map_err(|source| LogError::unwritable(&self.path, source))
+    }
+}
+
+fn option(code: OptionCode, value: &[u8]) -> PcapNGOption<'_> {
+    // Every value here is shorter than 64 KiB.
+    PcapNGOption { code, len: value.len() as u16, value: Cow::Borrowed(value) }
+}

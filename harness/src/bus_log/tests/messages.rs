@@ -1,0 +1,136 @@
+//! What is understood of files of other tools, and what is said of those that are not.
+
+use super::samples::{read, written};
+use crate::bus_log::{Entry, Format, Payload};
+use crate::bus_log::{FdFlags, FdFrame};
+use miette::Diagnostic;
+use std::fmt::Write;
+use wire::can::StandardId;
+
+/// One entry a line, as candump would log it, to the nanosecond.
+fn table(entries: &[Entry]) -> String {
+    let mut text = String::new();
+    for entry in entries {
+        let line = String::from_utf8(written(Format::Candump, &[*entry])).unwrap();
+        let frame = line.split_once(' ').unwrap().1;
+        write!(text, "{:>20} {frame}", entry.at.as_nanos()).unwrap();
+    }
+    text
+}
+
+fn message(format: Format, text: &str) -> String {
+    let (entries, error) = read(format, text.as_bytes());
+    let error = error.unwrap_or_else(|| panic!("{entries:?} from {text:?}"));
+    let message = error.to_string();
+    // The folder is another each time.
+    let from = message.find("/").unwrap();
+    let to = message.find("bus.log").unwrap();
+    let help = error.help().map(|help| format!("\n  help: {help}")).unwrap_or_default();
+    format!("{}{}{help}\n", &message[..from], &message[to..])
+}
+
+#[test]
+fn what_other_tools_write_is_read() {
+    let candump = "(1436509052.249713) vcan0 044#2A366C2BBA\r\n\
+        \n\
+        (1436509052.249713123) vcan0 7ff#\n\
+        (0.5) can1 1fffffff#R\n\
+        (0000000000.000001) can1 123#R8_9 R\n\
+        (0.000001) can1 123#11.22.33 T\n\
+        (0.000001) can1 123##1AABB\n\
+        (0.000001) can1 123##0\n\
+        (0.000001) can1 20000080#\n\
+        (0.000001) can1 20000004#0001000000000000";
+    let asc = "date Sat Sep 30 15:06:13.191 2017\n\
+        base dec  timestamps relative\n\
+        no internal events logged\n\
+        // a comment\n\
+        Begin Triggerblock Sat Sep 30 15:06:13.191 2017\n   \
+           0.000000 Start of measurement\n   \
+           0.015991 CAN 1 Status:chip status error passive - TxErr: 132 RxErr: 0\n   \
+           0.100000 1  Statistic: D 0 R 0 XD 0 XR 0 E 0 O 0 B 0.00%\n   \
+           0.100000 1  2047            Rx   d 8 1 2 3 4 5 6 7 255  Length = 240015 BitCount = 124\n   \
+           0.100000 2  100             Tx   r\n   \
+           0.100000 2  536870911x      Rx   r 3\n   \
+           0.100000 1  ErrorFrame  ECC: 10100010\n   \
+           0.100000 CANFD   1 Rx        300  Name 1 0 9 12 1 2 3 4 5 6 7 8 9 10 11 12 130000 130 303000 0\n   \
+           0.100000 CANFD   1 Tx        300       0 0 2  2 1 255   130000  130   200000 0 0 0 0 0\n   \
+           0.100000 CANFD   1 Tx        300       0 0 8  0   130000  130   200010 0 0 0 0 0\n   \
+           0.100000 CANFD   1 Rx   ErrorFrame   Not Acknowledge error\n   \
+           0.100000 1  100             TxRq d 0\n\
+        End TriggerBlock\n";
+    let mut text = String::new();
+    for (format, log) in [(Format::Candump, candump), (Format::Asc, asc)] {
+        let (entries, error) = read(format, log.as_bytes());
+        assert!(error.is_none(), "{error:?}");
+        write!(text, "{}\n{}", format.name(), table(&entries)).unwrap();
+    }
+    insta::assert_snapshot!(text);
+}
+
+#[test]
+fn what_is_not_understood_has_its_message() {
+    let long = format!("(1.0) can0 123#{}", "0".repeat(5_000));
+    let text: String = [
+        (Format::Candump, "(1.0) can0 123#00\n1436509052.249713 vcan0 044#2A\n"),
+        (Format::Candump, "(1.x) can0 123#00"),
+        (Format::Candump, "(1.0) a-name-of-16-char 123#00"),
+        (Format::Candump, "(1.0) can0 123"),
+        (Format::Candump, "(1.0) can0 800#00"),
+        (Format::Candump, "(1.0) can0 0123#00"),
+        (Format::Candump, "(1.0) can0 123#000"),
+        (Format::Candump, "(1.0) can0 123#000102030405060708"),
+        (Format::Candump, "(1.0) can0 123#R9"),
+        (Format::Candump, "(1.0) can0 123##0000102030405060708"),
+        (Format::Candump, "(1.0) can0 123#00 X"),
+        (Format::Candump, "(1.0) can0 123#00 T and more"),
+        (Format::Candump, "\u{1b}[31mred, and a line that goes on for longer than is shown"),
+        (Format::Candump, &long),
+        (Format::Asc, "base oct"),
+        (Format::Asc, "base hex timestamps somehow"),
+        (Format::Asc, "12 1 100 Rx d 1 00"),
+        (Format::Asc, "0.5 1 800 Rx d 1 00"),
+        (Format::Asc, "base dec\n0.5 1 7FF Rx d 1 00"),
+        (Format::Asc, "0.5 1 100 Rx d 8 00 01"),
+        (Format::Asc, "0.5 1 100 Rx d 1 100"),
+        (Format::Asc, "0.5 1 100 Rx q 1 00"),
+        (Format::Asc, "0.5 CANFD 1 Rx 100 0 0 9 13 00"),
+        (Format::Asc, "0.5 CANFD 0 Rx 100 0 0 1 1 00"),
+        (Format::Pcapng, "(1.0) can0 123#00"),
+    ]
+    .into_iter()
+    .map(|(format, text)| message(format, text))
+    .collect();
+    insta::assert_snapshot!(text);
+}
+
+#[test]
+fn a_capture_that_is_cut_short_is_good_up_to_there() {
+    let id = StandardId::new(0x123).unwrap();
+    let entry = Entry {
+        at: wire::time::Timestamp::from_nanos(7),
+        channel: crate::bus_log::Channel::CAN0,
+        direction: None,
+        payload: Payload::Fd(FdFrame::new(id, FdFlags::default(), &[1; 64]).unwrap()),
+    };
+    let whole = written(Format::Pcapng, &[entry, entry]);
+    let (entries, error) = read(Format::Pcapng, &whole[..whole.len() - 1]);
+    assert_eq!(entries, [entry]);
+    let message = error.unwrap().to_string();
+    assert!(message.ends_with("expected a whole block, found `the end of the file`"), "{message}");
+}
+
+#[test]
+fn there_is_nothing_before_1970() {
+    let at = wire::time::Timestamp::from_nanos(-1);
+    let channel = crate::bus_log::Channel::CAN0;
+    let payload = Payload::Error(crate::bus_log::ErrorFrame::BUS_ERROR);
+    let entry = Entry { at, channel, direction: None, payload };
+    for format in Format::ALL {
+        let path = std::path::Path::new("bus.log");
+        let mut writer = crate::bus_log::LogWriter::new(path, Vec::new(), format).unwrap();
+        let message = writer.write(&entry).unwrap_err().to_string();
+        let end = format!("an entry before 1970 has no place in {}", format.name());
+        assert!(message.ends_with(&end), "{message}");
+    }
+}

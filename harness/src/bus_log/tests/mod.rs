@@ -1,0 +1,3 @@
+mod messages;
+mod round_trip;
+mod samples;

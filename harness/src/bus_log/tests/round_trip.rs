@@ -1,0 +1,130 @@
+//! What is written is read, as far as the format has a place for it; and no bytes make a reader panic.
+
+use super::samples::{any_entry, any_frame, read, written};
+use crate::bus_log::{Channel, Direction, Entry, ErrorFrame, Format, Payload};
+use proptest::prelude::*;
+use wire::time::Timestamp;
+
+/// In whole microseconds.
+fn in_micros(entry: Entry) -> Entry {
+    Entry { at: Timestamp::from_nanos(entry.at.as_nanos() / 1_000 * 1_000), ..entry }
+}
+
+fn is_serial(entry: &Entry) -> bool {
+    matches!(entry.payload, Payload::Serial(_))
+}
+
+proptest! {
+    #[test]
+    fn a_candump_log_comes_back(entries in prop::collection::vec(any_entry(), 0..20)) {
+        let (again, error) = read(Format::Candump, &written(Format::Candump, &entries));
+        prop_assert!(error.is_none(), "{:?}", error);
+        let expected: Vec<_> =
+            entries.into_iter().filter(|entry| !is_serial(entry)).map(in_micros).collect();
+        prop_assert_eq!(again, expected);
+    }
+
+    #[test]
+    fn a_pcapng_file_comes_back_whole(entries in prop::collection::vec(any_entry(), 0..20)) {
+        let (again, error) = read(Format::Pcapng, &written(Format::Pcapng, &entries));
+        prop_assert!(error.is_none(), "{:?}", error);
+        prop_assert_eq!(again, entries);
+    }
+
+    #[test]
+    fn an_asc_file_comes_back(
+        began_ms in 0i64..4_000_000_000_000,
+        frames in prop::collection::vec(
+            (any_frame(), 0i64..10_000_000_000, 0u32..4, any::<bool>()), 0..20),
+    ) {
+        let mut micros = began_ms * 1_000;
+        let entries: Vec<_> = frames.into_iter().map(|(payload, later, channel, sent)| {
+            let entry = Entry {
+                at: Timestamp::from_nanos(micros * 1_000),
+                channel: Channel::numbered(channel),
+                direction: Some(if sent { Direction::Tx } else { Direction::Rx }),
+                payload,
+            };
+            micros += later;
+            entry
+        }).collect();
+        let (again, error) = read(Format::Asc, &written(Format::Asc, &entries));
+        prop_assert!(error.is_none(), "{:?}", error);
+        let expected: Vec<_> = entries.into_iter().map(|entry| match entry.payload {
+            Payload::Error(_) => Entry {
+                payload: Payload::Error(ErrorFrame::BUS_ERROR),
+                direction: None,
+                ..entry
+            },
+            _ => entry,
+        }).collect();
+        prop_assert_eq!(again, expected);
+    }
+
+    #[test]
+    fn no_bytes_make_a_reader_panic(
+        bytes in prop::collection::vec(any::<u8>(), 0..300),
+        lines in prop::collection::vec(
+            prop::sample::select(vec![
+                "(1.5) can0 ", "123#", "R", "##3", "12345678#", "00", "F", " T", "_9", "\n",
+                "base dec", "base hex  timestamps relative", "date Sat Sep 30 15:06:13 2017",
+                "0.5 1 ", "CANFD 1 Rx ", "7FFx ", " Rx ", "d 8 ", "r 9 ", "0 1 f 64 ", "ErrorFrame",
+            ]), 0..60),
+        cut in 0usize..400,
+        flipped in prop::option::of((0usize..400, any::<u8>())),
+        entries in prop::collection::vec(any_entry(), 1..4),
+    ) {
+        let mut packets = written(Format::Pcapng, &entries);
+        packets.truncate(packets.len().saturating_sub(cut).max(1));
+        if let Some((index, byte)) = flipped {
+            let index = index % packets.len();
+            packets[index] = byte;
+        }
+        for format in Format::ALL {
+            for bytes in [&bytes[..], lines.concat().as_bytes(), &packets] {
+                let (entries, _) = read(format, bytes);
+                prop_assert!(entries.len() <= bytes.len());
+            }
+        }
+    }
+}
+
+#[test]
+fn a_channel_too_many_is_left_out() {
+    use crate::bus_log::{Kept, LogWriter};
+    let path = std::path::Path::new("bus.log");
+    for (format, most) in [(Format::Asc, 32), (Format::Pcapng, 256)] {
+        let mut writer = LogWriter::new(path, Vec::new(), format).unwrap();
+        for number in 0..=most {
+            let entry = Entry {
+                at: Timestamp::ZERO,
+                channel: Channel::numbered(number),
+                direction: None,
+                payload: Payload::Error(ErrorFrame::BUS_ERROR),
+            };
+            let kept = if number < most { Kept::Written } else { Kept::LeftOut };
+            assert_eq!(writer.write(&entry).unwrap(), kept, "{format:?} {number}");
+        }
+    }
+}
+
+#[test]
+fn channels_of_an_asc_file_have_numbers() {
+    let entries: Vec<_> = ["vcan0", "can1", "can0", "vcan0", "can7"]
+        .into_iter()
+        .map(|name| Entry {
+            at: Timestamp::ZERO,
+            channel: Channel::new(name).unwrap(),
+            direction: None,
+            payload: Payload::Error(ErrorFrame::BUS_ERROR),
+        })
+        .collect();
+    let text = String::from_utf8(written(Format::Asc, &entries)).unwrap();
+    let numbers: Vec<_> = text
+        .lines()
+        .filter(|line| line.ends_with("ErrorFrame"))
+        .filter_map(|line| line.split_whitespace().nth(1))
+        .collect();
+    // can1 is 2; can0 finds 1 taken by vcan0, and gets the lowest that is free.
+    assert_eq!(numbers, ["1", "2", "3", "1", "8"]);
+}

@@ -1,0 +1,12 @@
+//! Bus logs before other people's programs: what is written here is read there, and the other way round.
+//!
+//! A program that is not there is no reason to fail: the test says `skipped: ...` and how to get it.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+#[path = "bus_log/can_utils.rs"]
+mod can_utils;
+#[path = "bus_log/python.rs"]
+mod python;
+#[path = "bus_log/rows.rs"]
+mod rows;
