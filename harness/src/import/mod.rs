@@ -115,6 +115,8 @@ pub fn import_to_folder(
         events: scribe.frames(),
         measurements,
         artifacts: Vec::new(),
+        timing: None,
+        ports: Vec::new(),
     };
     write_documents(&folder, &summary, &header)?;
     let unjudged = unjudged::of_plan(plan);

@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use tests::rooms::root;
 
 fn python() -> OsString {
-    std::env::var_os("HIL_PYTHON").unwrap_or_else(|| "python3".into())
+    std::env::var_os("HIL_TESTS_PYTHON").unwrap_or_else(|| "python3".into())
 }
 
 fn script(name: &str) -> PathBuf {
