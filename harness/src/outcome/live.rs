@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 pub struct Timing {
     /// How late the loop of the harness was with what was due.
     pub late: Spread,
-    /// From a byte or a frame heard to the next command sent, for a controller in the process. A controller
-    /// that speaks once a period waits up to that long.
+    /// From the last byte or frame heard to the command that followed it, for a controller in the process. A
+    /// controller that speaks once a period may wait up to that long.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub bus_to_command: Option<Spread>,
     /// How late the harness may be, ms.

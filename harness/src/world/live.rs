@@ -112,6 +112,8 @@ pub struct LiveWorld {
     lateness: Lateness,
     /// Frames of an emulated device that somebody else has sent.
     clashes: u64,
+    /// Frames on the bus of the base that are none of the base's command set.
+    foreign: u64,
 }
 
 /// What the loop waited for.
@@ -127,7 +129,7 @@ impl LiveWorld {
         let mut stage = Stage::new(bench, engine);
         stage.operator = operator;
         let lateness = Lateness::new(setting.late_max);
-        Self { stage, setting, journal: Journal::default(), lateness, clashes: 0 }
+        Self { stage, setting, journal: Journal::default(), lateness, clashes: 0, foreign: 0 }
     }
 
     /// Everything observed and made is the engine's.
@@ -218,7 +220,7 @@ impl LiveWorld {
         };
         let end = clock.now();
         self.lateness.end_step(self.course());
-        let (ending, timing) = (self.judge(ending, end), self.timing(&device, scheduling));
+        let (ending, timing) = (self.judge(ending, end, &ports), self.timing(&device, scheduling));
         let port_summaries = self.port_summaries(&ports, &device);
         if self.journal.unnoted() > 0 {
             let note = format!("{} more events of ports are not noted", self.journal.unnoted());
@@ -301,14 +303,29 @@ impl LiveWorld {
     }
 
     /// The ending, with what the ports and the machine have to do with it.
-    fn judge(&self, ending: Ending, end: Timestamp) -> Ending {
+    fn judge(&self, ending: Ending, end: Timestamp, ports: &Ports) -> Ending {
         let ending = self.journal.explain(ending, end);
-        match (ending.outcome, self.lateness.verdict()) {
-            (Outcome::Passed | Outcome::Failed, Some(why)) => {
+        let late = self.lateness.verdict();
+        let miswired = ports.miswired(self.stage.bench.gyro_stream().format);
+        let why = match ending.outcome {
+            Outcome::Passed => late,
+            Outcome::Failed => late.or(miswired),
+            Outcome::Timeout => miswired,
+            Outcome::Error | Outcome::Aborted => None,
+        };
+        match why {
+            Some(why) => {
                 let then = ending.reason.map_or_else(String::new, |reason| format!("; {reason}"));
                 Ending { outcome: Outcome::Error, reason: Some(format!("{why}{then}")) }
             }
-            _ => ending,
+            None if self.foreign > 0 && ending.outcome != Outcome::Passed => {
+                let then = ending.reason.unwrap_or_else(|| "no reason was given".to_owned());
+                let (foreign, port) = (self.foreign, ports.name(BASE));
+                let reason =
+                    format!("{then}; {foreign} frames of other nodes crossed {port} meanwhile");
+                Ending { reason: Some(reason), ..ending }
+            }
+            None => ending,
         }
     }
 

@@ -166,7 +166,9 @@ fn a_flooded_bus_has_a_named_outcome() {
     let (summary, _) = disturbed("in-process", "timeout 2 cangen vcan0 -g 0 -I 7FF -L 8 -i; true");
     let base = summary["ports"].as_array().unwrap().iter().find(|port| port["role"] == "base");
     let frames = base.unwrap()["counters"]["frames_in"].as_u64().unwrap();
-    assert!(frames > 1_000, "{summary}");
-    let outcome = summary["outcome"].as_str().unwrap();
-    assert!(outcome == "passed" || summary["reason"].is_string(), "{summary}");
+    assert!(frames > 100, "{summary}");
+    let reason = summary["reason"].as_str().unwrap_or_default();
+    let named =
+        reason.contains("frames of other nodes") || reason.contains("did not keep real time");
+    assert!(summary["outcome"] == "passed" || named, "{summary}");
 }

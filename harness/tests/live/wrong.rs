@@ -47,8 +47,9 @@ fn crossed_lines_are_no_verdict_on_the_controller() {
         "navigator",
     ]);
     let (status, said) = on_bench("live-side", &crossed, &out);
-    assert_ne!(status, Some(0), "{said}");
-    assert!(summary(&out)["reason"].is_string(), "{said}");
+    assert_eq!(status, Some(3), "{said}");
+    let reason = summary(&out)["reason"].as_str().unwrap().to_owned();
+    assert!(reason.contains("are the lines crossed?"), "{reason}");
     assert!(!record(&out).is_empty());
 }
 

@@ -33,7 +33,7 @@ pub(super) struct InProcess {
     /// Roles whose ports nobody else hears.
     unheard: BTreeSet<&'static str>,
     crossings: VecDeque<(Device, Crossed)>,
-    /// The first thing heard since the last command.
+    /// The last thing heard, until a command follows it.
     heard_at: Option<Timestamp>,
     bus_to_command: Histogram,
 }
@@ -117,7 +117,7 @@ impl InProcess {
             }
             event => return InProcessEvent::Port(role, event),
         }
-        self.heard_at.get_or_insert(now);
+        self.heard_at = Some(now);
         self.send(clock, now);
         InProcessEvent::Taken
     }

@@ -96,10 +96,10 @@ impl Journal {
             self.absences.values().find(recent)
         };
         let (absence, since) = match ending.outcome {
-            Outcome::Passed => (gone, ""),
+            Outcome::Passed | Outcome::Error => (gone, ""),
             Outcome::Failed | Outcome::Timeout if gone.is_some() => (gone, ""),
             Outcome::Failed | Outcome::Timeout => (was_gone(), ", and was back too late"),
-            Outcome::Error | Outcome::Aborted => (None, ""),
+            Outcome::Aborted => (None, ""),
         };
         let Some(absence) = absence else { return ending };
         let then = ending.reason.map_or_else(String::new, |reason| format!("; {reason}"));
@@ -138,7 +138,7 @@ mod tests {
         let lost = PortEvent::Lost(PortLost::Deleted);
         let note = journal.take(Timestamp::ZERO, BASE, "can:vcan0", &lost).unwrap();
         assert_eq!(note, "the base's port can:vcan0 is lost: the interface was deleted");
-        for outcome in [Outcome::Passed, Outcome::Failed, Outcome::Timeout] {
+        for outcome in [Outcome::Passed, Outcome::Failed, Outcome::Timeout, Outcome::Error] {
             let told = journal.explain(ending(outcome), Timestamp::MAX);
             assert_eq!(told.outcome, Outcome::Error);
             assert_eq!(told.reason.unwrap(), format!("{note}; it took too long"));

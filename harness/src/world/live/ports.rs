@@ -10,6 +10,7 @@ use crate::port::{PortError, PortSpec};
 use crate::record::Device;
 use controller::config::Transport;
 use std::collections::BTreeMap;
+use wire::gyro::GyroFormat;
 use wire::serial::SerialSettings;
 use wire::time::{Span, Timestamp};
 
@@ -155,6 +156,19 @@ impl Ports {
                 )
             })
         })
+    }
+
+    /// What speaks for lines that are crossed or lead nowhere, where a run has not passed.
+    pub(super) fn miswired(&self, gyro: GyroFormat) -> Option<String> {
+        let heard = |port: &Option<RolePort>| port.as_ref().map(|port| port.counters().bytes_in);
+        // Only the digital gyros take commands.
+        let takes_none = matches!(gyro, GyroFormat::Navigator | GyroFormat::Ecore2000);
+        match heard(&self.gyro) {
+            Some(bytes @ 1..) if takes_none => Some(format!(
+                "{bytes} bytes came to the {GYRO}'s port, and this {GYRO} takes none: are the lines crossed?"
+            )),
+            _ => None,
+        }
     }
 
     pub(super) fn summaries(&self, journal: &Journal) -> Vec<PortSummary> {

@@ -70,7 +70,9 @@ impl LiveWorld {
         port: &str,
         frame: CanFrame,
     ) {
-        let of_base = Message::from_can_id(frame.id()).is_some_and(Message::is_reply);
+        let message = Message::from_can_id(frame.id());
+        let of_base = message.is_some_and(Message::is_reply);
+        self.foreign += u64::from(message.is_none());
         match (self.base_is_emulated(), of_base) {
             (true, false) => {
                 if let BaseLink::Can(bus) = &mut self.stage.lines.base {
