@@ -88,7 +88,7 @@ struct PortArguments {
     /// A pty, with a link to its other side where one is named; the usual.
     #[arg(long, value_name = "LINK", num_args = 0..=1, conflicts_with = "port")]
     pty: Option<Option<String>>,
-    /// Any port; see below.
+    /// Any port, as `hil emulate --help` lists them.
     #[arg(long, value_name = "PORT")]
     port: Option<String>,
 }

@@ -21,7 +21,7 @@ pub struct RolePort {
 
 #[derive(Debug)]
 enum Medium {
-    Bytes(BytePort),
+    Bytes(Box<BytePort>),
     Frames(FramePort),
 }
 
@@ -67,7 +67,7 @@ impl RolePort {
         let medium = if role == Role::Base && carries_frames(spec) {
             Medium::Frames(FramePort::open(spec, BitRate::default()).await?)
         } else {
-            Medium::Bytes(BytePort::open(spec, usual)?)
+            Medium::Bytes(Box::new(BytePort::open(spec, usual)?))
         };
         Ok(Self { role, spec: spec.clone(), medium, lost: false })
     }

@@ -182,6 +182,11 @@ pub fn read(line: &[u8]) -> (Value, Result<Request, RequestError>) {
         Ok(value) => value,
         Err(error) => return (Value::Null, Err(malformed(error))),
     };
+    // A list would be taken for the values of all keys in their order.
+    if !value.is_object() {
+        let error = "expected an object, such as {\"get\":\"truth\"}".to_owned();
+        return (Value::Null, Err(RequestError::Malformed(error)));
+    }
     let id = value.get("id").cloned().unwrap_or_default();
     let request = serde_json::from_value(value).map_err(malformed).and_then(understand);
     (id, request)

@@ -23,6 +23,7 @@ from gyro import Gyro
 
 PERIOD_S = 0.027
 STEERING_GAIN = 1.2  # 1/s, from heading error to steering rate
+APPROACH = 1.0  # 1/s, from what is left to the speed near the end: a late command overshoots little
 BRAKING = 0.18  # m/s^2, less than the 0.25 that the base ramps by
 TURN_BRAKING = math.radians(14.0)  # rad/s^2, less than its 21 deg/s^2
 ARRIVED_M = 0.001
@@ -164,7 +165,8 @@ class Controller:
         began, worst = time.monotonic_ns(), 0.0
         while abs(left := distance_m - (self.motion.displacement - start)) > ARRIVED_M:
             self.activity = "straight_prescribed"
-            speed = min(speed_m_per_s, max(CREEP, math.sqrt(2.0 * BRAKING * abs(left)) - 0.02))
+            braking = min(APPROACH * abs(left), math.sqrt(2.0 * BRAKING * abs(left)))
+            speed = min(speed_m_per_s, max(CREEP, braking))
             error = reference - self.heading
             worst = max(worst, abs(error))
             self.command = (math.copysign(speed, left), STEERING_GAIN * error)
@@ -189,7 +191,7 @@ class Controller:
         start, odometry, began = self.heading, self.odometry, time.monotonic_ns()
         while abs(left := angle_rad - (self.heading - start)) > ARRIVED_RAD:
             self.activity = "turn_prescribed"
-            braking = math.sqrt(2.0 * TURN_BRAKING * abs(left)) - math.radians(1.5)
+            braking = min(APPROACH * abs(left), math.sqrt(2.0 * TURN_BRAKING * abs(left)))
             rate = min(rate_rad_per_s, max(CREEP_TURN, braking))
             self.command = (0.0, math.copysign(rate, left))
             self.guard(began)
