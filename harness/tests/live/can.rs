@@ -4,6 +4,7 @@ use crate::{hil, out, record, run, run_patiently, shown, summary};
 use harness::port::can_socket::{Interface, InterfaceState};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// A side of a metre and a corner: some 20 s of real time.
 pub const SIDE: &str = r#"
@@ -42,8 +43,9 @@ pub fn plan(folder: &Path, text: &str) -> PathBuf {
     path
 }
 
-/// Whether vcan0 is there and up.
-fn has_vcan() -> bool {
+/// The bus vcan0, one test at a time; `None`, and said why, where there is none.
+fn vcan() -> Option<MutexGuard<'static, ()>> {
+    static BUS: Mutex<()> = Mutex::new(());
     let up = harness::port::can_socket::kernel_has_can().is_ok()
         && Interface::new("vcan0").state() == InterfaceState::Up;
     assert!(up || std::env::var_os(REQUIRED).is_none(), "no vcan0");
@@ -55,7 +57,8 @@ fn has_vcan() -> bool {
              -p harness --test live can)"
         );
     }
-    up
+    // Who held it last may have failed, which is not ours to judge.
+    up.then(|| BUS.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
 fn drives_on(bus: &str, kinds: &str, controller: &str) {
@@ -101,14 +104,14 @@ fn an_adapter_on_a_pty_with_the_controller_as_a_process() {
 
 #[test]
 fn a_virtual_interface_with_the_controller_in_the_process() {
-    if has_vcan() {
+    if let Some(_bus) = vcan() {
         drives_on("vcan", "pty+can", "in-process");
     }
 }
 
 #[test]
 fn a_virtual_interface_with_the_controller_as_a_process() {
-    if has_vcan() {
+    if let Some(_bus) = vcan() {
         drives_on("vcan", "pty+can", "process");
     }
 }
@@ -147,9 +150,7 @@ fn disturbed(controller: &str, disturb: &str) -> (serde_json::Value, String) {
 
 #[test]
 fn a_second_base_on_the_bus_is_told_from_ours() {
-    if !has_vcan() {
-        return;
-    }
+    let Some(_bus) = vcan() else { return };
     let (summary, record) = disturbed("in-process", "cansend vcan0 181#0000000000000000");
     let reason = summary["reason"].as_str().unwrap();
     assert_eq!(summary["outcome"], "error", "{reason}");
@@ -160,9 +161,7 @@ fn a_second_base_on_the_bus_is_told_from_ours() {
 /// Frames that concern nobody, as fast as they go: whatever comes of it has a name, and is recorded.
 #[test]
 fn a_flooded_bus_has_a_named_outcome() {
-    if !has_vcan() {
-        return;
-    }
+    let Some(_bus) = vcan() else { return };
     let (summary, _) = disturbed("in-process", "timeout 2 cangen vcan0 -g 0 -I 7FF -L 8 -i; true");
     let base = summary["ports"].as_array().unwrap().iter().find(|port| port["role"] == "base");
     let frames = base.unwrap()["counters"]["frames_in"].as_u64().unwrap();

@@ -37,7 +37,7 @@ pub enum PlacementError {
         /// Its port.
         port: String,
         /// Why.
-        source: crate::port::spec::SpecError,
+        source: Box<crate::port::spec::SpecError>,
     },
     /// The base of the plan is on the other kind of line.
     #[error(
@@ -143,7 +143,11 @@ impl Player {
 
 fn spec(role: &'static str, port: &PortText) -> Result<PortSpec, PlacementError> {
     let text = port.as_str();
-    text.parse().map_err(|source| PlacementError::Port { role, port: text.to_owned(), source })
+    text.parse().map_err(|source| PlacementError::Port {
+        role,
+        port: text.to_owned(),
+        source: Box::new(source),
+    })
 }
 
 fn player(role: &'static str, played: &Role, usual: &PortSpec) -> Result<Player, PlacementError> {

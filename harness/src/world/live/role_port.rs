@@ -53,7 +53,7 @@ pub(super) enum Traffic {
 
 #[derive(Debug)]
 enum Medium {
-    Bytes(BytePort),
+    Bytes(Box<BytePort>),
     Frames(FramePort),
 }
 
@@ -81,7 +81,7 @@ impl RolePort {
                     // looked at.
                     pty.pty().set_baud(usual.baud)?;
                 }
-                Medium::Bytes(port)
+                Medium::Bytes(Box::new(port))
             }
             Traffic::Frames => Medium::Frames(FramePort::open(spec, BIT_RATE).await?),
         };
@@ -111,8 +111,11 @@ impl RolePort {
     /// The rate that the other side of a pty has set; `None` where that is not known.
     pub(super) fn far_baud(&mut self) -> Option<u32> {
         match &mut self.medium {
-            Medium::Bytes(BytePort::Pty(port)) => PtyPort::pty(port).baud().ok(),
-            _ => None,
+            Medium::Bytes(port) => match &mut **port {
+                BytePort::Pty(port) => PtyPort::pty(port).baud().ok(),
+                BytePort::Serial(_) => None,
+            },
+            Medium::Frames(_) => None,
         }
     }
 
