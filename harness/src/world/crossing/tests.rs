@@ -9,6 +9,7 @@ use crate::record::sink::NullSink;
 use crate::run::{Prepared, Simulated, simulate_across};
 use controller::config::Transport;
 use socketcan::EmbeddedFrame as _;
+use std::os::fd::OwnedFd;
 use std::time::Duration;
 use wire::can::{CanFrame, ExtendedId, StandardId};
 use wire::packet::Packet;
@@ -22,10 +23,12 @@ fn packet(bytes: &[u8]) -> Packet {
     Packet::from_slice(bytes).unwrap()
 }
 
-/// A line whose two ends are not joined.
-fn stuck(line: Line) -> PtyWire {
+/// A line whose two ends are not joined, and the ends that they are joined to: with those closed it would
+/// hang up.
+fn stuck(line: Line) -> (PtyWire, [OwnedFd; 2]) {
     let (one, other) = (Ends::open().unwrap(), Ends::open().unwrap());
-    PtyWire::of(line, Ends { master: one.master, slave: other.slave, path: one.path }, SOON)
+    let ends = Ends { master: one.master, slave: other.slave, path: one.path };
+    (PtyWire::of(line, ends, SOON), [one.slave, other.master])
 }
 
 #[test]
@@ -75,7 +78,7 @@ fn a_bench_has_the_lines_that_it_needs() {
 
 #[test]
 fn what_is_lost_or_changed_is_named_and_the_line_is_dead() {
-    let lost = stuck(Line::Gyro);
+    let (lost, _far) = stuck(Line::Gyro);
     let mut sent = packet(b"speed");
     let failure = lost.carry(Toward::Device, &mut sent).unwrap_err();
     assert!(matches!(failure.how(), How::Late { .. }), "{failure}");
@@ -112,7 +115,8 @@ fn table_run(kernel: Kernel) -> Simulated {
 #[test]
 fn a_stuck_port_ends_the_run_in_error() {
     for line in [Line::Gyro, Line::Table] {
-        let kernel = Kernel::open(KernelBus::Pty, None).unwrap().with_wire(line, stuck(line));
+        let (wire, _far) = stuck(line);
+        let kernel = Kernel::open(KernelBus::Pty, None).unwrap().with_wire(line, wire);
         let run = table_run(kernel);
         assert_eq!(run.ending.outcome, Outcome::Error);
         let reason = run.ending.reason.unwrap();
