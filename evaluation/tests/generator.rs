@@ -185,6 +185,8 @@ impl Identifier for Parrot {
             axis: None,
             drivers: drivers(),
             form: "linear".into(),
+            knots: Vec::new(),
+            knots_2: Vec::new(),
             parameters: vec![Parameter {
                 name: "k".into(),
                 value: 0.0,
