@@ -85,7 +85,7 @@ fn drive(bench: &mut EmulatedBench, now: Timestamp, speed: f64, steer_deg_per_s:
 fn a_gyro_alone_is_turned_by_request() {
     let mut bench = alone();
     let before = samples(&sent(&mut bench, at(1.0)));
-    assert_eq!(before.len(), 99, "100 Hz, the first output after one period");
+    assert_eq!(before.len(), 100, "100 Hz, the first output after one period");
     assert!(mean_deg_per_s(&before).abs() < 1e-9);
     ask(&mut bench, at(1.0), r#"{"rate_deg_per_s":10}"#).unwrap();
     let after = samples(&sent(&mut bench, at(3.0)));
