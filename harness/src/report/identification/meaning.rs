@@ -63,6 +63,10 @@ fn standard(name: &str) -> Option<&'static str> {
             "The bias depends on which way the device points, as it does where a magnetic field, such as \
              the Earth's, acts on the light in the coil (Faraday effect)."
         }
+        "scale_over_heading" | "scale_over_heading_second_harmonic" => {
+            "A turn reads longer or shorter by where it begins and ends. The device may do that, or the table whose \
+             own angle errs over its turn: these data do not tell the two apart, and whole turns show neither."
+        }
         "magnetic_motor_current" => {
             "The current of a motor makes a magnetic field, which shifts the bias. Distance or a shield \
              between motor and gyro helps."
