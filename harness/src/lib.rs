@@ -27,6 +27,7 @@
 //! * `live`, `run_live` (feature `live`): the real clock, and a device under test that is a process of its
 //!   own. `port`: ptys, serial ports, CAN interfaces and adapters in one shape. `doctor`: what a machine
 //!   and a bench lack. `emulation`: emulated devices on ports, for anybody's controller.
+//!   `replay`: a recorded bus onto a port.
 //!
 //! For people and for machines:
 //! * [`run_folder`]: what a run leaves behind. [`report`]: one page. [`junit`]: for a build server.
@@ -77,6 +78,8 @@ pub mod plan;
 #[cfg(feature = "live")]
 pub mod port;
 pub mod record;
+#[cfg(feature = "live")]
+pub mod replay;
 pub mod report;
 pub mod run;
 pub mod run_folder;

@@ -11,7 +11,7 @@
 //! place for is left out, and the writer says so ([`Kept`]).
 //!
 //! [`convert`] goes from file to file, [`recorded`] from the record of a run to entries, [`replay`] from
-//! entries to due times.
+//! entries to due times; [`playable`] are those that a port can send.
 
 pub mod asc;
 pub mod candump;
@@ -21,6 +21,7 @@ mod error;
 mod hex;
 mod lines;
 pub mod pcapng;
+pub mod playable;
 pub mod recorded;
 pub mod replay;
 #[cfg(test)]

@@ -70,6 +70,11 @@ impl<I: Iterator<Item = Result<Entry, LogError>>> Replay<I> {
         }
     }
 
+    /// What the entries came from, read as far as was needed.
+    pub fn into_entries(self) -> I {
+        self.entries
+    }
+
     fn fetch(&mut self, not_before: Timestamp) -> Next {
         match self.entries.next() {
             None => Next::Ended,

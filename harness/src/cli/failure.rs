@@ -111,6 +111,11 @@ enum Cause {
     #[diagnostic(transparent)]
     #[cfg(feature = "live")]
     Emulation(crate::emulation::EmulationError),
+    /// A log cannot be played onto a port, or no longer.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    #[cfg(feature = "live")]
+    Replay(crate::replay::ReplayError),
     /// A device file cannot be used.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -185,9 +190,13 @@ impl Failure {
                 crate::port::PortError::WrongKind { .. },
             )) => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
+            Cause::Replay(crate::replay::ReplayError::Port(
+                crate::port::PortError::WrongKind { .. },
+            )) => EXIT_BAD_INPUT,
+            #[cfg(feature = "live")]
             Cause::Kernel(crate::world::crossing::KernelError::NoFrames) => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
-            Cause::Live(_) | Cause::Kernel(_) | Cause::Emulation(_) => {
+            Cause::Live(_) | Cause::Kernel(_) | Cause::Emulation(_) | Cause::Replay(_) => {
                 Outcome::Error.exit_status()
             }
             Cause::Folder(
@@ -294,6 +303,13 @@ impl From<LibraryError> for Failure {
 impl From<crate::emulation::EmulationError> for Failure {
     fn from(error: crate::emulation::EmulationError) -> Self {
         Cause::Emulation(error).into()
+    }
+}
+
+#[cfg(feature = "live")]
+impl From<crate::replay::ReplayError> for Failure {
+    fn from(error: crate::replay::ReplayError) -> Self {
+        Cause::Replay(error).into()
     }
 }
 

@@ -1,7 +1,8 @@
-//! `hil log`: bus logs from one format to another.
+//! `hil log`: bus logs from one format to another, and onto a port again.
 
 use super::failure::Failure;
 use super::progress::Screen;
+use super::replay::ReplayArguments;
 use super::say;
 use crate::bus_log::convert::{Converted, convert};
 use crate::bus_log::{Format, LogReader, LogWriter};
@@ -10,7 +11,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 use std::path::{Path, PathBuf};
 
-/// Reads and writes bus logs: candump (.log), Vector ASC (.asc), pcapng (.pcapng).
+/// Reads, writes and plays bus logs: candump (.log), Vector ASC (.asc), pcapng (.pcapng).
 #[derive(Debug, Args)]
 pub(super) struct LogArguments {
     #[command(subcommand)]
@@ -20,6 +21,7 @@ pub(super) struct LogArguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Convert(ConvertArguments),
+    Replay(ReplayArguments),
 }
 
 /// Writes a log in another format.
@@ -78,6 +80,7 @@ impl LogArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         match &self.command {
             Command::Convert(arguments) => arguments.execute(screen),
+            Command::Replay(arguments) => arguments.execute(screen),
         }
     }
 }

@@ -25,6 +25,7 @@ mod operator;
 mod paper;
 mod predict;
 mod progress;
+mod replay;
 mod report;
 mod run;
 mod seeds;
@@ -164,9 +165,8 @@ mod tests {
         hil.build();
         let mut help = hil.render_long_help().to_string();
         let names = [
-            "run", "check", "report", "show", "list", "doctor", "emulate", "export", "import", "log",
-            "identify",
-            "predict",
+            "run", "check", "report", "show", "list", "doctor", "emulate", "export", "import",
+            "log", "identify", "predict",
         ];
         for name in names {
             let command = hil.find_subcommand_mut(name).expect(name);

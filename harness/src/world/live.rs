@@ -43,6 +43,7 @@ use crate::port::PortError;
 use crate::record::Device;
 use crate::record::sink::RecordSink;
 pub(crate) use clock::Clock;
+pub use clock::SPIN_MAX;
 use device_under_test::{Heard, Running};
 use journal::Journal;
 use lateness::{Course, Lateness};

@@ -1,0 +1,144 @@
+//! What of a log a port can send: the classic frames of one bus.
+
+use super::{Channel, Entry, LogError, Payload};
+use serde::Serialize;
+use std::fmt;
+
+/// The classic frames of one channel, in the order of the log. What else it holds is counted.
+///
+/// Frames that the log's own node sent are among them: on the bus they were like the others.
+#[derive(Debug)]
+pub struct Playable<I> {
+    entries: I,
+    /// That of the first frame, where none was named.
+    channel: Option<Channel>,
+    /// On which the first frame is, whatever its kind.
+    first_seen: Option<Channel>,
+    left_out: LeftOut,
+}
+
+/// Entries of a log that are not sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct LeftOut {
+    /// Frames on other channels.
+    pub other_channels: u64,
+    /// CAN FD frames: a port sends classic ones.
+    pub fd_frames: u64,
+    /// Error frames: what a controller saw is not for others to send.
+    pub error_frames: u64,
+    /// Packets of serial lines.
+    pub packets: u64,
+}
+
+impl LeftOut {
+    /// All of them.
+    pub const fn total(self) -> u64 {
+        self.other_channels + self.fd_frames + self.error_frames + self.packets
+    }
+}
+
+impl fmt::Display for LeftOut {
+    /// How many, and of what kinds.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.total())?;
+        let kinds = [
+            (self.other_channels, "of other channels"),
+            (self.fd_frames, "CAN FD frames"),
+            (self.error_frames, "error frames"),
+            (self.packets, "packets of serial lines"),
+        ];
+        let mut before = ": ";
+        for (count, kind) in kinds.into_iter().filter(|(count, _)| *count > 0) {
+            write!(f, "{before}{count} {kind}")?;
+            before = ", ";
+        }
+        Ok(())
+    }
+}
+
+impl<I: Iterator<Item = Result<Entry, LogError>>> Playable<I> {
+    /// The frames of `channel`; where it is `None`, of that on which the first classic frame is.
+    pub fn new(entries: I, channel: Option<Channel>) -> Self {
+        Self { entries, channel, first_seen: None, left_out: LeftOut::default() }
+    }
+}
+
+impl<I> Playable<I> {
+    /// Whose frames these are; `None` before the first of them where none was named.
+    pub const fn channel(&self) -> Option<Channel> {
+        self.channel
+    }
+
+    /// The channel of the first frame of any kind that was read.
+    pub const fn first_seen(&self) -> Option<Channel> {
+        self.first_seen
+    }
+
+    /// What was passed over by now.
+    pub const fn left_out(&self) -> LeftOut {
+        self.left_out
+    }
+}
+
+impl<I: Iterator<Item = Result<Entry, LogError>>> Iterator for Playable<I> {
+    type Item = Result<Entry, LogError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let entry = match self.entries.next()? {
+                Ok(entry) => entry,
+                Err(error) => return Some(Err(error)),
+            };
+            if matches!(entry.payload, Payload::Serial(_)) {
+                self.left_out.packets += 1;
+                continue;
+            }
+            self.first_seen.get_or_insert(entry.channel);
+            if self.channel.is_some_and(|channel| channel != entry.channel) {
+                self.left_out.other_channels += 1;
+                continue;
+            }
+            match entry.payload {
+                Payload::Frame(_) => {
+                    self.channel = Some(entry.channel);
+                    return Some(Ok(entry));
+                }
+                Payload::Fd(_) => self.left_out.fd_frames += 1,
+                Payload::Error(_) => self.left_out.error_frames += 1,
+                Payload::Serial(_) => self.left_out.packets += 1,
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Channel, LeftOut, Playable};
+    use crate::bus_log::candump;
+
+    const LOG: &str = "\
+(1.000000) can0 20000080#0000000000000000
+(1.001000) can1 101##101
+(1.002000) can1 102#11 T
+(1.003000) can0 103#22
+(1.004000) can1 104#33 R
+";
+
+    fn played(channel: Option<Channel>) -> (Vec<i64>, LeftOut, Option<Channel>) {
+        let reader = candump::Reader::new("x.log".as_ref(), LOG.as_bytes());
+        let mut frames = Playable::new(reader, channel);
+        let times = frames.by_ref().map(|entry| entry.unwrap().at.as_nanos() / 1_000_000).collect();
+        (times, frames.left_out(), frames.channel())
+    }
+
+    #[test]
+    fn the_bus_of_the_first_classic_frame_is_played() {
+        let (times, left_out, channel) = played(None);
+        assert_eq!((times, channel), (vec![1_002, 1_004], Channel::new("can1")));
+        assert_eq!(left_out.to_string(), "3: 1 of other channels, 1 CAN FD frames, 1 error frames");
+        let (times, left_out, _) = played(Some(Channel::CAN0));
+        assert_eq!((times, left_out.total()), (vec![1_003], 4));
+        assert_eq!(played(Channel::new("vcan7")).0, [0; 0]);
+        assert_eq!(LeftOut::default().to_string(), "0");
+    }
+}
