@@ -151,8 +151,7 @@ async fn echo_bytes() {
 }
 
 async fn echo_frames(interface: String) {
-    let mut port =
-        FramePort::open(&PortSpec::Can { interface }, BitRate::default()).await.unwrap();
+    let mut port = FramePort::open(&PortSpec::Can { interface }, BitRate::default()).await.unwrap();
     println!("{}", port.far_path().unwrap());
     loop {
         if let FrameEvent::Frame(frame) = port.receive().await.unwrap() {
