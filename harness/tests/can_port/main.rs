@@ -7,6 +7,7 @@
 #![expect(clippy::unwrap_used, reason = "in a test what cannot go on may panic")]
 
 mod link;
+mod recorder;
 mod replay;
 mod slcan;
 mod socket;
