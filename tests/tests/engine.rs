@@ -3,8 +3,8 @@
 use controller::calibration::Factor;
 use emulators::base::Transport;
 use emulators::device_file::Devices;
-use harness::outcome::Outcome;
 use harness::operator::Answers;
+use harness::outcome::Outcome;
 use harness::record::sink::{Level, MemorySink};
 use harness::record::{Device, RecordKind};
 use harness::run::simulate;
