@@ -215,7 +215,11 @@ impl DeviceProcess {
             if let Some(exit) = self.exit {
                 return match timeout(REST_WAIT, self.events.recv()).await {
                     Ok(Some(event)) => event,
-                    _ => ProcessEvent::Exited(exit),
+                    _ => {
+                        // Its last words are told with its end.
+                        self.log.finish(REST_WAIT).await;
+                        ProcessEvent::Exited(exit)
+                    }
                 };
             }
             tokio::select! {

@@ -120,7 +120,8 @@ fn next_line(pipe: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option<L
 #[derive(Debug)]
 pub(super) struct Log {
     tail: Arc<Mutex<Vec<u8>>>,
-    ended: oneshot::Receiver<()>,
+    /// Until the end has been seen.
+    ended: Option<oneshot::Receiver<()>>,
 }
 
 impl Log {
@@ -134,12 +135,16 @@ impl Log {
             // Nobody waits where the process is dropped instead of ended.
             let _ = ended_sender.send(());
         })?;
-        Ok(Self { tail, ended })
+        Ok(Self { tail, ended: Some(ended) })
     }
 
     /// Waits until all is in the file, or `limit` has passed.
     pub(super) async fn finish(&mut self, limit: Duration) {
-        let _ = tokio::time::timeout(limit, &mut self.ended).await;
+        if let Some(ended) = &mut self.ended
+            && tokio::time::timeout(limit, ended).await.is_ok()
+        {
+            self.ended = None;
+        }
     }
 
     /// See [`super::DeviceProcess::last_words`].
