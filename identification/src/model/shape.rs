@@ -4,7 +4,7 @@ use super::see::{Field, Fixed, field, fixed, fixed_or, see};
 use super::spline::{cardinal, hats};
 use super::{Acts, Driver, Form, Wrap};
 use crate::problem::{Block, Channels, Exposure};
-use crate::signal::interpolate;
+use crate::signal::interpolate_along;
 use std::f64::consts::TAU;
 
 /// A term without its coefficients.
@@ -170,7 +170,7 @@ impl Shape {
             Form::Product => {
                 let y = see(channels, self.drivers.get(1)?, &self.fixed)?;
                 let origin_2 = fixed_or(&self.fixed, "origin_2", 0.0);
-                vec![x.iter().zip(&y).map(|(x, y)| (x - origin) * (y - origin_2)).collect()]
+                vec![x.iter().zip(y.iter()).map(|(x, y)| (x - origin) * (y - origin_2)).collect()]
             }
             Form::Delay => vec![self.delayed(channels)?],
             Form::DeadZone => {
@@ -205,10 +205,11 @@ impl Shape {
         for range in &channels.segments {
             let times = &channels.time[range.clone()];
             let values = &rate[range.clone()];
-            for (&time, &value) in times.iter().zip(values) {
-                let at = if is_clock { time + number * (time - times[0]) } else { time - number };
-                found.push((interpolate(times, values, at) - value) / number);
-            }
+            let at = times.iter().map(|&time| {
+                if is_clock { time + number * (time - times[0]) } else { time - number }
+            });
+            let moved = interpolate_along(times, values, at);
+            found.extend(moved.zip(values).map(|(moved, value)| (moved - value) / number));
         }
         Some(found)
     }
@@ -225,7 +226,7 @@ impl Shape {
                     for (value, per) in column.iter_mut().zip(&exposure.per_row) {
                         *value *= per;
                     }
-                    block.observe(self.acts, &column, &channels.run)
+                    block.observe(self.acts, column, &channels.run)
                 })
                 .collect(),
         )
