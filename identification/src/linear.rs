@@ -11,21 +11,48 @@ const INDEPENDENT: f64 = 1e-6;
 
 /// Sum of products.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Four sums, so that the processor can work on several at a time; always the same order.
-    let mut sums = [0.0; 4];
-    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in a4.zip(b4) {
-        for k in 0..4 {
+    // Several sums, so that the processor can work on several at a time; always the same order.
+    const SUMS: usize = 8;
+    let mut sums = [0.0; SUMS];
+    let (a8, b8) = (a.chunks_exact(SUMS), b.chunks_exact(SUMS));
+    let rest: f64 = a8.remainder().iter().zip(b8.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in a8.zip(b8) {
+        for k in 0..SUMS {
             sums[k] += x[k] * y[k];
         }
     }
-    sums[0] + sums[1] + sums[2] + sums[3] + rest
+    sums.iter().sum::<f64>() + rest
 }
 
 fn subtract(from: &mut [f64], factor: f64, column: &[f64]) {
     for (value, other) in from.iter_mut().zip(column) {
         *value -= factor * other;
+    }
+}
+
+/// Rows that are worked on at a time, so that those of all columns stay near the processor.
+const ROWS: usize = 512;
+
+/// Takes what orthonormal `directions` explain out of `columns`.
+fn take_out(directions: &[Vec<f64>], columns: &mut [Vec<f64>]) {
+    let rows = columns.first().map_or(0, Vec::len);
+    let chunks = || (0..rows).step_by(ROWS).map(|from| from..(from + ROWS).min(rows));
+    let mut shares = vec![0.0; directions.len() * columns.len()];
+    for chunk in chunks() {
+        let mut share = shares.iter_mut();
+        for column in &*columns {
+            for (q, share) in directions.iter().zip(&mut share) {
+                *share += dot(&q[chunk.clone()], &column[chunk.clone()]);
+            }
+        }
+    }
+    for chunk in chunks() {
+        let mut share = shares.iter();
+        for column in &mut *columns {
+            for (q, share) in directions.iter().zip(&mut share) {
+                subtract(&mut column[chunk.clone()], *share, &q[chunk.clone()]);
+            }
+        }
     }
 }
 
@@ -46,43 +73,38 @@ impl Basis {
     }
 
     /// Removes from `column` what the basis explains.
-    pub fn project(&self, column: &mut [f64]) {
-        for q in &self.columns {
-            let share = dot(q, column);
-            subtract(column, share, q);
-        }
+    pub fn project(&self, column: &mut Vec<f64>) {
+        take_out(&self.columns, std::slice::from_mut(column));
     }
 
     /// Adds what is new in `column`; false where nothing is.
-    pub fn push(&mut self, mut column: Vec<f64>) -> bool {
-        let before = dot(&column, &column).sqrt();
-        if !(before > 0.0) || !before.is_finite() {
-            return false;
-        }
-        self.project(&mut column);
-        self.project(&mut column);
-        let after = dot(&column, &column).sqrt();
-        if !(after > INDEPENDENT * before) {
-            return false;
-        }
-        column.iter_mut().for_each(|value| *value /= after);
-        self.columns.push(column);
-        true
+    pub fn push(&mut self, column: Vec<f64>) -> bool {
+        let before = self.len();
+        self.extend(vec![column]);
+        self.len() > before
+    }
+
+    /// Adds what is new in `columns`.
+    pub fn extend(&mut self, columns: Vec<Vec<f64>>) {
+        let new = self.beyond(columns);
+        self.columns.extend(new.columns);
     }
 
     /// What is new in `columns`, orthonormal.
-    pub fn beyond(&self, columns: Vec<Vec<f64>>) -> Self {
+    pub fn beyond(&self, mut columns: Vec<Vec<f64>>) -> Self {
+        let length = |column: &[f64]| dot(column, column).sqrt();
+        columns.retain(|column| length(column) > 0.0 && length(column).is_finite());
+        let before: Vec<f64> = columns.iter().map(|column| length(column)).collect();
+        // Twice is enough (Giraud, Langou and Rozloznik 2005).
+        for _ in 0..2 {
+            take_out(&self.columns, &mut columns);
+        }
         let mut new = Self::default();
-        for mut column in columns {
-            let before = dot(&column, &column).sqrt();
-            if !(before > 0.0) || !before.is_finite() {
-                continue;
-            }
+        for (mut column, before) in columns.into_iter().zip(before) {
             for _ in 0..2 {
-                self.project(&mut column);
                 new.project(&mut column);
             }
-            let after = dot(&column, &column).sqrt();
+            let after = length(&column);
             if after > INDEPENDENT * before {
                 column.iter_mut().for_each(|value| *value /= after);
                 new.columns.push(column);

@@ -53,10 +53,10 @@ impl Family {
     }
 
     /// How many independent tests so many candidates are worth: neighbours on a grid overlap.
-    pub fn tests(self, candidates: &[Candidate]) -> f64 {
+    pub fn tests<'a>(self, candidates: impl Iterator<Item = &'a Candidate>) -> f64 {
         let mut labels: Vec<String> = Vec::new();
         let mut members = 0_usize;
-        for candidate in candidates.iter().filter(|candidate| candidate.family == self) {
+        for candidate in candidates.filter(|candidate| candidate.family == self) {
             members += 1;
             let label = candidate.shape.label();
             if !labels.contains(&label) {

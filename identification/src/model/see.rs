@@ -3,6 +3,7 @@
 use super::{Driver, Wrap};
 use crate::problem::{Channel, Channels};
 use crate::signal;
+use std::borrow::Cow;
 
 /// The numbers that a driver and a form need beside the data, in SI: `time_constant`, `origin` ...
 pub type Fixed = Vec<(String, f64)>;
@@ -51,14 +52,14 @@ pub fn field<'a>(channels: &'a Channels, driver: &Driver) -> Option<Field<'a>> {
 }
 
 /// The driver's value in each row; harmonics and steps in time leave their argument to the form.
-pub fn see(channels: &Channels, driver: &Driver, numbers: &Fixed) -> Option<Vec<f64>> {
+pub fn see<'a>(channels: &'a Channels, driver: &Driver, numbers: &Fixed) -> Option<Cow<'a, [f64]>> {
     let found = field(channels, driver)?;
-    let plain = |found: &Field<'_>| -> Vec<f64> {
+    let plain = |found: &Field<'a>| -> Cow<'a, [f64]> {
         match found {
-            Field::Time => channels.time.clone(),
-            Field::Rotation => channels.rotation.clone(),
+            Field::Time => Cow::Borrowed(&channels.time),
+            Field::Rotation => Cow::Borrowed(&channels.rotation),
             Field::Direction => channels.rotation.iter().map(|rate| sign(*rate)).collect(),
-            Field::Channel(channel) => channel.values.clone(),
+            Field::Channel(channel) => Cow::Borrowed(&channel.values),
         }
     };
     Some(match driver.wrap {
@@ -68,17 +69,20 @@ pub fn see(channels: &Channels, driver: &Driver, numbers: &Fixed) -> Option<Vec<
         | Wrap::Step
         | Wrap::Periodic
         | Wrap::Trend => plain(&found),
-        Wrap::Abs => plain(&found).into_iter().map(f64::abs).collect(),
-        Wrap::Sign => plain(&found).into_iter().map(sign).collect(),
+        Wrap::Abs => plain(&found).iter().map(|value| value.abs()).collect(),
+        Wrap::Sign => plain(&found).iter().map(|value| sign(*value)).collect(),
         Wrap::RateOf => match found {
-            Field::Channel(channel) => channel.smooth.slope.clone(),
-            other => channels.smooth(&plain(&other)).slope,
+            Field::Channel(channel) => Cow::Borrowed(&channel.smooth.slope),
+            other => Cow::Owned(channels.smooth(&plain(&other)).slope),
         },
         Wrap::LagOf => {
             let level = level(&found, plain);
             let constant = fixed(numbers, "time_constant")?;
-            channels
-                .by_segment(&level, |times, values| signal::first_order(times, values, constant))
+            Cow::Owned(
+                channels.by_segment(&level, |times, values| {
+                    signal::first_order(times, values, constant)
+                }),
+            )
         }
         Wrap::BranchOf => {
             let level = level(&found, plain);
@@ -86,14 +90,14 @@ pub fn see(channels: &Channels, driver: &Driver, numbers: &Fixed) -> Option<Vec<
             // The branch beside the middle one; or, where all of the driver goes through the play, the branch itself.
             let own = 1.0 - fixed_or(numbers, "through", 0.0);
             let branch = channels.by_segment(&level, |_, values| signal::play(values, half));
-            branch.iter().zip(&level).map(|(branch, level)| branch - own * level).collect()
+            branch.iter().zip(level.iter()).map(|(branch, level)| branch - own * level).collect()
         }
     })
 }
 
-fn level(found: &Field<'_>, plain: impl Fn(&Field<'_>) -> Vec<f64>) -> Vec<f64> {
+fn level<'a>(found: &Field<'a>, plain: impl Fn(&Field<'a>) -> Cow<'a, [f64]>) -> Cow<'a, [f64]> {
     match found {
-        Field::Channel(channel) => channel.smooth.level.clone(),
+        Field::Channel(channel) => Cow::Borrowed(&channel.smooth.level),
         other => plain(other),
     }
 }

@@ -5,7 +5,7 @@ use super::spline::{cardinal, hats};
 use super::{Acts, Driver, Form, Wrap};
 use crate::dataset::Role;
 use crate::problem::{Block, Channels, Exposure, Over};
-use crate::signal::interpolate;
+use crate::signal::interpolate_along;
 use std::f64::consts::TAU;
 
 /// A term without its coefficients.
@@ -120,10 +120,10 @@ impl Shape {
         if self.form == Form::Constant {
             return Some(vec![vec![1.0; channels.time.len()]]);
         }
-        let seen = |driver: &Driver| -> Option<Vec<f64>> {
+        let seen = |driver| {
             let mut seen = see(channels, driver, &self.fixed)?;
-            if goes_with_rate(channels, driver) {
-                seen.iter_mut().for_each(|value| *value *= share);
+            if share != 1.0 && goes_with_rate(channels, driver) {
+                seen.to_mut().iter_mut().for_each(|value| *value *= share);
             }
             Some(seen)
         };
@@ -183,7 +183,7 @@ impl Shape {
             Form::Product => {
                 let y = seen(self.drivers.get(1)?)?;
                 let origin_2 = fixed_or(&self.fixed, "origin_2", 0.0);
-                vec![x.iter().zip(&y).map(|(x, y)| (x - origin) * (y - origin_2)).collect()]
+                vec![x.iter().zip(y.iter()).map(|(x, y)| (x - origin) * (y - origin_2)).collect()]
             }
             Form::Delay => vec![self.delayed(channels)?],
             Form::DeadZone => {
@@ -245,10 +245,11 @@ impl Shape {
         for range in &channels.segments {
             let times = &channels.time[range.clone()];
             let values = &rate[range.clone()];
-            for (&time, &value) in times.iter().zip(values) {
-                let at = if is_clock { time + number * (time - times[0]) } else { time - number };
-                found.push((interpolate(times, values, at) - value) / number);
-            }
+            let at = times.iter().map(|&time| {
+                if is_clock { time + number * (time - times[0]) } else { time - number }
+            });
+            let moved = interpolate_along(times, values, at);
+            found.extend(moved.zip(values).map(|(moved, value)| (moved - value) / number));
         }
         Some(found)
     }
@@ -265,7 +266,7 @@ impl Shape {
                     for (value, per) in column.iter_mut().zip(&exposure.per_row) {
                         *value *= per;
                     }
-                    block.observe(self.acts, &column, &channels.run)
+                    block.observe(self.acts, column, &channels.run)
                 })
                 .collect(),
         )

@@ -7,8 +7,19 @@ use nalgebra::{DMatrix, DVector};
 /// explain says nothing of what it has not seen.
 pub fn cardinal(knots: &[f64], at: &[f64]) -> Vec<Vec<f64>> {
     let k = knots.len();
+    let mut columns = vec![vec![1.0; at.len()]; k];
+    if k < 2 {
+        return columns;
+    }
     let second: Vec<Vec<f64>> = (0..k).map(|i| second_derivatives(knots, i)).collect();
-    (0..k).map(|i| at.iter().map(|&x| value(knots, i, &second[i], x)).collect()).collect()
+    let reach = REACH * (knots[k - 1] - knots[0]);
+    for (row, &x) in at.iter().enumerate() {
+        let place = Place::of(knots, x.clamp(knots[0] - reach, knots[k - 1] + reach));
+        for (which, column) in columns.iter_mut().enumerate() {
+            column[row] = place.value(which, &second[which]);
+        }
+    }
+    columns
 }
 
 /// How far a spline goes on beyond its ends, as a share of its length.
@@ -42,31 +53,45 @@ fn second_derivatives(knots: &[f64], which: usize) -> Vec<f64> {
     found
 }
 
-fn value(knots: &[f64], which: usize, second: &[f64], x: f64) -> f64 {
-    let k = knots.len();
-    let y = |i: usize| if i == which { 1.0 } else { 0.0 };
-    if k == 1 {
-        return 1.0;
+/// Where a place lies among the knots: all splines share it.
+struct Place {
+    /// The knot before.
+    knot: usize,
+    /// Weights of the values and of the second derivatives, at the knot before and the one after.
+    values: [f64; 2],
+    seconds: [f64; 2],
+}
+
+impl Place {
+    /// Of `x` among at least two `knots`; beyond them on the straight line that the end continues.
+    fn of(knots: &[f64], x: f64) -> Self {
+        let last = knots.len() - 1;
+        let knot = knots.partition_point(|knot| *knot <= x).clamp(1, last) - 1;
+        let h = knots[knot + 1] - knots[knot];
+        let (a, b) = ((knots[knot + 1] - x) / h, (x - knots[knot]) / h);
+        let seconds = if x < knots[0] {
+            // The slope at the first knot, times the distance.
+            [h * h / 6.0 * -2.0 * b, h * h / 6.0 * -b]
+        } else if x > knots[last] {
+            [h * h / 6.0 * -a, h * h / 6.0 * -2.0 * a]
+        } else {
+            [h * h / 6.0 * (a * a * a - a), h * h / 6.0 * (b * b * b - b)]
+        };
+        Self { knot, values: [a, b], seconds }
     }
-    let reach = REACH * (knots[k - 1] - knots[0]);
-    let x = x.clamp(knots[0] - reach, knots[k - 1] + reach);
-    let slope = |i: usize, end: bool| {
-        let h = knots[i + 1] - knots[i];
-        let (a, b) = if end { (1.0, 2.0) } else { (-2.0, -1.0) };
-        (y(i + 1) - y(i)) / h + h / 6.0 * (a * second[i] + b * second[i + 1])
-    };
-    if x <= knots[0] {
-        return y(0) + slope(0, false) * (x - knots[0]);
+
+    /// The spline that is 1 at knot `which` and has these `second` derivatives.
+    fn value(&self, which: usize, second: &[f64]) -> f64 {
+        let [a, b] = self.seconds;
+        let curved = a * second[self.knot] + b * second[self.knot + 1];
+        if which == self.knot {
+            self.values[0] + curved
+        } else if which == self.knot + 1 {
+            self.values[1] + curved
+        } else {
+            curved
+        }
     }
-    if x >= knots[k - 1] {
-        return y(k - 1) + slope(k - 2, true) * (x - knots[k - 1]);
-    }
-    let i = knots.partition_point(|knot| *knot <= x).clamp(1, k - 1) - 1;
-    let h = knots[i + 1] - knots[i];
-    let (a, b) = ((knots[i + 1] - x) / h, (x - knots[i]) / h);
-    a * y(i)
-        + b * y(i + 1)
-        + h * h / 6.0 * ((a * a * a - a) * second[i] + (b * b * b - b) * second[i + 1])
 }
 
 /// Weights of bilinear interpolation: a hat at each knot, held beyond the ends.

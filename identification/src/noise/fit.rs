@@ -5,6 +5,7 @@ use super::{Coloured, Layout, NoiseModel, Whitener};
 use crate::linear::{Basis, dot};
 use crate::robust;
 use std::borrow::Cow;
+use std::cell::RefCell;
 
 /// How well a noise model explains a residual.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,9 +42,7 @@ pub fn evidence(
 ) -> Evidence {
     let whitener = Whitener::new(layout, noise, left_out);
     let mut basis = Basis::default();
-    for column in columns {
-        basis.push(whitener.apply(column));
-    }
+    basis.extend(whitener.apply_all(columns));
     let mut white = whitener.apply(residual);
     basis.project(&mut white);
     let used = whitener.used();
@@ -99,8 +98,29 @@ pub fn retune(
     let mut noise = start.clone();
     search.shrink(&mut noise);
     search.tune(&mut noise, PART_PRICE);
-    let whole = evidence(layout, residual, columns, &noise, left_out).log_likelihood;
-    (noise.clone(), whole - PART_PRICE * noise.coloured.len() as f64)
+    let priced =
+        |noise: &NoiseModel| search.on_whole(noise) - PART_PRICE * noise.coloured.len() as f64;
+    let mut value = priced(&noise);
+    if search.coarse.is_some() {
+        // Tuned on views, which may mislead.
+        let untuned = priced(start);
+        if untuned > value {
+            (noise, value) = (start.clone(), untuned);
+        }
+    }
+    (noise, value)
+}
+
+/// The logarithm of the likelihood less the price of the parts.
+pub fn priced(
+    layout: &Layout,
+    residual: &[f64],
+    columns: &[Vec<f64>],
+    noise: &NoiseModel,
+    left_out: &[bool],
+) -> f64 {
+    let whole = evidence(layout, residual, columns, noise, left_out).log_likelihood;
+    whole - PART_PRICE * noise.coloured.len() as f64
 }
 
 fn whitened(
@@ -111,9 +131,7 @@ fn whitened(
 ) -> Vec<f64> {
     let whitener = Whitener::new(layout, noise, &[]);
     let mut basis = Basis::default();
-    for column in columns {
-        basis.push(whitener.apply(column));
-    }
+    basis.extend(whitener.apply_all(columns));
     let mut white = whitener.apply(residual);
     basis.project(&mut white);
     white
@@ -192,6 +210,10 @@ impl View<'_> {
 }
 
 struct Search<'a> {
+    /// The record itself: the views only propose.
+    whole: View<'a>,
+    /// What is known of its likelihood already.
+    known: RefCell<Vec<(NoiseModel, f64)>>,
     /// For short correlation times.
     fine: View<'a>,
     /// For long ones, where the record is too long to look at whole.
@@ -211,7 +233,7 @@ impl<'a> Search<'a> {
         left_out: &'a [bool],
     ) -> Self {
         let n = layout.len();
-        let whole = View {
+        let whole = || View {
             layout: Cow::Borrowed(layout),
             residual: Cow::Borrowed(residual),
             columns: Cow::Borrowed(columns),
@@ -222,7 +244,9 @@ impl<'a> Search<'a> {
         // On levels a coloured part is a rate: its variance is stated so that 1 brings much in one step.
         let unit = if layout.is_level() { layout.interval().powi(-2) * 1e-2 } else { 1.0 };
         let mut search = Self {
-            fine: whole,
+            whole: whole(),
+            known: RefCell::default(),
+            fine: whole(),
             coarse: None,
             correlations: correlations(layout),
             unit,
@@ -274,6 +298,16 @@ impl<'a> Search<'a> {
         search
     }
 
+    /// The logarithm of the likelihood of the whole record.
+    fn on_whole(&self, noise: &NoiseModel) -> f64 {
+        if let Some((_, value)) = self.known.borrow().iter().find(|(known, _)| known == noise) {
+            return *value;
+        }
+        let value = self.whole.value(noise);
+        self.known.borrow_mut().push((noise.clone(), value));
+        value
+    }
+
     /// The view in which a correlation time shows.
     fn view(&self, correlation_s: f64) -> &View<'a> {
         match &self.coarse {
@@ -319,47 +353,59 @@ impl<'a> Search<'a> {
         self.tune(noise, PART_GAIN_MIN);
         let most = if self.is_level { 1 } else { PARTS_MAX.min(COLOURED_MAX) };
         while noise.coloured.len() < most {
-            let fine_now = self.fine.value(noise);
-            let coarse_now = self.coarse.as_ref().map(|(view, _)| view.value(noise));
-            let mut best: Option<(f64, Coloured)> = None;
-            for &correlation_s in &self.correlations {
-                let view = self.view(correlation_s);
-                let now = match coarse_now {
-                    Some(value) if !std::ptr::eq(view, &self.fine) => value,
-                    _ => fine_now,
-                };
-                let with = |variance: f64| {
-                    let mut noise = noise.clone();
-                    noise.coloured.push(Coloured { correlation_s, variance: variance * self.unit });
-                    noise
-                };
-                // A quick look first: most correlation times have nothing to give.
-                let quick =
-                    [0.0005, 0.005, 0.05, 0.5, 5.0].map(|variance| view.value(&with(variance)));
-                if quick.iter().all(|value| *value < now + 0.5) {
-                    continue;
-                }
-                let (value, variance) = self.best(view, (-5, 3), with);
-                if best.is_none_or(|(found, _)| value - now > found) {
-                    best = Some((
-                        value - now,
-                        Coloured { correlation_s, variance: variance * self.unit },
-                    ));
-                }
-            }
-            match best {
-                Some((gain, part)) if gain > PART_GAIN_MIN => {
-                    let count = noise.coloured.len();
-                    noise.coloured.push(part);
-                    self.tune(noise, PART_GAIN_MIN);
-                    if noise.coloured.len() <= count {
-                        break;
-                    }
-                }
-                _ => break,
+            let Some(part) = self.proposals(noise).into_iter().find(|part| self.pays(noise, *part))
+            else {
+                break;
+            };
+            let count = noise.coloured.len();
+            noise.coloured.push(part);
+            self.tune(noise, PART_GAIN_MIN);
+            if noise.coloured.len() <= count {
+                break;
             }
         }
         noise.coloured.sort_by(|a, b| a.correlation_s.total_cmp(&b.correlation_s));
+    }
+
+    /// A part of each correlation time that pays where it shows, the best first.
+    fn proposals(&self, noise: &NoiseModel) -> Vec<Coloured> {
+        let fine_now = self.fine.value(noise);
+        let coarse_now = self.coarse.as_ref().map(|(view, _)| view.value(noise));
+        let mut found: Vec<(f64, Coloured)> = Vec::new();
+        for &correlation_s in &self.correlations {
+            let view = self.view(correlation_s);
+            let now = match coarse_now {
+                Some(value) if !std::ptr::eq(view, &self.fine) => value,
+                _ => fine_now,
+            };
+            let with = |variance: f64| {
+                let mut noise = noise.clone();
+                noise.coloured.push(Coloured { correlation_s, variance: variance * self.unit });
+                noise
+            };
+            // A quick look first: most correlation times have nothing to give.
+            let quick = [0.0005, 0.005, 0.05, 0.5, 5.0].map(|variance| view.value(&with(variance)));
+            if quick.iter().all(|value| *value < now + 0.5) {
+                continue;
+            }
+            let (value, variance) = self.best(view, (-5, 3), with);
+            let part = Coloured { correlation_s, variance: variance * self.unit };
+            if value - now > PART_GAIN_MIN {
+                found.push((value - now, part));
+            }
+        }
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        found.into_iter().map(|(_, part)| part).collect()
+    }
+
+    /// Does a part pay on the whole record? What a stretch of it shows may be chance.
+    fn pays(&self, noise: &NoiseModel, part: Coloured) -> bool {
+        if self.coarse.is_none() {
+            return true;
+        }
+        let mut with = noise.clone();
+        with.coloured.push(part);
+        self.on_whole(&with) - self.on_whole(noise) > PART_GAIN_MIN
     }
 
     /// Much smaller parts are tried first: an effect may take all that a part stood for.
@@ -380,6 +426,7 @@ impl<'a> Search<'a> {
 
     /// Brings the parts to their best values; what pays less than `price` goes.
     fn tune(&self, noise: &mut NoiseModel, price: f64) {
+        let before = noise.clone();
         for step in [3.0, 1.8, 1.3] {
             for k in 0..noise.coloured.len() {
                 let view = self.view(noise.coloured[k].correlation_s);
@@ -404,13 +451,23 @@ impl<'a> Search<'a> {
                 }
             }
         }
+        if noise.coloured.is_empty() {
+            return;
+        }
+        let mut now = self.on_whole(noise);
+        if self.coarse.is_some() && *noise != before {
+            let untuned = self.on_whole(&before);
+            if now < untuned {
+                (*noise, now) = (before, untuned);
+            }
+        }
         let mut k = 0;
         while k < noise.coloured.len() {
-            let view = self.view(noise.coloured[k].correlation_s);
             let mut without = noise.clone();
             without.coloured.remove(k);
-            if view.value(&without) > view.value(noise) - price {
-                *noise = without;
+            let value = self.on_whole(&without);
+            if value > now - price {
+                (*noise, now) = (without, value);
             } else {
                 k += 1;
             }

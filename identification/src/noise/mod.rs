@@ -4,10 +4,13 @@
 //! correlation time, an offset that differs from run to run one with an endless correlation time.
 
 mod fit;
+mod innovations;
+mod layout;
 mod whiten;
 
-pub use fit::{TIME_CAUTION, evidence, fit, retune};
-pub use whiten::{Layout, Whitener};
+pub use fit::{TIME_CAUTION, evidence, fit, priced, retune};
+pub use layout::Layout;
+pub use whiten::Whitener;
 
 /// One first-order Gauss-Markov process.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,211 +3,19 @@
 //! State: the level (where observations are levels), then one for each coloured part. The gains depend on times
 //! alone, so they are computed once and applied to every column.
 
-use super::NoiseModel;
+use super::innovations::{Filter, Gains, STATES_MAX};
+use super::{Layout, NoiseModel};
 use crate::linear::{Basis, dot};
-use crate::problem::{Aggregate, Block, Channels};
 
 /// Most coloured parts.
-pub const COLOURED_MAX: usize = 4;
-const STATES_MAX: usize = COLOURED_MAX + 1;
-
-/// Errors of where each run of poses began, over the observations, and the observations of each run.
-type UnknownStarts = (Vec<Vec<f64>>, Vec<std::ops::Range<usize>>);
-
-/// When observations were made: all that whitening needs to know of them.
-#[derive(Debug, Clone)]
-pub struct Layout {
-    /// Time since the observation before, s.
-    step: Vec<f64>,
-    /// Activity since the observation before.
-    activity: Vec<f64>,
-    /// Does a new stretch begin here?
-    starts: Vec<bool>,
-    /// Does a new run begin here?
-    new_run: Vec<bool>,
-    /// Run of each observation.
-    pub run: Vec<usize>,
-    /// How much of a rate each observation sees: 1, or the time that a turn took.
-    gain: Vec<f64>,
-    /// Noise of each observation over that of the others; empty where all are alike.
-    spread: Vec<f64>,
-    levels: bool,
-    /// Errors of the pose at the start of each run, over the observations; and the observations of each run.
-    starts_of_poses: Option<UnknownStarts>,
-}
-
-impl Layout {
-    /// Of the observations of `block`.
-    pub fn new(block: &Block, channels: &Channels) -> Self {
-        let levels = block.aggregate != Aggregate::Row;
-        let mut segment_of = vec![0; channels.time.len()];
-        for (index, range) in channels.segments.iter().enumerate() {
-            segment_of[range.clone()].fill(index);
-        }
-        let n = block.rows.len();
-        let mut layout = Self {
-            step: vec![0.0; n],
-            activity: vec![0.0; n],
-            starts: vec![true; n],
-            new_run: vec![true; n],
-            run: block.rows.iter().map(|&row| channels.run[row]).collect(),
-            gain: vec![1.0; n],
-            spread: block.spread.clone(),
-            levels,
-            starts_of_poses: block
-                .pose
-                .as_ref()
-                .map(|pose| (pose.start_errors().to_vec(), pose.of_run.clone())),
-        };
-        for i in 1..n {
-            let (before, now) = (block.rows[i - 1], block.rows[i]);
-            layout.new_run[i] = layout.run[i] != layout.run[i - 1];
-            let other =
-                block.pose.as_ref().is_some_and(|pose| pose.component[i] != pose.component[i - 1]);
-            layout.starts[i] = segment_of[before] != segment_of[now]
-                || now < before
-                || (levels && layout.new_run[i])
-                || other;
-            if layout.starts[i] {
-                continue;
-            }
-            layout.step[i] = channels.time[now] - channels.time[before];
-            if let Some(activity) = &block.activity {
-                layout.activity[i] = activity[before + 1..=now].iter().sum();
-            }
-        }
-        layout
-    }
-
-    /// The same observations where each took `durations`: a coloured rate adds up over the time, and where `white`
-    /// too, white noise of the rate does (an angle random walk).
-    pub fn over(&self, durations: &[f64], white: bool) -> Self {
-        let mean = durations.iter().sum::<f64>() / durations.len().max(1) as f64;
-        let mut layout = self.clone();
-        layout.gain = durations.iter().map(|duration| duration / mean).collect();
-        if white {
-            let own = |i: usize| self.spread.get(i).copied().unwrap_or(1.0);
-            layout.spread = (0..self.len()).map(|i| own(i) * layout.gain[i].abs().sqrt()).collect();
-        }
-        layout
-    }
-
-    /// How many observations there are.
-    pub fn len(&self) -> usize {
-        self.step.len()
-    }
-
-    /// Whether observations are levels.
-    pub fn is_level(&self) -> bool {
-        self.levels
-    }
-
-    /// Typical time from one observation to the next.
-    pub fn interval(&self) -> f64 {
-        let mut steps: Vec<f64> = self
-            .step
-            .iter()
-            .zip(&self.starts)
-            .filter(|(_, s)| !**s)
-            .map(|(step, _)| *step)
-            .collect();
-        steps.sort_by(f64::total_cmp);
-        steps.get(steps.len() / 2).copied().filter(|step| *step > 0.0).unwrap_or(1.0)
-    }
-
-    /// Longest stretch of time.
-    pub fn span(&self) -> f64 {
-        let (mut longest, mut now): (f64, f64) = (0.0, 0.0);
-        for (step, starts) in self.step.iter().zip(&self.starts) {
-            now = if *starts { 0.0 } else { now + step };
-            longest = longest.max(now);
-        }
-        longest
-    }
-
-    /// Typical activity from one observation to the next.
-    pub fn mean_activity(&self) -> f64 {
-        self.activity.iter().sum::<f64>() / self.activity.len().max(1) as f64
-    }
-
-    /// Every `block` observations as one, their mean. Only for observations that are of rows.
-    pub fn thinned(&self, block: usize) -> (Self, Vec<std::ops::Range<usize>>) {
-        let mut groups: Vec<std::ops::Range<usize>> = Vec::new();
-        for i in 0..self.len() {
-            match groups.last_mut() {
-                Some(last) if last.len() < block && !self.starts[i] && !self.new_run[i] => {
-                    last.end = i + 1
-                }
-                _ => groups.push(i..i + 1),
-            }
-        }
-        let middle = |range: &std::ops::Range<usize>| (range.start + range.end - 1) / 2;
-        let mut thin = Self {
-            step: Vec::new(),
-            activity: Vec::new(),
-            starts: Vec::new(),
-            new_run: Vec::new(),
-            run: Vec::new(),
-            gain: Vec::new(),
-            spread: Vec::new(),
-            levels: self.levels,
-            starts_of_poses: None,
-        };
-        let mut before = 0;
-        for range in &groups {
-            let now = middle(range);
-            thin.step.push(self.step[before + 1..=now.max(before)].iter().sum());
-            thin.activity.push(0.0);
-            thin.starts.push(self.starts[range.start]);
-            thin.new_run.push(self.new_run[range.start]);
-            thin.run.push(self.run[range.start]);
-            thin.gain.push(self.gain[range.clone()].iter().sum::<f64>() / range.len() as f64);
-            before = now;
-        }
-        (thin, groups)
-    }
-
-    /// The observations of `range` alone.
-    pub fn part(&self, range: std::ops::Range<usize>) -> Self {
-        let mut part = Self {
-            step: self.step[range.clone()].to_vec(),
-            activity: self.activity[range.clone()].to_vec(),
-            starts: self.starts[range.clone()].to_vec(),
-            new_run: self.new_run[range.clone()].to_vec(),
-            run: self.run[range.clone()].to_vec(),
-            gain: self.gain[range.clone()].to_vec(),
-            spread: self.spread.get(range).map_or_else(Vec::new, <[f64]>::to_vec),
-            levels: self.levels,
-            starts_of_poses: None,
-        };
-        if let Some(first) = part.starts.first_mut() {
-            *first = true;
-        }
-        part
-    }
-
-    /// How many runs there are.
-    pub fn runs(&self) -> usize {
-        self.run.iter().max().map_or(0, |last| last + 1)
-    }
-}
+pub const COLOURED_MAX: usize = STATES_MAX - 1;
 
 /// Turns columns of observations into columns of independent ones.
 #[derive(Debug, Clone)]
 pub struct Whitener {
-    states: usize,
-    levels: bool,
-    /// For each observation: does the state start anew, what each state keeps, the gains, one over the standard
-    /// deviation of the innovation (0 where it is not used).
-    starts: Vec<bool>,
-    keeps: Vec<[f64; STATES_MAX]>,
-    gains: Vec<[f64; STATES_MAX]>,
-    step: Vec<f64>,
-    seen: Vec<f64>,
-    weight: Vec<f64>,
+    filter: Filter,
     /// Sum of the logarithms of the innovations' variances.
     pub log_determinant: f64,
-    plain: bool,
     /// For each run of poses: its observations, and what errors of its start look like, whitened and orthonormal.
     unknown_starts: Vec<(std::ops::Range<usize>, Vec<Vec<f64>>)>,
 }
@@ -225,28 +33,43 @@ impl Whitener {
         let states = m + offset;
         let plain = states == 0;
         let mut whitener = Self {
-            states,
-            levels,
-            starts: layout.starts.clone(),
-            keeps: Vec::with_capacity(if plain { 0 } else { n }),
-            gains: Vec::with_capacity(if plain { 0 } else { n }),
-            step: layout.step.clone(),
-            seen: layout.gain.clone(),
-            weight: Vec::with_capacity(n),
+            filter: Filter {
+                states,
+                levels,
+                starts: layout.starts.clone(),
+                seen: layout.gain.clone(),
+                step: layout.step.clone(),
+                ..Filter::default()
+            },
             log_determinant: 0.0,
-            plain,
             unknown_starts: Vec::new(),
         };
+        let mut last = Last::default();
         let mut p = [[0.0; STATES_MAX]; STATES_MAX];
         for i in 0..n {
             let scale = noise.run_scale.get(layout.run[i]).copied().unwrap_or(1.0);
             let own = layout.spread.get(i).copied().unwrap_or(1.0);
             let skip = left_out.get(i).copied().unwrap_or(false) || !own.is_finite();
             if plain {
-                whitener.weight.push(if skip { 0.0 } else { 1.0 / (scale * own) });
+                whitener.filter.weight.push(if skip { 0.0 } else { 1.0 / (scale * own) });
                 whitener.log_determinant += if skip { 0.0 } else { 2.0 * (scale * own).ln() };
                 continue;
             }
+            let inputs = Inputs {
+                step: layout.step[i],
+                activity: layout.activity[i],
+                seen: layout.gain[i],
+                own,
+                new_run: layout.new_run[i],
+            };
+            let varies = skip || layout.starts[i];
+            if !varies && last.repeats(&inputs) {
+                whitener.filter.weight.push(last.weight / scale);
+                whitener.filter.which.push(last.which);
+                whitener.log_determinant += last.log_variance + 2.0 * scale.ln();
+                continue;
+            }
+            let before = p;
             let mut keep = [0.0; STATES_MAX];
             if layout.starts[i] {
                 p = [[0.0; STATES_MAX]; STATES_MAX];
@@ -294,7 +117,7 @@ impl Whitener {
             }
             let mut gain = [0.0; STATES_MAX];
             if skip || !(s > 0.0) {
-                whitener.weight.push(0.0);
+                whitener.filter.weight.push(0.0);
             } else {
                 for a in 0..states {
                     gain[a] = ph[a] / s;
@@ -304,15 +127,22 @@ impl Whitener {
                         p[a][b] -= gain[a] * ph[b];
                     }
                 }
-                whitener.weight.push(1.0 / (s.sqrt() * scale));
+                whitener.filter.weight.push(1.0 / (s.sqrt() * scale));
                 whitener.log_determinant += s.ln() + 2.0 * scale.ln();
             }
-            whitener.keeps.push(keep);
-            whitener.gains.push(gain);
+            let which = whitener.filter.push(Gains { keep, gain });
+            let is_settled =
+                !varies && s > 0.0 && last.is_like(&inputs) && has_settled(&before, &p);
+            last = Last {
+                inputs: Some(inputs),
+                which,
+                weight: 1.0 / s.sqrt(),
+                log_variance: s.ln(),
+                is_settled,
+            };
         }
         if let Some((columns, runs)) = &layout.starts_of_poses {
-            let white: Vec<Vec<f64>> =
-                columns.iter().map(|column| whitener.innovations(column)).collect();
+            let white: Vec<Vec<f64>> = whitener.filter.innovations(columns);
             whitener.unknown_starts = runs
                 .iter()
                 .map(|range| {
@@ -326,60 +156,89 @@ impl Whitener {
 
     /// The whitened column, without what an error of where a run began could be.
     pub fn apply(&self, column: &[f64]) -> Vec<f64> {
-        let mut whitened = self.innovations(column);
-        for (range, directions) in &self.unknown_starts {
-            let mine = &mut whitened[range.clone()];
-            for direction in directions {
-                let share = dot(direction, mine);
-                for (value, other) in mine.iter_mut().zip(direction) {
-                    *value -= share * other;
-                }
-            }
-        }
+        let mut whitened = self.filter.innovations(&[column]);
+        self.forget_starts(&mut whitened);
+        whitened.swap_remove(0)
+    }
+
+    /// The same of many columns at once.
+    pub fn apply_all(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let mut whitened = self.filter.innovations(columns);
+        self.forget_starts(&mut whitened);
         whitened
     }
 
-    fn innovations(&self, column: &[f64]) -> Vec<f64> {
-        let mut whitened = Vec::with_capacity(column.len());
-        if self.plain {
-            whitened.extend(column.iter().zip(&self.weight).map(|(value, weight)| value * weight));
-            return whitened;
-        }
-        let mut state = [0.0; STATES_MAX];
-        let states = self.states;
-        for (i, value) in column.iter().enumerate() {
-            if self.starts[i] {
-                state = [0.0; STATES_MAX];
-            } else {
-                if self.levels {
-                    let rate: f64 = state[1..states].iter().sum();
-                    state[0] += self.step[i] * rate;
-                }
-                let first = usize::from(self.levels);
-                for a in first..states {
-                    state[a] *= self.keeps[i][a];
+    fn forget_starts(&self, columns: &mut [Vec<f64>]) {
+        for column in columns {
+            for (range, directions) in &self.unknown_starts {
+                let mine = &mut column[range.clone()];
+                for direction in directions {
+                    let share = dot(direction, mine);
+                    for (value, other) in mine.iter_mut().zip(direction) {
+                        *value -= share * other;
+                    }
                 }
             }
-            let expected = if self.levels {
-                state[0]
-            } else {
-                self.seen[i] * state[..states].iter().sum::<f64>()
-            };
-            let innovation = value - expected;
-            for a in 0..states {
-                state[a] += self.gains[i][a] * innovation;
-            }
-            whitened.push(innovation * self.weight[i]);
         }
-        whitened
+    }
+
+    /// One over the standard deviation of each innovation; 0 where it is not used.
+    pub fn weights(&self) -> &[f64] {
+        &self.filter.weight
     }
 
     /// How many observations have a weight.
     pub fn used(&self) -> usize {
         let unknown: usize =
             self.unknown_starts.iter().map(|(_, directions)| directions.len()).sum();
-        self.weight.iter().filter(|weight| **weight > 0.0).count().saturating_sub(unknown)
+        self.filter.weight.iter().filter(|weight| **weight > 0.0).count().saturating_sub(unknown)
     }
+}
+
+/// What the covariance after an observation depends on, beside that before it.
+#[derive(Clone, Copy, PartialEq)]
+struct Inputs {
+    step: f64,
+    activity: f64,
+    seen: f64,
+    own: f64,
+    new_run: bool,
+}
+
+/// The observation before: where the covariance has settled, the next has the same gains.
+#[derive(Default)]
+struct Last {
+    inputs: Option<Inputs>,
+    which: u32,
+    weight: f64,
+    log_variance: f64,
+    is_settled: bool,
+}
+
+/// Steps of time that differ by less than this share are equal: the rest is rounding of their difference.
+const STEP_EQUAL: f64 = 1e-9;
+/// A covariance has settled where an observation changes it by less than this share.
+const SETTLED: f64 = 1e-14;
+
+impl Last {
+    fn is_like(&self, now: &Inputs) -> bool {
+        self.inputs.is_some_and(|last| {
+            let steps_equal = (now.step - last.step).abs() <= STEP_EQUAL * last.step;
+            steps_equal && Inputs { step: last.step, ..*now } == last
+        })
+    }
+
+    fn repeats(&self, now: &Inputs) -> bool {
+        self.is_settled && self.is_like(now)
+    }
+}
+
+fn has_settled(
+    before: &[[f64; STATES_MAX]; STATES_MAX],
+    after: &[[f64; STATES_MAX]; STATES_MAX],
+) -> bool {
+    let pairs = before.iter().flatten().zip(after.iter().flatten());
+    pairs.into_iter().all(|(before, after)| (before - after).abs() <= SETTLED * after.abs())
 }
 
 /// `p` to `F p F'`: each coloured part decays; the level takes up their sum times the step.
@@ -473,6 +332,31 @@ mod tests {
                 assert!((product - f64::from(u8::from(a == b))).abs() < 1e-9, "{a} {b} {product}");
             }
         }
+    }
+
+    /// Gains that are shared once they have settled are those that each observation would have.
+    #[test]
+    fn settled_gains_are_the_gains() {
+        let n = 4000;
+        let noise = NoiseModel {
+            white: 1.0,
+            walk: 0.0,
+            coloured: vec![Coloured { correlation_s: 30.0, variance: 0.3 }],
+            run_scale: vec![1.0],
+        };
+        let left_out: Vec<bool> = (0..n).map(|i| i == 2500).collect();
+        let even = layout(n, false);
+        // Steps that differ by more than rounding share nothing.
+        let mut uneven = even.clone();
+        uneven.step = (0..n).map(|i| if i % 2 == 0 { 1.0 } else { 1.0 + 1e-8 }).collect();
+        let column: Vec<f64> = (0..n).map(|i| (i as f64 * 0.37).sin()).collect();
+        let shared = Whitener::new(&even, &noise, &left_out);
+        let own = Whitener::new(&uneven, &noise, &left_out);
+        assert!(shared.filter.gains.len() < 1000 && own.filter.gains.len() == n);
+        for (a, b) in shared.apply(&column).iter().zip(own.apply(&column)) {
+            assert!((a - b).abs() < 1e-7, "{a} {b}");
+        }
+        assert!((shared.log_determinant - own.log_determinant).abs() < 1e-4);
     }
 
     #[test]

@@ -60,14 +60,25 @@ impl Errors {
     }
 }
 
-/// Coefficients of `terms` from the observations of `train`.
-fn train(data: Data<'_>, terms: &[Shape], whitener: &Whitener, train: &[bool]) -> Vec<f64> {
-    let columns: Vec<Vec<f64>> = data
-        .all_columns(terms)
-        .iter()
-        .map(|column| masked(&whitener.apply(column), train))
-        .collect();
-    solve(&columns, &masked(&whitener.apply(&data.block.residual), train)).coefficients
+/// Columns of the terms and the residual, whitened.
+struct White {
+    columns: Vec<Vec<f64>>,
+    residual: Vec<f64>,
+}
+
+impl White {
+    fn new(data: Data<'_>, columns: &[Vec<f64>], noise: &NoiseModel, left_out: &[bool]) -> Self {
+        let whitener = Whitener::new(data.layout, noise, left_out);
+        let residual = whitener.apply(&data.block.residual);
+        Self { columns: whitener.apply_all(columns), residual }
+    }
+
+    /// Coefficients from the observations of `train`.
+    fn train(&self, train: &[bool]) -> Vec<f64> {
+        let columns: Vec<Vec<f64>> =
+            self.columns.iter().map(|column| masked(column, train)).collect();
+        solve(&columns, &masked(&self.residual, train)).coefficients
+    }
 }
 
 fn masked(column: &[f64], keep: &[bool]) -> Vec<f64> {
@@ -82,8 +93,8 @@ impl Data<'_> {
         noise: &NoiseModel,
         left_out: &[bool],
     ) -> Errors {
-        let whitener = Whitener::new(self.layout, noise, left_out);
         let columns = self.all_columns(terms);
+        let white = White::new(*self, &columns, noise, left_out);
         let folds = folds(&self.layout.run);
         let mut errors = Errors { folds: folds.len(), ..Errors::default() };
         let run = &self.layout.run;
@@ -91,7 +102,7 @@ impl Data<'_> {
         for (number, fold) in folds.iter().enumerate() {
             // Of one run alone, each fold stands for itself.
             let of = |run: usize| if alone { number } else { run };
-            let coefficients = train(*self, terms, &whitener, &fold.train);
+            let coefficients = white.train(&fold.train);
             let fitted = combine(&columns, &coefficients);
             let error = |i: usize| self.block.residual[i] - fitted.get(i).copied().unwrap_or(0.0);
             let mut start = None;
@@ -138,12 +149,17 @@ pub(crate) fn path_errors(
     let of_row: Vec<usize> = first.0.channels.run.clone();
     let row_folds = folds(&of_row);
     let n = of_row.len();
+    let white: Vec<White> = blocks
+        .iter()
+        .map(|(data, terms, noise, left_out)| {
+            White::new(*data, &data.all_columns(terms), noise, left_out)
+        })
+        .collect();
     for fold in &row_folds {
         let (mut turn, mut distance) = (vec![0.0; n], vec![0.0; n]);
-        for (data, terms, noise, left_out) in blocks {
-            let whitener = Whitener::new(data.layout, noise, left_out);
+        for ((data, terms, _, _), white) in blocks.iter().zip(&white) {
             let keep: Vec<bool> = data.block.rows.iter().map(|&row| fold.train[row]).collect();
-            let coefficients = train(*data, terms, &whitener, &keep);
+            let coefficients = white.train(&keep);
             add_driven(*data, terms, &coefficients, &mut turn, &mut distance);
         }
         for (index, rows) in path.runs.iter().enumerate() {

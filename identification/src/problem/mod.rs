@@ -168,12 +168,13 @@ impl Block {
     }
 
     /// Sums or picks what a term that `acts` so adds `per_row` into observations. `runs` is the run of each row.
-    pub fn observe(&self, acts: Acts, per_row: &[f64], runs: &[usize]) -> Vec<f64> {
+    pub fn observe(&self, acts: Acts, per_row: Vec<f64>, runs: &[usize]) -> Vec<f64> {
         match self.aggregate {
             Aggregate::Pose => {
                 let travels = matches!(acts, Acts::Drive | Acts::Slip);
-                self.pose.as_ref().map_or_else(Vec::new, |pose| pose.observe(per_row, travels))
+                self.pose.as_ref().map_or_else(Vec::new, |pose| pose.observe(&per_row, travels))
             }
+            Aggregate::Row if self.rows.iter().copied().eq(0..per_row.len()) => per_row,
             Aggregate::Row => self.rows.iter().map(|&row| per_row[row]).collect(),
             Aggregate::Level => {
                 let mut sum = 0.0;

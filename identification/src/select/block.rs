@@ -2,9 +2,11 @@
 
 use super::choose::{Contender, Profile, contenders, plainest_first, profiled, surfaces};
 use super::cross;
+use super::data::{Data, combine};
+use super::record::Record;
 use super::refine::refine;
 use super::rivals::{RivalFound, rivals};
-use super::scene::{Data, Scene, combine, robust_fit};
+use super::scene::{Scene, robust_fit};
 use super::simplify::simplify;
 use crate::candidates::{Candidate, Family};
 use crate::lattice;
@@ -64,6 +66,7 @@ impl BlockFit {
 }
 
 struct State<'a> {
+    record: &'a Record<'a>,
     data: Data<'a>,
     base: usize,
     terms: Vec<Shape>,
@@ -78,8 +81,7 @@ impl<'a> State<'a> {
         let mut columns = self.data.all_columns(terms);
         if terms.iter().any(|term| !term.nonlinear().is_empty()) {
             let whitener = Whitener::new(self.data.layout, &self.noise, &self.left_out);
-            let white: Vec<Vec<f64>> =
-                columns.iter().map(|column| whitener.apply(column)).collect();
+            let white = whitener.apply_all(&columns);
             let fit = robust_fit(&white, &whitener.apply(&self.data.block.residual));
             let derivatives = self.data.derivatives(terms, &fit.coefficients);
             columns.extend(derivatives.into_iter().map(|derivative| derivative.column));
@@ -88,7 +90,7 @@ impl<'a> State<'a> {
     }
 
     fn scene(&self, terms: &[Shape]) -> Scene<'a> {
-        Scene::new(self.data, &self.noise, &self.left_out, &self.columns(terms))
+        Scene::new(self.record, &self.noise, &self.left_out, &self.columns(terms))
     }
 
     fn fit_noise(&mut self, anew: bool) {
@@ -160,7 +162,7 @@ impl<'a> State<'a> {
             Profile { columns: &columns, noise: &noise, left_out: &self.left_out, likelihood };
         // What looks strong where the noise is taken for white.
         let plain = NoiseModel { coloured: Vec::new(), ..self.noise.clone() };
-        let white = Scene::new(self.data, &plain, &self.left_out, &columns);
+        let white = Scene::new(self.record, &plain, &self.left_out, &columns);
         let naive = contenders(&white);
         let mut seen: Vec<String> = Vec::new();
         let mut profiles: Vec<Contender> = Vec::new();
@@ -241,7 +243,9 @@ pub fn identify_block(
     progress: &mut dyn FnMut(f64),
 ) -> BlockFit {
     let threshold = -(RISK * share).ln();
+    let record = Record::new(data);
     let mut state = State {
+        record: &record,
         data,
         base: base.len(),
         terms: base,
@@ -260,6 +264,7 @@ pub fn identify_block(
         if state.terms.len() >= state.base + effects_max {
             break;
         }
+        let before = state.terms.clone();
         match state.step(threshold) {
             Ok(()) => {
                 state.refit();
@@ -268,6 +273,10 @@ pub fn identify_block(
                 }
                 state.refit();
                 state.prune();
+                // What was added went again: the next round would be this one.
+                if state.terms == before {
+                    break;
+                }
             }
             Err(failed) => {
                 left = failed;
@@ -332,8 +341,7 @@ pub fn fit_terms(
     left_out: &[bool],
 ) -> Vec<Found> {
     let whitener = Whitener::new(data.layout, noise, left_out);
-    let white: Vec<Vec<f64>> =
-        data.all_columns(terms).iter().map(|column| whitener.apply(column)).collect();
+    let white = whitener.apply_all(&data.all_columns(terms));
     let fit = robust_fit(&white, &whitener.apply(&data.block.residual));
     let mut at = 0;
     terms
@@ -359,7 +367,7 @@ fn finish(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
     let whitener = Whitener::new(data.layout, &state.noise, &state.left_out);
     let target = whitener.apply(&data.block.residual);
     let columns = data.all_columns(&state.terms);
-    let mut white: Vec<Vec<f64>> = columns.iter().map(|column| whitener.apply(column)).collect();
+    let mut white = whitener.apply_all(&columns);
     let linear = white.len();
     let first = robust_fit(&white, &target);
     let derivatives = data.derivatives(&state.terms, &first.coefficients);

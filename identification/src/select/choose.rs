@@ -1,9 +1,11 @@
 //! One round: is anything missing, and what?
 
+use super::data::Data;
 use super::period::periods;
+use super::record::{Seen, View};
 use super::refine::refine;
-use super::scene::{Data, Scene, Score};
-use crate::candidates::{Candidate, Family, all, narrow_on, pairs};
+use super::scene::{Scene, Score};
+use crate::candidates::{Candidate, Family, narrow_on};
 use crate::linear::{Basis, dot};
 use crate::model::{Acts, Wrap};
 use crate::noise::{self, NoiseModel, TIME_CAUTION};
@@ -54,22 +56,24 @@ const NATS_OF_SHAPE: f64 = 1.0;
 pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
     let data = scene.data;
     let mut scored: Vec<(Candidate, Score, f64)> = Vec::new();
-    let mut look = |candidates: Vec<Candidate>, tests: Option<f64>| {
-        for candidate in candidates {
-            let score = scene.look(&candidate.shape);
-            if score.width > 0 {
-                let toll = candidate.family.toll(tests);
-                scored.push((candidate, score, score.surprise - toll));
-            }
+    let mut look = |candidate: &Candidate, view: View, tests: f64| {
+        let score = scene.look_at(&candidate.shape, view);
+        if score.width > 0 {
+            let toll = candidate.family.toll(Some(tests));
+            scored.push((candidate.clone(), score, score.surprise - toll));
         }
     };
-    let every = all(data.block, data.channels);
+    let every = scene.record.candidates();
     for family in [Family::Library, Family::Memory, Family::Smooth, Family::Pair, Family::Step] {
-        let tests = family.tests(&every);
-        look(every.iter().filter(|one| one.family == family).cloned().collect(), Some(tests));
+        let tests = family.tests(every.iter().map(|seen| &seen.candidate));
+        for seen in every.iter().filter(|seen| seen.candidate.family == family) {
+            look(&seen.candidate, seen.view, tests);
+        }
     }
     let (found, tests) = periods(scene);
-    look(found, Some(tests));
+    for candidate in &found {
+        look(candidate, scene.record.view(&candidate.shape), tests);
+    }
     // Where a named effect says as much as any smooth function of a driver, hinges and bumps have nothing to add.
     let named = scored
         .iter()
@@ -125,12 +129,13 @@ const NAMED_SHARE: f64 = 0.6;
 
 /// Surfaces over two drivers: looked at when nothing else is left.
 pub fn surfaces(scene: &Scene<'_>) -> Vec<Contender> {
-    let scored = pairs(scene.data.block, scene.data.channels)
-        .into_iter()
-        .map(|candidate| {
-            let score = scene.look(&candidate.shape);
-            let strength = score.surprise - candidate.family.toll(None);
-            (candidate, score, strength)
+    let scored = scene
+        .record
+        .pairs()
+        .iter()
+        .map(|Seen { candidate, view }| {
+            let score = scene.look_at(&candidate.shape, *view);
+            (candidate.clone(), score, score.surprise - candidate.family.toll(None))
         })
         .collect();
     refined(scene, scored)
@@ -227,14 +232,16 @@ fn is_offset_or_trend(column: &[f64]) -> bool {
 pub fn profiled(scene: &Scene<'_>, null: &Profile<'_>, contender: &Contender) -> Contender {
     let mut columns = null.columns.to_vec();
     columns.extend(scene.data.columns(&contender.candidate.shape));
-    let (_, likelihood) = noise::retune(
-        scene.data.layout,
-        &scene.data.block.residual,
-        &columns,
-        null.noise,
-        null.left_out,
-    );
-    let gain = (likelihood - null.likelihood).max(0.0);
+    let Data { block, layout, .. } = scene.data;
+    let (noise, likelihood) =
+        noise::retune(layout, &block.residual, &columns, null.noise, null.left_out);
+    let mut null_likelihood = null.likelihood;
+    if !scene.record.means.is_empty() {
+        // Of a long record a noise that is tuned a little better gains more than most effects: both sides have it.
+        let also = noise::priced(layout, &block.residual, null.columns, &noise, null.left_out);
+        null_likelihood = null_likelihood.max(also);
+    }
+    let gain = (likelihood - null_likelihood).max(0.0);
     let width = contender.score.width.max(1);
     let surprise = surprise_chi2(2.0 * gain, width as f64);
     let toll = contender.score.surprise - contender.strength;

@@ -1,6 +1,7 @@
 //! Whole runs held out.
 
-use super::scene::{Scene, combine};
+use super::data::combine;
+use super::scene::Scene;
 use crate::linear::solve;
 use crate::robust;
 use std::ops::Range;
@@ -65,10 +66,7 @@ pub fn folds(runs: &[usize]) -> Vec<Fold> {
 /// How much less (in nats) the held-out whitened error is with `new` columns beside `old` ones; wild values count as
 /// much as large ones.
 pub fn gain(scene: &Scene<'_>, old: &[Vec<f64>], new: &[Vec<f64>]) -> f64 {
-    let whiten = |columns: &[Vec<f64>]| -> Vec<Vec<f64>> {
-        columns.iter().map(|column| scene.whitener.apply(column)).collect()
-    };
-    let (old, new) = (whiten(old), whiten(new));
+    let (old, new) = (scene.whitener.apply_all(old), scene.whitener.apply_all(new));
     let both: Vec<Vec<f64>> = old.iter().chain(&new).cloned().collect();
     let target = scene.whitener.apply(&scene.data.block.residual);
     let limit = robust::HUBER * scene.scale;

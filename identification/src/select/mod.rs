@@ -3,7 +3,10 @@
 mod block;
 mod choose;
 mod cross;
+mod data;
+mod means;
 mod period;
+mod record;
 mod refine;
 mod rivals;
 mod scene;
@@ -11,6 +14,6 @@ mod simplify;
 
 pub use block::{BlockFit, Found, fit_terms, identify_block, without_rounding};
 pub use cross::folds;
+pub use data::{Data, combine};
 #[cfg(test)]
 pub use rivals::RivalFound;
-pub use scene::{Data, combine};

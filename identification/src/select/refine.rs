@@ -1,6 +1,7 @@
 //! The numbers of a shape that its columns are not linear in, brought to their best values.
 
-use super::scene::{Data, Scene, robust_fit};
+use super::data::Data;
+use super::scene::{Scene, robust_fit};
 use crate::model::{Form, Shape};
 
 /// Steps of the golden section.
@@ -10,7 +11,9 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// `shape` with its numbers where it explains most in `scene`, and how much that is.
 pub fn refine(scene: &Scene<'_>, shape: &Shape) -> (Shape, f64) {
     let mut best = shape.clone();
-    let mut value = scene.look(&best).statistic;
+    // One view throughout: values of different ones would not compare.
+    let view = scene.record.view(shape);
+    let mut value = scene.look_at(&best, view).statistic;
     if shape.form == Form::Delay {
         delay(scene, &mut best, &mut value);
         return (best, value);
@@ -26,7 +29,7 @@ pub fn refine(scene: &Scene<'_>, shape: &Shape) -> (Shape, f64) {
             let (found, number) = golden(low, high, |number| {
                 let mut tried = best.clone();
                 tried.set(name, number);
-                scene.look(&tried).statistic
+                scene.look_at(&tried, view).statistic
             });
             if found > value {
                 best.set(name, number);

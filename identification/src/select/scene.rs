@@ -1,94 +1,14 @@
 //! One block of equations with the model so far taken out: where candidates are measured.
 
+use super::data::{Data, combine};
+use super::means::Means;
+use super::record::{Record, View};
 use crate::linear::{Basis, dot, solve};
 use crate::model::Shape;
-use crate::noise::{Layout, NoiseModel, Whitener};
-use crate::problem::{Block, Channels};
+use crate::noise::{NoiseModel, Whitener};
 use crate::robust;
 use crate::significance::surprise;
-
-/// The data of one block, which never change.
-#[derive(Clone, Copy)]
-pub struct Data<'a> {
-    /// The equations.
-    pub block: &'a Block,
-    /// What effects see.
-    pub channels: &'a Channels,
-    /// When observations were made.
-    pub layout: &'a Layout,
-}
-
-impl Data<'_> {
-    /// Columns of `shape` over the observations; none where it cannot be had.
-    pub fn columns(&self, shape: &Shape) -> Vec<Vec<f64>> {
-        let columns = shape.observed(self.block, self.channels).unwrap_or_default();
-        if columns.iter().flatten().all(|value| value.is_finite()) { columns } else { Vec::new() }
-    }
-
-    /// Columns of all `terms`, one after the other.
-    pub fn all_columns(&self, terms: &[Shape]) -> Vec<Vec<f64>> {
-        terms.iter().flat_map(|term| self.columns(term)).collect()
-    }
-
-    /// How the observations change with each number of each term that they are not linear in, at `coefficients`
-    /// (one a column of `all_columns`).
-    pub fn derivatives(&self, terms: &[Shape], coefficients: &[f64]) -> Vec<Derivative> {
-        let mut found = Vec::new();
-        let mut at = 0;
-        for (index, term) in terms.iter().enumerate() {
-            let width = self.columns(term).len();
-            let mine =
-                &coefficients[at.min(coefficients.len())..(at + width).min(coefficients.len())];
-            at += width;
-            for name in term.nonlinear() {
-                let Some(value) = term.number(name) else { continue };
-                let step = derivative_step(term, name, value);
-                let side = |sign: f64| {
-                    let mut moved = term.clone();
-                    moved.set(name, value + sign * step);
-                    combine(&self.columns(&moved), mine)
-                };
-                let (high, low) = (side(1.0), side(-1.0));
-                if high.len() == low.len() && !high.is_empty() {
-                    let column =
-                        high.iter().zip(&low).map(|(h, l)| (h - l) / (2.0 * step)).collect();
-                    found.push(Derivative { term: index, name, column });
-                }
-            }
-        }
-        found
-    }
-}
-
-/// How the observations change with a number.
-pub struct Derivative {
-    /// Index of the term.
-    pub term: usize,
-    /// Which number.
-    pub name: &'static str,
-    /// Change of each observation per unit of it.
-    pub column: Vec<f64>,
-}
-
-fn derivative_step(term: &Shape, name: &str, value: f64) -> f64 {
-    let width = term.number("width");
-    match (name, width) {
-        ("centre", Some(width)) => 0.02 * width,
-        ("period", _) => 1e-4 * value,
-        _ => (0.01 * value.abs()).max(1e-12),
-    }
-}
-
-/// Sum of columns, each times its coefficient.
-pub fn combine(columns: &[Vec<f64>], coefficients: &[f64]) -> Vec<f64> {
-    let mut sum = vec![0.0; columns.first().map_or(0, Vec::len)];
-    for (column, coefficient) in columns.iter().zip(coefficients) {
-        for (total, value) in sum.iter_mut().zip(column) {
-            *total += coefficient * value;
-        }
-    }
-    sum
-}
+use std::rc::Rc;
 
 /// How much a candidate would explain.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,10 +25,12 @@ const NOTHING: Score = Score { statistic: 0.0, width: 0, surprise: 0.0 };
 
 /// A block with the model so far taken out.
 pub struct Scene<'a> {
-    /// The data.
+    /// The record.
+    pub record: &'a Record<'a>,
+    /// Its data.
     pub data: Data<'a>,
     /// What makes its noise white.
-    pub whitener: Whitener,
+    pub whitener: Rc<Whitener>,
     /// Huber's scores of the whitened residual, and their mean square.
     pub scores: Vec<f64>,
     /// Mean square of the scores.
@@ -118,6 +40,17 @@ pub struct Scene<'a> {
     basis: Basis,
     used: usize,
     thin: Option<Thin>,
+    means: Vec<OnMeans>,
+}
+
+/// The scene as the means of a long record show it.
+#[derive(Clone)]
+struct OnMeans {
+    whitener: Rc<Whitener>,
+    basis: Basis,
+    scores: Vec<f64>,
+    /// Weight of each observation in its mean.
+    weights: Rc<[f64]>,
 }
 
 /// The whitened record with every few rows summed: slow candidates lose nothing by it.
@@ -147,9 +80,7 @@ impl Thin {
         }
         let block = scores.len().div_ceil(THINNED);
         let mut thin = Basis::default();
-        for column in basis.columns() {
-            thin.push(sums(column, block));
-        }
+        thin.extend(basis.columns().iter().map(|column| sums(column, block)).collect());
         let mut scores = sums(scores, block);
         thin.project(&mut scores);
         Some(Self { block, basis: thin, scores })
@@ -159,16 +90,15 @@ impl Thin {
 impl<'a> Scene<'a> {
     /// With `columns` (of the model so far, derivatives included) taken out under `noise`.
     pub fn new(
-        data: Data<'a>,
+        record: &'a Record<'a>,
         noise: &NoiseModel,
         left_out: &[bool],
         columns: &[Vec<f64>],
     ) -> Self {
-        let whitener = Whitener::new(data.layout, noise, left_out);
+        let data = record.data;
+        let whitener = Rc::new(Whitener::new(data.layout, noise, left_out));
         let mut basis = Basis::default();
-        for column in columns {
-            basis.push(whitener.apply(column));
-        }
+        basis.extend(whitener.apply_all(columns));
         let mut white = whitener.apply(&data.block.residual);
         basis.project(&mut white);
         basis.project(&mut white);
@@ -179,8 +109,27 @@ impl<'a> Scene<'a> {
         basis.project(&mut scores);
         let free = (used as f64 - basis.len() as f64).max(1.0);
         let variance = dot(&scores, &scores) / free;
-        let thin = Thin::new(&basis, &scores);
-        Self { data, whitener, scores, variance, scale, basis, used, thin }
+        let thin = if record.means.is_empty() { Thin::new(&basis, &scores) } else { None };
+        let means = if record.means.is_empty() {
+            Vec::new()
+        } else {
+            // What is wild counts in means as in the scores.
+            let residual: Vec<f64> = data
+                .block
+                .residual
+                .iter()
+                .zip(white.iter().zip(whitener.weights()))
+                .map(|(value, (white, weight))| {
+                    let limit = robust::HUBER * scale;
+                    let wild = white - white.clamp(-limit, limit);
+                    if *weight > 0.0 { value - wild / weight } else { *value }
+                })
+                .collect();
+            let weights = data.layout.weights(left_out);
+            let on = |means: &Means| OnMeans::new(means, noise, &weights, columns, &residual);
+            record.means.iter().map(on).collect()
+        };
+        Self { record, data, whitener, scores, variance, scale, basis, used, thin, means }
     }
 
     /// Degrees of freedom that are left.
@@ -193,8 +142,17 @@ impl<'a> Scene<'a> {
         self.score_columns(&self.data.columns(shape))
     }
 
-    /// About what `shape` would explain: of a long record, slow shapes are measured on sums of rows.
+    /// About what `shape` would explain: of a long record, slow shapes are measured on means of rows.
     pub fn look(&self, shape: &Shape) -> Score {
+        self.look_at(shape, self.record.view(shape))
+    }
+
+    /// The same where it is known which view shows `shape`.
+    pub fn look_at(&self, shape: &Shape, view: View) -> Score {
+        if let (Some(on), Some(means)) = (self.means.get(view.0), self.record.means.get(view.0)) {
+            let columns = means.data().columns(shape);
+            return self.beyond(&on.basis, &on.whitener, &on.scores, &columns);
+        }
         let Some(thin) = &self.thin else {
             return self.score(shape);
         };
@@ -203,8 +161,7 @@ impl<'a> Scene<'a> {
             return NOTHING;
         }
         let mut white = Vec::with_capacity(columns.len());
-        for column in &columns {
-            let whole = self.whitener.apply(column);
+        for whole in self.whitener.apply_all(&columns) {
             let summed = sums(&whole, thin.block);
             if dot(&summed, &summed) < KEPT_MIN * dot(&whole, &whole) {
                 return self.score_columns(&columns);
@@ -220,16 +177,24 @@ impl<'a> Scene<'a> {
 
     /// What columns of observations would explain beyond the model.
     pub fn score_columns(&self, columns: &[Vec<f64>]) -> Score {
+        self.beyond(&self.basis, &self.whitener, &self.scores, columns)
+    }
+
+    fn beyond(
+        &self,
+        basis: &Basis,
+        whitener: &Whitener,
+        scores: &[f64],
+        columns: &[Vec<f64>],
+    ) -> Score {
         if columns.is_empty() || !(self.variance > 0.0) {
             return NOTHING;
         }
-        let white: Vec<Vec<f64>> =
-            columns.iter().map(|column| self.whitener.apply(column)).collect();
-        let new = self.basis.beyond(white);
+        let new = basis.beyond(whitener.apply_all(columns));
         if new.len() == 0 {
             return NOTHING;
         }
-        self.judge(new.explained(&self.scores) / self.variance, new.len())
+        self.judge(new.explained(scores) / self.variance, new.len())
     }
 
     fn judge(&self, statistic: f64, width: usize) -> Score {
@@ -243,7 +208,7 @@ impl<'a> Scene<'a> {
     }
 
     /// Takes the model so far out of a whitened column.
-    pub fn project(&self, column: &mut [f64]) {
+    pub fn project(&self, column: &mut Vec<f64>) {
         self.basis.project(column);
         self.basis.project(column);
     }
@@ -251,23 +216,54 @@ impl<'a> Scene<'a> {
     /// The same scene with `columns` taken out as well.
     pub fn with(&self, columns: &[Vec<f64>]) -> Scene<'a> {
         let mut basis = self.basis.clone();
-        for column in columns {
-            basis.push(self.whitener.apply(column));
-        }
+        basis.extend(self.whitener.apply_all(columns));
         let mut scores = self.scores.clone();
         basis.project(&mut scores);
         let free = (self.used as f64 - basis.len() as f64).max(1.0);
         let variance = dot(&scores, &scores) / free;
+        let thin = self.thin.as_ref().and_then(|_| Thin::new(&basis, &scores));
+        let on = |(means, on): (&Means, &OnMeans)| on.with(means, columns);
         Scene {
+            record: self.record,
             data: self.data,
-            whitener: self.whitener.clone(),
+            whitener: Rc::clone(&self.whitener),
             variance,
             scale: self.scale,
-            thin: Thin::new(&basis, &scores),
+            thin,
+            means: self.record.means.iter().zip(&self.means).map(on).collect(),
             scores,
             basis,
             used: self.used,
         }
+    }
+}
+
+impl OnMeans {
+    fn new(
+        means: &Means,
+        noise: &NoiseModel,
+        weights: &[f64],
+        columns: &[Vec<f64>],
+        residual: &[f64],
+    ) -> Self {
+        let whitener = Rc::new(Whitener::new(&means.layout(weights), noise, &[]));
+        let mut basis = Basis::default();
+        let columns: Vec<Vec<f64>> =
+            columns.iter().map(|column| means.of(column, weights)).collect();
+        basis.extend(whitener.apply_all(&columns));
+        let mut scores = whitener.apply(&means.of(residual, weights));
+        basis.project(&mut scores);
+        basis.project(&mut scores);
+        Self { whitener, basis, scores, weights: Rc::from(weights) }
+    }
+
+    fn with(&self, means: &Means, columns: &[Vec<f64>]) -> Self {
+        let mut found = self.clone();
+        let columns: Vec<Vec<f64>> =
+            columns.iter().map(|column| means.of(column, &self.weights)).collect();
+        found.basis.extend(self.whitener.apply_all(&columns));
+        found.basis.project(&mut found.scores);
+        found
     }
 }
 

@@ -1,0 +1,187 @@
+//! The innovations of columns of observations, by gains that are known.
+
+/// Most states: the level and the coloured parts.
+pub const STATES_MAX: usize = 5;
+/// Columns that are filtered together: one column waits for its own last state in each step, several keep the
+/// processor busy.
+const LANES: usize = 4;
+
+/// What an observation does to the state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gains {
+    /// What each state keeps of itself.
+    pub keep: [f64; STATES_MAX],
+    /// What each takes of the innovation.
+    pub gain: [f64; STATES_MAX],
+}
+
+/// The Kalman filter for given times and a given noise. Where it has settled, observations share their gains.
+#[derive(Debug, Clone, Default)]
+pub struct Filter {
+    /// How many states there are, the level included.
+    pub states: usize,
+    /// Whether the first state is a level that takes up the sum of the others.
+    pub levels: bool,
+    /// Does the state start anew at an observation?
+    pub starts: Vec<bool>,
+    /// Time since the observation before.
+    pub step: Vec<f64>,
+    /// How much of the states an observation sees.
+    pub seen: Vec<f64>,
+    /// One over the standard deviation of the innovation; 0 for an observation that is not used.
+    pub weight: Vec<f64>,
+    /// Which gains an observation has.
+    pub which: Vec<u32>,
+    /// The gains that there are.
+    pub gains: Vec<Gains>,
+}
+
+impl Filter {
+    /// Notes the gains of the next observation; under which number.
+    pub fn push(&mut self, gains: Gains) -> u32 {
+        let which = self.gains.len() as u32;
+        self.gains.push(gains);
+        self.which.push(which);
+        which
+    }
+
+    /// The innovations of each column, of equal variance.
+    pub fn innovations<C: AsRef<[f64]>>(&self, columns: &[C]) -> Vec<Vec<f64>> {
+        if self.states == 0 {
+            let weigh = |column: &C| {
+                column.as_ref().iter().zip(&self.weight).map(|(v, weight)| v * weight).collect()
+            };
+            return columns.iter().map(weigh).collect();
+        }
+        let mut found = Vec::with_capacity(columns.len());
+        for several in columns.chunks(LANES) {
+            match (several, self.levels) {
+                ([a, b, c, d], levels) => {
+                    let several = [a.as_ref(), b.as_ref(), c.as_ref(), d.as_ref()];
+                    found.extend(if levels {
+                        self.of_levels(several)
+                    } else {
+                        self.of_rows(several)
+                    });
+                }
+                (fewer, levels) => {
+                    for one in fewer {
+                        let one = [one.as_ref()];
+                        found.extend(if levels { self.of_levels(one) } else { self.of_rows(one) });
+                    }
+                }
+            }
+        }
+        found
+    }
+
+    fn of_rows<const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N] {
+        match self.states {
+            1 => self.run_rows::<1, N>(columns),
+            2 => self.run_rows::<2, N>(columns),
+            3 => self.run_rows::<3, N>(columns),
+            4 => self.run_rows::<4, N>(columns),
+            _ => self.run_rows::<STATES_MAX, N>(columns),
+        }
+    }
+
+    fn of_levels<const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N] {
+        match self.states {
+            1 => self.run_levels::<1, N>(columns),
+            2 => self.run_levels::<2, N>(columns),
+            3 => self.run_levels::<3, N>(columns),
+            4 => self.run_levels::<4, N>(columns),
+            _ => self.run_levels::<STATES_MAX, N>(columns),
+        }
+    }
+
+    /// An observation sees the sum of all states.
+    fn run_rows<const S: usize, const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N] {
+        let n = self.weight.len();
+        let columns = columns.map(|column| &column[..n]);
+        let mut found = [(); N].map(|()| vec![0.0; n]);
+        let mut state = [[0.0; N]; S];
+        for i in 0..n {
+            let Gains { keep, gain } = &self.gains[self.which[i] as usize];
+            let (seen, weight) = (self.seen[i], self.weight[i]);
+            if self.starts[i] {
+                state = [[0.0; N]; S];
+            }
+            let mut sum = [0.0; N];
+            for a in 0..S {
+                for lane in 0..N {
+                    state[a][lane] *= keep[a];
+                    sum[lane] += state[a][lane];
+                }
+            }
+            for lane in 0..N {
+                let innovation = columns[lane][i] - seen * sum[lane];
+                for a in 0..S {
+                    state[a][lane] += gain[a] * innovation;
+                }
+                found[lane][i] = innovation * weight;
+            }
+        }
+        found
+    }
+
+    /// An observation sees the first state, which takes up the others as they were.
+    fn run_levels<const S: usize, const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N] {
+        let n = self.weight.len();
+        let columns = columns.map(|column| &column[..n]);
+        let mut found = [(); N].map(|()| vec![0.0; n]);
+        let mut state = [[0.0; N]; S];
+        for i in 0..n {
+            let Gains { keep, gain } = &self.gains[self.which[i] as usize];
+            let (step, weight) = (self.step[i], self.weight[i]);
+            if self.starts[i] {
+                state = [[0.0; N]; S];
+            }
+            for lane in 0..N {
+                let rate: f64 = (1..S).map(|a| state[a][lane]).sum();
+                state[0][lane] += step * rate;
+                for a in 1..S {
+                    state[a][lane] *= keep[a];
+                }
+                let innovation = columns[lane][i] - state[0][lane];
+                for a in 0..S {
+                    state[a][lane] += gain[a] * innovation;
+                }
+                found[lane][i] = innovation * weight;
+            }
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Filter, Gains, STATES_MAX};
+
+    /// A column is whitened to the same values alone and among others.
+    #[test]
+    fn company_changes_nothing() {
+        let n = 50;
+        for levels in [false, true] {
+            let mut filter = Filter {
+                states: 3,
+                levels,
+                starts: (0..n).map(|i| i % 20 == 0).collect(),
+                step: vec![0.5; n],
+                seen: (0..n).map(|i| 1.0 + 0.1 * (i % 3) as f64).collect(),
+                weight: (0..n).map(|i| if i == 7 { 0.0 } else { 2.0 }).collect(),
+                ..Filter::default()
+            };
+            for i in 0..n {
+                let (keep, gain) = ([0.9; STATES_MAX], [0.1 + 0.001 * i as f64; STATES_MAX]);
+                filter.push(Gains { keep, gain });
+            }
+            let columns: Vec<Vec<f64>> =
+                (0..7).map(|k| (0..n).map(|i| ((i * (k + 3)) as f64).sin()).collect()).collect();
+            let together = filter.innovations(&columns);
+            let alone: Vec<Vec<f64>> =
+                columns.iter().flat_map(|column| filter.innovations(&[column])).collect();
+            assert_eq!(together, alone);
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! When observations were made: all that whitening needs to know of them.
+
+use crate::problem::{Aggregate, Block, Channels};
+
+/// Errors of where each run of poses began, over the observations, and the observations of each run.
+type UnknownStarts = (Vec<Vec<f64>>, Vec<std::ops::Range<usize>>);
+
+/// When observations were made: all that whitening needs to know of them.
+#[derive(Debug, Clone)]
+pub struct Layout {
+    /// Time since the observation before, s.
+    pub(super) step: Vec<f64>,
+    /// Activity since the observation before.
+    pub(super) activity: Vec<f64>,
+    /// Does a new stretch begin here?
+    pub(super) starts: Vec<bool>,
+    /// Does a new run begin here?
+    pub(super) new_run: Vec<bool>,
+    /// Run of each observation.
+    pub run: Vec<usize>,
+    /// How much of a rate each observation sees: 1, or the time that a turn took.
+    pub(super) gain: Vec<f64>,
+    /// Noise of each observation over that of the others; empty where all are alike.
+    pub(super) spread: Vec<f64>,
+    pub(super) levels: bool,
+    /// Errors of the pose at the start of each run, over the observations; and the observations of each run.
+    pub(super) starts_of_poses: Option<UnknownStarts>,
+}
+
+impl Layout {
+    /// Of the observations of `block`.
+    pub fn new(block: &Block, channels: &Channels) -> Self {
+        let levels = block.aggregate != Aggregate::Row;
+        let mut segment_of = vec![0; channels.time.len()];
+        for (index, range) in channels.segments.iter().enumerate() {
+            segment_of[range.clone()].fill(index);
+        }
+        let n = block.rows.len();
+        let mut layout = Self {
+            step: vec![0.0; n],
+            activity: vec![0.0; n],
+            starts: vec![true; n],
+            new_run: vec![true; n],
+            run: block.rows.iter().map(|&row| channels.run[row]).collect(),
+            gain: vec![1.0; n],
+            spread: block.spread.clone(),
+            levels,
+            starts_of_poses: block
+                .pose
+                .as_ref()
+                .map(|pose| (pose.start_errors().to_vec(), pose.of_run.clone())),
+        };
+        for i in 1..n {
+            let (before, now) = (block.rows[i - 1], block.rows[i]);
+            layout.new_run[i] = layout.run[i] != layout.run[i - 1];
+            let other =
+                block.pose.as_ref().is_some_and(|pose| pose.component[i] != pose.component[i - 1]);
+            layout.starts[i] = segment_of[before] != segment_of[now]
+                || now < before
+                || (levels && layout.new_run[i])
+                || other;
+            if layout.starts[i] {
+                continue;
+            }
+            layout.step[i] = channels.time[now] - channels.time[before];
+            if let Some(activity) = &block.activity {
+                layout.activity[i] = activity[before + 1..=now].iter().sum();
+            }
+        }
+        layout
+    }
+
+    /// The same observations where each took `durations`: a coloured rate adds up over the time, and where `white`
+    /// too, white noise of the rate does (an angle random walk).
+    pub fn over(&self, durations: &[f64], white: bool) -> Self {
+        let mean = durations.iter().sum::<f64>() / durations.len().max(1) as f64;
+        let mut layout = self.clone();
+        layout.gain = durations.iter().map(|duration| duration / mean).collect();
+        if white {
+            let own = |i: usize| self.spread.get(i).copied().unwrap_or(1.0);
+            layout.spread = (0..self.len()).map(|i| own(i) * layout.gain[i].abs().sqrt()).collect();
+        }
+        layout
+    }
+
+    /// How many observations there are.
+    pub fn len(&self) -> usize {
+        self.step.len()
+    }
+
+    /// Whether observations are levels.
+    pub fn is_level(&self) -> bool {
+        self.levels
+    }
+
+    /// Typical time from one observation to the next.
+    pub fn interval(&self) -> f64 {
+        let mut steps: Vec<f64> = self
+            .step
+            .iter()
+            .zip(&self.starts)
+            .filter(|(_, s)| !**s)
+            .map(|(step, _)| *step)
+            .collect();
+        steps.sort_by(f64::total_cmp);
+        steps.get(steps.len() / 2).copied().filter(|step| *step > 0.0).unwrap_or(1.0)
+    }
+
+    /// Longest stretch of time.
+    pub fn span(&self) -> f64 {
+        let (mut longest, mut now): (f64, f64) = (0.0, 0.0);
+        for (step, starts) in self.step.iter().zip(&self.starts) {
+            now = if *starts { 0.0 } else { now + step };
+            longest = longest.max(now);
+        }
+        longest
+    }
+
+    /// Typical activity from one observation to the next.
+    pub fn mean_activity(&self) -> f64 {
+        self.activity.iter().sum::<f64>() / self.activity.len().max(1) as f64
+    }
+
+    /// Every `block` observations as one, their mean. Only for observations that are of rows.
+    pub fn thinned(&self, block: usize) -> (Self, Vec<std::ops::Range<usize>>) {
+        let mut groups: Vec<std::ops::Range<usize>> = Vec::new();
+        for i in 0..self.len() {
+            match groups.last_mut() {
+                Some(last) if last.len() < block && !self.starts[i] && !self.new_run[i] => {
+                    last.end = i + 1
+                }
+                _ => groups.push(i..i + 1),
+            }
+        }
+        let middle = |range: &std::ops::Range<usize>| (range.start + range.end - 1) / 2;
+        let mut thin = Self {
+            step: Vec::new(),
+            activity: Vec::new(),
+            starts: Vec::new(),
+            new_run: Vec::new(),
+            run: Vec::new(),
+            gain: Vec::new(),
+            spread: Vec::new(),
+            levels: self.levels,
+            starts_of_poses: None,
+        };
+        let mut before = 0;
+        for range in &groups {
+            let now = middle(range);
+            thin.step.push(self.step[before + 1..=now.max(before)].iter().sum());
+            thin.activity.push(0.0);
+            thin.starts.push(self.starts[range.start]);
+            thin.new_run.push(self.new_run[range.start]);
+            thin.run.push(self.run[range.start]);
+            thin.gain.push(self.gain[range.clone()].iter().sum::<f64>() / range.len() as f64);
+            before = now;
+        }
+        (thin, groups)
+    }
+
+    /// The observations of `range` alone.
+    pub fn part(&self, range: std::ops::Range<usize>) -> Self {
+        let mut part = Self {
+            step: self.step[range.clone()].to_vec(),
+            activity: self.activity[range.clone()].to_vec(),
+            starts: self.starts[range.clone()].to_vec(),
+            new_run: self.new_run[range.clone()].to_vec(),
+            run: self.run[range.clone()].to_vec(),
+            gain: self.gain[range.clone()].to_vec(),
+            spread: self.spread.get(range).map_or_else(Vec::new, <[f64]>::to_vec),
+            levels: self.levels,
+            starts_of_poses: None,
+        };
+        if let Some(first) = part.starts.first_mut() {
+            *first = true;
+        }
+        part
+    }
+
+    /// The same observations, with the noise of each over that of the others.
+    pub fn with_spread(&self, spread: Vec<f64>) -> Self {
+        Self { spread, ..self.clone() }
+    }
+
+    /// How much each observation says of a mean; nothing, where it is `left_out`.
+    pub fn weights(&self, left_out: &[bool]) -> Vec<f64> {
+        let weight = |i: usize| {
+            let out = left_out.get(i).copied().unwrap_or(false);
+            if out { 0.0 } else { self.spread.get(i).copied().unwrap_or(1.0).powi(-2) }
+        };
+        (0..self.len()).map(weight).collect()
+    }
+
+    /// How many runs there are.
+    pub fn runs(&self) -> usize {
+        self.run.iter().max().map_or(0, |last| last + 1)
+    }
+}

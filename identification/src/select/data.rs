@@ -1,0 +1,88 @@
+//! The data of one block and the columns of shapes over them.
+
+use crate::model::Shape;
+use crate::noise::Layout;
+use crate::problem::{Block, Channels};
+
+/// The data of one block, which never change.
+#[derive(Clone, Copy)]
+pub struct Data<'a> {
+    /// The equations.
+    pub block: &'a Block,
+    /// What effects see.
+    pub channels: &'a Channels,
+    /// When observations were made.
+    pub layout: &'a Layout,
+}
+
+impl Data<'_> {
+    /// Columns of `shape` over the observations; none where it cannot be had.
+    pub fn columns(&self, shape: &Shape) -> Vec<Vec<f64>> {
+        let columns = shape.observed(self.block, self.channels).unwrap_or_default();
+        if columns.iter().flatten().all(|value| value.is_finite()) { columns } else { Vec::new() }
+    }
+
+    /// Columns of all `terms`, one after the other.
+    pub fn all_columns(&self, terms: &[Shape]) -> Vec<Vec<f64>> {
+        terms.iter().flat_map(|term| self.columns(term)).collect()
+    }
+
+    /// How the observations change with each number of each term that they are not linear in, at `coefficients`
+    /// (one a column of `all_columns`).
+    pub fn derivatives(&self, terms: &[Shape], coefficients: &[f64]) -> Vec<Derivative> {
+        let mut found = Vec::new();
+        let mut at = 0;
+        for (index, term) in terms.iter().enumerate() {
+            let width = self.columns(term).len();
+            let mine =
+                &coefficients[at.min(coefficients.len())..(at + width).min(coefficients.len())];
+            at += width;
+            for name in term.nonlinear() {
+                let Some(value) = term.number(name) else { continue };
+                let step = derivative_step(term, name, value);
+                let side = |sign: f64| {
+                    let mut moved = term.clone();
+                    moved.set(name, value + sign * step);
+                    combine(&self.columns(&moved), mine)
+                };
+                let (high, low) = (side(1.0), side(-1.0));
+                if high.len() == low.len() && !high.is_empty() {
+                    let column =
+                        high.iter().zip(&low).map(|(h, l)| (h - l) / (2.0 * step)).collect();
+                    found.push(Derivative { term: index, name, column });
+                }
+            }
+        }
+        found
+    }
+}
+
+/// How the observations change with a number.
+pub struct Derivative {
+    /// Index of the term.
+    pub term: usize,
+    /// Which number.
+    pub name: &'static str,
+    /// Change of each observation per unit of it.
+    pub column: Vec<f64>,
+}
+
+fn derivative_step(term: &Shape, name: &str, value: f64) -> f64 {
+    let width = term.number("width");
+    match (name, width) {
+        ("centre", Some(width)) => 0.02 * width,
+        ("period", _) => 1e-4 * value,
+        _ => (0.01 * value.abs()).max(1e-12),
+    }
+}
+
+/// Sum of columns, each times its coefficient.
+pub fn combine(columns: &[Vec<f64>], coefficients: &[f64]) -> Vec<f64> {
+    let mut sum = vec![0.0; columns.first().map_or(0, Vec::len)];
+    for (column, coefficient) in columns.iter().zip(coefficients) {
+        for (total, value) in sum.iter_mut().zip(column) {
+            *total += coefficient * value;
+        }
+    }
+    sum
+}

@@ -1,0 +1,144 @@
+//! The data of one block with what is made of them once: means of a long record, and the candidates.
+
+use super::data::Data;
+use super::means::Means;
+use crate::candidates::{Candidate, all, pairs};
+use crate::model::Shape;
+use crate::problem::Aggregate;
+use std::cell::OnceCell;
+
+/// Rows above which a record is long, and to about how many means it is then brought, the fewest first.
+const LONG_FROM: usize = 50_000;
+const MEANS: [usize; 2] = [6_000, 30_000];
+
+/// The data of one block.
+pub struct Record<'a> {
+    /// The data.
+    pub data: Data<'a>,
+    /// A long record by means, the fewest first.
+    pub means: Vec<Means>,
+    candidates: OnceCell<Vec<Seen>>,
+    pairs: OnceCell<Vec<Seen>>,
+}
+
+/// Where a shape is looked at: the index of the means, or their number for every row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct View(pub usize);
+
+/// A candidate and where it is looked at.
+pub struct Seen {
+    /// The candidate.
+    pub candidate: Candidate,
+    /// Where it shows.
+    pub view: View,
+}
+
+impl<'a> Record<'a> {
+    /// Of `data`.
+    pub fn new(data: Data<'a>) -> Self {
+        let n = data.block.rows.len();
+        // Rows without an observation would be missing in means.
+        let is_dense = 10 * n >= 9 * data.channels.time.len();
+        let is_long = data.block.aggregate == Aggregate::Row && is_dense && n > LONG_FROM;
+        let means = if is_long {
+            MEANS.iter().map(|means| Means::new(data, n.div_ceil(*means))).collect()
+        } else {
+            Vec::new()
+        };
+        Self { data, means, candidates: OnceCell::new(), pairs: OnceCell::new() }
+    }
+
+    /// The fewest means that show all of `shape`.
+    pub fn view(&self, shape: &Shape) -> View {
+        View(self.means.iter().take_while(|means| !means.show(shape)).count())
+    }
+
+    /// Every candidate that is tried in each round.
+    pub fn candidates(&self) -> &[Seen] {
+        self.candidates.get_or_init(|| self.seen(all(self.data.block, self.data.channels)))
+    }
+
+    /// Every function of two drivers.
+    pub fn pairs(&self) -> &[Seen] {
+        self.pairs.get_or_init(|| self.seen(pairs(self.data.block, self.data.channels)))
+    }
+
+    fn seen(&self, candidates: Vec<Candidate>) -> Vec<Seen> {
+        let seen = |candidate: Candidate| Seen { view: self.view(&candidate.shape), candidate };
+        candidates.into_iter().map(seen).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LONG_FROM, Record, View};
+    use crate::dataset::{Column, Dataset, Kind, Role, Unit};
+    use crate::model::{Acts, Driver, Form, Shape};
+    use crate::noise::{Layout, NoiseModel};
+    use crate::problem::{Known, Problem};
+    use crate::select::Data;
+    use crate::select::scene::Scene;
+
+    /// An hour and more at 10 Hz: a slow temperature, a rate that changes all the time.
+    fn problem() -> Problem {
+        let n = LONG_FROM + 1000;
+        let series =
+            |f: &dyn Fn(f64) -> f64| (0..n).map(|i| f(i as f64 * 0.1)).collect::<Vec<f64>>();
+        let rate = |t: f64| 20.0 * (4.0 * t).sin();
+        let noise = |t: f64| 0.1 * ((t * 1e4).sin() * 1e4).fract();
+        let error = |t: f64| 1e-3 * (t / 900.0).sin() + noise(t);
+        let column = |name: &str, role, unit, values| Column {
+            name: name.to_owned(),
+            role,
+            axis: None,
+            unit,
+            values,
+        };
+        let dataset = Dataset {
+            name: "long".to_owned(),
+            kind: Kind::Series,
+            drive: None,
+            constants: std::collections::BTreeMap::new(),
+            columns: vec![
+                column("time", Role::Time, Unit::Second, series(&|t| t)),
+                column(
+                    "gyro",
+                    Role::GyroRate,
+                    Unit::DegreePerSecond,
+                    series(&|t| rate(t) + error(t)),
+                ),
+                column("table", Role::ReferenceRate, Unit::DegreePerSecond, series(&rate)),
+                column(
+                    "temperature",
+                    Role::Temperature,
+                    Unit::Celsius,
+                    series(&|t| 20.0 + (t / 900.0).sin()),
+                ),
+            ],
+            run_of_row: vec![0; n],
+            run_labels: vec!["0".to_owned()],
+            notices: Vec::new(),
+        };
+        Problem::new(&dataset, Known::default()).unwrap()
+    }
+
+    #[test]
+    fn means_say_of_a_slow_shape_what_all_rows_say() {
+        let problem = problem();
+        let block = &problem.blocks[0];
+        let layout = Layout::new(block, &problem.channels);
+        let data = Data { block, channels: &problem.channels, layout: &layout };
+        let record = Record::new(data);
+        let shape = |acts, driver: &str, form| Shape::new("any", acts, Driver::plain(driver), form);
+        let slow = shape(Acts::Bias, "temperature", Form::Linear).with("origin", 20.0);
+        let fast = shape(Acts::Bias, "table", Form::Quadratic);
+        assert_eq!(record.view(&slow), View(0));
+        assert_eq!(record.view(&fast), View(record.means.len()));
+        let noise = NoiseModel::white(layout.runs());
+        let model = data.all_columns(&[Shape::constant("bias", Acts::Bias)]);
+        let scene = Scene::new(&record, &noise, &vec![false; layout.len()], &model);
+        let (look, score) = (scene.look(&slow).statistic, scene.score(&slow).statistic);
+        assert!(score > 2.0 && (look / score - 1.0).abs() < 0.02, "{look} {score}");
+        assert_eq!(scene.look(&fast), scene.score(&fast));
+    }
+}
