@@ -195,9 +195,13 @@ impl<'a> State<'a> {
         for contender in
             found.iter().filter(|contender| contender.strength >= threshold).take(TRIED)
         {
-            // The likeliest cause may be noise after all; then a less likely one is none either.
             if contender.strength - contender.caution < threshold {
-                break;
+                // The likeliest cause may be noise after all; then, as long as nothing is known to be missing, a less
+                // likely one is none either.
+                if self.terms.len() == self.base {
+                    break;
+                }
+                continue;
             }
             let mut chosen = vec![contender.candidate.clone()];
             if is_wide(&contender.candidate) {

@@ -17,7 +17,8 @@ mod kernel;
 mod pty_wire;
 #[cfg(feature = "live")]
 mod slcan_wire;
-#[cfg(all(test, feature = "live"))]
+#[cfg(test)]
+#[cfg(feature = "live")]
 mod tests;
 #[cfg(feature = "live")]
 mod wait;
