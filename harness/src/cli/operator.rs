@@ -17,7 +17,7 @@ pub(super) struct OperatorArguments {
     #[arg(long = "answer", value_name = "NAME=VALUE")]
     given: Vec<GivenAnswer>,
     /// File of such answers, for runs that nobody watches: TOML with by = "your name" and a table
-    /// [answers] of texts such as gap = "1.5 mm".
+    /// "answers" of texts such as gap = "1.5 mm".
     #[arg(long, value_name = "FILE")]
     answers: Option<PathBuf>,
     /// Who answers at the terminal, for the record. [default: the user's name]

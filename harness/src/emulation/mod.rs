@@ -9,10 +9,10 @@
 //!             requests, a JSON line each, from stdin or a socket (docs/emulators.md)
 //! ```
 //!
-//! * [`bench`]: the devices, what carries the gyro, and their links, by the core verbs.
+//! * [`mod@bench`]: the devices, what carries the gyro, and their links, by the core verbs.
 //! * [`link`]: the pace of a line that has none of its own, and the faults of one.
 //! * [`request`]: what can be asked and set while it runs. [`tell`]: what is answered.
-//! * [`ports`], [`control`], [`run`]: the shell around it: ports, requests, the real clock.
+//! * [`ports`], [`control`], [`mod@run`]: the shell around it: ports, requests, the real clock.
 
 pub mod bench;
 pub mod control;

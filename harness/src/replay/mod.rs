@@ -2,7 +2,7 @@
 //!
 //! When which frame is due is the business of [`bus_log::replay`](crate::bus_log::replay), which frames of
 //! a log can be sent that of [`bus_log::playable`](crate::bus_log::playable). Here are the shell around
-//! them ([`play`], [`run`]) and what came of it ([`Replayed`]).
+//! them (`play`, [`run`]) and what came of it ([`Replayed`]).
 //!
 //! The timer of the event loop has ticks of 1 ms. It is left [`APPROACH`] before a frame is due; from then
 //! on the thread itself sleeps, and turns on the spot for no more than the last
