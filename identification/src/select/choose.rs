@@ -1,6 +1,7 @@
 //! One round: is anything missing, and what?
 
 use super::data::Data;
+use super::held_back::holds_back_all;
 use super::period::periods;
 use super::record::{Seen, View};
 use super::refine::refine;
@@ -172,7 +173,9 @@ fn refined(scene: &Scene<'_>, mut scored: Vec<(Candidate, Score, f64)>) -> Vec<C
                 continue;
             }
         }
-        found.push(Contender::new(candidate, score, strength, scene.free()));
+        if holds_back_all(scene, &candidate.shape) {
+            found.push(Contender::new(candidate, score, strength, scene.free()));
+        }
     }
     found.sort_by(|a, b| b.rank.total_cmp(&a.rank));
     // The best are measured on every row.

@@ -4,6 +4,7 @@ mod block;
 mod choose;
 mod cross;
 mod data;
+mod held_back;
 mod means;
 mod period;
 mod record;
