@@ -295,7 +295,8 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
         ));
     }
     effects.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let effects: Vec<_> = effects.into_iter().map(|(_, effect)| effect).collect();
+    let mut effects: Vec<_> = effects.into_iter().map(|(_, effect)| effect).collect();
+    outcome::lines_before_their_zero(&mut effects);
     let (held_out, held_out_also) = errors(problem, done, seed);
     let verdict = if !left.is_empty() {
         Verdict::StructureLeft

@@ -157,7 +157,12 @@ impl Builder<'_> {
         let trend_name =
             if is_wear { "tyre_wear".to_owned() } else { format!("{}_ageing", acts(on)) };
         let trend = Shape::new(&trend_name, on, Driver::new(Wrap::Trend, &time), Form::Linear);
-        self.push(Family::Library, trend.with("origin", middle));
+        self.push(Family::Library, trend.clone().with("origin", middle));
+        if matches!(on, Acts::Turn | Acts::Drive | Acts::Curvature) {
+            // No constant of a plain model takes up where it begins: also what is right when the record begins.
+            let first = self.channels.time.iter().copied().fold(f64::INFINITY, f64::min);
+            self.push(Family::Library, trend.with("origin", first));
+        }
         if matches!(on, Acts::Bias | Acts::Scale) {
             let name = if on == Acts::Bias { "warm_up" } else { "scale_warm_up" };
             for constant in self.time_constants() {

@@ -21,9 +21,9 @@ pub struct Evidence {
 /// What a coloured part has to add to the logarithm of the likelihood (two parameters).
 const PART_GAIN_MIN: f64 = 3.0;
 /// What a coloured part costs where it stands against a cause, in nats.
-pub const PART_PRICE: f64 = 3.0;
+pub const PART_PRICE: f64 = 6.0;
 /// What follows time alone is as easily noise: it must show more, in nats.
-pub const TIME_CAUTION: f64 = 6.0;
+pub const TIME_CAUTION: f64 = 3.0;
 /// An observation this many standard deviations off has no say in the noise.
 const OUTLIER: f64 = 4.5;
 /// A run with fewer observations has no noise level of its own.

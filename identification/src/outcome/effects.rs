@@ -1,7 +1,7 @@
 //! Effects and terms as the contract writes them.
 
 use crate::finding::{Effect, Rival};
-use crate::model::{Fitted, Term, exposure};
+use crate::model::{Fitted, Form, Term, exposure};
 use crate::problem::DisplayUnit;
 use crate::select::{Data, Found};
 
@@ -65,5 +65,68 @@ pub(crate) fn effect(data: Data<'_>, found: &Found, before: f64, after: f64) -> 
         held_out_before: before,
         held_out_after: after,
         rivals,
+    }
+}
+
+/// A constant beside a straight line over a driver says where the line has its zero: the line is named first.
+pub(crate) fn lines_before_their_zero(effects: &mut Vec<Effect>) {
+    for at in 0..effects.len() {
+        let constant = &effects[at];
+        if !constant.drivers.is_empty() {
+            continue;
+        }
+        let is_line = |other: &Effect| {
+            other.form == form(Form::Linear)
+                && !other.drivers.is_empty()
+                && (&other.term, other.axis) == (&constant.term, constant.axis)
+        };
+        if let Some(later) = effects[at..].iter().position(is_line) {
+            let line = effects.remove(at + later);
+            effects.insert(at, line);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::lines_before_their_zero;
+    use crate::finding::Effect;
+
+    fn effect(term: &str, driver: Option<&str>) -> Effect {
+        Effect {
+            name: format!("{term}_{}", driver.unwrap_or("constant")),
+            known: true,
+            term: term.to_owned(),
+            axis: None,
+            drivers: driver.into_iter().map(str::to_owned).collect(),
+            form: if driver.is_some() { "linear" } else { "constant" }.to_owned(),
+            knots: Vec::new(),
+            knots_2: Vec::new(),
+            parameters: Vec::new(),
+            p_value: 0.0,
+            held_out_before: 0.0,
+            held_out_after: 0.0,
+            rivals: Vec::new(),
+        }
+    }
+
+    fn order(effects: Vec<Effect>) -> Vec<String> {
+        let mut effects = effects;
+        lines_before_their_zero(&mut effects);
+        effects.into_iter().map(|effect| effect.name).collect()
+    }
+
+    #[test]
+    fn a_line_goes_before_the_constant_that_is_its_zero() {
+        let turn = || effect("turn", None);
+        let line = || effect("turn", Some("temperature"));
+        let other = || effect("drive", Some("temperature"));
+        assert_eq!(order(vec![turn(), line()]), ["turn_temperature", "turn_constant"]);
+        assert_eq!(order(vec![line(), turn()]), ["turn_temperature", "turn_constant"]);
+        assert_eq!(
+            order(vec![turn(), other(), line()]),
+            ["turn_temperature", "turn_constant", "drive_temperature"]
+        );
+        assert_eq!(order(vec![turn(), other()]), ["turn_constant", "drive_temperature"]);
     }
 }

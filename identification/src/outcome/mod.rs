@@ -9,7 +9,7 @@ mod whiteness;
 use crate::select::{Data, Found, combine};
 pub(crate) use diagnostics::diagnose;
 pub use diagnostics::{BlockDiagnostics, Diagnostics, EffectCurve, RunError, Series};
-pub(crate) use effects::{effect, term};
+pub(crate) use effects::{effect, lines_before_their_zero, term};
 pub(crate) use held_out::{Errors, held_out, path_errors};
 pub use predict::predict;
 pub(crate) use whiteness::whiteness;

@@ -387,12 +387,15 @@ fn finish(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
     if let Some(closing) = &data.block.closing {
         // The lever comes from the same ends of laps: where they lie says little of how large their error is.
         let fitted = combine(&columns, &first.coefficients);
-        let by_lever: Vec<f64> = fitted
-            .iter()
-            .zip(&closing.component)
-            .map(|(fitted, component)| if *component == 0 { 0.0 } else { *fitted })
-            .collect();
-        white.push(whitener.apply(&by_lever));
+        let by_lever = |(fitted, component): (&f64, &usize)| match component {
+            0 => 0.0,
+            _ => *fitted,
+        };
+        let by_lever: Vec<f64> = fitted.iter().zip(&closing.component).map(by_lever).collect();
+        // Where there is no term, there is nothing for the lever to act on.
+        if !by_lever.is_empty() {
+            white.push(whitener.apply(&by_lever));
+        }
     }
     let errors = robust_fit(&white, &residual).errors;
     let mut at = 0;
