@@ -1,0 +1,100 @@
+//! Ends of laps round a square: heading, x and y are readings of one error over a lever.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use identification::dataset::{Column, Dataset, Kind, Role, Unit};
+use identification::finding::Verdict;
+use identification::identify::{Identified, Options, identify};
+use identification::model::Model;
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use std::collections::BTreeMap;
+
+const LAPS: usize = 80;
+/// Half a side, m.
+const LEVER_M: f64 = 2.0;
+/// Noise of a heading, rad, and of a coordinate, m.
+const HEADING: f64 = 0.003;
+const POSITION: f64 = 0.006;
+
+/// Laps whose odometry turns too far by `curvature` (rad in a lap) whichever way it goes.
+fn laps(curvature: f64, seed: u64) -> Dataset {
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(seed);
+    let mut noise = |size: f64| -> Vec<f64> {
+        let draw = |_| {
+            let z: f64 = StandardNormal.sample(&mut random);
+            size * z
+        };
+        (0..LAPS).map(draw).collect()
+    };
+    let column = |name: &str, role, unit, values: Vec<f64>| Column {
+        name: name.to_owned(),
+        role,
+        axis: None,
+        unit,
+        values,
+    };
+    let direction: Vec<f64> = (0..LAPS).map(|lap| if lap % 2 == 0 { 1.0 } else { -1.0 }).collect();
+    let row = |value: &dyn Fn(usize) -> f64| (0..LAPS).map(value).collect::<Vec<f64>>();
+    let plus = |noise: Vec<f64>, by: f64| -> Vec<f64> { noise.iter().map(|n| n + by).collect() };
+    let along = |noise: Vec<f64>| -> Vec<f64> {
+        let shifted = noise.iter().zip(&direction);
+        shifted.map(|(n, direction)| n + direction * LEVER_M * curvature).collect()
+    };
+    let gyro = {
+        let noise = noise(0.05);
+        noise.iter().zip(&direction).map(|(n, direction)| direction * 360.0 + n).collect()
+    };
+    Dataset {
+        name: "laps".to_owned(),
+        kind: Kind::Laps,
+        drive: None,
+        constants: BTreeMap::new(),
+        columns: vec![
+            column("time", Role::Time, Unit::Second, row(&|lap| 100.0 * lap as f64)),
+            column("direction", Role::Direction, Unit::One, direction.clone()),
+            column("gyro_angle", Role::GyroAngle, Unit::Degree, gyro),
+            column("odometry_x", Role::OdometryX, Unit::Metre, vec![0.0; LAPS]),
+            column("odometry_y", Role::OdometryY, Unit::Metre, vec![0.0; LAPS]),
+            column("odometry_heading", Role::OdometryHeading, Unit::Radian, vec![0.0; LAPS]),
+            column("reference_x", Role::ReferenceX, Unit::Metre, along(noise(POSITION))),
+            column(
+                "reference_y",
+                Role::ReferenceY,
+                Unit::Metre,
+                plus(noise(POSITION), -LEVER_M * curvature),
+            ),
+            column(
+                "reference_heading",
+                Role::ReferenceHeading,
+                Unit::Radian,
+                plus(noise(HEADING), curvature),
+            ),
+            column(
+                "temperature",
+                Role::Temperature,
+                Unit::Celsius,
+                row(&|lap| 25.0 + 5.0 * (lap as f64 / 13.0).sin()),
+            ),
+            column("duration", Role::Duration, Unit::Second, vec![64.0; LAPS]),
+        ],
+        run_of_row: (0..LAPS).map(|lap| lap / 4).collect(),
+        run_labels: (0..LAPS / 4).map(|run| run.to_string()).collect(),
+        notices: Vec::new(),
+    }
+}
+
+fn identified(laps: &Dataset, model: Option<&Model>) -> Identified {
+    identify(laps, model, &Options::default(), &mut |_, _| {}).unwrap()
+}
+
+/// The lever is known from elsewhere, and nothing acts on it.
+#[test]
+fn noise_alone_is_noise_where_the_lever_is_known() {
+    let large = identified(&laps(0.05, 1), None);
+    let lever = large.model.closing_lever_m.unwrap();
+    assert!((lever / LEVER_M - 1.0).abs() < 0.1, "{lever}");
+    let nothing = Model { terms: Vec::new(), plain: Vec::new(), ..large.model };
+    let found = identified(&laps(0.0, 2), Some(&nothing));
+    assert_eq!(found.finding.verdict, Verdict::NothingMissing, "{:?}", found.finding.effects);
+}
