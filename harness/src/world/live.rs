@@ -1,5 +1,5 @@
-//! The live world: the real clock, ptys or real ports, the device under test in this process or in its
-//! own.
+//! The live world: the real clock, ptys or real ports, the device under test in this process, in its
+//! own, or wherever it runs already.
 //!
 //! The emulated devices, the engine and the pacing of lines are those of the simulated world; here they
 //! are asked when the real clock says so. Bytes and frames cross the kernel: what an emulated device sends
@@ -52,7 +52,10 @@ use role_port::PortEvent;
 use std::path::Path;
 use wire::time::{Span, Timestamp};
 
-/// The device under test must be heard within this. Assumption: the slowest interpreter starts in 2 s.
+/// An attached device under test must be heard within this where the bench does not say. Assumption: somebody
+/// has the program at hand, and starts it in another terminal.
+pub const ATTACH_MAX_DEFAULT: Span = Span::from_secs(60);
+/// One that is started here must be heard within this. Assumption: the slowest interpreter starts in 2 s.
 const START_LIMIT: Span = Span::from_secs(10);
 /// Between two looks beyond the world.
 const PULSE_PERIOD: Span = Span::from_millis(100);
@@ -81,6 +84,8 @@ pub struct Setting {
     pub device_under_test: DeviceUnderTest,
     /// The ports.
     pub placement: Placement,
+    /// How long an attached device under test may take until it is heard.
+    pub attach_max: Span,
     /// How late the harness may be with anything.
     pub late_max: Span,
     /// What the scheduler is asked for.
@@ -129,6 +134,7 @@ impl LiveWorld {
     pub fn new(bench: Bench, engine: Engine, operator: Operator, setting: Setting) -> Self {
         let mut stage = Stage::new(bench, engine);
         stage.operator = operator;
+        stage.real = setting.placement.real_roles();
         let lateness = Lateness::new(setting.late_max);
         Self { stage, setting, journal: Journal::default(), lateness, clashes: 0, foreign: 0 }
     }
@@ -180,13 +186,9 @@ impl LiveWorld {
                 if let Some(why) = ports.wrong_rate(now) {
                     self.stage.engine.broke(now, &why);
                 }
-                if !heard_any && now - Timestamp::ZERO > START_LIMIT {
-                    let why = format!(
-                        "the device under test said nothing within {} s{}",
-                        START_LIMIT.as_secs_f64(),
-                        device.last_words(),
-                    );
-                    self.stage.engine.broke(now, &why);
+                let limit = self.start_limit();
+                if !heard_any && now - Timestamp::ZERO > limit {
+                    self.stage.engine.broke(now, &device.why_silent(limit));
                 }
             }
             self.deliver(now, sink, &mut ports);
@@ -285,7 +287,7 @@ impl LiveWorld {
                 self.stage.engine.report(now, &report);
             }
             Heard::Nothing => {}
-            Heard::BadLine(what) => self.stage.note(now, sink, Device::Controller, what),
+            Heard::Note(what) => self.stage.note(now, sink, Device::Controller, what),
             Heard::Port(role, event) => {
                 let name = device.in_process().and_then(|here| here.port(role));
                 let name = name.map_or("", |port| port.name());
@@ -295,6 +297,14 @@ impl LiveWorld {
                 }
             }
             Heard::Ended(how) => self.stage.engine.lost_controller(now, &how),
+        }
+    }
+
+    /// The device under test must be heard within this.
+    const fn start_limit(&self) -> Span {
+        match self.setting.device_under_test {
+            DeviceUnderTest::Attached(_) => self.setting.attach_max,
+            _ => START_LIMIT,
         }
     }
 

@@ -1,6 +1,8 @@
 //! The live world from outside: real time, real ports, our controller in the process and as a process of its
 //! own.
 //!
+//! * [`attach`]: controllers that somebody else has started.
+//! * [`by_hand`]: what a person does where devices are real.
 //! * [`can`]: a base on CAN, behind an adapter and on an interface of the kernel.
 //! * [`ports`]: ports that come and go.
 //! * [`wrong`]: what is wired or set wrong.
@@ -8,6 +10,8 @@
 #![cfg(feature = "live")]
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+mod attach;
+mod by_hand;
 mod can;
 mod ports;
 mod wrong;

@@ -1,6 +1,7 @@
 //! Which port plays which role in a run, from a bench file and what the plan's devices need.
 
 use crate::bench_file::{BenchFile, PortText, ROLES, Role};
+use crate::operator::RealRoles;
 use crate::port::PortSpec;
 use crate::port::spec::{SerialDevice, SerialSpec};
 use controller::config::Transport;
@@ -106,6 +107,16 @@ impl Placement {
             base,
             table,
         })
+    }
+
+    /// Roles that real devices play.
+    pub fn real_roles(&self) -> RealRoles {
+        let is_real = |player: &Player| !player.is_emulated();
+        RealRoles {
+            gyro: is_real(&self.gyro),
+            base: self.base.as_ref().is_some_and(is_real),
+            table: self.table.is_some(),
+        }
     }
 
     /// What crosses the ports, in a word for the summary: the kinds of port.
