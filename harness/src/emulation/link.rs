@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use wire::can::CanFrame;
 use wire::packet::Packet;
 use wire::serial::SerialSettings;
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 
 /// Outputs that wait to be handed to the port; more are dropped and counted.
 pub const READY_MAX: usize = 256;
@@ -46,6 +46,12 @@ pub enum LinkFault {
         /// Within 0 to 1.
         share: f64,
     },
+    /// Each output comes later by this, and none is lost: a converter that buffers, a device that is slow to
+    /// answer.
+    Delay {
+        /// How much later.
+        by: Span,
+    },
 }
 
 /// What faults have done so far.
@@ -57,6 +63,8 @@ pub struct LinkCounters {
     pub stuck: u64,
     /// Bytes or frames lost one by one.
     pub lost: u64,
+    /// Outputs that came later.
+    pub delayed: u64,
     /// Outputs and inputs for which a queue had no room.
     pub overflowed: u64,
 }
@@ -65,6 +73,8 @@ pub struct LinkCounters {
 #[derive(Debug)]
 pub struct Link {
     lines: Option<Lines>,
+    /// Outputs that come later, and when.
+    held: VecDeque<(Timestamp, Output)>,
     ready: VecDeque<Output>,
     fault: Option<(LinkFault, Timestamp)>,
     chance: RandomStream,
@@ -91,6 +101,7 @@ impl Link {
                     from_device: SerialLine::new(settings),
                 }),
             },
+            held: VecDeque::new(),
             ready: VecDeque::new(),
             fault: None,
             chance: RandomStream::new(seed, device, "link loss"),
@@ -129,14 +140,36 @@ impl Link {
     /// The device sends.
     pub fn send(&mut self, now: Timestamp, output: Output) {
         let Some(output) = self.through_fault(now, output) else { return };
+        let by = match self.fault {
+            Some((LinkFault::Delay { by }, _)) => by,
+            _ => Span::ZERO,
+        };
+        // What comes later is not overtaken, not even once the fault is over.
+        let behind = self.held.back().map_or(now, |(at, _)| now.max(*at));
+        let at = behind.max(now + by);
+        if at == now {
+            self.put_out(now, output);
+        } else if self.held.len() < READY_MAX {
+            self.counters.delayed += 1;
+            self.held.push_back((at, output));
+        } else {
+            self.counters.overflowed += 1;
+        }
+    }
+
+    fn put_out(&mut self, now: Timestamp, output: Output) {
         match (&mut self.lines, output) {
             (Some(lines), Output::Bytes(bytes)) => lines.from_device.send(now, bytes),
             (_, output) => self.make_ready(output),
         }
     }
 
-    /// Takes what has left the device's line by `now`.
+    /// Takes what was held back, and what has left the device's line by `now`.
     pub fn wake(&mut self, now: Timestamp) {
+        while let Some((at, output)) = self.held.front().copied().filter(|(at, _)| *at <= now) {
+            self.held.pop_front();
+            self.put_out(at, output);
+        }
         while let Some(bytes) = self.lines.as_mut().and_then(|lines| lines.from_device.arrived(now))
         {
             self.make_ready(Output::Bytes(bytes));
@@ -150,9 +183,10 @@ impl Link {
 
     /// When something is through next, in either direction.
     pub fn next_wakeup(&self) -> Timestamp {
-        self.lines.as_ref().map_or(Timestamp::MAX, |lines| {
+        let lines = self.lines.as_ref().map_or(Timestamp::MAX, |lines| {
             lines.to_device.next_arrival().min(lines.from_device.next_arrival())
-        })
+        });
+        self.held.front().map_or(lines, |(at, _)| lines.min(*at))
     }
 
     /// What was lost, and why.
@@ -185,6 +219,10 @@ impl Link {
             Some((LinkFault::Stuck, _)) => {
                 self.counters.stuck += 1;
                 self.last_like(output)
+            }
+            Some((LinkFault::Delay { .. }, _)) => {
+                self.remember(output);
+                Some(output)
             }
             Some((LinkFault::Drop { share }, _)) => self.thinned(output, share),
         }
@@ -322,6 +360,27 @@ mod tests {
         assert!(lost.abs_diff(2 * OUTPUTS) < 240, "{lost}");
         link.set_fault(LinkFault::Drop { share: 1.0 }, Timestamp::MAX);
         assert_eq!(sent(&mut link, frame(1, 1)), None);
+    }
+
+    #[test]
+    fn what_comes_later_keeps_its_order() {
+        let mut link = link(Pace::Medium);
+        let (late, later) = (START + Span::from_millis(200), START + Span::from_millis(300));
+        link.set_fault(
+            LinkFault::Delay { by: Span::from_millis(200) },
+            START + Span::from_millis(100),
+        );
+        link.send(START, bytes(b"a"));
+        link.send(START + Span::from_millis(50), bytes(b"b"));
+        // The fault is over, and what was sent under it is still on its way.
+        link.send(START + Span::from_millis(150), bytes(b"c"));
+        assert_eq!((link.transmit(), link.next_wakeup()), (None, late));
+        link.wake(late);
+        assert_eq!((link.transmit(), link.transmit()), (Some(bytes(b"a")), None));
+        link.wake(later);
+        assert_eq!((link.transmit(), link.transmit()), (Some(bytes(b"b")), Some(bytes(b"c"))));
+        link.send(later, bytes(b"d"));
+        assert_eq!((link.transmit(), link.counters().delayed), (Some(bytes(b"d")), 3));
     }
 
     #[test]

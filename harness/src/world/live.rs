@@ -9,13 +9,14 @@
 //! | role | emulated | real |
 //! |---|---|---|
 //! | gyro, base | the harness has the near end of the port, the device under test the far one | the device under test has the port; on a bus of the kernel the harness listens |
-//! | table | within the harness | the harness has the port |
+//! | table | within the harness, or with both ends of a pty there | the harness has the port |
 //!
 //! A port that goes away is waited for as long as the plan's limits allow. Clock and select loop are the
 //! only ones in the harness.
 
 mod clock;
 mod device_under_test;
+mod flood;
 mod histogram;
 mod in_process;
 mod journal;
@@ -45,6 +46,7 @@ use crate::record::sink::RecordSink;
 pub(crate) use clock::Clock;
 pub use clock::SPIN_MAX;
 use device_under_test::{Heard, Running};
+use flood::FloodWatch;
 use journal::Journal;
 use lateness::{Course, Lateness};
 use ports::{BASE, GYRO, Ports};
@@ -119,7 +121,7 @@ pub struct LiveWorld {
     /// Frames of an emulated device that somebody else has sent.
     clashes: u64,
     /// Frames on the bus of the base that are none of the base's command set.
-    foreign: u64,
+    foreign: FloodWatch,
 }
 
 /// What the loop waited for.
@@ -136,7 +138,14 @@ impl LiveWorld {
         stage.operator = operator;
         stage.real = setting.placement.real_roles();
         let lateness = Lateness::new(setting.late_max);
-        Self { stage, setting, journal: Journal::default(), lateness, clashes: 0, foreign: 0 }
+        Self {
+            stage,
+            setting,
+            journal: Journal::default(),
+            lateness,
+            clashes: 0,
+            foreign: FloodWatch::default(),
+        }
     }
 
     /// Everything observed and made is the engine's.
@@ -199,6 +208,9 @@ impl LiveWorld {
                 traffic::record(sink, now, by, crossed);
             }
             self.lateness.reach(self.course());
+            if self.stage.engine.is_ending() {
+                self.lateness.break_off();
+            }
             if let Some(ending) = self.stage.engine.ending() {
                 break ending.clone();
             }
@@ -320,8 +332,12 @@ impl LiveWorld {
         let miswired = ports.miswired(self.stage.bench.gyro_stream().format);
         let why = match ending.outcome {
             Outcome::Passed => late,
-            Outcome::Failed => late.or(miswired),
-            Outcome::Timeout => miswired,
+            Outcome::Failed | Outcome::Timeout => {
+                let flooded = self.foreign.verdict(end, ports.name(BASE));
+                let broken = self.lateness.verdict_on_broken_step();
+                // A flood makes a machine late, not the other way round.
+                flooded.or(late).or(broken).or(miswired)
+            }
             Outcome::Error | Outcome::Aborted => None,
         };
         match why {
@@ -329,9 +345,9 @@ impl LiveWorld {
                 let then = ending.reason.map_or_else(String::new, |reason| format!("; {reason}"));
                 Ending { outcome: Outcome::Error, reason: Some(format!("{why}{then}")) }
             }
-            None if self.foreign > 0 && ending.outcome != Outcome::Passed => {
+            None if self.foreign.frames() > 0 && ending.outcome != Outcome::Passed => {
                 let then = ending.reason.unwrap_or_else(|| "no reason was given".to_owned());
-                let (foreign, port) = (self.foreign, ports.name(BASE));
+                let (foreign, port) = (self.foreign.frames(), ports.name(BASE));
                 let reason =
                     format!("{then}; {foreign} frames of other nodes crossed {port} meanwhile");
                 Ending { reason: Some(reason), ..ending }

@@ -4,7 +4,9 @@
 //! * [`attach`]: controllers that somebody else has started.
 //! * [`by_hand`]: what a person does where devices are real.
 //! * [`can`]: a base on CAN, behind an adapter and on an interface of the kernel.
+//! * [`late`]: devices that answer late.
 //! * [`ports`]: ports that come and go.
+//! * [`table`]: an emulated table on a port.
 //! * [`wrong`]: what is wired or set wrong.
 
 #![cfg(feature = "live")]
@@ -13,7 +15,9 @@
 mod attach;
 mod by_hand;
 mod can;
+mod late;
 mod ports;
+mod table;
 mod wrong;
 
 use std::path::{Path, PathBuf};
