@@ -146,13 +146,13 @@ fn missions_come_from_one_client_after_the_other() {
         drop(first);
         // The second waits until the base of the first is at rest.
         let mut second = client::Client::connect(&folder);
+        second.wait_for(both_heard);
         let state = second.wait_for(|report| match report {
             Report::State(state) => Some(*state),
             _ => None,
         });
         assert!(!state.moving, "{state:?}");
         assert_eq!(requests.lock().unwrap().last(), Some(&Request::Stop));
-        second.wait_for(both_heard);
         // As new: without the bias that the first has found.
         assert_eq!(state.bias.rad_per_s(), 0.0, "{state:?}");
         second.say(BIAS_TEST);

@@ -58,7 +58,7 @@ fn the_answers_lie_beside_the_bench() {
 #[test]
 fn every_bench_that_ships_can_be_read() {
     let shipped = names(Kind::Bench);
-    for name in ["emulated", "slcan", "usb", "vcan"] {
+    for name in ["attach", "emulated", "slcan", "usb", "vcan"] {
         assert!(shipped.iter().any(|shipped| shipped == name), "{name}: {shipped:?}");
     }
     for name in shipped {
