@@ -26,6 +26,7 @@ mod ports;
 mod realtime;
 mod role_port;
 mod traffic;
+mod verdict;
 
 pub(crate) use device_under_test::our_program;
 pub use device_under_test::{DeviceUnderTest, StartError};
@@ -39,7 +40,7 @@ use super::simulated::Progress;
 use super::stage::Stage;
 use crate::engine::{Action, Ending, Engine};
 use crate::operator::Operator;
-use crate::outcome::{Outcome, PortSide, PortSummary, Timing};
+use crate::outcome::{PortSide, PortSummary, Timing};
 use crate::port::PortError;
 use crate::record::Device;
 use crate::record::sink::RecordSink;
@@ -49,7 +50,7 @@ use device_under_test::{Heard, Running};
 use flood::FloodWatch;
 use journal::Journal;
 use lateness::{Course, Lateness};
-use ports::{BASE, GYRO, Ports};
+use ports::Ports;
 use role_port::PortEvent;
 use std::path::Path;
 use wire::time::{Span, Timestamp};
@@ -323,57 +324,5 @@ impl LiveWorld {
     fn course(&self) -> Course {
         let observations = self.stage.engine.observations().values().map(Vec::len).sum();
         Course { steps: self.stage.engine.progress().0, observations }
-    }
-
-    /// The ending, with what the ports and the machine have to do with it.
-    fn judge(&self, ending: Ending, end: Timestamp, ports: &Ports) -> Ending {
-        let ending = self.journal.explain(ending, end);
-        let late = self.lateness.verdict();
-        let miswired = ports.miswired(self.stage.bench.gyro_stream().format);
-        let why = match ending.outcome {
-            Outcome::Passed => late,
-            Outcome::Failed | Outcome::Timeout => {
-                let flooded = self.foreign.verdict(end, ports.name(BASE));
-                let broken = self.lateness.verdict_on_broken_step();
-                // A flood makes a machine late, not the other way round.
-                flooded.or(late).or(broken).or(miswired)
-            }
-            Outcome::Error | Outcome::Aborted => None,
-        };
-        match why {
-            Some(why) => {
-                let then = ending.reason.map_or_else(String::new, |reason| format!("; {reason}"));
-                Ending { outcome: Outcome::Error, reason: Some(format!("{why}{then}")) }
-            }
-            None if self.foreign.frames() > 0 && ending.outcome != Outcome::Passed => {
-                let then = ending.reason.unwrap_or_else(|| "no reason was given".to_owned());
-                let (foreign, port) = (self.foreign.frames(), ports.name(BASE));
-                let reason =
-                    format!("{then}; {foreign} frames of other nodes crossed {port} meanwhile");
-                Ending { reason: Some(reason), ..ending }
-            }
-            None => ending,
-        }
-    }
-
-    fn timing(&self, device: &Running, scheduling: String) -> Timing {
-        Timing {
-            late: self.lateness.histogram().spread(),
-            bus_to_command: device.in_process().map(|here| here.bus_to_command().spread()),
-            late_ms_max: self.lateness.late_max().as_secs_f64() * 1e3,
-            misses: self.lateness.misses(),
-            misses_judged: self.lateness.misses_judged(),
-            scheduling,
-        }
-    }
-
-    fn port_summaries(&self, ports: &Ports, device: &Running) -> Vec<PortSummary> {
-        let mut summaries = ports.summaries(&self.journal);
-        for role in [GYRO, BASE] {
-            if let Some(port) = device.in_process().and_then(|here| here.port(role)) {
-                summaries.push(self.journal.summary((role, PortSide::Controller), port));
-            }
-        }
-        summaries
     }
 }
