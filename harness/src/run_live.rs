@@ -11,8 +11,8 @@ use crate::run::{Completed, Options, Prepared, Simulated, keep, summarise};
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::world::bench::Bench;
 use crate::world::live::{
-    DeviceUnderTest, LATE_MAX_DEFAULT, LiveError, LiveWorld, Placement, PlacementError, Scheduling,
-    Setting,
+    ATTACH_MAX_DEFAULT, DeviceUnderTest, LATE_MAX_DEFAULT, LiveError, LiveWorld, Placement,
+    PlacementError, Scheduling, Setting,
 };
 use crate::world::simulated::Progress;
 use std::sync::Arc;
@@ -36,21 +36,6 @@ pub enum LiveRunError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Placement(#[from] PlacementError),
-    /// The bench file asks for more than the live world can do.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    NotYet(#[from] NotYet),
-}
-
-/// What a bench file may say and the live world cannot do.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]
-pub enum NotYet {
-    /// A controller that somebody starts by hand.
-    #[error("the live world cannot wait for a controller that is started by hand yet")]
-    #[diagnostic(help(
-        "give its command line: [controller] command = [\"./program\", \"{{gyro}}\"]"
-    ))]
-    Attach,
 }
 
 /// What a live run is told beyond plan and options.
@@ -85,10 +70,11 @@ pub fn run_live_to_folder(
         device_under_test: match &setting.bench.controller {
             Some(ControllerSection::Command(command)) => DeviceUnderTest::Command(command.clone()),
             Some(ControllerSection::InProcess) => DeviceUnderTest::InProcess,
-            Some(ControllerSection::Attach) => return Err(NotYet::Attach.into()),
+            Some(ControllerSection::Attach(place)) => DeviceUnderTest::Attached(place.clone()),
             None => setting.device_under_test.clone(),
         },
         placement: Placement::new(setting.bench, bench.base_transport(), &setting.can)?,
+        attach_max: setting.bench.timing.attach_max.unwrap_or(ATTACH_MAX_DEFAULT),
         late_max: setting.bench.timing.late_max.unwrap_or(LATE_MAX_DEFAULT),
         scheduling: if setting.bench.timing.realtime {
             Scheduling::RealTime
@@ -134,6 +120,7 @@ pub fn run_live_to_folder(
         DeviceUnderTest::InProcess => "in-process".to_owned(),
         DeviceUnderTest::OurProcess => "process".to_owned(),
         DeviceUnderTest::Command(words) => words.join(" "),
+        DeviceUnderTest::Attached(place) => format!("attached at {place}"),
     };
     summary.wall_s = summary.simulated_s;
     if folder.file(DEVICE_LOG).is_file() {

@@ -117,7 +117,8 @@ impl Drop for Process {
     }
 }
 
+/// The time by which everything is waited for.
 #[expect(clippy::disallowed_methods, reason = "a process runs on the real clock")]
-fn now() -> Instant {
+pub fn now() -> Instant {
     Instant::now()
 }

@@ -4,6 +4,7 @@
 #![expect(clippy::unwrap_used, reason = "in a test what cannot go on may panic")]
 
 mod child;
+mod client;
 mod devices;
 mod pty;
 
@@ -115,6 +116,51 @@ fn stdin_closed_brings_the_base_to_rest() {
         assert_eq!(status, Some(0), "{log}");
         assert!(log.contains("stdin was closed"), "{log}");
         assert_stopped_and_at_rest(&requests, &reports);
+    });
+}
+
+/// One client after the other over a socket: each gets a controller as new, and one that leaves has the base
+/// stopped.
+#[test]
+fn missions_come_from_one_client_after_the_other() {
+    patiently(|| {
+        let (gyro, (base, requests)) = (gyro(b""), base(b""));
+        let folder = std::env::temp_dir().join(format!("k2a-listen-{}", std::process::id()));
+        let place = format!("unix:{}", folder.display());
+        let base_port = serial(&base);
+        let arguments = ["--gyro", &gyro.port, "--base", &base_port, "--listen", &place];
+        let process = Process::start(&arguments);
+        let both_heard = |report: &Report| {
+            matches!(report, Report::Health(health) if health.level == Level::Degraded)
+                .then_some(())
+        };
+        let mut first = client::Client::connect(&folder);
+        first.wait_for(both_heard);
+        first.say(BIAS_TEST);
+        assert!(matches!(first.wait_for(answer(1)), Report::Done { .. }));
+        first.say(LONG_STRAIGHT);
+        first.wait_for(|report| match report {
+            Report::State(state) if state.moving => Some(()),
+            _ => None,
+        });
+        drop(first);
+        // The second waits until the base of the first is at rest.
+        let mut second = client::Client::connect(&folder);
+        second.wait_for(both_heard);
+        let state = second.wait_for(|report| match report {
+            Report::State(state) => Some(*state),
+            _ => None,
+        });
+        assert!(!state.moving, "{state:?}");
+        assert_eq!(requests.lock().unwrap().last(), Some(&Request::Stop));
+        // As new: without the bias that the first has found.
+        assert_eq!(state.bias.rad_per_s(), 0.0, "{state:?}");
+        second.say(BIAS_TEST);
+        assert!(matches!(second.wait_for(answer(1)), Report::Done { .. }));
+        process.signal(Signal::TERM);
+        let (status, _, log) = process.wait();
+        assert_eq!(status, Some(0), "{log}");
+        assert!(!folder.exists(), "the socket is left over");
     });
 }
 

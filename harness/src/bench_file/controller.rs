@@ -1,5 +1,6 @@
 //! The device under test of a bench.
 
+use super::attach::AttachPlace;
 use super::role::Yes;
 use serde::de::{self, DeserializeSeed, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -12,8 +13,9 @@ pub enum ControllerSection {
     InProcess,
     /// `command = [...]`: a program that the harness starts; `{gyro}` and `{base}` stand for the ports.
     Command(Vec<String>),
-    /// `attach = true`: a program that somebody starts by hand, once told which ports to use.
-    Attach,
+    /// `attach = "unix:/path.sock"`: one that runs already, or that somebody starts by hand, and that takes its
+    /// missions there.
+    Attach(AttachPlace),
 }
 
 const KEYS: [&str; 3] = ["in_process", "command", "attach"];
@@ -57,7 +59,7 @@ impl<'de> Visitor<'de> for SectionVisitor {
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(
-            "a device under test: `in_process = true`, `command = [...]` or `attach = true`",
+            "a device under test: `in_process = true`, `command = [...]` or `attach = \"...\"`",
         )
     }
 
@@ -68,14 +70,14 @@ impl<'de> Visitor<'de> for SectionVisitor {
             first = Some(key);
             section = Some(match key {
                 "command" => ControllerSection::Command(map.next_value::<Words>()?.0),
-                "attach" => map.next_value::<Yes>().map(|Yes| ControllerSection::Attach)?,
+                "attach" => ControllerSection::Attach(map.next_value()?),
                 _ => map.next_value::<Yes>().map(|Yes| ControllerSection::InProcess)?,
             });
         }
         section.ok_or_else(|| {
             de::Error::custom(
                 "no device under test, expected `in_process = true`, `command = [...]` or \
-                 `attach = true`",
+                 `attach = \"...\"`",
             )
         })
     }

@@ -23,15 +23,17 @@
 //! A role without a table is emulated where the world puts it. What cannot be meant is refused while it
 //! is read, so that the message points at the key.
 
+mod attach;
 mod controller;
 mod port_text;
 mod role;
 mod timing;
 
+pub use attach::AttachPlace;
 pub use controller::ControllerSection;
 pub use port_text::{Medium, PortText, PortTextError};
 pub use role::Role;
-pub use timing::{LATE_MS_MAX_MAX, Timing};
+pub use timing::{ATTACH_S_MAX_MAX, LATE_MS_MAX_MAX, Timing};
 
 use crate::library::{Kind, Library, LibraryError};
 use serde::Deserialize;

@@ -58,7 +58,7 @@ fn the_answers_lie_beside_the_bench() {
 #[test]
 fn every_bench_that_ships_can_be_read() {
     let shipped = names(Kind::Bench);
-    for name in ["emulated", "slcan", "usb", "vcan"] {
+    for name in ["attach", "emulated", "slcan", "usb", "vcan"] {
         assert!(shipped.iter().any(|shipped| shipped == name), "{name}: {shipped:?}");
     }
     for name in shipped {
@@ -81,7 +81,9 @@ fn mistakes_are_shown_in_place() {
         "[base]\ntitle = \"x\"",
         "[base]",
         "[gyros]\nemulated = true",
-        "[controller]\nattach = true\ncommand = [\"x\"]",
+        "[controller]\nattach = \"unix:x.sock\"\ncommand = [\"x\"]",
+        "[controller]\nattach = true",
+        "[controller]\nattach = \"tcp:localhost\"",
         "[controller]\ncommand = []",
         "[controller]\nprogram = \"x\"",
         "[timing]\nlate_ms_max = 0",

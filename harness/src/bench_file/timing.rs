@@ -8,6 +8,10 @@ use wire::time::Span;
 /// judged, a lap's corner of some 10 s, measures nothing.
 pub const LATE_MS_MAX_MAX: f64 = 10_000.0;
 
+/// Longest wait for an attached controller, in seconds. Assumption: who has not started it within an hour has
+/// gone home.
+pub const ATTACH_S_MAX_MAX: f64 = 3_600.0;
+
 /// What real time may do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -16,6 +20,10 @@ pub struct Timing {
     /// `late_ms_max` in the file, in milliseconds.
     #[serde(rename = "late_ms_max", default, deserialize_with = "milliseconds")]
     pub late_max: Option<Span>,
+    /// How long an attached controller may take until it is heard, from the begin of the run; what the live
+    /// world takes for usual where it is absent. `attach_s_max` in the file, in seconds.
+    #[serde(rename = "attach_s_max", default, deserialize_with = "seconds")]
+    pub attach_max: Option<Span>,
     /// Ask for real-time priority and locked memory, as `--realtime` does.
     #[serde(default)]
     pub realtime: bool,
@@ -27,4 +35,12 @@ fn milliseconds<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Spa
         return Ok(Some(Span::from_secs_f64(value / 1e3)));
     }
     Err(de::Error::invalid_value(Unexpected::Float(value), &"milliseconds above 0, at most 10000"))
+}
+
+fn seconds<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Span>, D::Error> {
+    let value = f64::deserialize(deserializer)?;
+    if value > 0.0 && value <= ATTACH_S_MAX_MAX {
+        return Ok(Some(Span::from_secs_f64(value)));
+    }
+    Err(de::Error::invalid_value(Unexpected::Float(value), &"seconds above 0, at most 3600"))
 }

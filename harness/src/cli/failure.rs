@@ -121,11 +121,6 @@ enum Cause {
     #[diagnostic(transparent)]
     #[cfg(feature = "live")]
     Devices(crate::world::bench::DevicesError),
-    /// The bench asks for what the live world cannot do.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    #[cfg(feature = "live")]
-    NotYet(crate::run_live::NotYet),
     /// Ctrl-C cannot be taken over, and without it no run could be stopped in good order.
     #[error("failed to take over Ctrl-C")]
     Signals(#[source] ctrlc::Error),
@@ -183,7 +178,7 @@ impl Failure {
             | Cause::Bench(_)
             | Cause::Identify { .. } => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
-            Cause::NotYet(_) | Cause::Devices(_) | Cause::Placement(_) => EXIT_BAD_INPUT,
+            Cause::Devices(_) | Cause::Placement(_) => EXIT_BAD_INPUT,
             // Where frames were to cross a serial port, or the reverse, nothing is broken.
             #[cfg(feature = "live")]
             Cause::Live(crate::world::live::LiveError::Port(
@@ -327,7 +322,6 @@ impl From<crate::run_live::LiveRunError> for Failure {
             crate::run_live::LiveRunError::Folder(error) => error.into(),
             crate::run_live::LiveRunError::Live(error) => Cause::Live(error).into(),
             crate::run_live::LiveRunError::Placement(error) => Cause::Placement(error).into(),
-            crate::run_live::LiveRunError::NotYet(error) => Cause::NotYet(error).into(),
         }
     }
 }

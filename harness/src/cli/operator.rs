@@ -4,7 +4,7 @@ use super::failure::Failure;
 use super::progress::Screen;
 use super::setup::Setup;
 use super::terminal::Terminal;
-use crate::operator::{AnswerFile, Answers, Attendance, GivenAnswer};
+use crate::operator::{AnswerFile, Answers, Attendance, GivenAnswer, RealRoles};
 use crate::plan::Plan;
 use clap::Args;
 use std::path::PathBuf;
@@ -49,6 +49,10 @@ impl OperatorArguments {
             (Setup::Live(_), Some(_)) => Attendance::Person,
             (Setup::Live(_), None) => Attendance::Nobody,
         };
-        Ok((Answers::collect(&self.given, file.as_ref(), plans, attendance)?, person))
+        let real = match setup {
+            Setup::Simulated | Setup::Kernel(_) => RealRoles::default(),
+            Setup::Live(live) => RealRoles::of(&live.bench),
+        };
+        Ok((Answers::collect(&self.given, file.as_ref(), plans, real, attendance)?, person))
     }
 }

@@ -2,7 +2,7 @@
 
 use super::finding::Finding;
 use super::plans;
-use crate::bench_file::{BenchFile, ControllerSection, Medium, PortText, Role};
+use crate::bench_file::{AttachPlace, BenchFile, ControllerSection, Medium, PortText, Role};
 use wire::time::Span;
 
 /// A port that must be there.
@@ -69,7 +69,15 @@ impl Needs {
             Some(ControllerSection::Command(words)) => {
                 self.program = words.first().map(|program| (program.clone(), by));
             }
-            Some(ControllerSection::InProcess | ControllerSection::Attach) => {}
+            Some(ControllerSection::Attach(AttachPlace::Line(port))) => {
+                if port.medium().is_made_here() {
+                    self.ptys.push(by);
+                } else {
+                    self.ports.push(PortNeed { by, port: port.clone() });
+                }
+            }
+            // Who listens on a socket may come later.
+            Some(ControllerSection::InProcess | ControllerSection::Attach(_)) => {}
         }
         self.late_max = bench.timing.late_max.map(|late| (late, format!("bench {name}")));
     }

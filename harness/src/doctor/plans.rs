@@ -3,8 +3,7 @@
 use super::finding::Finding;
 use crate::bench_file::{BenchFile, Medium, ROLES, Role};
 use crate::made::Made;
-use crate::operator::{AnswerFile, Answers, Attendance};
-use crate::plan::{Action, Step};
+use crate::operator::{AnswerFile, Answers, Attendance, RealRoles, asks_a_person};
 use crate::run::Prepared;
 use emulators::base::Transport;
 use emulators::device_file::Mount;
@@ -131,8 +130,10 @@ fn misfit(
 fn answers(subject: &str, bench: &BenchFile, prepared: &[Prepared], findings: &mut Vec<Finding>) {
     let plans = || prepared.iter().map(|one| &*one.plan);
     let Some(section) = &bench.answers else {
-        let asking: Vec<&str> =
-            plans().filter(|plan| asks(&plan.steps)).map(|plan| plan.name.as_str()).collect();
+        let asking: Vec<&str> = plans()
+            .filter(|plan| asks_a_person(plan, RealRoles::of(bench)))
+            .map(|plan| plan.name.as_str())
+            .collect();
         if let Some(asking) = super::finding::joined(asking) {
             findings.push(Finding::gap(
                 subject,
@@ -146,16 +147,15 @@ fn answers(subject: &str, bench: &BenchFile, prepared: &[Prepared], findings: &m
     let collected =
         AnswerFile::load(&section.file).map_err(Into::into).and_then(|file| match prepared {
             [] => Ok(Answers::default()),
-            _ => Answers::collect(&[], Some(&file), plans(), Attendance::Nobody),
+            _ => Answers::collect(
+                &[],
+                Some(&file),
+                plans(),
+                RealRoles::of(bench),
+                Attendance::Nobody,
+            ),
         });
     if let Err(error) = collected {
         findings.push(unusable(subject, &error));
     }
-}
-
-fn asks(steps: &[Step]) -> bool {
-    steps.iter().any(|step| match &step.action {
-        Action::OperatorPrompt(_) => true,
-        action => asks(action.steps()),
-    })
 }

@@ -188,7 +188,7 @@ impl EmulatedBench {
     pub(super) fn faults_of(&self, role: Role) -> Vec<&'static str> {
         let mut known = Vec::new();
         if self.links.contains_key(&role) {
-            known.extend(["silent", "drop"]);
+            known.extend(["silent", "drop", "delay"]);
             known.extend(self.can_be_stuck(role).then_some("stuck"));
         }
         if role == Role::Base {

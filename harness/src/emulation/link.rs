@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use wire::can::CanFrame;
 use wire::packet::Packet;
 use wire::serial::SerialSettings;
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 
 /// Outputs that wait to be handed to the port; more are dropped and counted.
 pub const READY_MAX: usize = 256;
@@ -46,6 +46,12 @@ pub enum LinkFault {
         /// Within 0 to 1.
         share: f64,
     },
+    /// Each output comes later by this, and none is lost: a converter that buffers, a device that is slow to
+    /// answer.
+    Delay {
+        /// How much later.
+        by: Span,
+    },
 }
 
 /// What faults have done so far.
@@ -57,6 +63,8 @@ pub struct LinkCounters {
     pub stuck: u64,
     /// Bytes or frames lost one by one.
     pub lost: u64,
+    /// Outputs that came later.
+    pub delayed: u64,
     /// Outputs and inputs for which a queue had no room.
     pub overflowed: u64,
 }
@@ -65,6 +73,8 @@ pub struct LinkCounters {
 #[derive(Debug)]
 pub struct Link {
     lines: Option<Lines>,
+    /// Outputs that come later, and when.
+    held: VecDeque<(Timestamp, Output)>,
     ready: VecDeque<Output>,
     fault: Option<(LinkFault, Timestamp)>,
     chance: RandomStream,
@@ -91,6 +101,7 @@ impl Link {
                     from_device: SerialLine::new(settings),
                 }),
             },
+            held: VecDeque::new(),
             ready: VecDeque::new(),
             fault: None,
             chance: RandomStream::new(seed, device, "link loss"),
@@ -129,14 +140,36 @@ impl Link {
     /// The device sends.
     pub fn send(&mut self, now: Timestamp, output: Output) {
         let Some(output) = self.through_fault(now, output) else { return };
+        let by = match self.fault {
+            Some((LinkFault::Delay { by }, _)) => by,
+            _ => Span::ZERO,
+        };
+        // What comes later is not overtaken, not even once the fault is over.
+        let behind = self.held.back().map_or(now, |(at, _)| now.max(*at));
+        let at = behind.max(now + by);
+        if at == now {
+            self.put_out(now, output);
+        } else if self.held.len() < READY_MAX {
+            self.counters.delayed += 1;
+            self.held.push_back((at, output));
+        } else {
+            self.counters.overflowed += 1;
+        }
+    }
+
+    fn put_out(&mut self, now: Timestamp, output: Output) {
         match (&mut self.lines, output) {
             (Some(lines), Output::Bytes(bytes)) => lines.from_device.send(now, bytes),
             (_, output) => self.make_ready(output),
         }
     }
 
-    /// Takes what has left the device's line by `now`.
+    /// Takes what was held back, and what has left the device's line by `now`.
     pub fn wake(&mut self, now: Timestamp) {
+        while let Some((at, output)) = self.held.front().copied().filter(|(at, _)| *at <= now) {
+            self.held.pop_front();
+            self.put_out(at, output);
+        }
         while let Some(bytes) = self.lines.as_mut().and_then(|lines| lines.from_device.arrived(now))
         {
             self.make_ready(Output::Bytes(bytes));
@@ -150,9 +183,10 @@ impl Link {
 
     /// When something is through next, in either direction.
     pub fn next_wakeup(&self) -> Timestamp {
-        self.lines.as_ref().map_or(Timestamp::MAX, |lines| {
+        let lines = self.lines.as_ref().map_or(Timestamp::MAX, |lines| {
             lines.to_device.next_arrival().min(lines.from_device.next_arrival())
-        })
+        });
+        self.held.front().map_or(lines, |(at, _)| lines.min(*at))
     }
 
     /// What was lost, and why.
@@ -185,6 +219,10 @@ impl Link {
             Some((LinkFault::Stuck, _)) => {
                 self.counters.stuck += 1;
                 self.last_like(output)
+            }
+            Some((LinkFault::Delay { .. }, _)) => {
+                self.remember(output);
+                Some(output)
             }
             Some((LinkFault::Drop { share }, _)) => self.thinned(output, share),
         }
@@ -240,96 +278,4 @@ impl Link {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::{Link, LinkFault, Output, Pace, READY_MAX};
-    use wire::can::{CanFrame, StandardId};
-    use wire::packet::Packet;
-    use wire::serial::SerialSettings;
-    use wire::time::{Span, Timestamp};
-
-    const START: Timestamp = Timestamp::ZERO;
-
-    fn link(pace: Pace) -> Link {
-        Link::new(pace, 1, "gyro")
-    }
-
-    fn bytes(text: &[u8]) -> Output {
-        Output::Bytes(Packet::from_slice(text).unwrap())
-    }
-
-    fn frame(id: u16, data: u8) -> Output {
-        Output::Frame(CanFrame::new(StandardId::new(id).unwrap(), &[data]).unwrap())
-    }
-
-    fn sent(link: &mut Link, output: Output) -> Option<Output> {
-        link.send(START, output);
-        link.transmit()
-    }
-
-    #[test]
-    fn a_pty_gets_the_pace_of_a_line_in_both_directions() {
-        let mut link = link(Pace::Line(SerialSettings::new_8n1(9_600)));
-        let through = START + Span::from_micros(12_500);
-        link.send(START, bytes(&[0; 12]));
-        assert_eq!(link.receive(START, Packet::from_slice(&[1; 12]).unwrap()), None);
-        assert_eq!(link.next_wakeup(), through);
-        link.wake(through - Span::from_nanos(1));
-        assert_eq!((link.transmit(), link.arrived(through - Span::from_nanos(1))), (None, None));
-        link.wake(through);
-        assert_eq!(link.transmit(), Some(bytes(&[0; 12])));
-        assert_eq!(link.arrived(through), Packet::from_slice(&[1; 12]));
-    }
-
-    #[test]
-    fn a_fault_ends_at_its_time() {
-        let mut link = link(Pace::Medium);
-        link.set_fault(LinkFault::Silent, START + Span::from_secs(1));
-        assert_eq!(sent(&mut link, bytes(b"a")), None);
-        link.send(START + Span::from_secs(1), bytes(b"b"));
-        assert_eq!(link.transmit(), Some(bytes(b"b")));
-        assert_eq!(link.counters().silenced, 1);
-    }
-
-    #[test]
-    fn a_stuck_link_repeats_the_last_of_each_kind() {
-        let mut link = link(Pace::Medium);
-        for output in [bytes(b"a"), frame(1, 1), frame(2, 2), frame(1, 3)] {
-            assert_eq!(sent(&mut link, output), Some(output));
-        }
-        link.set_fault(LinkFault::Stuck, Timestamp::MAX);
-        assert_eq!(sent(&mut link, bytes(b"b")), Some(bytes(b"a")));
-        assert_eq!(sent(&mut link, frame(1, 9)), Some(frame(1, 3)));
-        assert_eq!(sent(&mut link, frame(2, 9)), Some(frame(2, 2)));
-        assert_eq!(sent(&mut link, frame(3, 9)), None);
-        link.clear_fault();
-        assert_eq!(sent(&mut link, bytes(b"c")), Some(bytes(b"c")));
-    }
-
-    #[test]
-    fn bytes_are_lost_in_their_share() {
-        const OUTPUTS: u64 = 1_000;
-        let mut link = link(Pace::Medium);
-        link.set_fault(LinkFault::Drop { share: 0.25 }, Timestamp::MAX);
-        let mut kept = 0;
-        for _ in 0..OUTPUTS {
-            if let Some(Output::Bytes(rest)) = sent(&mut link, bytes(b"12345678")) {
-                kept += rest.len() as u64;
-            }
-        }
-        let lost = link.counters().lost;
-        assert_eq!(kept + lost, 8 * OUTPUTS);
-        // Six standard deviations of a binomial count about its mean.
-        assert!(lost.abs_diff(2 * OUTPUTS) < 240, "{lost}");
-        link.set_fault(LinkFault::Drop { share: 1.0 }, Timestamp::MAX);
-        assert_eq!(sent(&mut link, frame(1, 1)), None);
-    }
-
-    #[test]
-    fn what_nobody_fetches_is_counted() {
-        let mut link = link(Pace::Medium);
-        for _ in 0..READY_MAX + 2 {
-            link.send(START, bytes(b"a"));
-        }
-        assert_eq!(link.counters().overflowed, 2);
-    }
-}
+mod tests;

@@ -13,6 +13,11 @@ use wire::time::Span;
 pub const LINE_BYTES_MAX: usize = 16 * 1_024;
 /// Share of bytes or frames that `drop` loses where none is said (assumption: hurts, and is survived).
 pub const SHARE_USUAL: f64 = 0.01;
+/// How much later outputs come where it is not said, s. Assumption: the latency timer of a USB adapter that is set
+/// to its most, 255 ms.
+const DELAY_USUAL_S: f64 = 0.255;
+/// The most that outputs may come later, s: a stream of 10 Hz then has 100 outputs on their way.
+const DELAY_MAX_S: f64 = 10.0;
 /// Fastest that a gyro alone can be turned, deg/s. Assumption: beyond what any of the gyros measures.
 pub const RATE_MAX_DEG_PER_S: f64 = 1_000.0;
 
@@ -73,6 +78,7 @@ impl Fault {
             Self::Link(LinkFault::Silent) => "silent",
             Self::Link(LinkFault::Stuck) => "stuck",
             Self::Link(LinkFault::Drop { .. }) => "drop",
+            Self::Link(LinkFault::Delay { .. }) => "delay",
             Self::EmergencyStop => "emergency_stop",
             Self::DriveFault => "drive_fault",
             Self::None => "none",
@@ -160,6 +166,7 @@ struct Keys {
     fault: Option<FaultName>,
     for_s: Option<f64>,
     share: Option<f64>,
+    delay_s: Option<f64>,
     list: Option<bool>,
 }
 
@@ -169,6 +176,7 @@ enum FaultName {
     Silent,
     Stuck,
     Drop,
+    Delay,
     EmergencyStop,
     DriveFault,
     None,
@@ -219,6 +227,9 @@ fn understand(keys: Keys) -> Result<Request, RequestError> {
     if keys.share.is_some() && keys.fault != Some(FaultName::Drop) {
         return stray("share", "\"fault\":\"drop\"");
     }
+    if keys.delay_s.is_some() && keys.fault != Some(FaultName::Delay) {
+        return stray("delay_s", "\"fault\":\"delay\"");
+    }
     if keys.device.is_some() && keys.set.is_none() && keys.fault.is_none() {
         return stray("device", "\"set\" and \"fault\"");
     }
@@ -241,6 +252,11 @@ fn understand(keys: Keys) -> Result<Request, RequestError> {
         let expected = "more than 0 and at most 1";
         return Err(RequestError::Number { key: "share", value: share, expected });
     }
+    let delay_s = keys.delay_s.unwrap_or(DELAY_USUAL_S);
+    if !(delay_s > 0.0 && delay_s <= DELAY_MAX_S) {
+        let expected = "more than 0 and at most 10";
+        return Err(RequestError::Number { key: "delay_s", value: delay_s, expected });
+    }
     if let Some(value) = keys.for_s.filter(|seconds| *seconds <= 0.0) {
         return Err(RequestError::Number { key: "for_s", value, expected: "more than 0" });
     }
@@ -248,6 +264,7 @@ fn understand(keys: Keys) -> Result<Request, RequestError> {
         FaultName::Silent => Fault::Link(LinkFault::Silent),
         FaultName::Stuck => Fault::Link(LinkFault::Stuck),
         FaultName::Drop => Fault::Link(LinkFault::Drop { share }),
+        FaultName::Delay => Fault::Link(LinkFault::Delay { by: Span::from_secs_f64(delay_s) }),
         FaultName::EmergencyStop => Fault::EmergencyStop,
         FaultName::DriveFault => Fault::DriveFault,
         FaultName::None => Fault::None,
@@ -271,6 +288,7 @@ mod tests {
             r#"{"get":"counters"}"#,
             r#"{"rate_deg_per_s":-10}"#,
             r#"{"fault":"drop","share":0.5,"for_s":2}"#,
+            r#"{"fault":"delay","delay_s":0.5}"#,
             r#"{"fault":"emergency_stop","device":"base"}"#,
             r#"{"fault":"none"}"#,
             r#"{"list":true}"#,
@@ -287,6 +305,8 @@ mod tests {
             r#"{"id":7,"fault":"stuck","share":0.1}"#,
             r#"{"id":7,"device":"gyro","list":true}"#,
             r#"{"id":7,"fault":"drop","share":0}"#,
+            r#"{"id":7,"fault":"delay","delay_s":11}"#,
+            r#"{"id":7,"fault":"stuck","delay_s":1}"#,
             r#"{"id":7,"fault":"silent","for_s":-1}"#,
             r#"{"id":7,"rate_deg_per_s":1e4}"#,
             r#"{"id":7,"rate_deg_per_s":1e999}"#,

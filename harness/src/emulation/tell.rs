@@ -88,6 +88,7 @@ pub(super) fn counters(bench: &EmulatedBench) -> Value {
         let link = bench.links.get(&role).map(Link::counters).map(|link| {
             json!({
                 "silenced": link.silenced,
+                "delayed": link.delayed,
                 "stuck": link.stuck,
                 "lost": link.lost,
                 "overflowed": link.overflowed,

@@ -209,6 +209,11 @@ impl Engine {
         self.ending.as_ref().filter(|_| self.teardown.is_none())
     }
 
+    /// It has come to an end, though the base may not have been stopped yet.
+    pub const fn is_ending(&self) -> bool {
+        self.ending.is_some()
+    }
+
     /// Steps done and steps in all, repetitions counted.
     pub const fn progress(&self) -> (u64, u64) {
         self.program.progress()

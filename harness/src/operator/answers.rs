@@ -1,6 +1,7 @@
 //! Answers given before the run, checked against what the plans ask for.
 
 use super::asking::{Asking, asking_for, known, questions, tell, wanted};
+use super::by_hand::RealRoles;
 use super::file::{AnswerFile, Written};
 use super::number;
 use crate::library::LibraryError;
@@ -122,7 +123,8 @@ impl Answers {
         self.done_by.as_deref()
     }
 
-    /// The answers of a file and of arguments, which go before it, checked against what `plans` ask for.
+    /// The answers of a file and of arguments, which go before it, checked against what `plans` ask for on a
+    /// bench with these `real` devices.
     ///
     /// # Errors
     ///
@@ -132,11 +134,12 @@ impl Answers {
         arguments: &[GivenAnswer],
         file: Option<&AnswerFile>,
         plans: impl IntoIterator<Item = &'a Plan>,
+        real: RealRoles,
         attendance: Attendance,
     ) -> Result<Self, AnswersError> {
         let mut asked = Vec::new();
         for plan in plans {
-            questions(plan, &plan.steps, 1, &mut asked);
+            questions(plan, &plan.steps, 1, real, &mut asked);
         }
         let mut answers = Self { done_by: file.and_then(done_by), ..Self::default() };
         if let Some(file) = file {
@@ -157,7 +160,7 @@ impl Answers {
     }
 
     fn complete(&self, asked: &[Asking<'_>], attendance: Attendance) -> Result<(), AnswersError> {
-        let missing = |asking: &&Asking<'_>| match (asking.answer, attendance) {
+        let missing = |asking: &&Asking<'_>| match (&asking.answer, attendance) {
             (_, Attendance::Person) | (None, Attendance::Simulated) => false,
             (None, Attendance::Nobody) => self.done_by.is_none(),
             (Some(answer), _) => !self.by_name.contains_key(answer.name.as_str()),

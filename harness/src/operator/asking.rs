@@ -1,16 +1,17 @@
 //! What plans ask for, and how to say what is missing.
 
 use super::answers::{AnswersError, Attendance};
+use super::by_hand::{self, RealRoles};
 use super::number::in_unit;
 use crate::plan::{Action, Answer, Plan, Step};
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write as _;
 
 /// A question of a plan.
 pub(super) struct Asking<'a> {
     pub(super) plan: &'a Plan,
-    pub(super) text: &'a str,
-    pub(super) answer: Option<&'a Answer>,
+    pub(super) text: Cow<'a, str>,
+    pub(super) answer: Option<Cow<'a, Answer>>,
     /// How often the plan asks it.
     pub(super) times: u64,
 }
@@ -18,25 +19,32 @@ pub(super) struct Asking<'a> {
 impl Asking<'_> {
     /// Does `plan` ask for `name` here?
     pub(super) fn is(&self, plan: &Plan, name: &str) -> bool {
-        self.plan.name == plan.name && self.answer.is_some_and(|a| a.name.as_str() == name)
+        self.plan.name == plan.name && self.answer.as_ref().is_some_and(|a| a.name.as_str() == name)
     }
 }
 
-/// Every question in `steps`, which are carried out `times` times.
+/// Every question in `steps`, which are carried out `times` times on a bench with these real devices.
 pub(super) fn questions<'a>(
     plan: &'a Plan,
     steps: &'a [Step],
     times: u64,
+    real: RealRoles,
     found: &mut Vec<Asking<'a>>,
 ) {
     for step in steps {
+        for ((text, answer), each_time) in by_hand::questions(&step.action, real) {
+            let (text, answer) = (Cow::Owned(text), answer.map(Cow::Owned));
+            found.push(Asking { plan, text, answer, times: times.saturating_mul(each_time) });
+        }
         match &step.action {
             Action::OperatorPrompt(prompt) => {
-                let (text, answer) = (prompt.text.as_str(), prompt.answer.as_ref());
+                let text = Cow::Borrowed(prompt.text.as_str());
+                let answer = prompt.answer.as_ref().map(Cow::Borrowed);
                 found.push(Asking { plan, text, answer, times });
             }
             action => {
-                questions(plan, action.steps(), times.saturating_mul(action.repetitions()), found);
+                let times = times.saturating_mul(action.repetitions());
+                questions(plan, action.steps(), times, real, found);
             }
         }
     }
@@ -47,7 +55,7 @@ pub(super) fn asking_for<'a>(
     name: &'a str,
     asked: &'a [Asking<'a>],
 ) -> impl Iterator<Item = (&'a Plan, &'a Answer)> {
-    let answers = asked.iter().filter_map(|asking| Some((asking.plan, asking.answer?)));
+    let answers = asked.iter().filter_map(|asking| Some((asking.plan, asking.answer.as_deref()?)));
     answers.filter(move |(_, answer)| answer.name.as_str() == name)
 }
 
@@ -59,7 +67,7 @@ pub(super) fn wanted(Answer { name, unit, range, .. }: &Answer) -> String {
 /// What is asked for at all.
 pub(super) fn known(asked: &[Asking<'_>]) -> String {
     let names: BTreeSet<_> =
-        asked.iter().filter_map(|asking| Some(asking.answer?.name.as_str())).collect();
+        asked.iter().filter_map(|asking| Some(asking.answer.as_ref()?.name.as_str())).collect();
     match names.len() {
         0 => "asked for: nothing".to_owned(),
         _ => format!("asked for: {}", Vec::from_iter(names).join(", ")),
@@ -80,16 +88,22 @@ pub(super) fn tell(missing: &[&Asking<'_>], attendance: Attendance) -> AnswersEr
     };
     let mut help = String::new();
     let mut lines = BTreeMap::new();
+    let mut told = BTreeSet::new();
     for Asking { plan, text, answer, .. } in missing {
         let text = text.escape_debug();
-        let _ = match answer {
-            None => writeln!(help, "plan {} asks to be done: {text}", plan.name),
+        let line = match answer {
+            None => format!("plan {} asks to be done: {text}\n", plan.name),
             Some(answer) => {
-                let Answer { name, unit, .. } = *answer;
+                let Answer { name, unit, .. } = answer.as_ref();
                 lines.insert(name.as_str(), format!("{name} = \"... {unit}\"\n"));
-                writeln!(help, "plan {} asks for {}: {text}", plan.name, wanted(answer))
+                format!("plan {} asks for {}: {text}\n", plan.name, wanted(answer))
             }
         };
+        // What is asked again and again is said once.
+        if !told.contains(&line) {
+            help += &line;
+            told.insert(line);
+        }
     }
     let (why, otherwise) = match attendance {
         Attendance::Simulated => ("nobody is asked in virtual time", ""),

@@ -3,6 +3,7 @@
 //! * [`number`]: a number with its unit, as a person writes it. Anything else is refused with a reason.
 //! * [`question`]: one question, asked again until the answer can be used, a bounded number of times.
 //! * [`answers`], [`file`](mod@file): answers given before the run, on the command line or in a file.
+//! * [`by_hand`]: what is asked for real devices, which nobody else can carry, set or measure.
 //! * [`Person`]: whoever can be asked while the run goes on.
 //!
 //! Every reply goes into the record with who gave it, what it was, and when. Nothing here reads a
@@ -10,6 +11,7 @@
 
 pub mod answers;
 mod asking;
+pub mod by_hand;
 pub mod file;
 pub mod number;
 pub mod question;
@@ -17,13 +19,21 @@ pub mod question;
 mod tests;
 
 pub use answers::{Answers, AnswersError, Attendance, GivenAnswer};
+pub use by_hand::RealRoles;
 pub use file::AnswerFile;
 
-use crate::plan::Answer;
+use crate::plan::{Answer, Plan};
 use crate::record::{Reply, Through};
 use question::{Heard, Question};
 use std::collections::BTreeMap;
 use std::fmt;
+
+/// Does the plan ask a person for anything on a bench with these real devices?
+pub fn asks_a_person(plan: &Plan, real: RealRoles) -> bool {
+    let mut found = Vec::new();
+    asking::questions(plan, &plan.steps, 1, real, &mut found);
+    !found.is_empty()
+}
 
 /// What a person has typed by now.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 use super::file::AnswerFile;
 use super::number::{read, read_unit_implied};
 use super::question::{Heard, Question, TRIES_MAX};
-use super::{Answers, Asked, Attendance, GivenAnswer, Line, Operator, Person};
+use super::{Answers, Asked, Attendance, GivenAnswer, Line, Operator, Person, RealRoles};
 use crate::library::Source;
 use crate::plan::{Answer, Plan};
 use crate::record::Through;
@@ -174,7 +174,7 @@ fn collected(
     let given: Vec<GivenAnswer> = given.iter().map(|text| text.parse().unwrap()).collect();
     let source = |text: &str| Source { origin: "answers.toml".to_owned(), text: text.to_owned() };
     let file = file.map(|text| AnswerFile::parse(source(text))).transpose()?;
-    Answers::collect(&given, file.as_ref(), [&plan()], attendance)
+    Answers::collect(&given, file.as_ref(), [&plan()], RealRoles::default(), attendance)
 }
 
 fn values(operator: &mut Operator, name: &str, times: usize) -> Vec<f64> {

@@ -67,6 +67,8 @@ pub struct PortSummary {
 pub enum PortSide {
     /// The harness, for an emulated device or to listen.
     Bench,
+    /// The harness, to command a device as the plan says.
+    Plan,
     /// The controller in the process of the harness.
     Controller,
 }

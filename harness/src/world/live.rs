@@ -1,5 +1,5 @@
-//! The live world: the real clock, ptys or real ports, the device under test in this process or in its
-//! own.
+//! The live world: the real clock, ptys or real ports, the device under test in this process, in its
+//! own, or wherever it runs already.
 //!
 //! The emulated devices, the engine and the pacing of lines are those of the simulated world; here they
 //! are asked when the real clock says so. Bytes and frames cross the kernel: what an emulated device sends
@@ -9,13 +9,14 @@
 //! | role | emulated | real |
 //! |---|---|---|
 //! | gyro, base | the harness has the near end of the port, the device under test the far one | the device under test has the port; on a bus of the kernel the harness listens |
-//! | table | within the harness | the harness has the port |
+//! | table | within the harness, or with both ends of a pty there | the harness has the port |
 //!
 //! A port that goes away is waited for as long as the plan's limits allow. Clock and select loop are the
 //! only ones in the harness.
 
 mod clock;
 mod device_under_test;
+mod flood;
 mod histogram;
 mod in_process;
 mod journal;
@@ -25,6 +26,7 @@ mod ports;
 mod realtime;
 mod role_port;
 mod traffic;
+mod verdict;
 
 pub(crate) use device_under_test::our_program;
 pub use device_under_test::{DeviceUnderTest, StartError};
@@ -38,21 +40,25 @@ use super::simulated::Progress;
 use super::stage::Stage;
 use crate::engine::{Action, Ending, Engine};
 use crate::operator::Operator;
-use crate::outcome::{Outcome, PortSide, PortSummary, Timing};
+use crate::outcome::{PortSide, PortSummary, Timing};
 use crate::port::PortError;
 use crate::record::Device;
 use crate::record::sink::RecordSink;
 pub(crate) use clock::Clock;
 pub use clock::SPIN_MAX;
 use device_under_test::{Heard, Running};
+use flood::FloodWatch;
 use journal::Journal;
 use lateness::{Course, Lateness};
-use ports::{BASE, GYRO, Ports};
+use ports::Ports;
 use role_port::PortEvent;
 use std::path::Path;
 use wire::time::{Span, Timestamp};
 
-/// The device under test must be heard within this. Assumption: the slowest interpreter starts in 2 s.
+/// An attached device under test must be heard within this where the bench does not say. Assumption: somebody
+/// has the program at hand, and starts it in another terminal.
+pub const ATTACH_MAX_DEFAULT: Span = Span::from_secs(60);
+/// One that is started here must be heard within this. Assumption: the slowest interpreter starts in 2 s.
 const START_LIMIT: Span = Span::from_secs(10);
 /// Between two looks beyond the world.
 const PULSE_PERIOD: Span = Span::from_millis(100);
@@ -81,6 +87,8 @@ pub struct Setting {
     pub device_under_test: DeviceUnderTest,
     /// The ports.
     pub placement: Placement,
+    /// How long an attached device under test may take until it is heard.
+    pub attach_max: Span,
     /// How late the harness may be with anything.
     pub late_max: Span,
     /// What the scheduler is asked for.
@@ -114,7 +122,7 @@ pub struct LiveWorld {
     /// Frames of an emulated device that somebody else has sent.
     clashes: u64,
     /// Frames on the bus of the base that are none of the base's command set.
-    foreign: u64,
+    foreign: FloodWatch,
 }
 
 /// What the loop waited for.
@@ -129,8 +137,16 @@ impl LiveWorld {
     pub fn new(bench: Bench, engine: Engine, operator: Operator, setting: Setting) -> Self {
         let mut stage = Stage::new(bench, engine);
         stage.operator = operator;
+        stage.real = setting.placement.real_roles();
         let lateness = Lateness::new(setting.late_max);
-        Self { stage, setting, journal: Journal::default(), lateness, clashes: 0, foreign: 0 }
+        Self {
+            stage,
+            setting,
+            journal: Journal::default(),
+            lateness,
+            clashes: 0,
+            foreign: FloodWatch::default(),
+        }
     }
 
     /// Everything observed and made is the engine's.
@@ -180,13 +196,9 @@ impl LiveWorld {
                 if let Some(why) = ports.wrong_rate(now) {
                     self.stage.engine.broke(now, &why);
                 }
-                if !heard_any && now - Timestamp::ZERO > START_LIMIT {
-                    let why = format!(
-                        "the device under test said nothing within {} s{}",
-                        START_LIMIT.as_secs_f64(),
-                        device.last_words(),
-                    );
-                    self.stage.engine.broke(now, &why);
+                let limit = self.start_limit();
+                if !heard_any && now - Timestamp::ZERO > limit {
+                    self.stage.engine.broke(now, &device.why_silent(limit));
                 }
             }
             self.deliver(now, sink, &mut ports);
@@ -197,6 +209,9 @@ impl LiveWorld {
                 traffic::record(sink, now, by, crossed);
             }
             self.lateness.reach(self.course());
+            if self.stage.engine.is_ending() {
+                self.lateness.break_off();
+            }
             if let Some(ending) = self.stage.engine.ending() {
                 break ending.clone();
             }
@@ -285,7 +300,7 @@ impl LiveWorld {
                 self.stage.engine.report(now, &report);
             }
             Heard::Nothing => {}
-            Heard::BadLine(what) => self.stage.note(now, sink, Device::Controller, what),
+            Heard::Note(what) => self.stage.note(now, sink, Device::Controller, what),
             Heard::Port(role, event) => {
                 let name = device.in_process().and_then(|here| here.port(role));
                 let name = name.map_or("", |port| port.name());
@@ -298,56 +313,16 @@ impl LiveWorld {
         }
     }
 
+    /// The device under test must be heard within this.
+    const fn start_limit(&self) -> Span {
+        match self.setting.device_under_test {
+            DeviceUnderTest::Attached(_) => self.setting.attach_max,
+            _ => START_LIMIT,
+        }
+    }
+
     fn course(&self) -> Course {
         let observations = self.stage.engine.observations().values().map(Vec::len).sum();
         Course { steps: self.stage.engine.progress().0, observations }
-    }
-
-    /// The ending, with what the ports and the machine have to do with it.
-    fn judge(&self, ending: Ending, end: Timestamp, ports: &Ports) -> Ending {
-        let ending = self.journal.explain(ending, end);
-        let late = self.lateness.verdict();
-        let miswired = ports.miswired(self.stage.bench.gyro_stream().format);
-        let why = match ending.outcome {
-            Outcome::Passed => late,
-            Outcome::Failed => late.or(miswired),
-            Outcome::Timeout => miswired,
-            Outcome::Error | Outcome::Aborted => None,
-        };
-        match why {
-            Some(why) => {
-                let then = ending.reason.map_or_else(String::new, |reason| format!("; {reason}"));
-                Ending { outcome: Outcome::Error, reason: Some(format!("{why}{then}")) }
-            }
-            None if self.foreign > 0 && ending.outcome != Outcome::Passed => {
-                let then = ending.reason.unwrap_or_else(|| "no reason was given".to_owned());
-                let (foreign, port) = (self.foreign, ports.name(BASE));
-                let reason =
-                    format!("{then}; {foreign} frames of other nodes crossed {port} meanwhile");
-                Ending { reason: Some(reason), ..ending }
-            }
-            None => ending,
-        }
-    }
-
-    fn timing(&self, device: &Running, scheduling: String) -> Timing {
-        Timing {
-            late: self.lateness.histogram().spread(),
-            bus_to_command: device.in_process().map(|here| here.bus_to_command().spread()),
-            late_ms_max: self.lateness.late_max().as_secs_f64() * 1e3,
-            misses: self.lateness.misses(),
-            misses_judged: self.lateness.misses_judged(),
-            scheduling,
-        }
-    }
-
-    fn port_summaries(&self, ports: &Ports, device: &Running) -> Vec<PortSummary> {
-        let mut summaries = ports.summaries(&self.journal);
-        for role in [GYRO, BASE] {
-            if let Some(port) = device.in_process().and_then(|here| here.port(role)) {
-                summaries.push(self.journal.summary((role, PortSide::Controller), port));
-            }
-        }
-        summaries
     }
 }

@@ -6,7 +6,9 @@ use super::crossing::Memory;
 use super::crossing::{Crossing, Line, Toward};
 use super::lines::{BaseLink, Lines, Node};
 use crate::engine::{Action, Engine};
-use crate::operator::{Asked, Operator};
+use crate::operator::by_hand::{self, Survey};
+use crate::operator::{Asked, Operator, RealRoles};
+use crate::plan::Answer;
 use crate::record::sink::{Level, RecordSink};
 use crate::record::{Device, Record, RecordKind};
 use controller::mission::{Activity, Mission, Report};
@@ -27,6 +29,10 @@ pub(super) struct Stage {
     pub(super) lines: Lines,
     /// Answers what a person is asked.
     pub(super) operator: Operator,
+    /// Roles whose devices are real: what these are told to be, a person has to make them.
+    pub(super) real: RealRoles,
+    /// What a person has measured so far.
+    survey: Option<Survey>,
     table_answers: AnswerDecoder,
     state_kept: Option<Timestamp>,
 }
@@ -38,6 +44,8 @@ impl Stage {
             lines: Lines::new(bench.gyro_stream(), bench.base_transport()),
             bench,
             operator: Operator::default(),
+            real: RealRoles::default(),
+            survey: None,
             table_answers: AnswerDecoder::new(),
             state_kept: None,
         }
@@ -128,6 +136,20 @@ impl Stage {
         match action {
             Action::Mission(mission) => return Some(mission),
             Action::Table(command) => self.lines.to_table.send(now, command.encode()),
+            Action::MeasureAbsolute if self.real.base => {
+                self.survey = Some(Survey::default());
+                self.go_on_measuring(now, sink);
+            }
+            Action::Place(pose) if self.real.base => {
+                self.ask(now, sink, &by_hand::place(pose), None);
+            }
+            Action::SetParameter { device, parameter, value } if self.real.has(&device) => {
+                let text = by_hand::set_parameter(&device, &parameter, value);
+                self.ask(now, sink, &text, None);
+            }
+            Action::PowerCycle { device, off } if self.real.has(&device) => {
+                self.ask(now, sink, &by_hand::power_cycle(&device, off), None);
+            }
             Action::MeasureAbsolute => match self.bench.measure_absolute(now) {
                 Some(pose) => self.engine.absolute(now, pose),
                 None => {
@@ -149,13 +171,35 @@ impl Stage {
                 self.engine.broke(now, &why);
             }
             Action::Prompt { text, answer } => {
-                let asked = self.operator.ask(&text, answer.as_ref());
-                self.asked(now, sink, asked);
+                self.survey = None;
+                self.ask(now, sink, &text, answer.as_ref());
             }
             Action::SaveCalibration { .. } | Action::KeepFound { .. } => keep(&action),
             Action::Record(device, kind) => sink.record(Record { at: now, device, kind }),
         }
         None
+    }
+
+    fn ask(
+        &mut self,
+        now: Timestamp,
+        sink: &mut impl RecordSink,
+        text: &str,
+        answer: Option<&Answer>,
+    ) {
+        let asked = self.operator.ask(text, answer);
+        self.asked(now, sink, asked);
+    }
+
+    /// Asks for the next number of a pose; hands the pose on once all is measured.
+    fn go_on_measuring(&mut self, now: Timestamp, sink: &mut impl RecordSink) {
+        let Some(survey) = &self.survey else { return };
+        if let Some(pose) = survey.pose() {
+            self.survey = None;
+            self.engine.absolute(now, pose);
+        } else if let Some((text, answer)) = survey.next() {
+            self.ask(now, sink, &text, answer.as_ref());
+        }
     }
 
     /// Hands on what came of a question to a person.
@@ -168,9 +212,13 @@ impl Stage {
                 let value = reply.number.as_ref().map(|number| number.value);
                 let kind = RecordKind::Reply(Box::new(reply));
                 sink.record(Record { at: now, device: Device::Plan, kind });
-                match value {
-                    Some(value) => self.engine.answered_with(now, value),
-                    None => self.engine.answered(now),
+                match (value, &mut self.survey) {
+                    (Some(value), Some(survey)) => {
+                        survey.take(value);
+                        self.go_on_measuring(now, sink);
+                    }
+                    (Some(value), None) => self.engine.answered_with(now, value),
+                    (None, _) => self.engine.answered(now),
                 }
             }
         }
@@ -214,8 +262,11 @@ impl Stage {
                 return;
             }
             self.state_kept = Some(now);
-            let truth = self.bench.truth(now);
-            sink.record(Record { at: now, device: Device::Gyro, kind: truth });
+            // Of real devices nobody knows the truth.
+            if !(self.real.gyro || self.real.base) {
+                let truth = self.bench.truth(now);
+                sink.record(Record { at: now, device: Device::Gyro, kind: truth });
+            }
         }
         let kind = RecordKind::Report(*report);
         sink.record(Record { at: now, device: Device::Controller, kind });

@@ -52,6 +52,61 @@ fn somebody_elses_controller_drives_a_square() {
     assert!(with_verdict(&summary, "fail").is_empty(), "{summary:#}");
 }
 
+/// The same program, started by somebody else, takes its missions over a socket.
+#[test]
+fn somebody_elses_controller_is_attached_to() {
+    let Some(python) = python() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let attempt = |number: u32| attached(&python, folder.path(), number);
+    let (output, summary) = (1..TRIES)
+        .map(attempt)
+        .find(|(output, _)| output.status.code() == Some(0))
+        .unwrap_or_else(|| attempt(TRIES));
+    assert_eq!(output.status.code(), Some(0), "{}{summary:#}", shown(&output));
+    let device = summary["device_under_test"].as_str().unwrap();
+    assert!(device.starts_with("attached at tcp:127.0.0.1:"), "{device}");
+}
+
+/// A run on ptys whose controller is started once they are there.
+fn attached(python: &Path, folder: &Path, number: u32) -> (Output, Value) {
+    // A port that was free a moment ago.
+    let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let at = |name: &str| folder.join(format!("{name}-{number}")).display().to_string();
+    let bench = format!(
+        "[gyro]\nport = \"pty:{}\"\nemulated = true\n[base]\nport = \"pty:{}\"\nemulated = true\n\
+         [controller]\nattach = \"tcp:127.0.0.1:{port}\"\n",
+        at("gyro"),
+        at("base")
+    );
+    let (file_name, out) = (folder.join(format!("bench-{number}.toml")), at("run"));
+    std::fs::write(&file_name, bench).unwrap();
+    let run = Command::new(env!("CARGO_BIN_EXE_hil"))
+        .arg("run")
+        .arg(file("tests/interop/plans/square.toml"))
+        .args(["--clock", "real", "--bench"])
+        .arg(file_name)
+        .args(["--out", &out])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut start = Command::new("sh");
+    // It opens its ports at once, so that they have to be there.
+    let script = "while [ ! -e \"$2\" ] || [ ! -e \"$3\" ]; do sleep 0.05; done; exec \"$0\" \"$1\" \
+                  --gyro \"$2\" --base \"$3\" --listen \"$4\"";
+    start.args(["-c", script]).arg(python);
+    start.arg(file("tests/interop/python_controller/controller.py"));
+    start.args([at("gyro"), at("base"), format!("tcp:127.0.0.1:{port}")]);
+    let mut controller = start.spawn().unwrap();
+    let output = run.wait_with_output().unwrap();
+    // It ends with its client; where there was none, here.
+    let _ = controller.kill();
+    let _ = controller.wait();
+    let summary = std::fs::read(Path::new(&out).join("summary.json"))
+        .unwrap_or_else(|error| panic!("{error}: {}", shown(&output)));
+    (output, serde_json::from_slice(&summary).unwrap())
+}
+
 /// It believes in itself: only the absolute measurement sees that its square goes the other way round.
 #[test]
 fn a_sign_that_has_slipped_is_found() {

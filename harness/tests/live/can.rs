@@ -162,12 +162,14 @@ fn a_second_base_on_the_bus_is_told_from_ours() {
 #[test]
 fn a_flooded_bus_has_a_named_outcome() {
     let Some(_bus) = vcan() else { return };
-    let (summary, _) = disturbed("in-process", "timeout 2 cangen vcan0 -g 0 -I 7FF -L 8 -i; true");
+    let (summary, _) = disturbed("in-process", "timeout 4 cangen vcan0 -g 0 -I 7FF -L 8 -i; true");
     let base = summary["ports"].as_array().unwrap().iter().find(|port| port["role"] == "base");
     let frames = base.unwrap()["counters"]["frames_in"].as_u64().unwrap();
     assert!(frames > 100, "{summary}");
+    // A controller that bears it passes; one that does not is not to blame.
     let reason = summary["reason"].as_str().unwrap_or_default();
     let named =
-        reason.contains("frames of other nodes") || reason.contains("did not keep real time");
-    assert!(summary["outcome"] == "passed" || named, "{summary}");
+        reason.contains("can:vcan0 was flooded") || reason.contains("did not keep real time");
+    let outcome = &summary["outcome"];
+    assert!(outcome == "passed" || (outcome == "error" && named), "{summary}");
 }

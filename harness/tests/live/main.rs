@@ -1,15 +1,23 @@
 //! The live world from outside: real time, real ports, our controller in the process and as a process of its
 //! own.
 //!
+//! * [`attach`]: controllers that somebody else has started.
+//! * [`by_hand`]: what a person does where devices are real.
 //! * [`can`]: a base on CAN, behind an adapter and on an interface of the kernel.
+//! * [`late`]: devices that answer late.
 //! * [`ports`]: ports that come and go.
+//! * [`table`]: an emulated table on a port.
 //! * [`wrong`]: what is wired or set wrong.
 
 #![cfg(feature = "live")]
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+mod attach;
+mod by_hand;
 mod can;
+mod late;
 mod ports;
+mod table;
 mod wrong;
 
 use std::path::{Path, PathBuf};

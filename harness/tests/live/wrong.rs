@@ -55,9 +55,10 @@ fn crossed_lines_are_no_verdict_on_the_controller() {
 
 #[test]
 fn two_devices_on_one_line_are_bad_input() {
-    let (_folder, out) = out("shared");
+    let (folder, out) = out("shared");
+    let plan = plan(folder.path(), SIDE);
     let bench = "[gyro]\nport = \"/dev/ttyS0\"\n[base]\nport = \"serial:/dev/ttyS0?baud=19200\"\n";
-    let (status, said) = on_bench("live-side", bench, &out);
+    let (status, said) = on_bench(plan.to_str().unwrap(), bench, &out);
     assert_eq!(status, Some(2), "{said}");
     assert!(said.contains("failed to tell the gyro from the base"), "{said}");
 }

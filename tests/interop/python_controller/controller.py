@@ -1,17 +1,19 @@
 #!/usr/bin/env python3
 """A small controller of its own: Navigator gyro, K2A-style base on a serial line, missions by JSON lines.
 
-    controller.py --gyro PORT --base PORT [--slip clockwise-positive]
+    controller.py --gyro PORT --base PORT [--slip clockwise-positive] [--listen unix:PATH|tcp:HOST:PORT]
 
 It shares no code with the controller of this repository and is written from the published formats: the
 gyro's frame, the base's ASCII-hex exchange, and the mission protocol (controller/src/mission.rs). With
-`--slip` it takes clockwise for positive, everywhere and without a contradiction that it could notice.
+`--slip` it takes clockwise for positive, everywhere and without a contradiction that it could notice. With
+`--listen` it takes its missions from the first client of a socket, and ends when that leaves.
 """
 
 import argparse
 import json
 import math
 import queue
+import socket
 import sys
 import threading
 import time
@@ -310,14 +312,31 @@ class Controller:
         self.missions.put(None)
 
 
+def accept(place):
+    """Waits for a client, who takes the place of stdin and stdout."""
+    kind, address = place.split(":", 1)
+    if kind == "unix":
+        listener = socket.socket(socket.AF_UNIX)
+        listener.bind(address)
+    else:
+        host, port = address.rsplit(":", 1)
+        listener = socket.create_server((host, int(port)))
+    listener.listen()
+    client, _ = listener.accept()
+    sys.stdin, sys.stdout = client.makefile("r"), client.makefile("w")
+
+
 def main():
     arguments = argparse.ArgumentParser()
     arguments.add_argument("--gyro", required=True)
     arguments.add_argument("--base", required=True)
     arguments.add_argument("--slip", choices=["clockwise-positive"])
+    arguments.add_argument("--listen")
     told = arguments.parse_args()
     gyro = Gyro(serial.Serial(told.gyro, 9600, timeout=0.2))
     base = Base(serial.Serial(told.base, 19200, timeout=0.15))
+    if told.listen:
+        accept(told.listen)
     Controller(gyro, base, -1.0 if told.slip else 1.0).run()
 
 

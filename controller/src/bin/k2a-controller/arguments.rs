@@ -1,5 +1,6 @@
 //! The command line.
 
+use crate::listen::ListenPlace;
 use crate::port::SLCAN_SETTINGS;
 use clap::{Parser, ValueEnum};
 use controller::config::{
@@ -23,7 +24,7 @@ Missions are read from stdin and reports written to stdout, one JSON line each:
   {\"id\":4,\"command\":\"stop\"}
 
 The log goes to stderr; RUST_LOG sets its level. When stdin closes, and on SIGTERM, SIGINT and SIGHUP,
-the base is brought to rest before the process ends.
+the base is brought to rest before the process ends. With --listen the same lines go over a socket.
 
 Exit status: 0 ended as asked, 1 the base was not known to be at rest at the end, 2 bad arguments,
 3 a port could not be opened or did not come back, 4 the system gave no threads or timers.";
@@ -51,6 +52,11 @@ pub(crate) struct Arguments {
     /// at 500 kbit/s), or `none` on a rotary table
     #[arg(long, value_name = "BASE", default_value = "none")]
     base: Base,
+    /// Take missions there, not from stdin, of one client after the other: `unix:PATH` or
+    /// `tcp:ADDRESS:PORT`. Each begins with a controller as new; a client that leaves has the base stopped.
+    /// Nobody is asked who he is: on TCP, listen on 127.0.0.1 or where you trust everybody
+    #[arg(long, value_name = "PLACE")]
+    listen: Option<ListenPlace>,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -177,6 +183,8 @@ pub(crate) struct Setup {
     pub(crate) config: Config,
     pub(crate) gyro: SerialPlace,
     pub(crate) base: BasePlace,
+    /// Where missions come from, where not from stdin.
+    pub(crate) listen: Option<ListenPlace>,
 }
 
 impl Arguments {
@@ -218,7 +226,8 @@ impl Arguments {
             base: transport.map(BaseConfig::new),
             motion: MotionConfig::default(),
         };
-        Ok(Setup { config, gyro: SerialPlace::new(self.gyro, format.serial()), base })
+        let gyro = SerialPlace::new(self.gyro, format.serial());
+        Ok(Setup { config, gyro, base, listen: self.listen })
     }
 }
 

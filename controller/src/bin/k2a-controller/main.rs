@@ -1,12 +1,13 @@
 //! `k2a-controller`: the [`controller`] library on real ports and the real clock.
 //!
-//! Missions come as JSON lines on stdin, reports leave as JSON lines on stdout
+//! Missions come as JSON lines on stdin or a socket, reports leave as JSON lines on stdout or the same socket
 //! ([`controller::mission`] documents both), the log goes to stderr. The process ends when stdin or
 //! stdout closes, on a signal, or when a port is lost for good; before it ends it brings the base to
 //! rest.
 
 mod arguments;
 mod clock;
+mod listen;
 mod log;
 mod orders;
 mod outlet;
@@ -18,6 +19,8 @@ use arguments::{Arguments, BasePlace, Setup};
 use clap::{CommandFactory as _, Parser as _, error::ErrorKind};
 use clock::Clock;
 use controller::{Controller, Port};
+use listen::Listener;
+use orders::Orders;
 use outlet::Outlet;
 use port::{CanPort, HEARD_MAX, SerialPort, SlcanPort};
 use shell::{BaseLink, End, Shell};
@@ -27,6 +30,7 @@ use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tokio::sync::mpsc;
+use tracing::info;
 use wire::gyro::{GyroFormat, dsp3000_command};
 
 /// The base was told to stop and did not say that it is at rest.
@@ -100,24 +104,59 @@ async fn serve(setup: Setup, clock: Clock, reports: &Outlet) -> io::Result<u8> {
             return Ok(EXIT_PORT);
         }
     };
-    let orders = orders::read(io::BufReader::new(io::stdin()))?;
     let mut shell = Shell {
         controller: Controller::new(setup.config, clock.now()),
         clock,
         heard,
-        missions: orders.missions,
+        // Whoever is served takes its place.
+        missions: mpsc::channel(1).1,
         gyro,
         base,
         reports: reports.sender(),
     };
-    let end = shell.run(&mut signals).await;
+    let Some(place) = setup.listen else {
+        let orders = orders::read(io::BufReader::new(io::stdin()))?;
+        return Ok(attend(&mut shell, orders, &mut signals).await.1);
+    };
+    let listener = match Listener::bind(place).await {
+        Ok(listener) => listener,
+        Err(cause) => {
+            say(&format_args!("cannot listen for missions: {cause}"));
+            return Ok(EXIT_PORT);
+        }
+    };
+    loop {
+        let client = match shell.wait_for(&mut signals, listener.client()).await {
+            Ok(client) => client,
+            Err(end) => return Ok(conclude(&mut shell, end, 0).await),
+        };
+        info!("a client is there");
+        shell.controller = Controller::new(setup.config, clock.now());
+        shell.reports = client.connection.reports.sender();
+        let (end, status) = attend(&mut shell, client.orders, &mut signals).await;
+        client.connection.close();
+        if matches!(end, End::Signal(_) | End::PortLost(_)) {
+            return Ok(status);
+        }
+    }
+}
+
+/// Carries out missions until something ends them; gives what did, and the exit status that it would be.
+async fn attend(shell: &mut Shell, orders: Orders, signals: &mut Signals) -> (End, u8) {
+    shell.missions = orders.missions;
+    let end = shell.run(signals).await;
+    (end, conclude(shell, end, orders.refused.load(Ordering::Relaxed)).await)
+}
+
+/// Brings the base to rest, and gives the exit status.
+async fn conclude(shell: &mut Shell, end: End, lines_refused: u64) -> u8 {
     let at_rest = shell.bring_to_rest().await;
-    shell.log_end(end, at_rest, orders.refused.load(Ordering::Relaxed));
-    Ok(match end {
+    shell.log_end(end, at_rest, lines_refused);
+    match end {
         End::PortLost(_) => EXIT_PORT,
         _ if !at_rest => EXIT_NOT_AT_REST,
         _ => 0,
-    })
+    }
 }
 
 /// One line on stderr, whatever the log's level is.

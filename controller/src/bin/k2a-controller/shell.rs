@@ -54,9 +54,9 @@ impl BaseLink {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum End {
     /// No mission can come any more.
-    StdinClosed,
+    MissionsClosed,
     /// No report can be read any more.
-    StdoutClosed,
+    ReportsClosed,
     /// The system asked for it.
     Signal(&'static str),
     /// A port vanished and did not come back.
@@ -66,8 +66,10 @@ pub(crate) enum End {
 impl fmt::Display for End {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::StdinClosed => f.write_str("stdin was closed"),
-            Self::StdoutClosed => f.write_str("stdout was closed"),
+            Self::MissionsClosed => {
+                f.write_str("no more missions: stdin was closed, or the client left")
+            }
+            Self::ReportsClosed => f.write_str("no reader: stdout was closed, or the client left"),
             Self::Signal(name) => f.write_str(name),
             Self::PortLost(port) => write!(f, "the {} port did not come back", role(*port)),
         }
@@ -93,7 +95,7 @@ impl Shell {
             let wake = self.clock.instant(self.controller.next_wakeup());
             tokio::select! {
                 name = signals.next() => return End::Signal(name),
-                () = self.reports.closed() => return End::StdoutClosed,
+                () = self.reports.closed() => return End::ReportsClosed,
                 Some((at, heard)) = self.heard.recv() => {
                     if let Some(port) = self.take(at, heard) {
                         return End::PortLost(port);
@@ -101,13 +103,37 @@ impl Shell {
                 }
                 mission = self.missions.recv() => match mission {
                     Some(mission) => self.controller.command(self.clock.now(), mission),
-                    None => return End::StdinClosed,
+                    None => return End::MissionsClosed,
                 },
                 () = tokio::time::sleep_until(wake) => {
                     if let Some(port) = self.catch_up().await {
                         return End::PortLost(port);
                     }
                 }
+            }
+            self.wake_if_due();
+        }
+    }
+
+    /// Listens to the devices, and tells nobody of them, until `next` is there.
+    pub(crate) async fn wait_for<T>(
+        &mut self,
+        signals: &mut Signals,
+        next: impl Future<Output = T>,
+    ) -> Result<T, End> {
+        let mut next = std::pin::pin!(next);
+        loop {
+            self.pass_out(|_| false);
+            let wake = self.clock.instant(self.controller.next_wakeup());
+            tokio::select! {
+                name = signals.next() => return Err(End::Signal(name)),
+                next = &mut next => return Ok(next),
+                Some((at, heard)) = self.heard.recv() => {
+                    if let Some(port) = self.take(at, heard) {
+                        return Err(End::PortLost(port));
+                    }
+                }
+                () = tokio::time::sleep_until(wake) => {}
             }
             self.wake_if_due();
         }
@@ -247,7 +273,7 @@ impl Shell {
         }
         let count = self.reports.lost();
         if count > lost && is_worth_telling(count) {
-            warn!(count, "report lost: stdout is not read fast enough");
+            warn!(count, "report lost: they are not read fast enough");
         }
     }
 }

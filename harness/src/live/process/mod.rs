@@ -10,6 +10,7 @@ mod pipes;
 #[cfg(test)]
 mod tests;
 
+pub(super) use pipes::report_of;
 pub use pipes::{LINE_BYTES_MAX, LOG_BYTES_MAX};
 
 use controller::mission::{Mission, ReportLine};

@@ -1,7 +1,7 @@
 //! The three pipes of a process, each with a thread that may block where the harness must not.
 
 use super::ProcessEvent;
-use controller::mission::Mission;
+use controller::mission::{Mission, ReportLine};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, PipeReader, PipeWriter, Read as _, Write as _};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -73,19 +73,29 @@ fn read_reports(mut pipe: impl BufRead, events: &mpsc::Sender<ProcessEvent>) {
     let mut line = Vec::new();
     for number in 1.. {
         let Ok(Some(end)) = next_line(&mut pipe, &mut line) else { return };
-        let bad = |cause| ProcessEvent::BadLine { number, cause };
-        let event = match end {
-            LineEnd::Overlong => bad(format!("longer than {LINE_BYTES_MAX} bytes")),
-            LineEnd::Whole if line.trim_ascii().is_empty() => continue,
-            LineEnd::Whole => match serde_json::from_slice(line.trim_ascii()) {
-                Ok(report) => ProcessEvent::Report(Box::new(report)),
-                Err(cause) => bad(format!("{cause}: {}", shortened(&line))),
-            },
+        let whole = (end == LineEnd::Whole).then_some(line.as_slice());
+        let event = match report_of(whole) {
+            None => continue,
+            Some(Ok(report)) => ProcessEvent::Report(report),
+            Some(Err(cause)) => ProcessEvent::BadLine { number, cause },
         };
         if events.blocking_send(event).is_err() {
             return;
         }
     }
+}
+
+/// The report of a line, or what is wrong with it, `None` standing for one that is too long; nothing for a
+/// blank one.
+pub(in crate::live) fn report_of(line: Option<&[u8]>) -> Option<Result<Box<ReportLine>, String>> {
+    let Some(line) = line else {
+        return Some(Err(format!("longer than {LINE_BYTES_MAX} bytes")));
+    };
+    if line.trim_ascii().is_empty() {
+        return None;
+    }
+    let read = serde_json::from_slice(line.trim_ascii());
+    Some(read.map(Box::new).map_err(|cause| format!("{cause}: {}", shortened(line))))
 }
 
 /// The beginning of a line, fit to be printed.

@@ -1,10 +1,13 @@
-//! The device under test of a live run: our controller in this process, or a process of its own.
+//! The device under test of a live run: our controller in this process, a process of its own, or one that
+//! runs already.
 
 use super::clock::Clock;
 use super::in_process::{Crossed, InProcess, InProcessEvent};
 use super::placement::{Placement, Player};
 use super::ports::{BASE, GYRO, Wiring};
 use super::role_port::PortEvent;
+use crate::bench_file::AttachPlace;
+use crate::live::attached::{AttachError, AttachedDevice, AttachedEvent};
 use crate::live::command::{CommandError, fill};
 use crate::live::process::{DeviceProcess, ProcessEvent, SpawnError};
 use crate::port::spec::SerialSpec;
@@ -14,7 +17,7 @@ use controller::config::Config;
 use controller::mission::{Mission, Report};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 
 /// Which device is tested.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,6 +28,8 @@ pub enum DeviceUnderTest {
     OurProcess,
     /// Anybody's program: its command line, with `{gyro}` and `{base}` for the ports.
     Command(Vec<String>),
+    /// One that somebody else starts, and that takes its missions there.
+    Attached(AttachPlace),
 }
 
 /// Why the device under test does not start.
@@ -42,6 +47,10 @@ pub enum StartError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Port(#[from] PortError),
+    /// There is nothing to wait at.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Attach(#[from] AttachError),
     /// The emulated device is on a port whose other end is out of sight.
     #[error("failed to find the other end of the {role}'s port, which the controller should open")]
     #[diagnostic(help(
@@ -60,8 +69,8 @@ pub(super) enum Heard {
     Report(Report),
     /// Bytes or frames were taken in; a report may follow.
     Nothing,
-    /// A line that is no report.
-    BadLine(String),
+    /// Something that is to be noted: a line that is no report, say.
+    Note(String),
     /// A port of the controller in the process tells of itself.
     Port(&'static str, PortEvent),
     /// It has ended.
@@ -76,6 +85,12 @@ pub(super) enum Running {
         process: Box<DeviceProcess>,
         /// It has told that it ended, and is not asked again.
         ended: bool,
+    },
+    Attached {
+        device: Box<AttachedDevice>,
+        place: AttachPlace,
+        /// Why it is not connected; `None` where it is.
+        missing: Option<String>,
     },
 }
 
@@ -105,9 +120,43 @@ impl Running {
                 our_command(&config, wiring)
             }
             DeviceUnderTest::Command(words) => words.clone(),
+            DeviceUnderTest::Attached(place) => return Ok(Self::attach(place, wiring)?),
         };
         let process = DeviceProcess::spawn(&fill(&words, &wiring.words)?, log)?;
         Ok(Self::Process { process: Box::new(process), ended: false })
+    }
+
+    /// Begins to connect, and says where everything is: somebody may have to start the controller.
+    fn attach(place: &AttachPlace, wiring: &Wiring) -> Result<Self, AttachError> {
+        let device = AttachedDevice::begin(place)?;
+        let ports = wiring.words.iter().map(|(role, port)| format!("{role} at {port}, "));
+        let ports: String = ports.collect();
+        let missions = match device.far_path() {
+            Some(path) => path.to_owned(),
+            None => place.to_string(),
+        };
+        tracing::warn!("waiting for the device under test: {ports}missions at {missions}");
+        let missing = Some("nobody has connected".to_owned());
+        Ok(Self::Attached { device: Box::new(device), place: place.clone(), missing })
+    }
+
+    /// Why nothing was heard of it in all this time.
+    pub(super) fn why_silent(&self, waited: Span) -> String {
+        let seconds = waited.as_secs_f64();
+        match self {
+            Self::Attached { place, missing: Some(why), .. } => {
+                format!("no device under test at {place} within {seconds} s: {why}")
+            }
+            Self::Attached { place, missing: None, .. } => {
+                format!("the device under test at {place} said nothing within {seconds} s")
+            }
+            Self::InProcess(_) | Self::Process { .. } => {
+                format!(
+                    "the device under test said nothing within {seconds} s{}",
+                    self.last_words()
+                )
+            }
+        }
     }
 
     pub(super) fn command(&mut self, clock: &Clock, mission: Mission) -> bool {
@@ -117,6 +166,7 @@ impl Running {
                 true
             }
             Self::Process { process, .. } => process.send(&mission),
+            Self::Attached { device, .. } => device.send(&mission),
         }
     }
 
@@ -129,7 +179,7 @@ impl Running {
     pub(super) fn next_wakeup(&self) -> Timestamp {
         match self {
             Self::InProcess(controller) => controller.next_wakeup(),
-            Self::Process { .. } => Timestamp::MAX,
+            Self::Process { .. } | Self::Attached { .. } => Timestamp::MAX,
         }
     }
 
@@ -137,7 +187,7 @@ impl Running {
     pub(super) const fn in_process(&self) -> Option<&InProcess> {
         match self {
             Self::InProcess(controller) => Some(controller),
-            Self::Process { .. } => None,
+            Self::Process { .. } | Self::Attached { .. } => None,
         }
     }
 
@@ -145,14 +195,14 @@ impl Running {
     pub(super) fn crossing(&mut self) -> Option<(Device, Crossed)> {
         match self {
             Self::InProcess(controller) => controller.crossing(),
-            Self::Process { .. } => None,
+            Self::Process { .. } | Self::Attached { .. } => None,
         }
     }
 
     /// The end of what the process wrote to stderr, as an ending of a sentence.
-    pub(super) fn last_words(&self) -> String {
+    fn last_words(&self) -> String {
         match self {
-            Self::InProcess(_) => String::new(),
+            Self::InProcess(_) | Self::Attached { .. } => String::new(),
             Self::Process { process, .. } => match process.last_words().trim() {
                 "" => String::new(),
                 words => format!(": {words}"),
@@ -172,7 +222,7 @@ impl Running {
             Self::Process { process, ended } => match process.next_event().await {
                 ProcessEvent::Report(line) => Heard::Report(line.report),
                 ProcessEvent::BadLine { number, cause } => {
-                    Heard::BadLine(format!("line {number} of the device under test: {cause}"))
+                    Heard::Note(format!("line {number} of the device under test: {cause}"))
                 }
                 ProcessEvent::Exited(exit) => {
                     *ended = true;
@@ -183,12 +233,29 @@ impl Running {
                     })
                 }
             },
+            Self::Attached { device, place, missing } => match device.next_event().await {
+                AttachedEvent::Report(line) => Heard::Report(line.report),
+                AttachedEvent::BadLine { number, cause } => {
+                    Heard::Note(format!("line {number} of the device under test: {cause}"))
+                }
+                AttachedEvent::NotThere(why) => {
+                    *missing = Some(why);
+                    Heard::Nothing
+                }
+                AttachedEvent::Connected => {
+                    *missing = None;
+                    Heard::Note(format!("attached to the device under test at {place}"))
+                }
+                AttachedEvent::Lost(why) => Heard::Ended(format!("{place}: {why}")),
+            },
         }
     }
 
     pub(super) async fn end(self) {
-        if let Self::Process { process, .. } = self {
-            process.end(|_| {}).await;
+        match self {
+            Self::InProcess(_) => {}
+            Self::Process { process, .. } => _ = process.end(|_| {}).await,
+            Self::Attached { device, .. } => device.end().await,
         }
     }
 }

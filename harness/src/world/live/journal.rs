@@ -43,6 +43,7 @@ impl Journal {
         event: &PortEvent,
     ) -> Option<String> {
         let whose = match side {
+            PortSide::Plan => format!("the plan's port for the {role}, {port},"),
             PortSide::Bench => format!("the {role}'s port {port}"),
             PortSide::Controller => format!("the controller's port for the {role}, {port},"),
         };

@@ -26,6 +26,8 @@ pub(super) struct Lateness {
     /// In the step that is under way, and the plan's course at its beginning.
     misses_in_step: u64,
     step_began: Course,
+    /// Misses in the step that the run ended in, once it has.
+    misses_at_end: Option<u64>,
 }
 
 impl Lateness {
@@ -37,6 +39,7 @@ impl Lateness {
             misses_judged: 0,
             misses_in_step: 0,
             step_began: Course::default(),
+            misses_at_end: None,
         }
     }
 
@@ -54,6 +57,18 @@ impl Lateness {
         if course.steps != self.step_began.steps {
             self.end_step(course);
         }
+    }
+
+    /// The run ends here, and is only torn down after this. What was late in the step until now may be why it
+    /// came to nothing.
+    pub(super) fn break_off(&mut self) {
+        self.misses_at_end.get_or_insert(self.misses_in_step);
+    }
+
+    /// Why a step that came to nothing is not to be held against the device under test; `None` where it is.
+    pub(super) fn verdict_on_broken_step(&self) -> Option<String> {
+        let misses = self.misses_at_end.filter(|misses| *misses > 0)?;
+        Some(self.too_late(misses, "in the step that was broken off"))
     }
 
     /// The plan is over.
@@ -83,15 +98,17 @@ impl Lateness {
 
     /// Why nothing that was measured can be believed; `None` where it can.
     pub(super) fn verdict(&self) -> Option<String> {
-        (self.misses_judged > 0).then(|| {
-            format!(
-                "this machine did not keep real time: late by more than {} ms {} times while something \
-                 was measured, by {:.0} ms at worst",
-                self.late_max.as_secs_f64() * 1e3,
-                self.misses_judged,
-                self.histogram.max().as_secs_f64() * 1e3,
-            )
-        })
+        let misses = self.misses_judged;
+        (misses > 0).then(|| self.too_late(misses, "while something was measured"))
+    }
+
+    fn too_late(&self, misses: u64, when: &str) -> String {
+        format!(
+            "this machine did not keep real time: late by more than {} ms {misses} times {when}, by {:.0} \
+             ms at worst",
+            self.late_max.as_secs_f64() * 1e3,
+            self.histogram.max().as_secs_f64() * 1e3,
+        )
     }
 }
 
@@ -118,5 +135,24 @@ mod tests {
             lateness.verdict().unwrap(),
             @"this machine did not keep real time: late by more than 20 ms 1 times while something was measured, by 300 ms at worst"
         );
+    }
+
+    #[test]
+    fn a_step_that_was_broken_off_is_looked_at_until_then() {
+        let late = Span::from_millis(300);
+        let mut lateness = Lateness::new(Span::from_millis(20));
+        lateness.add(late);
+        lateness.reach(Course { steps: 1, observations: 0 });
+        lateness.break_off();
+        assert_eq!(lateness.verdict_on_broken_step(), None, "the step before was late");
+        let mut lateness = Lateness::new(Span::from_millis(20));
+        lateness.add(late);
+        lateness.break_off();
+        lateness.add(late);
+        lateness.break_off();
+        lateness.end_step(Course::default());
+        let why = lateness.verdict_on_broken_step().unwrap();
+        assert!(why.contains("20 ms 1 times in the step that was broken off"), "{why}");
+        assert_eq!(lateness.verdict(), None);
     }
 }

@@ -1,6 +1,7 @@
 //! Which port plays which role in a run, from a bench file and what the plan's devices need.
 
 use crate::bench_file::{BenchFile, PortText, ROLES, Role};
+use crate::operator::RealRoles;
 use crate::port::PortSpec;
 use crate::port::spec::{SerialDevice, SerialSpec};
 use controller::config::Transport;
@@ -21,8 +22,8 @@ pub struct Placement {
     pub(super) gyro: Player,
     /// None on a table.
     pub(super) base: Option<Player>,
-    /// A real table; an emulated one hears the plan without a port.
-    pub(super) table: Option<PortSpec>,
+    /// A table on a port; an emulated one without hears the plan within the harness.
+    pub(super) table: Option<Player>,
 }
 
 /// Why a bench does not fit the plan.
@@ -68,9 +69,15 @@ pub enum PlacementError {
         /// Another.
         second: &'static str,
     },
-    /// An emulated table on a port.
-    #[error("failed to put the emulated table on {port}: the plan commands it without a port")]
-    #[diagnostic(help("leave `port` out of [table], or `emulated`, where the table is real"))]
+    /// An emulated table on a port whose other end the plan cannot open.
+    #[error(
+        "failed to put the emulated table on {port}: the plan commands it, and the other end of that port is \
+         out of sight"
+    )]
+    #[diagnostic(help(
+        "give it a pty, of which the plan takes the other end: [table] port = \"pty\"; or leave `emulated` \
+         out, where the table is real"
+    ))]
     EmulatedTable {
         /// The port.
         port: String,
@@ -92,7 +99,10 @@ impl Placement {
         shared(bench, base.is_some())?;
         let table = match bench.role("table") {
             Role::Emulated(None) => None,
-            Role::Real(port) => Some(spec("table", &port)?),
+            Role::Real(port) => Some(Player::Real(spec("table", &port)?)),
+            Role::Emulated(Some(port)) if port.medium().is_made_here() => {
+                Some(Player::Emulated(spec("table", &port)?))
+            }
             Role::Emulated(Some(port)) => {
                 return Err(PlacementError::EmulatedTable { port: port.to_string() });
             }
@@ -108,11 +118,22 @@ impl Placement {
         })
     }
 
+    /// Roles that real devices play.
+    pub fn real_roles(&self) -> RealRoles {
+        let is_real = |player: &Player| !player.is_emulated();
+        RealRoles {
+            gyro: is_real(&self.gyro),
+            base: self.base.as_ref().is_some_and(is_real),
+            table: self.table.as_ref().is_some_and(is_real),
+        }
+    }
+
     /// What crosses the ports, in a word for the summary: the kinds of port.
     pub fn bus(&self) -> String {
         let base = self.base.as_ref().map(Player::spec);
         let mut kinds: Vec<&str> = Vec::new();
-        for spec in [Some(self.gyro.spec()), base, self.table.as_ref()].into_iter().flatten() {
+        let table = self.table.as_ref().map(Player::spec);
+        for spec in [Some(self.gyro.spec()), base, table].into_iter().flatten() {
             let kind = match spec {
                 PortSpec::Pty { .. } => "pty",
                 PortSpec::Serial(_) => "serial",
@@ -244,7 +265,7 @@ mod tests {
         let placed = place(bench, Some(Transport::Can)).unwrap();
         assert_eq!(placed.gyro, Player::Real(spec("/dev/ttyUSB0")));
         assert_eq!(placed.base, Some(Player::Emulated(spec("slcan-pty"))));
-        assert_eq!(placed.table, Some(spec("/dev/ttyUSB1")));
+        assert_eq!(placed.table, Some(Player::Real(spec("/dev/ttyUSB1"))));
         assert_eq!(placed.bus(), "serial+slcan-pty");
     }
 
@@ -254,7 +275,7 @@ mod tests {
         let cases = [
             refused("[base]\nport = \"/dev/ttyS1\"", Some(Transport::Can)),
             refused("[base]\nport = \"can:can0\"", Some(Transport::Serial)),
-            refused("[table]\nport = \"pty\"\nemulated = true", None),
+            refused("[table]\nport = \"/dev/ttyS2\"\nemulated = true", None),
             refused(
                 "[gyro]\nport = \"/dev/ttyS1\"\n[base]\nport = \"serial:/dev/ttyS1?baud=300\"",
                 Some(Transport::Serial),
@@ -263,7 +284,7 @@ mod tests {
         insta::assert_snapshot!(cases.join("\n"), @r#"
         failed to put the base on serial:/dev/ttyS1: the plan's device file has it on CAN, and this carries serial bytes
         failed to put the base on can:can0: the plan's device file has it on a serial line, and this carries CAN frames
-        failed to put the emulated table on pty: the plan commands it without a port
+        failed to put the emulated table on /dev/ttyS2: the plan commands it, and the other end of that port is out of sight
         failed to tell the gyro from the base: both are on serial:/dev/ttyS1?baud=300
         "#);
         // A base that the plan does not have cannot be in the way.

@@ -24,6 +24,8 @@ pub(super) const GYRO: &str = "gyro";
 pub(super) const BASE: &str = "base";
 /// See [`GYRO`].
 pub(super) const TABLE: &str = "table";
+/// The emulated table's own end of its line; the other is the plan's.
+pub(super) const TABLE_DEVICE: &str = "emulated table";
 
 /// Whose device a role is, in the record.
 pub(super) fn device(role: &str) -> Device {
@@ -49,8 +51,10 @@ pub(super) struct Ports {
     pub(super) gyro: Option<RolePort>,
     /// An emulated base's, or the bus of a real one.
     pub(super) base: Option<RolePort>,
-    /// A real table's.
+    /// A table's, real or emulated, through which the plan commands it.
     pub(super) table: Option<RolePort>,
+    /// An emulated table's own.
+    pub(super) table_device: Option<RolePort>,
     rates: [RateWatch; 2],
 }
 
@@ -88,16 +92,13 @@ impl Ports {
             ) => Some(RolePort::open(spec, traffic).await?),
             _ => None,
         };
-        let table = match &placement.table {
-            Some(spec) => Some(RolePort::open(spec, Traffic::Bytes(wire::table::SETTINGS)).await?),
-            None => None,
-        };
+        let (table, table_device) = open_table(placement.table.as_ref()).await?;
         let base_rate = match traffic {
             Some(Traffic::Bytes(settings)) => Some(settings.baud),
             _ => None,
         };
         let rates = [RateWatch::new(Some(gyro.baud)), RateWatch::new(base_rate)];
-        Ok(Self { gyro: gyro_port, base: base_port, table, rates })
+        Ok(Self { gyro: gyro_port, base: base_port, table, table_device, rates })
     }
 
     /// Where the other side of each of these ports is, and where real devices are.
@@ -132,6 +133,7 @@ impl Ports {
             event = next(self.gyro.as_mut()) => (GYRO, event),
             event = next(self.base.as_mut()) => (BASE, event),
             event = next(self.table.as_mut()) => (TABLE, event),
+            event = next(self.table_device.as_mut()) => (TABLE_DEVICE, event),
         }
     }
 
@@ -140,6 +142,7 @@ impl Ports {
         let port = match role {
             GYRO => &self.gyro,
             BASE => &self.base,
+            TABLE_DEVICE => &self.table_device,
             _ => &self.table,
         };
         port.as_ref().map_or("", RolePort::name)
@@ -172,9 +175,31 @@ impl Ports {
     }
 
     pub(super) fn summaries(&self, journal: &Journal) -> Vec<PortSummary> {
-        let ports = [(GYRO, &self.gyro), (BASE, &self.base), (TABLE, &self.table)];
-        let open = ports.into_iter().filter_map(|(role, port)| Some((role, port.as_ref()?)));
-        open.map(|(role, port)| journal.summary((role, PortSide::Bench), port)).collect()
+        let ports = [
+            ((GYRO, PortSide::Bench), &self.gyro),
+            ((BASE, PortSide::Bench), &self.base),
+            ((TABLE, PortSide::Plan), &self.table),
+            ((TABLE, PortSide::Bench), &self.table_device),
+        ];
+        let open = ports.into_iter().filter_map(|(whose, port)| Some((whose, port.as_ref()?)));
+        open.map(|(whose, port)| journal.summary(whose, port)).collect()
+    }
+}
+
+/// The plan's end of the table's line and, of an emulated one, its own.
+async fn open_table(
+    table: Option<&Player>,
+) -> Result<(Option<RolePort>, Option<RolePort>), PortError> {
+    let traffic = Traffic::Bytes(wire::table::SETTINGS);
+    match table {
+        None => Ok((None, None)),
+        Some(Player::Real(spec)) => Ok((Some(RolePort::open(spec, traffic).await?), None)),
+        Some(Player::Emulated(spec)) => {
+            let device = RolePort::open(spec, traffic).await?;
+            let far = device.far_path().map(|path| far_spec(spec, path));
+            let plan = RolePort::open(far.as_ref().unwrap_or(spec), traffic).await?;
+            Ok((Some(plan), Some(device)))
+        }
     }
 }
 

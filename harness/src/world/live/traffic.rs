@@ -3,11 +3,12 @@
 use super::clock::Clock;
 use super::device_under_test::Running;
 use super::in_process::Crossed;
-use super::ports::{BASE, GYRO, Ports, device};
+use super::ports::{BASE, GYRO, Ports, TABLE, TABLE_DEVICE, device};
 use super::role_port::PortEvent;
 use super::{LiveWorld, Player};
 use crate::engine::Action;
 use crate::outcome::PortSide;
+use crate::port::PortSpec;
 use crate::record::Device;
 use crate::record::sink::RecordSink;
 use crate::world::bench::Carrier;
@@ -51,10 +52,17 @@ impl LiveWorld {
                     to_base.send(now, packet);
                 }
             }
+            (TABLE_DEVICE, PortEvent::Bytes(packet)) => {
+                follow(&mut self.stage.bench.carrier, now, &packet)
+            }
             (_, PortEvent::Bytes(packet)) => self.stage.hear_table(now, sink, packet.as_slice()),
             (_, PortEvent::Frame(frame)) => self.hear_frame(now, sink, ports.name(role), frame),
             (role, event) => {
-                let whose = (role, PortSide::Bench);
+                let whose = match role {
+                    TABLE => (TABLE, PortSide::Plan),
+                    TABLE_DEVICE => (TABLE, PortSide::Bench),
+                    role => (role, PortSide::Bench),
+                };
                 if let Some(note) = self.journal.take(now, whose, ports.name(role), &event) {
                     self.stage.note(now, sink, device(role), note);
                 }
@@ -72,7 +80,14 @@ impl LiveWorld {
     ) {
         let message = Message::from_can_id(frame.id());
         let of_base = message.is_some_and(Message::is_reply);
-        self.foreign += u64::from(message.is_none());
+        let placed = self.setting.placement.base.as_ref().map(Player::spec);
+        if message.is_none() && matches!(placed, Some(PortSpec::Can { .. })) {
+            // It has had its time on the bus of the kernel, and concerns nobody here: among the frames that are
+            // paced here it would only take their room.
+            self.foreign.take(now, &frame);
+            record_frame(sink, now, Device::Controller, frame);
+            return;
+        }
         match (self.base_is_emulated(), of_base) {
             (true, false) => {
                 if let BaseLink::Can(bus) = &mut self.stage.lines.base {
@@ -162,9 +177,16 @@ impl LiveWorld {
                 while let Some(packet) = lines.to_table.arrived(now) {
                     sink.bytes(now, Device::Plan, packet.as_slice());
                     port.send_bytes(packet.as_slice());
-                    follow(&mut bench.carrier, now, &packet);
+                    if ports.table_device.is_none() {
+                        follow(&mut bench.carrier, now, &packet);
+                    }
                 }
-                while lines.from_table.arrived(now).is_some() {}
+                while let Some(packet) = lines.from_table.arrived(now) {
+                    // The real one answers for itself.
+                    if let Some(device) = &mut ports.table_device {
+                        device.send_bytes(packet.as_slice());
+                    }
+                }
             }
         }
     }
@@ -223,7 +245,7 @@ impl LiveWorld {
     }
 }
 
-/// The emulated table does as the real one, so that an emulated gyro on it turns.
+/// The emulated table takes a command: its own, or that of the real one, so that an emulated gyro on it turns.
 fn follow(carrier: &mut Carrier, now: Timestamp, command: &Packet) {
     if let Carrier::Table(table) = carrier {
         table.receive(now, command.as_slice());

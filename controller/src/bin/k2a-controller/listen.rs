@@ -1,0 +1,179 @@
+//! Missions and reports over a socket, in place of stdin and stdout: for a controller that is started once,
+//! under a debugger or on another machine, and attached to by one test after the other.
+//!
+//! There is one client at a time; others wait until it has left.
+
+use crate::orders::{self, Orders};
+use crate::outlet::Outlet;
+use std::io::{self, BufReader, Read, Write};
+use std::net::{Shutdown, TcpStream as StdTcpStream};
+#[cfg(unix)]
+use std::os::unix::net::UnixStream as StdUnixStream;
+use std::str::FromStr;
+use std::time::Duration;
+use tokio::net::TcpListener;
+#[cfg(unix)]
+use tokio::net::UnixListener;
+use tracing::warn;
+
+/// After a client that could not be let in. Assumption: descriptors that others hold are free again soon.
+const RETRY: Duration = Duration::from_millis(100);
+/// How long a client that leaves may take for what is left.
+const FLUSH_MAX: Duration = Duration::from_millis(500);
+
+/// Where clients are waited for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum ListenPlace {
+    /// `unix:PATH`.
+    #[cfg(unix)]
+    Unix(std::path::PathBuf),
+    /// `tcp:ADDRESS:PORT`.
+    Tcp(String),
+}
+
+impl FromStr for ListenPlace {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.split_once(':') {
+            #[cfg(unix)]
+            Some(("unix", path)) if !path.is_empty() => Ok(Self::Unix(path.into())),
+            Some(("tcp", address)) if address.contains(':') => Ok(Self::Tcp(address.to_owned())),
+            _ => Err("expected unix:PATH or tcp:ADDRESS:PORT".to_owned()),
+        }
+    }
+}
+
+/// Waits for clients.
+pub(crate) enum Listener {
+    #[cfg(unix)]
+    Unix(UnixListener, std::path::PathBuf),
+    Tcp(TcpListener),
+}
+
+impl Listener {
+    /// Listens there. Called within the runtime.
+    ///
+    /// # Errors
+    /// When the system does not let us.
+    pub(crate) async fn bind(place: ListenPlace) -> io::Result<Self> {
+        Ok(match place {
+            #[cfg(unix)]
+            ListenPlace::Unix(path) => Self::Unix(bind_unix(&path)?, path),
+            ListenPlace::Tcp(address) => Self::Tcp(TcpListener::bind(address).await?),
+        })
+    }
+
+    /// The next client. May be called off.
+    pub(crate) async fn client(&self) -> Client {
+        loop {
+            match self.try_client().await {
+                Ok(client) => return client,
+                Err(cause) => warn!(%cause, "a client could not be let in"),
+            }
+            tokio::time::sleep(RETRY).await;
+        }
+    }
+
+    async fn try_client(&self) -> io::Result<Client> {
+        match self {
+            #[cfg(unix)]
+            Self::Unix(listener, _) => {
+                let stream = listener.accept().await?.0.into_std()?;
+                stream.set_nonblocking(false)?;
+                Client::new(stream.try_clone()?, stream.try_clone()?, Stream::Unix(stream))
+            }
+            Self::Tcp(listener) => {
+                let stream = listener.accept().await?.0.into_std()?;
+                stream.set_nonblocking(false)?;
+                stream.set_nodelay(true)?;
+                Client::new(stream.try_clone()?, stream.try_clone()?, Stream::Tcp(stream))
+            }
+        }
+    }
+}
+
+impl Drop for Listener {
+    fn drop(&mut self) {
+        #[cfg(unix)]
+        if let Self::Unix(_, path) = self {
+            // Gone already is as good.
+            let _ = std::fs::remove_file(path);
+        }
+    }
+}
+
+/// A socket at `path`, in place of one that nobody listens to any more.
+#[cfg(unix)]
+fn bind_unix(path: &std::path::Path) -> io::Result<UnixListener> {
+    match UnixListener::bind(path) {
+        Err(cause) if cause.kind() == io::ErrorKind::AddrInUse => {
+            match StdUnixStream::connect(path) {
+                Err(left) if left.kind() == io::ErrorKind::ConnectionRefused => {
+                    std::fs::remove_file(path)?;
+                    UnixListener::bind(path)
+                }
+                _ => Err(cause),
+            }
+        }
+        result => result,
+    }
+}
+
+/// Who gives missions, until it leaves.
+pub(crate) struct Client {
+    pub(crate) orders: Orders,
+    pub(crate) connection: Connection,
+}
+
+/// The way back to a client.
+pub(crate) struct Connection {
+    pub(crate) reports: Outlet,
+    stream: Stream,
+}
+
+/// Held to be shut down: the threads that read and write it may be blocked.
+enum Stream {
+    #[cfg(unix)]
+    Unix(StdUnixStream),
+    Tcp(StdTcpStream),
+}
+
+impl Client {
+    fn new(
+        source: impl Read + Send + 'static,
+        sink: impl Write + Send + 'static,
+        stream: Stream,
+    ) -> io::Result<Self> {
+        let orders = orders::read(BufReader::new(source))?;
+        let reports = Outlet::spawn("client", sink)?;
+        Ok(Self { orders, connection: Connection { reports, stream } })
+    }
+}
+
+impl Connection {
+    /// Lets what was told leave, and closes the connection.
+    pub(crate) fn close(self) {
+        self.reports.finish(FLUSH_MAX);
+        // Who has left already is not connected any more.
+        let _ = match self.stream {
+            #[cfg(unix)]
+            Stream::Unix(stream) => stream.shutdown(Shutdown::Both),
+            Stream::Tcp(stream) => stream.shutdown(Shutdown::Both),
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ListenPlace;
+
+    #[test]
+    fn a_place_is_a_path_or_an_address() {
+        assert_eq!("unix:./x".parse(), Ok(ListenPlace::Unix("./x".into())));
+        assert_eq!("tcp:127.0.0.1:7000".parse(), Ok(ListenPlace::Tcp("127.0.0.1:7000".to_owned())));
+        for text in ["", "unix:", "tcp:7000", "./x"] {
+            assert!(text.parse::<ListenPlace>().is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,197 @@
+//! What a person does where a real device plays a role: an emulated one is told, a real one is carried,
+//! set and measured.
+
+use crate::bench_file::{BenchFile, Role};
+use crate::plan::{Action, Answer, Band, Name, ParameterName};
+use wire::time::Span;
+use wire::units::{Angle, Length, Pose};
+
+/// The most that a position is from the origin, m. Assumption: a larger hall is no bench, and a number beyond
+/// is a slip of the pen.
+pub const POSITION_MAX_M: f64 = 100.0;
+/// The most that a heading is read off as, deg: one turn either way.
+pub const HEADING_MAX_DEG: f64 = 360.0;
+
+/// The parameters of this are those of the absolute measurement, which goes with the base.
+const ABSOLUTE: &str = "absolute";
+
+/// Roles that real devices play.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct RealRoles {
+    /// A real gyro.
+    pub gyro: bool,
+    /// A real base.
+    pub base: bool,
+    /// A real table.
+    pub table: bool,
+}
+
+impl RealRoles {
+    /// Those of a bench.
+    pub fn of(bench: &BenchFile) -> Self {
+        let real = |role| matches!(bench.role(role), Role::Real(_));
+        Self { gyro: real("gyro"), base: real("base"), table: real("table") }
+    }
+
+    /// Is the device of that name in a plan a real one?
+    pub fn has(self, device: &str) -> bool {
+        match device {
+            "gyro" => self.gyro,
+            "base" | ABSOLUTE => self.base,
+            "table" => self.table,
+            // What is around them.
+            "room" => self.gyro || self.base || self.table,
+            _ => false,
+        }
+    }
+}
+
+/// What is asked, and for what number if for any.
+pub type Asked = (String, Option<Answer>);
+
+/// Every question that an action is on such a bench, and how often it is asked each time.
+pub(super) fn questions(action: &Action, real: RealRoles) -> Vec<(Asked, u64)> {
+    let poses = |times: u64| pose().into_iter().map(|asked| (asked, times)).collect();
+    let done = |text| vec![((text, None), 1)];
+    match action {
+        Action::Place(at) if real.base => {
+            done(place(Pose { x: at.x, y: at.y, heading: at.heading }))
+        }
+        Action::MeasurePose(_) if real.base => poses(1),
+        // Before and after.
+        Action::Lap(_) if real.base => poses(2),
+        Action::SetParameter(set) if real.has(set.parameter.device.as_str()) => {
+            done(set_named(&set.parameter, set.value))
+        }
+        Action::Sweep(sweep) if real.has(sweep.parameter.device.as_str()) => {
+            let texts = sweep.values.iter().map(|value| set_named(&sweep.parameter, *value));
+            texts.map(|text| ((text, None), 1)).collect()
+        }
+        Action::PowerCycle(cycle) if real.has(cycle.device.as_str()) => {
+            done(power_cycle(cycle.device.as_str(), cycle.off))
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Asks to carry the robot.
+pub fn place(Pose { x, y, heading }: Pose) -> String {
+    let (x, y, heading) = (x.m(), y.m(), heading.deg());
+    format!(
+        "Place the robot at x = {x} m, y = {y} m, with a heading of {heading} deg, and let go of it"
+    )
+}
+
+fn set_named(ParameterName { device, parameter }: &ParameterName, value: f64) -> String {
+    set_parameter(device.as_str(), parameter.as_str(), value)
+}
+
+/// Asks to set a parameter.
+pub fn set_parameter(device: &str, parameter: &str, value: f64) -> String {
+    format!("Set {device}.{parameter} to {value}, and wait until it holds")
+}
+
+/// Asks to switch a device off and on again.
+pub fn power_cycle(device: &str, off: Span) -> String {
+    format!("Switch the {device} off, for {} s, and on again", off.as_secs_f64())
+}
+
+/// The questions of one absolute measurement, in their order.
+pub fn pose() -> Vec<Asked> {
+    let numbers = [
+        ("its x", "pose_x", "m", POSITION_MAX_M),
+        ("its y", "pose_y", "m", POSITION_MAX_M),
+        ("its heading, counter-clockwise from the x axis", "pose_heading", "deg", HEADING_MAX_DEG),
+    ];
+    let ask = |(what, name, unit, most): (&str, &str, &str, f64)| {
+        let (name, range) = (Name::new(name)?, Band::new(-most, most)?);
+        let answer = Answer { name, unit: unit.to_owned(), range, uncertainty: 0.0 };
+        Some((format!("Measure the robot where it stands: {what}"), Some(answer)))
+    };
+    numbers.into_iter().filter_map(ask).collect()
+}
+
+/// An absolute measurement that a person makes, number by number.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Survey(Vec<f64>);
+
+impl Survey {
+    /// What is to be asked next; `None` once all is measured.
+    pub fn next(&self) -> Option<Asked> {
+        pose().into_iter().nth(self.0.len())
+    }
+
+    /// Takes an answer.
+    pub fn take(&mut self, value: f64) {
+        self.0.push(value);
+    }
+
+    /// The pose, once all is measured.
+    pub fn pose(&self) -> Option<Pose> {
+        let [x, y, heading] = self.0.as_slice() else { return None };
+        Some(Pose {
+            x: Length::from_m(*x),
+            y: Length::from_m(*y),
+            heading: Angle::from_deg(*heading).wrapped(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{RealRoles, Survey, pose, questions};
+    use crate::plan::{Plan, Step};
+
+    const PLAN: &str = r#"
+name = "by-hand"
+title = "By hand"
+devices = "paper"
+steps = [
+    { place = { x_m = 1.5, y_m = 0, heading_deg = -90 } },
+    { set_parameter = { parameter = "gyro.ambient_celsius", value = 35 } },
+    { measure_pose = "here" },
+    { lap = { direction = "cw" } },
+    { power_cycle = { device = "gyro", off_s = 10 } },
+    { sweep = { parameter = "table.slip_deg", values = [1, 2], steps = [{ wait = { duration_s = 1 } }] } },
+]
+
+[[measurement]]
+name = "x"
+doc = "Where it is"
+quantity = "pose.x"
+unit = "m"
+check = { all_within = [0, 1] }
+"#;
+
+    #[test]
+    fn what_is_asked_of_a_person() {
+        let plan = Plan::parse("by-hand.toml", PLAN).unwrap();
+        let asked = |real| {
+            let of = |step: &Step| questions(&step.action, real);
+            plan.steps.iter().flat_map(of).collect::<Vec<_>>()
+        };
+        assert_eq!(asked(RealRoles::default()), []);
+        let all = asked(RealRoles { gyro: true, base: true, table: true });
+        let shown = all.iter().map(|((text, answer), times)| match answer {
+            None => format!("{times} x {text}\n"),
+            Some(answer) => {
+                format!("{times} x {text}: {} in {}, {}\n", answer.name, answer.unit, answer.range)
+            }
+        });
+        insta::assert_snapshot!(shown.collect::<String>());
+        let gyro = asked(RealRoles { gyro: true, ..RealRoles::default() });
+        assert_eq!(gyro.len(), 2);
+    }
+
+    #[test]
+    fn a_survey_is_three_numbers() {
+        let mut survey = Survey::default();
+        for (index, value) in [1.0, -2.0, 270.0].into_iter().enumerate() {
+            assert_eq!((survey.next(), survey.pose()), (Some(pose()[index].clone()), None));
+            survey.take(value);
+        }
+        let pose = survey.pose().unwrap();
+        assert_eq!((pose.x.m(), pose.y.m(), survey.next()), (1.0, -2.0, None));
+        assert!((pose.heading.deg() + 90.0).abs() < 1e-9, "{}", pose.heading.deg());
+    }
+}
