@@ -16,7 +16,7 @@
 //! * [`calibrations`], [`models`], [`made`]: what one plan makes and a later one uses.
 //! * [`engine`]: the steps of a plan, without IO and without a clock.
 //! * [`world`]: where plan, controller and devices meet. [`link`]: the lines between them.
-//! * [`operator`]: what a plan asks a person.
+//! * [`operator`]: what a plan asks a person. [`faults`]: what goes wrong on purpose.
 //! * [`observation`], [`record`]: what was measured, and everything that happened.
 //! * [`bus_log`]: logs of CAN buses and serial lines, in the formats of other tools.
 //! * [`dataset`]: measured data, for the identification. [`export`]: runs as such data.
@@ -62,6 +62,7 @@ pub mod doctor;
 pub mod emulation;
 pub mod engine;
 pub mod export;
+pub mod faults;
 pub mod figures;
 pub mod import;
 pub mod junit;

@@ -43,7 +43,7 @@ mod locate;
 mod measurement;
 mod motion;
 mod name;
-mod number;
+pub(crate) mod number;
 pub mod quantities;
 mod quantity;
 mod rest;
@@ -66,6 +66,7 @@ pub use quantity::{Filter, QuantityName, TagMatch};
 pub use rest::{BiasResidual, BiasTest, Condition, Log, PowerCycle, SetParameter, Wait};
 pub use step::{Action, Step};
 
+use crate::faults::Schedule;
 use serde::Deserialize;
 use wire::time::Span;
 
@@ -100,6 +101,9 @@ pub struct Plan {
     /// What is judged.
     #[serde(rename = "measurement", default)]
     pub measurements: Vec<Declared>,
+    /// What goes wrong on purpose.
+    #[serde(rename = "fault", default)]
+    pub faults: Schedule,
 }
 
 impl Plan {

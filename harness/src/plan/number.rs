@@ -76,7 +76,7 @@ pub(super) fn positive<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error>
 }
 
 /// A share of a whole: above 0, at most 1.
-pub(super) fn share<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
+pub(crate) fn share<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
     read(d, "a share above 0 and at most 1", |x| x > 0.0 && x <= 1.0)
 }
 
@@ -87,12 +87,12 @@ pub(super) fn duration<'de, D: Deserializer<'de>>(d: D) -> Result<Span, D::Error
 }
 
 /// Seconds above zero, or nothing.
-pub(super) fn duration_option<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Span>, D::Error> {
+pub(crate) fn duration_option<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Span>, D::Error> {
     duration(d).map(Some)
 }
 
 /// Seconds, zero included.
-pub(super) fn duration_or_zero<'de, D: Deserializer<'de>>(d: D) -> Result<Span, D::Error> {
+pub(crate) fn duration_or_zero<'de, D: Deserializer<'de>>(d: D) -> Result<Span, D::Error> {
     read(d, "a number of seconds, 0 to 31 days", |x| (0.0..=DURATION_MAX_S).contains(&x))
         .map(Span::from_secs_f64)
 }
