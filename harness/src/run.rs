@@ -24,7 +24,7 @@ use crate::outcome::{Measurement, Outcome};
 use crate::plan::{Plan, PlanError};
 use crate::record::header::Header;
 use crate::record::sink::{NullSink, RecordSink};
-use crate::world::bench::{Bench, DevicesError, load_devices};
+use crate::world::bench::{Bench, DevicesError, bench_lines, load_devices};
 use crate::world::crossing::{Crossing, Memory};
 use crate::world::simulated::{Progress, SimulatedWorld};
 use controller::calibration::Calibration;
@@ -83,8 +83,10 @@ impl Prepared {
     /// When anything is missing or not right.
     pub fn load(name: &str, made: &Made) -> Result<Self, PrepareError> {
         let library = Library::beside(name);
-        let plan = load_plan(&library, name)?;
+        let source = library.open(Kind::Plan, name)?;
+        let plan = Plan::parse(&source.origin, &source.text)?;
         let devices = load_devices(&library, plan.devices.as_str())?;
+        plan.check_bench(&source.origin, &source.text, bench_lines(&devices))?;
         let calibrations = calibrations::load(&plan, &library, &made.calibrations)?;
         let models = models::load(&plan, &library, &made.models)?;
         Ok(Self { plan: Arc::new(plan), devices, calibrations, models })

@@ -16,11 +16,13 @@
 //! A fault of a line is a layer of that line ([`crate::link`]); one of a device is a switch of its emulator.
 //! The controller knows of none.
 
+mod check;
 mod fault;
 mod kind;
 mod schedule;
 mod when;
 
+pub use check::{BenchLines, Unfit};
 pub use fault::{Fault, Target, Toward};
 pub use kind::{FaultKind, KindInfo, KindParameter, Lasts, Reach};
 pub use schedule::{FAULTS_MAX, Schedule};

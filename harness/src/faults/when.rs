@@ -58,7 +58,6 @@ impl When {
     }
 
     /// The key under which a plan names the phase.
-    #[expect(dead_code)]
     pub(super) const fn phase_key(&self) -> Option<&'static str> {
         match self {
             Self::Always | Self::At(_) => None,

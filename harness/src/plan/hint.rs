@@ -22,7 +22,7 @@ pub(crate) fn explain(message: &str) -> (String, Option<String>) {
 }
 
 /// "did you mean ...?" where a name is near, and else all that are known.
-pub(super) fn proposal(wrong: &str, known: &[&str]) -> String {
+pub(crate) fn proposal(wrong: &str, known: &[&str]) -> String {
     if let Some(name) = nearest(wrong, known) {
         return format!("did you mean `{name}`?");
     }

@@ -44,6 +44,7 @@ mod measurement;
 mod motion;
 mod name;
 pub(crate) mod number;
+pub(crate) mod phases;
 pub mod quantities;
 mod quantity;
 mod rest;
@@ -66,7 +67,7 @@ pub use quantity::{Filter, QuantityName, TagMatch};
 pub use rest::{BiasResidual, BiasTest, Condition, Log, PowerCycle, SetParameter, Wait};
 pub use step::{Action, Step};
 
-use crate::faults::Schedule;
+use crate::faults::{BenchLines, Schedule};
 use serde::Deserialize;
 use wire::time::Span;
 
@@ -124,6 +125,25 @@ impl Plan {
             PlanError::new(file, text, at, fault.message).with_help(fault.help)
         })?;
         Ok(plan)
+    }
+
+    /// Checks that a bench has what the plan's faults are to strike; `file` and `text` are those that the
+    /// plan was read from.
+    ///
+    /// # Errors
+    ///
+    /// The first fault that strikes what there is none of, with its place.
+    pub fn check_bench(
+        &self,
+        file: &str,
+        text: &str,
+        lines: BenchLines,
+    ) -> Result<(), PlanError> {
+        self.faults.check_bench(lines).map_err(|unfit| {
+            let fault = validate::misplaced(unfit);
+            let at = locate::locate(text, &fault.path);
+            PlanError::new(file, text, at, fault.message).with_help(fault.help)
+        })
     }
 }
 

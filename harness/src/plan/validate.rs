@@ -9,6 +9,7 @@ use super::quantities::{COMMON_TAGS, DURING_PREFIX, find_tag};
 use super::quantity::{Filter, QuantityName};
 use super::step::{Action, Step};
 use super::{DEPTH_MAX, Plan, STEPS_DONE_MAX, STEPS_MAX};
+use crate::faults::Unfit;
 use crate::plan::flow::Answer;
 use std::collections::BTreeMap;
 
@@ -54,7 +55,14 @@ pub(super) fn validate(plan: &Plan) -> Checked {
         }
         survey.measurement(declared, &at)?;
     }
-    Ok(())
+    plan.faults.check(plan).map_err(misplaced)
+}
+
+/// The place of a fault of the schedule that is not right.
+pub(super) fn misplaced(unfit: Unfit) -> Fault {
+    let mut path = vec![Segment::Key("fault"), Segment::Index(unfit.index)];
+    path.extend(unfit.keys.into_iter().map(Segment::Key));
+    Fault { path, message: unfit.message, help: unfit.help }
 }
 
 /// Where something stands.

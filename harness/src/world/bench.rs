@@ -1,6 +1,7 @@
 //! The emulated devices of a run, and what the controller and the engine must know of them.
 
 use crate::engine::BenchFacts;
+use crate::faults::BenchLines;
 use crate::library::{Kind, Library, LibraryError};
 use crate::models::{self, ModelError};
 use crate::record::RecordKind;
@@ -103,6 +104,15 @@ pub fn load_devices(library: &Library, name: &str) -> Result<Devices, DevicesErr
         DeviceFileError::Model { source, .. } => source,
         error => DevicesError::Unfit { origin, message: error.to_string() },
     })
+}
+
+/// What a bench of these devices has for faults to strike.
+pub fn bench_lines(devices: &Devices) -> BenchLines {
+    match (devices.mount, &devices.base) {
+        (Mount::Base, Some((base::Transport::Can, _))) => BenchLines::CanBase,
+        (Mount::Base, Some((base::Transport::Serial, _))) => BenchLines::SerialBase,
+        _ => BenchLines::Table,
+    }
 }
 
 impl Bench {
