@@ -14,6 +14,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("evaluation", &["identification"]),
     ("harness", &["wire", "controller", "emulators", "identification"]),
     ("tests", &["wire", "controller", "emulators", "identification", "harness"]),
+    // What tests of any room may use.
+    ("tests/skips", &[]),
 ];
 
 /// A file that a person can no longer hold in mind.

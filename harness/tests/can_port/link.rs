@@ -72,10 +72,6 @@ pub async fn ip(arguments: &[&str]) -> Result<(), String> {
 
 fn skip<T>(why: &str) -> Option<T> {
     assert!(std::env::var_os(REQUIRED).is_none(), "{why}");
-    eprintln!(
-        "skipped: {why} (with the Debian packages user-mode-linux, busybox-static and can-utils: \
-         CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUNNER=\"$PWD/tests/vcan-guest/run --\" cargo test \
-         -p harness --test can_port)"
-    );
+    skips::skip(why, format_args!("{} -p harness --test can_port", skips::IN_GUEST));
     None
 }

@@ -51,9 +51,8 @@ fn a_base_on_can_crosses_an_adapter() {
 #[test]
 fn a_base_on_can_crosses_a_vcan() {
     if !has_vcan() {
-        eprintln!(
-            "skipped: there is no vcan0 here (tests/vcan-guest/run starts a kernel with one)"
-        );
+        let how = format!("{} -p harness --test cli -- crossing::", skips::IN_GUEST);
+        skips::skip("there is no vcan0 here", how);
         return;
     }
     compare(TURN, "vcan");
@@ -63,9 +62,8 @@ fn a_base_on_can_crosses_a_vcan() {
 fn a_frame_of_another_program_is_an_error() {
     use socketcan::{CanSocket, EmbeddedFrame as _, Socket as _, StandardId};
     if !has_vcan() {
-        eprintln!(
-            "skipped: there is no vcan0 here (tests/vcan-guest/run starts a kernel with one)"
-        );
+        let how = format!("{} -p harness --test cli -- crossing::", skips::IN_GUEST);
+        skips::skip("there is no vcan0 here", how);
         return;
     }
     let stranger = CanSocket::open("vcan0").unwrap();
@@ -86,7 +84,7 @@ fn a_frame_of_another_program_is_an_error() {
 #[test]
 fn a_machine_without_can_says_what_it_lacks() {
     if kernel_has_can().is_ok() {
-        eprintln!("skipped: this kernel has CAN");
+        skips::skip("this kernel has CAN", "on one without");
         return;
     }
     let hil = Hil::with_plan(TURN);

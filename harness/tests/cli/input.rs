@@ -102,9 +102,8 @@ fn the_doctor_says_what_lacks_and_exits_accordingly() {
 #[cfg(feature = "live")]
 fn the_doctor_sees_a_vcan() {
     if !std::path::Path::new("/sys/class/net/vcan0").exists() {
-        let how =
-            "tests/vcan-guest/run -- cargo test -p harness --test cli -- the_doctor_sees_a_vcan";
-        eprintln!("skipped: the_doctor_sees_a_vcan (this kernel has no vcan0; run {how})");
+        let how = format!("{} -p harness --test cli -- the_doctor", skips::IN_GUEST);
+        skips::skip("this kernel has no vcan0", how);
         return;
     }
     let ran = Hil::new().run(&["doctor", "laps-corrected", "--bench", "vcan", "--json"]);

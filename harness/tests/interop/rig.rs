@@ -17,7 +17,7 @@ pub fn file(path: &str) -> PathBuf {
 
 fn skip<T>(required: &str, why: &str, how: &str) -> Option<T> {
     assert!(std::env::var_os(required).is_none(), "{why}; {how}");
-    eprintln!("skipped: {why} ({how})");
+    skips::skip(why, how);
     None
 }
 

@@ -50,12 +50,8 @@ fn vcan() -> Option<MutexGuard<'static, ()>> {
         && Interface::new("vcan0").state() == InterfaceState::Up;
     assert!(up || std::env::var_os(REQUIRED).is_none(), "no vcan0");
     if !up {
-        eprintln!(
-            "skipped: there is no vcan0 that is up (with the Debian packages user-mode-linux, \
-             busybox-static and can-utils: \
-             CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUNNER=\"$PWD/tests/vcan-guest/run --\" cargo test \
-             -p harness --test live can)"
-        );
+        let how = format!("{} -p harness --test live can", skips::IN_GUEST);
+        skips::skip("there is no vcan0 that is up", how);
     }
     // Who held it last may have failed, which is not ours to judge.
     up.then(|| BUS.lock().unwrap_or_else(PoisonError::into_inner))

@@ -1,5 +1,5 @@
-//! A dead zone and a saturation hold back all of the rate beyond a limit: what holds back a small part of it is
-//! another effect at the same rates.
+//! A dead zone holds back all of a small rate: what holds back a small part of it is another effect at the same
+//! rates. (Of a saturation a part is enough: a gyro's gain falls before it ends.)
 
 use super::scene::Scene;
 use crate::linear::dot;
@@ -11,7 +11,7 @@ const ERRORS: f64 = 3.0;
 
 /// Can `shape` be what it says, by the part of the rate that it would have to hold back in `scene`?
 pub fn holds_back_all(scene: &Scene<'_>, shape: &Shape) -> bool {
-    if !matches!(shape.acts, Acts::DeadZone | Acts::Saturation) {
+    if shape.acts != Acts::DeadZone {
         return true;
     }
     let columns = scene.data.columns(shape);

@@ -15,9 +15,8 @@ fn run(program: &str, arguments: &[&str]) -> Option<Vec<u8>> {
     match output {
         Ok(output) => Some(output.stdout),
         Err(error) => {
-            eprintln!(
-                "skipped: {program}: {error} (it is in can-utils: apt-get install can-utils)"
-            );
+            let why = format!("{program}: {error}");
+            skips::skip(why, "it is in can-utils: apt-get install can-utils");
             None
         }
     }
@@ -53,10 +52,8 @@ fn can_utils_convert_as_it_is_done_here() {
 #[test]
 fn a_log_is_played_onto_a_bus_and_logged_again() {
     if !Path::new("/sys/class/net/vcan0").exists() {
-        eprintln!(
-            "skipped: no CAN interface vcan0 (CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUNNER=\
-             \"$PWD/tests/vcan-guest/run --\" cargo test -p tests --test bus_log -- a_log_is_played)"
-        );
+        let how = format!("{} -p tests --test bus_log -- a_log_is_played", skips::IN_GUEST);
+        skips::skip("no CAN interface vcan0", how);
         return;
     }
     let dir = tempfile::tempdir().unwrap();

@@ -22,11 +22,9 @@ fn is_there() -> bool {
     if loaded.is_ok_and(|loaded| loaded.status.success()) {
         return true;
     }
-    eprintln!(
-        "skipped: {} has no python-can or no python-pcapng, the referees; tests/interop/README.md says \
-         how to install them",
-        python().to_string_lossy()
-    );
+    let python = python();
+    let why = format!("{} has no python-can or no python-pcapng", python.to_string_lossy());
+    skips::skip(why, "tests/interop/README.md says how to install them");
     false
 }
 

@@ -29,9 +29,8 @@ fn a_coefficient_that_drifts() {
 fn a_resonance() {
     let story = Story::of(unit(&[("resonance_ppm", 3_000.0), ("resonance_deg_per_s", 20.0)]));
     story.falls_by(10.0);
-    // A part in a thousand at some rates is not all of the rate below or beyond a limit.
-    let limited = |name: &str| name == "dead_zone" || name == "saturation";
-    let found = story.finding().effects.iter().any(|effect| limited(&effect.name));
+    // A part in a thousand at some rates is not all of the rate.
+    let found = story.finding().effects.iter().any(|effect| effect.name == "dead_zone");
     assert!(!found, "{}", story.in_words());
     let ending = &story.done.simulated.ending;
     let refused = ending.reason.as_ref().is_some_and(|reason| reason.contains("cannot be carried"));

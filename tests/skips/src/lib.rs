@@ -1,0 +1,43 @@
+//! A test whose machine lacks something says so aloud, with the reason and what would mend it, and is counted.
+//!
+//! The test runner keeps what a passing test prints to itself. What is said here goes past it.
+
+use std::fmt::Display;
+use std::io::Write as _;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+static SKIPPED: AtomicUsize = AtomicUsize::new(0);
+
+/// How to run a test under a kernel with CAN: what goes before `cargo test`.
+pub const IN_GUEST: &str = "with the Debian packages user-mode-linux, busybox-static and can-utils: \
+     CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUNNER=\"$PWD/tests/vcan-guest/run --\" cargo test";
+
+/// Says that the test that calls it is skipped, `why`, and `how` it would run; returns how many of this binary were
+/// until now.
+pub fn skip(why: impl Display, how: impl Display) -> usize {
+    let count = SKIPPED.fetch_add(1, Ordering::Relaxed) + 1;
+    let thread = std::thread::current();
+    let test = thread.name().unwrap_or("a test");
+    // One write: lines of tests that run side by side do not mix.
+    let line = line(test, &why, &how, count);
+    // Where nobody listens there is nobody to tell.
+    let _ = std::io::stderr().write_all(line.as_bytes());
+    count
+}
+
+fn line(test: &str, why: &dyn Display, how: &dyn Display, count: usize) -> String {
+    format!("\nskipped: {test}: {why} ({how}); {count} skipped in this binary so far\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::line;
+
+    #[test]
+    fn a_line_names_the_test_the_reason_the_way_and_the_count() {
+        assert_eq!(
+            line("a_base_on_can", &"no vcan0", &"in the guest", 3),
+            "\nskipped: a_base_on_can: no vcan0 (in the guest); 3 skipped in this binary so far\n"
+        );
+    }
+}
