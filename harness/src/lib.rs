@@ -52,6 +52,7 @@
 pub mod bench_file;
 pub mod bus_log;
 pub mod calibrations;
+pub mod campaign;
 pub mod checks;
 pub mod cli;
 pub mod console;
