@@ -16,7 +16,7 @@ steps = [{ repeat = { times = 5, steps = [{ lap = { direction = "cw" } }] } }]
 [[measurement]]
 name = "heading_kept"
 doc = "Heading at the end of a lap"
-quantity = "lap.heading_error"
+quantity = "lap.return_heading"
 unit = "deg"
 check = { all_within = [-1, 1] }
 "#;
