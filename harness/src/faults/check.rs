@@ -82,7 +82,10 @@ impl Schedule {
                     ("no base on this bench".to_owned(), "the gyro rides on a table here")
                 }
                 (Target::Base, BenchLines::SerialBase, Reach::CanBus) => (
-                    format!("`{}` is of a CAN bus, and the base is on a serial line", fault.what.name()),
+                    format!(
+                        "`{}` is of a CAN bus, and the base is on a serial line",
+                        fault.what.name()
+                    ),
                     "name a device file whose base is on CAN, or see `hil list faults`",
                 ),
                 (Target::Base, BenchLines::CanBase, Reach::SerialLine) => (
@@ -147,7 +150,8 @@ fn phase(fault: &Fault, phases: &BTreeMap<&str, u64>) -> Checked {
             Err((vec!["when", key], format!("no step or label `{phase}` in this plan"), Some(help)))
         }
         Some(times) if u64::from(number) > *times => {
-            let message = format!("number {number} of `{phase}`, and it comes {times} times at most");
+            let message =
+                format!("number {number} of `{phase}`, and it comes {times} times at most");
             Err((vec!["when", "number"], message, Some(format!("expected 1 to {times}"))))
         }
         Some(_) => Ok(()),

@@ -133,12 +133,7 @@ impl Plan {
     /// # Errors
     ///
     /// The first fault that strikes what there is none of, with its place.
-    pub fn check_bench(
-        &self,
-        file: &str,
-        text: &str,
-        lines: BenchLines,
-    ) -> Result<(), PlanError> {
+    pub fn check_bench(&self, file: &str, text: &str, lines: BenchLines) -> Result<(), PlanError> {
         self.faults.check_bench(lines).map_err(|unfit| {
             let fault = validate::misplaced(unfit);
             let at = locate::locate(text, &fault.path);
