@@ -334,7 +334,12 @@ impl<C: Crossing> SimulatedWorld<C> {
                 self.stage.engine.broke(self.now, "two devices answer each other without end");
                 return;
             }
-            if std::mem::take(&mut self.touched.controller) && !self.is_stalled() {
+            if std::mem::take(&mut self.touched.controller) {
+                if self.is_stalled() {
+                    // It is touched again when its machine goes on.
+                    self.controller_due = Timestamp::MAX;
+                    continue;
+                }
                 let told = self.host().map_or(self.now, |host| host.told(self.now));
                 while let Some(output) = self.controller.transmit(told) {
                     self.carry(output);
