@@ -22,6 +22,7 @@ mod injector;
 mod kind;
 mod record;
 mod schedule;
+pub mod table;
 mod when;
 
 pub use check::{BenchLines, Unfit};
