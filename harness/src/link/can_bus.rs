@@ -3,9 +3,10 @@
 mod confinement;
 mod effect;
 mod faulty;
+mod nodes;
 
 pub use confinement::{ErrorCounters, ErrorState};
-pub use faulty::StateChange;
+pub use nodes::StateChange;
 
 use faulty::Faulty;
 use wire::can::{CanFrame, Id};

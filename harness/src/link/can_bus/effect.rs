@@ -92,13 +92,13 @@ impl<Node: Copy + PartialEq> Effect<Node> {
             Self::Load(between_s, next) => {
                 // Independent begins: exponential times between them.
                 let wait_s = -*between_s * (1.0 - chance.uniform()).ln();
-                *next = *next + Span::from_secs_f64(wait_s).max(Span::from_nanos(1));
+                *next += Span::from_secs_f64(wait_s).max(Span::from_nanos(1));
                 let range = if chance.happens(OTHERS_BELOW) { OTHERS } else { RIVALS };
                 let length = chance.below(9);
                 other(range, length, chance)
             }
             Self::Babble(period, next) => {
-                *next = *next + (*period).max(Span::from_nanos(1));
+                *next += (*period).max(Span::from_nanos(1));
                 CanFrame::full(BABBLER, [0; 8])
             }
             _ => CanFrame::full(BABBLER, [0; 8]),

@@ -1,12 +1,12 @@
 //! A CAN bus that is faulty: nodes that nobody wants, bits that are read wrongly, frames that get lost on
 //! their way through a controller.
 
-use super::confinement::{ErrorCounters, ErrorState, RECESSIVE_BITS};
+use super::confinement::{ErrorCounters, ErrorState};
 use super::effect::{Effect, Passed};
+use super::nodes::{Nodes, StateChange};
 use super::{BIT, CanBus};
 use crate::faults::FaultKind;
 use crate::link::chance::Chance;
-use std::collections::VecDeque;
 use wire::can::CanFrame;
 use wire::time::{Span, Timestamp};
 
@@ -14,37 +14,21 @@ use wire::time::{Span, Timestamp};
 pub const HELD_MAX: usize = 256;
 /// Frames of other nodes that wait for the bus; more wait in their nodes.
 const STRANGERS_WAITING_MAX: usize = 8;
-/// Changes of state that wait to be told; more are forgotten, the oldest first.
-pub const CHANGES_MAX: usize = 64;
 /// Behind a destroyed bit: error flag (6), delimiter (8) and intermission (3). Flags of several nodes can lie behind
 /// each other and take up to 6 bits more (ISO 11898-1); they are taken to coincide.
 const ERROR_FRAME_BITS: i64 = 6 + 8 + 3;
 /// What an error-passive node waits behind a frame of its own (ISO 11898-1, suspend transmission).
 const SUSPEND_BITS: i64 = 8;
 
-/// The state of a node's fault confinement changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct StateChange<Node> {
-    /// Whose.
-    pub node: Node,
-    /// Its new state.
-    pub state: ErrorState,
-    /// Its counters.
-    pub counters: ErrorCounters,
-}
-
 #[derive(Debug)]
 pub(super) struct Faulty<Node> {
     /// Whom frames are from that no device of the bench sent.
     stranger: Node,
     pub(super) layers: Vec<Layer<Node>>,
-    nodes: Vec<(Node, ErrorCounters)>,
-    changes: VecDeque<StateChange<Node>>,
+    nodes: Nodes<Node>,
     /// The frame on the bus will be destroyed.
     destroyed: bool,
     last_sender: Option<Node>,
-    /// Since when the bus is idle, less what is credited to nodes that are off.
-    idle_since: Option<Timestamp>,
     /// When the last frame was over.
     free_since: Timestamp,
     held: Vec<(Timestamp, Node, CanFrame)>,
@@ -79,11 +63,9 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
             Box::new(Faulty {
                 stranger,
                 layers: Vec::new(),
-                nodes: nodes.iter().map(|node| (*node, ErrorCounters::default())).collect(),
-                changes: VecDeque::new(),
+                nodes: Nodes::new(nodes, idle_since),
                 destroyed: false,
                 last_sender: None,
-                idle_since,
                 free_since: now,
                 held: Vec::new(),
             })
@@ -115,16 +97,12 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
 
     /// The next change of a node's state that was not told yet.
     pub fn state_change(&mut self) -> Option<StateChange<Node>> {
-        self.faulty.as_mut()?.changes.pop_front()
+        self.faulty.as_mut()?.nodes.change()
     }
 
     /// The error counters of a node; zero where no fault ever was.
     pub fn error_counters(&self, node: Node) -> ErrorCounters {
-        let nodes = self.faulty.as_ref().map_or(&[][..], |faulty| &faulty.nodes);
-        nodes
-            .iter()
-            .find(|(of, _)| *of == node)
-            .map_or_else(Default::default, |(_, counters)| *counters)
+        self.faulty.as_ref().map_or_else(Default::default, |faulty| faulty.nodes.counters(node))
     }
 
     /// When something is next to be done beside the frame on the bus.
@@ -132,7 +110,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         let Some(faulty) = &self.faulty else { return Timestamp::MAX };
         let made = faulty.layers.iter().map(|layer| layer.effect.next_made());
         let held = faulty.held.iter().map(|(at, ..)| *at);
-        made.chain(held).min().unwrap_or(Timestamp::MAX).min(faulty.recovers_at())
+        made.chain(held).min().unwrap_or(Timestamp::MAX).min(faulty.nodes.recovers_at())
     }
 
     /// A frame that is through by `now`, on a bus with faults.
@@ -145,8 +123,8 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
                 return None;
             }
             let faulty = self.faulty.as_mut()?;
-            if faulty.recovers_at() == next {
-                faulty.idle_until(next);
+            if faulty.nodes.recovers_at() == next {
+                faulty.nodes.idle_until(next);
                 continue;
             }
             if let Some(place) = faulty.held.iter().position(|(at, ..)| *at == next) {
@@ -180,9 +158,9 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         let faulty = self.faulty.as_mut()?;
         (faulty.last_sender, faulty.free_since) = (Some(from), at);
         let destroyed = std::mem::take(&mut faulty.destroyed);
-        faulty.count(from, destroyed);
+        faulty.nodes.count(from, destroyed);
         if destroyed {
-            if faulty.state(from) == ErrorState::Off {
+            if faulty.nodes.state(from) == ErrorState::Off {
                 let before = self.waiting.len();
                 self.waiting.retain(|(node, _)| *node != from);
                 self.dropped += (before - self.waiting.len()) as u64 + 1;
@@ -198,9 +176,8 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         if from == faulty.stranger {
             return Some((from, frame));
         }
-        let mut hearers = faulty.nodes.iter().filter(|(node, _)| *node != from);
         // Others on the bus acknowledge it (assumption), so that it counts as sent.
-        if hearers.all(|(_, counters)| counters.state() == ErrorState::Off) {
+        if faulty.nodes.nobody_hears(from) {
             self.dropped += 1;
             return None;
         }
@@ -232,18 +209,18 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
     /// A node wants to send, on a bus with faults; `true` when it may.
     pub(super) fn may_send(&mut self, now: Timestamp, from: Node) -> bool {
         let Some(faulty) = &mut self.faulty else { return true };
-        faulty.idle_until(now);
-        faulty.state(from) != ErrorState::Off
+        faulty.nodes.idle_until(now);
+        faulty.nodes.state(from) != ErrorState::Off
     }
 
     /// Who is next, on a bus with faults.
     #[cold]
     pub(super) fn arbitrate_faulty(&mut self, now: Timestamp) {
         let Some(faulty) = &mut self.faulty else { return };
-        faulty.idle_until(now);
+        faulty.nodes.idle_until(now);
         let suspended = |node: Node| {
             faulty.last_sender == Some(node)
-                && faulty.state(node) == ErrorState::Passive
+                && faulty.nodes.state(node) == ErrorState::Passive
                 && now - faulty.free_since < BIT * SUSPEND_BITS
         };
         let best = |may: &dyn Fn(Node) -> bool| {
@@ -253,11 +230,11 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         };
         let at_once = best(&|node| !suspended(node));
         let Some(index) = at_once.or_else(|| best(&|_| true)) else {
-            faulty.idle_since.get_or_insert(now);
+            faulty.nodes.idle_from(now);
             return;
         };
         let wait = if at_once.is_some() { Span::ZERO } else { BIT * SUSPEND_BITS };
-        faulty.idle_since = None;
+        faulty.nodes.busy();
         let (from, frame) = self.waiting[index];
         if let Some(rival) = faulty.rival(from) {
             self.on_bus = Some((now + wait + super::frame_time(&rival), faulty.stranger, rival));
@@ -273,11 +250,6 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
 }
 
 impl<Node: Copy + PartialEq> Faulty<Node> {
-    fn state(&self, node: Node) -> ErrorState {
-        let found = self.nodes.iter().find(|(of, _)| *of == node);
-        found.map_or(ErrorState::Active, |(_, counters)| counters.state())
-    }
-
     /// The layers that strike frames of a node.
     fn layers_of(&mut self, node: Node) -> impl Iterator<Item = &mut Layer<Node>> {
         let none = node == self.stranger;
@@ -301,57 +273,6 @@ impl<Node: Copy + PartialEq> Faulty<Node> {
             bits
         })
     }
-
-    /// A frame of `from` is over: what each node counts. Its end is recessive for one sequence, too.
-    fn count(&mut self, from: Node, destroyed: bool) {
-        let Self { nodes, changes, .. } = self;
-        for (node, counters) in nodes {
-            let before = counters.state();
-            counters.recessive(1);
-            match (*node == from, destroyed) {
-                (true, true) => counters.transmit_error(),
-                (true, false) => counters.transmit_success(),
-                (false, true) => counters.receive_error(),
-                (false, false) => counters.receive_success(),
-            }
-            note(changes, *node, before, *counters);
-        }
-    }
-
-    /// The bus was idle until `now`, and may go on being so.
-    fn idle_until(&mut self, now: Timestamp) {
-        let Self { nodes, changes, idle_since: Some(since), .. } = self else { return };
-        let sequence = BIT * RECESSIVE_BITS;
-        let sequences = (now - *since).as_nanos() / sequence.as_nanos();
-        *since = *since + sequence * sequences;
-        for (node, counters) in nodes {
-            let before = counters.state();
-            counters.recessive(u32::try_from(sequences).unwrap_or(u32::MAX));
-            note(changes, *node, before, *counters);
-        }
-    }
-
-    fn recovers_at(&self) -> Timestamp {
-        let Some(since) = self.idle_since else { return Timestamp::MAX };
-        let at = self.nodes.iter().map(|(_, counters)| counters.recovers_at(since, BIT));
-        at.min().unwrap_or(Timestamp::MAX)
-    }
-}
-
-fn note<Node>(
-    changes: &mut VecDeque<StateChange<Node>>,
-    node: Node,
-    before: ErrorState,
-    counters: ErrorCounters,
-) {
-    let state = counters.state();
-    if state == before {
-        return;
-    }
-    if changes.len() == CHANGES_MAX {
-        changes.pop_front();
-    }
-    changes.push_back(StateChange { node, state, counters });
 }
 
 fn hold<Node>(

@@ -14,7 +14,8 @@ pub(in crate::world) const HELD_MAX: usize = 4_096;
 enum Held {
     Bytes(Port, Packet),
     Frame(CanFrame),
-    Mission(Mission),
+    // Boxed: a calibration is far larger than a packet.
+    Mission(Box<Mission>),
 }
 
 /// A machine with faults.
@@ -66,7 +67,7 @@ impl Host {
                     controller.receive(now, port, Input::Bytes(packet.as_slice()));
                 }
                 Held::Frame(frame) => controller.receive(now, Port::Base, Input::Frame(frame)),
-                Held::Mission(mission) => controller.command(now, mission),
+                Held::Mission(mission) => controller.command(now, *mission),
             }
         }
     }
@@ -118,7 +119,7 @@ impl Host {
         controller: &mut Controller,
     ) {
         if self.is_stalled() {
-            self.hold(Held::Mission(mission));
+            self.hold(Held::Mission(Box::new(mission)));
         } else {
             controller.command(self.told(now), mission);
         }
