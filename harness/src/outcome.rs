@@ -6,6 +6,7 @@ pub(crate) mod samples;
 
 pub use live::{Bin, PortSide, PortSummary, Spread, Timing};
 
+use crate::faults::FaultSummary;
 use serde::{Deserialize, Serialize};
 
 /// What a measurement came to.
@@ -124,6 +125,9 @@ pub struct Summary {
     /// The ports of a run in real time.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub ports: Vec<PortSummary>,
+    /// What became of the plan's faults; absent where it has none.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub faults: Vec<FaultSummary>,
 }
 
 impl Verdict {

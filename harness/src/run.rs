@@ -15,6 +15,7 @@ pub(crate) use keep::{keep, summarise};
 use crate::calibrations::{self, CalibrationError};
 use crate::checks::judge_all;
 use crate::engine::{Action, Ending, Engine};
+use crate::faults::FaultSummary;
 use crate::library::{Kind, Library, LibraryError};
 use crate::made::Made;
 use crate::models::{self, ModelError};
@@ -133,6 +134,8 @@ pub struct Simulated {
     pub made: Made,
     /// What the lines dropped for want of room.
     pub dropped: u64,
+    /// What became of the plan's faults.
+    pub faults: Vec<FaultSummary>,
 }
 
 /// Runs a prepared plan in virtual time. `pulse` is called now and then; false stops the run.
@@ -163,7 +166,9 @@ pub fn simulate_across(
         Timestamp::ZERO,
     )
     .with_models(prepared.models.clone());
-    let mut world = SimulatedWorld::across(crossing, bench, engine).with_answers(answers.clone());
+    let mut world = SimulatedWorld::across(crossing, bench, engine)
+        .with_answers(answers.clone())
+        .with_faults(seed);
     let mut made = Made::default();
     let mut keep = |action: &Action| made.keep(action);
     let mut ending = world.run(sink, &mut keep, pulse);
@@ -179,6 +184,7 @@ pub fn simulate_across(
         observations: world.engine().observations().values().flatten().cloned().collect(),
         made,
         dropped: world.dropped(),
+        faults: world.faults().to_vec(),
     }
 }
 

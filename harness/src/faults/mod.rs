@@ -18,12 +18,18 @@
 
 mod check;
 mod fault;
+mod injector;
 mod kind;
+mod record;
 mod schedule;
+pub mod table;
 mod when;
 
 pub use check::{BenchLines, Unfit};
 pub use fault::{Fault, Target, Toward};
+pub use injector::FaultSummary;
+pub(crate) use injector::{Change, Injector, makes_frames};
 pub use kind::{FaultKind, KindInfo, KindParameter, Lasts, Reach};
+pub use record::{FaultEvent, FaultRecord};
 pub use schedule::{FAULTS_MAX, Schedule};
 pub use when::When;

@@ -61,5 +61,6 @@ pub(crate) fn summary() -> Summary {
         artifacts: vec!["calibration.toml".into()],
         timing: None,
         ports: Vec::new(),
+        faults: Vec::new(),
     }
 }

@@ -49,6 +49,7 @@ impl Troubles {
 fn text(kind: &RecordKind) -> Option<String> {
     match kind {
         RecordKind::Note(text) => Some(text.clone()),
+        RecordKind::Fault(fault) => Some(fault.to_string()),
         RecordKind::Report(Report::Refused { id, reason }) => {
             Some(format!("refused mission {id}: {}", name_of(reason)))
         }

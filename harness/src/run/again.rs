@@ -98,6 +98,7 @@ fn unknown(plan: &Plan, recorded: &Header, last: Timestamp) -> Summary {
         artifacts: Vec::new(),
         timing: None,
         ports: Vec::new(),
+        faults: Vec::new(),
     }
 }
 

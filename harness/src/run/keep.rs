@@ -189,5 +189,6 @@ pub(crate) fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summ
         artifacts: Vec::new(),
         timing: None,
         ports: Vec::new(),
+        faults: run.faults.clone(),
     }
 }

@@ -7,6 +7,7 @@
 
 pub mod bench;
 pub mod crossing;
+mod faults;
 mod lines;
 #[cfg(feature = "live")]
 pub mod live;

@@ -1,22 +1,25 @@
 //! The simulated world: virtual time, the same bytes as on real lines, one event after another.
 //!
-//! Time jumps to the next event. At equal times the order is: deliver what has arrived, wake what is
+//! Time jumps to the next event. At equal times the order is: begin and end faults, deliver what has arrived, wake what is
 //! due, transmit until nothing moves any more, record. Nothing here reads a clock or draws a number,
 //! so plan, seed and version determine every byte of the record.
 //!
 //! What is delivered may first [cross](super::crossing) a pty or a CAN interface of the kernel, which time
 //! does not notice.
 
-use super::bench::{Bench, Carrier};
-use super::crossing::{Crossing, Line, Memory, Toward};
+mod deliver;
+
+use super::bench::Bench;
+use super::crossing::{Crossing, Memory};
+use super::faults::{Faults, Host};
 use super::lines::{BaseLink, Node};
-use super::stage::{Stage, record_frame};
+use super::stage::Stage;
 use crate::engine::{Action, Ending, Engine};
+use crate::faults::FaultSummary;
 use crate::operator::{Answers, Operator};
 use crate::outcome::Outcome;
-use crate::record::Device;
 use crate::record::sink::RecordSink;
-use controller::{Controller, Input, Output, Port};
+use controller::{Controller, Output, Port};
 use wire::time::Timestamp;
 
 /// Rounds of transmitting at one instant; more means that two devices answer each other for ever.
@@ -51,6 +54,9 @@ pub struct SimulatedWorld<C = Memory> {
     crossing: C,
     controller: Controller,
     touched: Touched,
+    /// What goes wrong on purpose; none where the plan has no faults.
+    faults: Option<Box<Faults>>,
+    fault_summaries: Vec<FaultSummary>,
     /// Wake-ups of those that are asked again only when something has reached them.
     controller_due: Timestamp,
     carrier_due: Timestamp,
@@ -79,6 +85,8 @@ impl<C: Crossing> SimulatedWorld<C> {
             controller_due: now,
             carrier_due: now,
             engine_due: now,
+            faults: None,
+            fault_summaries: Vec::new(),
             events: 0,
             events_at_once: 0,
         }
@@ -88,6 +96,19 @@ impl<C: Crossing> SimulatedWorld<C> {
     pub fn with_answers(mut self, answers: Answers) -> Self {
         self.stage.operator = Operator::simulated(answers);
         self
+    }
+
+    /// With the faults of the plan, their random numbers from `seed`.
+    pub fn with_faults(mut self, seed: u64) -> Self {
+        let schedule = &self.stage.engine.plan().faults;
+        let has_any = !schedule.is_empty();
+        self.faults = has_any.then(|| Box::new(Faults::new(schedule, seed, self.now)));
+        self
+    }
+
+    /// What became of the plan's faults, once the run is over.
+    pub fn faults(&self) -> &[FaultSummary] {
+        &self.fault_summaries
     }
 
     /// Bench time.
@@ -107,12 +128,27 @@ impl<C: Crossing> SimulatedWorld<C> {
 
     /// What the lines between the devices have dropped for want of room.
     pub fn dropped(&self) -> u64 {
-        self.stage.lines.dropped()
+        let held_back = self.faults.as_ref().map_or(0, |faults| faults.host.dropped());
+        self.stage.lines.dropped() + held_back
     }
 
     /// Calibrations that the engine asks to be kept are handed to `keep`. Between two events `pulse` is
     /// called now and then; when it says false, the run is aborted.
     pub fn run(
+        &mut self,
+        sink: &mut impl RecordSink,
+        keep: &mut impl FnMut(&Action),
+        pulse: &mut impl FnMut(Progress) -> bool,
+    ) -> Ending {
+        let ending = self.run_to_end(sink, keep, pulse);
+        let Self { faults, stage, controller, now, .. } = self;
+        if let Some(faults) = faults {
+            self.fault_summaries = faults.finish(*now, stage, controller, sink);
+        }
+        ending
+    }
+
+    fn run_to_end(
         &mut self,
         sink: &mut impl RecordSink,
         keep: &mut impl FnMut(&Action),
@@ -140,6 +176,9 @@ impl<C: Crossing> SimulatedWorld<C> {
                 return Ending { outcome: Outcome::Error, reason: Some(reason) };
             }
             self.events += 1;
+            if self.faults.is_some() {
+                self.strike(sink);
+            }
             self.deliver(sink);
             self.wake();
             self.transmit(sink, keep);
@@ -171,76 +210,17 @@ impl<C: Crossing> SimulatedWorld<C> {
             .min(self.carrier_due)
             .min(self.controller_due)
             .min(self.engine_due)
+            .min(self.faults.as_ref().map_or(Timestamp::MAX, |faults| faults.next_due()))
     }
 
-    fn deliver(&mut self, sink: &mut impl RecordSink) {
-        let Self { now, stage, crossing, controller, touched, .. } = self;
-        let now = *now;
-        let (lines, bench) = (&mut stage.lines, &mut stage.bench);
-        while let Some(mut packet) = lines.gyro.arrived(now) {
-            if !crossing.bytes(Line::Gyro, Toward::Host, &mut packet) {
-                continue;
-            }
-            sink.bytes(now, Device::Gyro, packet.as_slice());
-            controller.receive(now, Port::Gyro, Input::Bytes(packet.as_slice()));
-            touched.controller = true;
-        }
-        while let Some(mut packet) = lines.gyro_commands.arrived(now) {
-            if !crossing.bytes(Line::Gyro, Toward::Device, &mut packet) {
-                continue;
-            }
-            sink.bytes(now, Device::Controller, packet.as_slice());
-            bench.gyro.receive(now, packet.as_slice());
-        }
-        match (&mut lines.base, &mut bench.carrier) {
-            (BaseLink::Can(bus), Carrier::Base(base)) => {
-                while let Some((from, mut frame)) = bus.arrived(now) {
-                    let toward = match from {
-                        Node::Controller => Toward::Device,
-                        Node::Base => Toward::Host,
-                    };
-                    if !crossing.frame(now, toward, &mut frame) {
-                        continue;
-                    }
-                    match from {
-                        Node::Controller => {
-                            record_frame(sink, now, Device::Controller, frame);
-                            base.receive_frame(now, &frame);
-                            touched.carrier = true;
-                        }
-                        Node::Base => {
-                            record_frame(sink, now, Device::Base, frame);
-                            controller.receive(now, Port::Base, Input::Frame(frame));
-                            touched.controller = true;
-                        }
-                    }
-                }
-            }
-            (BaseLink::Serial { to_base, to_controller }, Carrier::Base(base)) => {
-                while let Some(mut packet) = to_base.arrived(now) {
-                    if !crossing.bytes(Line::Base, Toward::Device, &mut packet) {
-                        continue;
-                    }
-                    sink.bytes(now, Device::Controller, packet.as_slice());
-                    base.receive_bytes(now, packet.as_slice());
-                    touched.carrier = true;
-                }
-                while let Some(mut packet) = to_controller.arrived(now) {
-                    if !crossing.bytes(Line::Base, Toward::Host, &mut packet) {
-                        continue;
-                    }
-                    sink.bytes(now, Device::Base, packet.as_slice());
-                    controller.receive(now, Port::Base, Input::Bytes(packet.as_slice()));
-                    touched.controller = true;
-                }
-            }
-            _ => {}
-        }
-        let (table_reached, engine_reached) = stage.deliver_table_across(now, crossing, sink);
-        touched.carrier |= table_reached;
-        touched.engine |= engine_reached;
-        if let Some(failure) = crossing.failure() {
-            self.broke(&failure.to_string());
+    /// Faults that are due begin and end, which may reach anybody.
+    #[cold]
+    fn strike(&mut self, sink: &mut impl RecordSink) {
+        let Self { faults: Some(faults), now, stage, controller, touched, .. } = self else {
+            return;
+        };
+        if faults.strike(*now, stage, controller, sink) {
+            *touched = Touched { controller: true, carrier: true, engine: true };
         }
     }
 
@@ -251,8 +231,9 @@ impl<C: Crossing> SimulatedWorld<C> {
             self.touched.carrier = true;
         }
         self.stage.wake_gyro(now);
-        if self.controller_due <= now {
-            self.controller.wake(now);
+        if self.controller_due <= now && !self.is_stalled() {
+            let told = self.host().map_or(now, |host| host.told(now));
+            self.controller.wake(told);
             self.touched.controller = true;
         }
         if self.engine_due <= now {
@@ -272,7 +253,13 @@ impl<C: Crossing> SimulatedWorld<C> {
                 return;
             }
             if std::mem::take(&mut self.touched.controller) {
-                while let Some(output) = self.controller.transmit(self.now) {
+                if self.is_stalled() {
+                    // It is touched again when its machine goes on.
+                    self.controller_due = Timestamp::MAX;
+                    continue;
+                }
+                let told = self.host().map_or(self.now, |host| host.told(self.now));
+                while let Some(output) = self.controller.transmit(told) {
                     self.carry(output);
                 }
                 while let Some(report) = self.controller.report() {
@@ -280,7 +267,8 @@ impl<C: Crossing> SimulatedWorld<C> {
                     self.stage.engine.report(self.now, &report);
                     self.touched.engine = true;
                 }
-                self.controller_due = self.controller.next_wakeup();
+                let due = self.controller.next_wakeup();
+                self.controller_due = self.host().map_or(due, |host| host.when(due));
             }
             if std::mem::take(&mut self.touched.carrier) {
                 while let Some(sent) = self.stage.bench.carrier.transmit() {
@@ -292,13 +280,31 @@ impl<C: Crossing> SimulatedWorld<C> {
                 while let Some(action) = self.stage.engine.action() {
                     // Whatever it is, it may have reached anybody.
                     self.touched = Touched { controller: true, carrier: true, engine: true };
+                    if let (Action::Phase(event), Some(faults)) = (&action, &mut self.faults) {
+                        faults.phase(self.now, event);
+                        continue;
+                    }
                     if let Some(mission) = self.stage.act(self.now, sink, keep, action) {
-                        self.controller.command(self.now, mission);
+                        match &mut self.faults {
+                            None => self.controller.command(self.now, mission),
+                            Some(faults) => {
+                                faults.host.mission(self.now, mission, &mut self.controller);
+                            }
+                        }
                     }
                 }
                 self.engine_due = self.stage.engine.next_wakeup();
             }
         }
+    }
+
+    /// The machine of the controller, where faults can strike it.
+    fn host(&self) -> Option<&Host> {
+        self.faults.as_ref().map(|faults| &faults.host)
+    }
+
+    fn is_stalled(&self) -> bool {
+        self.host().is_some_and(Host::is_stalled)
     }
 
     fn carry(&mut self, output: Output) {

@@ -66,7 +66,7 @@ kinds! {
         /// Probability that a packet is read so.
         slip_percent: "%" 0.0..=100.0, 1.0;
     }
-    /// Each frame comes later by this, and none overtakes another.
+    /// Each frame comes later by this.
     Delay = "delay", CanBus, Scheduled, None, "tc-netem(8), delay" {
         /// By how much.
         by_s: "s" 0.0..=10.0, 0.02;

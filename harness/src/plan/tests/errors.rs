@@ -21,7 +21,7 @@ fn error(text: &str) -> PlanError {
 }
 
 /// As a terminal without colours shows it.
-fn rendered(error: &PlanError) -> String {
+pub(super) fn rendered(error: &PlanError) -> String {
     let theme = GraphicalTheme::unicode_nocolor();
     let handler = GraphicalReportHandler::new_themed(theme).with_width(100);
     let mut shown = String::new();
