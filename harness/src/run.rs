@@ -22,6 +22,7 @@ use crate::observation::Observation;
 use crate::operator::Answers;
 use crate::outcome::{Measurement, Outcome};
 use crate::plan::{Plan, PlanError};
+use crate::properties::{Monitor, Property, PropertyVerdict};
 use crate::record::header::Header;
 use crate::record::sink::{NullSink, RecordSink};
 use crate::world::bench::{Bench, DevicesError, load_devices};
@@ -73,6 +74,9 @@ pub struct Prepared {
     pub calibrations: BTreeMap<String, Calibration>,
     /// The identified models that it uses.
     pub models: BTreeMap<String, Model>,
+    /// The mistake that the controller makes; see [`controller::Mutant`].
+    #[cfg(feature = "mutants")]
+    pub mutant: Option<controller::Mutant>,
 }
 
 impl Prepared {
@@ -87,7 +91,24 @@ impl Prepared {
         let devices = load_devices(&library, plan.devices.as_str())?;
         let calibrations = calibrations::load(&plan, &library, &made.calibrations)?;
         let models = models::load(&plan, &library, &made.models)?;
-        Ok(Self { plan: Arc::new(plan), devices, calibrations, models })
+        Ok(Self::new(Arc::new(plan), devices, calibrations, models))
+    }
+
+    /// A plan with what it names.
+    pub const fn new(
+        plan: Arc<Plan>,
+        devices: Devices,
+        calibrations: BTreeMap<String, Calibration>,
+        models: BTreeMap<String, Model>,
+    ) -> Self {
+        Self {
+            plan,
+            devices,
+            calibrations,
+            models,
+            #[cfg(feature = "mutants")]
+            mutant: None,
+        }
     }
 
     /// What the record says about itself.
@@ -153,7 +174,35 @@ pub fn simulate_across(
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Simulated {
+    go(crossing, prepared, seed, answers, None, sink, pulse).0
+}
+
+/// Runs a prepared plan in virtual time and judges its properties meanwhile: those that it declares, or all
+/// where it declares none. The run and its record are those of [`simulate`].
+pub fn simulate_watched(
+    prepared: &Prepared,
+    seed: u64,
+    answers: &Answers,
+    sink: &mut impl RecordSink,
+    pulse: &mut impl FnMut(Progress) -> bool,
+) -> (Simulated, Vec<PropertyVerdict>) {
+    let watched = Some(prepared.plan.properties.as_slice());
+    let (run, monitor) = go(Memory, prepared, seed, answers, watched, sink, pulse);
+    (run, monitor.map(Monitor::verdicts).unwrap_or_default())
+}
+
+fn go(
+    crossing: impl Crossing,
+    prepared: &Prepared,
+    seed: u64,
+    answers: &Answers,
+    watched: Option<&[Property]>,
+    sink: &mut impl RecordSink,
+    pulse: &mut impl FnMut(Progress) -> bool,
+) -> (Simulated, Option<Monitor>) {
     let bench = Bench::new(prepared.devices.clone(), seed);
+    #[cfg(feature = "mutants")]
+    let bench = bench.with_mutant(prepared.mutant);
     let engine = Engine::new(
         Arc::clone(&prepared.plan),
         prepared.calibrations.clone(),
@@ -162,6 +211,9 @@ pub fn simulate_across(
     )
     .with_models(prepared.models.clone());
     let mut world = SimulatedWorld::across(crossing, bench, engine).with_answers(answers.clone());
+    if let Some(properties) = watched {
+        world = world.with_monitor(properties);
+    }
     let mut made = Made::default();
     let mut keep = |action: &Action| made.keep(action);
     let mut ending = world.run(sink, &mut keep, pulse);
@@ -170,14 +222,16 @@ pub fn simulate_across(
         ending.outcome = Outcome::Error;
         ending.reason = Some(format!("failed to write the record: {error}"));
     }
-    Simulated {
+    let monitor = world.take_monitor();
+    let run = Simulated {
         ending,
         end: world.now(),
         events: world.events(),
         observations: world.engine().observations().values().flatten().cloned().collect(),
         made,
         dropped: world.dropped(),
-    }
+    };
+    (run, monitor)
 }
 
 /// What a run came to when nothing of it is kept.

@@ -33,6 +33,7 @@
 
 mod band;
 mod check;
+mod contradiction;
 mod error;
 mod examples;
 mod fit;
@@ -44,6 +45,7 @@ mod measurement;
 mod motion;
 mod name;
 mod number;
+mod property;
 pub mod quantities;
 mod quantity;
 mod rest;
@@ -62,6 +64,7 @@ pub use identify::{Identify, Source, UseModel};
 pub use measurement::Declared;
 pub use motion::{Direction, Lap, MeasurePose, Place, Straight, TableTurn, Turn};
 pub use name::{Name, ParameterName};
+pub use property::{Always, Property, Sometimes};
 pub use quantity::{Filter, QuantityName, TagMatch};
 pub use rest::{BiasResidual, BiasTest, Condition, Log, PowerCycle, SetParameter, Wait};
 pub use step::{Action, Step};
@@ -100,6 +103,9 @@ pub struct Plan {
     /// What is judged.
     #[serde(rename = "measurement", default)]
     pub measurements: Vec<Declared>,
+    /// What must hold throughout; empty where the plan leaves it to who asks.
+    #[serde(rename = "property", default)]
+    pub properties: Vec<Property>,
 }
 
 impl Plan {

@@ -1,6 +1,7 @@
 //! What a plan must satisfy as a whole, beyond what each value satisfies by itself.
 
 use super::check::Check;
+use super::contradiction::contradictions;
 use super::fit::Fit;
 use super::hint::proposal;
 use super::identify::Identify;
@@ -54,7 +55,7 @@ pub(super) fn validate(plan: &Plan) -> Checked {
         }
         survey.measurement(declared, &at)?;
     }
-    Ok(())
+    contradictions(&plan.properties, &plan.steps)
 }
 
 /// Where something stands.

@@ -12,3 +12,4 @@ mod lines;
 pub mod live;
 pub mod simulated;
 mod stage;
+mod watch;

@@ -11,9 +11,11 @@ use super::bench::{Bench, Carrier};
 use super::crossing::{Crossing, Line, Memory, Toward};
 use super::lines::{BaseLink, Node};
 use super::stage::{Stage, record_frame};
+use super::watch::{Watch, see};
 use crate::engine::{Action, Ending, Engine};
 use crate::operator::{Answers, Operator};
 use crate::outcome::Outcome;
+use crate::properties::{Limits, Monitor, Property, Seen};
 use crate::record::Device;
 use crate::record::sink::RecordSink;
 use controller::{Controller, Input, Output, Port};
@@ -50,6 +52,7 @@ pub struct SimulatedWorld<C = Memory> {
     stage: Stage,
     crossing: C,
     controller: Controller,
+    watch: Option<Box<Watch>>,
     touched: Touched,
     /// Wake-ups of those that are asked again only when something has reached them.
     controller_due: Timestamp,
@@ -75,6 +78,7 @@ impl<C: Crossing> SimulatedWorld<C> {
             controller: Controller::new(bench.controller_config(), now),
             stage: Stage::new(bench, engine),
             crossing,
+            watch: None,
             touched: Touched { controller: true, carrier: true, engine: true },
             controller_due: now,
             carrier_due: now,
@@ -88,6 +92,19 @@ impl<C: Crossing> SimulatedWorld<C> {
     pub fn with_answers(mut self, answers: Answers) -> Self {
         self.stage.operator = Operator::simulated(answers);
         self
+    }
+
+    /// Properties are judged as the run goes on: `properties`, or all where there is none. The record
+    /// stays what it is.
+    pub fn with_monitor(mut self, properties: &[Property]) -> Self {
+        let limits = Limits::of(&self.stage.bench.controller_config());
+        self.watch = Some(Box::new(Watch::new(Monitor::new(properties, &limits))));
+        self
+    }
+
+    /// The monitor, if there is one; it watches no longer.
+    pub fn take_monitor(&mut self) -> Option<Monitor> {
+        self.watch.take().map(|watch| watch.into_monitor())
     }
 
     /// Bench time.
@@ -142,6 +159,9 @@ impl<C: Crossing> SimulatedWorld<C> {
             self.events += 1;
             self.deliver(sink);
             self.wake();
+            if let Some(watch) = &mut self.watch {
+                watch.look_again(self.now, &self.stage.bench.carrier);
+            }
             self.transmit(sink, keep);
         }
     }
@@ -174,7 +194,7 @@ impl<C: Crossing> SimulatedWorld<C> {
     }
 
     fn deliver(&mut self, sink: &mut impl RecordSink) {
-        let Self { now, stage, crossing, controller, touched, .. } = self;
+        let Self { now, stage, crossing, controller, watch, touched, .. } = self;
         let now = *now;
         let (lines, bench) = (&mut stage.lines, &mut stage.bench);
         while let Some(mut packet) = lines.gyro.arrived(now) {
@@ -182,6 +202,7 @@ impl<C: Crossing> SimulatedWorld<C> {
                 continue;
             }
             sink.bytes(now, Device::Gyro, packet.as_slice());
+            see(watch, now, &Seen::GyroBytes(packet.as_slice()));
             controller.receive(now, Port::Gyro, Input::Bytes(packet.as_slice()));
             touched.controller = true;
         }
@@ -210,6 +231,7 @@ impl<C: Crossing> SimulatedWorld<C> {
                         }
                         Node::Base => {
                             record_frame(sink, now, Device::Base, frame);
+                            see(watch, now, &Seen::BaseFrame(&frame));
                             controller.receive(now, Port::Base, Input::Frame(frame));
                             touched.controller = true;
                         }
@@ -230,6 +252,7 @@ impl<C: Crossing> SimulatedWorld<C> {
                         continue;
                     }
                     sink.bytes(now, Device::Base, packet.as_slice());
+                    see(watch, now, &Seen::BaseBytes(packet.as_slice()));
                     controller.receive(now, Port::Base, Input::Bytes(packet.as_slice()));
                     touched.controller = true;
                 }
@@ -273,9 +296,17 @@ impl<C: Crossing> SimulatedWorld<C> {
             }
             if std::mem::take(&mut self.touched.controller) {
                 while let Some(output) = self.controller.transmit(self.now) {
+                    if let Some(watch) = &mut self.watch {
+                        watch.look(self.now, &self.stage.bench.carrier);
+                        watch.see(self.now, &Seen::Sent(&output));
+                    }
                     self.carry(output);
                 }
                 while let Some(report) = self.controller.report() {
+                    if let Some(watch) = &mut self.watch {
+                        watch.look(self.now, &self.stage.bench.carrier);
+                        watch.see(self.now, &Seen::Report(&report));
+                    }
                     self.stage.record_report(self.now, sink, &report);
                     self.stage.engine.report(self.now, &report);
                     self.touched.engine = true;
@@ -292,6 +323,10 @@ impl<C: Crossing> SimulatedWorld<C> {
                 while let Some(action) = self.stage.engine.action() {
                     // Whatever it is, it may have reached anybody.
                     self.touched = Touched { controller: true, carrier: true, engine: true };
+                    if let Some(watch) = &mut self.watch {
+                        watch.look(self.now, &self.stage.bench.carrier);
+                        watch.see_action(self.now, &action);
+                    }
                     if let Some(mission) = self.stage.act(self.now, sink, keep, action) {
                         self.controller.command(self.now, mission);
                     }
