@@ -21,6 +21,7 @@
 //! * [`bus_log`]: logs of CAN buses and serial lines, in the formats of other tools.
 //! * [`dataset`]: measured data, for the identification. [`export`]: runs as such data.
 //! * [`import`]: the log of a bench's CAN bus as a run.
+//! * [`properties`]: what must hold at every moment of a run, judged as it goes.
 //! * [`checks`]: verdicts, each with the measurement's own uncertainty. [`outcome`]: what they come to.
 //! * [`run`]: all of that in order. [`seeds`]: the same for many seeds on all cores.
 //! * [`bench_file`]: which port plays which role, and which device is tested.
@@ -79,6 +80,7 @@ pub mod outcome;
 pub mod plan;
 #[cfg(feature = "live")]
 pub mod port;
+pub mod properties;
 pub mod record;
 #[cfg(feature = "live")]
 pub mod replay;

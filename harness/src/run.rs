@@ -23,6 +23,7 @@ use crate::observation::Observation;
 use crate::operator::Answers;
 use crate::outcome::{Measurement, Outcome};
 use crate::plan::{Plan, PlanError};
+use crate::properties::{Monitor, Property, PropertyVerdict};
 use crate::record::header::Header;
 use crate::record::sink::{NullSink, RecordSink};
 use crate::world::bench::{Bench, DevicesError, bench_lines, load_devices};
@@ -74,6 +75,9 @@ pub struct Prepared {
     pub calibrations: BTreeMap<String, Calibration>,
     /// The identified models that it uses.
     pub models: BTreeMap<String, Model>,
+    /// The mistake that the controller makes; see [`controller::Mutant`].
+    #[cfg(feature = "mutants")]
+    pub mutant: Option<controller::Mutant>,
 }
 
 impl Prepared {
@@ -90,7 +94,24 @@ impl Prepared {
         plan.check_bench(&source.origin, &source.text, bench_lines(&devices))?;
         let calibrations = calibrations::load(&plan, &library, &made.calibrations)?;
         let models = models::load(&plan, &library, &made.models)?;
-        Ok(Self { plan: Arc::new(plan), devices, calibrations, models })
+        Ok(Self::new(Arc::new(plan), devices, calibrations, models))
+    }
+
+    /// A plan with what it names.
+    pub const fn new(
+        plan: Arc<Plan>,
+        devices: Devices,
+        calibrations: BTreeMap<String, Calibration>,
+        models: BTreeMap<String, Model>,
+    ) -> Self {
+        Self {
+            plan,
+            devices,
+            calibrations,
+            models,
+            #[cfg(feature = "mutants")]
+            mutant: None,
+        }
     }
 
     /// What the record says about itself.
@@ -158,7 +179,35 @@ pub fn simulate_across(
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Simulated {
+    go(crossing, prepared, seed, answers, None, sink, pulse).0
+}
+
+/// Runs a prepared plan in virtual time and judges its properties meanwhile: those that it declares, or all
+/// where it declares none. The run and its record are those of [`simulate`].
+pub fn simulate_watched(
+    prepared: &Prepared,
+    seed: u64,
+    answers: &Answers,
+    sink: &mut impl RecordSink,
+    pulse: &mut impl FnMut(Progress) -> bool,
+) -> (Simulated, Vec<PropertyVerdict>) {
+    let watched = Some(prepared.plan.properties.as_slice());
+    let (run, monitor) = go(Memory, prepared, seed, answers, watched, sink, pulse);
+    (run, monitor.map(Monitor::verdicts).unwrap_or_default())
+}
+
+fn go(
+    crossing: impl Crossing,
+    prepared: &Prepared,
+    seed: u64,
+    answers: &Answers,
+    watched: Option<&[Property]>,
+    sink: &mut impl RecordSink,
+    pulse: &mut impl FnMut(Progress) -> bool,
+) -> (Simulated, Option<Monitor>) {
     let bench = Bench::new(prepared.devices.clone(), seed);
+    #[cfg(feature = "mutants")]
+    let bench = bench.with_mutant(prepared.mutant);
     let engine = Engine::new(
         Arc::clone(&prepared.plan),
         prepared.calibrations.clone(),
@@ -169,6 +218,9 @@ pub fn simulate_across(
     let mut world = SimulatedWorld::across(crossing, bench, engine)
         .with_answers(answers.clone())
         .with_faults(seed);
+    if let Some(properties) = watched {
+        world = world.with_monitor(properties);
+    }
     let mut made = Made::default();
     let mut keep = |action: &Action| made.keep(action);
     let mut ending = world.run(sink, &mut keep, pulse);
@@ -177,7 +229,8 @@ pub fn simulate_across(
         ending.outcome = Outcome::Error;
         ending.reason = Some(format!("failed to write the record: {error}"));
     }
-    Simulated {
+    let monitor = world.take_monitor();
+    let run = Simulated {
         ending,
         end: world.now(),
         events: world.events(),
@@ -185,7 +238,8 @@ pub fn simulate_across(
         made,
         dropped: world.dropped(),
         faults: world.faults().to_vec(),
-    }
+    };
+    (run, monitor)
 }
 
 /// What a run came to when nothing of it is kept.

@@ -112,6 +112,11 @@ impl Injector {
         change
     }
 
+    /// How many go on now.
+    pub(crate) fn active(&self) -> usize {
+        self.entries.iter().filter(|entry| matches!(entry.state, State::On(_))).count()
+    }
+
     /// The run is over: those that still go on.
     pub(crate) fn still_on(&mut self) -> Vec<usize> {
         let on = |entry: &Entry| matches!(entry.state, State::On(_));

@@ -33,6 +33,7 @@
 
 mod band;
 mod check;
+mod contradiction;
 mod error;
 mod examples;
 mod fit;
@@ -45,6 +46,7 @@ mod motion;
 mod name;
 pub(crate) mod number;
 pub(crate) mod phases;
+mod property;
 pub mod quantities;
 mod quantity;
 mod rest;
@@ -63,6 +65,7 @@ pub use identify::{Identify, Source, UseModel};
 pub use measurement::Declared;
 pub use motion::{Direction, Lap, MeasurePose, Place, Straight, TableTurn, Turn};
 pub use name::{Name, ParameterName};
+pub use property::{Always, Property, Sometimes};
 pub use quantity::{Filter, QuantityName, TagMatch};
 pub use rest::{BiasResidual, BiasTest, Condition, Log, PowerCycle, SetParameter, Wait};
 pub use step::{Action, Step};
@@ -105,6 +108,9 @@ pub struct Plan {
     /// What goes wrong on purpose.
     #[serde(rename = "fault", default)]
     pub faults: Schedule,
+    /// What must hold throughout; empty where the plan leaves it to who asks.
+    #[serde(rename = "property", default)]
+    pub properties: Vec<Property>,
 }
 
 impl Plan {

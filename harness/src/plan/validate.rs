@@ -1,6 +1,7 @@
 //! What a plan must satisfy as a whole, beyond what each value satisfies by itself.
 
 use super::check::Check;
+use super::contradiction::contradictions;
 use super::fit::Fit;
 use super::hint::proposal;
 use super::identify::Identify;
@@ -55,7 +56,8 @@ pub(super) fn validate(plan: &Plan) -> Checked {
         }
         survey.measurement(declared, &at)?;
     }
-    plan.faults.check(plan).map_err(misplaced)
+    plan.faults.check(plan).map_err(misplaced)?;
+    contradictions(&plan.properties, &plan.steps)
 }
 
 /// The place of a fault of the schedule that is not right.

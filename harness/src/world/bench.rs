@@ -47,6 +47,8 @@ pub struct Bench {
     pub(super) carrier: Carrier,
     absolute: AbsoluteMeasurement,
     devices: Devices,
+    #[cfg(feature = "mutants")]
+    mutant: Option<controller::Mutant>,
 }
 
 /// Why a device file cannot be used.
@@ -133,7 +135,15 @@ impl Bench {
             carrier,
             absolute: AbsoluteMeasurement::new(devices.absolute.clone(), seed, "absolute"),
             devices,
+            #[cfg(feature = "mutants")]
+            mutant: None,
         }
+    }
+
+    /// The controller on this bench makes this mistake.
+    #[cfg(feature = "mutants")]
+    pub fn with_mutant(self, mutant: Option<controller::Mutant>) -> Self {
+        Self { mutant, ..self }
     }
 
     /// The gyro's stream.
@@ -152,11 +162,12 @@ impl Bench {
 
     /// What the controller must be told.
     pub fn controller_config(&self) -> Config {
-        Config {
-            gyro: GyroConfig::new(self.gyro_stream()),
-            base: self.base_transport().map(BaseConfig::new),
-            motion: MotionConfig::default(),
-        }
+        let gyro = GyroConfig::new(self.gyro_stream());
+        let base = self.base_transport().map(BaseConfig::new);
+        let config = Config::new(gyro, base, MotionConfig::default());
+        #[cfg(feature = "mutants")]
+        let config = Config { mutant: self.mutant, ..config };
+        config
     }
 
     /// What the engine must be told.

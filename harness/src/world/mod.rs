@@ -13,3 +13,4 @@ mod lines;
 pub mod live;
 pub mod simulated;
 mod stage;
+mod watch;

@@ -14,10 +14,12 @@ use super::crossing::{Crossing, Memory};
 use super::faults::{Faults, Host};
 use super::lines::{BaseLink, Node};
 use super::stage::Stage;
+use super::watch::{Watch, see};
 use crate::engine::{Action, Ending, Engine};
 use crate::faults::FaultSummary;
 use crate::operator::{Answers, Operator};
 use crate::outcome::Outcome;
+use crate::properties::{Limits, Monitor, Property, Seen};
 use crate::record::sink::RecordSink;
 use controller::{Controller, Output, Port};
 use wire::time::Timestamp;
@@ -53,6 +55,7 @@ pub struct SimulatedWorld<C = Memory> {
     stage: Stage,
     crossing: C,
     controller: Controller,
+    watch: Option<Box<Watch>>,
     touched: Touched,
     /// What goes wrong on purpose; none where the plan has no faults.
     faults: Option<Box<Faults>>,
@@ -81,6 +84,7 @@ impl<C: Crossing> SimulatedWorld<C> {
             controller: Controller::new(bench.controller_config(), now),
             stage: Stage::new(bench, engine),
             crossing,
+            watch: None,
             touched: Touched { controller: true, carrier: true, engine: true },
             controller_due: now,
             carrier_due: now,
@@ -109,6 +113,19 @@ impl<C: Crossing> SimulatedWorld<C> {
     /// What became of the plan's faults, once the run is over.
     pub fn faults(&self) -> &[FaultSummary] {
         &self.fault_summaries
+    }
+
+    /// Properties are judged as the run goes on: `properties`, or all where there is none. The record
+    /// stays what it is.
+    pub fn with_monitor(mut self, properties: &[Property]) -> Self {
+        let limits = Limits::of(&self.stage.bench.controller_config());
+        self.watch = Some(Box::new(Watch::new(Monitor::new(properties, &limits))));
+        self
+    }
+
+    /// The monitor, if there is one; it watches no longer.
+    pub fn take_monitor(&mut self) -> Option<Monitor> {
+        self.watch.take().map(|watch| watch.into_monitor())
     }
 
     /// Bench time.
@@ -181,6 +198,9 @@ impl<C: Crossing> SimulatedWorld<C> {
             }
             self.deliver(sink);
             self.wake();
+            if let Some(watch) = &mut self.watch {
+                watch.look_again(self.now, &self.stage.bench.carrier);
+            }
             self.transmit(sink, keep);
         }
     }
@@ -216,10 +236,11 @@ impl<C: Crossing> SimulatedWorld<C> {
     /// Faults that are due begin and end, which may reach anybody.
     #[cold]
     fn strike(&mut self, sink: &mut impl RecordSink) {
-        let Self { faults: Some(faults), now, stage, controller, touched, .. } = self else {
+        let Self { faults: Some(faults), now, stage, controller, watch, touched, .. } = self else {
             return;
         };
         if faults.strike(*now, stage, controller, sink) {
+            see(watch, *now, &Seen::Faults { active: faults.active() });
             *touched = Touched { controller: true, carrier: true, engine: true };
         }
     }
@@ -260,9 +281,17 @@ impl<C: Crossing> SimulatedWorld<C> {
                 }
                 let told = self.host().map_or(self.now, |host| host.told(self.now));
                 while let Some(output) = self.controller.transmit(told) {
+                    if let Some(watch) = &mut self.watch {
+                        watch.look(self.now, &self.stage.bench.carrier);
+                        watch.see(self.now, &Seen::Sent(&output));
+                    }
                     self.carry(output);
                 }
                 while let Some(report) = self.controller.report() {
+                    if let Some(watch) = &mut self.watch {
+                        watch.look(self.now, &self.stage.bench.carrier);
+                        watch.see(self.now, &Seen::Report(&report));
+                    }
                     self.stage.record_report(self.now, sink, &report);
                     self.stage.engine.report(self.now, &report);
                     self.touched.engine = true;
@@ -280,6 +309,10 @@ impl<C: Crossing> SimulatedWorld<C> {
                 while let Some(action) = self.stage.engine.action() {
                     // Whatever it is, it may have reached anybody.
                     self.touched = Touched { controller: true, carrier: true, engine: true };
+                    if let Some(watch) = &mut self.watch {
+                        watch.look(self.now, &self.stage.bench.carrier);
+                        watch.see_action(self.now, &action);
+                    }
                     if let (Action::Phase(event), Some(faults)) = (&action, &mut self.faults) {
                         faults.phase(self.now, event);
                         continue;

@@ -15,6 +15,7 @@ use crate::engine::PhaseEvent;
 use crate::faults::{
     Change, Fault, FaultEvent, FaultRecord, FaultSummary, Injector, Schedule, Target,
 };
+use crate::link::ErrorState;
 use crate::record::sink::RecordSink;
 use crate::record::{Device, Record, RecordKind};
 use controller::Controller;
@@ -52,6 +53,11 @@ impl Faults {
         self.injector.phase(now, event);
     }
 
+    /// How many faults go on now.
+    pub(super) fn active(&self) -> usize {
+        self.injector.active()
+    }
+
     /// What is due begins and ends; true where anything did.
     pub(super) fn strike(
         &mut self,
@@ -74,15 +80,17 @@ impl Faults {
         any
     }
 
-    /// Records what became of the nodes of the bus.
+    /// Records what became of the nodes of the bus; says whether one has left it.
     pub(super) fn record_confinement(
         &self,
         now: Timestamp,
         stage: &mut Stage,
         sink: &mut impl RecordSink,
-    ) {
-        let BaseLink::Can(bus) = &mut stage.lines.base else { return };
+    ) -> bool {
+        let mut has_left = false;
+        let BaseLink::Can(bus) = &mut stage.lines.base else { return has_left };
         while let Some(change) = bus.state_change() {
+            has_left |= change.state == ErrorState::BusOff;
             let node = match change.node {
                 Node::Base => "base",
                 Node::Controller => "controller",
@@ -96,6 +104,7 @@ impl Faults {
             };
             self.tell(now, sink, self.last_of_bus, event);
         }
+        has_left
     }
 
     /// The run is over: whatever goes on ends, and what never began is told.

@@ -1,6 +1,7 @@
 //! What has come through the lines is delivered, after whatever is crossed.
 
 use super::SimulatedWorld;
+use crate::properties::Seen;
 use crate::record::Device;
 use crate::record::sink::RecordSink;
 use crate::world::bench::Carrier;
@@ -8,6 +9,7 @@ use crate::world::crossing::{Crossing, Line, Toward};
 use crate::world::faults::Host;
 use crate::world::lines::{BaseLink, Node};
 use crate::world::stage::record_frame;
+use crate::world::watch::see;
 use controller::{Controller, Input, Port};
 use wire::can::CanFrame;
 use wire::packet::Packet;
@@ -15,7 +17,7 @@ use wire::time::Timestamp;
 
 impl<C: Crossing> SimulatedWorld<C> {
     pub(super) fn deliver(&mut self, sink: &mut impl RecordSink) {
-        let Self { now, stage, crossing, controller, touched, faults, .. } = self;
+        let Self { now, stage, crossing, controller, watch, touched, faults, .. } = self;
         let now = *now;
         let mut host = faults.as_mut().map(|faults| &mut faults.host);
         let (lines, bench) = (&mut stage.lines, &mut stage.bench);
@@ -24,6 +26,7 @@ impl<C: Crossing> SimulatedWorld<C> {
                 continue;
             }
             sink.bytes(now, Device::Gyro, packet.as_slice());
+            see(watch, now, &Seen::GyroBytes(packet.as_slice()));
             hear(controller, &mut host, now, Port::Gyro, packet);
             touched.controller = true;
         }
@@ -52,12 +55,14 @@ impl<C: Crossing> SimulatedWorld<C> {
                         }
                         Node::Base => {
                             record_frame(sink, now, Device::Base, frame);
+                            see(watch, now, &Seen::BaseFrame(&frame));
                             hear_frame(controller, &mut host, now, frame);
                             touched.controller = true;
                         }
                         Node::Stranger => {
                             record_frame(sink, now, Device::Plan, frame);
                             base.receive_frame(now, &frame);
+                            see(watch, now, &Seen::BaseFrame(&frame));
                             hear_frame(controller, &mut host, now, frame);
                             (touched.carrier, touched.controller) = (true, true);
                         }
@@ -78,6 +83,7 @@ impl<C: Crossing> SimulatedWorld<C> {
                         continue;
                     }
                     sink.bytes(now, Device::Base, packet.as_slice());
+                    see(watch, now, &Seen::BaseBytes(packet.as_slice()));
                     hear(controller, &mut host, now, Port::Base, packet);
                     touched.controller = true;
                 }
@@ -85,7 +91,10 @@ impl<C: Crossing> SimulatedWorld<C> {
             _ => {}
         }
         if let Some(faults) = faults {
-            faults.record_confinement(now, stage, sink);
+            let has_left = faults.record_confinement(now, stage, sink);
+            if has_left {
+                see(watch, now, &Seen::BusOff);
+            }
         }
         let (table_reached, engine_reached) = stage.deliver_table_across(now, crossing, sink);
         touched.carrier |= table_reached;
