@@ -30,7 +30,7 @@ mod toy;
 
 pub use case::{Case, CaseId, CaseResult, PANIC, Violated};
 pub use envelope::{Envelope, EnvelopeSettings, Level, envelope};
-pub use executor::Executor;
+pub use executor::{Executor, Simulated};
 pub use journal::{Journal, JournalError, Line};
 pub use regression::{Regression, RegressionError};
 pub use run::{Campaign, Found, Settings, Tally, run};

@@ -90,7 +90,7 @@ impl Faults {
         let mut has_left = false;
         let BaseLink::Can(bus) = &mut stage.lines.base else { return has_left };
         while let Some(change) = bus.state_change() {
-            has_left |= change.state == ErrorState::BusOff;
+            has_left |= change.state == ErrorState::Off;
             let node = match change.node {
                 Node::Base => "base",
                 Node::Controller => "controller",
