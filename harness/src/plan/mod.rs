@@ -25,6 +25,8 @@
 //! paper = "all within +-0.25 deg (Fig. 6)"
 //! ```
 //!
+//! What goes wrong on purpose stands in `[[fault]]` tables ([`crate::faults`]).
+//!
 //! A step is a table with one key, the [`Action`]; `label` and `time_limit_s` may stand beside it. A key
 //! carries its unit; the parsed plan is SI. Nothing is guessed: an unknown key, a value out of bounds or
 //! a reference to nothing is a [`PlanError`] that shows its place in the file.

@@ -106,6 +106,7 @@ mod tests {
             "aborted mission 3: gyro_silent",
             "health fault: gyro_silent",
             "1 frame lost",
+            "fault 2: base is bus-off, TEC 256, REC 3",
         ];
         assert_eq!(texts, expected);
     }
