@@ -157,6 +157,8 @@ pub struct Simulated {
     pub dropped: u64,
     /// What became of the plan's faults.
     pub faults: Vec<FaultSummary>,
+    /// What became of the properties that were watched.
+    pub properties: Vec<PropertyVerdict>,
 }
 
 /// Runs a prepared plan in virtual time. `pulse` is called now and then; false stops the run.
@@ -179,7 +181,9 @@ pub fn simulate_across(
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Simulated {
-    go(crossing, prepared, seed, answers, None, sink, pulse).0
+    let declared = prepared.plan.properties.as_slice();
+    let watched = (!declared.is_empty()).then_some(declared);
+    go(crossing, prepared, seed, answers, watched, sink, pulse)
 }
 
 /// Runs a prepared plan in virtual time and judges its properties meanwhile: those that it declares, or all
@@ -192,8 +196,9 @@ pub fn simulate_watched(
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> (Simulated, Vec<PropertyVerdict>) {
     let watched = Some(prepared.plan.properties.as_slice());
-    let (run, monitor) = go(Memory, prepared, seed, answers, watched, sink, pulse);
-    (run, monitor.map(Monitor::verdicts).unwrap_or_default())
+    let run = go(Memory, prepared, seed, answers, watched, sink, pulse);
+    let verdicts = run.properties.clone();
+    (run, verdicts)
 }
 
 fn go(
@@ -204,7 +209,7 @@ fn go(
     watched: Option<&[Property]>,
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
-) -> (Simulated, Option<Monitor>) {
+) -> Simulated {
     let bench = Bench::new(prepared.devices.clone(), seed);
     #[cfg(feature = "mutants")]
     let bench = bench.with_mutant(prepared.mutant);
@@ -230,7 +235,7 @@ fn go(
         ending.reason = Some(format!("failed to write the record: {error}"));
     }
     let monitor = world.take_monitor();
-    let run = Simulated {
+    Simulated {
         ending,
         end: world.now(),
         events: world.events(),
@@ -238,8 +243,8 @@ fn go(
         made,
         dropped: world.dropped(),
         faults: world.faults().to_vec(),
-    };
-    (run, monitor)
+        properties: monitor.map(Monitor::verdicts).unwrap_or_default(),
+    }
 }
 
 /// What a run came to when nothing of it is kept.

@@ -111,6 +111,7 @@ pub fn run_live_to_folder(
         made,
         dropped: end.dropped,
         faults: Vec::new(),
+        properties: Vec::new(),
     };
     let mut summary = summarise(prepared, options.seed, &run);
     "real".clone_into(&mut summary.clock);

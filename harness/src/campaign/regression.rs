@@ -1,6 +1,6 @@
 //! The smallest failing case as a plan that anyone can run.
 
-use super::case::Case;
+use super::case::{Case, PANIC};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -63,6 +63,14 @@ impl Regression<'_> {
         let faults = toml::Value::try_from(&self.case.schedule)
             .map_err(|error| failed(error.to_string()))?;
         table.insert("fault".to_owned(), faults);
+        // What broke is judged again; a panic needs no property.
+        if self.property != PANIC && !table.contains_key("property") {
+            let always: toml::Table =
+                [(self.property.to_owned(), toml::Table::new().into())].into_iter().collect();
+            let property: toml::Table =
+                [("always".to_owned(), always.into())].into_iter().collect();
+            table.insert("property".to_owned(), vec![toml::Value::from(property)].into());
+        }
         let text = toml::to_string_pretty(&table).map_err(|error| failed(error.to_string()))?;
         let mut comment = String::new();
         for line in self.what.lines() {

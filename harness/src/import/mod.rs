@@ -118,6 +118,7 @@ pub fn import_to_folder(
         timing: None,
         ports: Vec::new(),
         faults: Vec::new(),
+        properties: Vec::new(),
     };
     write_documents(&folder, &summary, &header)?;
     let unjudged = unjudged::of_plan(plan);

@@ -62,5 +62,6 @@ pub(crate) fn summary() -> Summary {
         timing: None,
         ports: Vec::new(),
         faults: Vec::new(),
+        properties: Vec::new(),
     }
 }

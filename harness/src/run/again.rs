@@ -99,6 +99,7 @@ fn unknown(plan: &Plan, recorded: &Header, last: Timestamp) -> Summary {
         timing: None,
         ports: Vec::new(),
         faults: Vec::new(),
+        properties: Vec::new(),
     }
 }
 
