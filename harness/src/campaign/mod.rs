@@ -12,8 +12,8 @@
 //! * [`Space`]: which faults can strike a bench and a plan, and strategies (proptest) that draw them.
 //! * [`Search`]: which case is next: [`Random`], or [`Guided`] by the margins of the properties.
 //! * [`Executor`]: carries out one case; [`Simulated`] does in virtual time.
-//! * [`shrink`]: less faults, later, shorter, weaker, as long as the same property breaks.
-//! * [`envelope`]: the share of runs that pass over the severity of one kind.
+//! * [`shrink()`]: less faults, later, shorter, weaker, as long as the same property breaks.
+//! * [`envelope()`]: the share of runs that pass over the severity of one kind.
 
 mod case;
 mod envelope;

@@ -239,7 +239,7 @@ fn milliseconds(seconds: f64) -> Span {
 
 /// To so many digits, away from zero.
 fn rounded_up(value: f64, digits: i32) -> f64 {
-    if !(value > 0.0) {
+    if value.is_nan() || value <= 0.0 {
         return value;
     }
     let unit = 10f64.powi(value.log10().floor() as i32 + 1 - digits);

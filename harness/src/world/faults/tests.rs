@@ -50,12 +50,8 @@ fn prepared(devices: &str, faults: &str) -> Prepared {
         format!("name = \"faulty\"\ntitle = \"\"\ndevices = \"{devices}\"\n{steps}\n{faults}");
     let plan = Plan::parse("faulty.toml", &text)
         .unwrap_or_else(|error| panic!("{:?}\n{faults}", miette::Report::new(error)));
-    Prepared {
-        devices: load_devices(&Library::shipped(), devices).unwrap(),
-        plan: Arc::new(plan),
-        calibrations: BTreeMap::new(),
-        models: BTreeMap::new(),
-    }
+    let devices = load_devices(&Library::shipped(), devices).unwrap();
+    Prepared::new(Arc::new(plan), devices, BTreeMap::new(), BTreeMap::new())
 }
 
 fn answers() -> Answers {
