@@ -1,6 +1,7 @@
 //! Talks to the base on either transport: what to send next, and what has been heard.
 
 use crate::config::{BaseConfig, Transport};
+use crate::displacement_watch::DisplacementWatch;
 use heapless::Deque;
 use wire::base::serial_link::{Host, HostEvent, quiet_time};
 use wire::base::{Motion, Reply, Request, can_link};
@@ -53,6 +54,7 @@ pub(crate) struct BaseDriver {
     requests: Deque<Request, REQUESTS_MAX>,
     refused: u32,
     motion: Option<(Timestamp, Motion)>,
+    path: DisplacementWatch,
 }
 
 impl BaseDriver {
@@ -68,7 +70,15 @@ impl BaseDriver {
                 repeat: None,
             }),
         };
-        Self { config, line, velocity: None, requests: Deque::new(), refused: 0, motion: None }
+        Self {
+            config,
+            line,
+            velocity: None,
+            requests: Deque::new(),
+            refused: 0,
+            motion: None,
+            path: DisplacementWatch::new(config.speed_max, config.timeout_moving),
+        }
     }
 
     /// The last motion message and when it came.
@@ -120,11 +130,11 @@ impl BaseDriver {
             return None;
         }
         match can_link::parse_reply(frame) {
-            Some(Reply::Motion(motion)) => {
+            Some(Reply::Motion(motion)) if self.path.believes(now, &motion) => {
                 self.motion = Some((now, motion));
                 Some(motion)
             }
-            Some(Reply::Pose(_)) | None => None,
+            Some(Reply::Motion(_) | Reply::Pose(_)) | None => None,
         }
     }
 
@@ -144,6 +154,7 @@ impl BaseDriver {
             line.abandon_at = Timestamp::MAX;
             line.failed(now, failed);
         }
+        let heard = heard.filter(|motion| self.path.believes(now, motion));
         if let Some(motion) = heard {
             self.motion = Some((now, motion));
             let poll_at = now + self.poll_period();

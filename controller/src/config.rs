@@ -1,5 +1,6 @@
 //! What a controller must be told about its robot before it starts. Every default names its source.
 
+use crate::mutant::Planted;
 use serde::{Deserialize, Serialize};
 use wire::gyro::{GyroFormat, GyroStream, OutputMode};
 use wire::time::Span;
@@ -16,6 +17,30 @@ pub struct Config {
     pub base: Option<BaseConfig>,
     /// The control loops.
     pub motion: MotionConfig,
+    /// A mistake that is planted on purpose.
+    #[cfg(feature = "mutants")]
+    #[serde(skip)]
+    pub mutant: Option<crate::Mutant>,
+}
+
+impl Config {
+    /// A configuration without a mistake of ours.
+    pub const fn new(gyro: GyroConfig, base: Option<BaseConfig>, motion: MotionConfig) -> Self {
+        Self {
+            gyro,
+            base,
+            motion,
+            #[cfg(feature = "mutants")]
+            mutant: None,
+        }
+    }
+
+    pub(crate) const fn planted(&self) -> Planted {
+        #[cfg(feature = "mutants")]
+        return Planted::new(self.mutant);
+        #[cfg(not(feature = "mutants"))]
+        Planted {}
+    }
 }
 
 /// Which clock turns rates into angles.

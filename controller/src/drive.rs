@@ -13,6 +13,7 @@ use crate::config::MotionConfig;
 use crate::mission::{
     Activity, HeadingSource, MissionId, MissionResult, Straight, StraightResult, Turn, TurnResult,
 };
+use crate::mutant::{Mutant, Planted};
 use wire::base::HEADING_STEP;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Length, Pose, Speed};
@@ -71,6 +72,7 @@ pub(crate) struct Drive {
     give_up: Timestamp,
     at_rest_since: Option<Timestamp>,
     corrections_left: u8,
+    planted: Planted,
 }
 
 impl Drive {
@@ -143,7 +145,12 @@ impl Drive {
             give_up: now + Span::from_secs_f64(TIME_LIMIT_FACTOR * nominal_s) + TIME_LIMIT_MARGIN,
             at_rest_since: None,
             corrections_left: config.corrections_max,
+            planted: Planted::default(),
         }
+    }
+
+    pub(crate) const fn plant(&mut self, planted: Planted) {
+        self.planted = planted;
     }
 
     pub(crate) const fn activity(&self) -> Activity {
@@ -184,6 +191,12 @@ impl Drive {
             return self.settle(sight, remaining, config);
         }
         let speed = self.direction * self.approach.speed(remaining, config.period);
+        if self.planted.is(Mutant::PoseWrittenInMotion)
+            && self.is_straight()
+            && !self.is_commanding()
+        {
+            return Wish::Finished(self.result(sight, remaining));
+        }
         match self.motion {
             Motion::Straight { .. } => Wish::Rates {
                 drive: Speed::from_m_per_s(speed),

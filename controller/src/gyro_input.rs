@@ -2,6 +2,7 @@
 
 use crate::config::GyroConfig;
 use crate::heading::{HeadingIntegrator, Reading};
+use crate::mutant::{Mutant, Planted};
 use wire::gyro::{GyroDecoder, GyroOutput};
 use wire::time::Timestamp;
 use wire::units::Angle;
@@ -25,6 +26,7 @@ pub(crate) struct GyroInput {
     good: Option<Timestamp>,
     skipped: u16,
     trouble: GyroTrouble,
+    planted: Planted,
 }
 
 impl GyroInput {
@@ -37,7 +39,13 @@ impl GyroInput {
             good: None,
             skipped: 0,
             trouble: GyroTrouble::default(),
+            planted: Planted::default(),
         }
+    }
+
+    pub(crate) const fn plant(&mut self, planted: Planted) {
+        self.planted = planted;
+        self.integrator.plant(planted);
     }
 
     pub(crate) const fn integrator(&self) -> &HeadingIntegrator {
@@ -87,7 +95,7 @@ impl GyroInput {
         bytes: &[u8],
         mut deliver: impl FnMut(Reading, Angle),
     ) {
-        let Self { decoder, integrator, heard, good, skipped, trouble, config } = self;
+        let Self { decoder, integrator, heard, good, skipped, trouble, config, planted } = self;
         decoder.feed(bytes, |sample| {
             *heard = Some(now);
             if !sample.valid || sample.status.built_in_test_failed || !is_finite(sample.output) {
@@ -95,7 +103,7 @@ impl GyroInput {
                 *skipped = skipped.saturating_add(1);
                 return;
             }
-            trouble.over_range |= sample.status.over_range;
+            trouble.over_range |= sample.status.over_range && !planted.is(Mutant::OverRangeIgnored);
             *good = Some(now);
             let before = integrator.heading();
             let reading = integrator.sample(now, &sample, core::mem::take(skipped));

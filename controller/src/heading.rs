@@ -5,6 +5,7 @@ use crate::calibration::Calibration;
 use crate::clock_watch::ClockWatch;
 use crate::config::{GyroConfig, IntegrationClock, TEMPERATURE_MAX, TEMPERATURE_MIN};
 use crate::correction::{Sum, Watch};
+use crate::mutant::{self, Mutant, Planted};
 use wire::gyro::{GyroOutput, GyroSample, Sequence};
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Temperature};
@@ -52,6 +53,7 @@ pub(crate) struct HeadingIntegrator {
     watch: ClockWatch,
     samples: u64,
     samples_lost: u64,
+    planted: Planted,
 }
 
 impl HeadingIntegrator {
@@ -79,7 +81,12 @@ impl HeadingIntegrator {
             watch: ClockWatch::new(period),
             samples: 0,
             samples_lost: 0,
+            planted: Planted::default(),
         }
+    }
+
+    pub(crate) const fn plant(&mut self, planted: Planted) {
+        self.planted = planted;
     }
 
     pub(crate) const fn heading(&self) -> Angle {
@@ -148,11 +155,12 @@ impl HeadingIntegrator {
             self.lose_track();
         }
         let lost = match (sample.sequence, self.last_sequence) {
+            (Some(_), Some(_)) if self.planted.is(Mutant::MissedSequenceGap) => 0,
             (Some(this), Some(last)) => {
                 let lost = this.lost_since(last);
                 if self.has_room_for(now, lost) {
                     lost
-                } else if this == last {
+                } else if this == last && !self.planted.is(Mutant::RepeatedSampleCounted) {
                     return Reading { raw_rate: self.last_rate, ..Reading::default() };
                 } else {
                     0
@@ -201,6 +209,9 @@ impl HeadingIntegrator {
         let less_known = raw_rate - self.known_bias(now, raw_rate);
         if !self.held {
             self.heading += Angle::from_rad(step);
+            if self.planted.is(Mutant::OverflowAfterLongRuns) {
+                self.heading = Angle::from_rad(mutant::in_32_bits(self.heading.rad()));
+            }
         }
         self.last_arrival = Some(now);
         self.last_rate = raw_rate;
@@ -271,6 +282,9 @@ impl HeadingIntegrator {
     fn update_gains(&mut self) {
         let ccw = AngularRate::from_rad_per_s(1.0);
         self.gain_ccw = self.calibration.gain(self.temperature, ccw);
+        if self.planted.is(Mutant::CcwSign) {
+            self.gain_ccw = 2.0 - self.gain_ccw;
+        }
         self.gain_cw = self.calibration.gain(self.temperature, -ccw);
     }
 }

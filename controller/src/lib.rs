@@ -35,15 +35,19 @@ mod clock_watch;
 pub mod config;
 pub mod correction;
 mod dead_reckoning;
+mod displacement_watch;
 mod drive;
 mod gyro_input;
 mod heading;
 pub mod health;
 mod machine;
 pub mod mission;
+mod mutant;
 mod pose_download;
 
 pub use machine::{
     ANGLE_RAD_MAX, BIAS_TEST_S_MAX, Controller, DISTANCE_M_MAX, Input, Output, Port, RATE_MIN,
     REPORTS_MAX, SPEED_MIN, STATE_PERIOD_AT_REST,
 };
+#[cfg(feature = "mutants")]
+pub use mutant::Mutant;

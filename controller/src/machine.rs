@@ -109,8 +109,10 @@ impl Controller {
     pub fn new(config: Config, now: Timestamp) -> Self {
         let gyro_command = (config.gyro.stream.format == GyroFormat::Dsp3000Ascii)
             .then(|| dsp3000_command::Command::Output(config.gyro.stream.mode).encode());
+        let mut gyro = GyroInput::new(config.gyro);
+        gyro.plant(config.planted());
         Self {
-            gyro: GyroInput::new(config.gyro),
+            gyro,
             base: config.base.map(BaseDriver::new),
             config,
             reckoning: DeadReckoning::default(),

@@ -5,6 +5,7 @@
 //! * [`table`]: a stepper-driven rotary table.
 //! * [`absolute`]: the absolute measurement of pose that runs are judged by.
 //! * [`device_file`]: which devices a run has, and how imperfect each is.
+//! * [`fault`]: what goes wrong in a device on purpose is switched on and off by number.
 //! * [`parameters`]: the named numbers that make a device imperfect; [`random`]: its noise.
 //!
 //! A device is a state machine without IO: bytes or frames go in by `receive`, time by `wake`; bytes
@@ -18,6 +19,7 @@
 pub mod absolute;
 pub mod base;
 pub mod device_file;
+pub mod fault;
 pub mod gyro;
 pub mod parameters;
 pub mod random;

@@ -1,9 +1,11 @@
 //! Tables for a terminal: paper against measured, how the seeds came out, what a machine lacks.
 
+mod campaign;
 #[cfg(feature = "live")]
 mod findings;
 mod seeds;
 
+pub use campaign::{campaign_json, campaign_table, envelope_json, envelope_table, level_line};
 #[cfg(feature = "live")]
 pub use findings::findings_table;
 pub use seeds::{SeedShare, seeds_markdown, seeds_table};

@@ -16,11 +16,12 @@
 //! * [`calibrations`], [`models`], [`made`]: what one plan makes and a later one uses.
 //! * [`engine`]: the steps of a plan, without IO and without a clock.
 //! * [`world`]: where plan, controller and devices meet. [`link`]: the lines between them.
-//! * [`operator`]: what a plan asks a person.
+//! * [`operator`]: what a plan asks a person. [`faults`]: what goes wrong on purpose.
 //! * [`observation`], [`record`]: what was measured, and everything that happened.
 //! * [`bus_log`]: logs of CAN buses and serial lines, in the formats of other tools.
 //! * [`dataset`]: measured data, for the identification. [`export`]: runs as such data.
 //! * [`import`]: the log of a bench's CAN bus as a run.
+//! * [`properties`]: what must hold at every moment of a run, judged as it goes.
 //! * [`checks`]: verdicts, each with the measurement's own uncertainty. [`outcome`]: what they come to.
 //! * [`run`]: all of that in order. [`seeds`]: the same for many seeds on all cores.
 //! * [`bench_file`]: which port plays which role, and which device is tested.
@@ -52,6 +53,7 @@
 pub mod bench_file;
 pub mod bus_log;
 pub mod calibrations;
+pub mod campaign;
 pub mod checks;
 pub mod cli;
 pub mod console;
@@ -62,6 +64,7 @@ pub mod doctor;
 pub mod emulation;
 pub mod engine;
 pub mod export;
+pub mod faults;
 pub mod figures;
 pub mod import;
 pub mod junit;
@@ -77,6 +80,7 @@ pub mod outcome;
 pub mod plan;
 #[cfg(feature = "live")]
 pub mod port;
+pub mod properties;
 pub mod record;
 #[cfg(feature = "live")]
 pub mod replay;

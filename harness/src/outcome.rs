@@ -6,6 +6,8 @@ pub(crate) mod samples;
 
 pub use live::{Bin, PortSide, PortSummary, Spread, Timing};
 
+use crate::faults::FaultSummary;
+use crate::properties::{Kind, PropertyVerdict};
 use serde::{Deserialize, Serialize};
 
 /// What a measurement came to.
@@ -124,6 +126,46 @@ pub struct Summary {
     /// The ports of a run in real time.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub ports: Vec<PortSummary>,
+    /// What became of the plan's faults; absent where it has none.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub faults: Vec<FaultSummary>,
+    /// What became of the plan's properties; absent where it declares none.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub properties: Vec<PropertySummary>,
+}
+
+/// What became of a property that the plan declares.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PropertySummary {
+    /// As a plan writes it.
+    pub name: String,
+    /// It must hold at every moment; one that must not, must come about in at least one run of a campaign.
+    pub always: bool,
+    /// Always: it was never broken. Else: it came about.
+    pub held: bool,
+    /// Least distance to a violation as a share of its limit, -1 to 1.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub margin: Option<f64>,
+    /// Bench time when it was first broken, s.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub broken_s: Option<f64>,
+    /// What was seen then.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub what: Option<String>,
+}
+
+impl From<&PropertyVerdict> for PropertySummary {
+    fn from(verdict: &PropertyVerdict) -> Self {
+        let violation = verdict.first_violation.as_ref();
+        Self {
+            name: verdict.name.to_owned(),
+            always: verdict.kind == Kind::Always,
+            held: verdict.held,
+            margin: verdict.margin,
+            broken_s: violation.map(|violation| violation.at.as_secs_f64()),
+            what: violation.map(|violation| violation.what.clone()),
+        }
+    }
 }
 
 impl Verdict {

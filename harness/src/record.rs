@@ -18,6 +18,7 @@ pub mod writer;
 pub use encoding::RECORD_BYTES_MAX;
 pub use reply::{Number, Reply, Through};
 
+use crate::faults::FaultRecord;
 pub use crate::observation::Observation;
 use controller::mission::{Command, Report};
 use serde::{Deserialize, Serialize};
@@ -93,4 +94,6 @@ pub enum RecordKind {
     Note(String),
     /// A person answered a question, or did what was asked for. Boxed: it is long and rare.
     Reply(Box<Reply>),
+    /// A fault began, ended, or did what has to be told.
+    Fault(Box<FaultRecord>),
 }

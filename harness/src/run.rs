@@ -15,6 +15,7 @@ pub(crate) use keep::{keep, summarise};
 use crate::calibrations::{self, CalibrationError};
 use crate::checks::judge_all;
 use crate::engine::{Action, Ending, Engine};
+use crate::faults::FaultSummary;
 use crate::library::{Kind, Library, LibraryError};
 use crate::made::Made;
 use crate::models::{self, ModelError};
@@ -22,9 +23,10 @@ use crate::observation::Observation;
 use crate::operator::Answers;
 use crate::outcome::{Measurement, Outcome};
 use crate::plan::{Plan, PlanError};
+use crate::properties::{Monitor, Property, PropertyVerdict};
 use crate::record::header::Header;
 use crate::record::sink::{NullSink, RecordSink};
-use crate::world::bench::{Bench, DevicesError, load_devices};
+use crate::world::bench::{Bench, DevicesError, bench_lines, load_devices};
 use crate::world::crossing::{Crossing, Memory};
 use crate::world::simulated::{Progress, SimulatedWorld};
 use controller::calibration::Calibration;
@@ -73,6 +75,9 @@ pub struct Prepared {
     pub calibrations: BTreeMap<String, Calibration>,
     /// The identified models that it uses.
     pub models: BTreeMap<String, Model>,
+    /// The mistake that the controller makes; see [`controller::Mutant`].
+    #[cfg(feature = "mutants")]
+    pub mutant: Option<controller::Mutant>,
 }
 
 impl Prepared {
@@ -83,11 +88,30 @@ impl Prepared {
     /// When anything is missing or not right.
     pub fn load(name: &str, made: &Made) -> Result<Self, PrepareError> {
         let library = Library::beside(name);
-        let plan = load_plan(&library, name)?;
+        let source = library.open(Kind::Plan, name)?;
+        let plan = Plan::parse(&source.origin, &source.text)?;
         let devices = load_devices(&library, plan.devices.as_str())?;
+        plan.check_bench(&source.origin, &source.text, bench_lines(&devices))?;
         let calibrations = calibrations::load(&plan, &library, &made.calibrations)?;
         let models = models::load(&plan, &library, &made.models)?;
-        Ok(Self { plan: Arc::new(plan), devices, calibrations, models })
+        Ok(Self::new(Arc::new(plan), devices, calibrations, models))
+    }
+
+    /// A plan with what it names.
+    pub const fn new(
+        plan: Arc<Plan>,
+        devices: Devices,
+        calibrations: BTreeMap<String, Calibration>,
+        models: BTreeMap<String, Model>,
+    ) -> Self {
+        Self {
+            plan,
+            devices,
+            calibrations,
+            models,
+            #[cfg(feature = "mutants")]
+            mutant: None,
+        }
     }
 
     /// What the record says about itself.
@@ -131,6 +155,10 @@ pub struct Simulated {
     pub made: Made,
     /// What the lines dropped for want of room.
     pub dropped: u64,
+    /// What became of the plan's faults.
+    pub faults: Vec<FaultSummary>,
+    /// What became of the properties that were watched.
+    pub properties: Vec<PropertyVerdict>,
 }
 
 /// Runs a prepared plan in virtual time. `pulse` is called now and then; false stops the run.
@@ -153,7 +181,38 @@ pub fn simulate_across(
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Simulated {
+    let declared = prepared.plan.properties.as_slice();
+    let watched = (!declared.is_empty()).then_some(declared);
+    go(crossing, prepared, seed, answers, watched, sink, pulse)
+}
+
+/// Runs a prepared plan in virtual time and judges its properties meanwhile: those that it declares, or all
+/// where it declares none. The run and its record are those of [`simulate`].
+pub fn simulate_watched(
+    prepared: &Prepared,
+    seed: u64,
+    answers: &Answers,
+    sink: &mut impl RecordSink,
+    pulse: &mut impl FnMut(Progress) -> bool,
+) -> (Simulated, Vec<PropertyVerdict>) {
+    let watched = Some(prepared.plan.properties.as_slice());
+    let run = go(Memory, prepared, seed, answers, watched, sink, pulse);
+    let verdicts = run.properties.clone();
+    (run, verdicts)
+}
+
+fn go(
+    crossing: impl Crossing,
+    prepared: &Prepared,
+    seed: u64,
+    answers: &Answers,
+    watched: Option<&[Property]>,
+    sink: &mut impl RecordSink,
+    pulse: &mut impl FnMut(Progress) -> bool,
+) -> Simulated {
     let bench = Bench::new(prepared.devices.clone(), seed);
+    #[cfg(feature = "mutants")]
+    let bench = bench.with_mutant(prepared.mutant);
     let engine = Engine::new(
         Arc::clone(&prepared.plan),
         prepared.calibrations.clone(),
@@ -161,7 +220,12 @@ pub fn simulate_across(
         Timestamp::ZERO,
     )
     .with_models(prepared.models.clone());
-    let mut world = SimulatedWorld::across(crossing, bench, engine).with_answers(answers.clone());
+    let mut world = SimulatedWorld::across(crossing, bench, engine)
+        .with_answers(answers.clone())
+        .with_faults(seed);
+    if let Some(properties) = watched {
+        world = world.with_monitor(properties);
+    }
     let mut made = Made::default();
     let mut keep = |action: &Action| made.keep(action);
     let mut ending = world.run(sink, &mut keep, pulse);
@@ -170,6 +234,7 @@ pub fn simulate_across(
         ending.outcome = Outcome::Error;
         ending.reason = Some(format!("failed to write the record: {error}"));
     }
+    let monitor = world.take_monitor();
     Simulated {
         ending,
         end: world.now(),
@@ -177,6 +242,8 @@ pub fn simulate_across(
         observations: world.engine().observations().values().flatten().cloned().collect(),
         made,
         dropped: world.dropped(),
+        faults: world.faults().to_vec(),
+        properties: monitor.map(Monitor::verdicts).unwrap_or_default(),
     }
 }
 

@@ -110,6 +110,8 @@ pub fn run_live_to_folder(
         observations: world.engine().observations().values().flatten().cloned().collect(),
         made,
         dropped: end.dropped,
+        faults: Vec::new(),
+        properties: Vec::new(),
     };
     let mut summary = summarise(prepared, options.seed, &run);
     "real".clone_into(&mut summary.clock);

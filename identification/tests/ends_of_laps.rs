@@ -3,7 +3,6 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
-use identification::finding::Verdict;
 use identification::identify::{Identified, Options, identify};
 use identification::model::Model;
 use rand::SeedableRng;

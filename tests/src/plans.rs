@@ -53,7 +53,7 @@ pub fn prepared(text: &str, devices: Devices) -> Prepared {
     let calibrations =
         calibrations::load(&plan, &Library::shipped(), &BTreeMap::new()).unwrap_or_default();
     let models = BTreeMap::new();
-    Prepared { plan: Arc::new(plan), devices, calibrations, models }
+    Prepared::new(Arc::new(plan), devices, calibrations, models)
 }
 
 /// A run and its full record.

@@ -7,6 +7,7 @@
 mod carrier;
 mod links;
 mod orders;
+mod watch;
 
 pub use carrier::Carrier;
 pub use links::{Direction, Piece, Tap};
@@ -21,8 +22,10 @@ use emulators::base::{self, BaseEmulator};
 use emulators::device_file::Devices;
 use emulators::gyro::GyroEmulator;
 use emulators::table::TableEmulator;
+use harness::properties::Seen;
 use links::{Arrived, Links};
 use std::collections::BTreeMap;
+use watch::Watch;
 use wire::time::{Span, Timestamp};
 
 /// No mission of a scenario takes longer: the controller's own limits are far below.
@@ -53,6 +56,7 @@ pub struct Rig {
     /// What carries it.
     pub carrier: Carrier,
     links: Links,
+    watch: Watch,
     events_at_once: u32,
     next_id: MissionId,
     answers: BTreeMap<MissionId, (Timestamp, Answer)>,
@@ -73,11 +77,11 @@ impl Rig {
             base::Transport::Can => Transport::Can,
             base::Transport::Serial => Transport::Serial,
         });
-        let mut config = Config {
-            gyro: GyroConfig::new(stream),
-            base: transport.map(BaseConfig::new),
-            motion: MotionConfig::default(),
-        };
+        let mut config = Config::new(
+            GyroConfig::new(stream),
+            transport.map(BaseConfig::new),
+            MotionConfig::default(),
+        );
         change(&mut config);
         let carrier = match &devices.base {
             Some((transport, parameters)) => Carrier::Base(Box::new(BaseEmulator::new(
@@ -97,6 +101,7 @@ impl Rig {
             gyro: GyroEmulator::new(gyro, stream, seed, "gyro"),
             carrier,
             links: Links::new(stream, transport),
+            watch: Watch::new(&config),
             events_at_once: 0,
             next_id: 1,
             answers: BTreeMap::new(),
@@ -160,7 +165,10 @@ impl Rig {
     pub fn begin(&mut self, command: Command) -> MissionId {
         let id = self.next_id;
         self.next_id += 1;
-        self.controller.command(self.now, Mission { id, command });
+        let mission = Mission { id, command };
+        self.watch.look(self.now, &self.carrier);
+        self.watch.see(self.now, &Seen::Told(&mission));
+        self.controller.command(self.now, mission);
         self.transmit();
         id
     }
@@ -239,12 +247,14 @@ impl Rig {
             }
         }
         self.wake();
+        self.watch.look_again(self.now, &self.carrier);
         self.transmit();
         true
     }
 
     fn receive(&mut self, direction: Direction, piece: &Piece) {
         let now = self.now;
+        self.watch.receive(now, direction, piece);
         match (direction, piece) {
             (Direction::GyroToController, Piece::Bytes(bytes)) => {
                 self.controller.receive(now, Port::Gyro, Input::Bytes(bytes));
@@ -285,6 +295,8 @@ impl Rig {
             let mut quiet = true;
             while let Some(output) = self.controller.transmit(self.now) {
                 quiet = false;
+                self.watch.look(self.now, &self.carrier);
+                self.watch.see(self.now, &Seen::Sent(&output));
                 match output {
                     Output::Bytes(Port::Gyro, packet) => {
                         self.links.gyro_commands.send(self.now, packet);
@@ -295,6 +307,8 @@ impl Rig {
             }
             while let Some(report) = self.controller.report() {
                 quiet = false;
+                self.watch.look(self.now, &self.carrier);
+                self.watch.see(self.now, &Seen::Report(&report));
                 self.take(report);
             }
             while let Some(output) = self.carrier.transmit() {

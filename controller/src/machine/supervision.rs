@@ -4,6 +4,7 @@ use super::{Controller, Task};
 use crate::base_driver::BaseDriver;
 use crate::health::{Causes, Health};
 use crate::mission::{AbortReason, HeadingSource, Report};
+use crate::mutant::Mutant;
 use wire::time::Timestamp;
 use wire::units::AngularRate;
 
@@ -45,7 +46,9 @@ impl Controller {
         };
         match &self.task {
             Task::Drive(drive) if drive.is_commanding() => {
-                heard.max(drive.commanding_since()) + config.timeout_moving
+                let planted = self.config.planted().is(Mutant::WatchdogOffByTen);
+                let scale = if planted { 10 } else { 1 };
+                heard.max(drive.commanding_since()) + config.timeout_moving * scale
             }
             _ if motion.moving => heard + config.timeout_moving,
             _ => heard + config.timeout_at_rest,
@@ -62,7 +65,8 @@ impl Controller {
         let moves = matches!(self.task, Task::Drive(_));
         let causes = self.causes(now);
         let motion = self.base.as_ref().and_then(BaseDriver::motion).map(|(_, motion)| motion);
-        let reason = if needs_gyro && causes.gyro_silent {
+        let stale_is_fine = self.config.planted().is(Mutant::StaleHeading);
+        let reason = if needs_gyro && causes.gyro_silent && !stale_is_fine {
             AbortReason::GyroSilent
         } else if needs_gyro && (causes.gyro_fault || (moves && causes.gyro_over_range)) {
             AbortReason::GyroFault

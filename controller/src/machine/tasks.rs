@@ -9,11 +9,12 @@ use crate::mission::{
     AbortReason, BiasMethod, BiasTest, Command, HeadingSource, Mission, MissionId, MissionResult,
     Refusal, Report,
 };
+use crate::mutant::Mutant;
 use crate::pose_download::{PoseDownload, Progress};
 use wire::base::Request;
 use wire::base::payload::encode_request;
 use wire::time::{Span, Timestamp};
-use wire::units::{Acceleration, AngularAcceleration, AngularRate, Pose};
+use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Pose};
 
 impl Controller {
     /// Takes a mission; the answer is a report.
@@ -36,6 +37,10 @@ impl Controller {
                     && self.config.base.is_some_and(|base| order.rate <= base.steer_rate_max);
                 self.ready_to_move(now, in_range).map(|mut sight| {
                     self.reference += order.angle;
+                    if self.config.planted().is(Mutant::WrapAt360) {
+                        let turns = libm::floor(self.reference / Angle::TURN);
+                        self.reference -= Angle::TURN * turns;
+                    }
                     sight.reference = self.reference;
                     let drive = Drive::turn(id, order, self.source, &self.config.motion, &sight);
                     self.begin_drive(now, drive);
@@ -128,7 +133,13 @@ impl Controller {
         if self.gyro.is_silent(now) || self.gyro.is_invalid(now) {
             return Err(Refusal::NoGyro);
         }
-        self.idle_at_rest(now)?;
+        if self.config.planted().is(Mutant::BiasTestWhileMoving) {
+            if !matches!(self.task, Task::Idle) {
+                return Err(Refusal::Busy);
+            }
+        } else {
+            self.idle_at_rest(now)?;
+        }
         let duration = Span::from_secs_f64(order.duration_s);
         self.task = Task::BiasTest {
             id,
@@ -142,7 +153,8 @@ impl Controller {
     pub(super) fn finish_bias_test(&mut self, now: Timestamp) {
         let Task::BiasTest { id, average, .. } = &self.task else { return };
         let (id, average) = (*id, *average);
-        if !average.was_at_rest(&self.config.gyro) || self.is_moving(now) {
+        let at_rest = average.was_at_rest(&self.config.gyro) && !self.is_moving(now);
+        if !at_rest && !self.config.planted().is(Mutant::BiasTestWhileMoving) {
             self.abort(AbortReason::NotAtRest);
             return;
         }
@@ -157,7 +169,8 @@ impl Controller {
         self.done(id, MissionResult::BiasTest(result));
     }
 
-    pub(super) fn begin_drive(&mut self, now: Timestamp, drive: Drive) {
+    pub(super) fn begin_drive(&mut self, now: Timestamp, mut drive: Drive) {
+        drive.plant(self.config.planted());
         let MotionRamps { drive: acceleration, steer } = self.base_ramps();
         if let Some(base) = &mut self.base {
             base.request(Request::SetAcceleration { drive: acceleration, steer });

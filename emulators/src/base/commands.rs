@@ -11,7 +11,16 @@ use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Pose, S
 const SECONDS_PER_HOUR: f64 = 3_600.0;
 
 impl BaseEmulator {
+    /// Goes on to `now`, a stop that comes late carried out on the way.
     pub(super) fn advance(&mut self, now: Timestamp) {
+        if let Some((at, request)) = self.late_stop.take_if(|(at, _)| *at <= now) {
+            self.drive_on(at);
+            self.carry_out(at, request);
+        }
+        self.drive_on(now);
+    }
+
+    fn drive_on(&mut self, now: Timestamp) {
         loop {
             let next = [self.deadline, self.kinematics.phase_end()].into_iter().flatten().min();
             match next {
@@ -137,7 +146,8 @@ impl BaseEmulator {
             p.leakage_deg_per_m + p.leakage_spread_deg_per_m * self.leakage.last;
         let hours = (now - Timestamp::ZERO).as_secs_f64() / SECONDS_PER_HOUR;
         self.kinematics.set_model(TrackModel {
-            path_scale: 1.0 + p.displacement_scale_error + p.tyre_growth_per_h * hours,
+            path_scale: (1.0 + p.displacement_scale_error + p.tyre_growth_per_h * hours)
+                * self.grip(),
             turn_scale: 1.0 + turn_scale_error,
             wheels: Harmonic::of(&p.wheels),
             leakage_rad_per_m: Angle::from_deg(leakage_deg_per_m).rad(),

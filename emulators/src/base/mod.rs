@@ -22,6 +22,7 @@
 
 mod commands;
 pub mod curvature;
+mod fault;
 mod kinematics;
 mod parameters;
 mod ramp;
@@ -30,11 +31,14 @@ mod reports;
 mod tests;
 mod track;
 
+pub use fault::BaseFault;
 pub use parameters::{BaseParameters, Wheel};
 pub use reports::{MOTION_PERIOD_AT_REST, MOTION_PERIOD_IN_MOTION, OUTPUTS_MAX, POSE_PERIOD};
 
+use crate::fault::Switches;
 use crate::parameters::{ParameterError, Parameters as _};
 use commands::Spread;
+use fault::Kept;
 use kinematics::{Kinematics, State};
 use reports::Reports;
 use serde::{Deserialize, Serialize};
@@ -97,6 +101,9 @@ pub struct BaseEmulator {
     device: Device,
     frames_ignored: u64,
     reports: Reports,
+    faults: Switches<Kept>,
+    /// A stop that is carried out later, and when.
+    late_stop: Option<(Timestamp, Request)>,
 }
 
 impl BaseEmulator {
@@ -118,6 +125,8 @@ impl BaseEmulator {
             device: Device::new(),
             frames_ignored: 0,
             reports: Reports::new(transport),
+            faults: Switches::new(),
+            late_stop: None,
         };
         base.apply_track_model(Timestamp::ZERO);
         base
@@ -167,7 +176,8 @@ impl BaseEmulator {
 
     /// When to call [`wake`](Self::wake) next: never, for a serial base at rest.
     pub fn next_wakeup(&self) -> Option<Timestamp> {
-        [self.kinematics.phase_end(), self.deadline, self.reports.next_due()]
+        let late_stop = self.late_stop.map(|(at, _)| at);
+        [self.kinematics.phase_end(), self.deadline, self.reports.next_due(), late_stop]
             .into_iter()
             .flatten()
             .min()
@@ -176,6 +186,15 @@ impl BaseEmulator {
     /// Carries out a request, as both transports do.
     pub fn request(&mut self, now: Timestamp, request: Request) {
         self.advance(now);
+        let at_once =
+            if self.faults.is_empty() { Some(request) } else { self.through_faults(now, request) };
+        if let Some(request) = at_once {
+            self.carry_out(now, request);
+        }
+        self.report(now);
+    }
+
+    fn carry_out(&mut self, now: Timestamp, request: Request) {
         match request {
             Request::SetVelocity { drive, steer } => self.set_velocity(now, drive, steer),
             Request::SetAcceleration { drive, steer } => {
@@ -189,7 +208,6 @@ impl BaseEmulator {
             // Only the serial line can read, and answers by itself.
             Request::ReadMotion | Request::ReadPose => {}
         }
-        self.report(now);
     }
 
     /// Presses or releases the emergency stop: the base stops as hard as it can, and takes no
@@ -305,15 +323,16 @@ impl BaseEmulator {
         self.status.moving = self.kinematics.is_moving();
         let motion = self.status;
         self.status.sequence = motion.sequence.wrapping_add(1);
-        motion
+        if self.faults.is_empty() { motion } else { self.motion_through_faults(motion) }
     }
 
-    fn reported_pose(&self, now: Timestamp) -> Pose {
+    fn reported_pose(&mut self, now: Timestamp) -> Pose {
         let State { reckoned, steered, .. } = self.kinematics.state_at(now);
         // What was written stays as fine as it was; only the turning since then has steps.
         let since_write = steered - self.steered_at_write;
         let heading = reckoned.heading() - since_write + self.stepped(since_write);
-        Pose { heading: Angle::from_rad(heading).wrapped(), ..reckoned.pose() }
+        let pose = Pose { heading: Angle::from_rad(heading).wrapped(), ..reckoned.pose() };
+        if self.faults.is_empty() { pose } else { self.pose_through_faults(pose) }
     }
 
     fn stepped(&self, angle: f64) -> f64 {

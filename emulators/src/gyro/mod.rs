@@ -16,6 +16,7 @@
 mod bias_instability;
 mod clock;
 mod effects;
+mod fault;
 mod lag;
 mod noise;
 mod parameters;
@@ -27,12 +28,15 @@ pub mod terms;
 mod tests;
 mod thermal;
 
+pub use fault::GyroFault;
 pub use parameters::{
     GyroParameters, INSTABILITY_LONGEST_S, INSTABILITY_SHORTEST_S, WORST_CASE_CORRELATION_S,
 };
 
+use crate::fault::Switches;
 use crate::parameters::{ParameterError, Parameters as _};
 use clock::OutputClock;
+use fault::Kept;
 use lag::RateLag;
 use noise::RateNoise;
 use sample::{has_modes, sequence_modulus};
@@ -92,6 +96,7 @@ pub struct GyroEmulator {
     sequence: Option<Sequence>,
     pending: VecDeque<(Timestamp, Packet)>,
     dropped: u64,
+    faults: Switches<Kept>,
 }
 
 impl GyroEmulator {
@@ -128,6 +133,7 @@ impl GyroEmulator {
             sequence: sequence_modulus(stream.format).map(|modulus| Sequence { value: 0, modulus }),
             pending: VecDeque::new(),
             dropped: 0,
+            faults: Switches::new(),
             parameters,
         };
         gyro.configure();
@@ -312,6 +318,9 @@ impl GyroEmulator {
             scaled = self.parameters.beyond_dead_zone(scaled) + self.fast_bias;
         }
         let wanted = scaled + self.bias.value + noise;
+        if !self.faults.is_empty() {
+            return self.measure_faulty(wanted, interval_s);
+        }
         let over_range = wanted.abs() > self.range;
         let measured = wanted.clamp(-self.range, self.range);
         Some(self.sample(measured, interval_s, over_range))

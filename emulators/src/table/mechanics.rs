@@ -2,10 +2,17 @@
 
 use super::parameters::TableParameters;
 use super::profile::Profile;
-use super::slip::Slip;
-use libm::sin;
+use super::slip::{STEPS_PER_ELECTRICAL_CYCLE, Slip};
+use libm::{round, sin};
 use wire::time::Timestamp;
 use wire::units::Angle;
+
+/// A rotor that does not follow the field for a while.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stand {
+    from: f64,
+    steps: f64,
+}
 
 /// Rotor, gear and table.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,19 +21,35 @@ pub(super) struct Mechanics {
     lost: f64,
     /// What the present move loses.
     slip: Slip,
+    /// The rotor stands still for so many steps of the field, from this step of the move on.
+    stand: Option<Stand>,
     /// Where the gear had left the table when the move began, in rad.
     table: f64,
 }
 
 impl Mechanics {
     /// At power-up the table stands in the middle of the play: nobody knows how it was left.
-    pub(super) const AT_POWER_UP: Self = Self { lost: 0.0, slip: Slip::None, table: 0.0 };
+    pub(super) const AT_POWER_UP: Self =
+        Self { lost: 0.0, slip: Slip::None, stand: None, table: 0.0 };
 
     /// The move `profile` is over, or broken off, at `now`.
     pub(super) fn end_move(&mut self, p: &TableParameters, profile: &Profile, now: Timestamp) {
-        self.lost += profile.direction() * self.slip.locked_in(profile, now);
-        self.slip = Slip::None;
+        let stood = self.stood(profile, now) / STEPS_PER_ELECTRICAL_CYCLE;
+        let stood = round(stood) * STEPS_PER_ELECTRICAL_CYCLE;
+        self.lost += profile.direction() * (self.slip.locked_in(profile, now) + stood);
+        (self.slip, self.stand) = (Slip::None, None);
         self.table = self.table_at(p, profile, now);
+    }
+
+    /// The rotor stands still from now on, until the field is ahead by `steps`; at rest, from the next move on.
+    pub(super) fn stand(&mut self, profile: &Profile, now: Timestamp, steps: f64) {
+        self.stand = Some(Stand { from: profile.commanded(now), steps });
+    }
+
+    /// Steps that it is behind for having stood still, unsigned.
+    fn stood(&self, profile: &Profile, now: Timestamp) -> f64 {
+        self.stand
+            .map_or(0.0, |stand| (profile.commanded(now) - stand.from).clamp(0.0, stand.steps))
     }
 
     /// A move begins that loses steps like this.
@@ -36,7 +59,8 @@ impl Mechanics {
 
     /// Steps lost until `now`, signed.
     pub(super) fn lost_steps(&self, profile: &Profile, now: Timestamp) -> f64 {
-        self.lost + profile.direction() * self.slip.behind(profile, now)
+        self.lost
+            + profile.direction() * (self.slip.behind(profile, now) + self.stood(profile, now))
     }
 
     /// The table's angle by its gear, play included, in rad.

@@ -6,6 +6,7 @@
 //!
 //! Between steps the angle is taken as smooth: inertia carries the table over 0.0125 deg.
 
+mod fault;
 mod mechanics;
 mod parameters;
 mod profile;

@@ -60,8 +60,11 @@ fn entries(record: &Record) -> Vec<Entry> {
     let entry = |channel, payload| Entry { at: record.at, channel, direction, payload };
     match &record.kind {
         RecordKind::Frame(frame) => {
+            // A frame of the plan's is one that a fault put on the bus: all others heard it.
+            let heard = (record.device == Device::Plan).then_some(Direction::Rx);
             let frame = frame.frame().map(Payload::Frame);
-            frame.map(|frame| entry(CAN, frame)).into_iter().collect()
+            let entry = |frame| Entry { direction: heard.or(direction), ..entry(CAN, frame) };
+            frame.map(entry).into_iter().collect()
         }
         RecordKind::Bytes(bytes) => {
             let Some(line) = Channel::new(record.device.name()) else { return Vec::new() };

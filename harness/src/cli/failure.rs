@@ -1,6 +1,7 @@
 //! What keeps a command from doing its work, and the exit status of each.
 
 use crate::bus_log::LogError;
+use crate::campaign::{JournalError, RegressionError};
 use crate::dataset::DatasetError;
 use crate::export::ExportError;
 use crate::import::ImportError;
@@ -68,6 +69,14 @@ enum Cause {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Import(ImportError),
+    /// The journal of a campaign cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Journal(JournalError),
+    /// A case cannot be saved as a plan.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Regression(RegressionError),
     /// A model file cannot be used.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -176,6 +185,7 @@ impl Failure {
             | Cause::Model(_)
             | Cause::Answers(_)
             | Cause::Bench(_)
+            | Cause::Journal(JournalError::Other { .. } | JournalError::Broken { .. })
             | Cause::Identify { .. } => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
             Cause::Devices(_) | Cause::Placement(_) => EXIT_BAD_INPUT,
@@ -206,6 +216,8 @@ impl Failure {
                 | RunFolderError::Remove { .. }
                 | RunFolderError::ArtifactName { .. },
             )
+            | Cause::Journal(JournalError::Io { .. })
+            | Cause::Regression(_)
             | Cause::Output(_)
             | Cause::File { .. }
             | Cause::Findings(_)
@@ -285,6 +297,18 @@ impl From<ExportError> for Failure {
 impl From<RunFolderError> for Failure {
     fn from(error: RunFolderError) -> Self {
         Cause::Folder(error).into()
+    }
+}
+
+impl From<JournalError> for Failure {
+    fn from(error: JournalError) -> Self {
+        Cause::Journal(error).into()
+    }
+}
+
+impl From<RegressionError> for Failure {
+    fn from(error: RegressionError) -> Self {
+        Cause::Regression(error).into()
     }
 }
 

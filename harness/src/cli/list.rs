@@ -4,6 +4,7 @@ use super::failure::Failure;
 use super::say;
 use crate::bench_file::{BenchFile, ROLES, Role};
 use crate::console::Style;
+use crate::faults::{FaultKind, table as vocabulary};
 use crate::library::{Kind, Library, LibraryError, names};
 use crate::outcome::Outcome;
 use crate::plan::quantities::QUANTITIES;
@@ -34,6 +35,8 @@ enum Topic {
     Quantities,
     /// What device files and plans can set: device.parameter.
     Parameters,
+    /// What can go wrong on purpose.
+    Faults,
 }
 
 /// Lists what ships and what plans can name.
@@ -61,6 +64,7 @@ impl ListArguments {
                 Topic::Models => models()?,
                 Topic::Quantities => quantities(),
                 Topic::Parameters => parameters(),
+                Topic::Faults => faults(),
             };
             texts.push(lines(table, style));
         }
@@ -176,6 +180,18 @@ fn parameters() -> Table {
             let doc = doc.trim().replace("[`", "").replace("`]", "");
             table.add_row([name, number(*ideal), takes(*domain), doc]);
         }
+    }
+    table
+}
+
+fn faults() -> Table {
+    let mut table = table(["fault", "strikes", "lasts", "what it does", "parameters"]);
+    for info in FaultKind::all() {
+        let values = info.parameters.iter().zip(info.typical.values());
+        let parameters: Vec<String> =
+            values.map(|(one, typical)| vocabulary::parameter(one, typical)).collect();
+        let (strikes, lasts) = (vocabulary::strikes(info), vocabulary::lasts(info));
+        table.add_row([info.name, strikes, &lasts, info.doc.trim(), &parameters.join("\n")]);
     }
     table
 }

@@ -7,6 +7,7 @@
 //!
 //! What is absent: any judgement, any decision about devices, any clock but a stopwatch.
 
+mod campaign;
 mod check;
 mod crossing;
 mod doctor;
@@ -70,6 +71,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run::RunArguments),
+    Campaign(campaign::CampaignArguments),
     Check(check::CheckArguments),
     Report(report::ReportArguments),
     Show(show::ShowArguments),
@@ -88,6 +90,7 @@ impl Cli {
         match &self.command {
             None => self.paper.quiet,
             Some(Command::Run(arguments)) => arguments.quiet,
+            Some(Command::Campaign(arguments)) => arguments.quiet,
             Some(_) => false,
         }
     }
@@ -96,6 +99,7 @@ impl Cli {
         match &self.command {
             None => self.paper.execute(screen),
             Some(Command::Run(arguments)) => arguments.execute(screen),
+            Some(Command::Campaign(arguments)) => arguments.execute(screen),
             Some(Command::Check(arguments)) => arguments.execute(screen),
             Some(Command::Report(arguments)) => arguments.execute(),
             Some(Command::Show(arguments)) => arguments.execute(),
@@ -165,8 +169,8 @@ mod tests {
         hil.build();
         let mut help = hil.render_long_help().to_string();
         let names = [
-            "run", "check", "report", "show", "list", "doctor", "emulate", "export", "import",
-            "log", "identify", "predict",
+            "run", "campaign", "check", "report", "show", "list", "doctor", "emulate", "export",
+            "import", "log", "identify", "predict",
         ];
         for name in names {
             let command = hil.find_subcommand_mut(name).expect(name);

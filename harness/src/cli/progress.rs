@@ -19,6 +19,9 @@ const SHARES: u64 = 1_000;
 /// See [`PLAN_BAR`].
 const SEEDS_BAR: &str = "{prefix} {bar:20} {pos}/{len} seeds, {eta} left";
 
+/// See [`PLAN_BAR`].
+const CASES_BAR: &str = "{prefix} {bar:20} {pos}/{len} cases, {eta} left";
+
 /// The standard error. Whatever is written through it does not run into a bar.
 #[derive(Debug, Clone)]
 pub(super) struct Screen {
@@ -73,7 +76,7 @@ impl Screen {
     }
 
     /// A line that `--quiet` keeps back.
-    fn chat(&self, text: &str) {
+    pub(super) fn chat(&self, text: &str) {
         if !self.quiet {
             self.note(text);
         }
@@ -89,6 +92,13 @@ impl Screen {
     pub(super) fn seeds(&self, name: &str, seeds: u64) -> ProgressBar {
         let bar = self.bar(SEEDS_BAR, name);
         bar.set_length(seeds);
+        bar
+    }
+
+    /// Begins to show cases.
+    pub(super) fn cases(&self, name: &str, cases: u64) -> ProgressBar {
+        let bar = self.bar(CASES_BAR, name);
+        bar.set_length(cases);
         bar
     }
 

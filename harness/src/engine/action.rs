@@ -1,5 +1,6 @@
 //! What the engine asks of the world.
 
+use super::PhaseEvent;
 use crate::made::Found;
 use crate::plan::Answer;
 use crate::record::{Device, RecordKind};
@@ -58,6 +59,8 @@ pub enum Action {
         /// The finding and the model.
         found: Box<Found>,
     },
+    /// A phase of the plan began or ended; only where the plan has faults that may wait for it.
+    Phase(PhaseEvent),
     /// Write this into the record.
     Record(Device, RecordKind),
 }

@@ -57,6 +57,7 @@ impl Engine {
             self.observe(now, |collector| collector.add(&q::STEP_DURATION, duration_s, 0.0, &[]));
             let path = self.program.place();
             self.record(RecordKind::StepEnded { path });
+            self.phases.step_ended(&mut self.actions);
             self.program.step_done();
         }
         let rest = &self.rest;
@@ -91,6 +92,7 @@ impl Engine {
                     path: self.program.place(),
                     title: step.action.to_string(),
                 });
+                self.phases.step_began(&self.program, &mut self.actions);
                 self.step = Some((step.action.clone(), now));
                 match expand(&step, &self.calibrations, self.facts.table_step) {
                     Ok(ops) => self.ops.extend(ops),
@@ -195,6 +197,7 @@ impl Engine {
             _ => {}
         }
         self.record(RecordKind::Command(Box::new(command.clone())));
+        self.phases.mission_began(&command, &mut self.actions);
         self.actions.push_back(Action::Mission(Mission { id, command }));
         self.waiting = Waiting::Mission(id);
     }

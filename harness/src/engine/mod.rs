@@ -12,11 +12,13 @@ mod gathered;
 mod identify;
 pub(crate) mod observe;
 mod op;
+mod phases;
 pub(crate) mod program;
 mod rest_watch;
 mod teardown;
 
 pub use action::Action;
+pub use phases::PhaseEvent;
 
 use crate::observation::Observation;
 use crate::outcome::Outcome;
@@ -29,6 +31,7 @@ use fit::Fitted;
 use identification::model::Model;
 use observe::{Collector, Ends, Tags};
 use op::Op;
+use phases::Phases;
 use program::Program;
 use rest_watch::RestWatch;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -134,6 +137,7 @@ pub struct Engine {
     teardown: Option<Teardown>,
     ending: Option<Ending>,
     actions: VecDeque<Action>,
+    phases: Phases,
 }
 
 impl Engine {
@@ -148,6 +152,7 @@ impl Engine {
         Self {
             program: Program::new(Arc::clone(&plan), now, plan_deadline),
             wanted: wanted(&plan),
+            phases: Phases::new(!plan.faults.is_empty()),
             plan,
             facts,
             ops: VecDeque::new(),
@@ -303,6 +308,7 @@ impl Engine {
                 self.level = health.level;
             }
             Report::Done { id, result } if self.waiting == Waiting::Mission(*id) => {
+                self.phases.mission_ended(&mut self.actions);
                 self.take_result(now, result);
                 self.waiting = Waiting::Nothing;
                 self.advance(now);
@@ -465,6 +471,7 @@ impl Engine {
         self.ending = Some(Ending { outcome, reason });
         self.observe_whole_run(now);
         self.ops.clear();
+        self.phases.all_ended(&mut self.actions);
         self.teardown = Some(Teardown::begin(now));
         self.step_teardown(now);
     }

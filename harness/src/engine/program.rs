@@ -83,6 +83,20 @@ impl Program {
         around
     }
 
+    /// The current step and what is around it, outermost first, each with a place that no other step or
+    /// round has.
+    pub(crate) fn phases(&self) -> Vec<(Vec<(usize, u64)>, &Step)> {
+        let place = |depth: usize| -> Vec<(usize, u64)> {
+            self.levels.iter().take(depth).map(|level| (level.index, level.round)).collect()
+        };
+        let around = self.around().into_iter().enumerate().map(|(depth, (step, round))| {
+            let mut place = place(depth + 1);
+            place.push((usize::MAX, round));
+            (place, step)
+        });
+        around.chain(self.here().map(|step| (place(self.levels.len()), step))).collect()
+    }
+
     /// The current step, as messages call it: `steps[2].repeat[0] (round 7 of 40)`.
     pub(crate) fn place(&self) -> String {
         let mut place = String::from("steps");

@@ -117,6 +117,8 @@ pub fn import_to_folder(
         artifacts: Vec::new(),
         timing: None,
         ports: Vec::new(),
+        faults: Vec::new(),
+        properties: Vec::new(),
     };
     write_documents(&folder, &summary, &header)?;
     let unjudged = unjudged::of_plan(plan);

@@ -1,5 +1,14 @@
-//! One CAN bus: one frame at a time, the lowest identifier first.
+//! One CAN bus: one frame at a time, the lowest identifier first. A faulty bus is a bus.
 
+mod confinement;
+mod effect;
+mod faulty;
+mod nodes;
+
+pub use confinement::{ErrorCounters, ErrorState};
+pub use nodes::StateChange;
+
+use faulty::Faulty;
 use wire::can::{CanFrame, Id};
 use wire::time::{Span, Timestamp};
 
@@ -7,25 +16,28 @@ use wire::time::{Span, Timestamp};
 pub const FRAMES_MAX: usize = 64;
 /// Bits per second: assumption, the usual rate of machine control (CiA 301 lists 500 kbit/s).
 pub const BIT_RATE: i64 = 500_000;
+/// Time of one bit.
+const BIT: Span = Span::from_nanos(1_000_000_000 / BIT_RATE);
 
 /// A bus that every node hears; `from` tells who sent.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct CanBus<Node> {
     waiting: Vec<(Node, CanFrame)>,
     on_bus: Option<(Timestamp, Node, CanFrame)>,
     dropped: u64,
+    faulty: Option<Box<Faulty<Node>>>,
 }
 
-impl<Node: Copy> CanBus<Node> {
+impl<Node: Copy + PartialEq> CanBus<Node> {
     /// A bus that is idle.
     pub const fn new() -> Self {
-        Self { waiting: Vec::new(), on_bus: None, dropped: 0 }
+        Self { waiting: Vec::new(), on_bus: None, dropped: 0, faulty: None }
     }
 
     /// A node wants to send. Its frame goes at once if the bus is idle, else it takes part in the next
     /// arbitration.
     pub fn send(&mut self, now: Timestamp, from: Node, frame: CanFrame) {
-        if self.waiting.len() >= FRAMES_MAX {
+        if self.waiting.len() >= FRAMES_MAX || !self.may_send(now, from) {
             self.dropped += 1;
             return;
         }
@@ -35,39 +47,49 @@ impl<Node: Copy> CanBus<Node> {
         }
     }
 
-    /// When the frame on the bus is through.
+    /// When the frame on the bus is through, or a fault has something to do.
     pub fn next_arrival(&self) -> Timestamp {
-        self.on_bus.as_ref().map_or(Timestamp::MAX, |(at, ..)| *at)
+        let through = self.on_bus.as_ref().map_or(Timestamp::MAX, |(at, ..)| *at);
+        if self.faulty.is_some() { through.min(self.next_faulty()) } else { through }
     }
 
     /// A frame that is through by `now`, and who sent it.
     pub fn arrived(&mut self, now: Timestamp) -> Option<(Node, CanFrame)> {
+        if self.faulty.is_some() {
+            return self.arrived_faulty(now);
+        }
         let (at, from, frame) = self.on_bus.take_if(|(at, ..)| *at <= now)?;
         self.arbitrate(at);
         Some((from, frame))
     }
 
-    /// Frames that found the queue full.
+    /// Frames that found a queue full, or their node off.
     pub const fn dropped(&self) -> u64 {
         self.dropped
     }
 
     fn arbitrate(&mut self, now: Timestamp) {
+        if self.faulty.is_some() {
+            return self.arbitrate_faulty(now);
+        }
         // The first of equals wins: a node's own frames keep their order.
         let winner = (0..self.waiting.len()).min_by_key(|&index| priority(&self.waiting[index].1));
         if let Some(index) = winner {
             let (from, frame) = self.waiting.remove(index);
-            let bits = i64::from(frame.bits_unstuffed());
-            let time = Span::from_nanos(bits * 1_000_000_000 / BIT_RATE);
-            self.on_bus = Some((now + time, from, frame));
+            self.on_bus = Some((now + frame_time(&frame), from, frame));
         }
     }
 }
 
-impl<Node: Copy> Default for CanBus<Node> {
+impl<Node: Copy + PartialEq> Default for CanBus<Node> {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// How long a frame takes, the gap behind it included.
+fn frame_time(frame: &CanFrame) -> Span {
+    BIT * i64::from(frame.bits_unstuffed())
 }
 
 /// Lower wins. A standard identifier beats an extended one with the same leading bits.

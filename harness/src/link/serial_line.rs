@@ -1,5 +1,9 @@
-//! One direction of a serial line: bytes arrive when their last stop bit has passed.
+//! One direction of a serial line: bytes arrive when their last stop bit has passed. A faulty line is a line.
 
+mod faulty;
+mod uart;
+
+use faulty::Faulty;
 use std::collections::VecDeque;
 use wire::packet::Packet;
 use wire::serial::SerialSettings;
@@ -9,22 +13,32 @@ use wire::time::Timestamp;
 pub const PACKETS_MAX: usize = 256;
 
 /// One direction of a serial line, paced by its baud rate.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct SerialLine {
     settings: SerialSettings,
     under_way: VecDeque<(Timestamp, Packet)>,
     busy_until: Timestamp,
     dropped: u64,
+    faulty: Option<Box<Faulty>>,
 }
 
 impl SerialLine {
     /// A line that is idle.
     pub const fn new(settings: SerialSettings) -> Self {
-        Self { settings, under_way: VecDeque::new(), busy_until: Timestamp::ZERO, dropped: 0 }
+        Self {
+            settings,
+            under_way: VecDeque::new(),
+            busy_until: Timestamp::ZERO,
+            dropped: 0,
+            faulty: None,
+        }
     }
 
     /// Puts a packet on the line, behind what is on it already.
     pub fn send(&mut self, now: Timestamp, packet: Packet) {
+        if self.faulty.is_some() {
+            return self.send_faulty(now, packet);
+        }
         if self.under_way.len() >= PACKETS_MAX {
             self.dropped += 1;
             return;

@@ -61,5 +61,7 @@ pub(crate) fn summary() -> Summary {
         artifacts: vec!["calibration.toml".into()],
         timing: None,
         ports: Vec::new(),
+        faults: Vec::new(),
+        properties: Vec::new(),
     }
 }

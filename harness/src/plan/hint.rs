@@ -10,6 +10,13 @@ pub(crate) fn explain(message: &str) -> (String, Option<String>) {
     if message.contains("wanted exactly 1 element") {
         return ("expected a table with exactly one key here".to_owned(), None);
     }
+    // The same mistake as an unknown field, in toml's words for tables that are variants.
+    let keys = message.strip_prefix("unexpected keys in table: ");
+    if let Some((wrong, known)) = keys.and_then(|keys| keys.split_once(", available keys: ")) {
+        let wrong = wrong.split(", ").next().unwrap_or_default();
+        let known: Vec<&str> = known.split(", ").filter(|name| !name.is_empty()).collect();
+        return (format!("unknown field `{wrong}`"), Some(proposal(wrong, &known)));
+    }
     let Some((what, expected)) = message.split_once(", expected ") else {
         return (message.to_owned(), None);
     };
@@ -22,7 +29,7 @@ pub(crate) fn explain(message: &str) -> (String, Option<String>) {
 }
 
 /// "did you mean ...?" where a name is near, and else all that are known.
-pub(super) fn proposal(wrong: &str, known: &[&str]) -> String {
+pub(crate) fn proposal(wrong: &str, known: &[&str]) -> String {
     if let Some(name) = nearest(wrong, known) {
         return format!("did you mean `{name}`?");
     }

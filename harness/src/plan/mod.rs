@@ -25,6 +25,8 @@
 //! paper = "all within +-0.25 deg (Fig. 6)"
 //! ```
 //!
+//! What goes wrong on purpose stands in `[[fault]]` tables ([`crate::faults`]).
+//!
 //! A step is a table with one key, the [`Action`]; `label` and `time_limit_s` may stand beside it. A key
 //! carries its unit; the parsed plan is SI. Nothing is guessed: an unknown key, a value out of bounds or
 //! a reference to nothing is a [`PlanError`] that shows its place in the file.
@@ -33,6 +35,7 @@
 
 mod band;
 mod check;
+mod contradiction;
 mod error;
 mod examples;
 mod fit;
@@ -43,7 +46,9 @@ mod locate;
 mod measurement;
 mod motion;
 mod name;
-mod number;
+pub(crate) mod number;
+pub(crate) mod phases;
+mod property;
 pub mod quantities;
 mod quantity;
 mod rest;
@@ -62,10 +67,12 @@ pub use identify::{Identify, Source, UseModel};
 pub use measurement::Declared;
 pub use motion::{Direction, Lap, MeasurePose, Place, Straight, TableTurn, Turn};
 pub use name::{Name, ParameterName};
+pub use property::{Always, Property, Sometimes};
 pub use quantity::{Filter, QuantityName, TagMatch};
 pub use rest::{BiasResidual, BiasTest, Condition, Log, PowerCycle, SetParameter, Wait};
 pub use step::{Action, Step};
 
+use crate::faults::{BenchLines, Schedule};
 use serde::Deserialize;
 use wire::time::Span;
 
@@ -100,6 +107,12 @@ pub struct Plan {
     /// What is judged.
     #[serde(rename = "measurement", default)]
     pub measurements: Vec<Declared>,
+    /// What goes wrong on purpose.
+    #[serde(rename = "fault", default)]
+    pub faults: Schedule,
+    /// What must hold throughout; empty where the plan leaves it to who asks.
+    #[serde(rename = "property", default)]
+    pub properties: Vec<Property>,
 }
 
 impl Plan {
@@ -120,6 +133,20 @@ impl Plan {
             PlanError::new(file, text, at, fault.message).with_help(fault.help)
         })?;
         Ok(plan)
+    }
+
+    /// Checks that a bench has what the plan's faults are to strike; `file` and `text` are those that the
+    /// plan was read from.
+    ///
+    /// # Errors
+    ///
+    /// The first fault that strikes what there is none of, with its place.
+    pub fn check_bench(&self, file: &str, text: &str, lines: BenchLines) -> Result<(), PlanError> {
+        self.faults.check_bench(lines).map_err(|unfit| {
+            let fault = validate::misplaced(unfit);
+            let at = locate::locate(text, &fault.path);
+            PlanError::new(file, text, at, fault.message).with_help(fault.help)
+        })
     }
 }
 

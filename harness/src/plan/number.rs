@@ -7,7 +7,7 @@ use serde::Deserializer;
 use serde::de::{self, Unexpected, Visitor};
 use std::fmt;
 use wire::time::Span;
-use wire::units::{Angle, AngularAcceleration, AngularRate, Length, Speed};
+use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Speed};
 
 /// Longest duration in a plan: 31 days. Assumption: longer is a slip of units.
 pub const DURATION_MAX_S: f64 = 31.0 * 86_400.0;
@@ -21,6 +21,8 @@ pub const ANGULAR_ACCELERATION_MAX_DEG_PER_S2: f64 = 10_000.0;
 pub const DISTANCE_MAX_M: f64 = 1_000.0;
 /// Largest speed, in m/s. Assumption: far beyond the 0.78 m/s of the K2A.
 pub const SPEED_MAX_M_PER_S: f64 = 10.0;
+/// Largest acceleration, in m/s^2. Assumption: ten times that of gravity, beyond every robot on wheels.
+pub const ACCELERATION_MAX_M_PER_S2: f64 = 100.0;
 
 /// A finite number that `accept` takes; `expected` says which those are.
 struct Number<F> {
@@ -76,7 +78,7 @@ pub(super) fn positive<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error>
 }
 
 /// A share of a whole: above 0, at most 1.
-pub(super) fn share<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
+pub(crate) fn share<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
     read(d, "a share above 0 and at most 1", |x| x > 0.0 && x <= 1.0)
 }
 
@@ -87,12 +89,12 @@ pub(super) fn duration<'de, D: Deserializer<'de>>(d: D) -> Result<Span, D::Error
 }
 
 /// Seconds above zero, or nothing.
-pub(super) fn duration_option<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Span>, D::Error> {
+pub(crate) fn duration_option<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Span>, D::Error> {
     duration(d).map(Some)
 }
 
 /// Seconds, zero included.
-pub(super) fn duration_or_zero<'de, D: Deserializer<'de>>(d: D) -> Result<Span, D::Error> {
+pub(crate) fn duration_or_zero<'de, D: Deserializer<'de>>(d: D) -> Result<Span, D::Error> {
     read(d, "a number of seconds, 0 to 31 days", |x| (0.0..=DURATION_MAX_S).contains(&x))
         .map(Span::from_secs_f64)
 }
@@ -144,4 +146,53 @@ pub(super) fn coordinate<'de, D: Deserializer<'de>>(d: D) -> Result<Length, D::E
 pub(super) fn speed<'de, D: Deserializer<'de>>(d: D) -> Result<Speed, D::Error> {
     read(d, "metres per second above 0, at most 10", |x| x > 0.0 && x <= SPEED_MAX_M_PER_S)
         .map(Speed::from_m_per_s)
+}
+
+/// Metres per second squared above zero.
+fn acceleration<'de, D: Deserializer<'de>>(d: D) -> Result<Acceleration, D::Error> {
+    read(d, "metres per second squared above 0, at most 100", |x| {
+        x > 0.0 && x <= ACCELERATION_MAX_M_PER_S2
+    })
+    .map(Acceleration::from_m_per_s2)
+}
+
+/// Degrees above zero.
+fn angle<'de, D: Deserializer<'de>>(d: D) -> Result<Angle, D::Error> {
+    read(d, "degrees above 0, at most 360", |x| x > 0.0 && x <= 360.0).map(Angle::from_deg)
+}
+
+/// Metres per second squared above zero, or nothing.
+pub(super) fn acceleration_option<'de, D: Deserializer<'de>>(
+    d: D,
+) -> Result<Option<Acceleration>, D::Error> {
+    acceleration(d).map(Some)
+}
+
+/// Degrees per second squared above zero, or nothing.
+pub(super) fn angular_acceleration_option<'de, D: Deserializer<'de>>(
+    d: D,
+) -> Result<Option<AngularAcceleration>, D::Error> {
+    angular_acceleration(d).map(Some)
+}
+
+/// Metres per second above zero, or nothing.
+pub(super) fn speed_option<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Speed>, D::Error> {
+    speed(d).map(Some)
+}
+
+/// Degrees per second above zero, or nothing.
+pub(super) fn rate_option<'de, D: Deserializer<'de>>(
+    d: D,
+) -> Result<Option<AngularRate>, D::Error> {
+    rate(d).map(Some)
+}
+
+/// Degrees above zero, or nothing.
+pub(super) fn angle_option<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Angle>, D::Error> {
+    angle(d).map(Some)
+}
+
+/// Metres above zero, or nothing.
+pub(super) fn length_option<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Length>, D::Error> {
+    length(d).map(Some)
 }

@@ -1,6 +1,7 @@
 //! What a plan must satisfy as a whole, beyond what each value satisfies by itself.
 
 use super::check::Check;
+use super::contradiction::contradictions;
 use super::fit::Fit;
 use super::hint::proposal;
 use super::identify::Identify;
@@ -9,6 +10,7 @@ use super::quantities::{COMMON_TAGS, DURING_PREFIX, find_tag};
 use super::quantity::{Filter, QuantityName};
 use super::step::{Action, Step};
 use super::{DEPTH_MAX, Plan, STEPS_DONE_MAX, STEPS_MAX};
+use crate::faults::Unfit;
 use crate::plan::flow::Answer;
 use std::collections::BTreeMap;
 
@@ -54,7 +56,15 @@ pub(super) fn validate(plan: &Plan) -> Checked {
         }
         survey.measurement(declared, &at)?;
     }
-    Ok(())
+    plan.faults.check(plan).map_err(misplaced)?;
+    contradictions(&plan.properties, &plan.steps)
+}
+
+/// The place of a fault of the schedule that is not right.
+pub(super) fn misplaced(unfit: Unfit) -> Fault {
+    let mut path = vec![Segment::Key("fault"), Segment::Index(unfit.index)];
+    path.extend(unfit.keys.into_iter().map(Segment::Key));
+    Fault { path, message: unfit.message, help: unfit.help }
 }
 
 /// Where something stands.

@@ -1,6 +1,7 @@
 //! Records for tests.
 
 use super::{Device, Number, Observation, Record, RecordKind, Reply, Through};
+use crate::faults::{FaultEvent, FaultRecord};
 use controller::health::{Causes, Health};
 use controller::mission::{
     AbortReason, Activity, BiasTest, BiasTestResult, Command, MissionResult, Refusal, Report,
@@ -74,6 +75,9 @@ pub(crate) fn one_of_each() -> Vec<Record> {
         through: Through::Terminal,
         unix_s: Some(1_770_000_000),
     };
+    let confined =
+        FaultEvent::Confinement { node: "base".into(), state: "bus-off".into(), tec: 256, rec: 3 };
+    let fault = FaultRecord { index: 2, name: "bit_errors of base".into(), event: confined };
     vec![
         record(
             0.0,
@@ -118,6 +122,7 @@ pub(crate) fn one_of_each() -> Vec<Record> {
         record(57_600.0, Device::Base, RecordKind::Note("1 frame lost".into())),
         record(57_601.0, Device::Plan, RecordKind::StepEnded { path: "steps[0].repeat[1]".into() }),
         record(57_602.0, Device::Plan, RecordKind::Reply(Box::new(reply))),
+        record(57_603.0, Device::Base, RecordKind::Fault(Box::new(fault))),
     ]
 }
 

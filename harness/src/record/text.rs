@@ -60,6 +60,7 @@ impl fmt::Display for Line<'_> {
             }
             RecordKind::Note(text) => write!(f, "note {}", text.escape_debug()),
             RecordKind::Reply(reply) => write!(f, "reply {reply}"),
+            RecordKind::Fault(fault) => write!(f, "{fault}"),
         }
     }
 }

@@ -49,6 +49,7 @@ impl Troubles {
 fn text(kind: &RecordKind) -> Option<String> {
     match kind {
         RecordKind::Note(text) => Some(text.clone()),
+        RecordKind::Fault(fault) => Some(fault.to_string()),
         RecordKind::Report(Report::Refused { id, reason }) => {
             Some(format!("refused mission {id}: {}", name_of(reason)))
         }
@@ -105,6 +106,7 @@ mod tests {
             "aborted mission 3: gyro_silent",
             "health fault: gyro_silent",
             "1 frame lost",
+            "fault 2: base is bus-off, TEC 256, REC 3",
         ];
         assert_eq!(texts, expected);
     }

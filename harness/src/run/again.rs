@@ -98,6 +98,8 @@ fn unknown(plan: &Plan, recorded: &Header, last: Timestamp) -> Summary {
         artifacts: Vec::new(),
         timing: None,
         ports: Vec::new(),
+        faults: Vec::new(),
+        properties: Vec::new(),
     }
 }
 

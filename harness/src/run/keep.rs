@@ -7,7 +7,7 @@ use crate::junit;
 use crate::made::Made;
 use crate::models;
 use crate::operator::Answers;
-use crate::outcome::{Outcome, Summary};
+use crate::outcome::{Outcome, PropertySummary, Summary};
 use crate::record::header::Header;
 use crate::record::sink::Level;
 use crate::report;
@@ -172,9 +172,18 @@ pub(crate) fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summ
         Outcome::Passed => judged,
         ended => ended,
     };
+    let properties: Vec<PropertySummary> = run.properties.iter().map(Into::into).collect();
+    let broken = properties.iter().find(|property| property.always && !property.held);
+    let (outcome, reason) = match (broken, run.ending.reason.clone()) {
+        (Some(broken), None) => (outcome.max(Outcome::Failed), Some(breach(broken))),
+        (Some(broken), Some(reason)) => {
+            (outcome.max(Outcome::Failed), Some(format!("{reason}; {}", breach(broken))))
+        }
+        (None, reason) => (outcome, reason),
+    };
     Summary {
         outcome,
-        reason: run.ending.reason.clone(),
+        reason,
         plan: prepared.plan.name.as_str().to_owned(),
         title: prepared.plan.title.clone(),
         version: VERSION.to_owned(),
@@ -189,5 +198,13 @@ pub(crate) fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summ
         artifacts: Vec::new(),
         timing: None,
         ports: Vec::new(),
+        faults: run.faults.clone(),
+        properties,
     }
+}
+
+/// What broke, in a sentence.
+fn breach(broken: &PropertySummary) -> String {
+    let at_s = broken.broken_s.unwrap_or_default();
+    format!("broke {} at {at_s:.3} s: {}", broken.name, broken.what.as_deref().unwrap_or("-"))
 }

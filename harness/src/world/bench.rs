@@ -1,6 +1,7 @@
 //! The emulated devices of a run, and what the controller and the engine must know of them.
 
 use crate::engine::BenchFacts;
+use crate::faults::BenchLines;
 use crate::library::{Kind, Library, LibraryError};
 use crate::models::{self, ModelError};
 use crate::record::RecordKind;
@@ -46,6 +47,8 @@ pub struct Bench {
     pub(super) carrier: Carrier,
     absolute: AbsoluteMeasurement,
     devices: Devices,
+    #[cfg(feature = "mutants")]
+    mutant: Option<controller::Mutant>,
 }
 
 /// Why a device file cannot be used.
@@ -105,6 +108,15 @@ pub fn load_devices(library: &Library, name: &str) -> Result<Devices, DevicesErr
     })
 }
 
+/// What a bench of these devices has for faults to strike.
+pub fn bench_lines(devices: &Devices) -> BenchLines {
+    match (devices.mount, &devices.base) {
+        (Mount::Base, Some((base::Transport::Can, _))) => BenchLines::CanBase,
+        (Mount::Base, Some((base::Transport::Serial, _))) => BenchLines::SerialBase,
+        _ => BenchLines::Table,
+    }
+}
+
 impl Bench {
     /// The devices, each with its own random numbers from `seed`.
     pub fn new(devices: Devices, seed: u64) -> Self {
@@ -123,7 +135,15 @@ impl Bench {
             carrier,
             absolute: AbsoluteMeasurement::new(devices.absolute.clone(), seed, "absolute"),
             devices,
+            #[cfg(feature = "mutants")]
+            mutant: None,
         }
+    }
+
+    /// The controller on this bench makes this mistake.
+    #[cfg(feature = "mutants")]
+    pub fn with_mutant(self, mutant: Option<controller::Mutant>) -> Self {
+        Self { mutant, ..self }
     }
 
     /// The gyro's stream.
@@ -142,11 +162,12 @@ impl Bench {
 
     /// What the controller must be told.
     pub fn controller_config(&self) -> Config {
-        Config {
-            gyro: GyroConfig::new(self.gyro_stream()),
-            base: self.base_transport().map(BaseConfig::new),
-            motion: MotionConfig::default(),
-        }
+        let gyro = GyroConfig::new(self.gyro_stream());
+        let base = self.base_transport().map(BaseConfig::new);
+        let config = Config::new(gyro, base, MotionConfig::default());
+        #[cfg(feature = "mutants")]
+        let config = Config { mutant: self.mutant, ..config };
+        config
     }
 
     /// What the engine must be told.

@@ -10,6 +10,8 @@ use wire::time::Timestamp;
 pub(super) enum Node {
     Controller,
     Base,
+    /// Another, which a fault put on the bus.
+    Stranger,
 }
 
 /// How the controller and the base are joined.
@@ -18,6 +20,12 @@ pub(super) enum BaseLink {
     None,
     Can(CanBus<Node>),
     Serial { to_base: SerialLine, to_controller: SerialLine },
+}
+
+impl BaseLink {
+    pub(super) const fn is_bus(&self) -> bool {
+        matches!(self, Self::Can(_))
+    }
 }
 
 /// Every line of the bench.

@@ -7,8 +7,10 @@
 
 pub mod bench;
 pub mod crossing;
+mod faults;
 mod lines;
 #[cfg(feature = "live")]
 pub mod live;
 pub mod simulated;
 mod stage;
+mod watch;

@@ -1,22 +1,27 @@
 //! The simulated world: virtual time, the same bytes as on real lines, one event after another.
 //!
-//! Time jumps to the next event. At equal times the order is: deliver what has arrived, wake what is
+//! Time jumps to the next event. At equal times the order is: begin and end faults, deliver what has arrived, wake what is
 //! due, transmit until nothing moves any more, record. Nothing here reads a clock or draws a number,
 //! so plan, seed and version determine every byte of the record.
 //!
 //! What is delivered may first [cross](super::crossing) a pty or a CAN interface of the kernel, which time
 //! does not notice.
 
-use super::bench::{Bench, Carrier};
-use super::crossing::{Crossing, Line, Memory, Toward};
+mod deliver;
+
+use super::bench::Bench;
+use super::crossing::{Crossing, Memory};
+use super::faults::{Faults, Host};
 use super::lines::{BaseLink, Node};
-use super::stage::{Stage, record_frame};
+use super::stage::Stage;
+use super::watch::{Watch, see};
 use crate::engine::{Action, Ending, Engine};
+use crate::faults::FaultSummary;
 use crate::operator::{Answers, Operator};
 use crate::outcome::Outcome;
-use crate::record::Device;
+use crate::properties::{Limits, Monitor, Property, Seen};
 use crate::record::sink::RecordSink;
-use controller::{Controller, Input, Output, Port};
+use controller::{Controller, Output, Port};
 use wire::time::Timestamp;
 
 /// Rounds of transmitting at one instant; more means that two devices answer each other for ever.
@@ -50,7 +55,11 @@ pub struct SimulatedWorld<C = Memory> {
     stage: Stage,
     crossing: C,
     controller: Controller,
+    watch: Option<Box<Watch>>,
     touched: Touched,
+    /// What goes wrong on purpose; none where the plan has no faults.
+    faults: Option<Box<Faults>>,
+    fault_summaries: Vec<FaultSummary>,
     /// Wake-ups of those that are asked again only when something has reached them.
     controller_due: Timestamp,
     carrier_due: Timestamp,
@@ -75,10 +84,13 @@ impl<C: Crossing> SimulatedWorld<C> {
             controller: Controller::new(bench.controller_config(), now),
             stage: Stage::new(bench, engine),
             crossing,
+            watch: None,
             touched: Touched { controller: true, carrier: true, engine: true },
             controller_due: now,
             carrier_due: now,
             engine_due: now,
+            faults: None,
+            fault_summaries: Vec::new(),
             events: 0,
             events_at_once: 0,
         }
@@ -88,6 +100,32 @@ impl<C: Crossing> SimulatedWorld<C> {
     pub fn with_answers(mut self, answers: Answers) -> Self {
         self.stage.operator = Operator::simulated(answers);
         self
+    }
+
+    /// With the faults of the plan, their random numbers from `seed`.
+    pub fn with_faults(mut self, seed: u64) -> Self {
+        let schedule = &self.stage.engine.plan().faults;
+        let has_any = !schedule.is_empty();
+        self.faults = has_any.then(|| Box::new(Faults::new(schedule, seed, self.now)));
+        self
+    }
+
+    /// What became of the plan's faults, once the run is over.
+    pub fn faults(&self) -> &[FaultSummary] {
+        &self.fault_summaries
+    }
+
+    /// Properties are judged as the run goes on: `properties`, or all where there is none. The record
+    /// stays what it is.
+    pub fn with_monitor(mut self, properties: &[Property]) -> Self {
+        let limits = Limits::of(&self.stage.bench.controller_config());
+        self.watch = Some(Box::new(Watch::new(Monitor::new(properties, &limits))));
+        self
+    }
+
+    /// The monitor, if there is one; it watches no longer.
+    pub fn take_monitor(&mut self) -> Option<Monitor> {
+        self.watch.take().map(|watch| watch.into_monitor())
     }
 
     /// Bench time.
@@ -107,12 +145,27 @@ impl<C: Crossing> SimulatedWorld<C> {
 
     /// What the lines between the devices have dropped for want of room.
     pub fn dropped(&self) -> u64 {
-        self.stage.lines.dropped()
+        let held_back = self.faults.as_ref().map_or(0, |faults| faults.host.dropped());
+        self.stage.lines.dropped() + held_back
     }
 
     /// Calibrations that the engine asks to be kept are handed to `keep`. Between two events `pulse` is
     /// called now and then; when it says false, the run is aborted.
     pub fn run(
+        &mut self,
+        sink: &mut impl RecordSink,
+        keep: &mut impl FnMut(&Action),
+        pulse: &mut impl FnMut(Progress) -> bool,
+    ) -> Ending {
+        let ending = self.run_to_end(sink, keep, pulse);
+        let Self { faults, stage, controller, now, .. } = self;
+        if let Some(faults) = faults {
+            self.fault_summaries = faults.finish(*now, stage, controller, sink);
+        }
+        ending
+    }
+
+    fn run_to_end(
         &mut self,
         sink: &mut impl RecordSink,
         keep: &mut impl FnMut(&Action),
@@ -140,8 +193,14 @@ impl<C: Crossing> SimulatedWorld<C> {
                 return Ending { outcome: Outcome::Error, reason: Some(reason) };
             }
             self.events += 1;
+            if self.faults.is_some() {
+                self.strike(sink);
+            }
             self.deliver(sink);
             self.wake();
+            if let Some(watch) = &mut self.watch {
+                watch.look_again(self.now, &self.stage.bench.carrier);
+            }
             self.transmit(sink, keep);
         }
     }
@@ -171,76 +230,18 @@ impl<C: Crossing> SimulatedWorld<C> {
             .min(self.carrier_due)
             .min(self.controller_due)
             .min(self.engine_due)
+            .min(self.faults.as_ref().map_or(Timestamp::MAX, |faults| faults.next_due()))
     }
 
-    fn deliver(&mut self, sink: &mut impl RecordSink) {
-        let Self { now, stage, crossing, controller, touched, .. } = self;
-        let now = *now;
-        let (lines, bench) = (&mut stage.lines, &mut stage.bench);
-        while let Some(mut packet) = lines.gyro.arrived(now) {
-            if !crossing.bytes(Line::Gyro, Toward::Host, &mut packet) {
-                continue;
-            }
-            sink.bytes(now, Device::Gyro, packet.as_slice());
-            controller.receive(now, Port::Gyro, Input::Bytes(packet.as_slice()));
-            touched.controller = true;
-        }
-        while let Some(mut packet) = lines.gyro_commands.arrived(now) {
-            if !crossing.bytes(Line::Gyro, Toward::Device, &mut packet) {
-                continue;
-            }
-            sink.bytes(now, Device::Controller, packet.as_slice());
-            bench.gyro.receive(now, packet.as_slice());
-        }
-        match (&mut lines.base, &mut bench.carrier) {
-            (BaseLink::Can(bus), Carrier::Base(base)) => {
-                while let Some((from, mut frame)) = bus.arrived(now) {
-                    let toward = match from {
-                        Node::Controller => Toward::Device,
-                        Node::Base => Toward::Host,
-                    };
-                    if !crossing.frame(now, toward, &mut frame) {
-                        continue;
-                    }
-                    match from {
-                        Node::Controller => {
-                            record_frame(sink, now, Device::Controller, frame);
-                            base.receive_frame(now, &frame);
-                            touched.carrier = true;
-                        }
-                        Node::Base => {
-                            record_frame(sink, now, Device::Base, frame);
-                            controller.receive(now, Port::Base, Input::Frame(frame));
-                            touched.controller = true;
-                        }
-                    }
-                }
-            }
-            (BaseLink::Serial { to_base, to_controller }, Carrier::Base(base)) => {
-                while let Some(mut packet) = to_base.arrived(now) {
-                    if !crossing.bytes(Line::Base, Toward::Device, &mut packet) {
-                        continue;
-                    }
-                    sink.bytes(now, Device::Controller, packet.as_slice());
-                    base.receive_bytes(now, packet.as_slice());
-                    touched.carrier = true;
-                }
-                while let Some(mut packet) = to_controller.arrived(now) {
-                    if !crossing.bytes(Line::Base, Toward::Host, &mut packet) {
-                        continue;
-                    }
-                    sink.bytes(now, Device::Base, packet.as_slice());
-                    controller.receive(now, Port::Base, Input::Bytes(packet.as_slice()));
-                    touched.controller = true;
-                }
-            }
-            _ => {}
-        }
-        let (table_reached, engine_reached) = stage.deliver_table_across(now, crossing, sink);
-        touched.carrier |= table_reached;
-        touched.engine |= engine_reached;
-        if let Some(failure) = crossing.failure() {
-            self.broke(&failure.to_string());
+    /// Faults that are due begin and end, which may reach anybody.
+    #[cold]
+    fn strike(&mut self, sink: &mut impl RecordSink) {
+        let Self { faults: Some(faults), now, stage, controller, watch, touched, .. } = self else {
+            return;
+        };
+        if faults.strike(*now, stage, controller, sink) {
+            see(watch, *now, &Seen::Faults { active: faults.active() });
+            *touched = Touched { controller: true, carrier: true, engine: true };
         }
     }
 
@@ -251,8 +252,9 @@ impl<C: Crossing> SimulatedWorld<C> {
             self.touched.carrier = true;
         }
         self.stage.wake_gyro(now);
-        if self.controller_due <= now {
-            self.controller.wake(now);
+        if self.controller_due <= now && !self.is_stalled() {
+            let told = self.host().map_or(now, |host| host.told(now));
+            self.controller.wake(told);
             self.touched.controller = true;
         }
         if self.engine_due <= now {
@@ -272,15 +274,30 @@ impl<C: Crossing> SimulatedWorld<C> {
                 return;
             }
             if std::mem::take(&mut self.touched.controller) {
-                while let Some(output) = self.controller.transmit(self.now) {
+                if self.is_stalled() {
+                    // It is touched again when its machine goes on.
+                    self.controller_due = Timestamp::MAX;
+                    continue;
+                }
+                let told = self.host().map_or(self.now, |host| host.told(self.now));
+                while let Some(output) = self.controller.transmit(told) {
+                    if let Some(watch) = &mut self.watch {
+                        watch.look(self.now, &self.stage.bench.carrier);
+                        watch.see(self.now, &Seen::Sent(&output));
+                    }
                     self.carry(output);
                 }
                 while let Some(report) = self.controller.report() {
+                    if let Some(watch) = &mut self.watch {
+                        watch.look(self.now, &self.stage.bench.carrier);
+                        watch.see(self.now, &Seen::Report(&report));
+                    }
                     self.stage.record_report(self.now, sink, &report);
                     self.stage.engine.report(self.now, &report);
                     self.touched.engine = true;
                 }
-                self.controller_due = self.controller.next_wakeup();
+                let due = self.controller.next_wakeup();
+                self.controller_due = self.host().map_or(due, |host| host.when(due));
             }
             if std::mem::take(&mut self.touched.carrier) {
                 while let Some(sent) = self.stage.bench.carrier.transmit() {
@@ -292,13 +309,35 @@ impl<C: Crossing> SimulatedWorld<C> {
                 while let Some(action) = self.stage.engine.action() {
                     // Whatever it is, it may have reached anybody.
                     self.touched = Touched { controller: true, carrier: true, engine: true };
+                    if let Some(watch) = &mut self.watch {
+                        watch.look(self.now, &self.stage.bench.carrier);
+                        watch.see_action(self.now, &action);
+                    }
+                    if let (Action::Phase(event), Some(faults)) = (&action, &mut self.faults) {
+                        faults.phase(self.now, event);
+                        continue;
+                    }
                     if let Some(mission) = self.stage.act(self.now, sink, keep, action) {
-                        self.controller.command(self.now, mission);
+                        match &mut self.faults {
+                            None => self.controller.command(self.now, mission),
+                            Some(faults) => {
+                                faults.host.mission(self.now, mission, &mut self.controller);
+                            }
+                        }
                     }
                 }
                 self.engine_due = self.stage.engine.next_wakeup();
             }
         }
+    }
+
+    /// The machine of the controller, where faults can strike it.
+    fn host(&self) -> Option<&Host> {
+        self.faults.as_ref().map(|faults| &faults.host)
+    }
+
+    fn is_stalled(&self) -> bool {
+        self.host().is_some_and(Host::is_stalled)
     }
 
     fn carry(&mut self, output: Output) {

@@ -4,6 +4,7 @@ use super::bench::{Bench, Carrier, Sent};
 #[cfg(feature = "live")]
 use super::crossing::Memory;
 use super::crossing::{Crossing, Line, Toward};
+use super::faults::Slips;
 use super::lines::{BaseLink, Lines, Node};
 use crate::engine::{Action, Engine};
 use crate::operator::by_hand::{self, Survey};
@@ -31,6 +32,8 @@ pub(super) struct Stage {
     pub(super) operator: Operator,
     /// Roles whose devices are real: what these are told to be, a person has to make them.
     pub(super) real: RealRoles,
+    /// What a person gets wrong.
+    pub(super) slips: Slips,
     /// What a person has measured so far.
     survey: Option<Survey>,
     table_answers: AnswerDecoder,
@@ -45,6 +48,7 @@ impl Stage {
             bench,
             operator: Operator::default(),
             real: RealRoles::default(),
+            slips: Slips::default(),
             survey: None,
             table_answers: AnswerDecoder::new(),
             state_kept: None,
@@ -175,6 +179,8 @@ impl Stage {
                 self.ask(now, sink, &text, answer.as_ref());
             }
             Action::SaveCalibration { .. } | Action::KeepFound { .. } => keep(&action),
+            // Whoever injects faults has taken it before.
+            Action::Phase(_) => {}
             Action::Record(device, kind) => sink.record(Record { at: now, device, kind }),
         }
         None
@@ -208,7 +214,8 @@ impl Stage {
             Asked::Waiting => {}
             Asked::Assumed => self.engine.answered(now),
             Asked::Nobody(why) => self.engine.broke(now, &why),
-            Asked::Replied(reply) => {
+            Asked::Replied(mut reply) => {
+                self.slips.change(&mut reply);
                 let value = reply.number.as_ref().map(|number| number.value);
                 let kind = RecordKind::Reply(Box::new(reply));
                 sink.record(Record { at: now, device: Device::Plan, kind });

@@ -40,7 +40,7 @@ pub(super) struct Arrived {
     pub(super) piece: Piece,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Node {
     Controller,
     Base,
@@ -61,16 +61,16 @@ pub(super) struct Links {
 
 impl Links {
     pub(super) fn new(stream: GyroStream, base: Option<Transport>) -> Self {
-        let gyro = SerialLine::new(stream.format.serial());
-        let serial = SerialLine::new(wire::base::serial_link::SETTINGS);
+        let gyro = || SerialLine::new(stream.format.serial());
+        let serial = || SerialLine::new(wire::base::serial_link::SETTINGS);
         Self {
-            gyro_commands: gyro.clone(),
-            gyro,
+            gyro_commands: gyro(),
+            gyro: gyro(),
             base: match base {
                 None => BaseLink::None,
                 Some(Transport::Can) => BaseLink::Can(CanBus::new()),
                 Some(Transport::Serial) => {
-                    BaseLink::Serial { to_base: serial.clone(), to_controller: serial }
+                    BaseLink::Serial { to_base: serial(), to_controller: serial() }
                 }
             },
             taps: [const { None }; DIRECTIONS],

@@ -221,11 +221,8 @@ impl Arguments {
             IntegrateBy::Samples => IntegrationClock::Samples,
             IntegrateBy::HostTime => IntegrationClock::HostTime,
         };
-        let config = Config {
-            gyro: GyroConfig { clock, ..GyroConfig::new(stream) },
-            base: transport.map(BaseConfig::new),
-            motion: MotionConfig::default(),
-        };
+        let gyro = GyroConfig { clock, ..GyroConfig::new(stream) };
+        let config = Config::new(gyro, transport.map(BaseConfig::new), MotionConfig::default());
         let gyro = SerialPlace::new(self.gyro, format.serial());
         Ok(Setup { config, gyro, base, listen: self.listen })
     }

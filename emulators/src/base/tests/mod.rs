@@ -1,5 +1,6 @@
 //! The base as a host sees it, against what is true.
 
+mod faults;
 mod imperfections;
 mod motion;
 mod protocol;

@@ -2,10 +2,11 @@
 
 mod effects;
 mod errors;
+mod fault;
 mod stream;
 mod terms;
 
-use super::{GyroEmulator, GyroParameters};
+use super::{GyroEmulator, GyroFault, GyroParameters};
 use wire::gyro::{GyroFormat, GyroOutput, GyroSample, GyroStream, OutputMode};
 use wire::time::Timestamp;
 use wire::units::Angle;

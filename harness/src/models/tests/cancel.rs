@@ -39,8 +39,7 @@ fn error_deg(model: &Model, corrected: bool) -> f64 {
         ..Default::default()
     };
     let mut gyro = GyroEmulator::new(parameters, STREAM, 1, "gyro");
-    let config =
-        Config { gyro: GyroConfig::new(STREAM), base: None, motion: MotionConfig::default() };
+    let config = Config::new(GyroConfig::new(STREAM), None, MotionConfig::default());
     let mut controller = Controller::new(config, Timestamp::ZERO);
     if corrected {
         let corrections = corrections(model).unwrap();

@@ -21,7 +21,7 @@ fn error(text: &str) -> PlanError {
 }
 
 /// As a terminal without colours shows it.
-fn rendered(error: &PlanError) -> String {
+pub(super) fn rendered(error: &PlanError) -> String {
     let theme = GraphicalTheme::unicode_nocolor();
     let handler = GraphicalReportHandler::new_themed(theme).with_width(100);
     let mut shown = String::new();
@@ -155,6 +155,72 @@ fn mistakes_of_meaning_are_shown_in_place() {
         ),
     ];
     insta::assert_snapshot!(table(&cases));
+}
+
+#[test]
+fn contradictory_properties_are_shown_in_place() {
+    let with = |properties: &str| {
+        let steps = "{ repeat = { times = 2, steps = [{ straight = { distance_m = 1 } }] } }";
+        with_steps(steps) + properties
+    };
+    let cases = [
+        ("an unknown property", with("[[property]]\nalways = { fresh_headings = {} }\n")),
+        ("an unknown state", with("[[property]]\nsometimes = \"gyro_silence\"\n")),
+        (
+            "an unknown limit",
+            with("[[property]]\nalways = { fresh_heading = { age_ms_max = 100 } }\n"),
+        ),
+        (
+            "a limit that is none",
+            with("[[property]]\nalways = { recovers = { within_s_max = -1 } }\n"),
+        ),
+        (
+            "one property, two limits",
+            with(
+                "[[property]]\nalways = { fresh_heading = { age_s_max = 0.1 } }\n[[property]]\nalways \
+                 = { fresh_heading = { age_s_max = 0.2 } }\n",
+            ),
+        ),
+        (
+            "one state twice",
+            with("[[property]]\nsometimes = \"bus_off\"\n[[property]]\nsometimes = \"bus_off\"\n"),
+        ),
+        (
+            "slower than the plan drives",
+            with("[[property]]\nalways = { within_limits = { speed_m_per_s_max = 0.3 } }\n"),
+        ),
+        (
+            "gentler than the ramps",
+            with(
+                "[[property]]\nalways = { within_limits = { steer_acceleration_deg_per_s2_max = 10 } }\n",
+            ),
+        ),
+        (
+            "harder than the brakes",
+            with("[[property]]\nalways = { stops_on_loss = { braking_m_per_s2_min = 2 } }\n"),
+        ),
+    ];
+    insta::assert_snapshot!(table(&cases));
+}
+
+#[test]
+fn every_property_can_be_written() {
+    use crate::plan::{Property, Sometimes};
+    let mut text = with_steps("{ straight = { distance_m = 1 } }");
+    for property in Property::all() {
+        let value = match property {
+            Property::Always(always) => format!("always = {{ {} = {{}} }}", always.name()),
+            Property::Sometimes(state) => format!("sometimes = \"{}\"", state.name()),
+        };
+        text += &format!("[[property]]\n{value}\n");
+    }
+    let plan = Plan::parse("p.toml", &text).unwrap();
+    assert_eq!(plan.properties, Property::all());
+    assert!(plan.properties.contains(&Property::Sometimes(Sometimes::BusOff)));
+    let limits = "[[property]]\nalways = { within_limits = { speed_m_per_s_max = 0.4, \
+                  acceleration_m_per_s2_max = 0.4, steer_acceleration_deg_per_s2_max = 15 } }\n";
+    let exact = with_steps("{ straight = { distance_m = 1 } }") + limits;
+    assert!(Plan::parse("p.toml", &exact).is_ok(), "a limit that is just met");
 }
 
 fn table(cases: &[(&str, String)]) -> String {

@@ -1,4 +1,5 @@
 //! Whole plans: what they parse to, and how their mistakes are shown.
 
 mod errors;
+mod faults;
 mod paper;

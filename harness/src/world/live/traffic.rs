@@ -165,6 +165,8 @@ impl LiveWorld {
                                 record_frame(sink, now, Device::Base, frame);
                                 port.send_frame(now, &frame);
                             }
+                            // No fault is injected in real time.
+                            Node::Stranger => {}
                         }
                     }
                 }

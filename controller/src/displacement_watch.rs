@@ -1,0 +1,97 @@
+//! Is what the base says of its path credible?
+//!
+//! The serial line's checksum is one byte: of answers that are out of step, one in 256 passes, and reads as
+//! any path at all. A path that no base could have gone is let go like an answer with a bad checksum, unless
+//! the next one bears it out: then the base has counted anew, after a restart say.
+
+use wire::base::Motion;
+use wire::time::{Span, Timestamp};
+use wire::units::{Length, Speed};
+
+/// Looks at each motion message before it counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct DisplacementWatch {
+    speed_max: Speed,
+    /// Messages may come this much later than what they say was so.
+    late_max: Span,
+    credible: Option<(Timestamp, Length)>,
+    doubtful: Option<(Timestamp, Length)>,
+}
+
+impl DisplacementWatch {
+    pub(crate) const fn new(speed_max: Speed, late_max: Span) -> Self {
+        Self { speed_max, late_max, credible: None, doubtful: None }
+    }
+
+    /// Could a base have said so `now`?
+    pub(crate) fn believes(&mut self, now: Timestamp, motion: &Motion) -> bool {
+        let said = (now, motion.displacement);
+        let near = |before: Option<(Timestamp, Length)>| {
+            before.is_some_and(|before| self.could_follow(before, said))
+        };
+        let believed = self.credible.is_none() || near(self.credible) || near(self.doubtful);
+        if believed {
+            self.credible = Some(said);
+            self.doubtful = None;
+        } else {
+            self.doubtful = Some(said);
+        }
+        believed
+    }
+
+    fn could_follow(
+        &self,
+        (at, from): (Timestamp, Length),
+        (now, to): (Timestamp, Length),
+    ) -> bool {
+        (to - from).abs() <= self.speed_max * ((now - at).max(Span::ZERO) + self.late_max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DisplacementWatch, Length, Motion, Span, Speed, Timestamp};
+    use proptest::prelude::*;
+
+    const SPEED_MAX: f64 = 0.78;
+
+    fn watch() -> DisplacementWatch {
+        DisplacementWatch::new(Speed::from_m_per_s(SPEED_MAX), Span::from_millis(250))
+    }
+
+    fn believes(watch: &mut DisplacementWatch, millis: i64, displacement_m: f64) -> bool {
+        let now = Timestamp::ZERO + Span::from_millis(millis);
+        let displacement = Length::from_m(displacement_m);
+        watch.believes(now, &Motion { displacement, ..Motion::default() })
+    }
+
+    #[test]
+    fn one_jump_is_let_go_and_two_are_a_base_that_counts_anew() {
+        let mut watch = watch();
+        assert!(believes(&mut watch, 0, 3.0), "the first is all there is");
+        assert!(!believes(&mut watch, 20, 251.8));
+        assert!(believes(&mut watch, 40, 3.01), "as if it had not been");
+        assert!(!believes(&mut watch, 60, -90.0));
+        assert!(!believes(&mut watch, 80, 17.0), "another one does not bear it out");
+        assert!(believes(&mut watch, 100, 3.02));
+        assert!(!believes(&mut watch, 120, 0.0));
+        assert!(believes(&mut watch, 140, 0.0), "counts anew");
+        assert!(believes(&mut watch, 160, 0.01));
+    }
+
+    proptest! {
+        #[test]
+        fn a_base_within_its_speed_is_believed_whatever_the_delays(
+            steps in prop::collection::vec((1i64..500, -SPEED_MAX..SPEED_MAX, 0i64..250), 1..100),
+        ) {
+            let mut watch = watch();
+            let (mut at, mut arrived, mut displacement) = (0, 0, 0.0);
+            for (millis, speed, late) in steps {
+                at += millis;
+                displacement += speed * millis as f64 * 1e-3;
+                arrived = arrived.max(at + late);
+                prop_assert!(believes(&mut watch, arrived, displacement));
+            }
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! What can go wrong in a gyro, on purpose. Its line is somebody else's.
+
+use super::GyroEmulator;
+use crate::random::RandomStream;
+use wire::gyro::{GyroSample, Sequence};
+use wire::units::Temperature;
+
+/// A fault of a gyro. None of them shows in the stream's valid bit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum GyroFault {
+    /// The first reading since it is on, again and again. The running number goes on.
+    Stuck,
+    /// The range is smaller.
+    OverRange {
+        /// By this share, within 0 to 1.
+        lost: f64,
+    },
+    /// The bias is another.
+    BiasStep {
+        /// By this, rad/s.
+        by: f64,
+    },
+    /// White noise more on each output.
+    Noise {
+        /// Its standard deviation, rad/s.
+        rms: f64,
+    },
+    /// The temperature sensor says again and again what it said first since it is on.
+    TemperatureFrozen,
+    /// The temperature sensor is noisy.
+    TemperatureWild {
+        /// Its standard deviation, K.
+        rms_kelvin: f64,
+    },
+    /// No supply: silent, then from the beginning, with running number and integrated angle zero.
+    Off,
+}
+
+/// A fault with what it keeps of the time when it began.
+#[derive(Debug)]
+pub(super) struct Kept {
+    fault: GyroFault,
+    first: Option<f64>,
+}
+
+impl GyroEmulator {
+    /// Switches a fault on; `number` is what it is known by, and its random numbers are from `chance`.
+    pub fn begin_fault(&mut self, number: usize, fault: GyroFault, chance: RandomStream) {
+        if fault == GyroFault::Off {
+            self.pending.clear();
+        }
+        self.faults.switch_on(number, Kept { fault, first: None }, chance);
+    }
+
+    /// Switches a fault off; how many outputs it has changed or swallowed.
+    pub fn end_fault(&mut self, number: usize) -> u64 {
+        let Some((acted, kept)) = self.faults.switch_off(number) else { return 0 };
+        if kept.fault == GyroFault::Off {
+            self.integrated = 0.0;
+            self.sequence = self.sequence.map(|sequence| Sequence { value: 0, ..sequence });
+        }
+        acted
+    }
+
+    /// How many outputs the fault of this number has changed or swallowed so far.
+    pub fn fault_acted(&self, number: usize) -> u64 {
+        self.faults.acted(number)
+    }
+
+    /// The output for the rate that is wanted, with faults on; none while it is off.
+    #[cold]
+    pub(super) fn measure_faulty(&mut self, wanted: f64, interval_s: f64) -> Option<GyroSample> {
+        let mut rate = wanted;
+        let mut range = self.range;
+        for switch in self.faults.iter_mut() {
+            match switch.fault.fault {
+                GyroFault::BiasStep { by } => rate += by,
+                GyroFault::Noise { rms } => rate += rms * switch.chance.standard_normal(),
+                GyroFault::OverRange { lost } => {
+                    range *= 1.0 - lost;
+                    // Counted below, where it is seen whether the range mattered.
+                    continue;
+                }
+                GyroFault::Off => {
+                    switch.acted += 1;
+                    return None;
+                }
+                _ => continue,
+            }
+            switch.acted += 1;
+        }
+        let over_range = rate.abs() > range;
+        rate = rate.clamp(-range, range);
+        for switch in self.faults.iter_mut() {
+            match switch.fault.fault {
+                GyroFault::OverRange { .. } => switch.acted += u64::from(over_range),
+                GyroFault::Stuck => {
+                    rate = *switch.fault.first.get_or_insert(rate);
+                    switch.acted += 1;
+                }
+                _ => {}
+            }
+        }
+        let mut sample = self.sample(rate, interval_s, over_range);
+        if let Some(temperature) = &mut sample.temperature {
+            *temperature = self.faulty_temperature(*temperature);
+        }
+        Some(sample)
+    }
+
+    fn faulty_temperature(&mut self, temperature: Temperature) -> Temperature {
+        let mut celsius = temperature.celsius();
+        for switch in self.faults.iter_mut() {
+            match switch.fault.fault {
+                GyroFault::TemperatureFrozen => {
+                    celsius = *switch.fault.first.get_or_insert(celsius);
+                }
+                GyroFault::TemperatureWild { rms_kelvin } => {
+                    celsius += rms_kelvin * switch.chance.standard_normal();
+                }
+                _ => continue,
+            }
+            switch.acted += 1;
+        }
+        Temperature::from_celsius(celsius)
+    }
+}

@@ -1,0 +1,94 @@
+//! What the layers of faults cost: a packet on a line, and a long run, without faults, with a schedule that is
+//! not due, and with one that acts.
+//!
+//! `cargo bench -p harness --bench faults`. Each figure is the median of [`RUNS`] rounds of processor time.
+
+use harness::faults::{Fault, FaultKind, Schedule, Target, When};
+use harness::link::{Chance, SerialLine};
+use harness::made::Made;
+use harness::operator::Answers;
+use harness::record::sink::NullSink;
+use harness::run::{Prepared, simulate};
+use rustix::time::{ClockId, clock_gettime};
+use std::hint::black_box;
+use std::sync::Arc;
+use wire::packet::Packet;
+use wire::serial::SerialSettings;
+use wire::time::{Span, Timestamp};
+
+const RUNS: usize = 5;
+const PACKETS: u32 = 2_000_000;
+const BITS: SerialSettings = SerialSettings::new_8n1(115_200);
+/// Later than the plan goes on.
+const NEVER: Span = Span::from_secs(10_000);
+
+fn main() {
+    // `cargo test --benches` only asks whether it starts.
+    if std::env::args().any(|argument| argument == "--test") {
+        return;
+    }
+    for (name, kind) in [
+        ("no fault", None),
+        ("a layer that does nothing", Some(FaultKind::Drop { loss_percent: 0.0 })),
+        ("burst loss", FaultKind::typical("burst_loss")),
+    ] {
+        let median_s = median(|| packets(kind.as_ref()));
+        println!(
+            "{:<46} {:>8.1} ns",
+            format!("packet, {name}"),
+            median_s / f64::from(PACKETS) * 1e9
+        );
+    }
+    let plain = Prepared::load("straight-accuracy", &Made::default()).expect("it ships");
+    let kind = FaultKind::Drop { loss_percent: 0.1 };
+    let not_due = Fault { when: When::At(NEVER), ..Fault::new(Target::Gyro, kind) };
+    for (name, faults) in [
+        ("no fault", Vec::new()),
+        ("a schedule that is not due", vec![not_due]),
+        ("drop 0.1 % of the gyro", vec![Fault::new(Target::Gyro, kind)]),
+    ] {
+        let mut prepared = plain.clone();
+        Arc::make_mut(&mut prepared.plan).faults = Schedule { faults };
+        let run = || simulate(&prepared, 1, &Answers::default(), &mut NullSink, &mut |_| true);
+        let events = run().events;
+        let median_s = median(|| {
+            black_box(run());
+        });
+        println!(
+            "{:<46} {:>8.1} ns an event",
+            format!("run, {name}"),
+            median_s / events as f64 * 1e9
+        );
+    }
+}
+
+fn packets(kind: Option<&FaultKind>) {
+    let packet = Packet::from_slice(&[0x5a; 8]).expect("eight bytes fit");
+    let mut line = SerialLine::new(BITS);
+    if let Some(kind) = kind {
+        line.begin_fault(Timestamp::ZERO, 0, kind, Chance::new(1, "0"));
+    }
+    let mut now = Timestamp::ZERO;
+    for _ in 0..PACKETS {
+        now += Span::from_millis(10);
+        line.send(now, black_box(packet));
+        black_box(line.arrived(now + Span::from_millis(5)));
+    }
+}
+
+fn median(mut run: impl FnMut()) -> f64 {
+    let mut seconds: Vec<f64> = (0..RUNS)
+        .map(|_| {
+            let before = processor_s();
+            run();
+            processor_s() - before
+        })
+        .collect();
+    seconds.sort_by(f64::total_cmp);
+    seconds[RUNS / 2]
+}
+
+fn processor_s() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
+}

@@ -1,0 +1,213 @@
+//! How much of one kind of fault is tolerated: the share of runs that pass over its severity.
+
+use super::case::{Case, CaseResult};
+use super::executor::Executor;
+use crate::checks::confidence::{Z_95, wilson};
+use crate::faults::{Fault, Schedule};
+use serde::Serialize;
+use std::num::NonZeroUsize;
+
+/// How an envelope is measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EnvelopeSettings {
+    /// Runs at each severity, each with a seed of its own.
+    pub runs: u64,
+    /// What is tolerated passes in this share of runs at least, at 95 % confidence.
+    pub share: f64,
+    /// The first seed.
+    pub seed: u64,
+    /// Runs at a time.
+    pub threads: NonZeroUsize,
+}
+
+/// Runs that pass at one severity.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Level {
+    /// In the unit of the kind's first parameter.
+    pub severity: f64,
+    /// Runs that passed.
+    pub passed: u64,
+    /// Runs.
+    pub runs: u64,
+    /// 95 % interval of the probability to pass (Wilson).
+    pub interval: (f64, f64),
+}
+
+/// The share of runs that pass over the severity of one kind.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Envelope {
+    /// The kind.
+    pub kind: String,
+    /// What it strikes.
+    pub target: String,
+    /// Unit of severities.
+    pub unit: String,
+    /// Share of runs that has to pass.
+    pub share: f64,
+    /// What was run, the mildest first.
+    pub levels: Vec<Level>,
+    /// The greatest severity at which, and at every smaller one that was run, the lower end of the interval is
+    /// `share` or more; none where even the least is not tolerated.
+    pub tolerated: Option<f64>,
+    /// The range ended there: more was not tried.
+    pub is_all: bool,
+}
+
+/// Severities of the first look, in even steps of the logarithm.
+const LADDER: usize = 9;
+/// Times that the step between what is tolerated and what is not is halved.
+const HALVINGS: usize = 4;
+
+impl EnvelopeSettings {
+    /// Is a severity tolerated by what was run?
+    fn tolerates(&self, level: &Level) -> bool {
+        level.interval.0 >= self.share
+    }
+
+    /// The least number of runs of which all must pass for the interval to reach `share`: fewer can say nothing.
+    pub fn runs_min(share: f64) -> u64 {
+        let says =
+            |runs: &u64| wilson(*runs, *runs, Z_95).is_some_and(|found| found.lower >= share);
+        (1..=u64::from(u16::MAX)).find(says).unwrap_or(u64::MAX)
+    }
+}
+
+/// Measures the envelope of `fault` with one executor: a ladder over the whole range of its severity, then halves
+/// between the last step that is tolerated and the next. `pulse` is told of each level; false stops.
+pub fn envelope(
+    executor: &impl Executor,
+    fault: &Fault,
+    settings: &EnvelopeSettings,
+    pulse: &mut dyn FnMut(&Level) -> bool,
+) -> Envelope {
+    let info = fault.what.info();
+    let (least, greatest) = fault.what.severity_range();
+    let least = least.max(greatest * 1e-4);
+    let mut levels: Vec<Level> = Vec::new();
+    let mut goes_on = true;
+    let mut measure = |severity: f64, levels: &mut Vec<Level>| -> Option<bool> {
+        if !goes_on {
+            return None;
+        }
+        let level = at(executor, fault, severity, settings);
+        goes_on = pulse(&level);
+        levels.push(level);
+        Some(settings.tolerates(&level))
+    };
+    let rung = |step: usize| least * (greatest / least).powf(step as f64 / (LADDER - 1) as f64);
+    let (mut good, mut bad) = (None, None);
+    for step in 0..LADDER {
+        match measure(rung(step), &mut levels) {
+            Some(true) if bad.is_none() => good = Some(rung(step)),
+            Some(false) if bad.is_none() => bad = Some(rung(step)),
+            None => break,
+            // What is worse shows how it goes on: it may pass again.
+            Some(_) => {}
+        }
+    }
+    if let (Some(mut good), Some(mut bad)) = (good, bad) {
+        for _ in 0..HALVINGS {
+            let middle = (good * bad).sqrt();
+            match measure(middle, &mut levels) {
+                Some(true) => good = middle,
+                Some(false) => bad = middle,
+                None => break,
+            }
+        }
+    }
+    levels.sort_by(|a, b| a.severity.total_cmp(&b.severity));
+    let tolerated =
+        levels.iter().take_while(|level| settings.tolerates(level)).last().map(|l| l.severity);
+    Envelope {
+        kind: info.name.to_owned(),
+        target: fault.target.name().to_owned(),
+        unit: info.parameters.first().map_or("", |first| first.unit).to_owned(),
+        share: settings.share,
+        is_all: levels.iter().all(|level| settings.tolerates(level)),
+        levels,
+        tolerated,
+    }
+}
+
+fn at(
+    executor: &impl Executor,
+    fault: &Fault,
+    severity: f64,
+    settings: &EnvelopeSettings,
+) -> Level {
+    let fault = Fault { what: fault.what.with_severity(severity), ..fault.clone() };
+    let schedule = Schedule { faults: vec![fault] };
+    let seeds = settings.seed..settings.seed.saturating_add(settings.runs);
+    let job = |seed| {
+        let result = executor.execute(&Case { seed, schedule: schedule.clone() });
+        Some(is_good(&result))
+    };
+    let results = crate::seeds::for_each_seed(seeds, settings.threads, &job);
+    let passed = results.iter().filter(|(_, good)| *good).count() as u64;
+    let runs = results.len() as u64;
+    let interval =
+        wilson(passed, runs, Z_95).map_or((0.0, 1.0), |found| (found.lower, found.upper));
+    Level { severity, passed, runs, interval }
+}
+
+/// Its measurements are in their bands, and no property broke.
+fn is_good(result: &CaseResult) -> bool {
+    result.passed && result.violated.is_empty()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{EnvelopeSettings, envelope};
+    use crate::campaign::{Case, CaseResult, Executor};
+    use crate::faults::{Fault, FaultKind, Target};
+    use emulators::random::RandomStream;
+    use std::num::NonZeroUsize;
+
+    /// Passes for certain up to 2 %, and then ever less often: half of the runs at 4 %.
+    struct Slope;
+
+    impl Executor for Slope {
+        fn execute(&self, case: &Case) -> CaseResult {
+            let severity = case.schedule.faults[0].what.severity();
+            let mut chance = RandomStream::new(case.seed, "slope", "pass");
+            let passes = chance.symmetric_uniform() < 1.0 - (severity - 2.0).max(0.0) / 2.0;
+            CaseResult { passed: passes, ..CaseResult::default() }
+        }
+    }
+
+    const SETTINGS: EnvelopeSettings =
+        EnvelopeSettings { runs: 200, share: 0.9, seed: 1, threads: NonZeroUsize::new(2).unwrap() };
+
+    #[test]
+    fn what_is_tolerated_lies_where_the_share_says() {
+        let fault = Fault::new(Target::Gyro, FaultKind::typical("drop").unwrap());
+        let found = envelope(&Slope, &fault, &SETTINGS, &mut |_| true);
+        let tolerated = found.tolerated.unwrap();
+        // 90 % pass at 2.4 %; so many runs tell it from 95 %, which is at 2.2 %.
+        assert!((1.8..2.4).contains(&tolerated), "{found:?}");
+        assert!(!found.is_all);
+        assert!(found.levels.windows(2).all(|pair| pair[0].severity < pair[1].severity));
+        assert_eq!(found.unit, "%");
+    }
+
+    #[test]
+    fn what_is_never_tolerated_and_what_always_is_are_told() {
+        struct Only(bool);
+        impl Executor for Only {
+            fn execute(&self, _: &Case) -> CaseResult {
+                CaseResult { passed: self.0, ..CaseResult::default() }
+            }
+        }
+        let fault = Fault::new(Target::Gyro, FaultKind::typical("drop").unwrap());
+        let never = envelope(&Only(false), &fault, &SETTINGS, &mut |_| true);
+        assert_eq!((never.tolerated, never.is_all), (None, false));
+        let always = envelope(&Only(true), &fault, &SETTINGS, &mut |_| true);
+        assert_eq!((always.tolerated, always.is_all), (Some(100.0), true));
+    }
+
+    #[test]
+    fn so_few_runs_can_say_nothing() {
+        assert_eq!(EnvelopeSettings::runs_min(0.9), 35);
+        assert_eq!(EnvelopeSettings::runs_min(0.95), 73);
+    }
+}

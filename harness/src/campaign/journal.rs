@@ -1,0 +1,231 @@
+//! What has been done of a campaign: one JSON line a case, so that one that was interrupted goes on where it
+//! stopped.
+
+use super::case::{Case, CaseId, CaseResult};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufRead as _, BufReader, Seek as _, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
+
+/// First line of a journal.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+struct Head {
+    schema: u32,
+    version: String,
+    campaign: String,
+}
+
+const SCHEMA: u32 = 1;
+
+/// One case that is done.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Line {
+    /// Its number in the campaign, from 0.
+    pub number: u64,
+    /// The case.
+    pub case: Case,
+    /// What it came to.
+    pub result: CaseResult,
+}
+
+/// Why a journal cannot be used.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum JournalError {
+    /// It cannot be read or written.
+    #[error("failed to keep the journal {}", path.display())]
+    Io {
+        /// The journal.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// It is of another campaign.
+    #[error("{} is of another campaign: {found}", path.display())]
+    #[diagnostic(help("this one is {asked}; choose another --out, or remove the folder"))]
+    Other {
+        /// The journal.
+        path: PathBuf,
+        /// What it says of itself.
+        found: String,
+        /// What is asked for.
+        asked: String,
+    },
+    /// A line within it is not right.
+    #[error("{}:{line}: {message}", path.display())]
+    #[diagnostic(help("remove the journal to begin anew"))]
+    Broken {
+        /// The journal.
+        path: PathBuf,
+        /// Which line, from 1.
+        line: usize,
+        /// What is wrong.
+        message: String,
+    },
+}
+
+/// The journal of one campaign, open for more.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+    /// What was done before, by number.
+    done: BTreeMap<u64, Line>,
+}
+
+impl Journal {
+    /// Opens `path`, or begins it. `campaign` says which campaign it is of: plan, search, seed and what else
+    /// decides its cases. A last line that was cut short is dropped.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be read or written, or is of another campaign or version.
+    pub fn open(path: &Path, campaign: &str) -> Result<Self, JournalError> {
+        let failed = |source| JournalError::Io { path: path.to_owned(), source };
+        let head = Head {
+            schema: SCHEMA,
+            version: crate::run::VERSION.to_owned(),
+            campaign: campaign.to_owned(),
+        };
+        let mut file =
+            OpenOptions::new().read(true).append(true).create(true).open(path).map_err(failed)?;
+        let (found, done, whole) = read(path, &file)?;
+        match found {
+            None => {
+                file.set_len(0).map_err(failed)?;
+                write(&mut file, &head).map_err(failed)?;
+            }
+            Some(found) if found != head => {
+                let words = |head: &Head| format!("{} by version {}", head.campaign, head.version);
+                let (found, asked) = (words(&found), words(&head));
+                return Err(JournalError::Other { path: path.to_owned(), found, asked });
+            }
+            Some(_) => {
+                file.set_len(whole).map_err(failed)?;
+                file.seek(SeekFrom::End(0)).map_err(failed)?;
+            }
+        }
+        Ok(Self { path: path.to_owned(), file, done })
+    }
+
+    /// What was done before it was opened.
+    pub const fn done(&self) -> &BTreeMap<u64, Line> {
+        &self.done
+    }
+
+    /// Keeps one more.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be written.
+    pub fn keep(&mut self, line: &Line) -> Result<(), JournalError> {
+        write(&mut self.file, line)
+            .map_err(|source| JournalError::Io { path: self.path.clone(), source })
+    }
+}
+
+/// The head, the lines, and how many bytes of it are whole lines.
+type Read = (Option<Head>, BTreeMap<u64, Line>, u64);
+
+fn read(path: &Path, file: &File) -> Result<Read, JournalError> {
+    let broken =
+        |line, message: String| JournalError::Broken { path: path.to_owned(), line, message };
+    let mut reader = BufReader::new(file);
+    let (mut head, mut done, mut whole) = (None, BTreeMap::new(), 0);
+    let mut text = Vec::new();
+    for number in 1.. {
+        text.clear();
+        let length = reader
+            .read_until(b'\n', &mut text)
+            .map_err(|source| JournalError::Io { path: path.to_owned(), source })?;
+        // What was being written when the power went has no end of line.
+        if length == 0 || text.last() != Some(&b'\n') {
+            break;
+        }
+        if head.is_none() {
+            let found = serde_json::from_slice(&text);
+            head = Some(found.map_err(|error| broken(number, error.to_string()))?);
+        } else {
+            let line: Line =
+                serde_json::from_slice(&text).map_err(|error| broken(number, error.to_string()))?;
+            done.insert(line.number, line);
+        }
+        whole += length as u64;
+    }
+    Ok((head, done, whole))
+}
+
+fn write(file: &mut File, line: &impl Serialize) -> io::Result<()> {
+    let mut text = serde_json::to_vec(line)?;
+    text.push(b'\n');
+    // One write, so that a line is there as a whole or cut short at its end.
+    file.write_all(&text)
+}
+
+/// Kept beside the lines by whoever shares cases out.
+impl Line {
+    /// Its case's name in the campaign of a plan with this text.
+    pub fn id(&self, plan: &str) -> CaseId {
+        self.case.id(plan)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Journal, JournalError, Line};
+    use crate::campaign::toy::{Toy, space};
+    use crate::campaign::{Executor as _, Random, Search as _};
+    use std::io::Write as _;
+
+    fn lines(count: u64) -> Vec<Line> {
+        let mut random = Random::new(&space(), 9);
+        (0..count)
+            .map(|number| {
+                let case = random.next();
+                let result = Toy::default().execute(&case);
+                Line { number, case, result }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn what_is_kept_is_there_again_but_for_a_line_that_was_cut_short() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal.jsonl");
+        let lines = lines(5);
+        let mut journal = Journal::open(&path, "toy").unwrap();
+        for line in &lines[..3] {
+            journal.keep(line).unwrap();
+        }
+        drop(journal);
+        let mut file = std::fs::OpenOptions::new().append(true).open(&path).unwrap();
+        file.write_all(b"{\"number\":3,\"ca").unwrap();
+        drop(file);
+        let mut journal = Journal::open(&path, "toy").unwrap();
+        assert!(journal.done().values().eq(&lines[..3]));
+        journal.keep(&lines[3]).unwrap();
+        drop(journal);
+        assert!(Journal::open(&path, "toy").unwrap().done().values().eq(&lines[..4]));
+    }
+
+    #[test]
+    fn that_of_another_campaign_is_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal.jsonl");
+        drop(Journal::open(&path, "laps, seed 1").unwrap());
+        let error = Journal::open(&path, "laps, seed 2").unwrap_err();
+        assert!(matches!(error, JournalError::Other { .. }));
+        assert!(error.to_string().contains("another campaign: laps, seed 1"), "{error}");
+    }
+
+    #[test]
+    fn a_line_that_is_none_is_shown_by_its_number() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal.jsonl");
+        drop(Journal::open(&path, "toy").unwrap());
+        let mut file = std::fs::OpenOptions::new().append(true).open(&path).unwrap();
+        file.write_all(b"nonsense\n").unwrap();
+        let error = Journal::open(&path, "toy").unwrap_err();
+        assert!(matches!(error, JournalError::Broken { line: 2, .. }), "{error}");
+    }
+}

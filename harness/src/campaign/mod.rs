@@ -1,0 +1,39 @@
+//! Campaigns: seeded fault schedules thrown at a plan, until a property breaks; the smallest case that
+//! still breaks it; and how much of a fault is tolerated.
+//!
+//! ```text
+//!  Space ──► Search ──► Case ──► Executor ──► CaseResult ──► Journal (resumes where it stopped)
+//!              ▲                                  │
+//!              └────────── margins ───────────────┤ a violation
+//!                                                 ▼
+//!                                    shrink ──► Regression (a plan that anyone can run)
+//! ```
+//!
+//! * [`Space`]: which faults can strike a bench and a plan, and strategies (proptest) that draw them.
+//! * [`Search`]: which case is next: [`Random`], or [`Guided`] by the margins of the properties.
+//! * [`Executor`]: carries out one case; [`Simulated`] does in virtual time.
+//! * [`shrink()`]: less faults, later, shorter, weaker, as long as the same property breaks.
+//! * [`envelope()`]: the share of runs that pass over the severity of one kind.
+
+mod case;
+mod envelope;
+mod executor;
+mod journal;
+mod mutation;
+mod regression;
+mod run;
+mod search;
+mod shrink;
+mod space;
+#[cfg(test)]
+mod toy;
+
+pub use case::{Case, CaseId, CaseResult, PANIC, Violated};
+pub use envelope::{Envelope, EnvelopeSettings, Level, envelope};
+pub use executor::{Executor, Simulated};
+pub use journal::{Journal, JournalError, Line};
+pub use regression::{Regression, RegressionError};
+pub use run::{Campaign, Found, Settings, Tally, run};
+pub use search::{Guided, Random, Search};
+pub use shrink::{Shrunk, shrink};
+pub use space::Space;

@@ -1,0 +1,239 @@
+//! What a campaign came to, and how much of a fault is tolerated.
+
+use super::{Style, lines, printable};
+use crate::campaign::{Campaign, Envelope, Level};
+use crate::faults::Fault;
+use comfy_table::Cell;
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// Tables for a terminal: what broke, how near the others came, and what was reached. `saved` are the plans of the
+/// smallest cases, one for each property that broke.
+pub fn campaign_table(done: &Campaign, saved: &[PathBuf], style: Style) -> String {
+    let tally = &done.tally;
+    let mut text = String::new();
+    if !tally.nearest.is_empty() || !tally.broken.is_empty() {
+        let mut table = style.table(&["always", "broken by", "least margin", "case"]);
+        for (property, (margin, number)) in &tally.nearest {
+            let times = tally.broken.get(property).map_or(0, |(times, _)| *times);
+            let cells = [
+                printable(property),
+                format!("{times} of {}", tally.cases),
+                format!("{margin:.3}"),
+                number.to_string(),
+            ];
+            table.add_row(cells.map(Cell::new));
+        }
+        for (property, (times, number)) in &tally.broken {
+            if !tally.nearest.contains_key(property) {
+                let of = format!("{times} of {}", tally.cases);
+                let cells = [printable(property), of, "-".to_owned(), number.to_string()];
+                table.add_row(cells.map(Cell::new));
+            }
+        }
+        text += &lines(&table);
+    }
+    let reached = tally.reached.iter().map(|(state, times)| (state, *times));
+    let never = done.never.iter().map(|state| (state, 0));
+    let mut table = style.table(&["sometimes", "reached by"]);
+    for (state, times) in reached.chain(never) {
+        let times = if times == 0 { "no case".to_owned() } else { format!("{times} cases") };
+        table.add_row([printable(state), times].map(Cell::new));
+    }
+    text += "\n";
+    text += &lines(&table);
+    for (found, path) in done.found.iter().zip(saved) {
+        let what = found.shrunk.result.violated.iter().find(|v| v.property == found.property);
+        let faults = found.shrunk.case.schedule.faults.len();
+        let _ = write!(
+            text,
+            "\n{}: case {}, made small in {} runs: {faults} fault{}, seed {}\n  {}\n  {}\n",
+            printable(&found.property),
+            found.number,
+            found.shrunk.executions,
+            if faults == 1 { "" } else { "s" },
+            found.shrunk.case.seed,
+            what.map_or(String::new(), |v| format!("at {:.3} s: {}", v.at_s, printable(&v.what))),
+            path.display(),
+        );
+    }
+    let outcomes: Vec<String> =
+        tally.outcomes.iter().map(|(outcome, times)| format!("{times} {outcome}")).collect();
+    let _ = writeln!(
+        text,
+        "\n{} cases ({}{}), {} propert{} broken",
+        tally.cases,
+        outcomes.join(", "),
+        if tally.resumed > 0 { format!("; {} done before", tally.resumed) } else { String::new() },
+        tally.broken.len(),
+        if tally.broken.len() == 1 { "y" } else { "ies" },
+    );
+    text
+}
+
+/// The same for a program.
+pub fn campaign_json(done: &Campaign, saved: &[PathBuf]) -> String {
+    let tally = &done.tally;
+    let found: Vec<Value> = done
+        .found
+        .iter()
+        .zip(saved)
+        .map(|(found, path)| {
+            json!({
+                "property": found.property,
+                "case": found.number,
+                "times": found.times,
+                "shrink_executions": found.shrunk.executions,
+                "smallest": found.shrunk.case,
+                "result": found.shrunk.result,
+                "plan": path.display().to_string(),
+            })
+        })
+        .collect();
+    let value = json!({
+        "cases": tally.cases,
+        "resumed": tally.resumed,
+        "passed": tally.passed,
+        "outcomes": tally.outcomes,
+        "nearest": tally.nearest,
+        "reached": tally.reached,
+        "never": done.never,
+        "found": found,
+        "stopped": done.stopped,
+    });
+    value.to_string()
+}
+
+/// One severity, as it is measured.
+pub fn level_line(level: &Level, fault: &Fault) -> String {
+    let unit = fault.what.info().parameters.first().map_or("", |first| first.unit);
+    format!(
+        "{fault}: {} {unit}: {} of {} runs pass ({:.1} to {:.1} %)",
+        figure(level.severity),
+        level.passed,
+        level.runs,
+        100.0 * level.interval.0,
+        100.0 * level.interval.1
+    )
+}
+
+/// The envelope for a terminal.
+pub fn envelope_table(found: &Envelope, style: Style) -> String {
+    let severity = format!("{} of {}, {}", found.kind, found.target, found.unit);
+    let mut table = style.table(&[severity.as_str(), "runs that pass", "95 % interval", ""]);
+    for level in &found.levels {
+        let (lower, upper) = level.interval;
+        let share = if level.runs > 0 { level.passed as f64 / level.runs as f64 } else { 0.0 };
+        let cells = [
+            figure(level.severity),
+            format!("{} of {}", level.passed, level.runs),
+            format!("{:.1} to {:.1} %", 100.0 * lower, 100.0 * upper),
+            "#".repeat((20.0 * share).round() as usize),
+        ];
+        table.add_row(cells.map(Cell::new));
+    }
+    let percent = 100.0 * found.share;
+    let verdict = match found.tolerated {
+        Some(most) if found.is_all => {
+            format!("tolerates all that was tried, up to {} {}", figure(most), found.unit)
+        }
+        Some(most) => format!("passes to {} {}", figure(most), found.unit),
+        None => "tolerates none that was tried".to_owned(),
+    };
+    format!("{}\n{verdict}: {percent} % of runs pass, at 95 % confidence\n", lines(&table))
+}
+
+/// The same for a program.
+pub fn envelope_json(found: &Envelope) -> String {
+    serde_json::to_string(found).unwrap_or_default()
+}
+
+/// Three digits.
+fn figure(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let decimals = (2 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{campaign_table, envelope_table, figure};
+    use crate::campaign::{
+        Campaign, Case, CaseResult, Envelope, Found, Level, Shrunk, Tally, Violated,
+    };
+    use crate::console::Style;
+    use crate::faults::{Fault, FaultKind, Schedule, Target};
+
+    #[test]
+    fn figures_have_three_digits() {
+        for (value, text) in [(2.34567, "2.35"), (0.0123, "0.0123"), (1234.5, "1234"), (5.0, "5")] {
+            assert_eq!(figure(value), text);
+        }
+    }
+
+    #[test]
+    fn a_campaign_in_words() {
+        let fault = Fault::new(Target::Gyro, FaultKind::typical("drop").unwrap());
+        let case = Case { seed: 7, schedule: Schedule { faults: vec![fault] } };
+        let violated = Violated {
+            property: "fresh_heading".to_owned(),
+            at_s: 12.5,
+            what: "a velocity on a heading of 0.31 s".to_owned(),
+        };
+        let result = CaseResult { violated: vec![violated], ..CaseResult::default() };
+        let tally = Tally {
+            cases: 100,
+            outcomes: [("passed".to_owned(), 90), ("failed".to_owned(), 10)].into(),
+            broken: [("fresh_heading".to_owned(), (3, 41))].into(),
+            reached: [("gyro_silent".to_owned(), 12)].into(),
+            nearest: [
+                ("fresh_heading".to_owned(), (-0.21, 41)),
+                ("within_limits".to_owned(), (0.31, 5)),
+            ]
+            .into(),
+            ..Tally::default()
+        };
+        let found = Found {
+            property: "fresh_heading".to_owned(),
+            number: 41,
+            case: case.clone(),
+            shrunk: Shrunk { case, result, executions: 37 },
+            times: 3,
+        };
+        let done = Campaign {
+            tally,
+            found: vec![found],
+            never: vec!["bus_off".to_owned()],
+            stopped: false,
+        };
+        let saved = ["runs/x/laps-fresh-heading-1a2b3c4d.toml".into()];
+        insta::assert_snapshot!(campaign_table(&done, &saved, Style::PLAIN));
+    }
+
+    #[test]
+    fn an_envelope_in_words() {
+        let level = |severity, passed, interval| Level { severity, passed, runs: 100, interval };
+        let found = Envelope {
+            kind: "drop".to_owned(),
+            target: "gyro".to_owned(),
+            unit: "%".to_owned(),
+            share: 0.9,
+            levels: vec![
+                level(0.01, 100, (0.963, 1.0)),
+                level(3.162, 99, (0.946, 0.998)),
+                level(31.62, 12, (0.07, 0.198)),
+            ],
+            tolerated: Some(3.162),
+            is_all: false,
+        };
+        insta::assert_snapshot!(envelope_table(&found, Style::PLAIN));
+    }
+}

@@ -1,0 +1,117 @@
+//! The nodes of a bus that count errors, and how they go off and come back.
+
+use super::BIT;
+use super::confinement::{ErrorCounters, ErrorState, RECESSIVE_BITS};
+use std::collections::VecDeque;
+use wire::time::Timestamp;
+
+/// Changes of state that wait to be told; more are forgotten, the oldest first.
+pub const CHANGES_MAX: usize = 64;
+/// The state of a node's fault confinement changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StateChange<Node> {
+    /// Whose.
+    pub node: Node,
+    /// Its new state.
+    pub state: ErrorState,
+    /// Its counters.
+    pub counters: ErrorCounters,
+}
+
+/// The nodes, and since when nobody sends.
+#[derive(Debug)]
+pub(super) struct Nodes<Node> {
+    nodes: Vec<(Node, ErrorCounters)>,
+    changes: VecDeque<StateChange<Node>>,
+    /// Since when the bus is idle, less what is credited to nodes that are off.
+    idle_since: Option<Timestamp>,
+}
+
+impl<Node: Copy + PartialEq> Nodes<Node> {
+    pub(super) fn new(nodes: &[Node], idle_since: Option<Timestamp>) -> Self {
+        let nodes = nodes.iter().map(|node| (*node, ErrorCounters::default())).collect();
+        Self { nodes, changes: VecDeque::new(), idle_since }
+    }
+
+    /// The next change of a state that was not told yet.
+    pub(super) fn change(&mut self) -> Option<StateChange<Node>> {
+        self.changes.pop_front()
+    }
+
+    /// The counters of a node; zero for one that counts nothing.
+    pub(super) fn counters(&self, node: Node) -> ErrorCounters {
+        let found = self.nodes.iter().find(|(of, _)| *of == node);
+        found.map_or_else(Default::default, |(_, counters)| *counters)
+    }
+
+    pub(super) fn state(&self, node: Node) -> ErrorState {
+        self.counters(node).state()
+    }
+
+    /// All that could hear a frame of `from` are off.
+    pub(super) fn nobody_hears(&self, from: Node) -> bool {
+        let mut others = self.nodes.iter().filter(|(node, _)| *node != from);
+        others.all(|(_, counters)| counters.state() == ErrorState::Off)
+    }
+
+    /// Nobody wants to send.
+    pub(super) fn idle_from(&mut self, now: Timestamp) {
+        self.idle_since.get_or_insert(now);
+    }
+
+    /// Somebody sends.
+    pub(super) fn busy(&mut self) {
+        self.idle_since = None;
+    }
+
+    /// A frame of `from` is over: what each node counts. Its end is recessive for one sequence, too.
+    pub(super) fn count(&mut self, from: Node, destroyed: bool) {
+        let Self { nodes, changes, .. } = self;
+        for (node, counters) in nodes {
+            let before = counters.state();
+            counters.recessive(1);
+            match (*node == from, destroyed) {
+                (true, true) => counters.transmit_error(),
+                (true, false) => counters.transmit_success(),
+                (false, true) => counters.receive_error(),
+                (false, false) => counters.receive_success(),
+            }
+            note(changes, *node, before, *counters);
+        }
+    }
+
+    /// The bus was idle until `now`, and may go on being so.
+    pub(super) fn idle_until(&mut self, now: Timestamp) {
+        let Self { nodes, changes, idle_since: Some(since), .. } = self else { return };
+        let sequence = BIT * RECESSIVE_BITS;
+        let sequences = (now - *since).as_nanos() / sequence.as_nanos();
+        *since += sequence * sequences;
+        for (node, counters) in nodes {
+            let before = counters.state();
+            counters.recessive(u32::try_from(sequences).unwrap_or(u32::MAX));
+            note(changes, *node, before, *counters);
+        }
+    }
+
+    pub(super) fn recovers_at(&self) -> Timestamp {
+        let Some(since) = self.idle_since else { return Timestamp::MAX };
+        let at = self.nodes.iter().map(|(_, counters)| counters.recovers_at(since, BIT));
+        at.min().unwrap_or(Timestamp::MAX)
+    }
+}
+
+fn note<Node>(
+    changes: &mut VecDeque<StateChange<Node>>,
+    node: Node,
+    before: ErrorState,
+    counters: ErrorCounters,
+) {
+    let state = counters.state();
+    if state == before {
+        return;
+    }
+    if changes.len() == CHANGES_MAX {
+        changes.pop_front();
+    }
+    changes.push_back(StateChange { node, state, counters });
+}

@@ -1,0 +1,75 @@
+//! A turn or a straight that a well controller calls done was done.
+
+use super::Judge;
+use crate::properties::seen::Truth;
+use crate::properties::senses::{Fact, Order, Senses};
+use crate::properties::verdict::{Judgement, below};
+use controller::health::Level;
+use controller::mission::{HeadingSource, MissionId, Report};
+use wire::units::{Angle, Length};
+
+/// Judged at each answer, where the gyro closes the loops.
+#[derive(Debug)]
+pub(super) struct DoneIsDone {
+    turn_max: Angle,
+    distance_max: Length,
+    began: Option<(MissionId, Truth)>,
+    judgement: Judgement,
+}
+
+impl DoneIsDone {
+    pub(super) fn new(turn_max: Angle, distance_max: Length) -> Self {
+        Self { turn_max, distance_max, began: None, judgement: Judgement::default() }
+    }
+
+    fn done(&mut self, senses: &Senses, order: Order, from: Truth, to: Truth) {
+        match order {
+            Order::Turn(ordered) => {
+                let (ordered, limit) = (ordered.deg(), self.turn_max.deg());
+                let turned = (to.pose.heading - from.pose.heading).deg();
+                self.judgement.take(senses.now, below((turned - ordered).abs(), limit), || {
+                    format!(
+                        "a turn of {ordered:.1} deg is called done and was one of {turned:.1} deg, \
+                         expected within {limit} deg"
+                    )
+                });
+            }
+            Order::Straight(ordered) => {
+                let (ordered, limit) = (ordered.m(), self.distance_max.m());
+                let (x, y) = (to.pose.x - from.pose.x, to.pose.y - from.pose.y);
+                let along = from.pose.heading;
+                let went = (x * along.cos() + y * along.sin()).m();
+                self.judgement.take(senses.now, below((went - ordered).abs(), limit), || {
+                    format!(
+                        "a straight of {ordered:.3} m is called done and was one of {went:.3} m, \
+                         expected within {limit} m"
+                    )
+                });
+            }
+            _ => {}
+        }
+    }
+}
+
+impl Judge for DoneIsDone {
+    fn judge(&mut self, senses: &Senses, fact: &Fact) {
+        match (fact, senses.truth) {
+            (Fact::Told(id, Order::Turn(_) | Order::Straight(_)), Some(truth)) => {
+                self.began = Some((*id, truth));
+            }
+            (Fact::Placed, _) => self.began = None,
+            (Fact::Answered(id, order, Report::Done { .. }), Some(truth)) => {
+                let Some((began, from)) = self.began else { return };
+                let well = senses.health.level == Level::Ok;
+                if began == *id && well && senses.source == HeadingSource::Gyro {
+                    self.done(senses, *order, from, truth);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn judgement(&self) -> &Judgement {
+        &self.judgement
+    }
+}

@@ -1,0 +1,49 @@
+//! Nothing is told to move on a heading older than its limit.
+
+use super::Judge;
+use crate::properties::senses::{Fact, Senses};
+use crate::properties::verdict::{Judgement, below};
+use controller::mission::HeadingSource;
+use wire::base::Request;
+use wire::time::Span;
+
+/// Judged at every velocity that is sent, where the gyro closes the loops.
+#[derive(Debug)]
+pub(super) struct FreshHeading {
+    age_max: Span,
+    judgement: Judgement,
+}
+
+impl FreshHeading {
+    pub(super) fn new(age_max: Span) -> Self {
+        Self { age_max, judgement: Judgement::default() }
+    }
+}
+
+impl Judge for FreshHeading {
+    fn judge(&mut self, senses: &Senses, fact: &Fact) {
+        let Fact::Request(Request::SetVelocity { drive, steer }) = fact else { return };
+        let moves = drive.m_per_s() != 0.0 || steer.rad_per_s() != 0.0;
+        if !moves || senses.source != HeadingSource::Gyro {
+            return;
+        }
+        let limit_s = self.age_max.as_secs_f64();
+        match senses.gyro_heard {
+            None => self.judgement.take(senses.now, -1.0, || {
+                "told to move before any good gyro sample was heard".to_owned()
+            }),
+            Some(heard) => {
+                let age_s = (senses.now - heard).as_secs_f64();
+                self.judgement.take(senses.now, below(age_s, limit_s), || {
+                    format!(
+                        "told to move on a heading {age_s:.3} s old, expected at most {limit_s} s"
+                    )
+                });
+            }
+        }
+    }
+
+    fn judgement(&self) -> &Judgement {
+        &self.judgement
+    }
+}

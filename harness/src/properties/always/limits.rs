@@ -1,0 +1,93 @@
+//! Speeds and accelerations stay within their limits, as commanded and in truth.
+
+use super::Judge;
+use crate::properties::TRUE_OVER_COMMANDED_MAX;
+use crate::properties::seen::Truth;
+use crate::properties::senses::{Fact, Senses};
+use crate::properties::verdict::{Judgement, below};
+use wire::base::Request;
+use wire::time::{Span, Timestamp};
+use wire::units::{Acceleration, AngularAcceleration, AngularRate, Speed};
+
+/// A change of speed is looked at over this long: the base's path errs by parts of a percent from ramp to
+/// ramp, which over less would read as a jerk.
+const WINDOW: Span = Span::from_millis(50);
+
+/// What is allowed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Allowed {
+    pub(super) speed: Speed,
+    pub(super) steer_rate: AngularRate,
+    pub(super) acceleration: Acceleration,
+    pub(super) steer_acceleration: AngularAcceleration,
+}
+
+/// Judged at each velocity that is sent and whenever the truth is shown. Speeding up alone is limited:
+/// a brake in need may be hard.
+#[derive(Debug)]
+pub(super) struct WithinLimits {
+    allowed: Allowed,
+    before: Option<(Timestamp, Truth)>,
+    judgement: Judgement,
+}
+
+impl WithinLimits {
+    pub(super) fn new(allowed: Allowed) -> Self {
+        Self { allowed, before: None, judgement: Judgement::default() }
+    }
+
+    fn rates(&mut self, now: Timestamp, whose: &str, speed: Speed, rate: AngularRate, share: f64) {
+        let (v, v_max) = (speed.abs().m_per_s(), self.allowed.speed.m_per_s() * share);
+        self.judgement.take(now, below(v, v_max), || {
+            format!("{whose} speed {v:.3} m/s, expected at most {v_max:.3} m/s")
+        });
+        let (w, w_max) = (rate.abs().deg_per_s(), self.allowed.steer_rate.deg_per_s() * share);
+        self.judgement.take(now, below(w, w_max), || {
+            format!("{whose} rate {w:.2} deg/s, expected at most {w_max:.2} deg/s")
+        });
+    }
+
+    fn changes(&mut self, now: Timestamp, truth: Truth) {
+        let Some((at, before)) = self.before else {
+            self.before = Some((now, truth));
+            return;
+        };
+        let passed = now - at;
+        if passed < WINDOW {
+            return;
+        }
+        self.before = Some((now, truth));
+        let a = (truth.speed.abs() - before.speed.abs()) / passed;
+        let a_max = self.allowed.acceleration;
+        self.judgement.take(now, below(a.m_per_s2(), a_max.m_per_s2()), || {
+            let (a, a_max) = (a.m_per_s2(), a_max.m_per_s2());
+            format!("speeds up by {a:.3} m/s^2, expected at most {a_max:.3} m/s^2")
+        });
+        let b = (truth.steer_rate.abs() - before.steer_rate.abs()) / passed;
+        let b_max = self.allowed.steer_acceleration;
+        self.judgement.take(now, below(b.rad_per_s2(), b_max.rad_per_s2()), || {
+            let (b, b_max) = (b.deg_per_s2(), b_max.deg_per_s2());
+            format!("steers up by {b:.2} deg/s^2, expected at most {b_max:.2} deg/s^2")
+        });
+    }
+}
+
+impl Judge for WithinLimits {
+    fn judge(&mut self, senses: &Senses, fact: &Fact) {
+        let now = senses.now;
+        match (fact, senses.truth) {
+            (Fact::Request(Request::SetVelocity { drive, steer }), _) => {
+                self.rates(now, "commanded", *drive, *steer, 1.0);
+            }
+            (Fact::Truth, Some(truth)) => {
+                self.rates(now, "true", truth.speed, truth.steer_rate, TRUE_OVER_COMMANDED_MAX);
+                self.changes(now, truth);
+            }
+            _ => {}
+        }
+    }
+
+    fn judgement(&self) -> &Judgement {
+        &self.judgement
+    }
+}

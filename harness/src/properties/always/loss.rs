@@ -1,0 +1,137 @@
+//! Who loses the gyro or the base stops within a time and a distance.
+//!
+//! Both follow from the fastest motion since the input was last heard: reaction time and a brake,
+//! `t + v / a` and `v t + v^2 / 2 a`. Drive and steering have the time of the slower to stop. An input is missed from when it was last heard, or from when the base
+//! began to move, whichever is later: a base that stands is heard less often.
+
+use super::Judge;
+use crate::properties::senses::{Fact, Senses};
+use crate::properties::verdict::{Judgement, below};
+use controller::mission::HeadingSource;
+use wire::time::{Span, Timestamp};
+use wire::units::{Acceleration, AngularAcceleration};
+
+/// What is allowed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Allowed {
+    pub(super) reaction: Span,
+    pub(super) braking: Acceleration,
+    pub(super) steer_braking: AngularAcceleration,
+}
+
+/// Drive or steering, in its own unit: since the input was last heard.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Way {
+    fastest: f64,
+    went: f64,
+}
+
+impl Way {
+    fn go(&mut self, rate: f64, passed_s: f64) {
+        self.fastest = self.fastest.max(rate.abs());
+        self.went += rate.abs() * passed_s;
+    }
+
+    fn time_s(self, reaction_s: f64, braking: f64) -> f64 {
+        reaction_s + self.fastest / braking
+    }
+
+    /// Distance from the limit as a share of it: all of `limit_s`, the brake at its end.
+    fn margin(self, limit_s: f64, braking: f64) -> f64 {
+        let limit = self.fastest * (limit_s - self.fastest / (2.0 * braking));
+        if limit > 0.0 { below(self.went, limit) } else { 1.0 }
+    }
+}
+
+/// One input: what was gone since it was last heard.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Missed {
+    name: &'static str,
+    since: Timestamp,
+    drive: Way,
+    steer: Way,
+}
+
+impl Missed {
+    const fn new(name: &'static str) -> Self {
+        const STILL: Way = Way { fastest: 0.0, went: 0.0 };
+        Self { name, since: Timestamp::ZERO, drive: STILL, steer: STILL }
+    }
+
+    fn heard(&mut self, now: Timestamp) {
+        *self = Self { since: now, ..Self::new(self.name) };
+    }
+}
+
+/// Judged whenever the truth is shown.
+#[derive(Debug)]
+pub(super) struct StopsOnLoss {
+    allowed: Allowed,
+    gyro: Missed,
+    base: Missed,
+    last: Option<Timestamp>,
+    judgement: Judgement,
+}
+
+impl StopsOnLoss {
+    pub(super) fn new(allowed: Allowed) -> Self {
+        Self {
+            allowed,
+            gyro: Missed::new("gyro"),
+            base: Missed::new("base"),
+            last: None,
+            judgement: Judgement::default(),
+        }
+    }
+
+    fn look(&mut self, senses: &Senses) {
+        let Some(truth) = senses.truth else { return };
+        let now = senses.now;
+        let passed_s = self.last.replace(now).map_or(0.0, |last| (now - last).as_secs_f64());
+        if !truth.is_moving() {
+            self.gyro.heard(now);
+            self.base.heard(now);
+            return;
+        }
+        for missed in [&mut self.gyro, &mut self.base] {
+            missed.drive.go(truth.speed.m_per_s(), passed_s);
+            missed.steer.go(truth.steer_rate.rad_per_s(), passed_s);
+        }
+        let by_gyro = senses.source == HeadingSource::Gyro;
+        let reaction_s = self.allowed.reaction.as_secs_f64();
+        let braking = self.allowed.braking.m_per_s2();
+        let steer_braking = self.allowed.steer_braking.rad_per_s2();
+        for missed in [by_gyro.then_some(&self.gyro), Some(&self.base)].into_iter().flatten() {
+            let time_s = (now - missed.since).as_secs_f64();
+            let limit_s = (missed.drive.time_s(reaction_s, braking))
+                .max(missed.steer.time_s(reaction_s, steer_braking));
+            let margin = below(time_s, limit_s)
+                .min(missed.drive.margin(limit_s, braking))
+                .min(missed.steer.margin(limit_s, steer_braking));
+            self.judgement.take(now, margin, || {
+                format!(
+                    "moves {time_s:.2} s after the {} was last heard, {:.3} m and {:.1} deg on, expected \
+                     to stand within {limit_s:.2} s and what its brakes need",
+                    missed.name,
+                    missed.drive.went,
+                    missed.steer.went.to_degrees(),
+                )
+            });
+        }
+    }
+}
+
+impl Judge for StopsOnLoss {
+    fn judge(&mut self, senses: &Senses, fact: &Fact) {
+        match fact {
+            Fact::Truth => self.look(senses),
+            Fact::Gyro if senses.gyro_heard == Some(senses.now) => self.gyro.heard(senses.now),
+            Fact::Motion => self.base.heard(senses.now),
+            _ => {}
+        }
+    }
+
+    fn judgement(&self) -> &Judgement {
+        &self.judgement
+    }
+}

@@ -1,0 +1,66 @@
+//! One judge for each always-property.
+
+mod done;
+mod finite;
+mod fresh;
+mod limits;
+mod loss;
+mod pose_write;
+mod recovery;
+mod silent;
+
+use super::senses::{Fact, Senses};
+use super::verdict::Judgement;
+use super::{Always, Limits};
+use std::fmt::Debug;
+
+/// Judges one property as a run goes on.
+pub(super) trait Judge: Debug {
+    /// Takes what happened.
+    fn judge(&mut self, senses: &Senses, fact: &Fact);
+
+    /// What it has come to.
+    fn judgement(&self) -> &Judgement;
+}
+
+/// The judge of `property`; what it does not state is taken from `limits`.
+pub(super) fn judge(property: &Always, limits: &Limits) -> Box<dyn Judge> {
+    match *property {
+        Always::FreshHeading { age_max } => {
+            Box::new(fresh::FreshHeading::new(age_max.unwrap_or(limits.heading_age_max)))
+        }
+        Always::StopsOnLoss { reaction_max, braking_min, steer_braking_min } => {
+            Box::new(loss::StopsOnLoss::new(loss::Allowed {
+                reaction: reaction_max.unwrap_or(limits.reaction_max),
+                braking: braking_min.unwrap_or(limits.braking_min),
+                steer_braking: steer_braking_min.unwrap_or(limits.steer_braking_min),
+            }))
+        }
+        Always::WithinLimits {
+            speed_max,
+            steer_rate_max,
+            acceleration_max,
+            steer_acceleration_max,
+        } => Box::new(limits::WithinLimits::new(limits::Allowed {
+            speed: speed_max.unwrap_or(limits.speed_max),
+            steer_rate: steer_rate_max.unwrap_or(limits.steer_rate_max),
+            acceleration: acceleration_max.unwrap_or(limits.acceleration_max),
+            steer_acceleration: steer_acceleration_max.unwrap_or(limits.steer_acceleration_max),
+        })),
+        Always::PoseWrittenAtRest {} => Box::new(pose_write::PoseWrittenAtRest::default()),
+        Always::FiniteOutputs {} => Box::new(finite::FiniteOutputs::default()),
+        Always::Recovers { within_max } => {
+            Box::new(recovery::Recovers::new(within_max.unwrap_or(limits.recovery_max), limits))
+        }
+        Always::DoneIsDone { turn_max, distance_max } => Box::new(done::DoneIsDone::new(
+            turn_max.unwrap_or(limits.heading_band),
+            distance_max.unwrap_or(limits.distance_band),
+        )),
+        Always::NoSilentWrong { heading_max, position_max } => {
+            Box::new(silent::NoSilentWrong::new(
+                heading_max.unwrap_or(limits.heading_band),
+                position_max.unwrap_or(limits.position_band),
+            ))
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! A pose is written to a base that stands.
+
+use super::Judge;
+use crate::properties::senses::{Fact, Senses};
+use crate::properties::verdict::Judgement;
+use wire::base::Request;
+use wire::time::{Span, Timestamp};
+
+/// A base that has stood this long is as far from motion as can be: the controller's own time to settle.
+const AT_REST: Span = Span::from_millis(300);
+
+/// Judged at each pose that is written, by how long the base has stood in truth.
+#[derive(Debug, Default)]
+pub(super) struct PoseWrittenAtRest {
+    moved: Option<Timestamp>,
+    judgement: Judgement,
+}
+
+impl Judge for PoseWrittenAtRest {
+    fn judge(&mut self, senses: &Senses, fact: &Fact) {
+        match fact {
+            Fact::Truth if senses.is_moving() => self.moved = Some(senses.now),
+            Fact::Request(Request::WritePose { .. }) => {
+                let Some(truth) = senses.truth else { return };
+                let stood = self.moved.map_or(AT_REST, |moved| senses.now - moved);
+                let margin = stood.as_secs_f64() / AT_REST.as_secs_f64();
+                let margin = if truth.is_moving() { -1.0 } else { margin };
+                self.judgement.take(senses.now, margin, || {
+                    format!(
+                        "a pose is written at {:.4} m/s and {:.3} deg/s, expected a base at rest",
+                        truth.speed.m_per_s(),
+                        truth.steer_rate.deg_per_s(),
+                    )
+                });
+            }
+            _ => {}
+        }
+    }
+
+    fn judgement(&self) -> &Judgement {
+        &self.judgement
+    }
+}

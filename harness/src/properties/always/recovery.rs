@@ -1,0 +1,99 @@
+//! Some time after the last fault is over, the controller works again or says that it does not.
+//!
+//! It works again when it counts gyro samples from one state to the next. What is not `ok` says that it
+//! does not, or not as it should.
+
+use super::Judge;
+use crate::properties::Limits;
+use crate::properties::senses::{Fact, Senses};
+use crate::properties::verdict::{Judgement, below};
+use controller::health::Level;
+use wire::time::{Span, Timestamp};
+
+/// Since when, and how many samples had been counted in the first state after it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Waiting {
+    since: Timestamp,
+    samples: Option<u64>,
+}
+
+/// A fault is what is declared as one, or an input that is not heard.
+#[derive(Debug)]
+pub(super) struct Recovers {
+    within: Span,
+    gyro_timeout: Span,
+    base_timeout: Span,
+    trouble: bool,
+    waiting: Option<Waiting>,
+    judgement: Judgement,
+}
+
+impl Recovers {
+    pub(super) fn new(within: Span, limits: &Limits) -> Self {
+        Self {
+            within,
+            gyro_timeout: limits.gyro_timeout,
+            base_timeout: limits.base.map_or(Span::MAX, |base| base.timeout_at_rest),
+            trouble: false,
+            waiting: None,
+            judgement: Judgement::default(),
+        }
+    }
+
+    fn in_trouble(&self, senses: &Senses) -> bool {
+        let missed = |heard: Option<Timestamp>, limit: Span| {
+            heard.is_some_and(|heard| senses.now - heard > limit)
+        };
+        senses.faults > 0
+            || missed(senses.gyro_heard, self.gyro_timeout)
+            || missed(senses.base_heard, self.base_timeout)
+    }
+
+    fn end(&mut self, senses: &Senses, since: Timestamp, how: &str) {
+        self.waiting = None;
+        let took_s = (senses.now - since).as_secs_f64();
+        let within_s = self.within.as_secs_f64();
+        self.judgement.take(senses.now, below(took_s, within_s), || {
+            format!("{how} {took_s:.2} s after the fault was over, expected within {within_s} s")
+        });
+    }
+
+    fn wait(&mut self, senses: &Senses, fact: &Fact) {
+        let Some(waiting) = &mut self.waiting else { return };
+        let since = waiting.since;
+        if senses.health.level != Level::Ok {
+            self.end(senses, since, "says that it has not recovered");
+            return;
+        }
+        if let Fact::State(state) = fact {
+            match waiting.samples {
+                None => waiting.samples = Some(state.samples),
+                Some(samples) if state.samples > samples => {
+                    self.end(senses, since, "works again");
+                    return;
+                }
+                Some(_) => {}
+            }
+        }
+        if senses.now - since > self.within {
+            self.end(senses, since, "calls itself well and counts no samples");
+        }
+    }
+}
+
+impl Judge for Recovers {
+    fn judge(&mut self, senses: &Senses, fact: &Fact) {
+        let trouble = self.in_trouble(senses);
+        if trouble {
+            self.waiting = None;
+        } else if self.trouble {
+            self.waiting = Some(Waiting { since: senses.now, samples: None });
+        }
+        self.trouble = trouble;
+        self.wait(senses, fact);
+    }
+
+    fn judgement(&self) -> &Judgement {
+        &self.judgement
+    }
+}

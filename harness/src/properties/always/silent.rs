@@ -1,0 +1,136 @@
+//! No silent wrong: where the believed pose errs by more than its band, health has said so before the
+//! lap's end.
+//!
+//! A lap begins where both poses are taken as they are; what is judged is what the lap added, seen from its
+//! start. A pose, a calibration or a heading source that is set makes it begin anew, and so does a bias test
+//! that passed: it stands for what comes after it. A word that was taken back before the error came is no
+//! word.
+
+use super::Judge;
+use crate::properties::seen::Truth;
+use crate::properties::senses::{Fact, Order, Senses};
+use crate::properties::verdict::{Judgement, below};
+use controller::health::Level;
+use controller::mission::{HeadingSource, Report, State};
+use wire::time::{Span, Timestamp};
+use wire::units::{Angle, Length, Pose};
+
+/// In motion a belief may be this old: the time-out of a gyro. So much motion is no error.
+const LAG: Span = Span::from_millis(100);
+
+/// The lap under way.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Lap {
+    /// Believed and true pose at its start.
+    start: Option<(Pose, Pose)>,
+    /// The least margin of which there is no word yet, when and what.
+    silent: Option<(f64, Timestamp, Error)>,
+    /// Something was judged.
+    judged: bool,
+}
+
+/// What the lap has added.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Error {
+    heading: Angle,
+    position: Length,
+}
+
+/// Judged at each lap's end, where the gyro closes the loops.
+#[derive(Debug)]
+pub(super) struct NoSilentWrong {
+    heading_max: Angle,
+    position_max: Length,
+    lap: Lap,
+    judgement: Judgement,
+}
+
+impl NoSilentWrong {
+    pub(super) fn new(heading_max: Angle, position_max: Length) -> Self {
+        let (lap, judgement) = (Lap::default(), Judgement::default());
+        Self { heading_max, position_max, lap, judgement }
+    }
+
+    fn look(&mut self, senses: &Senses, state: &State, truth: &Truth) {
+        if senses.source != HeadingSource::Gyro {
+            return;
+        }
+        let Some((believed, real)) = self.lap.start else {
+            if !truth.is_moving() {
+                self.lap.start = Some((state.pose, truth.pose));
+            }
+            return;
+        };
+        let was = seen_from(believed, state.pose);
+        let is = seen_from(real, truth.pose);
+        let error = Error {
+            heading: (was.heading - is.heading).wrapped().abs(),
+            position: Length::from_m((was.x - is.x).m().hypot((was.y - is.y).m())),
+        };
+        let turned = truth.steer_rate.abs() * LAG;
+        let went = truth.speed.abs() * LAG;
+        let heading = (error.heading - turned).max(Angle::ZERO);
+        let position = (error.position - went).max(Length::ZERO);
+        let margin = below(heading.rad(), self.heading_max.rad())
+            .min(below(position.m(), self.position_max.m()));
+        // Of no number nobody knows how far off it is.
+        let margin = if state.pose.is_finite() { margin } else { -1.0 };
+        self.lap.judged = true;
+        let said = senses.health.level >= Level::Degraded;
+        if !said && self.lap.silent.is_none_or(|(least, ..)| margin < least) {
+            self.lap.silent = Some((margin, senses.now, error));
+        }
+    }
+
+    fn end(&mut self, senses: &Senses) {
+        let lap = std::mem::take(&mut self.lap);
+        let Some((margin, at, error)) = lap.silent else {
+            if lap.judged {
+                // What is said is as far from being silent as can be.
+                self.judgement.take(senses.now, 1.0, String::new);
+            }
+            return;
+        };
+        self.judgement.take(at, margin, || {
+            format!(
+                "believes to be {:.2} deg and {:.3} m from where it is, with no word of it before the \
+                 lap's end at {:.2} s; expected within {:.2} deg and {:.3} m",
+                error.heading.deg(),
+                error.position.m(),
+                senses.now.as_secs_f64(),
+                self.heading_max.deg(),
+                self.position_max.m(),
+            )
+        });
+    }
+}
+
+impl Judge for NoSilentWrong {
+    fn judge(&mut self, senses: &Senses, fact: &Fact) {
+        match (fact, senses.truth) {
+            (Fact::State(state), Some(truth)) => self.look(senses, state, &truth),
+            (Fact::Health, _) if senses.health.level >= Level::Degraded => self.lap.silent = None,
+            (Fact::LapBegan | Fact::LapEnded | Fact::Placed, _) => self.end(senses),
+            (
+                Fact::Answered(
+                    _,
+                    Order::Setting | Order::Source(_) | Order::BiasTest,
+                    Report::Done { .. },
+                ),
+                _,
+            ) => self.end(senses),
+            _ => {}
+        }
+    }
+
+    fn judgement(&self) -> &Judgement {
+        &self.judgement
+    }
+}
+
+/// `pose` in the frame of `start`.
+fn seen_from(start: Pose, pose: Pose) -> Pose {
+    let (x, y) = (pose.x - start.x, pose.y - start.y);
+    let (cos, sin) = (start.heading.cos(), start.heading.sin());
+    Pose { x: x * cos + y * sin, y: y * cos - x * sin, heading: pose.heading - start.heading }
+}

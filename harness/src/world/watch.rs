@@ -1,0 +1,69 @@
+//! Shows a monitor of properties what happens in the simulated world.
+
+use super::bench::Carrier;
+use crate::engine::Action;
+use crate::properties::{Monitor, Seen, TRUTH_PERIOD, Truth};
+use crate::record::RecordKind;
+use wire::time::Timestamp;
+
+/// A monitor, and when it was last shown the truth.
+#[derive(Debug)]
+pub(super) struct Watch {
+    monitor: Monitor,
+    looked: Option<Timestamp>,
+}
+
+impl Watch {
+    pub(super) const fn new(monitor: Monitor) -> Self {
+        Self { monitor, looked: None }
+    }
+
+    pub(super) fn into_monitor(self) -> Monitor {
+        self.monitor
+    }
+
+    pub(super) fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {
+        self.monitor.see(now, seen);
+    }
+
+    /// What the engine asks for; before it is carried out.
+    pub(super) fn see_action(&mut self, now: Timestamp, action: &Action) {
+        match action {
+            Action::Mission(mission) => self.see(now, &Seen::Told(mission)),
+            Action::Place(_) => {
+                self.see(now, &Seen::Placed);
+                self.looked = None;
+            }
+            Action::Record(_, RecordKind::StepBegan { .. }) => self.see(now, &Seen::LapBegan),
+            Action::Record(_, RecordKind::StepEnded { .. }) => self.see(now, &Seen::LapEnded),
+            _ => {}
+        }
+    }
+
+    /// Shows the truth of `now`, unless it was shown.
+    pub(super) fn look(&mut self, now: Timestamp, carrier: &Carrier) {
+        if self.looked != Some(now) {
+            self.looked = Some(now);
+            if let Carrier::Base(base) = carrier {
+                let truth = base.truth_at(now);
+                let (pose, speed) = (truth.pose, truth.speed);
+                let truth = Truth { pose, speed, steer_rate: truth.steer_rate };
+                self.monitor.see(now, &Seen::Truth(truth));
+            }
+        }
+    }
+
+    /// Shows the truth if it is due.
+    pub(super) fn look_again(&mut self, now: Timestamp, carrier: &Carrier) {
+        if self.looked.is_none_or(|looked| now - looked >= TRUTH_PERIOD) {
+            self.look(now, carrier);
+        }
+    }
+}
+
+/// Shows it to the monitor, if there is one.
+pub(super) fn see(watch: &mut Option<Box<Watch>>, now: Timestamp, seen: &Seen<'_>) {
+    if let Some(watch) = watch {
+        watch.see(now, seen);
+    }
+}

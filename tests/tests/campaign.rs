@@ -1,0 +1,108 @@
+//! Campaigns on the robot that ships: the same again by the same seed, on however many threads; and what one finds is
+//! a plan that shows it to anyone.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use harness::campaign::{
+    Campaign, Case, EnvelopeSettings, Executor as _, Guided, Journal, Regression, Settings,
+    Simulated, Space, envelope, run,
+};
+use harness::faults::{Fault, FaultKind, Schedule, Target, When};
+use harness::made::Made;
+use harness::operator::Answers;
+use harness::plan::Plan;
+use harness::run::Prepared;
+use harness::world::bench::bench_lines;
+use std::collections::BTreeSet;
+use std::num::NonZeroUsize;
+use std::sync::Arc;
+use wire::time::Span;
+
+const PLAN: &str = include_str!("../../test-plans/live-side.toml");
+
+fn prepared() -> Prepared {
+    Prepared::load("live-side", &Made::default()).unwrap()
+}
+
+fn executor(prepared: Prepared) -> Simulated {
+    Simulated::new(prepared, Answers::default())
+}
+
+fn campaign(cases: u64, threads: usize) -> Campaign {
+    let prepared = prepared();
+    let executor = executor(prepared.clone());
+    let (horizon, clean) = executor.without_faults(1);
+    assert!(clean.passed && clean.violated.is_empty(), "{clean:?}");
+    let space = Space::new(&prepared.plan, bench_lines(&prepared.devices), horizon, 4, &[]);
+    let folder = tempfile::tempdir().unwrap();
+    let mut journal = Journal::open(&folder.path().join("cases.jsonl"), "test").unwrap();
+    let threads = NonZeroUsize::new(threads).unwrap();
+    let settings = Settings { cases, threads, shrink_max: 200 };
+    let mut search = Guided::new(&space, 1);
+    run(&executor, &mut search, &BTreeSet::new(), &settings, &mut journal, &mut |_| true).unwrap()
+}
+
+#[test]
+fn a_seed_gives_the_same_campaign_on_any_number_of_threads() {
+    let one = campaign(48, 1);
+    assert_eq!(one.tally.cases, 48);
+    assert_eq!(one, campaign(48, 3));
+}
+
+/// Odometry that stands still while the robot drives: dead reckoning cannot know, and nobody else tells it.
+fn stuck_odometry() -> Case {
+    let fault = Fault {
+        when: When::Step {
+            phase: harness::plan::Name::new("straight").unwrap(),
+            number: 1,
+            after: Span::from_secs(2),
+        },
+        ..Fault::new(Target::Base, FaultKind::typical("stuck_odometry").unwrap().with_severity(4.0))
+    };
+    Case { seed: 3, schedule: Schedule { faults: vec![fault] } }
+}
+
+#[test]
+fn the_smallest_case_is_a_plan_that_shows_the_same() {
+    let simulated = executor(prepared());
+    let case = stuck_odometry();
+    let result = simulated.execute(&case);
+    assert!(result.breaks("no_silent_wrong"), "{result:?}");
+    let shrunk = harness::campaign::shrink(&simulated, &case, &result, "no_silent_wrong", 200);
+    let violated = &shrunk.result.violated[0];
+    let regression = Regression {
+        plan: "live-side",
+        text: PLAN,
+        property: "no_silent_wrong",
+        what: &violated.what,
+        case: &shrunk.case,
+    };
+    let text = regression.to_toml().unwrap();
+    let plan =
+        Plan::parse("regression.toml", &text).unwrap_or_else(|error| panic!("{error:?}\n{text}"));
+    let mut again = prepared();
+    again.plan = Arc::new(plan);
+    let replayed = executor(again).execute(&Case { seed: shrunk.case.seed, ..Case::default() });
+    // Of all properties only the one that broke is declared by the plan.
+    assert_eq!(replayed.violated, shrunk.result.violated);
+}
+
+/// A short break is bridged, a long one is not: the envelope lies between.
+#[test]
+fn a_gyro_that_is_gone_for_long_is_not_tolerated_and_a_short_one_is() {
+    let simulated = executor(prepared());
+    let fault = Fault {
+        when: When::At(Span::from_secs(25)),
+        ..Fault::new(Target::Gyro, FaultKind::typical("disconnect").unwrap())
+    };
+    let settings =
+        EnvelopeSettings { runs: 6, share: 0.5, seed: 1, threads: NonZeroUsize::new(2).unwrap() };
+    let found = envelope(&simulated, &fault, &settings, &mut |_| true);
+    let at = |severity: f64| {
+        let near = |level: &&harness::campaign::Level| level.severity >= severity;
+        found.levels.iter().find(near).unwrap()
+    };
+    assert_eq!(at(10.0).passed, 0, "{found:?}");
+    // The gyro's time-out is 100 ms, after which the mission is given up.
+    assert!(found.tolerated.is_none_or(|most| most < 1.0), "{found:?}");
+}

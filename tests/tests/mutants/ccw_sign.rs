@@ -1,0 +1,21 @@
+//! The paper's laps, whose calibration takes some degrees off each turn.
+
+use crate::scenario::caught;
+use controller::Mutant;
+use harness::made::Made;
+use harness::operator::Answers;
+use harness::record::sink::NullSink;
+use harness::run::{Prepared, simulate_watched};
+
+#[test]
+fn a_lap_goes_wrong_in_silence() {
+    for property in ["no_silent_wrong", "done_is_done"] {
+        caught(Mutant::CcwSign, property, |mutant| {
+            let mut prepared =
+                Prepared::load("laps-corrected", &Made::default()).expect("the plan ships");
+            prepared.mutant = mutant;
+            let answers = Answers::default();
+            simulate_watched(&prepared, 1, &answers, &mut NullSink, &mut |_| true).1
+        });
+    }
+}

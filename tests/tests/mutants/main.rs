@@ -1,0 +1,14 @@
+//! Each mistake that can be planted in the controller violates a property; without it all hold.
+
+mod bias_test_while_moving;
+mod ccw_sign;
+mod missed_sequence_gap;
+mod nowhere_else;
+mod over_range_ignored;
+mod overflow_after_long_runs;
+mod pose_written_in_motion;
+mod repeated_sample_counted;
+mod scenario;
+mod stale_heading;
+mod watchdog_off_by_ten;
+mod wrap_at_360;
