@@ -3,9 +3,11 @@
 use super::case::{Case, CaseResult};
 use super::executor::Executor;
 use crate::checks::confidence::{Z_95, wilson};
-use crate::faults::{Fault, Schedule};
+use crate::faults::{Fault, Lasts, Schedule, When};
+use emulators::random::RandomStream;
 use serde::Serialize;
 use std::num::NonZeroUsize;
+use wire::time::Span;
 
 /// How an envelope is measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,6 +18,9 @@ pub struct EnvelopeSettings {
     pub share: f64,
     /// The first seed.
     pub seed: u64,
+    /// How long the plan takes where nothing goes wrong. A fault that lasts by itself, or an instant, begins at a
+    /// time within it that is drawn from the seed of each run.
+    pub horizon: Span,
     /// Runs at a time.
     pub threads: NonZeroUsize,
 }
@@ -136,10 +141,10 @@ fn at(
     settings: &EnvelopeSettings,
 ) -> Level {
     let fault = Fault { what: fault.what.with_severity(severity), ..fault.clone() };
-    let schedule = Schedule { faults: vec![fault] };
     let seeds = settings.seed..settings.seed.saturating_add(settings.runs);
     let job = |seed| {
-        let result = executor.execute(&Case { seed, schedule: schedule.clone() });
+        let faults = vec![Fault { when: begin(&fault, seed, settings.horizon), ..fault.clone() }];
+        let result = executor.execute(&Case { seed, schedule: Schedule { faults } });
         Some(is_good(&result))
     };
     let results = crate::seeds::for_each_seed(seeds, settings.threads, &job);
@@ -150,6 +155,15 @@ fn at(
     Level { severity, passed, runs, interval }
 }
 
+/// As the fault says; where it says nothing and would be over at once, some time in the run.
+fn begin(fault: &Fault, seed: u64, horizon: Span) -> When {
+    if !fault.when.is_always() || fault.what.info().lasts == Lasts::Scheduled {
+        return fault.when.clone();
+    }
+    let share = 0.5 + 0.5 * RandomStream::new(seed, "envelope", "begin").symmetric_uniform();
+    When::At(Span::from_millis((1e3 * share * horizon.as_secs_f64()) as i64))
+}
+
 /// Its measurements are in their bands, and no property broke.
 fn is_good(result: &CaseResult) -> bool {
     result.passed && result.violated.is_empty()
@@ -157,11 +171,14 @@ fn is_good(result: &CaseResult) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::begin;
     use super::{EnvelopeSettings, envelope};
     use crate::campaign::{Case, CaseResult, Executor};
-    use crate::faults::{Fault, FaultKind, Target};
+    use crate::faults::{Fault, FaultKind, Target, When};
     use emulators::random::RandomStream;
+    use std::collections::BTreeSet;
     use std::num::NonZeroUsize;
+    use wire::time::Span;
 
     /// Passes for certain up to 2 %, and then ever less often: half of the runs at 4 %.
     struct Slope;
@@ -175,8 +192,13 @@ mod tests {
         }
     }
 
-    const SETTINGS: EnvelopeSettings =
-        EnvelopeSettings { runs: 200, share: 0.9, seed: 1, threads: NonZeroUsize::new(2).unwrap() };
+    const SETTINGS: EnvelopeSettings = EnvelopeSettings {
+        runs: 200,
+        share: 0.9,
+        seed: 1,
+        horizon: Span::from_secs(10),
+        threads: NonZeroUsize::new(2).unwrap(),
+    };
 
     #[test]
     fn what_is_tolerated_lies_where_the_share_says() {
@@ -209,5 +231,21 @@ mod tests {
     fn so_few_runs_can_say_nothing() {
         assert_eq!(EnvelopeSettings::runs_min(0.9), 35);
         assert_eq!(EnvelopeSettings::runs_min(0.95), 73);
+    }
+
+    #[test]
+    fn what_is_over_at_once_begins_at_some_time_by_the_seed() {
+        let horizon = Span::from_secs(10);
+        let of = |name: &str| Fault::new(Target::Gyro, FaultKind::typical(name).unwrap());
+        let drawn: BTreeSet<i64> = (0..50)
+            .map(|seed| match begin(&of("disconnect"), seed, horizon) {
+                When::At(at) if at < horizon => at.as_nanos(),
+                other => panic!("{other:?}"),
+            })
+            .collect();
+        assert!(drawn.len() > 40);
+        assert_eq!(begin(&of("drop"), 1, horizon), When::Always);
+        let told = Fault { when: When::At(horizon), ..of("disconnect") };
+        assert_eq!(begin(&told, 1, horizon), told.when);
     }
 }

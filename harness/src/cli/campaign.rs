@@ -222,8 +222,14 @@ impl CampaignArguments {
             ));
         }
         let fault = Fault::new(target, what);
-        let settings =
-            EnvelopeSettings { runs: self.runs, share: self.share, seed: self.seed, threads };
+        let (horizon, _) = executor.without_faults(self.seed);
+        let settings = EnvelopeSettings {
+            runs: self.runs,
+            share: self.share,
+            seed: self.seed,
+            horizon,
+            threads,
+        };
         let found = campaign::envelope(executor, &fault, &settings, &mut |level| {
             screen.chat(&console::level_line(level, &fault));
             !interrupt.requested()
