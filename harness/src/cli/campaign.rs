@@ -29,9 +29,9 @@ use std::thread::available_parallelism;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 enum By {
     /// Changes those that came nearest to break a property.
-    #[default]
     Margins,
     /// Without regard to earlier ones.
+    #[default]
     Chance,
 }
 
