@@ -44,8 +44,7 @@ check = { all_within = [-1.2, 1.2] }
 "#;
 
 fn prepared(mutant: Option<Mutant>) -> Prepared {
-    let mut prepared =
-        Prepared::load("laps-corrected", &Made::default()).expect("the plan ships");
+    let mut prepared = Prepared::load("laps-corrected", &Made::default()).expect("the plan ships");
     prepared.plan = Arc::new(Plan::parse("two-squares.toml", PLAN).expect("a good plan"));
     prepared.mutant = mutant;
     prepared
