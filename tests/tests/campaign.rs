@@ -95,8 +95,13 @@ fn a_gyro_that_is_gone_for_long_is_not_tolerated_and_a_short_one_is() {
         when: When::At(Span::from_secs(25)),
         ..Fault::new(Target::Gyro, FaultKind::typical("disconnect").unwrap())
     };
-    let settings =
-        EnvelopeSettings { runs: 6, share: 0.5, seed: 1, threads: NonZeroUsize::new(2).unwrap() };
+    let settings = EnvelopeSettings {
+        runs: 6,
+        share: 0.5,
+        seed: 1,
+        horizon: Span::from_secs(38),
+        threads: NonZeroUsize::new(2).unwrap(),
+    };
     let found = envelope(&simulated, &fault, &settings, &mut |_| true);
     let at = |severity: f64| {
         let near = |level: &&harness::campaign::Level| level.severity >= severity;
