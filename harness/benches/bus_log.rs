@@ -2,21 +2,22 @@
 //!
 //! `benchmarks/run` runs this and the same on python-can, and says how they compare;
 //! `cargo bench -p harness --bench bus_log -- FOLDER` leaves the logs in FOLDER for it. Each figure is the
-//! median of [`RUNS`] runs, reading the file included.
+//! median of [`RUNS`](processor::RUNS) runs, reading the file included.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot go on fails")]
+
+mod processor;
 
 use embedded_can::Frame as _;
 use harness::bus_log::{
     Channel, Direction, Entry, FdFlags, FdFrame, Format, LogReader, LogWriter, Payload,
 };
-use rustix::time::{ClockId, clock_gettime};
+use processor::{median, processor_s};
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use wire::can::{CanFrame, ExtendedId, StandardId};
 use wire::time::Timestamp;
 
-const RUNS: usize = 5;
 /// Rows of a log: 20 s of processor time for the slowest reader that it is compared with.
 const ROWS: u64 = 1_000_000;
 /// Between two rows: a bus of 500 kbit/s that is half full.
@@ -85,15 +86,4 @@ fn read(path: &Path, format: Format) -> f64 {
     }
     assert_eq!(rows, ROWS);
     rows as f64 / (processor_s() - began)
-}
-
-fn median(mut run: impl FnMut() -> f64) -> f64 {
-    let mut figures: Vec<f64> = (0..RUNS).map(|_| run()).collect();
-    figures.sort_by(f64::total_cmp);
-    figures[RUNS / 2]
-}
-
-fn processor_s() -> f64 {
-    let spent = clock_gettime(ClockId::ProcessCPUTime);
-    spent.tv_sec as f64 + spent.tv_nsec as f64 / 1e9
 }

@@ -1,7 +1,9 @@
 //! What the layers of faults cost: a packet on a line, and a long run, without faults, with a schedule that is
 //! not due, and with one that acts.
 //!
-//! `cargo bench -p harness --bench faults`. Each figure is the median of [`RUNS`] rounds of processor time.
+//! `cargo bench -p harness --bench faults`. Each figure is the median of [`RUNS`](processor::RUNS) rounds of processor time.
+
+mod processor;
 
 use harness::faults::{Fault, FaultKind, Schedule, Target, When};
 use harness::link::{Chance, SerialLine};
@@ -9,14 +11,13 @@ use harness::made::Made;
 use harness::operator::Answers;
 use harness::record::sink::NullSink;
 use harness::run::{Prepared, simulate};
-use rustix::time::{ClockId, clock_gettime};
+use processor::{median, processor_s};
 use std::hint::black_box;
 use std::sync::Arc;
 use wire::packet::Packet;
 use wire::serial::SerialSettings;
 use wire::time::{Span, Timestamp};
 
-const RUNS: usize = 5;
 const PACKETS: u32 = 2_000_000;
 const BITS: SerialSettings = SerialSettings::new_8n1(115_200);
 /// Later than the plan goes on.
@@ -32,7 +33,7 @@ fn main() {
         ("a layer that does nothing", Some(FaultKind::Drop { loss_percent: 0.0 })),
         ("burst loss", FaultKind::typical("burst_loss")),
     ] {
-        let median_s = median(|| packets(kind.as_ref()));
+        let median_s = seconds(|| packets(kind.as_ref()));
         println!(
             "{:<46} {:>8.1} ns",
             format!("packet, {name}"),
@@ -51,7 +52,7 @@ fn main() {
         Arc::make_mut(&mut prepared.plan).faults = Schedule { faults };
         let run = || simulate(&prepared, 1, &Answers::default(), &mut NullSink, &mut |_| true);
         let events = run().events;
-        let median_s = median(|| {
+        let median_s = seconds(|| {
             black_box(run());
         });
         println!(
@@ -76,19 +77,11 @@ fn packets(kind: Option<&FaultKind>) {
     }
 }
 
-fn median(mut run: impl FnMut()) -> f64 {
-    let mut seconds: Vec<f64> = (0..RUNS)
-        .map(|_| {
-            let before = processor_s();
-            run();
-            processor_s() - before
-        })
-        .collect();
-    seconds.sort_by(f64::total_cmp);
-    seconds[RUNS / 2]
-}
-
-fn processor_s() -> f64 {
-    let time = clock_gettime(ClockId::ProcessCPUTime);
-    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
+/// Median processor time of a run, s.
+fn seconds(mut run: impl FnMut()) -> f64 {
+    median(|| {
+        let before = processor_s();
+        run();
+        processor_s() - before
+    })
 }

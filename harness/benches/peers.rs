@@ -10,10 +10,12 @@
 
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot go on fails")]
 
+mod processor;
+
 use harness::bus_log::{Channel, Entry, Format, LogWriter, Payload};
 use harness::link::CanBus;
 use harness::port::{ByteEvent, BytePort, FrameEvent, FramePort, PortSpec};
-use rustix::time::{ClockId, clock_gettime};
+use processor::{median, processor_s};
 use std::hint::black_box;
 use std::path::Path;
 use wire::base::can_link::{parse_reply, parse_request, reply_frame, request_frame};
@@ -24,7 +26,6 @@ use wire::slcan::BitRate;
 use wire::time::{Span, Timestamp};
 use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Pose, Speed};
 
-const RUNS: usize = 5;
 /// Frames that cross the memory bus in a run.
 const BUS_FRAMES: u64 = 10_000_000;
 /// Of each of the six messages, with other values each.
@@ -158,15 +159,4 @@ async fn echo_frames(interface: String) {
             port.send(Timestamp::ZERO, &frame);
         }
     }
-}
-
-fn median(mut run: impl FnMut() -> f64) -> f64 {
-    let mut figures: Vec<f64> = (0..RUNS).map(|_| run()).collect();
-    figures.sort_by(f64::total_cmp);
-    figures[RUNS / 2]
-}
-
-fn processor_s() -> f64 {
-    let spent = clock_gettime(ClockId::ProcessCPUTime);
-    spent.tv_sec as f64 + spent.tv_nsec as f64 * 1e-9
 }

@@ -3,14 +3,14 @@
 //! `cargo bench -p harness --bench worlds`. Each figure is the median of [`RUNS`] runs in this process;
 //! best and worst stand beside it, because a shared machine is noisy. The world runs on one core.
 
+mod processor;
+
 use harness::made::Made;
 use harness::operator::Answers;
 use harness::record::sink::{Level, NullSink, RecordSink};
 use harness::run::{Prepared, simulate};
 use harness::run_folder::RunFolder;
-use rustix::time::{ClockId, clock_gettime};
-
-const RUNS: usize = 5;
+use processor::{RUNS, processor_s};
 
 fn main() {
     // `cargo test --benches` only asks whether it starts.
@@ -76,11 +76,6 @@ fn times(mut one: impl FnMut() -> f64) -> [f64; RUNS] {
 fn report(what: &str, unit: &str, figures: [f64; RUNS]) {
     let [worst, .., best] = figures;
     println!("{what:<46} {:>10.0} {best:>10.0} {worst:>10.0}  {unit}", figures[RUNS / 2]);
-}
-
-fn processor_s() -> f64 {
-    let time = clock_gettime(ClockId::ProcessCPUTime);
-    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }
 
 fn peak_memory() -> String {

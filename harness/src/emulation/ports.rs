@@ -2,7 +2,7 @@
 
 use super::Role;
 use super::link::{Output, Pace};
-use crate::port::{ByteEvent, BytePort, Counters, FrameEvent, FramePort, PortError, PortSpec};
+use crate::port::{AnyPort, ByteEvent, BytePort, FrameEvent, FramePort, PortError, PortSpec};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use wire::serial::SerialSettings;
@@ -14,15 +14,9 @@ use wire::time::Timestamp;
 pub struct RolePort {
     role: Role,
     spec: PortSpec,
-    medium: Medium,
+    medium: AnyPort,
     /// Gone, and waited for.
     lost: bool,
-}
-
-#[derive(Debug)]
-enum Medium {
-    Bytes(Box<BytePort>),
-    Frames(FramePort),
 }
 
 /// What came from a port.
@@ -65,19 +59,16 @@ impl RolePort {
         usual: SerialSettings,
     ) -> Result<Self, PortError> {
         let medium = if role == Role::Base && carries_frames(spec) {
-            Medium::Frames(FramePort::open(spec, BitRate::default()).await?)
+            AnyPort::Frames(FramePort::open(spec, BitRate::default()).await?)
         } else {
-            Medium::Bytes(Box::new(BytePort::open(spec, usual)?))
+            AnyPort::Bytes(Box::new(BytePort::open(spec, usual)?))
         };
         Ok(Self { role, spec: spec.clone(), medium, lost: false })
     }
 
     /// What another program needs to know to use it: `ready`, `port`, and `link` where there is one.
     pub fn ready(&self) -> Value {
-        let far = match &self.medium {
-            Medium::Bytes(port) => port.far_path(),
-            Medium::Frames(port) => port.far_path(),
-        };
+        let far = self.medium.far_path();
         let mut told = Map::new();
         told.insert("ready".to_owned(), json!(self.role));
         let link = match &self.spec {
@@ -98,11 +89,7 @@ impl RolePort {
     pub async fn hear(&mut self) -> Heard {
         let what = format!("the {} on {}", self.role, self.spec);
         if self.lost {
-            let back = match &mut self.medium {
-                Medium::Bytes(port) => port.reopen().await,
-                Medium::Frames(port) => port.reopen().await,
-            };
-            return match back {
+            return match self.medium.reopen().await {
                 Ok(()) => {
                     self.lost = false;
                     Heard::Changed(format!("{what} is back"))
@@ -111,11 +98,11 @@ impl RolePort {
             };
         }
         let heard = match &mut self.medium {
-            Medium::Bytes(port) => port.receive().await.map(|event| match event {
+            AnyPort::Bytes(port) => port.receive().await.map(|event| match event {
                 ByteEvent::Bytes(bytes) => Heard::Input(Output::Bytes(bytes)),
                 ByteEvent::Break => Heard::Nothing,
             }),
-            Medium::Frames(port) => port.receive().await.map(|event| match event {
+            AnyPort::Frames(port) => port.receive().await.map(|event| match event {
                 FrameEvent::Frame(frame) => Heard::Input(Output::Frame(frame)),
                 FrameEvent::Bus(_) | FrameEvent::Up | FrameEvent::Down => Heard::Nothing,
             }),
@@ -129,19 +116,12 @@ impl RolePort {
     /// Hands something to the port at once; what finds no room is lost and counted.
     pub fn send(&mut self, now: Timestamp, output: &Output) {
         match (&mut self.medium, output) {
-            (Medium::Bytes(port), Output::Bytes(bytes)) => {
+            (AnyPort::Bytes(port), Output::Bytes(bytes)) => {
                 port.send(bytes.as_slice());
             }
-            (Medium::Frames(port), Output::Frame(frame)) => port.send(now, frame),
+            (AnyPort::Frames(port), Output::Frame(frame)) => port.send(now, frame),
             // A base is made for what its port carries.
-            (Medium::Bytes(_), Output::Frame(_)) | (Medium::Frames(_), Output::Bytes(_)) => {}
-        }
-    }
-
-    fn counters(&self) -> Counters {
-        match &self.medium {
-            Medium::Bytes(port) => port.counters(),
-            Medium::Frames(port) => port.counters(),
+            (AnyPort::Bytes(_), Output::Frame(_)) | (AnyPort::Frames(_), Output::Bytes(_)) => {}
         }
     }
 }
@@ -187,7 +167,8 @@ impl RolePorts {
 
     /// What has crossed each port, what is zero left out.
     pub fn counters(&self) -> BTreeMap<&'static str, BTreeMap<&'static str, u64>> {
-        let rows = |port: &RolePort| port.counters().rows().into_iter().filter(|(_, n)| *n > 0);
+        let rows =
+            |port: &RolePort| port.medium.counters().rows().into_iter().filter(|(_, n)| *n > 0);
         self.iter().map(|port| (port.role.name(), rows(port).collect())).collect()
     }
 }

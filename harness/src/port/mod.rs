@@ -15,6 +15,7 @@
 //!
 //! [`spec`]: how a port is named. [`pty`], [`serial`], [`can_socket`]: the media.
 
+mod any;
 mod backoff;
 mod bytes;
 pub mod can_socket;
@@ -27,6 +28,7 @@ pub mod slcan;
 pub mod spec;
 mod watch;
 
+pub use any::AnyPort;
 pub use bytes::{ByteEvent, BytePort};
 pub use counters::Counters;
 pub use error::{PortError, PortLost};

@@ -13,7 +13,7 @@ mod splitter;
 mod tests;
 
 use crate::bench_file::AttachPlace;
-use crate::live::process::report_of;
+use crate::live::process::{line_of, report_of};
 use crate::port::spec::SpecError;
 use crate::port::{BytePort, PortError};
 use controller::mission::{Mission, ReportLine};
@@ -109,10 +109,7 @@ impl AttachedDevice {
 
     /// Gives it a mission; `false` when it does not take any.
     pub fn send(&self, mission: &Mission) -> bool {
-        serde_json::to_vec(mission).is_ok_and(|mut line| {
-            line.push(b'\n');
-            self.missions.try_send(line).is_ok()
-        })
+        line_of(mission).is_some_and(|line| self.missions.try_send(line).is_ok())
     }
 
     /// Waits for what comes next. May be called off without losing anything. After

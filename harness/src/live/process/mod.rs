@@ -10,8 +10,8 @@ mod pipes;
 #[cfg(test)]
 mod tests;
 
-pub(super) use pipes::report_of;
 pub use pipes::{LINE_BYTES_MAX, LOG_BYTES_MAX};
+pub(super) use pipes::{line_of, report_of};
 
 use controller::mission::{Mission, ReportLine};
 use pipes::{Log, MissionSender};

@@ -42,11 +42,15 @@ impl MissionSender {
 
     /// Queues a mission; `false` when there is no room or nobody to read it.
     pub(super) fn send(&self, mission: &Mission) -> bool {
-        serde_json::to_vec(mission).is_ok_and(|mut line| {
-            line.push(b'\n');
-            self.0.try_send(line).is_ok()
-        })
+        line_of(mission).is_some_and(|line| self.0.try_send(line).is_ok())
     }
+}
+
+/// A mission as the line that a device under test is given.
+pub(in crate::live) fn line_of(mission: &Mission) -> Option<Vec<u8>> {
+    let mut line = serde_json::to_vec(mission).ok()?;
+    line.push(b'\n');
+    Some(line)
 }
 
 fn write_lines(mut pipe: PipeWriter, lines: &Receiver<Vec<u8>>) {

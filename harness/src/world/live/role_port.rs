@@ -2,7 +2,7 @@
 
 use crate::port::pty::PtyPort;
 use crate::port::{
-    ByteEvent, BytePort, Counters, FrameEvent, FramePort, PortError, PortLost, PortSpec,
+    AnyPort, ByteEvent, BytePort, Counters, FrameEvent, FramePort, PortError, PortLost, PortSpec,
 };
 use wire::can::CanFrame;
 use wire::can_error::CanErrorEvent;
@@ -51,17 +51,11 @@ pub(super) enum Traffic {
     Frames,
 }
 
-#[derive(Debug)]
-enum Medium {
-    Bytes(Box<BytePort>),
-    Frames(FramePort),
-}
-
 /// A port and its name.
 #[derive(Debug)]
 pub(super) struct RolePort {
     name: String,
-    medium: Medium,
+    medium: AnyPort,
     /// It is gone, and was told to be.
     lost: bool,
 }
@@ -81,9 +75,9 @@ impl RolePort {
                     // looked at.
                     pty.pty().set_baud(usual.baud)?;
                 }
-                Medium::Bytes(Box::new(port))
+                AnyPort::Bytes(Box::new(port))
             }
-            Traffic::Frames => Medium::Frames(FramePort::open(spec, BIT_RATE).await?),
+            Traffic::Frames => AnyPort::Frames(FramePort::open(spec, BIT_RATE).await?),
         };
         Ok(Self { name: spec.to_string(), medium, lost: false })
     }
@@ -95,27 +89,21 @@ impl RolePort {
 
     /// What the other side opens; `None` where it is a device.
     pub(super) fn far_path(&self) -> Option<&str> {
-        match &self.medium {
-            Medium::Bytes(port) => port.far_path(),
-            Medium::Frames(port) => port.far_path(),
-        }
+        self.medium.far_path()
     }
 
     pub(super) fn counters(&self) -> Counters {
-        match &self.medium {
-            Medium::Bytes(port) => port.counters(),
-            Medium::Frames(port) => port.counters(),
-        }
+        self.medium.counters()
     }
 
     /// The rate that the other side of a pty has set; `None` where that is not known.
     pub(super) fn far_baud(&mut self) -> Option<u32> {
         match &mut self.medium {
-            Medium::Bytes(port) => match &mut **port {
+            AnyPort::Bytes(port) => match &mut **port {
                 BytePort::Pty(port) => PtyPort::pty(port).baud().ok(),
                 BytePort::Serial(_) => None,
             },
-            Medium::Frames(_) => None,
+            AnyPort::Frames(_) => None,
         }
     }
 
@@ -123,11 +111,7 @@ impl RolePort {
     /// losing anything.
     pub(super) async fn next(&mut self) -> PortEvent {
         if self.lost {
-            let back = match &mut self.medium {
-                Medium::Bytes(port) => port.reopen().await,
-                Medium::Frames(port) => port.reopen().await,
-            };
-            return match back {
+            return match self.medium.reopen().await {
                 Ok(()) => {
                     self.lost = false;
                     PortEvent::Back
@@ -136,8 +120,8 @@ impl RolePort {
             };
         }
         let heard = match &mut self.medium {
-            Medium::Bytes(port) => port.receive().await.map(PortEvent::from),
-            Medium::Frames(port) => {
+            AnyPort::Bytes(port) => port.receive().await.map(PortEvent::from),
+            AnyPort::Frames(port) => {
                 let played_here = matches!(port, FramePort::SlcanAdapter(_));
                 port.receive().await.map(|event| match event {
                     FrameEvent::Frame(frame) => PortEvent::Frame(frame),
@@ -157,14 +141,14 @@ impl RolePort {
 
     /// Puts bytes on the line at once; what finds no room is counted.
     pub(super) fn send_bytes(&mut self, bytes: &[u8]) {
-        if let Medium::Bytes(port) = &mut self.medium {
+        if let AnyPort::Bytes(port) = &mut self.medium {
             port.send(bytes);
         }
     }
 
     /// Puts a frame on the bus at once; what finds no room is counted.
     pub(super) fn send_frame(&mut self, now: Timestamp, frame: &CanFrame) {
-        if let Medium::Frames(port) = &mut self.medium {
+        if let AnyPort::Frames(port) = &mut self.medium {
             port.send(now, frame);
         }
     }
