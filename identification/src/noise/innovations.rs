@@ -55,67 +55,51 @@ impl Filter {
         }
         let mut found = Vec::with_capacity(columns.len());
         for several in columns.chunks(LANES) {
-            match (several, self.levels) {
-                ([a, b, c, d], levels) => {
-                    let several = [a.as_ref(), b.as_ref(), c.as_ref(), d.as_ref()];
-                    found.extend(if levels {
-                        self.of_levels(several)
-                    } else {
-                        self.of_rows(several)
-                    });
+            match several {
+                [a, b, c, d] => {
+                    found.extend(self.several([a.as_ref(), b.as_ref(), c.as_ref(), d.as_ref()]));
                 }
-                (fewer, levels) => {
-                    for one in fewer {
-                        let one = [one.as_ref()];
-                        found.extend(if levels { self.of_levels(one) } else { self.of_rows(one) });
-                    }
-                }
+                fewer => found.extend(fewer.iter().flat_map(|one| self.several([one.as_ref()]))),
             }
         }
         found
     }
 
-    fn of_rows<const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N] {
-        match self.states {
-            1 => self.run_rows::<1, N>(columns),
-            2 => self.run_rows::<2, N>(columns),
-            3 => self.run_rows::<3, N>(columns),
-            4 => self.run_rows::<4, N>(columns),
-            _ => self.run_rows::<STATES_MAX, N>(columns),
+    fn several<const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N] {
+        if self.levels {
+            self.with_states::<Levels, N>(columns)
+        } else {
+            self.with_states::<Rows, N>(columns)
         }
     }
 
-    fn of_levels<const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N] {
+    fn with_states<O: Observation, const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N] {
         match self.states {
-            1 => self.run_levels::<1, N>(columns),
-            2 => self.run_levels::<2, N>(columns),
-            3 => self.run_levels::<3, N>(columns),
-            4 => self.run_levels::<4, N>(columns),
-            _ => self.run_levels::<STATES_MAX, N>(columns),
+            1 => self.run::<O, 1, N>(columns),
+            2 => self.run::<O, 2, N>(columns),
+            3 => self.run::<O, 3, N>(columns),
+            4 => self.run::<O, 4, N>(columns),
+            _ => self.run::<O, STATES_MAX, N>(columns),
         }
     }
 
-    /// An observation sees the sum of all states.
-    fn run_rows<const S: usize, const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N] {
+    fn run<O: Observation, const S: usize, const N: usize>(
+        &self,
+        columns: [&[f64]; N],
+    ) -> [Vec<f64>; N] {
         let n = self.weight.len();
         let columns = columns.map(|column| &column[..n]);
         let mut found = [(); N].map(|()| vec![0.0; n]);
         let mut state = [[0.0; N]; S];
         for i in 0..n {
             let Gains { keep, gain } = &self.gains[self.which[i] as usize];
-            let (seen, weight) = (self.seen[i], self.weight[i]);
+            let weight = self.weight[i];
             if self.starts[i] {
                 state = [[0.0; N]; S];
             }
-            let mut sum = [0.0; N];
-            for a in 0..S {
-                for lane in 0..N {
-                    state[a][lane] *= keep[a];
-                    sum[lane] += state[a][lane];
-                }
-            }
+            let expected = O::expected(&mut state, keep, self.step[i], self.seen[i]);
             for lane in 0..N {
-                let innovation = columns[lane][i] - seen * sum[lane];
+                let innovation = columns[lane][i] - expected[lane];
                 for a in 0..S {
                     state[a][lane] += gain[a] * innovation;
                 }
@@ -124,33 +108,60 @@ impl Filter {
         }
         found
     }
+}
 
-    /// An observation sees the first state, which takes up the others as they were.
-    fn run_levels<const S: usize, const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N] {
-        let n = self.weight.len();
-        let columns = columns.map(|column| &column[..n]);
-        let mut found = [(); N].map(|()| vec![0.0; n]);
-        let mut state = [[0.0; N]; S];
-        for i in 0..n {
-            let Gains { keep, gain } = &self.gains[self.which[i] as usize];
-            let (step, weight) = (self.step[i], self.weight[i]);
-            if self.starts[i] {
-                state = [[0.0; N]; S];
-            }
+/// What an observation is of.
+trait Observation {
+    /// Brings the states of each lane to the next observation; what it is expected to be.
+    fn expected<const S: usize, const N: usize>(
+        state: &mut [[f64; N]; S],
+        keep: &[f64; STATES_MAX],
+        step: f64,
+        seen: f64,
+    ) -> [f64; N];
+}
+
+/// It sees the sum of all states.
+struct Rows;
+
+impl Observation for Rows {
+    #[inline(always)]
+    fn expected<const S: usize, const N: usize>(
+        state: &mut [[f64; N]; S],
+        keep: &[f64; STATES_MAX],
+        _step: f64,
+        seen: f64,
+    ) -> [f64; N] {
+        let mut sum = [0.0; N];
+        for a in 0..S {
             for lane in 0..N {
-                let rate: f64 = (1..S).map(|a| state[a][lane]).sum();
-                state[0][lane] += step * rate;
-                for a in 1..S {
-                    state[a][lane] *= keep[a];
-                }
-                let innovation = columns[lane][i] - state[0][lane];
-                for a in 0..S {
-                    state[a][lane] += gain[a] * innovation;
-                }
-                found[lane][i] = innovation * weight;
+                state[a][lane] *= keep[a];
+                sum[lane] += state[a][lane];
             }
         }
-        found
+        sum.map(|sum| seen * sum)
+    }
+}
+
+/// It sees the first state, which takes up the others as they were.
+struct Levels;
+
+impl Observation for Levels {
+    #[inline(always)]
+    fn expected<const S: usize, const N: usize>(
+        state: &mut [[f64; N]; S],
+        keep: &[f64; STATES_MAX],
+        step: f64,
+        _seen: f64,
+    ) -> [f64; N] {
+        for lane in 0..N {
+            let rate: f64 = (1..S).map(|a| state[a][lane]).sum();
+            state[0][lane] += step * rate;
+            for a in 1..S {
+                state[a][lane] *= keep[a];
+            }
+        }
+        state[0]
     }
 }
 

@@ -20,7 +20,7 @@ pub fn holds_back_all(scene: &Scene<'_>, shape: &Shape) -> bool {
     scene.project(&mut column);
     let length = dot(&column, &column);
     // Not the scores of the residual: of these what is large is cut off.
-    let part = dot(&column, &scene.whitener.apply(&scene.data.block.residual)) / length;
+    let part = dot(&column, &scene.white) / length;
     let error = scene.scale / length.sqrt();
     (part - 1.0).abs() <= OFF_MAX.max(ERRORS * error)
 }

@@ -31,6 +31,8 @@ pub struct Scene<'a> {
     pub data: Data<'a>,
     /// What makes its noise white.
     pub whitener: Rc<Whitener>,
+    /// The whitened residual without what the model explains of it.
+    pub white: Rc<[f64]>,
     /// Huber's scores of the whitened residual, and their mean square.
     pub scores: Vec<f64>,
     /// Mean square of the scores.
@@ -129,7 +131,8 @@ impl<'a> Scene<'a> {
             let on = |means: &Means| OnMeans::new(means, noise, &weights, columns, &residual);
             record.means.iter().map(on).collect()
         };
-        Self { record, data, whitener, scores, variance, scale, basis, used, thin, means }
+        let white = Rc::from(white);
+        Self { record, data, whitener, white, scores, variance, scale, basis, used, thin, means }
     }
 
     /// Degrees of freedom that are left.
@@ -227,6 +230,7 @@ impl<'a> Scene<'a> {
             record: self.record,
             data: self.data,
             whitener: Rc::clone(&self.whitener),
+            white: Rc::clone(&self.white),
             variance,
             scale: self.scale,
             thin,
