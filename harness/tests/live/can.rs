@@ -48,10 +48,9 @@ fn vcan() -> Option<MutexGuard<'static, ()>> {
     static BUS: Mutex<()> = Mutex::new(());
     let up = harness::port::can_socket::kernel_has_can().is_ok()
         && Interface::new("vcan0").state() == InterfaceState::Up;
-    assert!(up || std::env::var_os(REQUIRED).is_none(), "no vcan0");
     if !up {
         let how = format!("{} -p harness --test live can", skips::IN_GUEST);
-        skips::skip("there is no vcan0 that is up", how);
+        skips::skip_unless(REQUIRED, "there is no vcan0 that is up", how);
     }
     // Who held it last may have failed, which is not ours to judge.
     up.then(|| BUS.lock().unwrap_or_else(PoisonError::into_inner))

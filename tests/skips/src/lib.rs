@@ -12,9 +12,19 @@ static SKIPPED: AtomicUsize = AtomicUsize::new(0);
 pub const IN_GUEST: &str = "with the Debian packages user-mode-linux, busybox-static and can-utils: \
      CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUNNER=\"$PWD/tests/vcan-guest/run --\" cargo test";
 
-/// Says that the test that calls it is skipped, `why`, and `how` it would run; returns how many of this binary were
-/// until now.
-pub fn skip(why: impl Display, how: impl Display) -> usize {
+/// As [`skip`], but a failure where the environment variable `required` is set.
+///
+/// # Panics
+///
+/// When it is set: what would be skipped is to fail there.
+#[track_caller]
+pub fn skip_unless(required: &str, why: impl Display, how: impl Display) {
+    assert!(std::env::var_os(required).is_none(), "{why}; {how}");
+    skip(why, how);
+}
+
+/// Says that the test that calls it is skipped, `why`, and `how` it would run.
+pub fn skip(why: impl Display, how: impl Display) {
     let count = SKIPPED.fetch_add(1, Ordering::Relaxed) + 1;
     let thread = std::thread::current();
     let test = thread.name().unwrap_or("a test");
@@ -22,7 +32,6 @@ pub fn skip(why: impl Display, how: impl Display) -> usize {
     let line = line(test, &why, &how, count);
     // Where nobody listens there is nobody to tell.
     let _ = std::io::stderr().write_all(line.as_bytes());
-    count
 }
 
 fn line(test: &str, why: &dyn Display, how: &dyn Display, count: usize) -> String {

@@ -45,6 +45,10 @@ fn run(name: &str, what: &str, path: &Path, input: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
+/// Who reads and writes which format, by the end of its files.
+const REFEREES: [(&str, &str); 3] =
+    [("python_can_rows.py", "log"), ("python_can_rows.py", "asc"), ("pcapng_rows.py", "pcapng")];
+
 /// Each referee reads what is written here.
 #[test]
 fn what_is_written_here_python_reads() {
@@ -53,9 +57,7 @@ fn what_is_written_here_python_reads() {
     }
     let dir = tempfile::tempdir().unwrap();
     let entries = sample();
-    for (script, end) in
-        [("python_can_rows.py", "log"), ("python_can_rows.py", "asc"), ("pcapng_rows.py", "pcapng")]
-    {
+    for (script, end) in REFEREES {
         let path = dir.path().join("bus").with_extension(end);
         write(&path, &entries);
         assert_eq!(run(script, "read", &path, ""), rows(&entries), "{end}");
@@ -70,9 +72,7 @@ fn what_python_writes_is_read_here() {
     }
     let dir = tempfile::tempdir().unwrap();
     let entries = sample();
-    for (script, end) in
-        [("python_can_rows.py", "log"), ("python_can_rows.py", "asc"), ("pcapng_rows.py", "pcapng")]
-    {
+    for (script, end) in REFEREES {
         let path = dir.path().join("bus").with_extension(end);
         run(script, "write", &path, &rows(&entries));
         let kept = |entry: &Entry| match (&entry.payload, end) {
