@@ -18,10 +18,15 @@ pub fn value(value: f64, uncertainty: f64) -> String {
         let decimals = UNCERTAINTY_DIGITS - 1 - exponent(uncertainty);
         return rounded(value, decimals);
     }
+    exact(value, EXACT_DIGITS)
+}
+
+/// A value without uncertainty, to so many digits.
+pub fn exact(value: f64, digits: i32) -> String {
     if value.fract() == 0.0 {
         return positive_zero(format!("{value:.0}"));
     }
-    let written = rounded(value, EXACT_DIGITS - 1 - exponent(value));
+    let written = rounded(value, digits - 1 - exponent(value));
     match written.contains('.') && !written.contains('e') {
         true => written.trim_end_matches('0').trim_end_matches('.').to_owned(),
         false => written,

@@ -186,19 +186,16 @@ pub fn simulate_across(
     go(crossing, prepared, seed, answers, watched, sink, pulse)
 }
 
-/// Runs a prepared plan in virtual time and judges its properties meanwhile: those that it declares, or all
-/// where it declares none. The run and its record are those of [`simulate`].
+/// As [`simulate`], with all properties judged where the plan declares none. The run and its record are the same.
 pub fn simulate_watched(
     prepared: &Prepared,
     seed: u64,
     answers: &Answers,
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
-) -> (Simulated, Vec<PropertyVerdict>) {
+) -> Simulated {
     let watched = Some(prepared.plan.properties.as_slice());
-    let run = go(Memory, prepared, seed, answers, watched, sink, pulse);
-    let verdicts = run.properties.clone();
-    (run, verdicts)
+    go(Memory, prepared, seed, answers, watched, sink, pulse)
 }
 
 fn go(

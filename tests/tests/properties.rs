@@ -26,10 +26,9 @@ const STANDING: [&str; 3] = ["warm-up", "temperature-calibration", "verification
 
 fn watched(name: &str) -> Vec<PropertyVerdict> {
     let prepared = Prepared::load(name, &Made::default()).expect("the plan ships");
-    let (run, verdicts) =
-        simulate_watched(&prepared, 1, &Answers::default(), &mut NullSink, &mut |_| true);
+    let run = simulate_watched(&prepared, 1, &Answers::default(), &mut NullSink, &mut |_| true);
     assert_eq!(run.ending.outcome, Outcome::Passed, "{name}: {:?}", run.ending);
-    verdicts
+    run.properties
 }
 
 #[test]
@@ -61,9 +60,9 @@ fn the_record_is_the_same_whether_anybody_watches_or_not() {
         let header = Header { plan: prepared.plan.name.as_str().to_owned(), ..Header::default() };
         let mut sink = FileSink::new(&mut file, &header, Level::Full).expect("memory takes it");
         let answers = Answers::default();
-        let (_, verdicts) = simulate_watched(&prepared, 7, &answers, &mut sink, &mut |_| true);
+        let run = simulate_watched(&prepared, 7, &answers, &mut sink, &mut |_| true);
         drop(sink);
-        assert!(verdicts.iter().any(|verdict| verdict.margin.is_some()), "{name}");
+        assert!(run.properties.iter().any(|verdict| verdict.margin.is_some()), "{name}");
         assert!(file == record_file(&prepared, 7), "{name}: another record");
     }
 }

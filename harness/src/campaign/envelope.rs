@@ -2,6 +2,7 @@
 
 use super::case::{Case, CaseResult};
 use super::executor::Executor;
+use super::space::severity;
 use crate::checks::confidence::{Z_95, wilson};
 use crate::faults::{Fault, Lasts, Schedule, When};
 use emulators::random::RandomStream;
@@ -86,8 +87,6 @@ pub fn envelope(
     pulse: &mut dyn FnMut(&Level) -> bool,
 ) -> Envelope {
     let info = fault.what.info();
-    let (least, greatest) = fault.what.severity_range();
-    let least = least.max(greatest * 1e-4);
     let mut levels: Vec<Level> = Vec::new();
     let mut goes_on = true;
     let mut measure = |severity: f64, levels: &mut Vec<Level>| -> Option<bool> {
@@ -99,7 +98,7 @@ pub fn envelope(
         levels.push(level);
         Some(settings.tolerates(&level))
     };
-    let rung = |step: usize| least * (greatest / least).powf(step as f64 / (LADDER - 1) as f64);
+    let rung = |step: usize| severity(fault.what, step as f64 / (LADDER - 1) as f64);
     let (mut good, mut bad) = (None, None);
     for step in 0..LADDER {
         match measure(rung(step), &mut levels) {

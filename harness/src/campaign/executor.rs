@@ -17,8 +17,7 @@ pub trait Executor: Sync {
     fn execute(&self, case: &Case) -> CaseResult;
 
     /// Can `case` be carried out at all?
-    fn takes(&self, case: &Case) -> bool {
-        let _ = case;
+    fn takes(&self, _case: &Case) -> bool {
         true
     }
 }
@@ -40,7 +39,7 @@ impl Simulated {
     fn with(&self, case: &Case) -> Prepared {
         let mut prepared = self.prepared.clone();
         let plan = Arc::make_mut(&mut prepared.plan);
-        plan.faults.faults.extend(case.schedule.faults.iter().cloned());
+        plan.faults = case.schedule.beside(&plan.faults);
         prepared
     }
 
@@ -51,12 +50,10 @@ impl Simulated {
 
     fn run(&self, case: &Case) -> (Span, CaseResult) {
         let prepared = self.with(case);
-        let (run, verdicts) =
+        let run =
             simulate_watched(&prepared, case.seed, &self.answers, &mut NullSink, &mut |_| true);
-        let (measured, judged) = judge_all(&prepared.plan.measurements, &run.observations);
-        let _ = judged;
-        let is_whole = run.ending.outcome == Outcome::Passed;
-        let passed = is_whole && measured.iter().all(|one| one.verdict.is_acceptable());
+        let (_, judged) = judge_all(&prepared.plan.measurements, &run.observations);
+        let verdicts = &run.properties;
         let result = CaseResult {
             outcome: run.ending.outcome.name().to_owned(),
             violated: verdicts.iter().filter_map(violated).collect(),
@@ -69,7 +66,7 @@ impl Simulated {
                 .filter(|verdict| verdict.kind == Kind::Sometimes && verdict.held)
                 .map(|verdict| verdict.name.to_owned())
                 .collect(),
-            passed,
+            passed: run.ending.outcome.max(judged) == Outcome::Passed,
         };
         (run.end - Timestamp::ZERO, result)
     }
@@ -79,7 +76,7 @@ fn violated(verdict: &PropertyVerdict) -> Option<Violated> {
     let violation = verdict.first_violation.as_ref()?;
     Some(Violated {
         property: verdict.name.to_owned(),
-        at_s: (violation.at - Timestamp::ZERO).as_secs_f64(),
+        at_s: violation.at.as_secs_f64(),
         what: violation.what.clone(),
     })
 }
@@ -90,9 +87,8 @@ impl Executor for Simulated {
     }
 
     fn takes(&self, case: &Case) -> bool {
-        let prepared = self.with(case);
-        let faults = &prepared.plan.faults;
-        faults.check(&prepared.plan).is_ok()
-            && faults.check_bench(bench_lines(&prepared.devices)).is_ok()
+        let plan = &self.prepared.plan;
+        let lines = bench_lines(&self.prepared.devices);
+        case.schedule.beside(&plan.faults).fits(plan, lines).is_ok()
     }
 }

@@ -1,7 +1,7 @@
 //! What has been done of a campaign: one JSON line a case, so that one that was interrupted goes on where it
 //! stopped.
 
-use super::case::{Case, CaseId, CaseResult};
+use super::case::{Case, CaseResult};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
@@ -160,14 +160,6 @@ fn write(file: &mut File, line: &impl Serialize) -> io::Result<()> {
     text.push(b'\n');
     // One write, so that a line is there as a whole or cut short at its end.
     file.write_all(&text)
-}
-
-/// Kept beside the lines by whoever shares cases out.
-impl Line {
-    /// Its case's name in the campaign of a plan with this text.
-    pub fn id(&self, plan: &str) -> CaseId {
-        self.case.id(plan)
-    }
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::case::Case;
 use super::search::Dice;
-use super::space::{DURATION_MIN, Space, duration};
+use super::space::{DURATION_MIN, Space, duration, severities, whole_ms};
 use crate::faults::{Fault, Lasts, Schedule, When};
 use proptest::strategy::{Strategy as _, ValueTree as _};
 use rand::RngExt as _;
@@ -60,16 +60,14 @@ fn adjust(fault: &mut Fault, space: &Space, dice: &mut Dice) {
     let step: f64 = spread * (random.random::<f64>() + random.random::<f64>() - 1.0);
     match random.random_range(0..3) {
         0 => {
-            let (least, greatest) = fault.what.severity_range();
-            let least = least.max(greatest * 1e-4);
+            let (least, greatest) = severities(fault.what);
             let size = (fault.what.severity().max(least) * step.exp()).clamp(least, greatest);
             fault.what = fault.what.with_severity(size);
         }
         1 => {
             let horizon = space.horizon().as_secs_f64();
             let moved = |at: Span, scale: f64| {
-                let seconds = (at.as_secs_f64() + step * scale).clamp(0.0, horizon);
-                Span::from_millis((seconds * 1e3).round() as i64)
+                whole_ms((at.as_secs_f64() + step * scale).clamp(0.0, horizon))
             };
             match &mut fault.when {
                 When::At(at) => *at = moved(*at, 0.1 * horizon),
@@ -84,8 +82,7 @@ fn adjust(fault: &mut Fault, space: &Space, dice: &mut Dice) {
         _ if fault.what.info().lasts == Lasts::Scheduled => {
             let now = fault.duration.unwrap_or(space.horizon()).max(DURATION_MIN).as_secs_f64();
             let longest = duration(space.horizon(), 1.0);
-            let changed = Span::from_millis((now * step.exp() * 1e3).round() as i64);
-            fault.duration = Some(changed.clamp(DURATION_MIN, longest));
+            fault.duration = Some(whole_ms(now * step.exp()).clamp(DURATION_MIN, longest));
         }
         _ => {}
     }

@@ -5,11 +5,11 @@ use super::executor::Executor;
 use super::journal::{Journal, JournalError, Line};
 use super::search::Search;
 use super::shrink::{Shrunk, shrink};
+use crate::seeds::for_each_seed;
 use std::any::Any;
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::thread;
 
 /// Cases that are drawn before what came of the first of them is learnt: always as many, so that the cases of a
 /// campaign do not depend on how many threads carry them out.
@@ -159,28 +159,12 @@ fn side_by_side(
     known: &[Option<CaseResult>],
     threads: NonZeroUsize,
 ) -> Vec<CaseResult> {
-    let next = std::sync::atomic::AtomicUsize::new(0);
-    let work = || {
-        let mut done = Vec::new();
-        loop {
-            let index = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            let (Some(case), Some(known)) = (cases.get(index), known.get(index)) else {
-                return done;
-            };
-            let result = known.clone().unwrap_or_else(|| guarded(executor, case));
-            done.push((index, result));
-        }
+    let job = |index: u64| {
+        let index = usize::try_from(index).ok()?;
+        let (case, known) = (cases.get(index)?, known.get(index)?);
+        Some(known.clone().unwrap_or_else(|| guarded(executor, case)))
     };
-    let mut results: Vec<(usize, CaseResult)> = thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads.get()).map(|_| scope.spawn(work)).collect();
-        workers
-            .into_iter()
-            .flat_map(|worker| {
-                worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-            })
-            .collect()
-    });
-    results.sort_by_key(|(index, _)| *index);
+    let results = for_each_seed(0..cases.len() as u64, threads, &job);
     results.into_iter().map(|(_, result)| result).collect()
 }
 

@@ -2,7 +2,7 @@
 
 use super::case::{Case, CaseResult};
 use super::executor::Executor;
-use super::space::DURATION_MIN;
+use super::space::{DURATION_MIN, whole_ms};
 use crate::faults::{Fault, FaultKind, Lasts, Schedule, Toward, When};
 use wire::time::Span;
 
@@ -133,7 +133,7 @@ impl<E: Executor> Shrinker<'_, E> {
         {
             let least = DURATION_MIN.as_secs_f64();
             self.halve(index, least, duration.as_secs_f64(), |fault, seconds| {
-                fault.duration = Some(milliseconds(seconds));
+                fault.duration = Some(whole_ms(seconds));
             });
         }
         let begin = match self.fault(index).when {
@@ -142,7 +142,7 @@ impl<E: Executor> Shrinker<'_, E> {
         };
         if let Some(begin) = begin {
             self.halve(index, 0.0, begin.as_secs_f64(), |fault, seconds| {
-                set_begin(fault, milliseconds(seconds));
+                set_begin(fault, whole_ms(seconds));
             });
         }
         let number = match &self.fault(index).when {
@@ -189,7 +189,7 @@ impl<E: Executor> Shrinker<'_, E> {
         }
         for digits in [1, 2, 3] {
             let Some(duration) = self.fault(index).duration else { break };
-            let rounded = milliseconds(rounded_up(duration.as_secs_f64(), digits));
+            let rounded = whole_ms(rounded_up(duration.as_secs_f64(), digits));
             if self.with(index, |fault| fault.duration = Some(rounded)) {
                 break;
             }
@@ -231,10 +231,6 @@ fn set_number(fault: &mut Fault, to: u32) {
     if let When::Step { number, .. } | When::During { number, .. } = &mut fault.when {
         *number = to;
     }
-}
-
-fn milliseconds(seconds: f64) -> Span {
-    Span::from_millis((seconds * 1e3).round() as i64)
 }
 
 /// To so many digits, away from zero.

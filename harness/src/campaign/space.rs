@@ -39,7 +39,7 @@ impl Space {
             }
             for target in info.reach.targets() {
                 let schedule = Schedule { faults: vec![Fault::new(*target, info.typical)] };
-                if schedule.check_bench(lines).is_ok() && schedule.check(plan).is_ok() {
+                if schedule.fits(plan, lines).is_ok() {
                     kinds.push((*target, info.typical));
                 }
             }
@@ -73,7 +73,7 @@ impl Space {
 
     /// Can this schedule apply to the plan and the bench?
     pub fn takes(&self, schedule: &Schedule) -> bool {
-        schedule.check(&self.plan).is_ok() && schedule.check_bench(self.lines).is_ok()
+        schedule.fits(&self.plan, self.lines).is_ok()
     }
 
     /// One fault: each kind is as likely as the others, its size is drawn over orders of magnitude.
@@ -120,17 +120,28 @@ impl Space {
     }
 }
 
-/// A size within the range of a kind at `share` of the way: even steps of its logarithm, as far down as a ten
-/// thousandth of its greatest.
-pub(super) fn severity(what: FaultKind, share: f64) -> f64 {
+/// The least severity that is drawn, as a share of the greatest.
+const LEAST: f64 = 1e-4;
+
+/// The severities of a kind that are drawn, the least and the greatest: four orders of magnitude at most.
+pub(super) fn severities(what: FaultKind) -> (f64, f64) {
     let (least, greatest) = what.severity_range();
-    let least = least.max(greatest * 1e-4);
+    (least.max(greatest * LEAST), greatest)
+}
+
+/// A severity at `share` of the way: even steps of its logarithm.
+pub(super) fn severity(what: FaultKind, share: f64) -> f64 {
+    let (least, greatest) = severities(what);
     least * (greatest / least).powf(share)
+}
+
+/// Times of faults are in whole milliseconds: a person has to read them.
+pub(super) fn whole_ms(seconds: f64) -> Span {
+    Span::from_millis((seconds * 1e3).round() as i64)
 }
 
 /// A duration at `share` of the way from the shortest to all of the run, in even steps of its logarithm; whole ms.
 pub(super) fn duration(horizon: Span, share: f64) -> Span {
     let (least, greatest) = (DURATION_MIN.as_secs_f64(), horizon.max(DURATION_MIN).as_secs_f64());
-    let seconds = least * (greatest / least).powf(share);
-    Span::from_millis((seconds * 1e3).round() as i64)
+    whole_ms(least * (greatest / least).powf(share))
 }

@@ -2,7 +2,7 @@
 
 use super::case::{Case, CaseResult, Violated};
 use super::executor::Executor;
-use super::space::Space;
+use super::space::{Space, severities};
 use crate::faults::{BenchLines, Fault, When};
 use crate::plan::Plan;
 use wire::time::Span;
@@ -52,8 +52,7 @@ impl Toy {
 
 /// Share of the way to the worst.
 pub fn size(fault: &Fault) -> f64 {
-    let (least, greatest) = fault.what.severity_range();
-    let least = least.max(greatest * 1e-4);
+    let (least, greatest) = severities(fault.what);
     ((fault.what.severity() / least).max(1.0).ln() / (greatest / least).ln()).clamp(0.0, 1.0)
 }
 

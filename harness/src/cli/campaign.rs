@@ -12,7 +12,7 @@ use crate::campaign::{
     Simulated, Space,
 };
 use crate::console::{self, Style};
-use crate::faults::{Fault, FaultKind, Target};
+use crate::faults::{Fault, FaultKind, Schedule, Target};
 use crate::library::{Kind, Library};
 use crate::made::Made;
 use crate::outcome::Outcome;
@@ -250,7 +250,7 @@ impl CampaignArguments {
         let reach = what.info().reach;
         let asked = self.target.as_deref();
         let fits = |target: &&Target| {
-            let schedule = crate::faults::Schedule { faults: vec![Fault::new(**target, what)] };
+            let schedule = Schedule { faults: vec![Fault::new(**target, what)] };
             asked.is_none_or(|name| name == target.name())
                 && schedule.check_bench(bench_lines(&prepared.devices)).is_ok()
         };

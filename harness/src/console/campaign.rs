@@ -3,6 +3,7 @@
 use super::{Style, lines, printable};
 use crate::campaign::{Campaign, Envelope, Level};
 use crate::faults::Fault;
+use crate::figures;
 use comfy_table::Cell;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -149,18 +150,9 @@ pub fn envelope_json(found: &Envelope) -> String {
     serde_json::to_string(found).unwrap_or_default()
 }
 
-/// Three digits.
-fn figure(value: f64) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let decimals = (2 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
+/// A severity that was measured: three digits.
+fn figure(severity: f64) -> String {
+    figures::exact(severity, 3)
 }
 
 #[cfg(test)]

@@ -32,6 +32,15 @@ pub enum BenchLines {
 type Checked = Result<(), (Vec<&'static str>, String, Option<String>)>;
 
 impl Schedule {
+    /// Does it apply to this plan, on a bench with these lines?
+    ///
+    /// # Errors
+    ///
+    /// As [`check`](Self::check) and [`check_bench`](Self::check_bench).
+    pub fn fits(&self, plan: &Plan, lines: BenchLines) -> Result<(), Unfit> {
+        self.check(plan).and_then(|()| self.check_bench(lines))
+    }
+
     /// Checks each fault by itself, against the plan's phases, and against the others.
     ///
     /// # Errors

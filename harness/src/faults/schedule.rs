@@ -20,6 +20,12 @@ impl Schedule {
         self.faults.is_empty()
     }
 
+    /// Behind the faults of `other`: those keep their places, and with them their random numbers.
+    #[must_use]
+    pub fn beside(&self, other: &Self) -> Self {
+        Self { faults: other.faults.iter().chain(&self.faults).cloned().collect() }
+    }
+
     /// As it stands in a plan: `[[fault]]` tables.
     pub fn to_toml(&self) -> String {
         #[derive(Serialize)]

@@ -156,12 +156,17 @@ fn broke(summary: &mut Summary, error: &RunFolderError) {
     if is_consequence && summary.outcome >= Outcome::Error {
         return;
     }
-    summary.outcome = summary.outcome.max(Outcome::Error);
     let cause = std::error::Error::source(error);
     let text = cause.map_or_else(|| error.to_string(), |cause| format!("{error}: {cause}"));
+    worsen(summary, Outcome::Error, text);
+}
+
+/// The outcome is no better than this, and why stands behind what is known already.
+fn worsen(summary: &mut Summary, outcome: Outcome, why: String) {
+    summary.outcome = summary.outcome.max(outcome);
     summary.reason = match summary.reason.take() {
-        Some(reason) => Some(format!("{reason}; {text}")),
-        None => Some(text),
+        Some(reason) => Some(format!("{reason}; {why}")),
+        None => Some(why),
     };
 }
 
@@ -172,18 +177,9 @@ pub(crate) fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summ
         Outcome::Passed => judged,
         ended => ended,
     };
-    let properties: Vec<PropertySummary> = run.properties.iter().map(Into::into).collect();
-    let broken = properties.iter().find(|property| property.always && !property.held);
-    let (outcome, reason) = match (broken, run.ending.reason.clone()) {
-        (Some(broken), None) => (outcome.max(Outcome::Failed), Some(breach(broken))),
-        (Some(broken), Some(reason)) => {
-            (outcome.max(Outcome::Failed), Some(format!("{reason}; {}", breach(broken))))
-        }
-        (None, reason) => (outcome, reason),
-    };
-    Summary {
+    let mut summary = Summary {
         outcome,
-        reason,
+        reason: run.ending.reason.clone(),
         plan: prepared.plan.name.as_str().to_owned(),
         title: prepared.plan.title.clone(),
         version: VERSION.to_owned(),
@@ -199,8 +195,13 @@ pub(crate) fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summ
         timing: None,
         ports: Vec::new(),
         faults: run.faults.clone(),
-        properties,
+        properties: run.properties.iter().map(Into::into).collect(),
+    };
+    let broken = summary.properties.iter().find(|property| property.always && !property.held);
+    if let Some(why) = broken.map(breach) {
+        worsen(&mut summary, Outcome::Failed, why);
     }
+    summary
 }
 
 /// What broke, in a sentence.

@@ -15,7 +15,7 @@ fn a_lap_goes_wrong_in_silence() {
                 Prepared::load("laps-corrected", &Made::default()).expect("the plan ships");
             prepared.mutant = mutant;
             let answers = Answers::default();
-            simulate_watched(&prepared, 1, &answers, &mut NullSink, &mut |_| true).1
+            simulate_watched(&prepared, 1, &answers, &mut NullSink, &mut |_| true).properties
         });
     }
 }
