@@ -33,7 +33,7 @@ each run; its other parameters are at typical values ([faults.md](faults.md)); {
     for file in files:
         plan = os.path.basename(file).split(".")[0]
         with open(file, encoding="utf-8") as text:
-            found = json.load(text)
+            (found,) = json.load(text)
         levels = found["levels"]
         half = next((l["severity"] for l in levels if 2 * l["passed"] <= l["runs"]), None)
         tolerated = "-" if found["tolerated"] is None else figure(found["tolerated"])

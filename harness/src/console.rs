@@ -5,7 +5,7 @@ mod campaign;
 mod findings;
 mod seeds;
 
-pub use campaign::{campaign_json, campaign_table, envelope_json, envelope_table, level_line};
+pub use campaign::{campaign_json, campaign_table, envelope_table, envelopes_json, level_line};
 #[cfg(feature = "live")]
 pub use findings::findings_table;
 pub use seeds::{SeedShare, seeds_markdown, seeds_table};

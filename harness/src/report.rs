@@ -7,6 +7,8 @@
 
 mod against;
 mod collect;
+mod download;
+pub mod envelopes;
 mod frame;
 mod heading;
 pub mod identification;

@@ -9,6 +9,8 @@ mod closing;
 #[cfg(all(feature = "live", target_os = "linux"))]
 #[path = "cli/crossing.rs"]
 mod crossing;
+#[path = "cli/envelopes.rs"]
+mod envelopes;
 #[path = "cli/hil.rs"]
 mod hil;
 #[path = "cli/input.rs"]

@@ -21,22 +21,22 @@ impl BaseEmulator {
     }
 
     fn drive_on(&mut self, now: Timestamp) {
-        loop {
-            let next = [self.deadline, self.kinematics.phase_end()].into_iter().flatten().min();
-            match next {
-                Some(at) if at <= now => {
-                    let mut targets = self.kinematics.targets();
-                    if self.deadline == next {
-                        self.deadline = None;
-                        self.status.command_timed_out = true;
-                        targets = (0.0, 0.0);
-                    }
-                    self.ramp_to(at, targets, self.accelerations());
-                }
-                _ => break,
+        while self.next_change() <= now {
+            let at = self.next_change();
+            let mut targets = self.kinematics.targets();
+            if self.deadline == Some(at) {
+                self.deadline = None;
+                self.status.command_timed_out = true;
+                targets = (0.0, 0.0);
             }
+            self.ramp_to(at, targets, self.accelerations());
         }
         self.kinematics.advance(now);
+    }
+
+    /// When a ramp ends or a command runs out; [`Timestamp::MAX`] for never.
+    pub(super) fn next_change(&self) -> Timestamp {
+        self.kinematics.phase_end().min(self.deadline.unwrap_or(Timestamp::MAX))
     }
 
     pub(super) fn set_velocity(&mut self, now: Timestamp, drive: Speed, steer: AngularRate) {

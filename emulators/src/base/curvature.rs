@@ -20,6 +20,7 @@
 //! direction is driven forward and, with the steering turned by half a turn, backward: kappa is the
 //! same for both, k0 changes sign.
 
+use super::direction::Direction;
 use super::parameters::Wheel;
 use wire::units::Angle;
 
@@ -33,6 +34,9 @@ pub struct Harmonic {
 }
 
 impl Harmonic {
+    /// Equal wheels.
+    pub const NONE: Self = Self { along_rad_per_m: 0.0, across_rad_per_m: 0.0 };
+
     /// The harmonic of these wheels; none where all feet are in one place.
     pub fn of(wheels: &[Wheel]) -> Self {
         let spread: f64 = wheels.iter().map(|w| w.x_m * w.x_m + w.y_m * w.y_m).sum();
@@ -50,7 +54,11 @@ impl Harmonic {
 
     /// Curvature in rad/m for wheels that point along `direction`, relative to the body.
     pub fn curvature(self, direction: Angle) -> f64 {
-        self.along_rad_per_m * direction.cos() + self.across_rad_per_m * direction.sin()
+        self.towards(Direction::of(direction.rad()))
+    }
+
+    pub(super) fn towards(self, direction: Direction) -> f64 {
+        self.along_rad_per_m * direction.cos + self.across_rad_per_m * direction.sin
     }
 }
 

@@ -6,7 +6,7 @@
 //! changes nothing.
 
 use super::ramp::Ramp;
-use super::track::{PIECE_NS, PIECE_S, Track, TrackModel};
+use super::track::{PIECE_NS, PIECE_S, Piece, Track, TrackModel};
 use wire::time::Timestamp;
 
 /// Odometers and places at one instant; SI units.
@@ -28,6 +28,7 @@ pub(super) struct Kinematics {
     /// The same for the phase.
     phase_model: TrackModel,
     phase_start: Timestamp,
+    phase_end: Timestamp,
     drive: Ramp,
     steer: Ramp,
     at_start: State,
@@ -42,6 +43,7 @@ impl Kinematics {
             model,
             phase_model: model,
             phase_start: Timestamp::ZERO,
+            phase_end: Timestamp::MAX,
             drive: Ramp::default(),
             steer: Ramp::default(),
             at_start: State::default(),
@@ -76,60 +78,98 @@ impl Kinematics {
         (self.drive.rate(t), self.steer.rate(t))
     }
 
-    /// When a ramp ends next.
-    pub(super) fn phase_end(&self) -> Option<Timestamp> {
-        let ends =
-            [self.drive.settles_at(self.phase_start), self.steer.settles_at(self.phase_start)];
-        ends.into_iter().flatten().min()
+    /// When a ramp ends next; [`Timestamp::MAX`] where none does.
+    pub(super) const fn phase_end(&self) -> Timestamp {
+        self.phase_end
     }
 
     /// Where everything is at `now`, not before the last [`advance`](Self::advance).
     pub(super) fn state_at(&self, now: Timestamp) -> State {
+        let (displacement, steered) = self.odometers_at(now);
+        let reckoned = self.place_at(
+            now,
+            &TrackModel::PERFECT,
+            &self.at_start.reckoned,
+            &self.at_piece.reckoned,
+        );
+        State { displacement, steered, truth: self.truth_at(now), reckoned }
+    }
+
+    /// The odometers at `now`: path and steering angle.
+    pub(super) fn odometers_at(&self, now: Timestamp) -> (f64, f64) {
+        let t = (now - self.phase_start).as_secs_f64();
+        let (path, turn) = (self.drive.integral(t), self.steer.integral(t));
+        (self.at_start.displacement + path, self.at_start.steered + turn)
+    }
+
+    /// Where the base is at `now`, not before the last [`advance`](Self::advance).
+    pub(super) fn truth_at(&self, now: Timestamp) -> Track {
+        self.place_at(now, &self.phase_model, &self.at_start.truth, &self.at_piece.truth)
+    }
+
+    /// The turret's true heading at `now`, not before the last [`advance`](Self::advance).
+    pub(super) fn heading_at(&self, now: Timestamp) -> f64 {
+        let elapsed = now - self.phase_start;
+        let done = elapsed.as_nanos() / PIECE_NS;
+        if self.is_steered_on_the_way() && done <= self.pieces {
+            let piece = self.piece(piece_start(self.pieces), elapsed.as_secs_f64());
+            return self.at_piece.truth.heading_after_piece(&self.phase_model, &piece);
+        }
+        self.truth_at(now).heading()
+    }
+
+    /// It steers and drives at once: there is no closed form.
+    fn is_steered_on_the_way(&self) -> bool {
+        !(self.steer.is_at_rest() || self.drive.is_at_rest())
+    }
+
+    /// One of the two places, from where it was at the start of the phase and after the last whole piece.
+    fn place_at(
+        &self,
+        now: Timestamp,
+        model: &TrackModel,
+        at_start: &Track,
+        at_piece: &Track,
+    ) -> Track {
         let elapsed = now - self.phase_start;
         let t = elapsed.as_secs_f64();
-        let path = self.drive.integral(t);
-        let turn = self.steer.integral(t);
-        let (truth, reckoned) = if self.steer.is_at_rest() {
-            let start = &self.at_start;
-            if self.drive.is_at_rest() {
-                return *start;
-            }
-            let after = |track: &Track, model| track.after_arc(model, path);
-            (after(&start.truth, &self.phase_model), after(&start.reckoned, &TrackModel::PERFECT))
-        } else if self.drive.is_at_rest() {
-            let start = &self.at_start;
-            let after = |track: &Track, model| track.after_turn(model, turn);
-            (after(&start.truth, &self.phase_model), after(&start.reckoned, &TrackModel::PERFECT))
-        } else {
-            let mut state = self.at_piece;
-            for piece in self.pieces..elapsed.as_nanos() / PIECE_NS {
-                self.integrate(&mut state, piece_start(piece), piece_start(piece + 1));
-            }
+        if self.is_steered_on_the_way() {
             let done = self.pieces.max(elapsed.as_nanos() / PIECE_NS);
-            self.integrate(&mut state, piece_start(done), t);
-            (state.truth, state.reckoned)
-        };
-        State {
-            displacement: self.at_start.displacement + path,
-            steered: self.at_start.steered + turn,
-            truth,
-            reckoned,
+            let place = self.after_pieces(*at_piece, model, done);
+            place.after_piece(model, &self.piece(piece_start(done), t))
+        } else if !self.drive.is_at_rest() {
+            at_start.after_arc(model, self.drive.integral(t))
+        } else if !self.steer.is_at_rest() {
+            at_start.after_turn(model, self.steer.integral(t))
+        } else {
+            *at_start
         }
     }
 
     /// Goes on to `now` within the phase: the caller stops at [`phase_end`](Self::phase_end) and
     /// calls [`start_phase`](Self::start_phase) there.
     pub(super) fn advance(&mut self, now: Timestamp) {
-        if self.steer.is_at_rest() || self.drive.is_at_rest() {
+        if !self.is_steered_on_the_way() {
             return;
         }
-        let pieces = (now - self.phase_start).as_nanos() / PIECE_NS;
-        let mut state = self.at_piece;
-        for piece in self.pieces..pieces {
-            self.integrate(&mut state, piece_start(piece), piece_start(piece + 1));
+        let done = (now - self.phase_start).as_nanos() / PIECE_NS;
+        if done > self.pieces {
+            let State { truth, reckoned, .. } = self.at_piece;
+            self.at_piece.truth = self.after_pieces(truth, &self.phase_model, done);
+            self.at_piece.reckoned = self.after_pieces(reckoned, &TrackModel::PERFECT, done);
+            self.pieces = done;
         }
-        self.pieces = self.pieces.max(pieces);
-        self.at_piece = state;
+    }
+
+    /// From the last whole piece on through those up to `done`.
+    fn after_pieces(&self, from: Track, model: &TrackModel, done: i64) -> Track {
+        (self.pieces..done).fold(from, |place, piece| {
+            place.after_piece(model, &self.piece(piece_start(piece), piece_start(piece + 1)))
+        })
+    }
+
+    const fn piece(&self, from_s: f64, to_s: f64) -> Piece<'_> {
+        Piece { drive: &self.drive, steer: &self.steer, from_s, to_s }
     }
 
     /// From `now` on, ramp to `drive` and `steer` with at most these accelerations.
@@ -144,6 +184,7 @@ impl Kinematics {
         self.phase_start = now;
         self.drive = Ramp::new(drive_rate, drive, drive_limit);
         self.steer = Ramp::new(steer_rate, steer, steer_limit);
+        self.phase_end = self.drive.settles_at(now).min(self.steer.settles_at(now));
         self.phase_model = self.model.in_phase(&self.drive, &self.steer);
         self.set_state(state);
     }
@@ -160,13 +201,6 @@ impl Kinematics {
         self.at_start = state;
         self.at_piece = state;
         self.pieces = 0;
-    }
-
-    fn integrate(&self, state: &mut State, from_s: f64, to_s: f64) {
-        let span = (from_s, to_s);
-        state.truth = state.truth.after_piece(&self.phase_model, &self.drive, &self.steer, span);
-        state.reckoned =
-            state.reckoned.after_piece(&TrackModel::PERFECT, &self.drive, &self.steer, span);
     }
 }
 

@@ -7,7 +7,7 @@
 //!
 //! Rates ramp to the commanded ones under the accelerations in force: the host's, or the hardware's
 //! where they are lower. Between commands and ramp ends motion is a closed form of time, or pieces of
-//! 10 ms on a fixed grid while the base steers and drives at once, so that it does not depend on how
+//! 20 ms on a fixed grid while the base steers and drives at once, so that it does not depend on how
 //! often anybody looks.
 //!
 //! # Odometry against truth on a closed lap
@@ -22,6 +22,7 @@
 
 mod commands;
 pub mod curvature;
+mod direction;
 mod fault;
 mod kinematics;
 mod parameters;
@@ -176,11 +177,9 @@ impl BaseEmulator {
 
     /// When to call [`wake`](Self::wake) next: never, for a serial base at rest.
     pub fn next_wakeup(&self) -> Option<Timestamp> {
-        let late_stop = self.late_stop.map(|(at, _)| at);
-        [self.kinematics.phase_end(), self.deadline, self.reports.next_due(), late_stop]
-            .into_iter()
-            .flatten()
-            .min()
+        let late_stop = self.late_stop.map_or(Timestamp::MAX, |(at, _)| at);
+        let next = self.next_change().min(self.reports.next_due()).min(late_stop);
+        (next < Timestamp::MAX).then_some(next)
     }
 
     /// Carries out a request, as both transports do.
@@ -262,7 +261,7 @@ impl BaseEmulator {
 
     /// What is true at `now`, not before the last call that took a time.
     pub fn truth_at(&self, now: Timestamp) -> BaseTruth {
-        let truth = self.kinematics.state_at(now).truth;
+        let truth = self.kinematics.truth_at(now);
         let (drive, steer) = self.kinematics.rates_at(now);
         let model = self.kinematics.model_now();
         BaseTruth {
@@ -287,7 +286,7 @@ impl BaseEmulator {
 
     /// The turret's true heading at `now` (unwrapped): what a gyro on the base sees.
     pub fn turret_heading_at(&self, now: Timestamp) -> Angle {
-        Angle::from_rad(self.kinematics.state_at(now).truth.heading())
+        Angle::from_rad(self.kinematics.heading_at(now))
     }
 
     /// The counters of the serial line's end.
@@ -317,7 +316,7 @@ impl BaseEmulator {
     }
 
     fn reported_motion(&mut self, now: Timestamp) -> Motion {
-        let State { displacement, steered, .. } = self.kinematics.state_at(now);
+        let (displacement, steered) = self.kinematics.odometers_at(now);
         self.status.displacement = Length::from_m(displacement);
         self.status.heading = Angle::from_rad(self.stepped(steered)).wrapped();
         self.status.moving = self.kinematics.is_moving();

@@ -62,9 +62,9 @@ impl Ramp {
         self.target == 0.0 && self.settles_after == Span::ZERO
     }
 
-    /// When the target is reached; none where it has been from the start.
-    pub(super) fn settles_at(&self, start: Timestamp) -> Option<Timestamp> {
-        (self.settles_after > Span::ZERO).then(|| start + self.settles_after)
+    /// When the target is reached; [`Timestamp::MAX`] where it has been from the start.
+    pub(super) fn settles_at(&self, start: Timestamp) -> Timestamp {
+        if self.settles_after > Span::ZERO { start + self.settles_after } else { Timestamp::MAX }
     }
 }
 
@@ -78,13 +78,13 @@ mod tests {
     fn without_a_limit_the_target_is_reached_at_once() {
         let ramp = Ramp::new(0.0, 0.4, f64::INFINITY);
         assert_eq!((ramp.rate(0.0), ramp.integral(2.0)), (0.4, 0.8));
-        assert_eq!(ramp.settles_at(Timestamp::ZERO), None);
+        assert_eq!(ramp.settles_at(Timestamp::ZERO), Timestamp::MAX);
     }
 
     #[test]
     fn a_ramp_through_zero_takes_its_time() {
         let ramp = Ramp::new(0.4, -0.4, 0.25);
-        assert_eq!(ramp.settles_at(Timestamp::ZERO), Some(Timestamp::from_secs_f64(3.2)));
+        assert_eq!(ramp.settles_at(Timestamp::ZERO), Timestamp::from_secs_f64(3.2));
         assert!(ramp.rate(1.6).abs() < 1e-15 && !ramp.is_at_rest());
         assert!(ramp.integral(3.2).abs() < 1e-15);
     }

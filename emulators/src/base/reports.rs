@@ -39,9 +39,9 @@ impl Reports {
         }
     }
 
-    /// When a report falls due next; never on a serial line.
-    pub(super) fn next_due(&self) -> Option<Timestamp> {
-        self.reports().then(|| self.motion_at.min(self.pose_at))
+    /// When a report falls due next; never, [`Timestamp::MAX`], on a serial line.
+    pub(super) fn next_due(&self) -> Timestamp {
+        if self.reports() { self.motion_at.min(self.pose_at) } else { Timestamp::MAX }
     }
 
     pub(super) fn motion_due(&self, now: Timestamp) -> bool {

@@ -19,6 +19,8 @@ pub struct EnvelopeSettings {
     pub share: f64,
     /// The first seed.
     pub seed: u64,
+    /// A severity that is run whatever the rest shows: the one that is asked for.
+    pub asked: Option<f64>,
     /// How long the plan takes where nothing goes wrong. A fault that lasts by itself, or an instant, begins at a
     /// time within it that is drawn from the seed of each run.
     pub horizon: Span,
@@ -29,7 +31,7 @@ pub struct EnvelopeSettings {
 /// Runs that pass at one severity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Level {
-    /// In the unit of the kind's first parameter.
+    /// In the unit of the kind's first parameter; zero where there is no fault.
     pub severity: f64,
     /// Runs that passed.
     pub passed: u64,
@@ -59,6 +61,19 @@ pub struct Envelope {
     pub is_all: bool,
 }
 
+impl Envelope {
+    /// Runs that passed without any fault, where that is too few already.
+    pub fn fails_by_itself(&self) -> Option<&Level> {
+        let first = self.levels.first().filter(|level| level.severity == 0.0);
+        first.filter(|level| level.interval.0 < self.share)
+    }
+
+    /// So much, and all less of it that was run, is tolerated.
+    pub fn tolerates(&self, severity: f64) -> bool {
+        self.tolerated.is_some_and(|most| most >= severity)
+    }
+}
+
 /// Severities of the first look, in even steps of the logarithm.
 const LADDER: usize = 9;
 /// Times that the step between what is tolerated and what is not is halved.
@@ -69,16 +84,9 @@ impl EnvelopeSettings {
     fn tolerates(&self, level: &Level) -> bool {
         level.interval.0 >= self.share
     }
-
-    /// The least number of runs of which all must pass for the interval to reach `share`: fewer can say nothing.
-    pub fn runs_min(share: f64) -> u64 {
-        let says =
-            |runs: &u64| wilson(*runs, *runs, Z_95).is_some_and(|found| found.lower >= share);
-        (1..=u64::from(u16::MAX)).find(says).unwrap_or(u64::MAX)
-    }
 }
 
-/// Measures the envelope of `fault` with one executor: a ladder over the whole range of its severity, then halves
+/// Measures the envelope of `fault` with one executor: no fault, a ladder over the whole range of its severity, then halves
 /// between the last step that is tolerated and the next. `pulse` is told of each level; false stops.
 pub fn envelope(
     executor: &impl Executor,
@@ -99,6 +107,8 @@ pub fn envelope(
         Some(settings.tolerates(&level))
     };
     let rung = |step: usize| severity(fault.what, step as f64 / (LADDER - 1) as f64);
+    // Without any fault: what fails there says nothing of the fault.
+    measure(0.0, &mut levels);
     let (mut good, mut bad) = (None, None);
     for step in 0..LADDER {
         match measure(rung(step), &mut levels) {
@@ -119,9 +129,12 @@ pub fn envelope(
             }
         }
     }
+    if let Some(asked) = settings.asked {
+        measure(fault.what.with_severity(asked).severity(), &mut levels);
+    }
     levels.sort_by(|a, b| a.severity.total_cmp(&b.severity));
-    let tolerated =
-        levels.iter().take_while(|level| settings.tolerates(level)).last().map(|l| l.severity);
+    let tolerated = levels.iter().take_while(|level| settings.tolerates(level)).last();
+    let tolerated = tolerated.map(|level| level.severity).filter(|severity| *severity > 0.0);
     Envelope {
         kind: info.name.to_owned(),
         target: fault.target.name().to_owned(),
@@ -142,7 +155,8 @@ fn at(
     let fault = Fault { what: fault.what.with_severity(severity), ..fault.clone() };
     let seeds = settings.seed..settings.seed.saturating_add(settings.runs);
     let job = |seed| {
-        let faults = vec![Fault { when: begin(&fault, seed, settings.horizon), ..fault.clone() }];
+        let struck = Fault { when: begin(&fault, seed, settings.horizon), ..fault.clone() };
+        let faults = if severity > 0.0 { vec![struck] } else { Vec::new() };
         let result = executor.execute(&Case { seed, schedule: Schedule { faults } });
         Some(is_good(&result))
     };
@@ -184,7 +198,7 @@ mod tests {
 
     impl Executor for Slope {
         fn execute(&self, case: &Case) -> CaseResult {
-            let severity = case.schedule.faults[0].what.severity();
+            let severity = case.schedule.faults.first().map_or(0.0, |fault| fault.what.severity());
             let mut chance = RandomStream::new(case.seed, "slope", "pass");
             let passes = chance.symmetric_uniform() < 1.0 - (severity - 2.0).max(0.0) / 2.0;
             CaseResult { passed: passes, ..CaseResult::default() }
@@ -193,6 +207,7 @@ mod tests {
 
     const SETTINGS: EnvelopeSettings = EnvelopeSettings {
         runs: 200,
+        asked: None,
         share: 0.9,
         seed: 1,
         horizon: Span::from_secs(10),
@@ -227,9 +242,12 @@ mod tests {
     }
 
     #[test]
-    fn so_few_runs_can_say_nothing() {
-        assert_eq!(EnvelopeSettings::runs_min(0.9), 35);
-        assert_eq!(EnvelopeSettings::runs_min(0.95), 73);
+    fn what_is_asked_for_is_run() {
+        let fault = Fault::new(Target::Gyro, FaultKind::typical("drop").unwrap());
+        let settings = EnvelopeSettings { asked: Some(1.234), ..SETTINGS };
+        let found = envelope(&Slope, &fault, &settings, &mut |_| true);
+        assert!(found.levels.iter().any(|level| level.severity == 1.234));
+        assert!(found.tolerates(1.234) && !found.tolerates(4.0));
     }
 
     #[test]

@@ -29,6 +29,14 @@ pub fn wilson(successes: u64, trials: u64, z: f64) -> Option<Interval> {
     Some(Interval { lower, upper })
 }
 
+/// The least number of trials of which all must succeed for the interval of [`wilson`] to reach `share`: fewer can never
+/// show it.
+pub fn trials_min(share: f64, z: f64) -> u64 {
+    let shows =
+        |trials: &u64| wilson(*trials, *trials, z).is_some_and(|found| found.lower >= share);
+    (1..=u64::from(u16::MAX)).find(shows).unwrap_or(u64::MAX)
+}
+
 #[cfg(test)]
 mod tests {
     use super::{Z_95, wilson};
@@ -66,5 +74,11 @@ mod tests {
             let mirrored = wilson(n - k, n, Z_95).unwrap();
             prop_assert!((interval.lower - (1.0 - mirrored.upper)).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn so_few_can_show_nothing() {
+        assert_eq!(super::trials_min(0.9, super::Z_95), 35);
+        assert_eq!(super::trials_min(0.95, super::Z_95), 73);
     }
 }

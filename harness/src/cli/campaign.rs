@@ -1,6 +1,7 @@
 //! `hil campaign`: faults thrown at a plan, and how much of one it tolerates.
 
 use super::EXIT_STATUSES;
+use super::envelopes::{EnvelopeArguments, Means, kind};
 use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::operator::OperatorArguments;
@@ -8,11 +9,9 @@ use super::progress::Screen;
 use super::say;
 use super::setup::Setup;
 use crate::campaign::{
-    self, Campaign, EnvelopeSettings, Guided, Journal, Random, Regression, Search, Settings,
-    Simulated, Space,
+    self, Campaign, Guided, Journal, Random, Regression, Search, Settings, Simulated, Space,
 };
 use crate::console::{self, Style};
-use crate::faults::{Fault, FaultKind, Schedule, Target};
 use crate::library::{Kind, Library};
 use crate::made::Made;
 use crate::outcome::Outcome;
@@ -46,7 +45,7 @@ impl By {
 
 /// Throws seeded fault schedules at a plan until a property breaks, makes the case as small as it gets, and saves it as a plan.
 ///
-/// With --envelope it measures instead how much of one kind of fault is tolerated. One that was interrupted goes on where it
+/// With --envelope or --envelopes it measures instead how much of a fault is tolerated. One that was interrupted goes on where it
 /// stopped.
 #[derive(Debug, Args)]
 #[command(after_help = EXIT_STATUSES)]
@@ -73,27 +72,14 @@ pub(super) struct CampaignArguments {
     /// Cases at a time. [default: one a processor]
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
-    /// Folder of the campaign. [default: runs/campaign-PLAN-seedN]
+    /// Folder of the campaign. [default: runs/campaign-PLAN-seedN, and runs/envelopes-PLAN-seedN for envelopes]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Where the smallest cases go, as plans. [default: the folder of the campaign]
     #[arg(long, value_name = "DIR")]
     regressions: Option<PathBuf>,
-    /// Measures how much of this kind of fault is tolerated.
-    #[arg(long, value_name = "KIND", conflicts_with_all = ["cases", "by", "faults", "faults_max"])]
-    envelope: Option<String>,
-    /// What the fault of --envelope strikes: gyro, base, table, host or operator. [default: the first that it can]
-    #[arg(long, value_name = "ROLE", requires = "envelope")]
-    target: Option<String>,
-    /// Runs at each severity.
-    #[arg(long, value_name = "N", requires = "envelope", default_value_t = 100)]
-    runs: u64,
-    /// Share of runs that must pass, at 95 % confidence, for a severity to be tolerated.
-    #[arg(long, value_name = "SHARE", requires = "envelope", default_value_t = 0.9)]
-    share: f64,
-    /// Fails unless so much is tolerated, in the unit of the kind.
-    #[arg(long, value_name = "SEVERITY", requires = "envelope")]
-    at_least: Option<f64>,
+    #[command(flatten)]
+    envelopes: EnvelopeArguments,
     /// Print the end as JSON.
     #[arg(long)]
     json: bool,
@@ -122,8 +108,16 @@ impl CampaignArguments {
         let threads =
             self.threads.or_else(|| available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
         let interrupt = Interrupt::install(screen)?;
-        if let Some(kind) = &self.envelope {
-            return self.envelope(kind, &prepared, &executor, threads, &interrupt, screen);
+        if self.envelopes.is_asked() {
+            let means = Means {
+                prepared: &prepared,
+                executor: &executor,
+                seed: self.seed,
+                threads,
+                interrupt: &interrupt,
+                screen,
+            };
+            return self.envelopes.execute(&means, &self.folder("envelopes", &prepared), self.json);
         }
         self.known()?;
         let (horizon, clean) = executor.without_faults(self.seed);
@@ -142,9 +136,7 @@ impl CampaignArguments {
                 "`hil list faults` says what each strikes",
             ));
         }
-        let folder = self.out.clone().unwrap_or_else(|| {
-            PathBuf::from(format!("runs/campaign-{}-seed{}", prepared.plan.name, self.seed))
-        });
+        let folder = self.folder("campaign", &prepared);
         std::fs::create_dir_all(&folder).map_err(|source| Failure::file(&folder, source))?;
         let what = format!(
             "{} ({}), by {}, seed {}, up to {faults_max} of {}",
@@ -194,89 +186,16 @@ impl CampaignArguments {
         Ok(outcome(&done))
     }
 
+    fn folder(&self, what: &str, prepared: &Prepared) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| {
+            PathBuf::from(format!("runs/{what}-{}-seed{}", prepared.plan.name, self.seed))
+        })
+    }
+
     /// Kinds are of the vocabulary.
     fn known(&self) -> Result<(), Failure> {
         self.faults.iter().try_for_each(|name| kind(name).map(|_| ()))
     }
-
-    fn envelope(
-        &self,
-        name: &str,
-        prepared: &Prepared,
-        executor: &Simulated,
-        threads: NonZeroUsize,
-        interrupt: &Interrupt,
-        screen: &Screen,
-    ) -> Result<Outcome, Failure> {
-        let what = kind(name)?;
-        let target = self.target(what, prepared)?;
-        if !(0.0..1.0).contains(&self.share) {
-            let message = format!("--share {}: expected at least 0 and less than 1", self.share);
-            return Err(Failure::arguments(message, "such as 0.9"));
-        }
-        let runs_min = EnvelopeSettings::runs_min(self.share);
-        if self.runs < runs_min {
-            return Err(Failure::arguments(
-                format!("--runs {}: so few can never show a share of {}", self.runs, self.share),
-                format!("--runs {runs_min}, all of them passed, show it at 95 % confidence"),
-            ));
-        }
-        let fault = Fault::new(target, what);
-        let (horizon, _) = executor.without_faults(self.seed);
-        let settings = EnvelopeSettings {
-            runs: self.runs,
-            share: self.share,
-            seed: self.seed,
-            horizon,
-            threads,
-        };
-        let found = campaign::envelope(executor, &fault, &settings, &mut |level| {
-            screen.chat(&console::level_line(level, &fault));
-            !interrupt.requested()
-        });
-        if self.json {
-            say(&(console::envelope_json(&found) + "\n"))?;
-        } else {
-            say(&console::envelope_table(&found, Style::of_stdout()))?;
-        }
-        Ok(match (interrupt.requested(), self.at_least) {
-            (true, _) => Outcome::Aborted,
-            (_, Some(least)) if found.tolerated.is_none_or(|most| most < least) => Outcome::Failed,
-            _ => Outcome::Passed,
-        })
-    }
-
-    fn target(&self, what: FaultKind, prepared: &Prepared) -> Result<Target, Failure> {
-        let reach = what.info().reach;
-        let asked = self.target.as_deref();
-        let fits = |target: &&Target| {
-            let schedule = Schedule { faults: vec![Fault::new(**target, what)] };
-            asked.is_none_or(|name| name == target.name())
-                && schedule.check_bench(bench_lines(&prepared.devices)).is_ok()
-        };
-        reach.targets().iter().find(fits).copied().ok_or_else(|| {
-            let known: Vec<&str> = reach.targets().iter().map(|target| target.name()).collect();
-            Failure::arguments(
-                format!(
-                    "`{}` cannot strike {} of {}",
-                    what.name(),
-                    asked.map_or("anything".to_owned(), |name| format!("the {name}")),
-                    prepared.plan.name
-                ),
-                format!("it strikes: {}", known.join(", ")),
-            )
-        })
-    }
-}
-
-fn kind(name: &str) -> Result<FaultKind, Failure> {
-    FaultKind::typical(name).ok_or_else(|| {
-        let known: Vec<&str> = FaultKind::all().iter().map(|info| info.name).collect();
-        Failure::arguments(
-            format!("no fault is called `{name}`"),
-            crate::plan::hint::proposal(name, &known),
-        )
-    })
 }
 
 /// What must come about sometimes: by the plan, or all that can be judged.

@@ -12,6 +12,7 @@ mod check;
 mod crossing;
 mod doctor;
 mod emulate;
+mod envelopes;
 mod export;
 mod failure;
 mod findings;

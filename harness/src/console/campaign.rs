@@ -4,6 +4,7 @@ use super::{Style, lines, printable};
 use crate::campaign::{Campaign, Envelope, Level};
 use crate::faults::Fault;
 use crate::figures;
+use crate::report::envelopes::Measured;
 use comfy_table::Cell;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -120,7 +121,7 @@ pub fn level_line(level: &Level, fault: &Fault) -> String {
 }
 
 /// The envelope for a terminal.
-pub fn envelope_table(found: &Envelope, style: Style) -> String {
+pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> String {
     let severity = format!("{} of {}, {}", found.kind, found.target, found.unit);
     let mut table = style.table(&[severity.as_str(), "runs that pass", "95 % interval", ""]);
     for level in &found.levels {
@@ -140,14 +141,23 @@ pub fn envelope_table(found: &Envelope, style: Style) -> String {
             format!("tolerates all that was tried, up to {} {}", figure(most), found.unit)
         }
         Some(most) => format!("passes to {} {}", figure(most), found.unit),
-        None => "tolerates none that was tried".to_owned(),
+        None => match found.fails_by_itself() {
+            Some(level) => {
+                format!("too few runs pass without any fault: {} of {}", level.passed, level.runs)
+            }
+            None => "tolerates none that was tried".to_owned(),
+        },
     };
-    format!("{}\n{verdict}: {percent} % of runs pass, at 95 % confidence\n", lines(&table))
+    let claim = at_least.map_or(String::new(), |least| {
+        let word = if found.tolerates(least) { "holds" } else { "does not hold" };
+        format!("; at least {} {}: {word}", figure(least), found.unit)
+    });
+    format!("{}\n{verdict}: {percent} % of runs pass, at 95 % confidence{claim}\n", lines(&table))
 }
 
 /// The same for a program.
-pub fn envelope_json(found: &Envelope) -> String {
-    serde_json::to_string(found).unwrap_or_default()
+pub fn envelopes_json(all: &[Measured]) -> String {
+    serde_json::to_string_pretty(all).unwrap_or_default()
 }
 
 /// A severity that was measured: three digits.
@@ -226,6 +236,6 @@ mod tests {
             tolerated: Some(3.162),
             is_all: false,
         };
-        insta::assert_snapshot!(envelope_table(&found, Style::PLAIN));
+        insta::assert_snapshot!(envelope_table(&found, Some(2.0), Style::PLAIN));
     }
 }

@@ -36,6 +36,7 @@
 mod band;
 mod check;
 mod contradiction;
+mod envelope;
 mod error;
 mod examples;
 mod fit;
@@ -59,6 +60,7 @@ mod validate;
 
 pub use band::Band;
 pub use check::{Check, PAPER_SIDE, UmbmarkFigure};
+pub use envelope::{DeclaredEnvelope, struck_by};
 pub use error::PlanError;
 pub use examples::STEP_EXAMPLES;
 pub use fit::{CalibrationPart, Fit, Model, NO_CALIBRATION, SaveCalibration, UseCalibration};
@@ -113,6 +115,9 @@ pub struct Plan {
     /// What must hold throughout; empty where the plan leaves it to who asks.
     #[serde(rename = "property", default)]
     pub properties: Vec<Property>,
+    /// How much of faults it has to stand; measured by campaigns.
+    #[serde(rename = "envelope", default)]
+    pub envelopes: Vec<DeclaredEnvelope>,
 }
 
 impl Plan {
@@ -142,8 +147,10 @@ impl Plan {
     ///
     /// The first fault that strikes what there is none of, with its place.
     pub fn check_bench(&self, file: &str, text: &str, lines: BenchLines) -> Result<(), PlanError> {
-        self.faults.check_bench(lines).map_err(|unfit| {
-            let fault = validate::misplaced(unfit);
+        let faults = self.faults.check_bench(lines).map_err(validate::misplaced);
+        let mut envelopes = self.envelopes.iter().enumerate();
+        let envelopes = |()| envelopes.try_for_each(|(index, one)| one.check_bench(index, lines));
+        faults.and_then(envelopes).map_err(|fault| {
             let at = locate::locate(text, &fault.path);
             PlanError::new(file, text, at, fault.message).with_help(fault.help)
         })

@@ -57,6 +57,9 @@ pub(super) fn validate(plan: &Plan) -> Checked {
         survey.measurement(declared, &at)?;
     }
     plan.faults.check(plan).map_err(misplaced)?;
+    for (index, envelope) in plan.envelopes.iter().enumerate() {
+        envelope.check(index)?;
+    }
     contradictions(&plan.properties, &plan.steps)
 }
 

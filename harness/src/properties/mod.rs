@@ -41,6 +41,6 @@ pub use monitor::Monitor;
 pub use seen::{Seen, Truth};
 pub use verdict::{Kind, PropertyVerdict, Violation};
 
-/// The truth is shown at least this often, as far as anything happens meanwhile: the period of a 100 Hz
-/// gyro.
-pub const TRUTH_PERIOD: wire::time::Span = wire::time::Span::from_millis(10);
+/// The truth is shown at least this often, as far as anything happens meanwhile, and whenever the controller says
+/// something: the period of a base's reports in motion.
+pub const TRUTH_PERIOD: wire::time::Span = wire::time::Span::from_millis(20);

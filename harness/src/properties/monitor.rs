@@ -2,7 +2,7 @@
 
 use super::always::{self, Judge};
 use super::seen::Seen;
-use super::senses::{Fact, Senses};
+use super::senses::{Fact, Senses, Topic};
 use super::sometimes::Reached;
 use super::verdict::{Kind, PropertyVerdict};
 use super::{Limits, Property};
@@ -14,6 +14,8 @@ pub struct Monitor {
     properties: Vec<Property>,
     senses: Senses,
     judges: Vec<Box<dyn Judge>>,
+    /// Which judges hear each topic.
+    hearers: [Vec<usize>; Topic::COUNT],
     reached: Reached,
     facts: Vec<Fact>,
 }
@@ -35,9 +37,17 @@ impl Monitor {
             Property::Always(property) => Some(always::judge(property, limits)),
             Property::Sometimes(_) => None,
         });
+        let judges: Vec<Box<dyn Judge>> = judges.collect();
+        let mut hearers = [const { Vec::new() }; Topic::COUNT];
+        for (index, judge) in judges.iter().enumerate() {
+            for topic in judge.hears() {
+                hearers[*topic as usize].push(index);
+            }
+        }
         Self {
             senses: Senses::new(limits),
-            judges: judges.collect(),
+            judges,
+            hearers,
             reached: Reached::default(),
             facts: Vec::new(),
             properties,
@@ -49,8 +59,8 @@ impl Monitor {
         self.facts.clear();
         self.senses.take(now, seen, &mut self.facts);
         for fact in &self.facts {
-            for judge in &mut self.judges {
-                judge.judge(&self.senses, fact);
+            for &judge in &self.hearers[fact.topic() as usize] {
+                self.judges[judge].judge(&self.senses, fact);
             }
             self.reached.judge(&self.senses, fact);
         }

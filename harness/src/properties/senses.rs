@@ -55,6 +55,43 @@ pub(super) enum Fact {
     BusOff,
 }
 
+/// What a fact is of: a judge is told of those that it hears.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Topic {
+    Truth,
+    Gyro,
+    Motion,
+    Request,
+    Mission,
+    State,
+    Health,
+    Lap,
+    Faults,
+    BusOff,
+}
+
+impl Topic {
+    /// How many there are.
+    pub(super) const COUNT: usize = Self::BusOff as usize + 1;
+}
+
+impl Fact {
+    pub(super) const fn topic(&self) -> Topic {
+        match self {
+            Self::Truth => Topic::Truth,
+            Self::Gyro => Topic::Gyro,
+            Self::Motion => Topic::Motion,
+            Self::Request(_) => Topic::Request,
+            Self::Told(..) | Self::Answered(..) => Topic::Mission,
+            Self::State(_) => Topic::State,
+            Self::Health => Topic::Health,
+            Self::LapBegan | Self::LapEnded | Self::Placed => Topic::Lap,
+            Self::Faults => Topic::Faults,
+            Self::BusOff => Topic::BusOff,
+        }
+    }
+}
+
 #[derive(Debug)]
 enum BaseEars {
     None,

@@ -7,7 +7,7 @@
 mod by_run;
 mod cloud;
 mod curves;
-mod download;
+
 mod draw;
 mod effects;
 mod heading;

@@ -21,6 +21,7 @@ use crate::operator::{Answers, Operator};
 use crate::outcome::Outcome;
 use crate::properties::{Limits, Monitor, Property, Seen};
 use crate::record::sink::RecordSink;
+use controller::mission::Report;
 use controller::{Controller, Output, Port};
 use wire::time::Timestamp;
 
@@ -196,7 +197,10 @@ impl<C: Crossing> SimulatedWorld<C> {
             if self.faults.is_some() {
                 self.strike(sink);
             }
-            self.deliver(sink);
+            if self.stage.lines.next_arrival() <= self.now {
+                self.deliver(sink);
+            }
+            self.note_confinement(sink);
             self.wake();
             if let Some(watch) = &mut self.watch {
                 watch.look_again(self.now, &self.stage.bench.carrier);
@@ -274,30 +278,7 @@ impl<C: Crossing> SimulatedWorld<C> {
                 return;
             }
             if std::mem::take(&mut self.touched.controller) {
-                if self.is_stalled() {
-                    // It is touched again when its machine goes on.
-                    self.controller_due = Timestamp::MAX;
-                    continue;
-                }
-                let told = self.host().map_or(self.now, |host| host.told(self.now));
-                while let Some(output) = self.controller.transmit(told) {
-                    if let Some(watch) = &mut self.watch {
-                        watch.look(self.now, &self.stage.bench.carrier);
-                        watch.see(self.now, &Seen::Sent(&output));
-                    }
-                    self.carry(output);
-                }
-                while let Some(report) = self.controller.report() {
-                    if let Some(watch) = &mut self.watch {
-                        watch.look(self.now, &self.stage.bench.carrier);
-                        watch.see(self.now, &Seen::Report(&report));
-                    }
-                    self.stage.record_report(self.now, sink, &report);
-                    self.stage.engine.report(self.now, &report);
-                    self.touched.engine = true;
-                }
-                let due = self.controller.next_wakeup();
-                self.controller_due = self.host().map_or(due, |host| host.when(due));
+                self.ask_controller(sink);
             }
             if std::mem::take(&mut self.touched.carrier) {
                 while let Some(sent) = self.stage.bench.carrier.transmit() {
@@ -306,29 +287,68 @@ impl<C: Crossing> SimulatedWorld<C> {
                 self.carrier_due = self.stage.bench.carrier.next_wakeup();
             }
             if std::mem::take(&mut self.touched.engine) {
-                while let Some(action) = self.stage.engine.action() {
-                    // Whatever it is, it may have reached anybody.
-                    self.touched = Touched { controller: true, carrier: true, engine: true };
-                    if let Some(watch) = &mut self.watch {
-                        watch.look(self.now, &self.stage.bench.carrier);
-                        watch.see_action(self.now, &action);
-                    }
-                    if let (Action::Phase(event), Some(faults)) = (&action, &mut self.faults) {
-                        faults.phase(self.now, event);
-                        continue;
-                    }
-                    if let Some(mission) = self.stage.act(self.now, sink, keep, action) {
-                        match &mut self.faults {
-                            None => self.controller.command(self.now, mission),
-                            Some(faults) => {
-                                faults.host.mission(self.now, mission, &mut self.controller);
-                            }
-                        }
-                    }
-                }
-                self.engine_due = self.stage.engine.next_wakeup();
+                self.ask_engine(sink, keep);
             }
         }
+    }
+
+    fn ask_controller(&mut self, sink: &mut impl RecordSink) {
+        if self.is_stalled() {
+            // It is touched again when its machine goes on.
+            self.controller_due = Timestamp::MAX;
+            return;
+        }
+        let told = self.host().map_or(self.now, |host| host.told(self.now));
+        while let Some(output) = self.controller.transmit(told) {
+            if let Some(watch) = &mut self.watch {
+                watch.look(self.now, &self.stage.bench.carrier);
+                watch.see(self.now, &Seen::Sent(&output));
+            }
+            self.carry(output);
+        }
+        while let Some(report) = self.controller.report() {
+            self.hear_report(sink, &report);
+        }
+        let due = self.controller.next_wakeup();
+        self.controller_due = self.host().map_or(due, |host| host.when(due));
+    }
+
+    /// Apart, as reports are rare and large: their room is not made at every event.
+    #[inline(never)]
+    fn hear_report(&mut self, sink: &mut impl RecordSink, report: &Report) {
+        if let Some(watch) = &mut self.watch {
+            watch.look(self.now, &self.stage.bench.carrier);
+            watch.see(self.now, &Seen::Report(report));
+        }
+        self.stage.record_report(self.now, sink, report);
+        self.stage.engine.report(self.now, report);
+        self.touched.engine = true;
+    }
+
+    /// Apart for the same reason: an action may hold a whole calibration.
+    #[inline(never)]
+    fn ask_engine(&mut self, sink: &mut impl RecordSink, keep: &mut impl FnMut(&Action)) {
+        while let Some(action) = self.stage.engine.action() {
+            // Whatever it is, it may have reached anybody.
+            self.touched = Touched { controller: true, carrier: true, engine: true };
+            if let Some(watch) = &mut self.watch {
+                watch.look(self.now, &self.stage.bench.carrier);
+                watch.see_action(self.now, &action);
+            }
+            if let (Action::Phase(event), Some(faults)) = (&action, &mut self.faults) {
+                faults.phase(self.now, event);
+                continue;
+            }
+            if let Some(mission) = self.stage.act(self.now, sink, keep, action) {
+                match &mut self.faults {
+                    None => self.controller.command(self.now, mission),
+                    Some(faults) => {
+                        faults.host.mission(self.now, mission, &mut self.controller);
+                    }
+                }
+            }
+        }
+        self.engine_due = self.stage.engine.next_wakeup();
     }
 
     /// The machine of the controller, where faults can strike it.

@@ -2,7 +2,7 @@
 
 use super::Judge;
 use crate::properties::seen::Truth;
-use crate::properties::senses::{Fact, Order, Senses};
+use crate::properties::senses::{Fact, Order, Senses, Topic};
 use crate::properties::verdict::{Judgement, below};
 use controller::health::Level;
 use controller::mission::{HeadingSource, MissionId, Report};
@@ -52,6 +52,10 @@ impl DoneIsDone {
 }
 
 impl Judge for DoneIsDone {
+    fn hears(&self) -> &'static [Topic] {
+        &[Topic::Mission, Topic::Lap]
+    }
+
     fn judge(&mut self, senses: &Senses, fact: &Fact) {
         match (fact, senses.truth) {
             (Fact::Told(id, Order::Turn(_) | Order::Straight(_)), Some(truth)) => {

@@ -1,7 +1,7 @@
 //! No report holds a number that is none. What goes to the base is whole numbers on the wire.
 
 use super::Judge;
-use crate::properties::senses::{Fact, Senses};
+use crate::properties::senses::{Fact, Senses, Topic};
 use crate::properties::verdict::Judgement;
 use controller::mission::{MissionResult, Report, State};
 use wire::units::{Angle, AngularRate, Temperature};
@@ -13,6 +13,10 @@ pub(super) struct FiniteOutputs {
 }
 
 impl Judge for FiniteOutputs {
+    fn hears(&self) -> &'static [Topic] {
+        &[Topic::State, Topic::Mission]
+    }
+
     fn judge(&mut self, senses: &Senses, fact: &Fact) {
         let finite = match fact {
             Fact::State(state) => state_is_finite(state),

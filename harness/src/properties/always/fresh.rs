@@ -1,7 +1,7 @@
 //! Nothing is told to move on a heading older than its limit.
 
 use super::Judge;
-use crate::properties::senses::{Fact, Senses};
+use crate::properties::senses::{Fact, Senses, Topic};
 use crate::properties::verdict::{Judgement, below};
 use controller::mission::HeadingSource;
 use wire::base::Request;
@@ -21,6 +21,10 @@ impl FreshHeading {
 }
 
 impl Judge for FreshHeading {
+    fn hears(&self) -> &'static [Topic] {
+        &[Topic::Request]
+    }
+
     fn judge(&mut self, senses: &Senses, fact: &Fact) {
         let Fact::Request(Request::SetVelocity { drive, steer }) = fact else { return };
         let moves = drive.m_per_s() != 0.0 || steer.rad_per_s() != 0.0;

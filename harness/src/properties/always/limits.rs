@@ -3,7 +3,7 @@
 use super::Judge;
 use crate::properties::TRUE_OVER_COMMANDED_MAX;
 use crate::properties::seen::Truth;
-use crate::properties::senses::{Fact, Senses};
+use crate::properties::senses::{Fact, Senses, Topic};
 use crate::properties::verdict::{Judgement, below};
 use wire::base::Request;
 use wire::time::{Span, Timestamp};
@@ -73,6 +73,10 @@ impl WithinLimits {
 }
 
 impl Judge for WithinLimits {
+    fn hears(&self) -> &'static [Topic] {
+        &[Topic::Request, Topic::Truth]
+    }
+
     fn judge(&mut self, senses: &Senses, fact: &Fact) {
         let now = senses.now;
         match (fact, senses.truth) {

@@ -5,7 +5,7 @@
 //! began to move, whichever is later: a base that stands is heard less often.
 
 use super::Judge;
-use crate::properties::senses::{Fact, Senses};
+use crate::properties::senses::{Fact, Senses, Topic};
 use crate::properties::verdict::{Judgement, below};
 use controller::mission::HeadingSource;
 use wire::time::{Span, Timestamp};
@@ -122,6 +122,10 @@ impl StopsOnLoss {
 }
 
 impl Judge for StopsOnLoss {
+    fn hears(&self) -> &'static [Topic] {
+        &[Topic::Truth, Topic::Gyro, Topic::Motion]
+    }
+
     fn judge(&mut self, senses: &Senses, fact: &Fact) {
         match fact {
             Fact::Truth => self.look(senses),

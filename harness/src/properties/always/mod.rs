@@ -9,13 +9,16 @@ mod pose_write;
 mod recovery;
 mod silent;
 
-use super::senses::{Fact, Senses};
+use super::senses::{Fact, Senses, Topic};
 use super::verdict::Judgement;
 use super::{Always, Limits};
 use std::fmt::Debug;
 
 /// Judges one property as a run goes on.
 pub(super) trait Judge: Debug {
+    /// What it is told of.
+    fn hears(&self) -> &'static [Topic];
+
     /// Takes what happened.
     fn judge(&mut self, senses: &Senses, fact: &Fact);
 

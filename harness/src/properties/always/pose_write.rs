@@ -1,7 +1,7 @@
 //! A pose is written to a base that stands.
 
 use super::Judge;
-use crate::properties::senses::{Fact, Senses};
+use crate::properties::senses::{Fact, Senses, Topic};
 use crate::properties::verdict::Judgement;
 use wire::base::Request;
 use wire::time::{Span, Timestamp};
@@ -17,6 +17,10 @@ pub(super) struct PoseWrittenAtRest {
 }
 
 impl Judge for PoseWrittenAtRest {
+    fn hears(&self) -> &'static [Topic] {
+        &[Topic::Truth, Topic::Request]
+    }
+
     fn judge(&mut self, senses: &Senses, fact: &Fact) {
         match fact {
             Fact::Truth if senses.is_moving() => self.moved = Some(senses.now),

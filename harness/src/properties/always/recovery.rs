@@ -5,7 +5,7 @@
 
 use super::Judge;
 use crate::properties::Limits;
-use crate::properties::senses::{Fact, Senses};
+use crate::properties::senses::{Fact, Senses, Topic};
 use crate::properties::verdict::{Judgement, below};
 use controller::health::Level;
 use wire::time::{Span, Timestamp};
@@ -82,6 +82,11 @@ impl Recovers {
 }
 
 impl Judge for Recovers {
+    fn hears(&self) -> &'static [Topic] {
+        // What an input that is missed is judged by is time, which passes with any of these.
+        &[Topic::Truth, Topic::Gyro, Topic::Motion, Topic::State, Topic::Health, Topic::Faults]
+    }
+
     fn judge(&mut self, senses: &Senses, fact: &Fact) {
         let trouble = self.in_trouble(senses);
         if trouble {

@@ -8,7 +8,7 @@
 
 use super::Judge;
 use crate::properties::seen::Truth;
-use crate::properties::senses::{Fact, Order, Senses};
+use crate::properties::senses::{Fact, Order, Senses, Topic};
 use crate::properties::verdict::{Judgement, below};
 use controller::health::Level;
 use controller::mission::{HeadingSource, Report, State};
@@ -106,6 +106,10 @@ impl NoSilentWrong {
 }
 
 impl Judge for NoSilentWrong {
+    fn hears(&self) -> &'static [Topic] {
+        &[Topic::State, Topic::Health, Topic::Lap, Topic::Mission]
+    }
+
     fn judge(&mut self, senses: &Senses, fact: &Fact) {
         match (fact, senses.truth) {
             (Fact::State(state), Some(truth)) => self.look(senses, state, &truth),

@@ -1,9 +1,9 @@
 //! The error of each run that was left out of the fit, before and after.
 
+use super::super::download::{Table, number};
 use super::super::frame::{Axis, Frame, SCALE};
 use super::super::palette::{BAND, OUTSIDE};
 use super::super::thin::extremes;
-use super::download::{Table, number};
 use super::draw::{AFTER, BEFORE, draw_dots, draw_zero};
 use super::ruler::Ruler;
 use super::whiteness::legend;

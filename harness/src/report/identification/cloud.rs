@@ -1,8 +1,8 @@
 //! Many points as few that look the same: each point where there are few, else the spread of each
 //! column. No column hides its lowest or highest point.
 
+use super::super::download::{Table, number, place};
 use super::super::thin::Point;
-use super::download::{Table, number, place};
 use super::ruler::{Ruler, placed};
 
 /// So many points are drawn each.

@@ -1,9 +1,9 @@
 //! Each effect over what drives it, with the observations that it was found in.
 
+use super::super::download::Table;
 use super::super::frame::{Frame, SCALE};
 use super::super::palette::REFERENCE;
 use super::cloud::{Cloud, ends, is_thinned, medians};
-use super::download::Table;
 use super::draw::{AFTER, draw_cloud, draw_dots, draw_line, draw_medians, draw_zero, shown_range};
 use super::meaning::{axis_name, title};
 use super::ruler::{Ruler, placed};

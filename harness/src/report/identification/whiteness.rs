@@ -1,9 +1,9 @@
 //! Whether what remains is noise: its autocorrelation and its Allan deviation.
 
+use super::super::download::{Table, number, place};
 use super::super::frame::{Axis, Frame, SCALE};
 use super::super::palette::{BAND, REFERENCE};
 use super::super::thin::Point;
-use super::download::{Table, number, place};
 use super::draw::{AFTER, BEFORE, draw_dots, draw_line, draw_zero};
 use crate::figures;
 use identification::outcome::BlockDiagnostics;

@@ -90,17 +90,19 @@ impl<C: Crossing> SimulatedWorld<C> {
             }
             _ => {}
         }
-        if let Some(faults) = faults {
-            let has_left = faults.record_confinement(now, stage, sink);
-            if has_left {
-                see(watch, now, &Seen::BusOff);
-            }
-        }
         let (table_reached, engine_reached) = stage.deliver_table_across(now, crossing, sink);
         touched.carrier |= table_reached;
         touched.engine |= engine_reached;
         if let Some(failure) = crossing.failure() {
             self.broke(&failure.to_string());
+        }
+    }
+
+    /// Nodes that have left the bus, or come back to it, by faults.
+    pub(super) fn note_confinement(&mut self, sink: &mut impl RecordSink) {
+        let Self { faults: Some(faults), now, stage, watch, .. } = self else { return };
+        if faults.record_confinement(*now, stage, sink) {
+            see(watch, *now, &Seen::BusOff);
         }
     }
 }

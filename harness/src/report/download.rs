@@ -1,6 +1,6 @@
 //! The numbers behind a figure, as a file that the page itself holds.
 
-use super::super::thin::Point;
+use super::thin::Point;
 use maud::{Markup, html};
 use std::fmt::Write;
 

@@ -1,0 +1,55 @@
+//! `hil campaign --envelope` and `--envelopes`: how much of a fault is tolerated, and whether it is enough.
+
+use super::hil::{Hil, TURN as UNCALIBRATED};
+use serde_json::Value;
+use std::fs;
+
+/// By a gyro that is calibrated: what fails then, fails by faults.
+fn turn() -> String {
+    UNCALIBRATED.replace("steps = [", "steps = [\n    { use_calibration = \"temperature\" },")
+}
+
+fn declaring(at_least: f64) -> Hil {
+    let envelope = format!(
+        "\n[[envelope]]\nfault = \"drop\"\ntarget = \"gyro\"\nat_least = {at_least}\nruns = 35\n"
+    );
+    Hil::with_plan(&format!("{}{envelope}", turn()))
+}
+
+#[test]
+fn a_plan_asserts_how_much_it_stands() {
+    let hil = declaring(0.02);
+    let ran =
+        hil.run(&["campaign", "./turn.toml", "--envelopes", "--out", "narrow", "--quiet"]).exits(0);
+    assert!(ran.out.contains("at least 0.02 %: holds"), "{}", ran.out);
+    let figures = fs::read(hil.path("narrow/envelopes.json")).unwrap();
+    let figures: Value = serde_json::from_slice(&figures).unwrap();
+    let tolerated = figures[0]["tolerated"].as_f64().unwrap();
+    let page = fs::read_to_string(hil.path("narrow/report.html")).unwrap();
+    assert!(page.contains("<svg class=\"plot\"") && page.contains("drop of gyro"));
+
+    // No more than what was found, and a little.
+    let wide = declaring((2.0 * tolerated).min(100.0));
+    let ran = wide.run(&["campaign", "./turn.toml", "--envelopes", "--quiet"]).exits(1);
+    assert!(ran.out.contains("does not hold"), "{}", ran.out);
+    assert!(wide.path("runs/envelopes-turn-seed1/report.html").exists());
+}
+
+#[test]
+fn what_cannot_be_measured_is_refused() {
+    let hil = Hil::with_plan(&turn());
+    let ran = hil.run(&["campaign", "./turn.toml", "--envelopes"]).exits(2);
+    assert!(ran.err.contains("turn declares no envelope"), "{}", ran.err);
+    let stranger = format!("{}\n[[envelope]]\nfault = \"lost_steps\"\nat_least = 80\n", turn());
+    let ran = Hil::with_plan(&stranger).run(&["campaign", "./turn.toml", "--envelopes"]).exits(2);
+    assert!(ran.err.contains("can strike nothing on this bench"), "{}", ran.err);
+}
+
+#[test]
+fn what_fails_without_any_fault_is_told_from_what_fails_by_one() {
+    let hil = Hil::with_plan(UNCALIBRATED);
+    let ran = hil
+        .run(&["campaign", "./turn.toml", "--envelope", "drop", "--runs", "35", "--quiet"])
+        .exits(0);
+    assert!(ran.out.contains("too few runs pass without any fault"), "{}", ran.out);
+}
