@@ -107,7 +107,7 @@ impl GyroInput {
             *good = Some(now);
             let before = integrator.heading();
             let reading = integrator.sample(now, &sample, core::mem::take(skipped));
-            trouble.lost |= reading.lost > 0 || reading.after_silence;
+            trouble.lost |= reading.lost > 0 || reading.missing || reading.after_silence;
             if let Some(ratio) = reading.clock_ratio {
                 trouble.clock_mismatch = (ratio - 1.0).abs() > config.clock_mismatch_max;
             }

@@ -5,6 +5,7 @@ use crate::calibration::Calibration;
 use crate::clock_watch::ClockWatch;
 use crate::config::{GyroConfig, IntegrationClock, TEMPERATURE_MAX, TEMPERATURE_MIN};
 use crate::correction::{Sum, Watch};
+use crate::loss_watch::LossWatch;
 use crate::mutant::{self, Mutant, Planted};
 use wire::gyro::{GyroOutput, GyroSample, Sequence};
 use wire::time::{Span, Timestamp};
@@ -23,6 +24,8 @@ pub(crate) struct Reading {
     pub(crate) temperature: Option<Temperature>,
     /// Samples lost before this one.
     pub(crate) lost: u16,
+    /// More are missing than running numbers tell.
+    pub(crate) missing: bool,
     /// Silence before it was too long to be bridged.
     pub(crate) after_silence: bool,
     /// A comparison of the clocks ended with this sample.
@@ -51,6 +54,7 @@ pub(crate) struct HeadingIntegrator {
     last_sequence: Option<Sequence>,
     last_integrated: Option<Angle>,
     watch: ClockWatch,
+    losses: LossWatch,
     samples: u64,
     samples_lost: u64,
     planted: Planted,
@@ -79,6 +83,7 @@ impl HeadingIntegrator {
             last_sequence: None,
             last_integrated: None,
             watch: ClockWatch::new(period),
+            losses: LossWatch::new(period),
             samples: 0,
             samples_lost: 0,
             planted: Planted::default(),
@@ -145,6 +150,7 @@ impl HeadingIntegrator {
         self.last_sequence = None;
         self.last_integrated = None;
         self.watch.restart();
+        self.losses.restart();
     }
 
     /// Takes one valid sample that arrived `now`. `skipped` samples before it were invalid: where
@@ -218,7 +224,8 @@ impl HeadingIntegrator {
         self.samples += 1;
         self.samples_lost += u64::from(lost);
         let clock_ratio = self.watch.sample(now, lost);
-        Reading { raw_rate: less_known, temperature, lost, after_silence, clock_ratio }
+        let missing = self.losses.sample(now, lost);
+        Reading { raw_rate: less_known, temperature, lost, missing, after_silence, clock_ratio }
     }
 
     /// So many samples may have been due since the last one arrived. A running number that says more

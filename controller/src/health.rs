@@ -35,6 +35,8 @@ pub struct Causes {
     pub gyro_invalid: bool,
     /// Degraded: samples were lost since the last bias test.
     pub samples_lost: bool,
+    /// Degraded: the odometer went another way than the base was told, since a pose was last set.
+    pub odometry_doubtful: bool,
     /// Degraded: the gyro's clock and the host's differ by more than the limit.
     pub clock_mismatch: bool,
     /// Degraded: no bias is known by the chosen method.
@@ -58,6 +60,7 @@ impl Causes {
         self.gyro_over_range
             || self.gyro_invalid
             || self.samples_lost
+            || self.odometry_doubtful
             || self.clock_mismatch
             || self.no_bias
             || self.bias_test_failed

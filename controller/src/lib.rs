@@ -40,9 +40,11 @@ mod drive;
 mod gyro_input;
 mod heading;
 pub mod health;
+mod loss_watch;
 mod machine;
 pub mod mission;
 mod mutant;
+mod path_watch;
 mod pose_download;
 
 pub use machine::{

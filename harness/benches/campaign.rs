@@ -102,6 +102,7 @@ fn report(what: &str, cases: &[Case], run: impl Fn(&Case) -> f64) {
 }
 
 /// Cases of a campaign on all cores, by the clock on the wall.
+#[expect(clippy::disallowed_methods, reason = "a benchmark of many threads takes the time of day")]
 fn wall(executor: &Simulated, cases: &[Case]) {
     let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let began = Instant::now();

@@ -66,6 +66,7 @@ impl Controller {
         let causes = self.causes(now);
         let motion = self.base.as_ref().and_then(BaseDriver::motion).map(|(_, motion)| motion);
         let stale_is_fine = self.config.planted().is(Mutant::StaleHeading);
+        let goes_astray = moves && !self.could_be_on_the_way();
         let reason = if needs_gyro && causes.gyro_silent && !stale_is_fine {
             AbortReason::GyroSilent
         } else if needs_gyro && (causes.gyro_fault || (moves && causes.gyro_over_range)) {
@@ -76,6 +77,9 @@ impl Controller {
             AbortReason::EmergencyStop
         } else if motion.is_some_and(|motion| motion.fault) {
             AbortReason::BaseFault
+        } else if goes_astray {
+            self.odometry_doubtful = true;
+            AbortReason::BaseFault
         } else if self.has_command_timed_out(now) {
             AbortReason::BaseCommandTimeout
         } else {
@@ -85,6 +89,11 @@ impl Controller {
         if moves {
             self.stop_base(now);
         }
+    }
+
+    /// What the odometer says is near what the base was told.
+    fn could_be_on_the_way(&self) -> bool {
+        self.path.could_be_on_the_way(self.reckoning.displacement())
     }
 
     /// The base stopped by itself while a mission drove it. It goes on saying so until it hears the
@@ -110,6 +119,7 @@ impl Controller {
             gyro_over_range: trouble.over_range,
             gyro_invalid: trouble.invalid,
             samples_lost: trouble.lost,
+            odometry_doubtful: self.odometry_doubtful,
             clock_mismatch: trouble.clock_mismatch,
             no_bias: self.chosen_bias().is_none(),
             bias_test_failed: self.bias_test_failed,

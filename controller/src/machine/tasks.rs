@@ -10,6 +10,7 @@ use crate::mission::{
     Refusal, Report,
 };
 use crate::mutant::Mutant;
+use crate::path_watch::PathWatch;
 use crate::pose_download::{PoseDownload, Progress};
 use wire::base::Request;
 use wire::base::payload::encode_request;
@@ -171,6 +172,7 @@ impl Controller {
 
     pub(super) fn begin_drive(&mut self, now: Timestamp, mut drive: Drive) {
         drive.plant(self.config.planted());
+        self.path = PathWatch::new(self.reckoning.displacement());
         let MotionRamps { drive: acceleration, steer } = self.base_ramps();
         if let Some(base) = &mut self.base {
             base.request(Request::SetAcceleration { drive: acceleration, steer });
@@ -201,6 +203,7 @@ impl Controller {
         self.idle_at_rest(now)?;
         self.gyro.integrator_mut().set_heading(pose.heading);
         self.reckoning.place(pose);
+        self.odometry_doubtful = false;
         self.reference = pose.heading;
         if self.base.is_none() {
             self.done(id, MissionResult::Applied);
@@ -257,6 +260,7 @@ impl Controller {
         let Task::Drive(drive) = &mut self.task else { return };
         match drive.tick(&sight, &self.config.motion) {
             Wish::Rates { drive, steer } => {
+                self.path.tell(now, drive);
                 if let Some(base) = &mut self.base {
                     base.request(Request::SetVelocity { drive, steer });
                     base.poll(now);
@@ -265,6 +269,11 @@ impl Controller {
             }
             Wish::Finished(result) => {
                 let (id, is_straight) = (drive.id, drive.is_straight());
+                if !self.path.could_be_there(sight.displacement) {
+                    self.odometry_doubtful = true;
+                    // Said before the mission is called done.
+                    self.update_health(now);
+                }
                 // Only a heading that the base does not have itself is worth writing.
                 if is_straight && self.source == HeadingSource::Gyro {
                     self.begin_pose_download(now, id, sight.pose, result);
