@@ -5,7 +5,9 @@ mod campaign;
 mod findings;
 mod seeds;
 
-pub use campaign::{campaign_json, campaign_table, envelope_table, envelopes_json, level_line};
+pub use campaign::{
+    Again, campaign_json, campaign_table, envelope_table, envelopes_json, level_line,
+};
 #[cfg(feature = "live")]
 pub use findings::findings_table;
 pub use seeds::{SeedShare, seeds_markdown, seeds_table};
@@ -102,6 +104,14 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
             text += &format!("{plan}: {outcome}: {}\n", printable(reason));
         }
     }
+    for summary in summaries {
+        for property in &summary.properties {
+            if let Some(why) = &property.not_judged {
+                let (plan, name) = (printable(&summary.plan), printable(&property.name));
+                text += &format!("{plan}: {name} not judged: {}\n", printable(why));
+            }
+        }
+    }
     text + &closing_line(summaries) + "\n"
 }
 
@@ -174,12 +184,21 @@ fn lines(table: &Table) -> String {
 #[cfg(test)]
 mod tests {
     use super::{Style, closing_line, measurements_table};
-    use crate::outcome::samples::summary;
+    use crate::outcome::samples::{properties, summary};
     use crate::outcome::{Outcome, Summary};
 
     #[test]
     fn paper_stands_against_measured() {
         insta::assert_snapshot!(measurements_table(&[summary(), summary()], Style::PLAIN));
+    }
+
+    #[test]
+    fn what_was_not_judged_is_said() {
+        let mut summary = summary();
+        summary.properties = properties();
+        let table = measurements_table(&[summary], Style::PLAIN);
+        let said: Vec<_> = table.lines().filter(|line| line.contains("not judged")).collect();
+        assert_eq!(said, ["laps-observed: done_is_done not judged: the base is real"]);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! so. A run that the bench broke has one more case, in error, because a suite itself cannot be.
 
 use crate::figures;
-use crate::outcome::{Measurement, Outcome, Summary};
+use crate::outcome::{Measurement, Outcome, PropertySummary, Summary};
 use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, TestSuite};
 use std::time::Duration;
 
@@ -46,6 +46,7 @@ fn suite(summary: &Summary) -> TestSuite {
         suite.add_test_case(broken(summary));
     }
     suite.add_test_cases(summary.measurements.iter().map(|measurement| case(summary, measurement)));
+    suite.add_test_cases(summary.properties.iter().map(|judged| property(summary, judged)));
     suite
 }
 
@@ -72,6 +73,26 @@ fn case(summary: &Summary, measurement: &Measurement) -> TestCase {
     if measurement.verdict.is_acceptable() {
         case.set_system_out(sentence);
     }
+    case
+}
+
+/// One that was not judged is skipped; one that must come about in some run of a campaign need not in this.
+fn property(summary: &Summary, property: &PropertySummary) -> TestCase {
+    let status = match &property.not_judged {
+        Some(why) => {
+            let mut status = TestCaseStatus::skipped();
+            status.set_message(why.as_str());
+            status
+        }
+        None if property.is_broken() => {
+            let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
+            status.set_message(property.what.as_deref().unwrap_or("broken")).set_type("broken");
+            status
+        }
+        None => TestCaseStatus::success(),
+    };
+    let mut case = TestCase::new(&*property.name, status);
+    case.set_classname(&*summary.plan);
     case
 }
 

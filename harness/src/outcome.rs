@@ -7,7 +7,7 @@ pub(crate) mod samples;
 pub use live::{Bin, PortSide, PortSummary, Spread, Timing};
 
 use crate::faults::FaultSummary;
-use crate::properties::{Kind, PropertyVerdict};
+use crate::properties::{Kind, PropertyVerdict, Unjudged};
 use serde::{Deserialize, Serialize};
 
 /// What a measurement came to.
@@ -141,8 +141,12 @@ pub struct PropertySummary {
     pub name: String,
     /// It must hold at every moment; one that must not, must come about in at least one run of a campaign.
     pub always: bool,
-    /// Always: it was never broken. Else: it came about.
-    pub held: bool,
+    /// Always: it was never broken. Else: it came about. Absent where it was not judged.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub held: Option<bool>,
+    /// Why it was not judged: what it is judged by, and why that was not seen on this bench.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub not_judged: Option<String>,
     /// Least distance to a violation as a share of its limit, -1 to 1.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub margin: Option<f64>,
@@ -160,11 +164,33 @@ impl From<&PropertyVerdict> for PropertySummary {
         Self {
             name: verdict.name.to_owned(),
             always: verdict.kind == Kind::Always,
-            held: verdict.held,
+            held: Some(verdict.held),
+            not_judged: None,
             margin: verdict.margin,
             broken_s: violation.map(|violation| violation.at.as_secs_f64()),
             what: violation.map(|violation| violation.what.clone()),
         }
+    }
+}
+
+impl From<&Unjudged> for PropertySummary {
+    fn from(unjudged: &Unjudged) -> Self {
+        Self {
+            name: unjudged.name.to_owned(),
+            always: unjudged.kind == Kind::Always,
+            held: None,
+            not_judged: Some(unjudged.why.clone()),
+            margin: None,
+            broken_s: None,
+            what: None,
+        }
+    }
+}
+
+impl PropertySummary {
+    /// It must hold at every moment, and did not.
+    pub fn is_broken(&self) -> bool {
+        self.always && self.held == Some(false)
     }
 }
 

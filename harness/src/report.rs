@@ -18,6 +18,7 @@ mod observations;
 mod page;
 mod palette;
 mod path;
+mod properties;
 #[cfg(test)]
 mod samples;
 mod scatter;

@@ -6,7 +6,9 @@
 mod again;
 mod declared;
 mod keep;
+mod recorded_properties;
 
+pub(crate) use again::IMPORTED;
 pub use again::{JudgedAgain, judge_again};
 pub use keep::{Completed, Options, run_to_folder, run_to_folder_across, write_documents};
 #[cfg(feature = "live")]
@@ -23,7 +25,7 @@ use crate::observation::Observation;
 use crate::operator::Answers;
 use crate::outcome::{Measurement, Outcome};
 use crate::plan::{Plan, PlanError};
-use crate::properties::{Monitor, Property, PropertyVerdict};
+use crate::properties::{Monitor, Property, PropertyVerdict, Unjudged};
 use crate::record::header::Header;
 use crate::record::sink::{NullSink, RecordSink};
 use crate::world::bench::{Bench, DevicesError, bench_lines, load_devices};
@@ -91,7 +93,8 @@ impl Prepared {
         let source = library.open(Kind::Plan, name)?;
         let plan = Plan::parse(&source.origin, &source.text)?;
         let devices = load_devices(&library, plan.devices.as_str())?;
-        plan.check_bench(&source.origin, &source.text, bench_lines(&devices))?;
+        let (lines, gyro) = (bench_lines(&devices), devices.gyro.0);
+        plan.check_bench(&source.origin, &source.text, lines, gyro)?;
         let calibrations = calibrations::load(&plan, &library, &made.calibrations)?;
         let models = models::load(&plan, &library, &made.models)?;
         Ok(Self::new(Arc::new(plan), devices, calibrations, models))
@@ -159,6 +162,8 @@ pub struct Simulated {
     pub faults: Vec<FaultSummary>,
     /// What became of the properties that were watched.
     pub properties: Vec<PropertyVerdict>,
+    /// Properties of the plan that this bench cannot judge; none in virtual time.
+    pub unjudged: Vec<Unjudged>,
 }
 
 /// Runs a prepared plan in virtual time. `pulse` is called now and then; false stops the run.
@@ -241,6 +246,7 @@ fn go(
         dropped: world.dropped(),
         faults: world.faults().to_vec(),
         properties: monitor.map(Monitor::verdicts).unwrap_or_default(),
+        unjudged: Vec::new(),
     }
 }
 

@@ -4,17 +4,20 @@ use crate::bench_file::{BenchFile, ControllerSection};
 use crate::engine::{Action, Engine};
 use crate::made::Made;
 use crate::operator::{Operator, Person};
-use crate::outcome::Outcome;
+use crate::outcome::{Outcome, PortSummary, Timing};
 use crate::port::PortSpec;
-use crate::record::sink::RecordSink as _;
+use crate::properties::Property;
+use crate::record::sink::RecordSink;
 use crate::run::{Completed, Options, Prepared, Simulated, keep, summarise};
 use crate::run_folder::{RunFolder, RunFolderError};
-use crate::world::bench::Bench;
+use crate::world::bench::{Bench, base_transport};
 use crate::world::live::{
-    ATTACH_MAX_DEFAULT, DeviceUnderTest, LATE_MAX_DEFAULT, LiveError, LiveWorld, Placement,
-    PlacementError, Scheduling, Setting,
+    ATTACH_MAX_DEFAULT, DeviceUnderTest, LATE_MAX_DEFAULT, LiveError, LiveWorld, OutOfReach,
+    Placement, PlacementError, Scheduling, Setting,
 };
 use crate::world::simulated::Progress;
+use controller::config::Transport;
+use std::path::Path;
 use std::sync::Arc;
 use wire::time::Timestamp;
 
@@ -36,6 +39,10 @@ pub enum LiveRunError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Placement(#[from] PlacementError),
+    /// A fault of the plan cannot be injected there.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Fault(#[from] OutOfReach),
 }
 
 /// What a live run is told beyond plan and options.
@@ -49,6 +56,98 @@ pub struct LiveSetting<'a> {
     pub can: PortSpec,
     /// What the scheduler is asked for; the bench file may ask for more.
     pub scheduling: Scheduling,
+}
+
+impl LiveSetting<'_> {
+    /// What they come to for a plan whose base is on `transport`: the bench file goes first.
+    ///
+    /// # Errors
+    ///
+    /// When the bench does not fit the plan.
+    pub fn resolve(&self, transport: Option<Transport>) -> Result<Setting, PlacementError> {
+        let timing = &self.bench.timing;
+        Ok(Setting {
+            device_under_test: match &self.bench.controller {
+                Some(ControllerSection::Command(command)) => {
+                    DeviceUnderTest::Command(command.clone())
+                }
+                Some(ControllerSection::InProcess) => DeviceUnderTest::InProcess,
+                Some(ControllerSection::Attach(place)) => DeviceUnderTest::Attached(place.clone()),
+                None => self.device_under_test.clone(),
+            },
+            placement: Placement::new(self.bench, transport, &self.can)?,
+            attach_max: timing.attach_max.unwrap_or(ATTACH_MAX_DEFAULT),
+            late_max: timing.late_max.unwrap_or(LATE_MAX_DEFAULT),
+            scheduling: if timing.realtime { Scheduling::RealTime } else { self.scheduling },
+        })
+    }
+}
+
+/// One run in real time, as it is asked for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LiveOrder<'a> {
+    pub(crate) prepared: &'a Prepared,
+    pub(crate) seed: u64,
+    pub(crate) setting: &'a Setting,
+    /// What is judged as it goes on.
+    pub(crate) properties: &'a [Property],
+    /// Takes what the device under test writes to stderr.
+    pub(crate) log: &'a Path,
+}
+
+/// A run in real time, and what it tells beyond one in virtual time.
+#[derive(Debug, Clone)]
+pub(crate) struct LiveRun {
+    pub(crate) run: Simulated,
+    pub(crate) timing: Timing,
+    pub(crate) ports: Vec<PortSummary>,
+}
+
+/// Carries it out; nothing is judged but the properties.
+///
+/// # Errors
+///
+/// When the bench does not come up.
+pub(crate) fn carry_out(
+    order: LiveOrder<'_>,
+    operator: Operator,
+    sink: &mut impl RecordSink,
+    pulse: &mut impl FnMut(Progress) -> bool,
+) -> Result<LiveRun, LiveError> {
+    let LiveOrder { prepared, seed, setting, properties, log } = order;
+    let bench = Bench::new(prepared.devices.clone(), seed);
+    #[cfg(feature = "mutants")]
+    let bench = bench.with_mutant(prepared.mutant);
+    let engine = Engine::new(
+        Arc::clone(&prepared.plan),
+        prepared.calibrations.clone(),
+        bench.facts(),
+        Timestamp::ZERO,
+    )
+    .with_models(prepared.models.clone());
+    let mut world = LiveWorld::new(bench, engine, operator, setting.clone())
+        .with_faults(seed)
+        .with_monitor(properties);
+    let mut made = Made::default();
+    let mut keep_made = |action: &Action| made.keep(action);
+    let mut end = world.run(log, sink, &mut keep_made, pulse)?;
+    sink.finish();
+    if let Some(error) = sink.failed() {
+        end.ending.outcome = Outcome::Error;
+        end.ending.reason = Some(format!("failed to write the record: {error}"));
+    }
+    let run = Simulated {
+        ending: end.ending,
+        end: end.end,
+        events: end.events,
+        observations: world.engine().observations().values().flatten().cloned().collect(),
+        made,
+        dropped: end.dropped,
+        faults: end.faults,
+        properties: end.properties,
+        unjudged: end.unjudged,
+    };
+    Ok(LiveRun { run, timing: end.timing, ports: end.ports })
 }
 
 /// Runs a prepared plan in real time, judges it and writes its run folder. `person` can be asked for what
@@ -65,68 +164,26 @@ pub fn run_live_to_folder(
     person: Option<Box<dyn Person>>,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Result<Completed, LiveRunError> {
-    let bench = Bench::new(prepared.devices.clone(), options.seed);
-    let setting = Setting {
-        device_under_test: match &setting.bench.controller {
-            Some(ControllerSection::Command(command)) => DeviceUnderTest::Command(command.clone()),
-            Some(ControllerSection::InProcess) => DeviceUnderTest::InProcess,
-            Some(ControllerSection::Attach(place)) => DeviceUnderTest::Attached(place.clone()),
-            None => setting.device_under_test.clone(),
-        },
-        placement: Placement::new(setting.bench, bench.base_transport(), &setting.can)?,
-        attach_max: setting.bench.timing.attach_max.unwrap_or(ATTACH_MAX_DEFAULT),
-        late_max: setting.bench.timing.late_max.unwrap_or(LATE_MAX_DEFAULT),
-        scheduling: if setting.bench.timing.realtime {
-            Scheduling::RealTime
-        } else {
-            setting.scheduling
-        },
-    };
+    let setting = setting.resolve(base_transport(&prepared.devices))?;
+    setting.reaches(&prepared.plan.faults)?;
     let folder = RunFolder::create(options.out)?;
     let header = prepared.header(options.seed);
     let mut sink = folder.record_sink(&header, options.level)?;
-    let engine = Engine::new(
-        Arc::clone(&prepared.plan),
-        prepared.calibrations.clone(),
-        bench.facts(),
-        Timestamp::ZERO,
-    )
-    .with_models(prepared.models.clone());
     let operator = Operator::live(options.answers.clone(), person);
-    let mut world = LiveWorld::new(bench, engine, operator, setting.clone());
-    let mut made = Made::default();
-    let mut keep_made = |action: &Action| made.keep(action);
-    let mut end = world.run(&folder.file(DEVICE_LOG), &mut sink, &mut keep_made, pulse)?;
-    sink.finish();
-    if let Some(error) = sink.failed() {
-        end.ending.outcome = Outcome::Error;
-        end.ending.reason = Some(format!("failed to write the record: {error}"));
-    }
+    let log = folder.file(DEVICE_LOG);
+    let (seed, properties) = (options.seed, &prepared.plan.properties);
+    let order = LiveOrder { prepared, seed, setting: &setting, properties, log: &log };
+    let live = carry_out(order, operator, &mut sink, pulse)?;
     drop(sink);
-    let run = Simulated {
-        ending: end.ending,
-        end: end.end,
-        events: end.events,
-        observations: world.engine().observations().values().flatten().cloned().collect(),
-        made,
-        dropped: end.dropped,
-        faults: Vec::new(),
-        properties: Vec::new(),
-    };
-    let mut summary = summarise(prepared, options.seed, &run);
+    let mut summary = summarise(prepared, options.seed, &live.run);
     "real".clone_into(&mut summary.clock);
     summary.bus = setting.placement.bus();
-    summary.timing = Some(end.timing);
-    summary.ports = end.ports;
-    summary.device_under_test = match &setting.device_under_test {
-        DeviceUnderTest::InProcess => "in-process".to_owned(),
-        DeviceUnderTest::OurProcess => "process".to_owned(),
-        DeviceUnderTest::Command(words) => words.join(" "),
-        DeviceUnderTest::Attached(place) => format!("attached at {place}"),
-    };
+    summary.timing = Some(live.timing);
+    summary.ports = live.ports;
+    summary.device_under_test = setting.device_under_test.to_string();
     summary.wall_s = summary.simulated_s;
     if folder.file(DEVICE_LOG).is_file() {
         summary.artifacts.push(DEVICE_LOG.to_owned());
     }
-    Ok(keep(&folder, &header, summary, run))
+    Ok(keep(&folder, &header, summary, live.run))
 }

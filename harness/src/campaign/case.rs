@@ -1,5 +1,6 @@
 //! One case: a seed and what goes wrong; and what came of it.
 
+use super::repeat::Repeated;
 use crate::faults::Schedule;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -83,6 +84,10 @@ pub struct CaseResult {
     /// Sometimes-properties that came about.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     pub reached: BTreeSet<String>,
+    /// Where runs differ: what came of repeating the case, for each property that broke in its first run. One that is not
+    /// among the violated was not shown to break.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub repeated: BTreeMap<String, Repeated>,
     /// Every measurement of the plan was in its band, and the plan went to its end.
     pub passed: bool,
 }

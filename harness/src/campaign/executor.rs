@@ -4,10 +4,12 @@ use super::case::{Case, CaseResult, Violated};
 use crate::checks::judge_all;
 use crate::operator::Answers;
 use crate::outcome::Outcome;
+use crate::plan::Declared;
 use crate::properties::{Kind, PropertyVerdict};
 use crate::record::sink::NullSink;
-use crate::run::{Prepared, simulate_watched};
+use crate::run::{self, Prepared, simulate_watched};
 use crate::world::bench::bench_lines;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::time::{Span, Timestamp};
 
@@ -35,26 +37,34 @@ impl Simulated {
         Self { prepared, answers }
     }
 
-    /// The plan with the faults of a case beside its own.
-    fn with(&self, case: &Case) -> Prepared {
-        let mut prepared = self.prepared.clone();
-        let plan = Arc::make_mut(&mut prepared.plan);
-        plan.faults = case.schedule.beside(&plan.faults);
-        prepared
-    }
-
     /// How long the plan takes where nothing goes wrong, and what it comes to then.
     pub fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
         self.run(&Case { seed, ..Case::default() })
     }
 
     fn run(&self, case: &Case) -> (Span, CaseResult) {
-        let prepared = self.with(case);
+        let prepared = struck(&self.prepared, case);
         let run =
             simulate_watched(&prepared, case.seed, &self.answers, &mut NullSink, &mut |_| true);
-        let (_, judged) = judge_all(&prepared.plan.measurements, &run.observations);
+        let result = CaseResult::of(&prepared.plan.measurements, &run);
+        (run.end - Timestamp::ZERO, result)
+    }
+}
+
+/// The plan with the faults of a case beside its own.
+pub(super) fn struck(prepared: &Prepared, case: &Case) -> Prepared {
+    let mut prepared = prepared.clone();
+    let plan = Arc::make_mut(&mut prepared.plan);
+    plan.faults = case.schedule.beside(&plan.faults);
+    prepared
+}
+
+impl CaseResult {
+    /// What a run came to.
+    pub(super) fn of(measurements: &[Declared], run: &run::Simulated) -> Self {
+        let (_, judged) = judge_all(measurements, &run.observations);
         let verdicts = &run.properties;
-        let result = CaseResult {
+        Self {
             outcome: run.ending.outcome.name().to_owned(),
             violated: verdicts.iter().filter_map(violated).collect(),
             margins: verdicts
@@ -66,9 +76,9 @@ impl Simulated {
                 .filter(|verdict| verdict.kind == Kind::Sometimes && verdict.held)
                 .map(|verdict| verdict.name.to_owned())
                 .collect(),
+            repeated: BTreeMap::new(),
             passed: run.ending.outcome.max(judged) == Outcome::Passed,
-        };
-        (run.end - Timestamp::ZERO, result)
+        }
     }
 }
 

@@ -11,7 +11,8 @@
 //!
 //! * [`Space`]: which faults can strike a bench and a plan, and strategies (proptest) that draw them.
 //! * [`Search`]: which case is next: [`Random`], or [`Guided`] by the margins of the properties.
-//! * [`Executor`]: carries out one case; [`Simulated`] does in virtual time.
+//! * [`Executor`]: carries out one case; [`Simulated`] does in virtual time, `OnBench` in real time, where runs differ:
+//!   [`Repeatedly`] takes only what breaks again and again for broken.
 //! * [`shrink()`]: less faults, later, shorter, weaker, as long as the same property breaks.
 //! * [`envelope()`]: the share of runs that pass over the severity of one kind.
 
@@ -20,7 +21,10 @@ mod envelope;
 mod executor;
 mod journal;
 mod mutation;
+#[cfg(feature = "live")]
+mod on_bench;
 mod regression;
+mod repeat;
 mod run;
 mod search;
 mod shrink;
@@ -32,7 +36,13 @@ pub use case::{Case, CaseId, CaseResult, PANIC, Violated};
 pub use envelope::{Envelope, EnvelopeSettings, Level, envelope};
 pub use executor::{Executor, Simulated};
 pub use journal::{Journal, JournalError, Line};
+#[cfg(feature = "live")]
+pub use on_bench::{OnBench, Site};
 pub use regression::{Regression, RegressionError};
+pub use repeat::{
+    BREAKS_AT_LEAST, CONFIDENCE, REPEATS, REPEATS_MAX, Repeated, Repeatedly, Repetition,
+    RepetitionError,
+};
 pub use run::{Campaign, Found, Settings, Tally, run};
 pub use search::{Guided, Random, Search};
 pub use shrink::{Shrunk, shrink};

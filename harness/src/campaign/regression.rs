@@ -47,7 +47,8 @@ impl Regression<'_> {
         format!("{}-{}-{}", self.plan, self.property.replace('_', "-"), &id[..8])
     }
 
-    /// The plan that was struck, under its new name, with the seed and the faults of the case.
+    /// The plan that was struck, under its new name, with the seed and the faults of the case behind its own: in
+    /// those places they had the same random numbers when the case was carried out.
     ///
     /// # Errors
     ///
@@ -62,7 +63,18 @@ impl Regression<'_> {
         table.insert("title".to_owned(), title.into());
         let faults = toml::Value::try_from(&self.case.schedule)
             .map_err(|error| failed(error.to_string()))?;
-        table.insert("fault".to_owned(), faults);
+        let mut all = Vec::new();
+        for faults in table.remove("fault").into_iter().chain([faults]) {
+            match faults {
+                toml::Value::Array(faults) => all.extend(faults),
+                other => {
+                    return Err(failed(format!("[[fault]] is of type {}", other.type_str())));
+                }
+            }
+        }
+        if !all.is_empty() {
+            table.insert("fault".to_owned(), all.into());
+        }
         // What broke is judged again; a panic needs no property.
         if self.property != PANIC && !table.contains_key("property") {
             let always: toml::Table =
@@ -98,5 +110,49 @@ impl Regression<'_> {
         std::fs::create_dir_all(folder).map_err(failed)?;
         std::fs::write(&path, text).map_err(failed)?;
         Ok(path)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Regression;
+    use crate::campaign::Case;
+    use crate::faults::{Fault, FaultKind, Schedule, Target};
+    use crate::plan::Plan;
+
+    const PLAN: &str = r#"
+name = "struck"
+title = "A plan with a fault of its own"
+devices = "paper-serial"
+steps = [{ bias_test = {} }]
+
+[[measurement]]
+name = "samples_lost"
+doc = "Gyro samples lost on the way"
+quantity = "samples.lost"
+unit = "1"
+check = { all_within = [0, 10] }
+"#;
+    const OWN: &str = "\n[[fault]]\ntarget = \"gyro\"\nwhat = { drop = { loss_percent = 1 } }\n";
+
+    /// The faults of the plan that is made of a case of `text`.
+    fn written(text: &str, case: &Case) -> Schedule {
+        let (plan, property, what) = ("struck", "fresh_heading", "an old one\nor two");
+        let regression = Regression { plan, text, property, what, case };
+        let written = regression.to_toml().unwrap();
+        Plan::parse("written.toml", &written).unwrap_or_else(|e| panic!("{e}\n{written}")).faults
+    }
+
+    #[test]
+    fn the_faults_of_the_case_stand_behind_those_of_the_plan() {
+        let stuck = Fault::new(Target::Gyro, FaultKind::typical("stuck").unwrap());
+        let case = Case { seed: 3, schedule: Schedule { faults: vec![stuck.clone()] } };
+        let with_own = format!("{PLAN}{OWN}");
+        let own = Plan::parse("own.toml", &with_own).unwrap().faults;
+        assert_eq!(written(PLAN, &case).faults, [stuck]);
+        assert_eq!(written(&with_own, &case), case.schedule.beside(&own));
+        // What breaks without any fault of the case breaks with those of the plan alone.
+        assert_eq!(written(&with_own, &Case::default()), own);
+        assert!(written(PLAN, &Case::default()).is_empty());
     }
 }

@@ -5,6 +5,7 @@ use super::executor::Executor;
 use super::journal::{Journal, JournalError, Line};
 use super::search::Search;
 use super::shrink::{Shrunk, shrink};
+use crate::outcome::Outcome;
 use crate::seeds::for_each_seed;
 use std::any::Any;
 use std::collections::{BTreeMap, BTreeSet};
@@ -56,6 +57,8 @@ pub struct Tally {
     pub broken: BTreeMap<String, (u64, u64)>,
     /// How many cases came to each state.
     pub reached: BTreeMap<String, u64>,
+    /// Where runs differ: how many cases broke a property once, and were not shown to break it again.
+    pub unconfirmed: BTreeMap<String, u64>,
     /// Least margin of each property, and the case.
     pub nearest: BTreeMap<String, (f64, u64)>,
 }
@@ -104,6 +107,11 @@ pub fn run(
         let known: Vec<Option<CaseResult>> = (0..cases.len()).map(known).collect();
         let results = side_by_side(executor, &cases, &known, settings.threads);
         for ((case, result), known) in cases.iter().zip(results).zip(&known) {
+            if result.outcome == Outcome::Aborted.name() {
+                // Not carried out: the next time it is.
+                stopped = true;
+                break;
+            }
             if known.is_none() {
                 journal.keep(&Line { number, case: case.clone(), result: result.clone() })?;
             } else {
@@ -118,7 +126,7 @@ pub fn run(
             }
             number += 1;
         }
-        stopped = !pulse(&tally);
+        stopped |= !pulse(&tally);
     }
     let found = first
         .into_iter()
@@ -139,6 +147,9 @@ impl Tally {
         *self.outcomes.entry(result.outcome.clone()).or_default() += 1;
         for violated in &result.violated {
             self.broken.entry(violated.property.clone()).or_insert((0, number)).0 += 1;
+        }
+        for property in result.repeated.keys().filter(|property| !result.breaks(property)) {
+            *self.unconfirmed.entry(property.clone()).or_default() += 1;
         }
         for state in &result.reached {
             *self.reached.entry(state.clone()).or_default() += 1;

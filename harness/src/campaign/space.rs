@@ -39,6 +39,7 @@ impl Space {
             }
             for target in info.reach.targets() {
                 let schedule = Schedule { faults: vec![Fault::new(*target, info.typical)] };
+                // By itself: what is at odds with a fault of the plan may strike at another time.
                 if schedule.fits(plan, lines).is_ok() {
                     kinds.push((*target, info.typical));
                 }
@@ -56,6 +57,13 @@ impl Space {
         Self { plan: plan.clone(), lines, kinds, phases, horizon, faults_max: faults_max.max(1) }
     }
 
+    /// Without what `can_suffer` says no to: a real bench has devices that nobody can strike.
+    #[must_use]
+    pub fn within(mut self, can_suffer: impl Fn(Target, FaultKind) -> bool) -> Self {
+        self.kinds.retain(|(target, what)| can_suffer(*target, *what));
+        self
+    }
+
     /// The kinds that can be drawn, with what they strike.
     pub fn kinds(&self) -> &[(Target, FaultKind)] {
         &self.kinds
@@ -71,9 +79,9 @@ impl Space {
         self.faults_max
     }
 
-    /// Can this schedule apply to the plan and the bench?
+    /// Can this schedule apply to the plan and the bench, beside the faults of the plan itself?
     pub fn takes(&self, schedule: &Schedule) -> bool {
-        schedule.fits(&self.plan, self.lines).is_ok()
+        schedule.beside(&self.plan.faults).fits(&self.plan, self.lines).is_ok()
     }
 
     /// One fault: each kind is as likely as the others, its size is drawn over orders of magnitude.
@@ -144,4 +152,39 @@ pub(super) fn whole_ms(seconds: f64) -> Span {
 pub(super) fn duration(horizon: Span, share: f64) -> Span {
     let (least, greatest) = (DURATION_MIN.as_secs_f64(), horizon.max(DURATION_MIN).as_secs_f64());
     whole_ms(least * (greatest / least).powf(share))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Plan, Space, Span};
+    use crate::campaign::toy;
+    use crate::faults::{BenchLines, Fault, FaultKind, Schedule, Target};
+
+    #[test]
+    fn what_is_at_odds_with_a_fault_of_the_plan_is_not_taken() {
+        let restart = FaultKind::typical("restart").unwrap();
+        let stuck = Schedule {
+            faults: vec![Fault::new(Target::Gyro, FaultKind::typical("stuck").unwrap())],
+        };
+        let mut plan = toy::plan();
+        let space =
+            |plan: &Plan| Space::new(plan, BenchLines::CanBase, Span::from_secs(100), 4, &[]);
+        assert!(space(&plan).takes(&stuck));
+        plan.faults = Schedule { faults: vec![Fault::new(Target::Gyro, restart)] };
+        assert!(!space(&plan).takes(&stuck));
+        assert!(space(&plan).kinds().contains(&(Target::Gyro, stuck.faults[0].what)));
+    }
+
+    #[test]
+    fn what_a_bench_cannot_suffer_is_not_drawn() {
+        let plan = toy::plan();
+        let space = Space::new(&plan, BenchLines::CanBase, Span::from_secs(100), 4, &[]);
+        let some = space.clone().within(|target, _| target != Target::Gyro);
+        assert!(some.kinds().len() < space.kinds().len() && !some.kinds().is_empty());
+        let mut search = crate::campaign::Random::new(&some, 1);
+        for _ in 0..100 {
+            let case = crate::campaign::Search::next(&mut search);
+            assert!(case.schedule.faults.iter().all(|fault| fault.target != Target::Gyro));
+        }
+    }
 }

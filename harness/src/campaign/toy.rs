@@ -5,6 +5,7 @@ use super::executor::Executor;
 use super::space::{Space, severities};
 use crate::faults::{BenchLines, Fault, When};
 use crate::plan::Plan;
+use std::collections::BTreeMap;
 use wire::time::Span;
 
 const PLAN: &str = r#"
@@ -83,6 +84,7 @@ impl Executor for Toy {
         CaseResult {
             outcome: "passed".to_owned(),
             passed: violated.is_none(),
+            repeated: BTreeMap::new(),
             violated: violated.into_iter().collect(),
             margins: [("held".to_owned(), margin.min(1.0))].into(),
             reached: [format!("{}-faults", case.schedule.faults.len())].into(),

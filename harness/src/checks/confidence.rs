@@ -1,5 +1,7 @@
 //! How sure a share is: k of n seeds passed, what does that say about all seeds?
 
+use statrs::distribution::{Beta, ContinuousCDF as _};
+
 /// Standard normal quantile of a two-sided 95 % interval.
 pub const Z_95: f64 = 1.959_963_984_540_054;
 
@@ -37,9 +39,20 @@ pub fn trials_min(share: f64, z: f64) -> u64 {
     (1..=u64::from(u16::MAX)).find(shows).unwrap_or(u64::MAX)
 }
 
+/// Lower bound of a share at one-sided `confidence` (Clopper and Pearson 1934): exact, so that a share below it gives
+/// `successes` of `trials` or more in at most 1 - `confidence` of all series. It holds as well for a series that ends with
+/// its last success. Zero where nothing succeeded, and for what is no series or no confidence.
+pub fn clopper_pearson_lower(successes: u64, trials: u64, confidence: f64) -> f64 {
+    if successes == 0 || successes > trials || !(confidence > 0.0 && confidence < 1.0) {
+        return 0.0;
+    }
+    let (k, n) = (successes as f64, trials as f64);
+    Beta::new(k, n - k + 1.0).map_or(0.0, |beta| beta.inverse_cdf(1.0 - confidence))
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{Z_95, wilson};
+    use super::{Z_95, clopper_pearson_lower, wilson};
     use proptest::prelude::*;
 
     #[test]
@@ -54,6 +67,29 @@ mod tests {
             let interval = wilson(k, n, Z_95).unwrap();
             assert!((interval.lower - lower).abs() < 5e-5, "{k}/{n}: {interval:?}");
             assert!((interval.upper - upper).abs() < 5e-5, "{k}/{n}: {interval:?}");
+        }
+    }
+
+    /// The probability of `k` of `n` or more, summed up.
+    fn tail(k: u64, n: u64, share: f64) -> f64 {
+        let term = |i: u64| {
+            let ways: f64 = (0..i).map(|j| (n - j) as f64 / (i - j) as f64).product();
+            ways * share.powi(i as i32) * (1.0 - share).powi((n - i) as i32)
+        };
+        (k..=n).map(term).sum()
+    }
+
+    #[test]
+    fn the_exact_bound_is_that_at_which_the_tail_is_what_confidence_leaves() {
+        for (k, n, confidence) in [(7, 8, 0.95), (8, 8, 0.95), (1, 5, 0.9), (30, 40, 0.99)] {
+            let lower = clopper_pearson_lower(k, n, confidence);
+            assert!((tail(k, n, lower) - (1.0 - confidence)).abs() < 1e-6, "{k}/{n}: {lower}");
+        }
+        // All of n: the n-th root of what confidence leaves.
+        assert!((clopper_pearson_lower(5, 5, 0.95) - 0.05f64.powf(0.2)).abs() < 1e-6);
+        assert!((clopper_pearson_lower(7, 8, 0.95) - 0.529_321).abs() < 1e-5);
+        for (k, n, confidence) in [(0, 8, 0.95), (9, 8, 0.95), (0, 0, 0.95), (8, 8, 1.0)] {
+            assert_eq!(clopper_pearson_lower(k, n, confidence), 0.0);
         }
     }
 

@@ -6,12 +6,15 @@ use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::operator::OperatorArguments;
 use super::progress::Screen;
+use super::repetition::RepetitionArguments;
 use super::say;
-use super::setup::Setup;
+use super::setup::{Setup, SetupArguments};
 use crate::campaign::{
-    self, Campaign, Guided, Journal, Random, Regression, Search, Settings, Simulated, Space,
+    self, Campaign, CaseResult, Executor, Guided, Journal, Random, Regression, Search, Settings,
+    Simulated, Space,
 };
-use crate::console::{self, Style};
+use crate::console::{self, Again, Style};
+use crate::faults::{FaultKind, Target};
 use crate::library::{Kind, Library};
 use crate::made::Made;
 use crate::outcome::Outcome;
@@ -23,6 +26,7 @@ use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::thread::available_parallelism;
+use wire::time::Span;
 
 /// How the next case is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
@@ -45,6 +49,9 @@ impl By {
 
 /// Throws seeded fault schedules at a plan until a property breaks, makes the case as small as it gets, and saves it as a plan.
 ///
+/// With --clock real the cases are carried out on a bench, one at a time; what breaks there is repeated, and counts as broken
+/// where that shows it.
+///
 /// With --envelope or --envelopes it measures instead how much of a fault is tolerated. One that was interrupted goes on where it
 /// stopped.
 #[derive(Debug, Args)]
@@ -52,14 +59,14 @@ impl By {
 pub(super) struct CampaignArguments {
     /// Name of a shipped plan (see `hil list plans`) or path: what ends in .toml or holds a /.
     #[arg(value_name = "PLAN")]
-    plan: String,
+    pub(super) plan: String,
     /// How many cases.
     #[arg(long, value_name = "N", default_value_t = 1_000,
           value_parser = clap::value_parser!(u64).range(1..=CASES_MAX))]
-    cases: u64,
+    pub(super) cases: u64,
     /// Seed of the campaign; with --envelope the first seed.
     #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
+    pub(super) seed: u64,
     /// What chooses the next case.
     #[arg(long, value_enum, default_value_t)]
     by: By,
@@ -79,12 +86,19 @@ pub(super) struct CampaignArguments {
     #[arg(long, value_name = "DIR")]
     regressions: Option<PathBuf>,
     #[command(flatten)]
-    envelopes: EnvelopeArguments,
+    pub(super) envelopes: EnvelopeArguments,
     /// Print the end as JSON.
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
     #[command(flatten)]
-    operator: OperatorArguments,
+    pub(super) operator: OperatorArguments,
+    #[command(flatten)]
+    setup: SetupArguments,
+    #[command(flatten)]
+    pub(super) repetition: RepetitionArguments,
+    /// Tries to make one case smaller. [default: 500; 20 with the real clock, where each takes as long as the plan]
+    #[arg(long, value_name = "N", conflicts_with_all = ["envelope", "envelopes"])]
+    shrink_max: Option<u64>,
     /// Show nothing but the end and what went wrong.
     #[arg(long)]
     pub(super) quiet: bool,
@@ -97,96 +111,166 @@ const SHRINK_MAX: u64 = 500;
 /// File of a campaign folder.
 const JOURNAL: &str = "cases.jsonl";
 
+/// What a campaign is about, and whom it talks to.
+#[derive(Clone, Copy)]
+pub(super) struct Task<'a> {
+    /// The text of the plan.
+    source: &'a str,
+    pub(super) prepared: &'a Prepared,
+    pub(super) interrupt: &'a Interrupt,
+    pub(super) screen: &'a Screen,
+}
+
 impl CampaignArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         let library = Library::beside(&self.plan);
         let source = library.open(Kind::Plan, &self.plan)?;
         let prepared = Prepared::load(&self.plan, &Made::default())?;
-        let setup = Setup::Simulated;
-        let (answers, _) = self.operator.collect(&setup, [&*prepared.plan], screen)?;
-        let executor = Simulated::new(prepared.clone(), answers);
-        let threads =
-            self.threads.or_else(|| available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
+        let setup = self.setup.setup()?;
         let interrupt = Interrupt::install(screen)?;
-        if self.envelopes.is_asked() {
-            let means = Means {
-                prepared: &prepared,
-                executor: &executor,
-                seed: self.seed,
-                threads,
-                interrupt: &interrupt,
-                screen,
-            };
-            return self.envelopes.execute(&means, &self.folder("envelopes", &prepared), self.json);
-        }
+        let live = match &setup {
+            Setup::Simulated => None,
+            Setup::Kernel(_) => {
+                return Err(Failure::arguments(
+                    "a campaign needs the memory bus, or the real clock: no verdict depends on what is crossed",
+                    "leave out --bus, or add --clock real",
+                ));
+            }
+            Setup::Live(live) => Some(live),
+        };
         self.known()?;
-        let (horizon, clean) = executor.without_faults(self.seed);
+        let task =
+            Task { source: &source.text, prepared: &prepared, interrupt: &interrupt, screen };
+        let Some(live) = live else {
+            self.repetition.none()?;
+            let (answers, _) = self.operator.collect(&setup, [&*prepared.plan], screen)?;
+            let executor = Simulated::new(prepared.clone(), answers);
+            let threads =
+                self.threads.or_else(|| available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
+            if self.envelopes.is_asked() {
+                let means = Means {
+                    prepared: &prepared,
+                    executor: &executor,
+                    seed: self.seed,
+                    threads,
+                    interrupt: &interrupt,
+                    screen,
+                };
+                let folder = self.folder("envelopes", &prepared);
+                return self.envelopes.execute(&means, &folder, self.json);
+            }
+            let clean = executor.without_faults(self.seed);
+            let space = self.space(&task, clean, |_, _| true)?;
+            let states = states(&asked(&prepared));
+            let settings =
+                Settings { cases: self.cases, threads, shrink_max: self.shrink_max(SHRINK_MAX) };
+            let (done, saved) = self.search(&task, "", &executor, &space, &states, &settings)?;
+            return self.tell(&done, &saved, None);
+        };
+        if self.envelopes.is_asked() || self.threads.is_some_and(|threads| threads.get() > 1) {
+            return Err(Failure::arguments(
+                "the real clock has one bench: it carries out one case at a time, and no envelope",
+                "leave out --clock, or --envelope and --threads",
+            ));
+        }
+        self.on_bench(&task, &setup, live)
+    }
+
+    pub(super) fn shrink_max(&self, usual: u64) -> u64 {
+        self.shrink_max.unwrap_or(usual)
+    }
+
+    /// What can go wrong, once it is clear that without it nothing does; `clean` is how long that took and what it came
+    /// to.
+    pub(super) fn space(
+        &self,
+        task: &Task<'_>,
+        (horizon, clean): (Span, CaseResult),
+        can_suffer: impl Fn(Target, FaultKind) -> bool,
+    ) -> Result<Space, Failure> {
+        let (plan, lines) = (&task.prepared.plan, bench_lines(&task.prepared.devices));
         if let Some(violated) = clean.violated.first() {
             return Err(Failure::arguments(
-                format!("{}: breaks {} without any fault", prepared.plan.name, violated.property),
+                format!("{}: breaks {} without any fault", plan.name, violated.property),
                 format!("at {:.3} s: {}", violated.at_s, violated.what),
             ));
         }
         let faults_max = usize::from(self.faults_max);
-        let lines = bench_lines(&prepared.devices);
-        let space = Space::new(&prepared.plan, lines, horizon, faults_max, &self.faults);
+        let space = Space::new(plan, lines, horizon, faults_max, &self.faults).within(can_suffer);
         if space.kinds().is_empty() {
             return Err(Failure::arguments(
-                format!("none of these faults can strike the bench of {}", prepared.plan.name),
+                format!("none of these faults can strike the bench of {}", plan.name),
                 "`hil list faults` says what each strikes",
             ));
         }
-        let folder = self.folder("campaign", &prepared);
+        Ok(space)
+    }
+
+    /// Searches, shrinks and saves, in the folder of the campaign; `bench` names where, for its journal.
+    pub(super) fn search(
+        &self,
+        task: &Task<'_>,
+        bench: &str,
+        executor: &impl Executor,
+        space: &Space,
+        states: &BTreeSet<String>,
+        settings: &Settings,
+    ) -> Result<(Campaign, Vec<PathBuf>), Failure> {
+        let Task { source, prepared, interrupt, screen } = *task;
+        let folder = self.folder("campaign", prepared);
         std::fs::create_dir_all(&folder).map_err(|source| Failure::file(&folder, source))?;
         let what = format!(
-            "{} ({}), by {}, seed {}, up to {faults_max} of {}",
+            "{} ({}), by {}, seed {}, up to {} of {}{bench}",
             prepared.plan.name,
-            campaign::Case::default().id(&source.text),
+            campaign::Case::default().id(source),
             self.by.name(),
             self.seed,
+            self.faults_max,
             if self.faults.is_empty() { "all faults".to_owned() } else { self.faults.join(", ") },
         );
         let mut journal = Journal::open(&folder.join(JOURNAL), &what)?;
         let mut search: Box<dyn Search> = match self.by {
-            By::Margins => Box::new(Guided::new(&space, self.seed)),
-            By::Chance => Box::new(Random::new(&space, self.seed)),
+            By::Margins => Box::new(Guided::new(space, self.seed)),
+            By::Chance => Box::new(Random::new(space, self.seed)),
         };
         let bar = screen.cases(prepared.plan.name.as_str(), self.cases);
-        let settings = Settings { cases: self.cases, threads, shrink_max: SHRINK_MAX };
-        let states = states(&prepared);
-        let done = campaign::run(
-            &executor,
-            &mut *search,
-            &states,
-            &settings,
-            &mut journal,
-            &mut |tally| {
+        let done =
+            campaign::run(executor, &mut *search, states, settings, &mut journal, &mut |tally| {
                 bar.set_position(tally.cases);
                 !interrupt.requested()
-            },
-        )?;
+            })?;
         bar.finish_and_clear();
         let mut saved = Vec::new();
         for found in &done.found {
             let what = found.shrunk.result.violated.iter().find(|v| v.property == found.property);
             let regression = Regression {
                 plan: prepared.plan.name.as_str(),
-                text: &source.text,
+                text: source,
                 property: &found.property,
                 what: what.map_or("", |violated| violated.what.as_str()),
                 case: &found.shrunk.case,
             };
             saved.push(regression.write(self.regressions.as_deref().unwrap_or(&folder))?);
         }
-        if self.json {
-            say(&(console::campaign_json(&done, &saved) + "\n"))?;
-        } else {
-            say(&console::campaign_table(&done, &saved, Style::of_stdout()))?;
-        }
-        Ok(outcome(&done))
+        Ok((done, saved))
     }
 
-    fn folder(&self, what: &str, prepared: &Prepared) -> PathBuf {
+    /// Prints the end.
+    pub(super) fn tell(
+        &self,
+        done: &Campaign,
+        saved: &[PathBuf],
+        again: Option<&Again<'_>>,
+    ) -> Result<Outcome, Failure> {
+        if self.json {
+            say(&(console::campaign_json(done, saved, again) + "\n"))?;
+        } else {
+            say(&console::campaign_table(done, saved, again, Style::of_stdout()))?;
+        }
+        Ok(outcome(done))
+    }
+
+    pub(super) fn folder(&self, what: &str, prepared: &Prepared) -> PathBuf {
         self.out.clone().unwrap_or_else(|| {
             PathBuf::from(format!("runs/{what}-{}-seed{}", prepared.plan.name, self.seed))
         })
@@ -198,13 +282,17 @@ impl CampaignArguments {
     }
 }
 
-/// What must come about sometimes: by the plan, or all that can be judged.
-fn states(prepared: &Prepared) -> BTreeSet<String> {
-    let asked = match prepared.plan.properties.as_slice() {
+/// What is judged: by the plan, or all that can be.
+fn asked(prepared: &Prepared) -> Vec<Property> {
+    match prepared.plan.properties.as_slice() {
         [] => Property::all(),
         some => some.to_vec(),
-    };
-    asked
+    }
+}
+
+/// What must come about sometimes.
+pub(super) fn states(properties: &[Property]) -> BTreeSet<String> {
+    properties
         .iter()
         .filter(|property| matches!(property, Property::Sometimes(_)))
         .map(|property| property.name().to_owned())

@@ -7,14 +7,17 @@ use crate::console::{self, Style};
 use crate::library::{Kind, Library, names};
 use crate::outcome::{Measurement, Outcome, Summary};
 use crate::plan::Plan;
-use crate::run::{judge_again, load_plan, write_documents};
+use crate::properties::Limits;
+use crate::run::{PrepareError, judge_again, load_plan, write_documents};
 use crate::run_folder::{RunFolder, SUMMARY};
+use crate::world::bench::{Bench, load_devices};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
 /// Judges recorded runs again, by their plans as they are now.
 ///
-/// Summary, junit.xml and report.html are written anew from a whole record. A record that is cut short is
+/// Properties are judged again as far as the record holds what they are judged by; the others keep their verdicts, and are
+/// named. Summary, junit.xml and report.html are written anew from a whole record. A record that is cut short is
 /// judged as far as it goes; it cannot pass, and replaces no earlier verdict.
 #[derive(Debug, Args)]
 #[command(after_help = EXIT_STATUSES)]
@@ -59,7 +62,18 @@ impl CheckArguments {
             None => shipped(was.as_ref().map_or(&recorded.plan, |summary| &summary.plan))?,
         };
         let before = was.as_ref().map(|summary| summary.measurements.clone());
-        let judged = judge_again(&plan, was, &recorded, records);
+        let library = self.plan.as_deref().map_or_else(Library::shipped, Library::beside);
+        let devices = load_devices(&library, plan.devices.as_str()).map_err(PrepareError::from)?;
+        let limits = Limits::of(&Bench::new(devices, recorded.seed).controller_config());
+        let judged = judge_again(&plan, &limits, was, &recorded, records);
+        for one in &judged.kept {
+            screen.note(&format!(
+                "{}: {} keeps the verdict of the run: {}",
+                run.display(),
+                one.name,
+                one.why
+            ));
+        }
         if let Some(before) = before
             && self.plan.is_none()
             && !same_bands(&before, &judged.summary.measurements)

@@ -110,6 +110,16 @@ enum Cause {
     #[diagnostic(transparent)]
     #[cfg(feature = "live")]
     Placement(crate::world::live::PlacementError),
+    /// A fault of the plan cannot be injected on the bench.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    #[cfg(feature = "live")]
+    OutOfReach(crate::world::live::OutOfReach),
+    /// What repetitions are asked for can show nothing.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    #[cfg(feature = "live")]
+    Repetition(crate::campaign::RepetitionError),
     /// The kernel lacks what the lines are to cross.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -188,7 +198,10 @@ impl Failure {
             | Cause::Journal(JournalError::Other { .. } | JournalError::Broken { .. })
             | Cause::Identify { .. } => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
-            Cause::Devices(_) | Cause::Placement(_) => EXIT_BAD_INPUT,
+            Cause::Devices(_)
+            | Cause::Placement(_)
+            | Cause::OutOfReach(_)
+            | Cause::Repetition(_) => EXIT_BAD_INPUT,
             // Where frames were to cross a serial port, or the reverse, nothing is broken.
             #[cfg(feature = "live")]
             Cause::Live(crate::world::live::LiveError::Port(
@@ -346,7 +359,36 @@ impl From<crate::run_live::LiveRunError> for Failure {
             crate::run_live::LiveRunError::Folder(error) => error.into(),
             crate::run_live::LiveRunError::Live(error) => Cause::Live(error).into(),
             crate::run_live::LiveRunError::Placement(error) => Cause::Placement(error).into(),
+            crate::run_live::LiveRunError::Fault(error) => Cause::OutOfReach(error).into(),
         }
+    }
+}
+
+#[cfg(feature = "live")]
+impl From<crate::world::live::LiveError> for Failure {
+    fn from(error: crate::world::live::LiveError) -> Self {
+        Cause::Live(error).into()
+    }
+}
+
+#[cfg(feature = "live")]
+impl From<crate::world::live::PlacementError> for Failure {
+    fn from(error: crate::world::live::PlacementError) -> Self {
+        Cause::Placement(error).into()
+    }
+}
+
+#[cfg(feature = "live")]
+impl From<crate::world::live::OutOfReach> for Failure {
+    fn from(error: crate::world::live::OutOfReach) -> Self {
+        Cause::OutOfReach(error).into()
+    }
+}
+
+#[cfg(feature = "live")]
+impl From<crate::campaign::RepetitionError> for Failure {
+    fn from(error: crate::campaign::RepetitionError) -> Self {
+        Cause::Repetition(error).into()
     }
 }
 

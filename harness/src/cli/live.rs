@@ -24,10 +24,31 @@ pub(super) fn run(
     person: Option<&Terminal>,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Result<Completed, Failure> {
-    use super::setup::BusChoice;
     use crate::operator::Person;
+    use crate::run_live::run_live_to_folder;
+    let person = person.map(|terminal| Box::new(terminal.clone()) as Box<dyn Person>);
+    Ok(run_live_to_folder(prepared, options, &asked(setup), person, pulse)?)
+}
+
+/// The bench that a prepared plan would be run on.
+///
+/// # Errors
+///
+/// When it does not fit the plan.
+#[cfg(feature = "live")]
+pub(super) fn setting(
+    prepared: &Prepared,
+    setup: &LiveSetup,
+) -> Result<crate::world::live::Setting, Failure> {
+    Ok(asked(setup).resolve(crate::world::bench::base_transport(&prepared.devices))?)
+}
+
+/// What the command line asks for.
+#[cfg(feature = "live")]
+fn asked(setup: &LiveSetup) -> crate::run_live::LiveSetting<'_> {
+    use super::setup::BusChoice;
     use crate::port::PortSpec;
-    use crate::run_live::{LiveSetting, run_live_to_folder};
+    use crate::run_live::LiveSetting;
     use crate::world::live::{DeviceUnderTest, Scheduling};
     let device_under_test = match &setup.controller {
         Controller::InProcess => DeviceUnderTest::InProcess,
@@ -36,14 +57,12 @@ pub(super) fn run(
             DeviceUnderTest::Command(line.split_whitespace().map(str::to_owned).collect())
         }
     };
-    let person = person.map(|terminal| Box::new(terminal.clone()) as Box<dyn Person>);
     let can = match setup.bus {
         BusChoice::Vcan => PortSpec::Can { interface: VCAN.to_owned() },
         BusChoice::Memory | BusChoice::Pty | BusChoice::Slcan => PortSpec::SlcanPty { link: None },
     };
     let scheduling = if setup.realtime { Scheduling::RealTime } else { Scheduling::Normal };
-    let setting = LiveSetting { device_under_test, bench: &setup.bench, can, scheduling };
-    Ok(run_live_to_folder(prepared, options, &setting, person, pulse)?)
+    LiveSetting { device_under_test, bench: &setup.bench, can, scheduling }
 }
 
 /// This build has no live world.

@@ -27,6 +27,7 @@ mod operator;
 mod paper;
 mod predict;
 mod progress;
+mod repetition;
 mod replay;
 mod report;
 mod run;

@@ -77,14 +77,6 @@ impl RunArguments {
         let declared: Vec<&Plan> = prepared.iter().map(|one| &*one.plan).collect();
         let asked = declared.iter().copied();
         let (answers, person) = self.operator.collect(&setup, asked, screen)?;
-        if let (Setup::Live(_), Some(faulty)) =
-            (&setup, declared.iter().find(|plan| !plan.faults.is_empty()))
-        {
-            return Err(Failure::arguments(
-                format!("faults are injected in virtual time, and {} has some", faulty.name),
-                "leave out --clock, or the [[fault]] tables of the plan",
-            ));
-        }
         if let Some(count) = self.seeds {
             match setup {
                 Setup::Simulated => {}

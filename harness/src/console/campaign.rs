@@ -1,18 +1,52 @@
 //! What a campaign came to, and how much of a fault is tolerated.
 
 use super::{Style, lines, printable};
-use crate::campaign::{Campaign, Envelope, Level};
+use crate::campaign::{Campaign, Envelope, Level, Repeated};
 use crate::faults::Fault;
 use crate::figures;
+use crate::properties::Unjudged;
 use crate::report::envelopes::Measured;
 use comfy_table::Cell;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+/// What a campaign on a bench has to say beyond one in virtual time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Again<'a> {
+    /// Fresh repetitions of the smallest case of each property that broke; none where the bench broke, or somebody
+    /// stopped it.
+    pub confirmed: Vec<Option<Repeated>>,
+    /// Properties that this bench cannot judge.
+    pub unjudged: &'a [Unjudged],
+    /// How sure the shares are.
+    pub confidence: f64,
+}
+
+impl Again<'_> {
+    /// `broke in 7 of 8 repetitions; the property breaks in at least 53 % of runs at 95 % confidence`.
+    fn line(&self, index: usize) -> String {
+        let percent = figures::exact(100.0 * self.confidence, 4);
+        match self.confirmed.get(index).copied().flatten() {
+            Some(Repeated { broke, of, at_least }) => format!(
+                "broke in {broke} of {of} repetitions; the property breaks in at least {:.0} % of runs at \
+                 {percent} % confidence",
+                // A bound from below is rounded down.
+                (100.0 * at_least).floor()
+            ),
+            None => "not repeated once it was small".to_owned(),
+        }
+    }
+}
+
 /// Tables for a terminal: what broke, how near the others came, and what was reached. `saved` are the plans of the
 /// smallest cases, one for each property that broke.
-pub fn campaign_table(done: &Campaign, saved: &[PathBuf], style: Style) -> String {
+pub fn campaign_table(
+    done: &Campaign,
+    saved: &[PathBuf],
+    again: Option<&Again<'_>>,
+    style: Style,
+) -> String {
     let tally = &done.tally;
     let mut text = String::new();
     if !tally.nearest.is_empty() || !tally.broken.is_empty() {
@@ -45,7 +79,7 @@ pub fn campaign_table(done: &Campaign, saved: &[PathBuf], style: Style) -> Strin
     }
     text += "\n";
     text += &lines(&table);
-    for (found, path) in done.found.iter().zip(saved) {
+    for (index, (found, path)) in done.found.iter().zip(saved).enumerate() {
         let what = found.shrunk.result.violated.iter().find(|v| v.property == found.property);
         let faults = found.shrunk.case.schedule.faults.len();
         let _ = write!(
@@ -59,6 +93,19 @@ pub fn campaign_table(done: &Campaign, saved: &[PathBuf], style: Style) -> Strin
             what.map_or(String::new(), |v| format!("at {:.3} s: {}", v.at_s, printable(&v.what))),
             path.display(),
         );
+        if let Some(again) = again {
+            let _ = writeln!(text, "  {}", again.line(index));
+        }
+    }
+    for (property, times) in &tally.unconfirmed {
+        let (property, s) = (printable(property), if *times == 1 { "" } else { "s" });
+        let _ = write!(
+            text,
+            "\n{property}: broke once in {times} case{s} whose repetitions do not show that it breaks\n"
+        );
+    }
+    for one in again.map_or(&[][..], |again| again.unjudged) {
+        let _ = write!(text, "\n{} not judged: {}\n", one.name, one.why);
     }
     let outcomes: Vec<String> =
         tally.outcomes.iter().map(|(outcome, times)| format!("{times} {outcome}")).collect();
@@ -75,14 +122,16 @@ pub fn campaign_table(done: &Campaign, saved: &[PathBuf], style: Style) -> Strin
 }
 
 /// The same for a program.
-pub fn campaign_json(done: &Campaign, saved: &[PathBuf]) -> String {
+pub fn campaign_json(done: &Campaign, saved: &[PathBuf], again: Option<&Again<'_>>) -> String {
     let tally = &done.tally;
     let found: Vec<Value> = done
         .found
         .iter()
         .zip(saved)
-        .map(|(found, path)| {
+        .enumerate()
+        .map(|(index, (found, path))| {
             json!({
+                "repeated": again.and_then(|again| again.confirmed.get(index)),
                 "property": found.property,
                 "case": found.number,
                 "times": found.times,
@@ -102,6 +151,12 @@ pub fn campaign_json(done: &Campaign, saved: &[PathBuf]) -> String {
         "reached": tally.reached,
         "never": done.never,
         "found": found,
+        "unconfirmed": tally.unconfirmed,
+        "not_judged": again.map(|again| {
+            let why = |one: &Unjudged| (one.name.to_owned(), Value::from(one.why.clone()));
+            again.unjudged.iter().map(why).collect::<serde_json::Map<_, _>>()
+        }),
+        "confidence": again.map(|again| again.confidence),
         "stopped": done.stopped,
     });
     value.to_string()
@@ -167,12 +222,13 @@ fn figure(severity: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{campaign_table, envelope_table, figure};
+    use super::{Again, campaign_table, envelope_table, figure};
     use crate::campaign::{
-        Campaign, Case, CaseResult, Envelope, Found, Level, Shrunk, Tally, Violated,
+        Campaign, Case, CaseResult, Envelope, Found, Level, Repeated, Shrunk, Tally, Violated,
     };
     use crate::console::Style;
     use crate::faults::{Fault, FaultKind, Schedule, Target};
+    use crate::properties::Unjudged;
 
     #[test]
     fn figures_have_three_digits() {
@@ -196,6 +252,7 @@ mod tests {
             outcomes: [("passed".to_owned(), 90), ("failed".to_owned(), 10)].into(),
             broken: [("fresh_heading".to_owned(), (3, 41))].into(),
             reached: [("gyro_silent".to_owned(), 12)].into(),
+            unconfirmed: [("recovers".to_owned(), 2)].into(),
             nearest: [
                 ("fresh_heading".to_owned(), (-0.21, 41)),
                 ("within_limits".to_owned(), (0.31, 5)),
@@ -217,7 +274,18 @@ mod tests {
             stopped: false,
         };
         let saved = ["runs/x/laps-fresh-heading-1a2b3c4d.toml".into()];
-        insta::assert_snapshot!(campaign_table(&done, &saved, Style::PLAIN));
+        insta::assert_snapshot!(campaign_table(&done, &saved, None, Style::PLAIN));
+        let unjudged = [Unjudged {
+            name: "done_is_done",
+            kind: crate::properties::Kind::Always,
+            why: "the base is real".to_owned(),
+        }];
+        let confirmed = vec![Some(Repeated { broke: 7, of: 8, at_least: 0.529_3 })];
+        let again = Again { confirmed, unjudged: &unjudged, confidence: 0.95 };
+        insta::assert_snapshot!(
+            "a_campaign_on_a_bench",
+            campaign_table(&done, &saved, Some(&again), Style::PLAIN)
+        );
     }
 
     #[test]

@@ -45,6 +45,8 @@ use wire::units::{Angle, Pose};
 /// A quantity is kept at most this often; a plan that makes more of one is cut off there, and the
 /// record says so. 16 hours of 1 Hz are 57,600; the heading errors of 80 laps 130,000.
 pub const OBSERVATIONS_MAX: usize = 1_000_000;
+/// The first mission's number; the others follow in the order in which they are recorded.
+pub(crate) const FIRST_MISSION: MissionId = 1;
 
 /// What the engine must know of the bench.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -161,7 +163,7 @@ impl Engine {
             step_deadline: Timestamp::MAX,
             plan_deadline,
             began: now,
-            next_id: 1,
+            next_id: FIRST_MISSION,
             state: None,
             ends: Ends::default(),
             table_heading: Angle::ZERO,

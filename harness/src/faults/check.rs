@@ -1,9 +1,9 @@
 //! What cannot apply: to any plan, to this plan, or to this bench.
 
+use super::apart::{Meeting, meeting};
 use super::{FAULTS_MAX, Fault, FaultKind, Lasts, Reach, Schedule, Target, Toward, When};
 use crate::plan::{Plan, hint};
 use std::collections::BTreeMap;
-use wire::time::{Span, Timestamp};
 
 /// Why a schedule cannot apply, and where that stands: in the fault at `index`, below `keys`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -58,19 +58,20 @@ impl Schedule {
             form(fault).map_err(at)?;
             phase(fault, &phases).map_err(at)?;
             let time_limit = plan.time_limit();
-            if let When::At(begin) = fault.when
-                && begin > time_limit
-            {
+            let begin = match fault.when {
+                When::At(begin) => Some(("at_s", begin)),
+                When::Step { after, .. } => Some(("after_s", after)),
+                When::Always | When::During { .. } => None,
+            };
+            if let Some((key, _)) = begin.filter(|(_, begin)| *begin > time_limit) {
                 let limit_s = time_limit.as_secs_f64();
                 let message = format!("the plan is over after {limit_s} s at the latest");
-                return Err(at((vec!["when", "at_s"], message, None)));
+                let help =
+                    "let it begin before, or give the plan a longer `time_limit_s`".to_owned();
+                return Err(at((vec!["when", key], message, Some(help))));
             }
-            let earlier = self.faults[..index].iter();
-            if let Some(other) = earlier.clone().position(|other| contradict(other, fault)) {
-                let name = self.faults[other].what.name();
-                let message = format!("contradicts the `{name}` of fault {other} at the same time");
-                let help = "let one end before the other begins, or leave one out".to_owned();
-                return Err(at((vec!["what"], message, Some(help))));
+            for (earlier, other) in self.faults[..index].iter().enumerate() {
+                contradiction(plan, earlier, other, fault).map_err(at)?;
             }
         }
         Ok(())
@@ -167,30 +168,33 @@ fn phase(fault: &Fault, phases: &BTreeMap<&str, u64>) -> Checked {
     }
 }
 
-/// Two positions of one switch at a time that is known before.
-fn contradict(one: &Fault, other: &Fault) -> bool {
+/// Two positions of one switch, which nothing is in at once.
+fn are_opposed(one: &Fault, other: &Fault) -> bool {
     let (a, b) = (one.what.info(), other.what.info());
     let same_way =
         one.toward == other.toward || one.toward == Toward::Both || other.toward == Toward::Both;
-    if a.switch.is_none() || a.switch != b.switch || one.target != other.target || !same_way {
-        return false;
-    }
-    match (window(one), window(other)) {
-        (Some((begin, end)), Some((other_begin, other_end))) => {
-            begin < other_end && other_begin < end
-        }
-        // The same event, and then at once.
-        _ => one.when == other.when,
-    }
+    a.switch.is_some() && a.switch == b.switch && one.target == other.target && same_way
 }
 
-/// From when to when, for those that are tied to no phase.
-fn window(fault: &Fault) -> Option<(Timestamp, Timestamp)> {
-    let begin = match fault.when {
-        When::Always => Span::ZERO,
-        When::At(at) => at,
-        When::Step { .. } | When::During { .. } => return None,
+/// What is wrong with `fault` beside an earlier one that it contradicts.
+fn contradiction(plan: &Plan, index: usize, other: &Fault, fault: &Fault) -> Checked {
+    if !are_opposed(other, fault) {
+        return Ok(());
+    }
+    let name = other.what.name();
+    let (message, help) = match meeting(plan, other, fault) {
+        Meeting::Never => return Ok(()),
+        Meeting::Sure => (
+            format!("contradicts the `{name}` of fault {index} at the same time"),
+            "let one end before the other begins, or leave one out",
+        ),
+        Meeting::Possible => (
+            format!(
+                "contradicts the `{name}` of fault {index}, and both may be at work at the same time"
+            ),
+            "tie them with `during` to phases that follow one another, or make the first shorter than what lies \
+             between them",
+        ),
     };
-    let begin = Timestamp::ZERO + begin;
-    Some((begin, fault.lasting().map_or(Timestamp::MAX, |lasting| begin + lasting)))
+    Err((vec!["what"], message, Some(help.to_owned())))
 }

@@ -16,6 +16,7 @@
 //! A fault of a line is a layer of that line ([`crate::link`]); one of a device is a switch of its emulator.
 //! The controller knows of none.
 
+mod apart;
 mod check;
 mod fault;
 mod injector;

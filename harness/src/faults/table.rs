@@ -24,8 +24,13 @@ and bias tests are counted by what the controller is told: a lap holds four turn
 parameter of its own, or an instant, `duration_s` is left out. The first parameter is the severity, which
 `FaultKind::with_severity` and campaigns scale; its sign, where it has one, is the direction.
 
-Faults are injected in virtual time. This table is made from the program (`hil list faults` prints the same);
-a test keeps it true.
+Two kinds that are positions of one switch (`stuck` and `restart` of a gyro, say) must not be at work at once: unless
+the order and the times of the plan's phases show that they never are, the plan is refused.
+
+In real time (`hil run --clock real`) the same faults strike what is emulated and the lines up to its ports; those of the
+host need the controller in the process. A fault of a real device, or of the machine of another process, is refused
+before the run, with status 2. This table is made from the program (`hil list faults` prints the same); a test keeps
+it true.
 ";
 
 /// What a kind strikes, in words.

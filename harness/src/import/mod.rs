@@ -36,7 +36,7 @@ use crate::checks::judge_all;
 use crate::outcome::{Outcome, Summary};
 use crate::plan::Plan;
 use crate::record::sink::{Level, NullSink, RecordSink};
-use crate::run::{VERSION, header, write_documents};
+use crate::run::{IMPORTED, VERSION, header, write_documents};
 use crate::run_folder::RunFolder;
 use scribe::Scribe;
 use std::path::Path;
@@ -107,7 +107,7 @@ pub fn import_to_folder(
         title: plan.title.clone(),
         version: VERSION.to_owned(),
         seed: 0,
-        clock: "recorded".to_owned(),
+        clock: IMPORTED.to_owned(),
         bus: "can".to_owned(),
         device_under_test: "unknown".to_owned(),
         simulated_s: lasted_s,
@@ -118,7 +118,7 @@ pub fn import_to_folder(
         timing: None,
         ports: Vec::new(),
         faults: Vec::new(),
-        properties: Vec::new(),
+        properties: unjudged::properties(plan),
     };
     write_documents(&folder, &summary, &header)?;
     let unjudged = unjudged::of_plan(plan);

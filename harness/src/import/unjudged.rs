@@ -1,7 +1,9 @@
 //! What of a plan's measurements a log of a CAN bus can make.
 
+use crate::outcome::PropertySummary;
 use crate::plan::Plan;
 use crate::plan::quantities::{self as q, OPERATOR_PREFIX, Quantity};
+use crate::properties::Unjudged;
 
 /// Quantities that the frames say.
 pub static FORMED: [&Quantity; 2] = [&q::STRAIGHT_STOP_ERROR, &q::POSE_WRITE_RETRIES];
@@ -46,6 +48,17 @@ pub(super) fn of_plan(plan: &Plan) -> Vec<(String, &'static str)> {
             Some((declared.name.as_str().to_owned(), why))
         })
         .collect()
+}
+
+/// The properties of `plan`: what frames alone say of the controller is not what it reported.
+pub(super) fn properties(plan: &Plan) -> Vec<PropertySummary> {
+    let unjudged = plan.properties.iter().map(|property| Unjudged {
+        name: property.name(),
+        kind: property.kind(),
+        why: "a log holds frames alone: nobody watched the controller's reports and the gyro"
+            .to_owned(),
+    });
+    unjudged.map(|one| PropertySummary::from(&one)).collect()
 }
 
 #[cfg(test)]

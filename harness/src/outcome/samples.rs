@@ -1,6 +1,6 @@
 //! A summary for tests, with a measurement of each verdict.
 
-use super::{Measurement, Outcome, Summary, Verdict};
+use super::{Measurement, Outcome, PropertySummary, Summary, Verdict};
 
 pub(crate) fn measurement(name: &str, value: f64, verdict: Verdict) -> Measurement {
     Measurement {
@@ -15,6 +15,35 @@ pub(crate) fn measurement(name: &str, value: f64, verdict: Verdict) -> Measureme
         uncertainty: 0.2,
         observations: 80,
     }
+}
+
+/// One property of each end.
+pub(crate) fn properties() -> Vec<PropertySummary> {
+    let of = |name: &str, always, held| PropertySummary {
+        name: name.into(),
+        always,
+        held,
+        not_judged: None,
+        margin: None,
+        broken_s: None,
+        what: None,
+    };
+    vec![
+        PropertySummary { margin: Some(0.25), ..of("fresh_heading", true, Some(true)) },
+        of("pose_written_at_rest", true, Some(true)),
+        PropertySummary {
+            margin: Some(-0.5),
+            broken_s: Some(12.5),
+            what: Some("moves 1.20 s after the gyro was last heard".into()),
+            ..of("stops_on_loss", true, Some(false))
+        },
+        PropertySummary {
+            not_judged: Some("the base is real".into()),
+            ..of("done_is_done", true, None)
+        },
+        of("gyro_silent", false, Some(true)),
+        of("bus_off", false, Some(false)),
+    ]
 }
 
 /// A run of laps that failed.

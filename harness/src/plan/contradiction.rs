@@ -1,11 +1,13 @@
 //! Properties that cannot all hold: of one another, or of what the plan itself orders.
 
-use super::property::{Always, Property};
+use super::property::{Always, Property, Sometimes};
 use super::step::{Action, Step};
 use super::time_limits::{RAMP, TURN_RAMP};
 use super::validate::{Fault, Segment};
+use crate::faults::BenchLines;
 use controller::config::MotionConfig;
 use std::collections::BTreeMap;
+use wire::gyro::GyroStream;
 use wire::units::{AngularRate, Speed};
 
 /// The first contradiction.
@@ -51,9 +53,64 @@ impl Fastest {
     }
 }
 
+/// The first property that this bench cannot satisfy, whatever the controller does: a heading fresher than the gyro sends
+/// it, or a state of something that is not there.
+pub(super) fn of_bench(
+    properties: &[Property],
+    lines: BenchLines,
+    gyro: GyroStream,
+) -> Result<(), Fault> {
+    for (index, property) in properties.iter().enumerate() {
+        match property {
+            Property::Always(Always::FreshHeading { age_max: Some(age_max) }) => {
+                let period = gyro.format.period();
+                if *age_max < period {
+                    let (stated, there) = (age_max.as_secs_f64(), period.as_secs_f64());
+                    let message = format!("{stated}, which cannot hold: expected at least {there}");
+                    let path = ["always", "fresh_heading", "age_s_max"].map(Segment::Key);
+                    let help = format!("the gyro of this bench sends a sample each {there} s");
+                    return Err(fault(index, &path, message, help));
+                }
+            }
+            Property::Sometimes(state) => {
+                if let Some((what, help)) = absent(*state, lines) {
+                    let message = format!("`{}` can never come about: no {what}", state.name());
+                    return Err(fault(
+                        index,
+                        &[Segment::Key("sometimes")],
+                        message,
+                        help.to_owned(),
+                    ));
+                }
+            }
+            Property::Always(_) => {}
+        }
+    }
+    Ok(())
+}
+
+/// What a state is of that this bench does not have.
+const fn absent(state: Sometimes, lines: BenchLines) -> Option<(&'static str, &'static str)> {
+    match (state, lines) {
+        (Sometimes::BusOff, BenchLines::Table | BenchLines::SerialBase) => Some((
+            "CAN bus on this bench",
+            "name a device file whose base is on CAN, or leave the property out",
+        )),
+        (
+            Sometimes::BaseSilent
+            | Sometimes::BaseNotReady
+            | Sometimes::BaseStoppedItself
+            | Sometimes::PoseNotWritten,
+            BenchLines::Table,
+        ) => Some(("base on this bench", "the gyro rides on a table here: leave the property out")),
+        _ => None,
+    }
+}
+
 fn always_contradictions(index: usize, always: &Always, fastest: &Fastest) -> Result<(), Fault> {
     // What is demanded, what is there, and whether more or less than that cannot be.
-    let ramps = MotionConfig::default().base_acceleration_margin;
+    let motion = MotionConfig::default();
+    let ramps = motion.base_acceleration_margin;
     let checks: Vec<(&'static str, Option<f64>, f64, Bound)> = match always {
         Always::WithinLimits {
             speed_max,
@@ -100,6 +157,26 @@ fn always_contradictions(index: usize, always: &Always, fastest: &Fastest) -> Re
                 Bound::AtMost("the controller has the steering brake with"),
             ),
         ],
+        Always::DoneIsDone { turn_max, distance_max } => vec![
+            (
+                "turn_deg_max",
+                turn_max.map(|max| max.deg()),
+                motion.orientation_tolerance.deg(),
+                Bound::AtLeast("the controller calls a turn done within"),
+            ),
+            (
+                "distance_m_max",
+                distance_max.map(|max| max.m()),
+                motion.position_tolerance.m(),
+                Bound::AtLeast("the controller calls a straight done within"),
+            ),
+        ],
+        Always::Recovers { within_max } => vec![(
+            "within_s_max",
+            within_max.map(|max| max.as_secs_f64()),
+            motion.period.as_secs_f64(),
+            Bound::AtLeast("the controller tells of itself once in"),
+        )],
         _ => Vec::new(),
     };
     for (key, stated, there, bound) in checks {

@@ -55,6 +55,7 @@ mod quantity;
 mod rest;
 mod step;
 pub mod time_limits;
+pub(crate) mod timeline;
 mod title;
 mod validate;
 
@@ -76,6 +77,7 @@ pub use step::{Action, Step};
 
 use crate::faults::{BenchLines, Schedule};
 use serde::Deserialize;
+use wire::gyro::GyroStream;
 use wire::time::Span;
 
 /// Largest plan file, in bytes.
@@ -140,17 +142,24 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Checks that a bench has what the plan's faults are to strike; `file` and `text` are those that the
-    /// plan was read from.
+    /// Checks that a bench with these `lines` and this gyro has what the plan's faults are to strike, and what its
+    /// properties are of; `file` and `text` are those that the plan was read from.
     ///
     /// # Errors
     ///
-    /// The first fault that strikes what there is none of, with its place.
-    pub fn check_bench(&self, file: &str, text: &str, lines: BenchLines) -> Result<(), PlanError> {
+    /// The first fault or property of what there is none of, with its place.
+    pub fn check_bench(
+        &self,
+        file: &str,
+        text: &str,
+        lines: BenchLines,
+        gyro: GyroStream,
+    ) -> Result<(), PlanError> {
         let faults = self.faults.check_bench(lines).map_err(validate::misplaced);
         let mut envelopes = self.envelopes.iter().enumerate();
         let envelopes = |()| envelopes.try_for_each(|(index, one)| one.check_bench(index, lines));
-        faults.and_then(envelopes).map_err(|fault| {
+        let properties = |()| contradiction::of_bench(&self.properties, lines, gyro);
+        faults.and_then(envelopes).and_then(properties).map_err(|fault| {
             let at = locate::locate(text, &fault.path);
             PlanError::new(file, text, at, fault.message).with_help(fault.help)
         })

@@ -19,7 +19,7 @@ pub(crate) const fn of_command(command: &Command) -> Option<&'static str> {
 }
 
 /// The phases that the controller is told within a step, and how many.
-const fn told(action: &Action) -> &'static [(&'static str, u64)] {
+pub(super) const fn told(action: &Action) -> &'static [(&'static str, u64)] {
     match action {
         Action::Turn(_) => &[("turn", 1)],
         Action::Straight(_) => &[("straight", 1)],

@@ -1,5 +1,6 @@
 //! Properties of a run: what must hold at every moment, and what a campaign must have reached. Judged
-//! while a simulated run goes on, from what is true and from what the controller says.
+//! while a run goes on, from what is true and from what the controller says; in real time by as much of it
+//! as the bench shows ([`Sight`]).
 //!
 //! | always | is violated when |
 //! |---|---|
@@ -27,6 +28,7 @@ mod limits;
 mod monitor;
 mod seen;
 mod senses;
+mod sight;
 mod sometimes;
 #[cfg(test)]
 mod tests;
@@ -39,6 +41,7 @@ pub use limits::{
 };
 pub use monitor::Monitor;
 pub use seen::{Seen, Truth};
+pub use sight::{Sight, Unjudged, View};
 pub use verdict::{Kind, PropertyVerdict, Violation};
 
 /// The truth is shown at least this often, as far as anything happens meanwhile, and whenever the controller says

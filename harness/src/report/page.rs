@@ -1,7 +1,7 @@
 //! The page: what comes where.
 
 use super::collect::Collected;
-use super::{heading, measurements, observations, path, timeline, trouble};
+use super::{heading, measurements, observations, path, properties, timeline, trouble};
 use crate::outcome::Summary;
 use crate::record::header::Header;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -14,6 +14,7 @@ pub(super) fn page(summary: &Summary, header: &Header, collected: &Collected) ->
     let body = html! {
         (heading::heading(summary, collected))
         (section("Paper against measured", Some(measurements::table(&summary.measurements))))
+        (section("Properties", properties::table(&summary.properties)))
         (section("Notes and faults", trouble::list(&collected.troubles)))
         (section("Observations", Some(observations::plots(header, collected))))
         (section("Where it went", path::figure(&collected.believed, &collected.truth)))

@@ -12,21 +12,31 @@
 //! A run went to its end where its outcome is passed, or failed without a reason: a run that itself
 //! fails, at a refused mission say, says why.
 //!
+//! Properties are judged again by what the record holds of what they were judged by; others keep the verdict of
+//! the run, and [`JudgedAgain::kept`] lists them with the reason. A run that failed for a broken property alone
+//! went to its end.
+//!
 //! A record that is not whole never passes, whatever the summary says: a summary is written after the
 //! record, so something happened to the record since, and the verdicts in the summary rest on more
 //! than what is left. That is also why they are left as they are.
 
+use super::keep::{breach, worsen};
+use super::recorded_properties::Replayed;
 use super::{VERSION, header};
 use crate::checks::judge_all;
 use crate::engine::OBSERVATIONS_MAX;
 use crate::observation::Observation;
 use crate::outcome::{Outcome, Summary};
 use crate::plan::Plan;
+use crate::properties::{Limits, Unjudged};
 use crate::record::header::Header;
 use crate::record::reader::RecordError;
 use crate::record::{Record, RecordKind};
 use std::collections::BTreeMap;
 use wire::time::Timestamp;
+
+/// The clock of a run that was made of a bus log.
+pub(crate) const IMPORTED: &str = "recorded";
 
 /// What judging again came to.
 #[derive(Debug)]
@@ -37,19 +47,31 @@ pub struct JudgedAgain {
     pub header: Header,
     /// Why the record could not be read to its end.
     pub record_error: Option<RecordError>,
+    /// Properties whose verdict is that of the run, or absent where it gave none: the record does not hold what they are
+    /// judged by.
+    pub kept: Vec<Unjudged>,
     /// The documents in the run folder should be written anew.
     pub rewrite: bool,
 }
 
-/// Judges `records` by `plan`. `summary` is that of the run; `recorded` is the record's header.
+/// Judges `records` by `plan`, and its properties by `limits` where they state none. `summary` is that of the run;
+/// `recorded` is the record's header.
 pub fn judge_again(
     plan: &Plan,
+    limits: &Limits,
     summary: Option<Summary>,
     recorded: &Header,
     records: impl IntoIterator<Item = Result<Record, RecordError>>,
 ) -> JudgedAgain {
     let header = Header { harness: recorded.harness.clone(), ..header(plan, recorded.seed) };
-    let read = Read::of(records, &header);
+    let mut replayed =
+        (!plan.properties.is_empty()).then(|| Replayed::new(&plan.properties, limits));
+    let read = Read::of(records, &header, &mut |record| {
+        if let Some(replayed) = &mut replayed {
+            replayed.take(record);
+        }
+    });
+    let summary = summary.map(without_breach);
     let (measurements, judged) = judge_all(&plan.measurements, &read.observations);
     let rewrite = read.error.is_none() || summary.is_none();
     let (outcome, reason) = match (&summary, &read.error) {
@@ -65,8 +87,33 @@ pub fn judge_again(
         (Some(summary), None) => (summary.outcome, summary.reason.clone()),
     };
     let summary = summary.unwrap_or_else(|| unknown(plan, recorded, read.last));
-    let summary = Summary { outcome, reason, measurements, ..summary };
-    JudgedAgain { summary, header, record_error: read.error, rewrite }
+    let real = summary.clock == "real";
+    let before = &summary.properties;
+    let (properties, kept) = match replayed {
+        // What was made of a bus log holds no report of the controller.
+        Some(_) if summary.clock == IMPORTED => (before.clone(), Vec::new()),
+        Some(replayed) => replayed.judge(&plan.properties, limits, real, before),
+        None => Default::default(),
+    };
+    let mut summary = Summary { outcome, reason, measurements, properties, ..summary };
+    let broken = summary.properties.iter().find(|property| property.is_broken());
+    if let Some(why) = broken.map(breach) {
+        worsen(&mut summary, Outcome::Failed, why);
+    }
+    JudgedAgain { summary, header, record_error: read.error, kept, rewrite }
+}
+
+/// As it was before its properties were judged: they are judged again.
+fn without_breach(mut summary: Summary) -> Summary {
+    let broken = summary.properties.iter().find(|property| property.is_broken());
+    let (Some(why), Some(reason)) = (broken.map(breach), &summary.reason) else { return summary };
+    let left = reason.strip_suffix(&why).map(|left| left.strip_suffix("; ").unwrap_or(left));
+    match left {
+        Some("") => summary.reason = None,
+        Some(left) => summary.reason = Some(left.to_owned()),
+        None => {}
+    }
+    summary
 }
 
 fn went_to_its_end(summary: &Summary) -> bool {
@@ -113,7 +160,11 @@ struct Read {
 }
 
 impl Read {
-    fn of(records: impl IntoIterator<Item = Result<Record, RecordError>>, header: &Header) -> Self {
+    fn of(
+        records: impl IntoIterator<Item = Result<Record, RecordError>>,
+        header: &Header,
+        watch: &mut impl FnMut(&Record),
+    ) -> Self {
         let names = header.quantities.iter().map(|quantity| (quantity.name.as_str(), 0));
         let mut counts: BTreeMap<&str, usize> = names.collect();
         let mut read = Self { observations: Vec::new(), last: Timestamp::ZERO, error: None };
@@ -126,6 +177,7 @@ impl Read {
                 }
             };
             read.last = record.at;
+            watch(&record);
             let RecordKind::Observation(observation) = record.kind else { continue };
             let Some(count) = counts.get_mut(observation.quantity.as_str()) else { continue };
             // The engine ends a run before it makes more; such a record is nobody's.
@@ -144,6 +196,7 @@ mod tests {
     use crate::outcome::samples::summary;
     use crate::outcome::{Outcome, Summary, Verdict};
     use crate::plan::Plan;
+    use crate::properties::Limits;
     use crate::record::header::Header;
     use crate::record::reader::RecordError;
     use crate::record::samples::observation;
@@ -164,6 +217,14 @@ mod tests {
         check = { all_within = [-1, 1] }
     "#;
 
+    fn limits() -> Limits {
+        use controller::config::{Config, GyroConfig, MotionConfig};
+        use wire::gyro::{GyroFormat, GyroStream, OutputMode};
+        let (format, mode) = (GyroFormat::Navigator, OutputMode::default());
+        let stream = GyroStream { format, mode, reversed: false };
+        Limits::of(&Config::new(GyroConfig::new(stream), None, MotionConfig::default()))
+    }
+
     fn again(was: Option<Summary>, value: f64, end: Option<RecordError>) -> JudgedAgain {
         let plan = Plan::parse("turns.toml", PLAN).unwrap();
         let kind = observation("turn.stop_error", value, &[]);
@@ -171,7 +232,7 @@ mod tests {
         let record = Record { at, device: Device::Plan, kind };
         let records = [Ok(record)].into_iter().chain(end.map(Err));
         let header = Header { plan: "turns".into(), seed: 7, ..Header::default() };
-        judge_again(&plan, was, &header, records)
+        judge_again(&plan, &limits(), was, &header, records)
     }
 
     fn ended(outcome: Outcome, reason: Option<&str>) -> Option<Summary> {

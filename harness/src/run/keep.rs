@@ -162,7 +162,7 @@ fn broke(summary: &mut Summary, error: &RunFolderError) {
 }
 
 /// The outcome is no better than this, and why stands behind what is known already.
-fn worsen(summary: &mut Summary, outcome: Outcome, why: String) {
+pub(super) fn worsen(summary: &mut Summary, outcome: Outcome, why: String) {
     summary.outcome = summary.outcome.max(outcome);
     summary.reason = match summary.reason.take() {
         Some(reason) => Some(format!("{reason}; {why}")),
@@ -195,17 +195,27 @@ pub(crate) fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summ
         timing: None,
         ports: Vec::new(),
         faults: run.faults.clone(),
-        properties: run.properties.iter().map(Into::into).collect(),
+        properties: properties(prepared, run),
     };
-    let broken = summary.properties.iter().find(|property| property.always && !property.held);
+    let broken = summary.properties.iter().find(|property| property.is_broken());
     if let Some(why) = broken.map(breach) {
         worsen(&mut summary, Outcome::Failed, why);
     }
     summary
 }
 
+/// What became of the plan's properties, in the order in which it declares them.
+fn properties(prepared: &Prepared, run: &Simulated) -> Vec<PropertySummary> {
+    let judged = run.properties.iter().map(PropertySummary::from);
+    let mut all: Vec<_> = judged.chain(run.unjudged.iter().map(Into::into)).collect();
+    let declared = &prepared.plan.properties;
+    let place = |one: &PropertySummary| declared.iter().position(|known| known.name() == one.name);
+    all.sort_by_key(place);
+    all
+}
+
 /// What broke, in a sentence.
-fn breach(broken: &PropertySummary) -> String {
+pub(super) fn breach(broken: &PropertySummary) -> String {
     let at_s = broken.broken_s.unwrap_or_default();
     format!("broke {} at {at_s:.3} s: {}", broken.name, broken.what.as_deref().unwrap_or("-"))
 }

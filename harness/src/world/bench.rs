@@ -117,6 +117,15 @@ pub fn bench_lines(devices: &Devices) -> BenchLines {
     }
 }
 
+/// How the base of these devices is connected; none on a table.
+pub fn base_transport(devices: &Devices) -> Option<Transport> {
+    match bench_lines(devices) {
+        BenchLines::CanBase => Some(Transport::Can),
+        BenchLines::SerialBase => Some(Transport::Serial),
+        BenchLines::Table => None,
+    }
+}
+
 impl Bench {
     /// The devices, each with its own random numbers from `seed`.
     pub fn new(devices: Devices, seed: u64) -> Self {
@@ -153,11 +162,7 @@ impl Bench {
 
     /// How the base is connected; none on a table.
     pub fn base_transport(&self) -> Option<Transport> {
-        match (&self.carrier, &self.devices.base) {
-            (Carrier::Base(_), Some((base::Transport::Can, _))) => Some(Transport::Can),
-            (Carrier::Base(_), Some((base::Transport::Serial, _))) => Some(Transport::Serial),
-            _ => None,
-        }
+        base_transport(&self.devices)
     }
 
     /// What the controller must be told.

@@ -11,11 +11,15 @@
 //! | gyro, base | the harness has the near end of the port, the device under test the far one | the device under test has the port; on a bus of the kernel the harness listens |
 //! | table | within the harness, or with both ends of a pty there | the harness has the port |
 //!
+//! Faults strike what is emulated and the lines up to its ports ([`Setting::reaches`]), and properties are judged by what
+//! the bench shows ([`Setting::sight`]).
+//!
 //! A port that goes away is waited for as long as the plan's limits allow. Clock and select loop are the
 //! only ones in the harness.
 
 mod clock;
 mod device_under_test;
+mod eyes;
 mod flood;
 mod histogram;
 mod in_process;
@@ -25,6 +29,8 @@ mod placement;
 mod ports;
 mod realtime;
 mod role_port;
+mod setting;
+mod strike;
 mod traffic;
 mod verdict;
 
@@ -34,19 +40,23 @@ pub use journal::NOTES_MAX;
 pub use lateness::LATE_MAX_DEFAULT;
 pub use placement::{Placement, PlacementError, Player};
 pub use realtime::Scheduling;
+pub use setting::{LiveError, OutOfReach, Setting};
+pub use verdict::LiveEnd;
 
 use super::bench::Bench;
+use super::faults::Faults;
 use super::simulated::Progress;
 use super::stage::Stage;
-use crate::engine::{Action, Ending, Engine};
+use crate::engine::{Action, Engine};
 use crate::operator::Operator;
-use crate::outcome::{PortSide, PortSummary, Timing};
-use crate::port::PortError;
+use crate::outcome::PortSide;
+use crate::properties::{Limits, Property};
 use crate::record::Device;
 use crate::record::sink::RecordSink;
 pub(crate) use clock::Clock;
 pub use clock::SPIN_MAX;
 use device_under_test::{Heard, Running};
+use eyes::{Ear, Eyes};
 use flood::FloodWatch;
 use journal::Journal;
 use lateness::{Course, Lateness};
@@ -63,55 +73,6 @@ const START_LIMIT: Span = Span::from_secs(10);
 /// Between two looks beyond the world.
 const PULSE_PERIOD: Span = Span::from_millis(100);
 
-/// Why a live run cannot begin.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
-pub enum LiveError {
-    /// A port of the harness cannot be opened.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Port(#[from] PortError),
-    /// The device under test does not start.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Start(#[from] StartError),
-    /// No runtime for the select loop.
-    #[error("failed to start the event loop")]
-    #[diagnostic(help("are there file descriptors left? `ulimit -n` tells how many are allowed"))]
-    Runtime(#[from] std::io::Error),
-}
-
-/// Where and how a plan is run in real time.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Setting {
-    /// What is tested.
-    pub device_under_test: DeviceUnderTest,
-    /// The ports.
-    pub placement: Placement,
-    /// How long an attached device under test may take until it is heard.
-    pub attach_max: Span,
-    /// How late the harness may be with anything.
-    pub late_max: Span,
-    /// What the scheduler is asked for.
-    pub scheduling: Scheduling,
-}
-
-/// What a live run ended with.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LiveEnd {
-    /// How the plan ended.
-    pub ending: Ending,
-    /// Bench time at the end.
-    pub end: Timestamp,
-    /// Times that the loop went round.
-    pub events: u64,
-    /// How well real time was kept.
-    pub timing: Timing,
-    /// What crossed the ports.
-    pub ports: Vec<PortSummary>,
-    /// Packets and frames that a line within the harness had no room for.
-    pub dropped: u64,
-}
-
 /// A bench in real time.
 #[derive(Debug)]
 pub struct LiveWorld {
@@ -123,6 +84,10 @@ pub struct LiveWorld {
     clashes: u64,
     /// Frames on the bus of the base that are none of the base's command set.
     foreign: FloodWatch,
+    /// What goes wrong on purpose; none where the plan has no faults.
+    faults: Option<Box<Faults>>,
+    /// Who watches over properties; none where none are asked for.
+    eyes: Option<Box<Eyes>>,
 }
 
 /// What the loop waited for.
@@ -146,7 +111,30 @@ impl LiveWorld {
             lateness,
             clashes: 0,
             foreign: FloodWatch::default(),
+            faults: None,
+            eyes: None,
         }
+    }
+
+    /// With the faults of the plan, their random numbers from `seed`. [`Setting::reaches`] says before which
+    /// of them cannot be injected.
+    pub fn with_faults(mut self, seed: u64) -> Self {
+        let schedule = &self.stage.engine.plan().faults;
+        let has_any = !schedule.is_empty();
+        self.faults = has_any.then(|| Box::new(Faults::new(schedule, seed, Timestamp::ZERO)));
+        self
+    }
+
+    /// These properties are judged as the run goes on, as far as this bench shows what they are judged by.
+    pub fn with_monitor(mut self, properties: &[Property]) -> Self {
+        let limits = Limits::of(&self.stage.bench.controller_config());
+        let ear = match self.setting.device_under_test {
+            DeviceUnderTest::InProcess => Ear::Controller,
+            _ => Ear::Lines,
+        };
+        let eyes = Eyes::new(properties, &limits, &self.setting.sight(), ear);
+        self.eyes = (!properties.is_empty()).then(|| Box::new(eyes));
+        self
     }
 
     /// Everything observed and made is the engine's.
@@ -201,13 +189,12 @@ impl LiveWorld {
                     self.stage.engine.broke(now, &device.why_silent(limit));
                 }
             }
+            self.strike(now, sink, &mut device, &clock);
             self.deliver(now, sink, &mut ports);
             self.wake(now);
-            device.wake(&clock, now);
+            device.wake(&clock, now, self.host());
             self.transmit(now, sink, keep, &mut device, &clock);
-            while let Some((by, crossed)) = device.crossing() {
-                traffic::record(sink, now, by, crossed);
-            }
+            self.overhear(now, sink, &mut device);
             self.lateness.reach(self.course());
             if self.stage.engine.is_ending() {
                 self.lateness.break_off();
@@ -215,15 +202,16 @@ impl LiveWorld {
             if let Some(ending) = self.stage.engine.ending() {
                 break ending.clone();
             }
-            let due = self.next_due().min(device.next_wakeup()).min(pulse_at);
+            let due = self.next_due().min(device.next_wakeup(self.host())).min(pulse_at);
+            let host = self.faults.as_mut().map(|faults| &mut faults.host);
             let awaited = tokio::select! {
                 () = clock.sleep_until(due) => Awaited::Due,
                 (role, event) = ports.next() => Awaited::Port(role, event),
-                heard = device.heard(&clock) => Awaited::Device(heard),
+                heard = device.heard(&clock, host) => Awaited::Device(heard),
             };
             let then = clock.now();
             if then >= due {
-                self.lateness.add(then - due.max(now));
+                self.lateness.add(then, then - due.max(now));
             }
             match awaited {
                 Awaited::Due => {}
@@ -236,15 +224,18 @@ impl LiveWorld {
         };
         let end = clock.now();
         self.lateness.end_step(self.course());
-        let (ending, timing) = (self.judge(ending, end, &ports), self.timing(&device, scheduling));
+        let (faults, dropped) = self.end_faults(end, sink, &mut device);
+        let (properties, unjudged) = self.eyes.take().map(|eyes| eyes.close()).unwrap_or_default();
+        let ending = verdict::excuse(self.judge(ending, end, &ports), &properties, &self.lateness);
+        let timing = self.timing(&device, scheduling);
         let port_summaries = self.port_summaries(&ports, &device);
         if self.journal.unnoted() > 0 {
             let note = format!("{} more events of ports are not noted", self.journal.unnoted());
             self.stage.note(end, sink, Device::Plan, note);
         }
         device.end().await;
-        let dropped = self.stage.lines.dropped();
-        Ok(LiveEnd { ending, end, events, timing, ports: port_summaries, dropped })
+        let ports = port_summaries;
+        Ok(LiveEnd { ending, end, events, timing, ports, dropped, faults, properties, unjudged })
     }
 
     /// Starts the device under test. Meanwhile the ports are attended to: an adapter that is played here
@@ -259,8 +250,7 @@ impl LiveWorld {
         let Setting { device_under_test, placement, .. } = self.setting.clone();
         let wiring = ports.wiring(&placement)?;
         let config = self.stage.bench.controller_config();
-        let mut starting =
-            std::pin::pin!(Running::start(&device_under_test, config, &placement, &wiring, log));
+        let mut starting = std::pin::pin!(Running::start(&device_under_test, config, &wiring, log));
         loop {
             tokio::select! {
                 started = &mut starting => return Ok(started?),
@@ -296,6 +286,9 @@ impl LiveWorld {
     ) {
         match heard {
             Heard::Report(report) => {
+                if let Some(eyes) = &mut self.eyes {
+                    eyes.report(now, &self.stage.bench.carrier, &report);
+                }
                 self.stage.record_report(now, sink, &report);
                 self.stage.engine.report(now, &report);
             }

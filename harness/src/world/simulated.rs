@@ -161,7 +161,7 @@ impl<C: Crossing> SimulatedWorld<C> {
         let ending = self.run_to_end(sink, keep, pulse);
         let Self { faults, stage, controller, now, .. } = self;
         if let Some(faults) = faults {
-            self.fault_summaries = faults.finish(*now, stage, controller, sink);
+            self.fault_summaries = faults.finish(*now, stage, Some(controller), sink);
         }
         ending
     }
@@ -243,7 +243,7 @@ impl<C: Crossing> SimulatedWorld<C> {
         let Self { faults: Some(faults), now, stage, controller, watch, touched, .. } = self else {
             return;
         };
-        if faults.strike(*now, stage, controller, sink) {
+        if faults.strike(*now, stage, Some(controller), sink) {
             see(watch, *now, &Seen::Faults { active: faults.active() });
             *touched = Touched { controller: true, carrier: true, engine: true };
         }

@@ -1,4 +1,4 @@
-//! Shows a monitor of properties what happens in the simulated world.
+//! Shows a monitor of properties what happens in a world.
 
 use super::bench::Carrier;
 use crate::engine::Action;

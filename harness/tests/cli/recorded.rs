@@ -141,3 +141,78 @@ fn a_reader_that_has_had_enough_is_no_error() {
     drop(child.stdout.take());
     assert_eq!(child.wait().unwrap().code(), Some(0));
 }
+
+/// A turn whose gyro is unplugged for a while before it, and what is judged throughout.
+fn watched() -> String {
+    let steps = TURN.replace("steps = [", "steps = [\n    { wait = { duration_s = 8 } },");
+    let property = |text: &str| format!("[[property]]\n{text}\n");
+    [
+        steps.as_str(),
+        &property("always = { recovers = {} }"),
+        &property("always = { finite_outputs = {} }"),
+        &property("always = { fresh_heading = {} }"),
+        &property("sometimes = \"gyro_silent\""),
+        &property("sometimes = \"bus_off\""),
+        "[[fault]]\ntarget = \"gyro\"\nwhat = { disconnect = { for_s = 1 } }\nwhen = { at_s = 2 }\n",
+    ]
+    .join("\n")
+}
+
+#[test]
+fn properties_are_judged_again_by_what_the_record_holds_of_them() {
+    let hil = Hil::with_plan(TURN);
+    fs::write(hil.path("watched.toml"), watched()).unwrap();
+    for (level, kept) in [
+        ("full", &["fresh_heading"][..]),
+        ("events", &["recovers", "finite_outputs", "fresh_heading"][..]),
+    ] {
+        let run = ["run", "watched.toml", "--out", level, "--record", level];
+        hil.run(&run).exits(0);
+        let file = hil.path(level).join("summary.json");
+        let summary =
+            || -> serde_json::Value { serde_json::from_slice(&fs::read(&file).unwrap()).unwrap() };
+        let before = summary();
+        let held: Vec<_> =
+            before["properties"].as_array().unwrap().iter().map(|one| &one["held"]).collect();
+        assert_eq!(held, [true, true, true, true, false], "{before}");
+        let check = ["check", level, "--plan", "watched.toml"];
+        let checked = hil.run(&check).exits(0);
+        let said: Vec<&str> = lines(&checked.err)
+            .iter()
+            .filter_map(|line| {
+                let name = line.strip_prefix(&format!("{level}: "))?.split(' ').next()?;
+                line.contains("keeps the verdict of the run").then_some(name)
+            })
+            .collect();
+        assert_eq!(said, kept, "{}", checked.err);
+        // What is judged by less than the run saw differs in its margin at most.
+        let same = |a: &serde_json::Value, b: &serde_json::Value| {
+            let margin = |one: &serde_json::Value| one["margin"].as_f64().unwrap_or_default();
+            assert_eq!((&a["name"], &a["held"]), (&b["name"], &b["held"]));
+            assert!((margin(a) - margin(b)).abs() < 0.02, "{a} {b}");
+        };
+        let compare = |after: &serde_json::Value| {
+            let all =
+                |summary: &serde_json::Value| summary["properties"].as_array().unwrap().clone();
+            assert_eq!(all(&before).len(), all(after).len());
+            all(&before).iter().zip(&all(after)).for_each(|(a, b)| same(a, b));
+        };
+        compare(&summary());
+        // A verdict that somebody has written into the summary does not outlive what the record says.
+        let mut forged = summary();
+        forged["outcome"] = "failed".into();
+        forged["reason"] = "broke recovers at 3.000 s: never".into();
+        let recovers = &mut forged["properties"][0];
+        recovers["held"] = false.into();
+        recovers["broken_s"] = 3.0.into();
+        recovers["what"] = "never".into();
+        fs::write(&file, forged.to_string()).unwrap();
+        if level == "full" {
+            hil.run(&check).exits(0);
+            compare(&summary());
+        } else {
+            hil.run(&check).exits(1);
+            assert_eq!(summary()["reason"], "broke recovers at 3.000 s: never");
+        }
+    }
+}

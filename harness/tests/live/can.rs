@@ -98,6 +98,13 @@ fn an_adapter_on_a_pty_with_the_controller_as_a_process() {
 }
 
 #[test]
+fn a_bus_of_the_kernel_is_struck() {
+    if let Some(_bus) = vcan() {
+        crate::faults::bus_is_struck("vcan");
+    }
+}
+
+#[test]
 fn a_virtual_interface_with_the_controller_in_the_process() {
     if let Some(_bus) = vcan() {
         drives_on("vcan", "pty+can", "in-process");

@@ -3,7 +3,9 @@
 //!
 //! * [`attach`]: controllers that somebody else has started.
 //! * [`by_hand`]: what a person does where devices are real.
+//! * [`campaign`]: cases on a bench.
 //! * [`can`]: a base on CAN, behind an adapter and on an interface of the kernel.
+//! * [`faults`]: what goes wrong on purpose, and properties.
 //! * [`late`]: devices that answer late.
 //! * [`ports`]: ports that come and go.
 //! * [`table`]: an emulated table on a port.
@@ -14,7 +16,9 @@
 
 mod attach;
 mod by_hand;
+mod campaign;
 mod can;
+mod faults;
 mod late;
 mod ports;
 mod table;
@@ -48,9 +52,14 @@ fn run(arguments: &[&str], out: &Path) -> Output {
 /// The same, up to three times: in real time on a machine that others use too, the controller rightly
 /// breaks off when the gyro's bytes come a tenth of a second late.
 fn run_patiently(arguments: &[&str], out: &Path) -> Output {
+    run_until(0, arguments, out)
+}
+
+/// The same for a run that is to end with this status.
+fn run_until(status: i32, arguments: &[&str], out: &Path) -> Output {
     for _ in 0..2 {
         let output = run(arguments, out);
-        if output.status.code() == Some(0) {
+        if output.status.code() == Some(status) {
             return output;
         }
     }

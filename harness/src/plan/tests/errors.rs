@@ -199,6 +199,14 @@ fn contradictory_properties_are_shown_in_place() {
             "harder than the brakes",
             with("[[property]]\nalways = { stops_on_loss = { braking_m_per_s2_min = 2 } }\n"),
         ),
+        (
+            "more exact than the controller stops",
+            with("[[property]]\nalways = { done_is_done = { turn_deg_max = 0.01 } }\n"),
+        ),
+        (
+            "sooner than the controller speaks",
+            with("[[property]]\nalways = { recovers = { within_s_max = 0.01 } }\n"),
+        ),
     ];
     insta::assert_snapshot!(table(&cases));
 }

@@ -3,6 +3,7 @@
 use super::errors::rendered;
 use crate::faults::BenchLines;
 use crate::plan::Plan;
+use wire::gyro::{GyroFormat, GyroStream, OutputMode};
 
 const PLAN: &str = r#"name = "p"
 title = "a plan"
@@ -56,6 +57,14 @@ fn what_cannot_apply_is_shown_in_place() {
         ("the zeroth", format!("{drop}when = {{ step = \"lap\", number = 0 }}")),
         ("after the end", format!("{drop}when = {{ at_s = 1e6 }}")),
         ("never at all", format!("{drop}probability = 0")),
+        ("long after the end", format!("{drop}when = {{ step = \"lap\", after_s = 1e6 }}")),
+        (
+            "two that may contradict",
+            format!(
+                "{stuck}when = {{ step = \"bias_test\" }}\n[[fault]]\ntarget = \"gyro\"\n\
+                 what = {{ restart = {{ for_s = 2 }} }}\nwhen = {{ during = \"bias_test\" }}"
+            ),
+        ),
         (
             "two that contradict",
             format!(
@@ -68,6 +77,32 @@ fn what_cannot_apply_is_shown_in_place() {
         .iter()
         .map(|(title, fault)| {
             let error = Plan::parse("p.toml", &with(fault)).expect_err(title);
+            format!("## {title}\n{}", rendered(&error))
+        })
+        .collect();
+    insta::assert_snapshot!(shown.join("\n"));
+}
+
+const NAVIGATOR: GyroStream =
+    GyroStream { format: GyroFormat::Navigator, mode: OutputMode::Rate, reversed: false };
+
+#[test]
+fn a_property_of_what_the_bench_has_not_is_shown_in_place() {
+    let cases = [
+        ("no bus", "sometimes = \"bus_off\"", BenchLines::SerialBase),
+        ("no base", "sometimes = \"base_silent\"", BenchLines::Table),
+        (
+            "a heading of the future",
+            "always = { fresh_heading = { age_s_max = 0.001 } }",
+            BenchLines::CanBase,
+        ),
+    ];
+    let shown: Vec<String> = cases
+        .iter()
+        .map(|(title, property, lines)| {
+            let text = format!("{PLAN}\n[[property]]\n{property}\n");
+            let plan = Plan::parse("p.toml", &text).unwrap();
+            let error = plan.check_bench("p.toml", &text, *lines, NAVIGATOR).expect_err(title);
             format!("## {title}\n{}", rendered(&error))
         })
         .collect();
@@ -99,7 +134,7 @@ fn what_the_bench_has_not_is_shown_in_place() {
         .map(|(title, fault, lines)| {
             let text = with(fault);
             let plan = Plan::parse("p.toml", &text).unwrap();
-            let error = plan.check_bench("p.toml", &text, *lines).expect_err(title);
+            let error = plan.check_bench("p.toml", &text, *lines, NAVIGATOR).expect_err(title);
             format!("## {title}\n{}", rendered(&error))
         })
         .collect();

@@ -55,11 +55,9 @@ impl Host {
     }
 
     /// Goes on; all that was held comes at once.
-    pub(in crate::world) fn go_on(&mut self, now: Timestamp, controller: &mut Controller) {
+    pub(in crate::world) fn go_on(&mut self, now: Timestamp, controller: Option<&mut Controller>) {
         self.stalls = self.stalls.saturating_sub(1);
-        if self.is_stalled() {
-            return;
-        }
+        let Some(controller) = controller.filter(|_| self.stalls == 0) else { return };
         let now = self.told(now);
         for held in self.held.drain(..) {
             match held {

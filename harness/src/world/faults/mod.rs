@@ -1,4 +1,5 @@
-//! Faults of a simulated world: what the schedule says is done to lines, devices, host and operator.
+//! Faults of a world: what the schedule says is done to lines, devices, host and operator. Whoever has the controller
+//! hands it in: faults of its machine strike it alone.
 
 mod host;
 mod slips;
@@ -63,7 +64,7 @@ impl Faults {
         &mut self,
         now: Timestamp,
         stage: &mut Stage,
-        controller: &mut Controller,
+        mut controller: Option<&mut Controller>,
         sink: &mut impl RecordSink,
     ) -> bool {
         let mut any = false;
@@ -74,7 +75,9 @@ impl Faults {
                     self.tell(now, sink, index, FaultEvent::Began);
                     self.begin(now, index, stage);
                 }
-                Change::Ends(index) => self.over(now, index, stage, controller, sink),
+                Change::Ends(index) => {
+                    self.over(now, index, stage, controller.as_deref_mut(), sink);
+                }
             }
         }
         any
@@ -112,11 +115,11 @@ impl Faults {
         &mut self,
         now: Timestamp,
         stage: &mut Stage,
-        controller: &mut Controller,
+        mut controller: Option<&mut Controller>,
         sink: &mut impl RecordSink,
     ) -> Vec<FaultSummary> {
         for index in self.injector.still_on() {
-            self.over(now, index, stage, controller, sink);
+            self.over(now, index, stage, controller.as_deref_mut(), sink);
         }
         for (index, why) in self.injector.never_begun() {
             self.tell(now, sink, index, FaultEvent::NeverHappened { why: why.to_owned() });
@@ -129,7 +132,7 @@ impl Faults {
         now: Timestamp,
         index: usize,
         stage: &mut Stage,
-        controller: &mut Controller,
+        controller: Option<&mut Controller>,
         sink: &mut impl RecordSink,
     ) {
         let acted = self.end(now, index, stage, controller);

@@ -58,7 +58,7 @@ impl Faults {
         now: Timestamp,
         index: usize,
         stage: &mut Stage,
-        controller: &mut Controller,
+        controller: Option<&mut Controller>,
     ) -> u64 {
         let fault = self.injector.fault(index);
         let kind = fault.what;

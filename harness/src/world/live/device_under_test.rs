@@ -2,8 +2,7 @@
 //! runs already.
 
 use super::clock::Clock;
-use super::in_process::{Crossed, InProcess, InProcessEvent};
-use super::placement::{Placement, Player};
+use super::in_process::{Crossing, InProcess, InProcessEvent};
 use super::ports::{BASE, GYRO, Wiring};
 use super::role_port::PortEvent;
 use crate::bench_file::AttachPlace;
@@ -12,10 +11,11 @@ use crate::live::command::{CommandError, fill};
 use crate::live::process::{DeviceProcess, ProcessEvent, SpawnError};
 use crate::port::spec::SerialSpec;
 use crate::port::{PortError, PortSpec};
-use crate::record::Device;
+use crate::world::faults::Host;
+use controller::Controller;
 use controller::config::Config;
 use controller::mission::{Mission, Report};
-use std::collections::BTreeSet;
+use std::fmt;
 use std::path::{Path, PathBuf};
 use wire::time::{Span, Timestamp};
 
@@ -30,6 +30,18 @@ pub enum DeviceUnderTest {
     Command(Vec<String>),
     /// One that somebody else starts, and that takes its missions there.
     Attached(AttachPlace),
+}
+
+/// As a summary names it.
+impl fmt::Display for DeviceUnderTest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::InProcess => f.write_str("in-process"),
+            Self::OurProcess => f.write_str("process"),
+            Self::Command(words) => f.write_str(&words.join(" ")),
+            Self::Attached(place) => write!(f, "attached at {place}"),
+        }
+    }
 }
 
 /// Why the device under test does not start.
@@ -98,14 +110,12 @@ impl Running {
     pub(super) async fn start(
         which: &DeviceUnderTest,
         config: Config,
-        placement: &Placement,
         wiring: &Wiring,
         log: &Path,
     ) -> Result<Self, StartError> {
         let words = match which {
             DeviceUnderTest::InProcess => {
-                let unheard = unheard(placement);
-                let started = InProcess::start(config, wiring, unheard).await?;
+                let started = InProcess::start(config, wiring).await?;
                 return Ok(Self::InProcess(Box::new(started)));
             }
             DeviceUnderTest::OurProcess => {
@@ -159,10 +169,15 @@ impl Running {
         }
     }
 
-    pub(super) fn command(&mut self, clock: &Clock, mission: Mission) -> bool {
+    pub(super) fn command(
+        &mut self,
+        clock: &Clock,
+        mission: Mission,
+        host: Option<&mut Host>,
+    ) -> bool {
         match self {
             Self::InProcess(controller) => {
-                controller.command(clock, mission);
+                controller.command(clock, mission, host);
                 true
             }
             Self::Process { process, .. } => process.send(&mission),
@@ -170,15 +185,30 @@ impl Running {
         }
     }
 
-    pub(super) fn wake(&mut self, clock: &Clock, now: Timestamp) {
+    pub(super) fn wake(&mut self, clock: &Clock, now: Timestamp, host: Option<&Host>) {
         if let Self::InProcess(controller) = self {
-            controller.wake(clock, now);
+            controller.wake(clock, now, host);
         }
     }
 
-    pub(super) fn next_wakeup(&self) -> Timestamp {
+    /// Its machine was struck, where it is in this process.
+    pub(super) fn struck(&mut self, clock: &Clock, now: Timestamp, host: &Host) {
+        if let Self::InProcess(controller) = self {
+            controller.struck(clock, now, host);
+        }
+    }
+
+    /// What faults of its machine strike, where it is in this process.
+    pub(super) const fn controller(&mut self) -> Option<&mut Controller> {
         match self {
-            Self::InProcess(controller) => controller.next_wakeup(),
+            Self::InProcess(controller) => Some(controller.controller()),
+            Self::Process { .. } | Self::Attached { .. } => None,
+        }
+    }
+
+    pub(super) fn next_wakeup(&self, host: Option<&Host>) -> Timestamp {
+        match self {
+            Self::InProcess(controller) => controller.next_wakeup(host),
             Self::Process { .. } | Self::Attached { .. } => Timestamp::MAX,
         }
     }
@@ -191,8 +221,8 @@ impl Running {
         }
     }
 
-    /// What has crossed a port that nobody else hears, oldest first.
-    pub(super) fn crossing(&mut self) -> Option<(Device, Crossed)> {
+    /// What has crossed the ports of a controller in this process, oldest first.
+    pub(super) fn crossing(&mut self) -> Option<Crossing> {
         match self {
             Self::InProcess(controller) => controller.crossing(),
             Self::Process { .. } | Self::Attached { .. } => None,
@@ -211,9 +241,9 @@ impl Running {
     }
 
     /// Waits for what comes next. May be called off without losing anything.
-    pub(super) async fn heard(&mut self, clock: &Clock) -> Heard {
+    pub(super) async fn heard(&mut self, clock: &Clock, host: Option<&mut Host>) -> Heard {
         match self {
-            Self::InProcess(controller) => match controller.heard(clock).await {
+            Self::InProcess(controller) => match controller.heard(clock, host).await {
                 InProcessEvent::Report(report) => Heard::Report(report),
                 InProcessEvent::Taken => Heard::Nothing,
                 InProcessEvent::Port(role, event) => Heard::Port(role, event),
@@ -258,15 +288,6 @@ impl Running {
             Self::Attached { device, .. } => device.end().await,
         }
     }
-}
-
-/// Real devices that the controller alone talks to. A bus of the kernel is heard by the harness, too.
-fn unheard(placement: &Placement) -> BTreeSet<&'static str> {
-    let players = [(GYRO, Some(&placement.gyro)), (BASE, placement.base.as_ref())];
-    let unheard = players.into_iter().filter(|(_, player)| {
-        matches!(player, Some(Player::Real(spec)) if !matches!(spec, PortSpec::Can { .. }))
-    });
-    unheard.map(|(role, _)| role).collect()
 }
 
 /// The command line of our controller for this bench.

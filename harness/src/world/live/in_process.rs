@@ -6,33 +6,43 @@ use super::histogram::Histogram;
 use super::ports::{BASE, GYRO, Wiring, base_traffic, device};
 use super::role_port::{PortEvent, RolePort, Traffic, next};
 use crate::record::Device;
+use crate::world::faults::Host;
 use controller::config::Config;
 use controller::mission::{Mission, Report};
 use controller::{Controller, Input, Output, Port};
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::VecDeque;
 use wire::can::CanFrame;
 use wire::packet::Packet;
 use wire::time::Timestamp;
 
-/// Crossings that wait to be recorded; far more than one turn of the loop can bring.
+/// Crossings that wait to be told; far more than one turn of the loop can bring. More are counted as dropped.
 const CROSSINGS_MAX: usize = 256;
 
-/// What crossed a port that only the controller has open.
+/// What crossed a port.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Crossed {
     Bytes(Packet),
     Frame(CanFrame),
 }
 
-/// The controller and its ports.
+/// Something crossed a port of the controller.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Crossing {
+    /// The role that the port leads to.
+    pub(super) role: &'static str,
+    /// Who sent it.
+    pub(super) by: Device,
+    pub(super) crossed: Crossed,
+}
+
+/// The controller and its ports. Where faults can strike its machine, `host` is that machine.
 #[derive(Debug)]
 pub(super) struct InProcess {
     controller: Controller,
     gyro: RolePort,
     base: Option<RolePort>,
-    /// Roles whose ports nobody else hears.
-    unheard: BTreeSet<&'static str>,
-    crossings: VecDeque<(Device, Crossed)>,
+    crossings: VecDeque<Crossing>,
+    dropped: u64,
     /// The last thing heard, until a command follows it.
     heard_at: Option<Timestamp>,
     bus_to_command: Histogram,
@@ -48,16 +58,12 @@ pub(super) enum InProcessEvent {
 }
 
 impl InProcess {
-    /// Opens the ports. `unheard` are the roles whose traffic is to be kept for the record.
+    /// Opens the ports.
     ///
     /// # Errors
     ///
     /// When a port cannot be opened, or nobody knows where it is.
-    pub(super) async fn start(
-        config: Config,
-        wiring: &Wiring,
-        unheard: BTreeSet<&'static str>,
-    ) -> Result<Self, StartError> {
+    pub(super) async fn start(config: Config, wiring: &Wiring) -> Result<Self, StartError> {
         let known = |role| StartError::NoFarSide { role };
         let gyro = wiring.gyro.as_ref().ok_or(known(GYRO))?;
         let gyro = RolePort::open(gyro, Traffic::Bytes(config.gyro.stream.format.serial())).await?;
@@ -72,33 +78,61 @@ impl InProcess {
             controller: Controller::new(config, Timestamp::ZERO),
             gyro,
             base,
-            unheard,
             crossings: VecDeque::new(),
+            dropped: 0,
             heard_at: None,
             bus_to_command: Histogram::default(),
         })
     }
 
-    pub(super) fn command(&mut self, clock: &Clock, mission: Mission) {
+    pub(super) fn command(&mut self, clock: &Clock, mission: Mission, host: Option<&mut Host>) {
         let now = clock.now();
-        self.controller.command(now, mission);
-        self.send(clock, now);
-    }
-
-    pub(super) fn wake(&mut self, clock: &Clock, now: Timestamp) {
-        if self.controller.next_wakeup() <= now {
-            self.controller.wake(now);
-            self.send(clock, now);
+        match host {
+            None => {
+                self.controller.command(now, mission);
+                self.send(clock, now, None);
+            }
+            Some(host) => {
+                host.mission(now, mission, &mut self.controller);
+                self.send(clock, now, Some(host));
+            }
         }
     }
 
-    pub(super) fn next_wakeup(&self) -> Timestamp {
-        self.controller.next_wakeup()
+    pub(super) fn wake(&mut self, clock: &Clock, now: Timestamp, host: Option<&Host>) {
+        if self.next_wakeup(host) <= now {
+            self.controller.wake(host.map_or(now, |host| host.told(now)));
+            self.send(clock, now, host);
+        }
+    }
+
+    /// Its machine was struck, or goes on: it may have something to say.
+    pub(super) fn struck(&mut self, clock: &Clock, now: Timestamp, host: &Host) {
+        self.send(clock, now, Some(host));
+    }
+
+    /// What faults of its machine strike.
+    pub(super) const fn controller(&mut self) -> &mut Controller {
+        &mut self.controller
+    }
+
+    /// On the clock of the bench.
+    pub(super) fn next_wakeup(&self, host: Option<&Host>) -> Timestamp {
+        match host {
+            None => self.controller.next_wakeup(),
+            Some(host) if host.is_stalled() => Timestamp::MAX,
+            Some(host) => host.when(self.controller.next_wakeup()),
+        }
     }
 
     /// Waits for what comes next. May be called off without losing anything.
-    pub(super) async fn heard(&mut self, clock: &Clock) -> InProcessEvent {
-        if let Some(report) = self.controller.report() {
+    pub(super) async fn heard(
+        &mut self,
+        clock: &Clock,
+        mut host: Option<&mut Host>,
+    ) -> InProcessEvent {
+        let stalled = host.as_deref().is_some_and(Host::is_stalled);
+        if let Some(report) = if stalled { None } else { self.controller.report() } {
             return InProcessEvent::Report(report);
         }
         let (port, role, event) = tokio::select! {
@@ -109,22 +143,32 @@ impl InProcess {
         match event {
             PortEvent::Bytes(packet) => {
                 self.keep(role, device(role), Crossed::Bytes(packet));
-                self.controller.receive(now, port, Input::Bytes(packet.as_slice()));
+                match host.as_deref_mut() {
+                    None => self.controller.receive(now, port, Input::Bytes(packet.as_slice())),
+                    Some(host) => host.bytes(now, port, packet, &mut self.controller),
+                }
             }
             PortEvent::Frame(frame) => {
                 self.keep(role, device(role), Crossed::Frame(frame));
-                self.controller.receive(now, port, Input::Frame(frame));
+                match host.as_deref_mut() {
+                    None => self.controller.receive(now, port, Input::Frame(frame)),
+                    Some(host) => host.frame(now, frame, &mut self.controller),
+                }
             }
             event => return InProcessEvent::Port(role, event),
         }
         self.heard_at = Some(now);
-        self.send(clock, now);
+        self.send(clock, now, host.as_deref());
         InProcessEvent::Taken
     }
 
     /// Puts what the controller has to say on its lines.
-    fn send(&mut self, clock: &Clock, now: Timestamp) {
-        while let Some(output) = self.controller.transmit(now) {
+    fn send(&mut self, clock: &Clock, now: Timestamp, host: Option<&Host>) {
+        if host.is_some_and(Host::is_stalled) {
+            return;
+        }
+        let told = host.map_or(now, |host| host.told(now));
+        while let Some(output) = self.controller.transmit(told) {
             let (role, crossed) = match output {
                 Output::Bytes(Port::Gyro, packet) => (GYRO, Crossed::Bytes(packet)),
                 Output::Bytes(Port::Base, packet) => (BASE, Crossed::Bytes(packet)),
@@ -143,15 +187,22 @@ impl InProcess {
         }
     }
 
-    fn keep(&mut self, role: &str, device: Device, crossed: Crossed) {
-        if self.unheard.contains(role) && self.crossings.len() < CROSSINGS_MAX {
-            self.crossings.push_back((device, crossed));
+    fn keep(&mut self, role: &'static str, by: Device, crossed: Crossed) {
+        if self.crossings.len() < CROSSINGS_MAX {
+            self.crossings.push_back(Crossing { role, by, crossed });
+        } else {
+            self.dropped += 1;
         }
     }
 
-    /// What has crossed a port that nobody else hears, oldest first.
-    pub(super) fn crossing(&mut self) -> Option<(Device, Crossed)> {
+    /// What has crossed its ports, oldest first.
+    pub(super) fn crossing(&mut self) -> Option<Crossing> {
         self.crossings.pop_front()
+    }
+
+    /// Crossings that are told to nobody, for want of room.
+    pub(super) const fn dropped(&self) -> u64 {
+        self.dropped
     }
 
     /// Its port for a role.

@@ -128,6 +128,12 @@ impl Placement {
         }
     }
 
+    /// A real device that the controller alone talks to. A bus of the kernel is heard by the harness, too.
+    pub(super) fn is_unheard(&self, role: &str) -> bool {
+        let player = if role == "gyro" { Some(&self.gyro) } else { self.base.as_ref() };
+        matches!(player, Some(Player::Real(spec)) if !matches!(spec, PortSpec::Can { .. }))
+    }
+
     /// What crosses the ports, in a word for the summary: the kinds of port.
     pub fn bus(&self) -> String {
         let base = self.base.as_ref().map(Player::spec);

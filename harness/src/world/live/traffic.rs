@@ -9,6 +9,7 @@ use super::{LiveWorld, Player};
 use crate::engine::Action;
 use crate::outcome::PortSide;
 use crate::port::PortSpec;
+use crate::properties::Seen;
 use crate::record::Device;
 use crate::record::sink::RecordSink;
 use crate::world::bench::Carrier;
@@ -20,7 +21,7 @@ use wire::packet::Packet;
 use wire::time::Timestamp;
 
 /// Keeps what crossed a port in a full record.
-pub(super) fn record(sink: &mut impl RecordSink, now: Timestamp, by: Device, crossed: Crossed) {
+fn record(sink: &mut impl RecordSink, now: Timestamp, by: Device, crossed: Crossed) {
     match crossed {
         Crossed::Bytes(packet) => sink.bytes(now, by, packet.as_slice()),
         Crossed::Frame(frame) => record_frame(sink, now, by, frame),
@@ -36,6 +37,34 @@ impl LiveWorld {
         self.setting.placement.base.as_ref().is_some_and(Player::is_emulated)
     }
 
+    /// What crossed the ports of a controller in this process: for the record, where nobody else hears it, and for
+    /// whoever watches.
+    pub(super) fn overhear(
+        &mut self,
+        now: Timestamp,
+        sink: &mut impl RecordSink,
+        device: &mut Running,
+    ) {
+        while let Some(crossing) = device.crossing() {
+            if self.setting.placement.is_unheard(crossing.role) {
+                record(sink, now, crossing.by, crossing.crossed);
+            }
+            if let Some(eyes) = &mut self.eyes {
+                eyes.within(now, &self.stage.bench.carrier, &crossing);
+            }
+        }
+        if let Some(eyes) = &mut self.eyes {
+            eyes.look_again(now, &self.stage.bench.carrier);
+        }
+    }
+
+    /// Something that the controller says, or hears, crossed a port of the harness.
+    fn watch_line(&mut self, now: Timestamp, role: &str, by: Device, crossed: Crossed) {
+        if let Some(eyes) = &mut self.eyes {
+            eyes.line(now, role, by, crossed);
+        }
+    }
+
     /// Takes what a port of the harness tells.
     pub(super) fn hear(
         &mut self,
@@ -45,6 +74,13 @@ impl LiveWorld {
         role: &'static str,
         event: PortEvent,
     ) {
+        match &event {
+            PortEvent::Bytes(packet) if role == GYRO || role == BASE => {
+                self.watch_line(now, role, Device::Controller, Crossed::Bytes(*packet));
+            }
+            PortEvent::Bus(event) if role == BASE && event.bus_off => self.see(now, &Seen::BusOff),
+            _ => {}
+        }
         match (role, event) {
             (GYRO, PortEvent::Bytes(packet)) => self.stage.lines.gyro_commands.send(now, packet),
             (BASE, PortEvent::Bytes(packet)) => {
@@ -88,6 +124,11 @@ impl LiveWorld {
             record_frame(sink, now, Device::Controller, frame);
             return;
         }
+        // Frames of a base that is emulated are heard when it sends them, not from somebody else.
+        if !(self.base_is_emulated() && of_base) {
+            let by = if of_base { Device::Base } else { Device::Controller };
+            self.watch_line(now, BASE, by, Crossed::Frame(frame));
+        }
         match (self.base_is_emulated(), of_base) {
             (true, false) => {
                 if let BaseLink::Can(bus) = &mut self.stage.lines.base {
@@ -130,7 +171,12 @@ impl LiveWorld {
     ) {
         // The gyro's outputs first, each at its own instant: they must not see what the base does later.
         self.stage.wake_gyro(now);
-        let Stage { lines, bench, .. } = &mut self.stage;
+        let (eyes, Stage { lines, bench, .. }) = (&mut self.eyes, &mut self.stage);
+        let mut watch = |role, crossed| {
+            if let Some(eyes) = eyes {
+                eyes.line(now, role, device(role), crossed);
+            }
+        };
         while let Some(packet) = lines.gyro_commands.arrived(now) {
             sink.bytes(now, Device::Controller, packet.as_slice());
             bench.gyro.receive(now, packet.as_slice());
@@ -139,6 +185,7 @@ impl LiveWorld {
         while let Some(packet) = lines.gyro.arrived(now) {
             if let Some(port) = &mut ports.gyro {
                 sink.bytes(now, Device::Gyro, packet.as_slice());
+                watch(GYRO, Crossed::Bytes(packet));
                 port.send_bytes(packet.as_slice());
             }
         }
@@ -151,6 +198,7 @@ impl LiveWorld {
                     }
                     while let Some(packet) = to_controller.arrived(now) {
                         sink.bytes(now, Device::Base, packet.as_slice());
+                        watch(BASE, Crossed::Bytes(packet));
                         port.send_bytes(packet.as_slice());
                     }
                 }
@@ -163,10 +211,15 @@ impl LiveWorld {
                             }
                             Node::Base => {
                                 record_frame(sink, now, Device::Base, frame);
+                                watch(BASE, Crossed::Frame(frame));
                                 port.send_frame(now, &frame);
                             }
-                            // No fault is injected in real time.
-                            Node::Stranger => {}
+                            Node::Stranger => {
+                                record_frame(sink, now, Device::Plan, frame);
+                                emulator.receive_frame(now, &frame);
+                                watch(BASE, Crossed::Frame(frame));
+                                port.send_frame(now, &frame);
+                            }
                         }
                     }
                 }
@@ -191,6 +244,7 @@ impl LiveWorld {
                 }
             }
         }
+        self.watch_confinement(now, sink);
     }
 
     pub(super) fn wake(&mut self, now: Timestamp) {
@@ -220,8 +274,16 @@ impl LiveWorld {
             }
             while let Some(action) = self.stage.engine.action() {
                 quiet = false;
+                if let Some(eyes) = &mut self.eyes {
+                    eyes.see_action(now, &self.stage.bench.carrier, &action);
+                }
+                if let (Action::Phase(event), Some(faults)) = (&action, &mut self.faults) {
+                    faults.phase(now, event);
+                    continue;
+                }
+                let host = self.faults.as_mut().map(|faults| &mut faults.host);
                 if let Some(mission) = self.stage.act(now, sink, keep, action)
-                    && !device.command(clock, mission)
+                    && !device.command(clock, mission, host)
                 {
                     self.stage.engine.lost_controller(now, "it takes no more missions");
                 }
@@ -244,6 +306,7 @@ impl LiveWorld {
             .min(gyro)
             .min(self.stage.bench.carrier.next_wakeup())
             .min(self.stage.engine.next_wakeup())
+            .min(self.faults.as_ref().map_or(Timestamp::MAX, |faults| faults.next_due()))
     }
 }
 

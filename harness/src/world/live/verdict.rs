@@ -3,10 +3,55 @@
 
 use super::LiveWorld;
 use super::device_under_test::Running;
+use super::lateness::Lateness;
 use super::ports::{BASE, GYRO, Ports};
 use crate::engine::Ending;
+use crate::faults::FaultSummary;
 use crate::outcome::{Outcome, PortSide, PortSummary, Timing};
+use crate::properties::{PropertyVerdict, Unjudged};
 use wire::time::Timestamp;
+
+/// What a live run ended with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LiveEnd {
+    /// How the plan ended.
+    pub ending: Ending,
+    /// Bench time at the end.
+    pub end: Timestamp,
+    /// Times that the loop went round.
+    pub events: u64,
+    /// How well real time was kept.
+    pub timing: Timing,
+    /// What crossed the ports.
+    pub ports: Vec<PortSummary>,
+    /// Packets and frames that a line within the harness had no room for.
+    pub dropped: u64,
+    /// What became of the plan's faults.
+    pub faults: Vec<FaultSummary>,
+    /// What became of the properties that were watched.
+    pub properties: Vec<PropertyVerdict>,
+    /// Those that this bench cannot judge.
+    pub unjudged: Vec<Unjudged>,
+}
+
+/// A property that broke because this machine was late did not break: the bench did.
+pub(super) fn excuse(
+    ending: Ending,
+    properties: &[PropertyVerdict],
+    lateness: &Lateness,
+) -> Ending {
+    let late = properties.iter().find_map(|verdict| {
+        let violation = verdict.first_violation.as_ref()?;
+        lateness.verdict_on_violation(verdict.name, violation.at)
+    });
+    match (ending.outcome, late) {
+        (Outcome::Passed | Outcome::Failed | Outcome::Timeout, Some(why)) => {
+            let then = ending.reason.map_or_else(String::new, |reason| format!("; {reason}"));
+            Ending { outcome: Outcome::Error, reason: Some(format!("{why}{then}")) }
+        }
+        _ => ending,
+    }
+}
 
 impl LiveWorld {
     /// The ending, with what the ports and the machine have to do with it.
@@ -59,5 +104,33 @@ impl LiveWorld {
             }
         }
         summaries
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Ending, Lateness, Outcome, PropertyVerdict, Timestamp, excuse};
+    use crate::properties::{Kind, Violation};
+    use wire::time::Span;
+
+    #[test]
+    fn what_broke_on_a_machine_that_was_late_is_the_fault_of_the_bench() {
+        let at = Timestamp::from_nanos(9_000_000_000);
+        let broken = PropertyVerdict {
+            name: "fresh_heading",
+            kind: Kind::Always,
+            held: false,
+            first_violation: Some(Violation { at, what: "an old one".to_owned() }),
+            margin: Some(-0.1),
+        };
+        let passed = || Ending { outcome: Outcome::Passed, reason: None };
+        let mut lateness = Lateness::new(Span::from_millis(20));
+        let ended = excuse(passed(), std::slice::from_ref(&broken), &lateness);
+        assert_eq!(ended.outcome, Outcome::Passed, "in time: it counts");
+        lateness.add(at, Span::from_millis(300));
+        let ended = excuse(passed(), &[broken], &lateness);
+        assert_eq!(ended.outcome, Outcome::Error);
+        assert!(ended.reason.unwrap().contains("shortly before fresh_heading broke"));
+        assert_eq!(excuse(passed(), &[], &lateness).outcome, Outcome::Passed);
     }
 }

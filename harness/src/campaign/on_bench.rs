@@ -1,0 +1,129 @@
+//! Cases carried out in real time: emulated devices on ports, real ones, any device under test; one at a time.
+
+use super::case::{Case, CaseResult};
+use super::executor::{Executor, struck};
+use crate::faults::{FaultKind, Target};
+use crate::operator::{Answers, Operator, Person};
+use crate::outcome::Outcome;
+use crate::plan::Property;
+use crate::properties::Unjudged;
+use crate::record::sink::NullSink;
+use crate::run::Prepared;
+use crate::run_live::{LiveOrder, carry_out};
+use crate::world::bench::bench_lines;
+use crate::world::live::{LiveError, Setting};
+use std::fmt;
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+use wire::time::{Span, Timestamp};
+
+/// What a campaign needs of the place that it is carried out at.
+pub struct Site {
+    /// Answers to what the plan asks a person.
+    pub answers: Answers,
+    /// Whoever can be asked for the others, each time anew.
+    pub person: Option<Box<dyn Fn() -> Box<dyn Person> + Send + Sync>>,
+    /// Somebody wants it to end.
+    pub stop: Box<dyn Fn() -> bool + Send + Sync>,
+    /// Takes what the device under test writes to stderr, of the last run.
+    pub log: PathBuf,
+}
+
+impl fmt::Debug for Site {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Site").field("log", &self.log).finish_non_exhaustive()
+    }
+}
+
+/// Carries cases out on a bench in real time. What a case came to is not what it comes to the next time:
+/// [`Repeatedly`](super::Repeatedly) says what is to be believed.
+#[derive(Debug)]
+pub struct OnBench {
+    prepared: Prepared,
+    setting: Setting,
+    properties: Vec<Property>,
+    unjudged: Vec<Unjudged>,
+    site: Site,
+    /// One run at a time: there is one bench. Why no more can begin, if so.
+    broken: Mutex<Option<LiveError>>,
+}
+
+impl OnBench {
+    /// Of a plan on the bench that `setting` describes. Properties are those of the plan, or all where it declares
+    /// none, as far as this bench can judge them.
+    pub fn new(prepared: Prepared, setting: Setting, site: Site) -> Self {
+        let declared = prepared.plan.properties.clone();
+        let asked = if declared.is_empty() { Property::all() } else { declared };
+        let (properties, unjudged) = setting.sight().divide(&asked);
+        Self { prepared, setting, properties, unjudged, site, broken: Mutex::new(None) }
+    }
+
+    /// Properties that are watched.
+    pub fn properties(&self) -> &[Property] {
+        &self.properties
+    }
+
+    /// Those that cannot be judged on this bench.
+    pub fn unjudged(&self) -> &[Unjudged] {
+        &self.unjudged
+    }
+
+    /// Can a fault of this kind be injected here?
+    pub fn can_suffer(&self, target: Target, what: FaultKind) -> bool {
+        self.setting.can_suffer(target, what)
+    }
+
+    /// How long the plan takes where nothing goes wrong, and what it comes to then.
+    pub fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
+        self.run(&Case { seed, ..Case::default() })
+    }
+
+    /// Why the bench did not come up, if it did not; it is then not tried again.
+    pub fn take_broken(&self) -> Option<LiveError> {
+        self.broken.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    fn run(&self, case: &Case) -> (Span, CaseResult) {
+        let not_run = |outcome: Outcome| {
+            let outcome = outcome.name().to_owned();
+            (Span::ZERO, CaseResult { outcome, ..CaseResult::default() })
+        };
+        let mut broken = self.broken.lock().unwrap_or_else(PoisonError::into_inner);
+        if broken.is_some() || (self.site.stop)() {
+            return not_run(Outcome::Aborted);
+        }
+        let prepared = struck(&self.prepared, case);
+        let order = LiveOrder {
+            prepared: &prepared,
+            seed: case.seed,
+            setting: &self.setting,
+            properties: &self.properties,
+            log: &self.site.log,
+        };
+        let person = self.site.person.as_ref().map(|person| person());
+        let operator = Operator::live(self.site.answers.clone(), person);
+        match carry_out(order, operator, &mut NullSink, &mut |_| !(self.site.stop)()) {
+            Ok(live) => {
+                let result = CaseResult::of(&prepared.plan.measurements, &live.run);
+                (live.run.end - Timestamp::ZERO, result)
+            }
+            Err(error) => {
+                *broken = Some(error);
+                not_run(Outcome::Aborted)
+            }
+        }
+    }
+}
+
+impl Executor for OnBench {
+    fn execute(&self, case: &Case) -> CaseResult {
+        self.run(case).1
+    }
+
+    fn takes(&self, case: &Case) -> bool {
+        let plan = &self.prepared.plan;
+        let all = case.schedule.beside(&plan.faults);
+        let lines = bench_lines(&self.prepared.devices);
+        all.fits(plan, lines).is_ok() && self.setting.reaches(&all).is_ok()
+    }
+}

@@ -1,0 +1,148 @@
+//! Properties judged again, by what a record holds of what they were judged by. What it does not hold, the run
+//! alone has seen: its verdict stays.
+
+use crate::engine::FIRST_MISSION;
+use crate::faults::FaultEvent;
+use crate::outcome::PropertySummary;
+use crate::plan::Property;
+use crate::properties::{Limits, Monitor, Seen, Sight, Unjudged, View};
+use crate::record::{Device, Record, RecordKind};
+use controller::mission::{Mission, MissionId};
+use controller::{Output, Port};
+use std::collections::BTreeSet;
+use wire::packet::Packet;
+use wire::time::Timestamp;
+
+/// Shows a monitor what is in a record.
+#[derive(Debug)]
+pub(super) struct Replayed {
+    monitor: Monitor,
+    mission: MissionId,
+    faults: BTreeSet<u32>,
+    /// Bytes or frames of the gyro and of the base.
+    gyro: bool,
+    base: bool,
+    /// Times never go back for a monitor, whatever a record says.
+    latest: Timestamp,
+}
+
+impl Replayed {
+    /// A monitor of `properties`, of which there is at least one.
+    pub(super) fn new(properties: &[Property], limits: &Limits) -> Self {
+        Self {
+            monitor: Monitor::new(properties, limits),
+            mission: FIRST_MISSION,
+            faults: BTreeSet::new(),
+            gyro: false,
+            base: false,
+            latest: Timestamp::ZERO,
+        }
+    }
+
+    /// Takes the next record.
+    pub(super) fn take(&mut self, record: &Record) {
+        let at = record.at;
+        match (&record.kind, record.device) {
+            (RecordKind::StepBegan { .. }, _) => self.see(at, &Seen::LapBegan),
+            (RecordKind::StepEnded { .. }, _) => self.see(at, &Seen::LapEnded),
+            (RecordKind::Command(command), _) => {
+                let mission = Mission { id: self.mission, command: (**command).clone() };
+                self.mission = self.mission.wrapping_add(1);
+                self.see(at, &Seen::Told(&mission));
+            }
+            (RecordKind::Report(report), _) => self.see(at, &Seen::Report(report)),
+            (RecordKind::Bytes(bytes), Device::Gyro) => {
+                self.gyro = true;
+                self.see(at, &Seen::GyroBytes(bytes));
+            }
+            (RecordKind::Bytes(bytes), Device::Base) => {
+                self.base = true;
+                self.see(at, &Seen::BaseBytes(bytes));
+            }
+            (RecordKind::Bytes(bytes), Device::Controller) => {
+                // Those to the gyro are there, too; to a base they are nothing.
+                if let Some(packet) = Packet::from_slice(bytes) {
+                    self.see(at, &Seen::Sent(&Output::Bytes(Port::Base, packet)));
+                }
+            }
+            (RecordKind::Frame(frame), device) => {
+                let Some(frame) = frame.frame() else { return };
+                match device {
+                    Device::Controller => self.see(at, &Seen::Sent(&Output::Frame(frame))),
+                    _ => {
+                        self.base = true;
+                        self.see(at, &Seen::BaseFrame(&frame));
+                    }
+                }
+            }
+            (RecordKind::Fault(fault), _) => self.fault(at, fault.index, &fault.event),
+            _ => {}
+        }
+    }
+
+    fn fault(&mut self, at: Timestamp, index: u32, event: &FaultEvent) {
+        match event {
+            FaultEvent::Began => _ = self.faults.insert(index),
+            FaultEvent::Ended { .. } => _ = self.faults.remove(&index),
+            FaultEvent::NeverHappened { .. } => return,
+            FaultEvent::Confinement { state, .. } => {
+                if state == crate::link::ErrorState::Off.name() {
+                    self.see(at, &Seen::BusOff);
+                }
+                return;
+            }
+        }
+        let active = self.faults.len();
+        self.see(at, &Seen::Faults { active });
+    }
+
+    fn see(&mut self, at: Timestamp, seen: &Seen<'_>) {
+        self.latest = self.latest.max(at);
+        self.monitor.see(self.latest, seen);
+    }
+
+    /// What the record shows, by what was found in it; `real` where a real clock made it.
+    fn sight(&self, limits: &Limits, real: bool) -> Sight {
+        let mut sight = Sight::whole()
+            .without(View::Truth, "the record has it less often than the run saw it, and no speeds")
+            .without(
+                View::BaseRequests,
+                "the record says when it had arrived, not when it was sent",
+            );
+        let missing = "the record does not hold its bytes (--record full does)";
+        if !self.gyro {
+            sight = sight.without(View::GyroLine, missing).without(
+                View::PlainReports,
+                "the record holds states now and then (--record full all)",
+            );
+        }
+        if !self.base && limits.base.is_some() {
+            sight = sight.without(View::BaseReplies, missing);
+        }
+        if real {
+            sight = sight.without(View::BusStates, "what an interface told of them is a note");
+        }
+        sight
+    }
+
+    /// What became of `properties`: judged again, or, where the record does not hold what they are judged by, as they
+    /// were `before`. Those are listed, with the reason.
+    pub(super) fn judge(
+        self,
+        properties: &[Property],
+        limits: &Limits,
+        real: bool,
+        before: &[PropertySummary],
+    ) -> (Vec<PropertySummary>, Vec<Unjudged>) {
+        let (_, unjudged) = self.sight(limits, real).divide(properties);
+        let verdicts = self.monitor.verdicts();
+        let all = verdicts.iter().map(|verdict| {
+            let Some(missing) = unjudged.iter().find(|one| one.name == verdict.name) else {
+                return verdict.into();
+            };
+            let known = before.iter().find(|one| one.name == verdict.name);
+            known.cloned().unwrap_or_else(|| missing.into())
+        });
+        (all.collect(), unjudged)
+    }
+}

@@ -1,0 +1,124 @@
+//! What the monitor of a live run is shown. A controller in the process is heard from within: what it received and
+//! sent, as it did. Of any other the harness sees the lines: what left a port of an emulated device counts as heard,
+//! what came in there as sent.
+
+use super::in_process::{Crossed, Crossing};
+use super::ports::{BASE, GYRO};
+use crate::engine::Action;
+use crate::properties::{Limits, Monitor, Property, PropertyVerdict, Seen, Sight, Unjudged, View};
+use crate::record::Device;
+use crate::world::bench::Carrier;
+use crate::world::watch::Watch;
+use controller::mission::Report;
+use controller::{Output, Port};
+use wire::time::Timestamp;
+
+/// From where the lines are heard.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ear {
+    /// Within the controller.
+    Controller,
+    /// At the ports of the harness.
+    Lines,
+}
+
+/// A monitor, and what it gets to see.
+#[derive(Debug)]
+pub(super) struct Eyes {
+    watch: Option<Watch>,
+    unjudged: Vec<Unjudged>,
+    truth: bool,
+    ear: Ear,
+    /// Times never go back for a monitor; those of a controller in the process run ahead of the loop's.
+    latest: Timestamp,
+}
+
+impl Eyes {
+    /// Eyes for `properties`, as far as `sight` goes.
+    pub(super) fn new(properties: &[Property], limits: &Limits, sight: &Sight, ear: Ear) -> Self {
+        let (judged, unjudged) = sight.divide(properties);
+        let watch = (!judged.is_empty()).then(|| Watch::new(Monitor::new(&judged, limits)));
+        let truth = sight.has(View::Truth);
+        Self { watch, unjudged, truth, ear, latest: Timestamp::ZERO }
+    }
+
+    /// What became of the properties, and those that could not be judged.
+    pub(super) fn close(self) -> (Vec<PropertyVerdict>, Vec<Unjudged>) {
+        let verdicts = self.watch.map(|watch| watch.into_monitor().verdicts());
+        (verdicts.unwrap_or_default(), self.unjudged)
+    }
+
+    pub(super) fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {
+        self.latest = self.latest.max(now);
+        if let Some(watch) = &mut self.watch {
+            watch.see(self.latest, seen);
+        }
+    }
+
+    /// What the engine asks for; before it is carried out.
+    pub(super) fn see_action(&mut self, now: Timestamp, carrier: &Carrier, action: &Action) {
+        self.look(now, carrier);
+        let latest = self.latest;
+        if let Some(watch) = &mut self.watch {
+            watch.see_action(latest, action);
+        }
+    }
+
+    pub(super) fn report(&mut self, now: Timestamp, carrier: &Carrier, report: &Report) {
+        self.look(now, carrier);
+        self.see(now, &Seen::Report(report));
+    }
+
+    /// Shows the truth of `now`, unless it was shown.
+    fn look(&mut self, now: Timestamp, carrier: &Carrier) {
+        self.latest = self.latest.max(now);
+        if let Some(watch) = self.watch.as_mut().filter(|_| self.truth) {
+            watch.look(self.latest, carrier);
+        }
+    }
+
+    /// Shows the truth if it is due.
+    pub(super) fn look_again(&mut self, now: Timestamp, carrier: &Carrier) {
+        self.latest = self.latest.max(now);
+        if let Some(watch) = self.watch.as_mut().filter(|_| self.truth) {
+            watch.look_again(self.latest, carrier);
+        }
+    }
+
+    /// Something crossed a port of the harness.
+    pub(super) fn line(&mut self, now: Timestamp, role: &str, by: Device, crossed: Crossed) {
+        if self.ear == Ear::Lines {
+            self.crossed(now, role, by, crossed);
+        }
+    }
+
+    /// Something crossed a port of the controller in the process.
+    pub(super) fn within(&mut self, now: Timestamp, carrier: &Carrier, crossing: &Crossing) {
+        if crossing.by == Device::Controller {
+            self.look(now, carrier);
+        }
+        self.crossed(now, crossing.role, crossing.by, crossing.crossed);
+    }
+
+    fn crossed(&mut self, now: Timestamp, role: &str, by: Device, crossed: Crossed) {
+        match (role, by, crossed) {
+            (GYRO, Device::Controller, Crossed::Bytes(packet)) => {
+                self.see(now, &Seen::Sent(&Output::Bytes(Port::Gyro, packet)));
+            }
+            (BASE, Device::Controller, Crossed::Bytes(packet)) => {
+                self.see(now, &Seen::Sent(&Output::Bytes(Port::Base, packet)));
+            }
+            (BASE, Device::Controller, Crossed::Frame(frame)) => {
+                self.see(now, &Seen::Sent(&Output::Frame(frame)));
+            }
+            (GYRO, _, Crossed::Bytes(packet)) => {
+                self.see(now, &Seen::GyroBytes(packet.as_slice()));
+            }
+            (BASE, _, Crossed::Bytes(packet)) => {
+                self.see(now, &Seen::BaseBytes(packet.as_slice()));
+            }
+            (BASE, _, Crossed::Frame(frame)) => self.see(now, &Seen::BaseFrame(&frame)),
+            _ => {}
+        }
+    }
+}

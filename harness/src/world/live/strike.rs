@@ -1,0 +1,70 @@
+//! What goes wrong on purpose in real time: the same schedule, lines and switches as in virtual time, struck when
+//! the real clock says so.
+
+use super::LiveWorld;
+use super::clock::Clock;
+use super::device_under_test::Running;
+use crate::faults::FaultSummary;
+use crate::properties::Seen;
+use crate::record::sink::RecordSink;
+use crate::world::faults::Host;
+use wire::time::Timestamp;
+
+impl LiveWorld {
+    /// The machine of a controller in this process, where faults can strike it.
+    pub(super) fn host(&self) -> Option<&Host> {
+        self.faults.as_ref().map(|faults| &faults.host)
+    }
+
+    /// Shows it to whoever watches.
+    pub(super) fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {
+        if let Some(eyes) = &mut self.eyes {
+            eyes.see(now, seen);
+        }
+    }
+
+    /// Faults that are due begin and end.
+    pub(super) fn strike(
+        &mut self,
+        now: Timestamp,
+        sink: &mut impl RecordSink,
+        device: &mut Running,
+        clock: &Clock,
+    ) {
+        let Some(faults) = self.faults.as_mut().filter(|faults| faults.next_due() <= now) else {
+            return;
+        };
+        // What was due before has happened before.
+        self.stage.wake_gyro(now);
+        if self.stage.bench.carrier.next_wakeup() <= now {
+            self.stage.bench.carrier.wake(now);
+        }
+        if faults.strike(now, &mut self.stage, device.controller(), sink) {
+            device.struck(clock, now, &faults.host);
+            let active = faults.active();
+            self.see(now, &Seen::Faults { active });
+        }
+    }
+
+    /// What became of the nodes of the bus.
+    pub(super) fn watch_confinement(&mut self, now: Timestamp, sink: &mut impl RecordSink) {
+        let Some(faults) = &self.faults else { return };
+        if faults.record_confinement(now, &mut self.stage, sink) {
+            self.see(now, &Seen::BusOff);
+        }
+    }
+
+    /// The run is over: what became of the faults, and what found no room anywhere.
+    pub(super) fn end_faults(
+        &mut self,
+        now: Timestamp,
+        sink: &mut impl RecordSink,
+        device: &mut Running,
+    ) -> (Vec<FaultSummary>, u64) {
+        let mut dropped = self.stage.lines.dropped();
+        dropped += device.in_process().map_or(0, |here| here.dropped());
+        let Some(faults) = &mut self.faults else { return (Vec::new(), dropped) };
+        let summaries = faults.finish(now, &mut self.stage, device.controller(), sink);
+        (summaries, dropped + faults.host.dropped())
+    }
+}
