@@ -1,6 +1,7 @@
 //! One case: a seed and what goes wrong; and what came of it.
 
 use crate::faults::Schedule;
+use crate::outcome::Outcome;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -88,6 +89,11 @@ pub struct CaseResult {
 }
 
 impl CaseResult {
+    /// It was given up on request: it says nothing of the case.
+    pub fn is_given_up(&self) -> bool {
+        self.outcome == Outcome::Aborted.name()
+    }
+
     /// Did this property break?
     pub fn breaks(&self, property: &str) -> bool {
         self.violated.iter().any(|violated| violated.property == property)

@@ -11,10 +11,14 @@ use crate::world::bench::bench_lines;
 use std::sync::Arc;
 use wire::time::{Span, Timestamp};
 
-/// Carries out cases. The same case gives the same result, but on a real bench.
+/// Carries out cases. The same case gives the same result, but on a real bench. One that is interrupted gives a
+/// result that ended [`Outcome::Aborted`]: nobody learns from it.
 pub trait Executor: Sync {
     /// Carries out `case`.
     fn execute(&self, case: &Case) -> CaseResult;
+
+    /// What came of `case` is kept: this executor need not remember it any longer.
+    fn kept(&self, _case: &Case) {}
 
     /// Can `case` be carried out at all?
     fn takes(&self, _case: &Case) -> bool {

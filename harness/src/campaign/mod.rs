@@ -27,6 +27,7 @@ mod shrink;
 mod space;
 #[cfg(test)]
 mod toy;
+mod window;
 
 pub use case::{Case, CaseId, CaseResult, PANIC, Violated};
 pub use envelope::{Envelope, EnvelopeSettings, Level, envelope};
@@ -37,3 +38,4 @@ pub use run::{Campaign, Found, Settings, Tally, run};
 pub use search::{Guided, Random, Search};
 pub use shrink::{Shrunk, shrink};
 pub use space::Space;
+pub use window::WINDOW;
