@@ -27,12 +27,19 @@ pub struct CaseId(u128);
 impl Case {
     /// Its name among those of the plan with this text.
     pub fn id(&self, plan: &str) -> CaseId {
+        CaseId::of(&[crate::run::VERSION, plan, &self.seed.to_string(), &self.schedule.to_toml()])
+    }
+}
+
+impl CaseId {
+    /// Of texts, which may hold anything.
+    pub(super) fn of(texts: &[&str]) -> Self {
         let mut hash = Fnv::new();
-        for part in [crate::run::VERSION, plan, &self.seed.to_string(), &self.schedule.to_toml()] {
-            hash.write(&(part.len() as u64).to_le_bytes());
-            hash.write(part.as_bytes());
+        for text in texts {
+            hash.write(&(text.len() as u64).to_le_bytes());
+            hash.write(text.as_bytes());
         }
-        CaseId(hash.0)
+        Self(hash.0)
     }
 }
 

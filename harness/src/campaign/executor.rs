@@ -39,6 +39,11 @@ impl Simulated {
         Self { prepared, answers }
     }
 
+    /// What a person would be asked.
+    pub const fn answers(&self) -> &Answers {
+        &self.answers
+    }
+
     /// The plan with the faults of a case beside its own.
     fn with(&self, case: &Case) -> Prepared {
         let mut prepared = self.prepared.clone();

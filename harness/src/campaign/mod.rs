@@ -20,6 +20,8 @@ mod envelope;
 mod executor;
 mod journal;
 mod mutation;
+#[cfg(feature = "nats")]
+pub mod nats;
 mod regression;
 mod run;
 mod search;

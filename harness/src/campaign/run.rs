@@ -162,7 +162,7 @@ impl Tally {
 }
 
 /// A controller that panics breaks a property; it does not end the campaign.
-pub(super) fn guarded(executor: &impl Executor, case: &Case) -> CaseResult {
+pub(super) fn guarded(executor: &(impl Executor + ?Sized), case: &Case) -> CaseResult {
     match catch_unwind(AssertUnwindSafe(|| executor.execute(case))) {
         Ok(result) => result,
         Err(panic) => CaseResult {

@@ -1,5 +1,8 @@
 //! `hil campaign`: faults thrown at a plan, and how much of one it tolerates.
 
+#[cfg(feature = "nats")]
+mod over;
+
 use super::EXIT_STATUSES;
 use super::envelopes::{EnvelopeArguments, Means, kind};
 use super::failure::Failure;
@@ -9,7 +12,7 @@ use super::progress::Screen;
 use super::say;
 use super::setup::Setup;
 use crate::campaign::{
-    self, Campaign, Guided, Journal, Random, Regression, Search, Settings, Simulated, Space,
+    self, Campaign, Guided, Journal, Random, Regression, Search, Settings, Simulated, Space, Tally,
 };
 use crate::console::{self, Style};
 use crate::library::{Kind, Library};
@@ -21,7 +24,7 @@ use crate::world::bench::bench_lines;
 use clap::{Args, ValueEnum};
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread::available_parallelism;
 
 /// How the next case is chosen.
@@ -72,6 +75,9 @@ pub(super) struct CampaignArguments {
     /// Cases at a time. [default: one a processor]
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
+    #[cfg(feature = "nats")]
+    #[command(flatten)]
+    over: over::OverArguments,
     /// Folder of the campaign. [default: runs/campaign-PLAN-seedN, and runs/envelopes-PLAN-seedN for envelopes]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -152,38 +158,64 @@ impl CampaignArguments {
             By::Chance => Box::new(Random::new(&space, self.seed)),
         };
         let bar = screen.cases(prepared.plan.name.as_str(), self.cases);
-        let settings = Settings { cases: self.cases, threads, shrink_max: SHRINK_MAX };
         let states = states(&prepared);
-        let done = campaign::run(
-            &executor,
-            &mut *search,
-            &states,
-            &settings,
-            &mut journal,
-            &mut |tally| {
-                bar.set_position(tally.cases);
-                !interrupt.requested()
-            },
-        )?;
+        let mut pulse = |tally: &Tally| {
+            bar.set_position(tally.cases);
+            !interrupt.requested()
+        };
+        let mut settings = Settings { cases: self.cases, threads, shrink_max: SHRINK_MAX };
+        #[cfg(feature = "nats")]
+        if let Some(remote) = self.over.remote(&self.plan, &what, &executor, &interrupt, screen)? {
+            settings.threads = over::AT_A_TIME;
+            let done =
+                campaign::run(&remote, &mut *search, &states, &settings, &mut journal, &mut pulse)?;
+            bar.finish_and_clear();
+            if let Some(failure) = remote.failure() {
+                return Err(failure.into());
+            }
+            let saved = self.saved(&prepared, &source.text, &done, &folder)?;
+            if !done.stopped {
+                over::finish(&remote, &done, &saved)?;
+            }
+            return self.end(&done, &saved);
+        }
+        let done =
+            campaign::run(&executor, &mut *search, &states, &settings, &mut journal, &mut pulse)?;
         bar.finish_and_clear();
+        let saved = self.saved(&prepared, &source.text, &done, &folder)?;
+        self.end(&done, &saved)
+    }
+
+    /// The smallest cases as plans, one for each property that broke.
+    fn saved(
+        &self,
+        prepared: &Prepared,
+        text: &str,
+        done: &Campaign,
+        folder: &Path,
+    ) -> Result<Vec<PathBuf>, Failure> {
         let mut saved = Vec::new();
         for found in &done.found {
             let what = found.shrunk.result.violated.iter().find(|v| v.property == found.property);
             let regression = Regression {
                 plan: prepared.plan.name.as_str(),
-                text: &source.text,
+                text,
                 property: &found.property,
                 what: what.map_or("", |violated| violated.what.as_str()),
                 case: &found.shrunk.case,
             };
-            saved.push(regression.write(self.regressions.as_deref().unwrap_or(&folder))?);
+            saved.push(regression.write(self.regressions.as_deref().unwrap_or(folder))?);
         }
+        Ok(saved)
+    }
+
+    fn end(&self, done: &Campaign, saved: &[PathBuf]) -> Result<Outcome, Failure> {
         if self.json {
-            say(&(console::campaign_json(&done, &saved) + "\n"))?;
+            say(&(console::campaign_json(done, saved) + "\n"))?;
         } else {
-            say(&console::campaign_table(&done, &saved, Style::of_stdout()))?;
+            say(&console::campaign_table(done, saved, Style::of_stdout()))?;
         }
-        Ok(outcome(&done))
+        Ok(outcome(done))
     }
 
     fn folder(&self, what: &str, prepared: &Prepared) -> PathBuf {
