@@ -76,7 +76,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run::RunArguments),
-    Campaign(campaign::CampaignArguments),
+    Campaign(Box<campaign::CampaignArguments>),
     #[cfg(feature = "nats")]
     Worker(worker::WorkerArguments),
     Check(check::CheckArguments),

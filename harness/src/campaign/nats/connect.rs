@@ -77,6 +77,8 @@ pub enum News {
     CarriedOut(u64),
     /// So many results wait for the server.
     Unreported(usize),
+    /// The bench is this worker's.
+    Holds(String),
     /// Somebody else has the bench or the campaign; it is waited for.
     Held {
         /// What.
@@ -107,6 +109,7 @@ impl fmt::Display for News {
             Self::Unreported(count) => {
                 write!(f, "{count} cases are not reported yet; once more to leave without")
             }
+            Self::Holds(what) => write!(f, "holds {what}"),
             Self::Held { what, holder } => write!(f, "{what} is held by {holder}; waiting for it"),
         }
     }

@@ -3,7 +3,7 @@
 use super::connect::{News, Tell};
 use super::error::NatsError;
 use super::lease::Lease;
-use super::message::{Again, CASES, Place, RESULTS, Said, result_subject};
+use super::message::{Again, CASES, Place, RESULTS, Said, id_of, result_subject};
 use super::publish::{Letter, PAUSE};
 use super::remote::StoredFile;
 use super::results;
@@ -12,11 +12,13 @@ use super::tray::{Asking, Read, Tray, given_up};
 use super::worker::LISTEN;
 use crate::campaign::WINDOW;
 use crate::campaign::case::CaseResult;
+use async_nats::jetstream::Message;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::select;
 use tokio::sync::{mpsc, oneshot};
+use tokio::task::JoinHandle;
 use tokio::time::{interval, sleep, timeout};
 
 /// After so long without a result it is told who is waited for.
@@ -90,15 +92,7 @@ impl Desk {
                 },
                 Some(message) = arrived.recv() => {
                     silent = Duration::ZERO;
-                    match self.tray.arrived(message) {
-                        Read::Taken => {}
-                        Read::Refused { worker, cause } => {
-                            self.fail(NatsError::Refused { worker, cause });
-                        }
-                        Read::Unreadable { case, cause } => {
-                            self.fail(NatsError::Unreadable { case, cause });
-                        }
-                    }
+                    self.arrived(message, &trouble).await;
                 }
                 Some(error) = troubles.recv() => self.fail(error),
                 error = self.lease.lost(), if !self.is_over => self.fail(error),
@@ -136,42 +130,65 @@ impl Desk {
             return;
         }
         if let Asking::New(answer) = self.tray.ask(&id, answer) {
-            let handing_out = self.hand_out(&id, &body, trouble);
+            let handing_out = reported(trouble, self.handing_out(&id, &body).go());
             self.tray.out(id, body, handing_out, answer);
         }
     }
 
-    /// A server that lost what it held gets it again; one that did not says so.
+    async fn arrived(&mut self, message: Message, trouble: &mpsc::Sender<NatsError>) {
+        let (message, error) = match self.tray.arrived(message) {
+            Read::Taken => return,
+            Read::Refused { message, worker, cause } => {
+                (message, NatsError::Refused { worker, cause })
+            }
+            Read::Unreadable { message, cause } => {
+                let case = id_of(&message.subject).to_owned();
+                (message, NatsError::Unreadable { case, cause })
+            }
+        };
+        // Nobody wants to hear it again.
+        let _ = message.ack().await;
+        let said = Said::of(message.headers.as_ref(), &self.said.version);
+        if said.as_ref() == Ok(&self.said) {
+            return self.fail(error);
+        }
+        // That was of an earlier attempt: by now the worker may be mended, or gone.
+        tracing::debug!("of an earlier attempt: {error}");
+        let id = id_of(&message.subject);
+        if let Some(body) = self.tray.asked.get(id).map(|asked| asked.body.clone()) {
+            let handing_out = reported(trouble, self.handing_out(id, &body).go());
+            if let Some(asked) = self.tray.asked.get_mut(id) {
+                std::mem::replace(&mut asked.handing_out, handing_out).abort();
+            }
+        }
+    }
+
+    /// A server that lost what it held gets it again.
     fn hand_out_again(&mut self, trouble: &mpsc::Sender<NatsError>) {
         let mut asked = std::mem::take(&mut self.tray.asked);
         for (id, asked) in &mut asked {
             asked.handing_out.abort();
-            asked.handing_out = self.hand_out(id, &asked.body, trouble);
+            let handing_out = self.handing_out(id, &asked.body);
+            asked.handing_out = reported(trouble, async move {
+                if handing_out.is_on_its_way().await { Ok(()) } else { handing_out.go().await }
+            });
         }
         self.tray.asked = asked;
     }
 
-    fn hand_out(
-        &self,
-        id: &str,
-        body: &[u8],
-        trouble: &mpsc::Sender<NatsError>,
-    ) -> tokio::task::JoinHandle<()> {
-        let result = result_subject(&self.said.campaign, id);
-        let letter = Letter {
-            subject: self.place.case(&self.said.campaign, id),
-            name: format!("{}.{id}", self.said.campaign),
-            headers: self.said.headers(),
-            body: body.to_vec(),
-        };
-        let (room, again, lease) = (self.room.clone(), Arc::clone(&self.again), self.lease.number);
-        let trouble = trouble.clone();
-        tokio::spawn(async move {
-            if let Err(error) = hand_out(&room, letter, &result, lease, &again).await {
-                // One is enough.
-                let _ = trouble.try_send(error);
-            }
-        })
+    fn handing_out(&self, id: &str, body: &[u8]) -> HandingOut {
+        HandingOut {
+            room: self.room.clone(),
+            letter: Letter {
+                subject: self.place.case(&self.said.campaign, id),
+                name: format!("{}.{id}", self.said.campaign),
+                headers: self.said.headers(),
+                body: body.to_vec(),
+            },
+            result: result_subject(&self.said.campaign, id),
+            lease: self.said.lease,
+            again: Arc::clone(&self.again),
+        }
     }
 
     fn tell_who_is_waited_for(&self) {
@@ -237,22 +254,44 @@ impl Desk {
     }
 }
 
-/// Puts a case on the stream. One that was there earlier is there again only if neither it nor what came of it is left.
-async fn hand_out(
-    room: &Room,
-    mut letter: Letter,
-    result: &str,
-    lease: u64,
-    again: &AtomicU64,
-) -> Result<(), NatsError> {
-    let name = letter.name.clone();
-    while room.send(&letter).await? {
-        // A worker reports before it acknowledges: asked in this order, one of the two is there while it is on its way.
-        if room.holds(CASES, &letter.subject).await || room.holds(RESULTS, result).await {
-            return Ok(());
+/// Carried on beside the rest; what goes wrong is told.
+fn reported(
+    trouble: &mpsc::Sender<NatsError>,
+    work: impl Future<Output = Result<(), NatsError>> + Send + 'static,
+) -> JoinHandle<()> {
+    let trouble = trouble.clone();
+    tokio::spawn(async move {
+        if let Err(error) = work.await {
+            // One is enough.
+            let _ = trouble.try_send(error);
         }
-        let count = again.fetch_add(1, Ordering::Relaxed);
-        letter.name = format!("{name}.{}", Again { lease, count });
+    })
+}
+
+/// A case on its way to the stream.
+struct HandingOut {
+    room: Room,
+    letter: Letter,
+    /// Subject of what comes of it.
+    result: String,
+    lease: u64,
+    again: Arc<AtomicU64>,
+}
+
+impl HandingOut {
+    /// Puts it on the stream. One that was there earlier is there again only if neither it nor its result is left.
+    async fn go(mut self) -> Result<(), NatsError> {
+        let name = self.letter.name.clone();
+        while self.room.send(&self.letter).await? && !self.is_on_its_way().await {
+            let count = self.again.fetch_add(1, Ordering::Relaxed);
+            self.letter.name = format!("{name}.{}", Again { lease: self.lease, count });
+        }
+        Ok(())
     }
-    Ok(())
+
+    /// A worker reports before it acknowledges: asked in this order, one of the two is there meanwhile.
+    async fn is_on_its_way(&self) -> bool {
+        let Self { room, letter, result, .. } = self;
+        room.holds(CASES, &letter.subject).await || room.holds(RESULTS, result).await
+    }
 }

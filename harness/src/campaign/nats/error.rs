@@ -132,3 +132,68 @@ impl NatsError {
         Self::Server { what: what.into(), cause: cause.to_string() }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::NatsError;
+    use crate::campaign::nats::{News, Place};
+    use miette::Diagnostic as _;
+
+    #[test]
+    fn each_says_what_mends_it() {
+        let text = str::to_owned;
+        let errors = [
+            NatsError::NoJetStream {
+                server: text("nats://here:4222"),
+                cause: text("no responders"),
+            },
+            NatsError::server("make the stream HIL_CASES", "timed out"),
+            NatsError::OtherFormat { stream: text("HIL_CASES"), found: text("hil, messages 99") },
+            NatsError::OtherVersion {
+                ours: text("0.1.0"),
+                theirs: text("0.2.0 (messages 1)"),
+                campaign: text("c0ffee"),
+            },
+            NatsError::Held {
+                what: text("the bench window"),
+                holder: text("hil 0.1.0 on there, process 7"),
+                seconds: 10,
+            },
+            NatsError::Lost {
+                what: text("the bench window"),
+                holder: text("hil 0.1.0 on there, process 7"),
+            },
+            NatsError::Refused {
+                worker: text("hil 0.1.0 on there, process 7"),
+                cause: text("no disk"),
+            },
+            NatsError::Unreadable {
+                case: text("01ab"),
+                cause: text("expected value at line 1 column 1"),
+            },
+        ];
+        let mut all = String::new();
+        for error in errors {
+            let help = error.help().map(|help| help.to_string()).unwrap_or_default();
+            all += &format!("{error}\n  {help}\n");
+        }
+        let news = [
+            News::Away,
+            News::Back,
+            News::Waiting { place: Place::Virtual, queued: 12, taken: 3, idle: 0 },
+            News::GivenUp { case: text("01ab"), times: 8 },
+            News::Campaign { campaign: text("c0ffee"), plan: text("live-side") },
+            News::CarriedOut(120),
+            News::Unreported(2),
+            News::Holds(text("the bench window")),
+            News::Held {
+                what: text("this campaign"),
+                holder: text("hil 0.1.0 on there, process 7"),
+            },
+        ];
+        for news in news {
+            all += &format!("{news}\n");
+        }
+        insta::assert_snapshot!(all);
+    }
+}

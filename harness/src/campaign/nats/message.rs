@@ -24,6 +24,7 @@ mod header {
     pub const VERSION: &str = "Hil-Version";
     pub const CAMPAIGN: &str = "Hil-Campaign";
     pub const PACKAGE: &str = "Hil-Package";
+    pub const LEASE: &str = "Hil-Lease";
 }
 
 /// Where cases are carried out.
@@ -99,6 +100,8 @@ pub(super) struct Said {
     pub(super) version: String,
     pub(super) campaign: String,
     pub(super) package: String,
+    /// Number of the lease under which the coordinator said it: none of another attempt has it.
+    pub(super) lease: u64,
 }
 
 /// Somebody of another version.
@@ -115,6 +118,7 @@ impl Said {
         headers.insert(header::VERSION, self.version.as_str());
         headers.insert(header::CAMPAIGN, self.campaign.as_str());
         headers.insert(header::PACKAGE, self.package.as_str());
+        headers.insert(header::LEASE, self.lease.to_string());
         headers
     }
 
@@ -127,7 +131,8 @@ impl Said {
         let campaign = text(header::CAMPAIGN);
         match (text(header::VERSION), text(header::FORMAT).as_str()) {
             (theirs, FORMAT) if theirs == version => {
-                Ok(Self { version: theirs, campaign, package: text(header::PACKAGE) })
+                let lease = text(header::LEASE).parse().unwrap_or_default();
+                Ok(Self { version: theirs, campaign, package: text(header::PACKAGE), lease })
             }
             (theirs, format) => {
                 let version = format!("{} (messages {})", or_unknown(&theirs), or_unknown(format));
@@ -204,7 +209,7 @@ mod tests {
 
     fn said() -> Said {
         let text = str::to_owned;
-        Said { version: text("0.1.0"), campaign: text("c0ffee"), package: text("abcd") }
+        Said { version: text("0.1.0"), campaign: text("c0ffee"), package: text("abcd"), lease: 42 }
     }
 
     #[test]

@@ -72,11 +72,12 @@ mod tests {
     use crate::made::Made;
     use crate::operator::Answers;
     use crate::run::Prepared;
+    use std::collections::BTreeMap;
 
-    /// `laps-corrected` uses a calibration and a device file, which names models.
+    /// `verification` uses a calibration and a device file, which names models.
     #[test]
     fn a_package_is_the_plan_with_all_that_it_names() {
-        let answers = Answers::from([("gap".to_owned(), 1.5e-3)].into());
+        let answers = Answers::from(BTreeMap::from([("gap".to_owned(), 1.5e-3)]));
         let package = Package::of("verification", &answers).unwrap();
         let there = Package::of_json(package.to_json().as_bytes()).unwrap();
         assert_eq!(there, package);

@@ -72,6 +72,7 @@ impl<E: Executor> Remote<E> {
             version: crate::run::VERSION.to_owned(),
             campaign: campaign.clone(),
             package: package_id.clone(),
+            lease: 0,
         };
         let (asks, asked) = mpsc::channel(ASKS);
         let (opened, is_open) = std_mpsc::channel();
@@ -175,13 +176,14 @@ struct Opening {
 
 impl Opening {
     async fn open(self, failure: Arc<Mutex<Option<NatsError>>>) -> Result<Desk, NatsError> {
-        let Self { server, package, settings, said, tell } = self;
+        let Self { server, package, settings, mut said, tell } = self;
         let room = Room::new(server.connect(&tell).await?);
         room.furnish().await?;
         let (what, key) = ("this campaign", format!("campaign.{}", said.campaign));
         // One that was killed a moment ago is waited for.
         let patience = LEASE + Duration::from_secs(2);
         let lease = Lease::take(&room, what, &key, &settings.holder, patience, &tell).await?;
+        said.lease = lease.number;
         room.put(&package_object(&said.package), package.as_bytes()).await?;
         room.cases(&settings.place).await?;
         Ok(Desk::new(room, said, settings.place, lease, tell, failure))

@@ -43,9 +43,9 @@ pub(super) enum Read {
     /// Whoever asked has it, or will.
     Taken,
     /// A worker refuses the campaign.
-    Refused { worker: String, cause: String },
+    Refused { message: Message, worker: String, cause: String },
     /// It cannot be read.
-    Unreadable { case: String, cause: String },
+    Unreadable { message: Message, cause: String },
 }
 
 impl Tray {
@@ -82,11 +82,13 @@ impl Tray {
         let id = id_of(&message.subject).to_owned();
         let report: Report = match serde_json::from_slice(&message.payload) {
             Ok(report) => report,
-            Err(error) => return Read::Unreadable { case: id, cause: error.to_string() },
+            Err(error) => return Read::Unreadable { message, cause: error.to_string() },
         };
         let result = match report.came {
             Came::Result(result) => result,
-            Came::Refused(cause) => return Read::Refused { worker: report.worker, cause },
+            Came::Refused(cause) => {
+                return Read::Refused { message, worker: report.worker, cause };
+            }
         };
         if let Some(asked) = self.asked.remove(&id) {
             asked.handing_out.abort();

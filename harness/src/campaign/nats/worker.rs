@@ -91,7 +91,9 @@ async fn until_stopped(
         Place::Bench(name) => {
             let (what, key) = (format!("the bench {name}"), format!("bench.{name}"));
             let WorkerSettings { holder, patience, .. } = settings;
-            Some(Lease::take(&room, &what, &key, holder, *patience, tell).await?)
+            let lease = Lease::take(&room, &what, &key, holder, *patience, tell).await?;
+            tell(&News::Holds(what));
+            Some(lease)
         }
     };
     let (say_stop, stopping) = watch::channel(false);
