@@ -163,10 +163,10 @@ impl CampaignArguments {
             bar.set_position(tally.cases);
             !interrupt.requested()
         };
-        let mut settings = Settings { cases: self.cases, threads, shrink_max: SHRINK_MAX };
+        let settings = Settings { cases: self.cases, threads, shrink_max: SHRINK_MAX };
         #[cfg(feature = "nats")]
         if let Some(remote) = self.over.remote(&self.plan, &what, &executor, &interrupt, screen)? {
-            settings.threads = over::AT_A_TIME;
+            let settings = Settings { threads: over::AT_A_TIME, ..settings };
             let done =
                 campaign::run(&remote, &mut *search, &states, &settings, &mut journal, &mut pulse)?;
             bar.finish_and_clear();
@@ -174,7 +174,7 @@ impl CampaignArguments {
                 return Err(failure.into());
             }
             let saved = self.saved(&prepared, &source.text, &done, &folder)?;
-            if !done.stopped {
+            if !done.stopped && !interrupt.requested() {
                 over::finish(&remote, &done, &saved)?;
             }
             return self.end(&done, &saved);

@@ -44,7 +44,9 @@ pub enum NatsError {
         cause: String,
     },
     /// A stream is of another version of this program, or of another program.
-    #[error("the stream {stream} is of another version: \"{found}\", this is messages {FORMAT}")]
+    #[error(
+        "the stream {stream} is of another version: \"{found}\", this is message format {FORMAT}"
+    )]
     #[diagnostic(help(
         "use the version that made it, or a server of your own; `nats stream rm {stream}` removes it with all that it holds"
     ))]
@@ -148,10 +150,13 @@ mod tests {
                 cause: text("no responders"),
             },
             NatsError::server("make the stream HIL_CASES", "timed out"),
-            NatsError::OtherFormat { stream: text("HIL_CASES"), found: text("hil, messages 99") },
+            NatsError::OtherFormat {
+                stream: text("HIL_CASES"),
+                found: text("hil, message format 99"),
+            },
             NatsError::OtherVersion {
                 ours: text("0.1.0"),
-                theirs: text("0.2.0 (messages 1)"),
+                theirs: text("0.2.0 (message format 1)"),
                 campaign: text("c0ffee"),
             },
             NatsError::Held {

@@ -135,7 +135,8 @@ impl Said {
                 Ok(Self { version: theirs, campaign, package: text(header::PACKAGE), lease })
             }
             (theirs, format) => {
-                let version = format!("{} (messages {})", or_unknown(&theirs), or_unknown(format));
+                let version =
+                    format!("{} (message format {})", or_unknown(&theirs), or_unknown(format));
                 Err(Other { version, campaign })
             }
         }
@@ -219,14 +220,14 @@ mod tests {
         let other = Said::of(Some(&headers), "0.2.0").unwrap_err();
         assert_eq!(
             (other.version.as_str(), other.campaign.as_str()),
-            ("0.1.0 (messages 1)", "c0ffee")
+            ("0.1.0 (message format 1)", "c0ffee")
         );
         let mut headers = said().headers();
         headers.insert("Hil-Format", "99");
         let other = Said::of(Some(&headers), "0.1.0").unwrap_err();
-        assert_eq!(other.version, "0.1.0 (messages 99)");
+        assert_eq!(other.version, "0.1.0 (message format 99)");
         let other = Said::of(None, "0.1.0").unwrap_err();
-        assert_eq!(other.version, "unknown (messages unknown)");
+        assert_eq!(other.version, "unknown (message format unknown)");
         assert_eq!(FORMAT, "1");
     }
 

@@ -243,7 +243,7 @@ fn results_consumer(campaign: &str) -> String {
 fn ours(name: &str) -> Config {
     Config {
         name: name.to_owned(),
-        description: Some(format!("hil, messages {FORMAT}")),
+        description: Some(format!("hil, message format {FORMAT}")),
         storage: StorageType::File,
         num_replicas: 1,
         ..Config::default()
