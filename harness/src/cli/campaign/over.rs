@@ -19,7 +19,7 @@ pub(super) const AT_A_TIME: NonZeroUsize = NonZeroUsize::new(WINDOW as usize).un
 pub(super) struct OverArguments {
     /// Has the cases carried out by the workers (`hil worker`) of the NATS server at this address: nats://HOST:PORT or
     /// tls://HOST:PORT, with USER:PASSWORD@ or TOKEN@ before the host; several of one cluster with commas between.
-    #[arg(long, value_name = "URL", value_delimiter = ',', conflicts_with_all = ["threads", "envelope"])]
+    #[arg(long, value_name = "URL", value_delimiter = ',', conflicts_with_all = ["threads", "envelope", "envelopes"])]
     nats: Vec<String>,
     #[command(flatten)]
     credentials: CredentialArguments,
