@@ -4,13 +4,18 @@
 //! separator is a path. Files next to a plan on disk go before the shipped ones, so that a copy of
 //! `test-plans` can be changed as a whole.
 
+mod pack;
+
+pub use pack::{Pack, PackedFile};
+
 use crate::plan::hint;
 use include_dir::{Dir, include_dir};
 use miette::{NamedSource, SourceSpan};
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 static SHIPPED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../test-plans");
 
@@ -77,7 +82,8 @@ pub enum LibraryError {
 }
 
 /// Kinds of files in the library.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// A plan.
     Plan,
@@ -132,18 +138,33 @@ impl std::fmt::Display for Kind {
 #[derive(Debug, Clone, Default)]
 pub struct Library {
     folder: Option<PathBuf>,
+    /// Files that came from elsewhere: then there are no others.
+    packed: Option<Arc<Pack>>,
+    /// What was opened.
+    opened: Option<Arc<Mutex<Pack>>>,
 }
 
 impl Library {
     /// The shipped files alone.
     pub const fn shipped() -> Self {
-        Self { folder: None }
+        Self { folder: None, packed: None, opened: None }
+    }
+
+    /// The files of a pack, and no others.
+    pub const fn packed(pack: Arc<Pack>) -> Self {
+        Self { folder: None, packed: Some(pack), opened: None }
+    }
+
+    /// The same files; each that is opened goes into the pack too.
+    pub fn packing(self) -> (Self, Arc<Mutex<Pack>>) {
+        let opened = Arc::new(Mutex::new(Pack::default()));
+        (Self { opened: Some(Arc::clone(&opened)), ..self }, opened)
     }
 
     /// The shipped files, and before them those in the folder of `plan`, if it is a path.
     pub fn beside(plan: &str) -> Self {
         let folder = is_path(plan).then(|| Path::new(plan).parent().map(Path::to_owned)).flatten();
-        Self { folder }
+        Self { folder, ..Self::default() }
     }
 
     /// The file that `name` means.
@@ -152,6 +173,18 @@ impl Library {
     ///
     /// When no shipped file has that name or the path cannot be read.
     pub fn open(&self, kind: Kind, name: &str) -> Result<Source, LibraryError> {
+        let source = match &self.packed {
+            Some(pack) => pack.open(kind, name)?,
+            None => self.find(kind, name)?,
+        };
+        if let Some(opened) = &self.opened {
+            let mut opened = opened.lock().unwrap_or_else(PoisonError::into_inner);
+            opened.add(kind, name, &source);
+        }
+        Ok(source)
+    }
+
+    fn find(&self, kind: Kind, name: &str) -> Result<Source, LibraryError> {
         if is_path(name) {
             return read(Path::new(name));
         }

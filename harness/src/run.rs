@@ -89,14 +89,22 @@ impl Prepared {
     ///
     /// When anything is missing or not right.
     pub fn load(name: &str, made: &Made) -> Result<Self, PrepareError> {
-        let library = Library::beside(name);
+        Self::load_from(&Library::beside(name), name, made)
+    }
+
+    /// The same, with the plan and what it names from `library`.
+    ///
+    /// # Errors
+    ///
+    /// When anything is missing or not right.
+    pub fn load_from(library: &Library, name: &str, made: &Made) -> Result<Self, PrepareError> {
         let source = library.open(Kind::Plan, name)?;
         let plan = Plan::parse(&source.origin, &source.text)?;
-        let devices = load_devices(&library, plan.devices.as_str())?;
+        let devices = load_devices(library, plan.devices.as_str())?;
         let (lines, gyro) = (bench_lines(&devices), devices.gyro.0);
         plan.check_bench(&source.origin, &source.text, lines, gyro)?;
-        let calibrations = calibrations::load(&plan, &library, &made.calibrations)?;
-        let models = models::load(&plan, &library, &made.models)?;
+        let calibrations = calibrations::load(&plan, library, &made.calibrations)?;
+        let models = models::load(&plan, library, &made.models)?;
         Ok(Self::new(Arc::new(plan), devices, calibrations, models))
     }
 

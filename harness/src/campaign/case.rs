@@ -2,6 +2,7 @@
 
 use super::repeat::Repeated;
 use crate::faults::Schedule;
+use crate::outcome::Outcome;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -27,12 +28,19 @@ pub struct CaseId(u128);
 impl Case {
     /// Its name among those of the plan with this text.
     pub fn id(&self, plan: &str) -> CaseId {
+        CaseId::of(&[crate::run::VERSION, plan, &self.seed.to_string(), &self.schedule.to_toml()])
+    }
+}
+
+impl CaseId {
+    /// Of texts, which may hold anything.
+    pub(super) fn of(texts: &[&str]) -> Self {
         let mut hash = Fnv::new();
-        for part in [crate::run::VERSION, plan, &self.seed.to_string(), &self.schedule.to_toml()] {
-            hash.write(&(part.len() as u64).to_le_bytes());
-            hash.write(part.as_bytes());
+        for text in texts {
+            hash.write(&(text.len() as u64).to_le_bytes());
+            hash.write(text.as_bytes());
         }
-        CaseId(hash.0)
+        Self(hash.0)
     }
 }
 
@@ -93,6 +101,11 @@ pub struct CaseResult {
 }
 
 impl CaseResult {
+    /// It was given up on request: it says nothing of the case.
+    pub fn is_given_up(&self) -> bool {
+        self.outcome == Outcome::Aborted.name()
+    }
+
     /// Did this property break?
     pub fn breaks(&self, property: &str) -> bool {
         self.violated.iter().any(|violated| violated.property == property)

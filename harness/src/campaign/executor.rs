@@ -13,10 +13,14 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::time::{Span, Timestamp};
 
-/// Carries out cases. The same case gives the same result, but on a real bench.
+/// Carries out cases. The same case gives the same result, but on a real bench. One that is interrupted gives a
+/// result that ended [`Outcome::Aborted`]: nobody learns from it.
 pub trait Executor: Sync {
     /// Carries out `case`.
     fn execute(&self, case: &Case) -> CaseResult;
+
+    /// What came of `case` is kept: this executor need not remember it any longer.
+    fn kept(&self, _case: &Case) {}
 
     /// Can `case` be carried out at all?
     fn takes(&self, _case: &Case) -> bool {
@@ -35,6 +39,11 @@ impl Simulated {
     /// Of a plan; what a person would be asked is answered by `answers`.
     pub const fn new(prepared: Prepared, answers: Answers) -> Self {
         Self { prepared, answers }
+    }
+
+    /// What a person would be asked.
+    pub const fn answers(&self) -> &Answers {
+        &self.answers
     }
 
     /// How long the plan takes where nothing goes wrong, and what it comes to then.

@@ -70,7 +70,7 @@ pub struct Journal {
     path: PathBuf,
     file: File,
     /// What was done before, by number.
-    done: BTreeMap<u64, Line>,
+    pub(super) done: BTreeMap<u64, Line>,
 }
 
 impl Journal {

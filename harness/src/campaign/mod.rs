@@ -21,6 +21,8 @@ mod envelope;
 mod executor;
 mod journal;
 mod mutation;
+#[cfg(feature = "nats")]
+pub mod nats;
 #[cfg(feature = "live")]
 mod on_bench;
 mod regression;
@@ -31,6 +33,7 @@ mod shrink;
 mod space;
 #[cfg(test)]
 mod toy;
+mod window;
 
 pub use case::{Case, CaseId, CaseResult, PANIC, Violated};
 pub use envelope::{Envelope, EnvelopeSettings, Level, envelope};
@@ -47,3 +50,4 @@ pub use run::{Campaign, Found, Settings, Tally, run};
 pub use search::{Guided, Random, Search};
 pub use shrink::{Shrunk, shrink};
 pub use space::Space;
+pub use window::WINDOW;

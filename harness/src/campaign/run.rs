@@ -1,27 +1,23 @@
-//! A campaign in one process: cases drawn, carried out side by side, learnt from in their order, and kept.
+//! A campaign: cases drawn, carried out side by side, learnt from in their order, and kept.
 
 use super::case::{Case, CaseResult, PANIC, Violated};
 use super::executor::Executor;
-use super::journal::{Journal, JournalError, Line};
+use super::journal::{Journal, JournalError};
 use super::search::Search;
 use super::shrink::{Shrunk, shrink};
-use crate::outcome::Outcome;
+use super::window::{Step, Window};
 use crate::seeds::for_each_seed;
 use std::any::Any;
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Cases that are drawn before what came of the first of them is learnt: always as many, so that the cases of a
-/// campaign do not depend on how many threads carry them out.
-pub const BATCH: usize = 16;
-
 /// How a campaign goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
     /// Cases.
     pub cases: u64,
-    /// Cases at a time.
+    /// Cases at a time: processors of this machine, or [`WINDOW`](super::WINDOW) where other machines carry them out.
     pub threads: NonZeroUsize,
     /// Tries to make one case smaller, at most.
     pub shrink_max: u64,
@@ -77,7 +73,12 @@ pub struct Campaign {
 }
 
 /// Carries out a campaign. `states` are those that it should come to. `journal` holds what is done already: those
-/// cases are learnt from and not carried out again. `pulse` is told of each case; false stops.
+/// cases are learnt from and not carried out again. `pulse` is told of each case that is learnt from, and is called now
+/// and then while none is; false stops. A case that ends [`Aborted`](crate::outcome::Outcome::Aborted) was given up: it is not kept, and the
+/// campaign stops.
+///
+/// Case number k is drawn once the results of all cases up to k - [`WINDOW`](super::WINDOW) are learnt, in their order:
+/// the cases are the same whoever carries them out, and however many at a time.
 ///
 /// # Errors
 ///
@@ -92,52 +93,54 @@ pub fn run(
 ) -> Result<Campaign, JournalError> {
     let mut tally = Tally::default();
     let mut first: BTreeMap<String, (u64, Case, CaseResult)> = BTreeMap::new();
-    let mut stopped = false;
-    let mut number = 0;
-    while number < settings.cases && !stopped {
-        let size = (settings.cases - number).min(BATCH as u64);
-        let cases: Vec<Case> = (0..size).map(|_| search.next()).collect();
-        let known = |offset: usize| {
-            journal
-                .done()
-                .get(&(number + offset as u64))
-                .filter(|line| line.case == cases[offset])
-                .map(|line| line.result.clone())
-        };
-        let known: Vec<Option<CaseResult>> = (0..cases.len()).map(known).collect();
-        let results = side_by_side(executor, &cases, &known, settings.threads);
-        for ((case, result), known) in cases.iter().zip(results).zip(&known) {
-            if result.outcome == Outcome::Aborted.name() {
-                // Not carried out: the next time it is.
-                stopped = true;
-                break;
-            }
-            if known.is_none() {
-                journal.keep(&Line { number, case: case.clone(), result: result.clone() })?;
-            } else {
-                tally.resumed += 1;
-            }
-            tally.count(number, &result);
-            search.learn(case, &result);
-            for violated in &result.violated {
+    let done = std::mem::take(&mut journal.done);
+    let known = |number: u64, case: &Case| {
+        done.get(&number).filter(|line| line.case == *case).map(|line| line.result.clone())
+    };
+    let job = |case: &Case| guarded(executor, case);
+    let window = Window { cases: settings.cases, threads: settings.threads };
+    let stopped = window.run(search, &known, &job, &mut |step| match step {
+        Step::Done(line) if line.result.is_given_up() => Ok(false),
+        Step::Done(line) => {
+            journal.keep(line)?;
+            executor.kept(&line.case);
+            Ok(true)
+        }
+        Step::Learnt { line, resumed } => {
+            tally.resumed += u64::from(resumed);
+            tally.count(line.number, &line.result);
+            for violated in &line.result.violated {
                 first
                     .entry(violated.property.clone())
-                    .or_insert_with(|| (number, case.clone(), result.clone()));
+                    .or_insert_with(|| (line.number, line.case.clone(), line.result.clone()));
             }
-            number += 1;
+            Ok(pulse(&tally))
         }
-        stopped |= !pulse(&tally);
-    }
-    let found = first
-        .into_iter()
-        .map(|(property, (number, case, result))| {
-            let shrunk = shrink(&Guarded(executor), &case, &result, &property, settings.shrink_max);
-            let times = tally.broken.get(&property).map_or(0, |(times, _)| *times);
-            Found { property, number, case, shrunk, times }
-        })
-        .collect();
+        Step::Waiting => Ok(pulse(&tally)),
+    })?;
+    journal.done = done;
+    let found = made_small(executor, first, &tally, settings);
     let never = states.iter().filter(|state| !tally.reached.contains_key(*state)).cloned();
     Ok(Campaign { never: never.collect(), tally, found, stopped })
+}
+
+/// The smallest case of each property, several properties at a time.
+fn made_small(
+    executor: &impl Executor,
+    first: BTreeMap<String, (u64, Case, CaseResult)>,
+    tally: &Tally,
+    settings: &Settings,
+) -> Vec<Found> {
+    let first: Vec<_> = first.into_iter().collect();
+    let job = |index: u64| {
+        let (property, (number, case, result)) = first.get(usize::try_from(index).ok()?)?;
+        let shrunk = shrink(&Guarded(executor), case, result, property, settings.shrink_max);
+        let times = tally.broken.get(property).map_or(0, |(times, _)| *times);
+        let (property, number, case) = (property.clone(), *number, case.clone());
+        Some(Found { property, number, case, shrunk, times })
+    };
+    let found = for_each_seed(0..first.len() as u64, settings.threads, &job);
+    found.into_iter().map(|(_, found)| found).collect()
 }
 
 impl Tally {
@@ -163,24 +166,8 @@ impl Tally {
     }
 }
 
-/// What came of each, in their order; what is known already is not carried out.
-fn side_by_side(
-    executor: &impl Executor,
-    cases: &[Case],
-    known: &[Option<CaseResult>],
-    threads: NonZeroUsize,
-) -> Vec<CaseResult> {
-    let job = |index: u64| {
-        let index = usize::try_from(index).ok()?;
-        let (case, known) = (cases.get(index)?, known.get(index)?);
-        Some(known.clone().unwrap_or_else(|| guarded(executor, case)))
-    };
-    let results = for_each_seed(0..cases.len() as u64, threads, &job);
-    results.into_iter().map(|(_, result)| result).collect()
-}
-
 /// A controller that panics breaks a property; it does not end the campaign.
-pub(super) fn guarded(executor: &impl Executor, case: &Case) -> CaseResult {
+pub(super) fn guarded(executor: &(impl Executor + ?Sized), case: &Case) -> CaseResult {
     match catch_unwind(AssertUnwindSafe(|| executor.execute(case))) {
         Ok(result) => result,
         Err(panic) => CaseResult {
@@ -205,7 +192,10 @@ struct Guarded<'a, E>(&'a E);
 
 impl<E: Executor> Executor for Guarded<'_, E> {
     fn execute(&self, case: &Case) -> CaseResult {
-        guarded(self.0, case)
+        let result = guarded(self.0, case);
+        // Nobody asks for it again: where shrinking is repeated, so is this case.
+        self.0.kept(case);
+        result
     }
 
     fn takes(&self, case: &Case) -> bool {
@@ -218,6 +208,7 @@ mod tests {
     use super::{Campaign, Settings, run};
     use crate::campaign::toy::{Toy, space};
     use crate::campaign::{Case, CaseResult, Executor, Guided, Journal, PANIC};
+    use crate::outcome::Outcome;
     use std::collections::BTreeSet;
     use std::num::NonZeroUsize;
     use std::path::Path;
@@ -279,6 +270,32 @@ mod tests {
         let whole = campaign(&counted, &settings(100, 2), tempfile::tempdir().unwrap().path());
         assert_eq!(whole.tally.nearest, resumed.tally.nearest);
         assert_eq!(whole.tally.reached, resumed.tally.reached);
+    }
+
+    /// Gives up after so many cases, as one does whose bench is interrupted.
+    struct Tired(AtomicU64);
+
+    impl Executor for Tired {
+        fn execute(&self, case: &Case) -> CaseResult {
+            let mut result = Toy::default().execute(case);
+            if self.0.fetch_add(1, Ordering::Relaxed) >= 30 {
+                result.outcome = Outcome::Aborted.name().to_owned();
+            }
+            result
+        }
+    }
+
+    #[test]
+    fn a_case_that_was_given_up_is_neither_kept_nor_learnt_from() {
+        let folder = tempfile::tempdir().unwrap();
+        let stopped = campaign(&Tired(AtomicU64::new(0)), &settings(100, 1), folder.path());
+        assert!(stopped.stopped);
+        assert_eq!(stopped.tally.cases, 30);
+        let resumed = campaign(&Toy::default(), &settings(100, 1), folder.path());
+        assert_eq!((resumed.tally.resumed, resumed.tally.cases), (30, 100));
+        let whole =
+            campaign(&Toy::default(), &settings(100, 1), tempfile::tempdir().unwrap().path());
+        assert_eq!(whole.found, resumed.found);
     }
 
     #[test]

@@ -1,5 +1,8 @@
 //! `hil campaign`: faults thrown at a plan, and how much of one it tolerates.
 
+#[cfg(feature = "nats")]
+mod over;
+
 use super::EXIT_STATUSES;
 use super::envelopes::{EnvelopeArguments, Means, kind};
 use super::failure::Failure;
@@ -79,6 +82,9 @@ pub(super) struct CampaignArguments {
     /// Cases at a time. [default: one a processor]
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
+    #[cfg(feature = "nats")]
+    #[command(flatten)]
+    over: over::OverArguments,
     /// Folder of the campaign. [default: runs/campaign-PLAN-seedN, and runs/envelopes-PLAN-seedN for envelopes]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -119,6 +125,15 @@ pub(super) struct Task<'a> {
     pub(super) prepared: &'a Prepared,
     pub(super) interrupt: &'a Interrupt,
     pub(super) screen: &'a Screen,
+}
+
+/// A campaign whose folder is open.
+pub(super) struct Begun {
+    folder: PathBuf,
+    /// Which campaign it is.
+    #[cfg_attr(not(feature = "nats"), expect(dead_code, reason = "only a server is told"))]
+    what: String,
+    journal: Journal,
 }
 
 impl CampaignArguments {
@@ -164,9 +179,27 @@ impl CampaignArguments {
             let states = states(&asked(&prepared));
             let settings =
                 Settings { cases: self.cases, threads, shrink_max: self.shrink_max(SHRINK_MAX) };
-            let (done, saved) = self.search(&task, "", &executor, &space, &states, &settings)?;
+            let begun = self.begin(&task, "")?;
+            #[cfg(feature = "nats")]
+            if let Some(remote) =
+                self.over.remote(&self.plan, &begun.what, &executor, task.interrupt, screen)?
+            {
+                let settings = Settings { threads: over::AT_A_TIME, ..settings };
+                let (done, saved) =
+                    self.search(&task, begun, &remote, &space, &states, &settings)?;
+                if let Some(failure) = remote.failure() {
+                    return Err(failure.into());
+                }
+                if !done.stopped && !task.interrupt.requested() {
+                    over::finish(&remote, &done, &saved)?;
+                }
+                return self.tell(&done, &saved, None);
+            }
+            let (done, saved) = self.search(&task, begun, &executor, &space, &states, &settings)?;
             return self.tell(&done, &saved, None);
         };
+        #[cfg(feature = "nats")]
+        self.over.none()?;
         if self.envelopes.is_asked() || self.threads.is_some_and(|threads| threads.get() > 1) {
             return Err(Failure::arguments(
                 "the real clock has one bench: it carries out one case at a time, and no envelope",
@@ -206,29 +239,35 @@ impl CampaignArguments {
         Ok(space)
     }
 
-    /// Searches, shrinks and saves, in the folder of the campaign; `bench` names where, for its journal.
+    /// Opens the folder of the campaign; `bench` names where it is carried out, for its journal.
+    pub(super) fn begin(&self, task: &Task<'_>, bench: &str) -> Result<Begun, Failure> {
+        let folder = self.folder("campaign", task.prepared);
+        std::fs::create_dir_all(&folder).map_err(|source| Failure::file(&folder, source))?;
+        let what = format!(
+            "{} ({}), by {}, seed {}, up to {} of {}{bench}",
+            task.prepared.plan.name,
+            campaign::Case::default().id(task.source),
+            self.by.name(),
+            self.seed,
+            self.faults_max,
+            if self.faults.is_empty() { "all faults".to_owned() } else { self.faults.join(", ") },
+        );
+        let journal = Journal::open(&folder.join(JOURNAL), &what)?;
+        Ok(Begun { folder, what, journal })
+    }
+
+    /// Searches, shrinks and saves, in the folder of the campaign.
     pub(super) fn search(
         &self,
         task: &Task<'_>,
-        bench: &str,
+        begun: Begun,
         executor: &impl Executor,
         space: &Space,
         states: &BTreeSet<String>,
         settings: &Settings,
     ) -> Result<(Campaign, Vec<PathBuf>), Failure> {
         let Task { source, prepared, interrupt, screen } = *task;
-        let folder = self.folder("campaign", prepared);
-        std::fs::create_dir_all(&folder).map_err(|source| Failure::file(&folder, source))?;
-        let what = format!(
-            "{} ({}), by {}, seed {}, up to {} of {}{bench}",
-            prepared.plan.name,
-            campaign::Case::default().id(source),
-            self.by.name(),
-            self.seed,
-            self.faults_max,
-            if self.faults.is_empty() { "all faults".to_owned() } else { self.faults.join(", ") },
-        );
-        let mut journal = Journal::open(&folder.join(JOURNAL), &what)?;
+        let Begun { folder, mut journal, .. } = begun;
         let mut search: Box<dyn Search> = match self.by {
             By::Margins => Box::new(Guided::new(space, self.seed)),
             By::Chance => Box::new(Random::new(space, self.seed)),

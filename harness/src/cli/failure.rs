@@ -73,6 +73,11 @@ enum Cause {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Journal(JournalError),
+    /// A campaign cannot go over a server, or no longer.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    #[cfg(feature = "nats")]
+    Nats(crate::campaign::nats::NatsError),
     /// A case cannot be saved as a plan.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -197,6 +202,8 @@ impl Failure {
             | Cause::Bench(_)
             | Cause::Journal(JournalError::Other { .. } | JournalError::Broken { .. })
             | Cause::Identify { .. } => EXIT_BAD_INPUT,
+            #[cfg(feature = "nats")]
+            Cause::Nats(error) if error.is_bad_input() => EXIT_BAD_INPUT,
             #[cfg(feature = "live")]
             Cause::Devices(_)
             | Cause::Placement(_)
@@ -235,6 +242,8 @@ impl Failure {
             | Cause::File { .. }
             | Cause::Findings(_)
             | Cause::Signals(_) => Outcome::Error.exit_status(),
+            #[cfg(feature = "nats")]
+            Cause::Nats(_) => Outcome::Error.exit_status(),
         }
     }
 
@@ -322,6 +331,13 @@ impl From<JournalError> for Failure {
 impl From<RegressionError> for Failure {
     fn from(error: RegressionError) -> Self {
         Cause::Regression(error).into()
+    }
+}
+
+#[cfg(feature = "nats")]
+impl From<crate::campaign::nats::NatsError> for Failure {
+    fn from(error: crate::campaign::nats::NatsError) -> Self {
+        Cause::Nats(error).into()
     }
 }
 

@@ -13,13 +13,19 @@ pub(super) struct Interrupt(Arc<AtomicBool>);
 impl Interrupt {
     /// Takes over the signals, once in a process.
     pub(super) fn install(screen: &Screen) -> Result<Self, Failure> {
+        let what = "stopping: the base is brought to rest; once more to leave at once";
+        Self::install_saying(screen, what)
+    }
+
+    /// The same where something else happens then.
+    pub(super) fn install_saying(screen: &Screen, what: &'static str) -> Result<Self, Failure> {
         let requested = Arc::new(AtomicBool::new(false));
         let (flag, screen) = (Arc::clone(&requested), screen.clone());
         ctrlc::set_handler(move || {
             if flag.swap(true, Ordering::Relaxed) {
                 std::process::exit(i32::from(Outcome::Aborted.exit_status()));
             }
-            screen.note("stopping: the base is brought to rest; once more to leave at once");
+            screen.note(what);
         })
         .map_err(Failure::signals)?;
         Ok(Self(requested))

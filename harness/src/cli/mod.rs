@@ -23,6 +23,8 @@ mod list;
 mod live;
 mod log;
 mod measured;
+#[cfg(feature = "nats")]
+mod nats;
 mod operator;
 mod paper;
 mod predict;
@@ -37,6 +39,8 @@ mod setup;
 mod show;
 mod stopwatch;
 mod terminal;
+#[cfg(feature = "nats")]
+mod worker;
 
 use crate::outcome::Outcome;
 use clap::{Parser, Subcommand};
@@ -73,7 +77,9 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run::RunArguments),
-    Campaign(campaign::CampaignArguments),
+    Campaign(Box<campaign::CampaignArguments>),
+    #[cfg(feature = "nats")]
+    Worker(worker::WorkerArguments),
     Check(check::CheckArguments),
     Report(report::ReportArguments),
     Show(show::ShowArguments),
@@ -93,6 +99,8 @@ impl Cli {
             None => self.paper.quiet,
             Some(Command::Run(arguments)) => arguments.quiet,
             Some(Command::Campaign(arguments)) => arguments.quiet,
+            #[cfg(feature = "nats")]
+            Some(Command::Worker(arguments)) => arguments.quiet,
             Some(_) => false,
         }
     }
@@ -102,6 +110,8 @@ impl Cli {
             None => self.paper.execute(screen),
             Some(Command::Run(arguments)) => arguments.execute(screen),
             Some(Command::Campaign(arguments)) => arguments.execute(screen),
+            #[cfg(feature = "nats")]
+            Some(Command::Worker(arguments)) => arguments.execute(screen),
             Some(Command::Check(arguments)) => arguments.execute(screen),
             Some(Command::Report(arguments)) => arguments.execute(),
             Some(Command::Show(arguments)) => arguments.execute(),
@@ -171,8 +181,8 @@ mod tests {
         hil.build();
         let mut help = hil.render_long_help().to_string();
         let names = [
-            "run", "campaign", "check", "report", "show", "list", "doctor", "emulate", "export",
-            "import", "log", "identify", "predict",
+            "run", "campaign", "worker", "check", "report", "show", "list", "doctor", "emulate",
+            "export", "import", "log", "identify", "predict",
         ];
         for name in names {
             let command = hil.find_subcommand_mut(name).expect(name);

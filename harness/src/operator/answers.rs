@@ -7,6 +7,7 @@ use super::number;
 use crate::library::LibraryError;
 use crate::plan::{Answer, Name, Plan};
 use crate::record::{Reply, Through};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
@@ -75,20 +76,23 @@ pub enum AnswersError {
 }
 
 /// Answers by name.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Answers {
     by_name: BTreeMap<String, Given>,
     done_by: Option<String>,
 }
 
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct Given {
     values: Values,
     by: String,
     through: Through,
 }
 
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 enum Values {
     Always(f64),
     InTurn(Vec<f64>),

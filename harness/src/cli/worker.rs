@@ -1,0 +1,110 @@
+//! `hil worker`: carries out cases of campaigns on other machines.
+
+use super::failure::Failure;
+use super::interrupt::Interrupt;
+use super::nats::{CredentialArguments, stop, teller};
+use super::progress::Screen;
+use crate::bench_file::BenchFile;
+use crate::campaign::nats::{Holder, Package, Place, WorkerSettings, work};
+use crate::campaign::{Executor, Simulated};
+use crate::outcome::Outcome;
+use clap::Args;
+use std::num::NonZeroUsize;
+use std::path::Path;
+use std::sync::Arc;
+use std::thread::available_parallelism;
+use std::time::Duration;
+
+const WORKER_STATUSES: &str = "\
+Exit status:
+  0  ended by Ctrl-C or a request to terminate; what was under way is reported, the rest handed back
+  2  bad input: no server there, a bench that another worker holds, a campaign of another version
+  3  the bench or the server broke";
+
+/// Carries out cases of campaigns (`hil campaign --nats`) until it is stopped.
+///
+/// It needs nothing but the server: what a campaign's cases need comes from there. A server that goes away is waited for;
+/// what was carried out meanwhile is reported when it is back.
+#[derive(Debug, Args)]
+#[command(after_help = WORKER_STATUSES)]
+pub(super) struct WorkerArguments {
+    /// Address of the NATS server: nats://HOST:PORT or tls://HOST:PORT, with USER:PASSWORD@ or TOKEN@ before the host;
+    /// several of one cluster with commas between.
+    #[arg(long, value_name = "URL", value_delimiter = ',', required = true)]
+    nats: Vec<String>,
+    #[command(flatten)]
+    credentials: CredentialArguments,
+    /// Cases at a time. [default: one a processor; on a bench one]
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroUsize>,
+    /// Bench file: takes the cases for the bench of that name alone, and holds the lease on it meanwhile.
+    #[arg(long, value_name = "FILE", conflicts_with = "threads")]
+    bench: Option<String>,
+    /// Waits as long for a bench that another worker holds, s.
+    #[arg(long, value_name = "S", requires = "bench", default_value_t = 0)]
+    wait: u32,
+    /// Show nothing but what went wrong.
+    #[arg(long)]
+    pub(super) quiet: bool,
+}
+
+impl WorkerArguments {
+    pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        let server = self.credentials.server(&self.nats)?;
+        let place = match &self.bench {
+            None => Place::Virtual,
+            Some(name) => {
+                BenchFile::load(name)?;
+                bench_place(name)?
+            }
+        };
+        let threads = match (&place, self.threads) {
+            (Place::Bench(_), _) => NonZeroUsize::MIN,
+            (Place::Virtual, Some(threads)) => threads,
+            (Place::Virtual, None) => available_parallelism().unwrap_or(NonZeroUsize::MIN),
+        };
+        let interrupt = Interrupt::install_saying(
+            screen,
+            "stopping: what is under way is reported; once more to leave at once",
+        )?;
+        let settings = WorkerSettings {
+            threads,
+            holder: Holder::this_process(),
+            version: crate::run::VERSION.to_owned(),
+            patience: Duration::from_secs(self.wait.into()),
+            place,
+        };
+        screen.chat(&format!(
+            "worker of version {} ({}), {threads} at a time",
+            settings.version, settings.place
+        ));
+        let worked = work(&server, &settings, Arc::new(made), teller(screen), stop(&interrupt))?;
+        screen.chat(&format!("{} cases carried out", worked.cases));
+        Ok(Outcome::Passed)
+    }
+}
+
+/// A bench by the name of its file: so the same bench has the same name to all.
+pub(super) fn bench_place(name: &str) -> Result<Place, Failure> {
+    let stem = Path::new(name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    stem.unwrap_or_default()
+        .parse()
+        .map_err(|message: String| Failure::arguments(message, "rename the bench file"))
+}
+
+/// Who carries out the cases of a package here.
+fn made(
+    package: &Package,
+    place: &Place,
+) -> Result<(String, Arc<dyn Executor + Send + Sync>), String> {
+    match place {
+        Place::Virtual => {
+            let (prepared, answers) = package.prepare().map_err(|error| error.to_string())?;
+            let plan = prepared.plan.name.to_string();
+            Ok((plan, Arc::new(Simulated::new(prepared, answers))))
+        }
+        Place::Bench(name) => {
+            Err(format!("version {} carries out no cases on a bench ({name})", crate::run::VERSION))
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! The files of a plan as a whole, to be taken elsewhere.
+
+use super::{Kind, LibraryError, Source};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// One file.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PackedFile {
+    /// What it is.
+    pub kind: Kind,
+    /// The name by which it is asked for.
+    pub name: String,
+    /// How messages call it: the name of the file, without the folders of the machine that it is from.
+    pub origin: String,
+    /// Its text.
+    pub text: String,
+}
+
+/// Files by kind and name, in the order in which they were opened first.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Pack(pub Vec<PackedFile>);
+
+impl Pack {
+    pub(super) fn add(&mut self, kind: Kind, name: &str, source: &Source) {
+        if self.file(kind, name).is_some() {
+            return;
+        }
+        let origin = match Path::new(&source.origin).file_name() {
+            Some(file) => file.to_string_lossy().into_owned(),
+            None => source.origin.clone(),
+        };
+        self.0.push(PackedFile { kind, name: name.to_owned(), origin, text: source.text.clone() });
+    }
+
+    fn file(&self, kind: Kind, name: &str) -> Option<&PackedFile> {
+        self.0.iter().find(|file| file.kind == kind && file.name == name)
+    }
+
+    pub(super) fn open(&self, kind: Kind, name: &str) -> Result<Source, LibraryError> {
+        match self.file(kind, name) {
+            Some(file) => Ok(Source { origin: file.origin.clone(), text: file.text.clone() }),
+            None => Err(LibraryError::UnknownName {
+                kind,
+                name: name.to_owned(),
+                known: self.names(kind).join(", "),
+            }),
+        }
+    }
+
+    fn names(&self, kind: Kind) -> Vec<&str> {
+        let of_kind = self.0.iter().filter(|file| file.kind == kind);
+        of_kind.map(|file| file.name.as_str()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::library::{Kind, Library};
+    use std::sync::Arc;
+
+    #[test]
+    fn what_was_opened_is_there_again_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let plan = folder.path().join("mine.toml").display().to_string();
+        std::fs::write(&plan, "name = \"mine\"\n").unwrap();
+        let (library, pack) = Library::beside(&plan).packing();
+        let mine = library.open(Kind::Plan, &plan).unwrap();
+        let shipped = library.open(Kind::Devices, "paper").unwrap();
+        library.open(Kind::Devices, "paper").unwrap();
+        library.open(Kind::Devices, "none such").unwrap_err();
+        let pack = pack.lock().unwrap().clone();
+        assert_eq!(pack.0.len(), 2);
+        drop(folder);
+        let there = Library::packed(Arc::new(pack));
+        let source = there.open(Kind::Plan, &plan).unwrap();
+        assert_eq!((source.text, source.origin.as_str()), (mine.text, "mine.toml"));
+        assert_eq!(there.open(Kind::Devices, "paper").unwrap().text, shipped.text);
+        let error = there.open(Kind::Devices, "paper-robot").unwrap_err();
+        assert!(error.to_string().contains("no device file is called"), "{error}");
+    }
+}

@@ -1,0 +1,77 @@
+//! One campaign, in one process and on several machines.
+
+use crate::hil::{Hil, cases};
+use crate::server::Server;
+
+const CASES: usize = 400;
+
+fn arguments(out: &str) -> Vec<&str> {
+    vec!["campaign", "live-side", "--cases", "400", "--json", "--out", out]
+}
+
+#[test]
+fn it_is_the_same_though_a_worker_is_killed_and_the_server_restarted() {
+    let Some(mut server) = Server::start() else { return };
+    let hil = Hil::new();
+    let alone = hil.start("alone", &arguments("alone"));
+    let url = server.url();
+    let mut workers: Vec<_> = ["one", "two", "three"].map(|name| hil.worker(name, &url)).into();
+    let mut over = arguments("over");
+    over.extend(["--nats", &url]);
+    let over = hil.start("over", &over);
+    hil.wait_for_cases("over", 60);
+    let done_before = hil.journal("over").len();
+    workers[0].kill();
+    assert!(done_before < CASES / 2, "killed in the middle");
+    hil.wait_for_cases("over", done_before + 60);
+    server.kill();
+    assert!(hil.journal("over").len() < CASES, "restarted in the middle");
+    over.wait_until_it_says("the server is away");
+    server.start_again();
+    over.wait_until_it_says("the server is back");
+
+    // This controller breaks two properties, so that shrinking goes over the server too.
+    let (over, alone) = (over.ends().exits(1), alone.ends().exits(1));
+    let (over_cases, alone_cases) = (hil.journal("over"), hil.journal("alone"));
+    let (over_cases, alone_cases) = (cases(&over_cases), cases(&alone_cases));
+    assert_eq!(over_cases.len(), CASES);
+    assert_eq!(over_cases, alone_cases);
+    assert_eq!(over.campaign(), alone.campaign());
+    let stopped: Vec<_> = workers.drain(1..).collect();
+    for worker in stopped {
+        worker.interrupt();
+        let ran = worker.ends().exits(0);
+        assert!(ran.err.contains(" cases carried out"), "{}", ran.err);
+    }
+    assert_eq!(left(&url), ["campaigns/result.json", "cases 0", "packages", "results 0"]);
+}
+
+/// What a campaign leaves on the server: streams that are empty, and objects without the names of the campaign and its
+/// package and without the plans of failing cases.
+fn left(url: &str) -> Vec<String> {
+    use futures_util::StreamExt as _;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    runtime.block_on(async {
+        let jetstream = async_nats::jetstream::new(async_nats::connect(url).await.unwrap());
+        let mut left = Vec::new();
+        for (name, stream) in [("cases", "HIL_CASES"), ("results", "HIL_RESULTS")] {
+            let stream = jetstream.get_stream(stream).await.unwrap();
+            left.push(format!("{name} {}", stream.cached_info().state.messages));
+        }
+        let store = jetstream.get_object_store("HIL").await.unwrap();
+        let mut objects = store.list().await.unwrap();
+        let mut plans = 0;
+        while let Some(object) = objects.next().await {
+            let name = object.unwrap().name;
+            match name.split('/').collect::<Vec<_>>()[..] {
+                ["packages", _] => left.push("packages".to_owned()),
+                ["campaigns", _, "result.json"] => left.push("campaigns/result.json".to_owned()),
+                ["campaigns", _, plan] if plan.ends_with(".toml") => plans += 1,
+                _ => left.push(name),
+            }
+        }
+        assert!(plans >= 1, "failing cases are kept");
+        left.sort();
+        left
+    })
+}

@@ -1,0 +1,106 @@
+//! A NATS server of one test: on a port of its own, with a store of its own.
+
+use super::hil::wait_for;
+use rustix::process::{Pid, Signal, kill_process};
+use std::io::{BufRead as _, BufReader};
+use std::net::{TcpListener, TcpStream};
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+use tempfile::TempDir;
+
+/// Set where a missing server is a failure.
+const REQUIRED: &str = "HIL_TESTS_NEED_NATS";
+
+/// A server that is stopped with the test.
+pub struct Server {
+    store: TempDir,
+    port: u16,
+    arguments: Vec<String>,
+    child: Option<Child>,
+}
+
+impl Server {
+    /// Starts one, or says that there is none on this machine.
+    pub fn start() -> Option<Self> {
+        Self::start_with(&[])
+    }
+
+    /// The same with more arguments.
+    pub fn start_with(arguments: &[&str]) -> Option<Self> {
+        if Command::new(program()).arg("--version").stdout(Stdio::null()).status().is_err() {
+            skips::skip_unless(
+                REQUIRED,
+                "there is no nats-server",
+                "apt-get install nats-server, then cargo test -p harness --test nats",
+            );
+            return None;
+        }
+        let free = TcpListener::bind("127.0.0.1:0").unwrap();
+        let port = free.local_addr().unwrap().port();
+        drop(free);
+        let arguments = arguments.iter().map(|&argument| argument.to_owned()).collect();
+        let store = tempfile::tempdir().unwrap();
+        let mut server = Self { store, port, arguments, child: None };
+        server.start_again();
+        Some(server)
+    }
+
+    /// Starts it again, on what it kept.
+    pub fn start_again(&mut self) {
+        let child = Command::new(program())
+            .args(["--jetstream", "--addr", "127.0.0.1", "--port", &self.port.to_string()])
+            .arg("--store_dir")
+            .arg(self.store.path())
+            .args(&self.arguments)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn();
+        self.child = Some(child.unwrap());
+        wait_for("the server", || self.answers());
+    }
+
+    fn answers(&self) -> bool {
+        let Ok(stream) = TcpStream::connect(("127.0.0.1", self.port)) else { return false };
+        stream.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
+        let mut line = String::new();
+        BufReader::new(stream).read_line(&mut line).is_ok() && line.starts_with("INFO ")
+    }
+
+    /// Ends it at once: it has no time to put anything in order.
+    pub fn kill(&mut self) {
+        if let Some(mut child) = self.child.take() {
+            child.kill().unwrap();
+            child.wait().unwrap();
+        }
+    }
+
+    /// Ends it in good order.
+    pub fn stop(&mut self) {
+        if let Some(mut child) = self.child.take() {
+            kill_process(Pid::from_child(&child), Signal::TERM).unwrap();
+            child.wait().unwrap();
+        }
+    }
+
+    /// Host and port.
+    pub fn address(&self) -> String {
+        format!("127.0.0.1:{}", self.port)
+    }
+
+    pub fn url(&self) -> String {
+        format!("nats://{}", self.address())
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        self.kill();
+    }
+}
+
+fn program() -> std::ffi::OsString {
+    let debian = "/usr/sbin/nats-server";
+    // The folder of servers is not in everybody's path.
+    if std::path::Path::new(debian).is_file() { debian.into() } else { "nats-server".into() }
+}
