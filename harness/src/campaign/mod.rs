@@ -10,7 +10,8 @@
 //! ```
 //!
 //! * [`Space`]: which faults can strike a bench and a plan, and strategies (proptest) that draw them.
-//! * [`Search`]: which case is next: [`Random`], or [`Guided`] by the margins of the properties.
+//! * [`Search`]: which case is next: [`Random`], or [`Guided`]: evenly over the space, and along the margins of the
+//!   properties where that pays.
 //! * [`Executor`]: carries out one case; [`Simulated`] does in virtual time.
 //! * [`shrink()`]: less faults, later, shorter, weaker, as long as the same property breaks.
 //! * [`envelope()`]: the share of runs that pass over the severity of one kind.
@@ -18,6 +19,7 @@
 mod case;
 mod envelope;
 mod executor;
+mod guided;
 mod journal;
 mod mutation;
 mod regression;
@@ -25,15 +27,17 @@ mod run;
 mod search;
 mod shrink;
 mod space;
+mod survey;
 #[cfg(test)]
 mod toy;
 
 pub use case::{Case, CaseId, CaseResult, PANIC, Violated};
 pub use envelope::{Envelope, EnvelopeSettings, Level, envelope};
 pub use executor::{Executor, Simulated};
+pub use guided::Guided;
 pub use journal::{Journal, JournalError, Line};
 pub use regression::{Regression, RegressionError};
 pub use run::{Campaign, Found, Settings, Tally, run};
-pub use search::{Guided, Random, Search};
+pub use search::{Random, Search};
 pub use shrink::{Shrunk, shrink};
 pub use space::Space;

@@ -61,6 +61,11 @@ impl Space {
         &self.kinds
     }
 
+    /// The phases that a fault can be tied to, with how often each comes, as far as that is drawn.
+    pub(super) fn phases(&self) -> &[(Name, u32)] {
+        &self.phases
+    }
+
     /// How long a run without faults takes.
     pub const fn horizon(&self) -> Span {
         self.horizon
