@@ -8,11 +8,10 @@
 
 use super::case::Case;
 use super::search::Dice;
-use super::space::{Space, duration, severity, whole_ms};
+use super::space::{AFTER_MAX, Space, duration, severity, whole_ms};
 use crate::faults::{Fault, Lasts, Schedule, Toward, When};
 use rand::RngExt as _;
 use rand::seq::SliceRandom as _;
-use wire::time::Span;
 
 /// Draws of a case until a fault of one can apply.
 const TRIES: usize = 50;
@@ -23,8 +22,6 @@ const CROWDED: f64 = 0.75;
 const IN_PHASE: f64 = 0.6;
 /// Of these, the share that lasts as long as the phase.
 const WHOLE_PHASE: f64 = 0.5;
-/// Longest time from the begin of a phase to that of a fault.
-pub(super) const AFTER_MAX: Span = Span::from_secs(10);
 /// A kind that seems to do nothing still comes at this share of its turns: it may do something elsewhere.
 const QUIET_MIN: f64 = 0.2;
 
