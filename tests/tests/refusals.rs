@@ -72,6 +72,19 @@ fn stop_ends_a_mission_and_the_next_starts_from_there() {
     }
 }
 
+/// The base says once more that it stands when the turn has begun already.
+#[test]
+fn a_stop_at_rest_takes_nothing_from_a_turn_that_comes_at_once() {
+    for transport in TRANSPORTS {
+        let mut rig = Rig::new(&ideal(transport), 1).ready();
+        let before = rig.carrier.heading_at(rig.now());
+        assert_eq!(rig.command(Command::Stop), Answer::Done(MissionResult::Applied));
+        rig.turn(90.0, 30.0);
+        let turned = (rig.carrier.heading_at(rig.now()) - before).deg();
+        assert!((turned - 90.0).abs() <= 0.1, "{turned}");
+    }
+}
+
 #[test]
 fn a_number_that_is_none_or_beyond_the_limits_is_refused() {
     let mut rig = Rig::new(&ideal(Transport::Can), 1).ready();

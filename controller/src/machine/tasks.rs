@@ -173,6 +173,9 @@ impl Controller {
     pub(super) fn begin_drive(&mut self, now: Timestamp, mut drive: Drive) {
         drive.plant(self.config.planted());
         self.path = PathWatch::new(self.reckoning.displacement());
+        // It stands, or this mission were refused: a stop that was given at rest is over, and would take the reference
+        // from this one.
+        self.stopping = false;
         let MotionRamps { drive: acceleration, steer } = self.base_ramps();
         if let Some(base) = &mut self.base {
             base.request(Request::SetAcceleration { drive: acceleration, steer });

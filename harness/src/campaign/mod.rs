@@ -10,7 +10,8 @@
 //! ```
 //!
 //! * [`Space`]: which faults can strike a bench and a plan, and strategies (proptest) that draw them.
-//! * [`Search`]: which case is next: [`Random`], or [`Guided`] by the margins of the properties.
+//! * [`Search`]: which case is next: [`Random`], or [`Guided`]: evenly over the space, and along the margins of the
+//!   properties where that pays.
 //! * [`Executor`]: carries out one case; [`Simulated`] does in virtual time, `OnBench` in real time, where runs differ:
 //!   [`Repeatedly`] takes only what breaks again and again for broken.
 //! * [`shrink()`]: less faults, later, shorter, weaker, as long as the same property breaks.
@@ -19,6 +20,7 @@
 mod case;
 mod envelope;
 mod executor;
+mod guided;
 mod journal;
 mod mutation;
 #[cfg(feature = "nats")]
@@ -31,6 +33,7 @@ mod run;
 mod search;
 mod shrink;
 mod space;
+mod survey;
 #[cfg(test)]
 mod toy;
 mod window;
@@ -38,6 +41,7 @@ mod window;
 pub use case::{Case, CaseId, CaseResult, PANIC, Violated};
 pub use envelope::{Envelope, EnvelopeSettings, Level, envelope};
 pub use executor::{Executor, Simulated};
+pub use guided::Guided;
 pub use journal::{Journal, JournalError, Line};
 #[cfg(feature = "live")]
 pub use on_bench::{OnBench, Site};
@@ -47,7 +51,7 @@ pub use repeat::{
     RepetitionError,
 };
 pub use run::{Campaign, Found, Settings, Tally, run};
-pub use search::{Guided, Random, Search};
+pub use search::{Random, Search};
 pub use shrink::{Shrunk, shrink};
 pub use space::Space;
 pub use window::WINDOW;

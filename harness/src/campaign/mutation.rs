@@ -3,6 +3,7 @@
 use super::case::Case;
 use super::search::Dice;
 use super::space::{DURATION_MIN, Space, duration, severities, whole_ms};
+use super::survey::Survey;
 use crate::faults::{Fault, Lasts, Schedule, When};
 use proptest::strategy::{Strategy as _, ValueTree as _};
 use rand::RngExt as _;
@@ -11,12 +12,18 @@ use wire::time::Span;
 /// Changes that are tried until one can apply.
 const TRIES: usize = 20;
 
-/// `parent` with one or two changes, within `space`; none where nothing that was tried can apply.
-pub fn mutated(parent: &Case, space: &Space, dice: &mut Dice) -> Option<Case> {
+/// `parent` with one or two changes, within `space`; none where nothing that was tried can apply. New faults are those
+/// of `survey`.
+pub(super) fn mutated(
+    parent: &Case,
+    space: &Space,
+    survey: &mut Survey,
+    dice: &mut Dice,
+) -> Option<Case> {
     for _ in 0..TRIES {
         let mut case = parent.clone();
         for _ in 0..dice.random.random_range(1..=2) {
-            change(&mut case, space, dice);
+            change(&mut case, space, survey, dice);
         }
         if case != *parent && !case.schedule.is_empty() && space.takes(&case.schedule) {
             return Some(case);
@@ -25,19 +32,24 @@ pub fn mutated(parent: &Case, space: &Space, dice: &mut Dice) -> Option<Case> {
     None
 }
 
-fn change(case: &mut Case, space: &Space, dice: &mut Dice) {
+fn change(case: &mut Case, space: &Space, survey: &mut Survey, dice: &mut Dice) {
     let Schedule { faults } = &mut case.schedule;
     let count = faults.len();
     let choice = dice.random.random_range(0..100);
     match choice {
-        0..10 if count < space.faults_max() => faults.extend(drawn(space, dice)),
-        10..18 if count > 1 => {
+        0..12 if count < space.faults_max() => {
+            let at = dice.random.random_range(0..=count);
+            if let Some(fault) = survey.fault(dice) {
+                faults.insert(at, fault);
+            }
+        }
+        12..24 if count > 1 => {
             faults.remove(dice.random.random_range(0..count));
         }
-        18..24 => case.seed = dice.random.random(),
-        24..30 if count > 0 => {
+        24..30 => case.seed = dice.random.random(),
+        30..50 if count > 0 => {
             let at = dice.random.random_range(0..count);
-            if let Some(fault) = drawn(space, dice) {
+            if let Some(fault) = survey.fault(dice) {
                 faults[at] = fault;
             }
         }
@@ -47,10 +59,6 @@ fn change(case: &mut Case, space: &Space, dice: &mut Dice) {
         }
         _ => {}
     }
-}
-
-fn drawn(space: &Space, dice: &mut Dice) -> Option<Fault> {
-    space.fault().new_tree(&mut dice.runner).ok().map(|tree| tree.current())
 }
 
 /// Of one fault: its size, when it begins, or how long it lasts; mostly a little, now and then a lot.

@@ -4,10 +4,13 @@ use super::case::{Case, CaseResult};
 use super::executor::Executor;
 use super::space::{DURATION_MIN, whole_ms};
 use crate::faults::{Fault, FaultKind, Lasts, Schedule, Toward, When};
+use std::collections::BTreeSet;
 use wire::time::Span;
 
 /// Halvings of a number on its way to the least that still breaks.
 const HALVINGS: usize = 6;
+/// Plainer kinds that are tried in place of one.
+const PLAINER_MAX: usize = 3;
 
 /// What shrinking came to.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +24,8 @@ pub struct Shrunk {
 }
 
 /// Makes `case`, which broke `property` with this `result`, smaller in number, kind, size, time and direction of its
-/// faults for as long as the same property breaks, with at most `executions_max` tries. The seed stays.
+/// faults for as long as the same property breaks, with at most `executions_max` tries. The seed stays. Nothing is carried
+/// out twice, and what makes all faults smaller is tried before what makes one.
 pub fn shrink(
     executor: &impl Executor,
     case: &Case,
@@ -30,10 +34,12 @@ pub fn shrink(
     executions_max: u64,
 ) -> Shrunk {
     let best = Shrunk { case: case.clone(), result: result.clone(), executions: 0 };
-    let mut shrinker = Shrinker { executor, property, executions_max, best };
+    let tried = BTreeSet::from([case.schedule.to_toml()]);
+    let mut shrinker = Shrinker { executor, property, executions_max, best, tried };
     loop {
         let before = shrinker.best.case.clone();
         shrinker.fewer();
+        shrinker.all();
         for index in 0..shrinker.best.case.schedule.faults.len() {
             shrinker.plainer(index);
             shrinker.shorter(index);
@@ -51,6 +57,8 @@ struct Shrinker<'a, E> {
     property: &'a str,
     executions_max: u64,
     best: Shrunk,
+    /// Schedules that were carried out, as they stand in a plan.
+    tried: BTreeSet<String>,
 }
 
 impl<E: Executor> Shrinker<'_, E> {
@@ -64,7 +72,7 @@ impl<E: Executor> Shrinker<'_, E> {
             return false;
         }
         let case = Case { seed: self.best.case.seed, schedule: Schedule { faults } };
-        if !self.executor.takes(&case) {
+        if !self.executor.takes(&case) || !self.tried.insert(case.schedule.to_toml()) {
             return false;
         }
         self.best.executions += 1;
@@ -103,6 +111,29 @@ impl<E: Executor> Shrinker<'_, E> {
         }
     }
 
+    /// Every fault at once: plain and both ways, as early, as short and as weak as can be. Where a number does not
+    /// matter it does not for most.
+    fn all(&mut self) {
+        let changes: [fn(&mut Fault); 4] = [
+            |fault| {
+                fault.probability = 1.0;
+                fault.toward = Toward::Both;
+                fault.what = fault.what.info().typical.with_severity(fault.what.severity());
+            },
+            |fault| {
+                set_begin(fault, Span::ZERO);
+                set_number(fault, 1);
+            },
+            |fault| fault.duration = fault.duration.map(|_| DURATION_MIN),
+            |fault| fault.what = fault.what.with_severity(fault.what.severity_range().0),
+        ];
+        for change in changes {
+            let mut faults = self.best.case.schedule.faults.clone();
+            faults.iter_mut().for_each(change);
+            self.takes(faults);
+        }
+    }
+
     /// What a person would write: certain, both ways, the plainest kind of its target, typical parameters.
     fn plainer(&mut self, index: usize) {
         self.with(index, |fault| fault.probability = 1.0);
@@ -110,13 +141,13 @@ impl<E: Executor> Shrinker<'_, E> {
             self.with(index, |fault| fault.toward = Toward::Both);
         }
         let (target, now) = (self.fault(index).target, self.fault(index).what);
-        for info in FaultKind::all() {
-            if info.name == now.name() {
-                break;
-            }
-            if info.reach.targets().contains(&target)
-                && self.with(index, |fault| *fault = recast(fault, info.typical))
-            {
+        let plainer = FaultKind::all()
+            .iter()
+            .take_while(|info| info.name != now.name())
+            .filter(|info| info.reach.targets().contains(&target))
+            .take(PLAINER_MAX);
+        for info in plainer {
+            if self.with(index, |fault| *fault = recast(fault, info.typical)) {
                 break;
             }
         }
@@ -149,9 +180,13 @@ impl<E: Executor> Shrinker<'_, E> {
             When::Step { number, .. } | When::During { number, .. } => *number,
             When::Always | When::At(_) => 1,
         };
-        for fewer in 1..number {
-            if self.with(index, |fault| set_number(fault, fewer)) {
-                break;
+        let (mut holds, mut breaks) = (0, number);
+        while holds + 1 < breaks {
+            let middle = if holds == 0 { 1 } else { holds.midpoint(breaks) };
+            if self.with(index, |fault| set_number(fault, middle)) {
+                breaks = middle;
+            } else {
+                holds = middle;
             }
         }
     }

@@ -8,6 +8,8 @@ use wire::time::Span;
 
 /// Shortest fault that is drawn. Assumption: a tenth of the gyro's time-out; less is a lost sample.
 pub const DURATION_MIN: Span = Span::from_millis(10);
+/// Longest time from the begin of a phase to that of a fault. Assumption: turns and straights take some seconds.
+pub(super) const AFTER_MAX: Span = Span::from_secs(10);
 /// Most numbers of one phase that are drawn: a plan may repeat it thousands of times.
 const NUMBERS_MAX: u64 = 100;
 
@@ -69,6 +71,11 @@ impl Space {
         &self.kinds
     }
 
+    /// The phases that a fault can be tied to, with how often each comes, as far as that is drawn.
+    pub(super) fn phases(&self) -> &[(Name, u32)] {
+        &self.phases
+    }
+
     /// How long a run without faults takes.
     pub const fn horizon(&self) -> Span {
         self.horizon
@@ -109,7 +116,8 @@ impl Space {
         }
         let phase =
             select(self.phases.clone()).prop_flat_map(|(phase, times)| (Just(phase), 1..=times));
-        let step = (phase.clone(), 0..10_000_i64).prop_map(|((phase, number), ms)| When::Step {
+        let after_ms = AFTER_MAX.as_nanos() / 1_000_000;
+        let step = (phase.clone(), 0..after_ms).prop_map(|((phase, number), ms)| When::Step {
             phase,
             number,
             after: Span::from_millis(ms),

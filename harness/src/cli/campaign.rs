@@ -34,10 +34,10 @@ use wire::time::Span;
 /// How the next case is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 enum By {
-    /// Changes those that came nearest to break a property.
+    /// Evenly over all that can go wrong, and nearer to where properties nearly broke as far as that pays.
+    #[default]
     Margins,
     /// Without regard to earlier ones.
-    #[default]
     Chance,
 }
 

@@ -225,6 +225,24 @@ fn an_error_is_silent_until_there_is_a_word_of_it_within_the_lap() {
     assert!(near(lap(true, false, true), -0.5), "a word that was taken back is none");
 }
 
+/// A pose is believed from when it is ordered on, and the order is answered when the base has it too.
+#[test]
+fn a_pose_that_is_being_set_is_no_error() {
+    let answered = |id| {
+        let verdict = verdict("no_silent_wrong", |scene| {
+            scene.health(Causes::default()).truth(0.0, 0.0).state(0.0, 1);
+            scene.tell(7, Command::SetPose(Pose::default())).after(100).state(50.0, 2);
+            let done = Report::Done { id, result: MissionResult::Applied };
+            scene.after(100).report(done).state(50.0, 3);
+            scene.after(100).truth(0.6, 0.0).state(50.0, 4);
+        });
+        verdict.margin
+    };
+    assert!(answered(7).is_some_and(|margin| near(margin, 0.5)));
+    // While it is not, nothing is looked at.
+    assert_eq!(answered(8), None);
+}
+
 #[test]
 fn what_a_lap_did_not_add_is_not_its_error() {
     let offset = margin("no_silent_wrong", |scene| {

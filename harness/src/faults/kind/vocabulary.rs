@@ -66,6 +66,11 @@ kinds! {
         /// Probability that a packet is read so.
         slip_percent: "%" 0.0..=100.0, 1.0;
     }
+    /// A packet is handed over a second time, whole, behind itself, with this probability.
+    Repeat = "repeat", SerialLine, Scheduled, None, "assumption: a driver or a forwarder that sends a buffer again" {
+        /// Probability of a second one.
+        repeat_percent: "%" 0.0..=100.0, 1.0;
+    }
     /// Each frame comes later by this.
     Delay = "delay", CanBus, Scheduled, None, "tc-netem(8), delay" {
         /// By how much.

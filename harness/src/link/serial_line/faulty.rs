@@ -40,6 +40,7 @@ enum Effect {
     /// Bits that the sender sends in the time of one.
     Drift(f64),
     Slip(f64),
+    Repeat(f64),
 }
 
 impl SerialLine {
@@ -64,8 +65,8 @@ impl SerialLine {
         true
     }
 
-    /// The fault of this number is over; what it did: bytes, packets for [`FaultKind::Stall`] and
-    /// [`FaultKind::FramingSlip`].
+    /// The fault of this number is over; what it did: bytes, packets for [`FaultKind::Stall`],
+    /// [`FaultKind::FramingSlip`] and [`FaultKind::Repeat`].
     pub fn end_fault(&mut self, number: usize) -> u64 {
         let Some(faulty) = &mut self.faulty else { return 0 };
         let acted = faulty.acted(number);
@@ -147,6 +148,12 @@ impl Layer {
                     reread(bytes, acted, |sent| uart::read(sent, 1.0, from));
                 }
             }
+            Effect::Repeat(share) => {
+                if 2 * bytes.len() <= GROWN_MAX && chance.happens(*share) {
+                    bytes.extend_from_within(..);
+                    *acted += 1;
+                }
+            }
             Effect::Stall(_) => {}
         }
     }
@@ -198,6 +205,7 @@ impl Effect {
             FaultKind::Insert { insert_percent } => Self::Insert(share(insert_percent)),
             FaultKind::BaudDrift { drift_percent } => Self::Drift(1.0 + share(drift_percent)),
             FaultKind::FramingSlip { slip_percent } => Self::Slip(share(slip_percent)),
+            FaultKind::Repeat { repeat_percent } => Self::Repeat(share(repeat_percent)),
             _ => return None,
         })
     }

@@ -3,15 +3,15 @@
 //!
 //! A lap begins where both poses are taken as they are; what is judged is what the lap added, seen from its
 //! start. A pose, a calibration or a heading source that is set makes it begin anew, and so does a bias test
-//! that passed: it stands for what comes after it. A word that was taken back before the error came is no
-//! word.
+//! that passed: it stands for what comes after it. From when a setting is ordered until it is answered the belief may
+//! have jumped already, and is not looked at. A word that was taken back before the error came is no word.
 
 use super::Judge;
 use crate::properties::seen::Truth;
 use crate::properties::senses::{Fact, Order, Senses, Topic};
 use crate::properties::verdict::{Judgement, below};
 use controller::health::Level;
-use controller::mission::{HeadingSource, Report, State};
+use controller::mission::{HeadingSource, MissionId, Report, State};
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, Length, Pose};
 
@@ -42,17 +42,19 @@ pub(super) struct NoSilentWrong {
     heading_max: Angle,
     position_max: Length,
     lap: Lap,
+    /// A setting that is not answered yet.
+    setting: Option<MissionId>,
     judgement: Judgement,
 }
 
 impl NoSilentWrong {
     pub(super) fn new(heading_max: Angle, position_max: Length) -> Self {
         let (lap, judgement) = (Lap::default(), Judgement::default());
-        Self { heading_max, position_max, lap, judgement }
+        Self { heading_max, position_max, lap, setting: None, judgement }
     }
 
     fn look(&mut self, senses: &Senses, state: &State, truth: &Truth) {
-        if senses.source != HeadingSource::Gyro {
+        if senses.source != HeadingSource::Gyro || self.setting.is_some() {
             return;
         }
         let Some((believed, real)) = self.lap.start else {
@@ -111,6 +113,11 @@ impl Judge for NoSilentWrong {
     }
 
     fn judge(&mut self, senses: &Senses, fact: &Fact) {
+        match fact {
+            Fact::Told(id, Order::Setting) => self.setting = Some(*id),
+            Fact::Answered(id, ..) if self.setting == Some(*id) => self.setting = None,
+            _ => {}
+        }
         match (fact, senses.truth) {
             (Fact::State(state), Some(truth)) => self.look(senses, state, &truth),
             (Fact::Health, _) if senses.health.level >= Level::Degraded => self.lap.silent = None,

@@ -63,6 +63,14 @@ fn what_is_added_and_changed_is_counted() {
 }
 
 #[test]
+fn a_packet_that_is_repeated_comes_whole_behind_itself() {
+    let (heard, acted) = through(FaultKind::Repeat { repeat_percent: 30.0 }, b"123", 1_000);
+    let twice = heard.iter().filter(|(_, bytes)| bytes == b"123123").count();
+    assert_eq!((heard.len(), twice as u64), (1_000, acted));
+    assert!((200..400).contains(&acted));
+}
+
+#[test]
 fn a_full_packet_that_doubles_becomes_two() {
     let (heard, _) = through(FaultKind::Duplicate { duplicate_percent: 100.0 }, &[9; 64], 1);
     assert_eq!(heard.iter().map(|(_, bytes)| bytes.len()).collect::<Vec<_>>(), [64, 64]);
