@@ -49,7 +49,7 @@ pub(super) enum Read {
 }
 
 impl Tray {
-    /// Somebody wants what comes of a case. True if it has to be handed out.
+    /// Somebody wants what comes of a case.
     pub(super) fn ask(&mut self, id: &str, answer: oneshot::Sender<CaseResult>) -> Asking {
         if let Some(arrived) = self.early.remove(id) {
             self.told.entry(id.to_owned()).or_default().push(arrived.message);
