@@ -57,7 +57,6 @@ fn mistakes_are_told() {
         2 = WatchdogOffByTen,
         3 = BiasTestWhileMoving,
         4 = WrapAt360,
-        5 = MissedSequenceGap,
         6 = PoseWrittenInMotion,
     );
 }
