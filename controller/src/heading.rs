@@ -224,7 +224,7 @@ impl HeadingIntegrator {
         self.samples += 1;
         self.samples_lost += u64::from(lost);
         let clock_ratio = self.watch.sample(now, lost);
-        let missing = self.losses.sample(now, lost);
+        let missing = self.losses.sample(now, lost) && !self.planted.is(Mutant::MissedSequenceGap);
         Reading { raw_rate: less_known, temperature, lost, missing, after_silence, clock_ratio }
     }
 

@@ -49,15 +49,15 @@ fn a_seed_gives_the_same_campaign_on_any_number_of_threads() {
     assert_eq!(one, campaign(48, 3));
 }
 
-/// Odometry that stands still while the robot drives: dead reckoning cannot know, and nobody else tells it.
-fn stuck_odometry() -> Case {
+/// What strikes the base two seconds into its straight line.
+fn on_the_way(kind: &str, severity: f64) -> Case {
     let fault = Fault {
         when: When::Step {
             phase: harness::plan::Name::new("straight").unwrap(),
             number: 1,
             after: Span::from_secs(2),
         },
-        ..Fault::new(Target::Base, FaultKind::typical("stuck_odometry").unwrap().with_severity(4.0))
+        ..Fault::new(Target::Base, FaultKind::typical(kind).unwrap().with_severity(severity))
     };
     Case { seed: 3, schedule: Schedule { faults: vec![fault] } }
 }
@@ -65,7 +65,8 @@ fn stuck_odometry() -> Case {
 #[test]
 fn the_smallest_case_is_a_plan_that_shows_the_same() {
     let simulated = executor(prepared());
-    let case = stuck_odometry();
+    // Wheels that slip: dead reckoning cannot know, and nobody else tells it.
+    let case = on_the_way("wheel_slip", 20.0);
     let result = simulated.execute(&case);
     assert!(result.breaks("no_silent_wrong"), "{result:?}");
     let shrunk = harness::campaign::shrink(&simulated, &case, &result, "no_silent_wrong", 200);
@@ -85,6 +86,29 @@ fn the_smallest_case_is_a_plan_that_shows_the_same() {
     let replayed = executor(again).execute(&Case { seed: shrunk.case.seed, ..Case::default() });
     // Of all properties only the one that broke is declared by the plan.
     assert_eq!(replayed.violated, shrunk.result.violated);
+}
+
+/// An odometer that does not go as the base is told is no odometer.
+#[test]
+fn an_odometer_that_stands_still_is_told() {
+    let simulated = executor(prepared());
+    for severity in [0.5, 4.0] {
+        let result = simulated.execute(&on_the_way("stuck_odometry", severity));
+        assert!(result.violated.is_empty(), "{severity} s: {result:?}");
+    }
+}
+
+/// It was silent for less than its time-out, and counted on from a number that fits: found by a campaign.
+#[test]
+fn a_gyro_that_starts_anew_in_a_turn_is_told() {
+    let what = FaultKind::typical("restart").unwrap().with_severity(0.068_198_012_453_203_42);
+    let fault =
+        Fault { when: When::At(Span::from_millis(35_119)), ..Fault::new(Target::Gyro, what) };
+    let case =
+        Case { seed: 13_567_054_519_166_506_909, schedule: Schedule { faults: vec![fault] } };
+    let result = executor(prepared()).execute(&case);
+    assert!(result.violated.is_empty(), "{result:?}");
+    assert!(result.reached.contains("samples_lost"), "{result:?}");
 }
 
 /// A short break is bridged, a long one is not: the envelope lies between.

@@ -66,7 +66,9 @@ impl Controller {
         let causes = self.causes(now);
         let motion = self.base.as_ref().and_then(BaseDriver::motion).map(|(_, motion)| motion);
         let stale_is_fine = self.config.planted().is(Mutant::StaleHeading);
-        let goes_astray = moves && !self.could_be_on_the_way();
+        // A base that is not heard goes nowhere by its odometer: the second look would hide what the first lacks.
+        let second_look = !self.config.planted().is(Mutant::WatchdogOffByTen);
+        let goes_astray = moves && second_look && !self.could_be_on_the_way();
         let reason = if needs_gyro && causes.gyro_silent && !stale_is_fine {
             AbortReason::GyroSilent
         } else if needs_gyro && (causes.gyro_fault || (moves && causes.gyro_over_range)) {

@@ -114,7 +114,14 @@ mod on_bench {
             let shrink_max = self.shrink_max(SHRINK_MAX);
             let settings = Settings { cases: self.cases, threads: NonZeroUsize::MIN, shrink_max };
             let states = states(here.properties());
-            let (done, saved) = self.search(task, self.begin(task, &bench)?, &executor, &space, &states, &settings)?;
+            let (done, saved) = self.search(
+                task,
+                self.begin(task, &bench)?,
+                &executor,
+                &space,
+                &states,
+                &settings,
+            )?;
             broken()?;
             let confirmed = done.found.iter();
             let confirmed =
