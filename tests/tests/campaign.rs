@@ -70,12 +70,13 @@ fn the_smallest_case_is_a_plan_that_shows_the_same() {
     let result = simulated.execute(&case);
     assert!(result.breaks("no_silent_wrong"), "{result:?}");
     let shrunk = harness::campaign::shrink(&simulated, &case, &result, "no_silent_wrong", 200);
-    let violated = &shrunk.result.violated[0];
+    let mut violated = shrunk.result.violated.clone();
+    violated.retain(|violated| violated.property == "no_silent_wrong");
     let regression = Regression {
         plan: "live-side",
         text: PLAN,
         property: "no_silent_wrong",
-        what: &violated.what,
+        what: &violated[0].what,
         case: &shrunk.case,
     };
     let text = regression.to_toml().unwrap();
@@ -85,7 +86,7 @@ fn the_smallest_case_is_a_plan_that_shows_the_same() {
     again.plan = Arc::new(plan);
     let replayed = executor(again).execute(&Case { seed: shrunk.case.seed, ..Case::default() });
     // Of all properties only the one that broke is declared by the plan.
-    assert_eq!(replayed.violated, shrunk.result.violated);
+    assert_eq!(replayed.violated, violated);
 }
 
 /// An odometer that does not go as the base is told is no odometer.

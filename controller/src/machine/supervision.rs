@@ -68,7 +68,10 @@ impl Controller {
         let stale_is_fine = self.config.planted().is(Mutant::StaleHeading);
         // A base that is not heard goes nowhere by its odometer: the second look would hide what the first lacks.
         let second_look = !self.config.planted().is(Mutant::WatchdogOffByTen);
-        let goes_astray = moves && second_look && !self.could_be_on_the_way();
+        if moves && second_look && !self.could_be_on_the_way() {
+            // Said, and no reason to stop: a line that loses commands leads there as well.
+            self.odometry_doubtful = true;
+        }
         let reason = if needs_gyro && causes.gyro_silent && !stale_is_fine {
             AbortReason::GyroSilent
         } else if needs_gyro && (causes.gyro_fault || (moves && causes.gyro_over_range)) {
@@ -78,9 +81,6 @@ impl Controller {
         } else if motion.is_some_and(|motion| motion.emergency_stop) {
             AbortReason::EmergencyStop
         } else if motion.is_some_and(|motion| motion.fault) {
-            AbortReason::BaseFault
-        } else if goes_astray {
-            self.odometry_doubtful = true;
             AbortReason::BaseFault
         } else if self.has_command_timed_out(now) {
             AbortReason::BaseCommandTimeout
