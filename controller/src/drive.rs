@@ -14,6 +14,7 @@ use crate::mission::{
     Activity, HeadingSource, MissionId, MissionResult, Straight, StraightResult, Turn, TurnResult,
 };
 use crate::mutant::{Mutant, Planted};
+use crate::path_watch::PathWatch;
 use wire::base::HEADING_STEP;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Length, Pose, Speed};
@@ -71,6 +72,7 @@ pub(crate) struct Drive {
     commanding_since: Timestamp,
     give_up: Timestamp,
     at_rest_since: Option<Timestamp>,
+    path: PathWatch,
     corrections_left: u8,
     planted: Planted,
 }
@@ -95,7 +97,7 @@ impl Drive {
             distance: order.distance,
             heading_error_max: Angle::ZERO,
         };
-        Self::new(id, motion, order.distance.m(), tuning, config, sight.now)
+        Self::new(id, motion, order.distance.m(), tuning, config, sight)
     }
 
     /// `sight.reference` is the heading to reach already.
@@ -121,7 +123,7 @@ impl Drive {
         };
         let motion =
             Motion::Turn { from_gyro: sight.gyro_heading, from_odometry: sight.odometry_heading };
-        Self::new(id, motion, order.angle.rad(), tuning, config, sight.now)
+        Self::new(id, motion, order.angle.rad(), tuning, config, sight)
     }
 
     fn new(
@@ -130,8 +132,9 @@ impl Drive {
         signed_distance: f64,
         tuning: Tuning,
         config: &MotionConfig,
-        now: Timestamp,
+        sight: &Sight,
     ) -> Self {
+        let now = sight.now;
         let nominal_s =
             signed_distance.abs() / tuning.speed + 2.0 * tuning.speed / tuning.acceleration;
         Self {
@@ -144,6 +147,7 @@ impl Drive {
             commanding_since: now,
             give_up: now + Span::from_secs_f64(TIME_LIMIT_FACTOR * nominal_s) + TIME_LIMIT_MARGIN,
             at_rest_since: None,
+            path: PathWatch::new(sight.displacement),
             corrections_left: config.corrections_max,
             planted: Planted::default(),
         }
@@ -177,8 +181,26 @@ impl Drive {
         matches!(self.motion, Motion::Straight { .. })
     }
 
+    /// On its way, may the odometer say so?
+    pub(crate) fn could_be_on_the_way(&self, displacement: Length) -> bool {
+        self.path.could_be_on_the_way(displacement)
+    }
+
+    /// The same at rest.
+    pub(crate) fn could_be_there(&self, displacement: Length) -> bool {
+        self.path.could_be_there(displacement)
+    }
+
     /// One period of the loops.
     pub(crate) fn tick(&mut self, sight: &Sight, config: &MotionConfig) -> Wish {
+        let wish = self.wish(sight, config);
+        if let Wish::Rates { drive, .. } = wish {
+            self.path.tell(sight.now, drive);
+        }
+        wish
+    }
+
+    fn wish(&mut self, sight: &Sight, config: &MotionConfig) -> Wish {
         if sight.now >= self.give_up {
             return Wish::TimedOut;
         }

@@ -15,7 +15,6 @@ use crate::drive::{Drive, Sight};
 use crate::gyro_input::GyroInput;
 use crate::health::Health;
 use crate::mission::{BiasMethod, HeadingSource, MissionId, Report};
-use crate::path_watch::PathWatch;
 use crate::pose_download::PoseDownload;
 use heapless::Deque;
 use wire::base::payload::{COUNTS_PER_DEG, COUNTS_PER_M};
@@ -89,8 +88,6 @@ pub struct Controller {
     bias_test_failed: bool,
     pose_not_written: bool,
     odometry_doubtful: bool,
-    /// Of the straight line under way.
-    path: PathWatch,
     reports_lost: bool,
     reference: Angle,
     task: Task,
@@ -126,7 +123,6 @@ impl Controller {
             bias_test_failed: false,
             pose_not_written: false,
             odometry_doubtful: false,
-            path: PathWatch::default(),
             reports_lost: false,
             reference: Angle::ZERO,
             task: Task::Idle,

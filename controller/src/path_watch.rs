@@ -13,7 +13,7 @@ const APART_SHARE_MAX: f64 = 0.01;
 /// On the way the base lags behind by this as well. Assumption: 0.15 s at its top speed of 0.78 m/s.
 const LAG_MAX: Length = Length::from_m(0.12);
 
-/// Watches one straight line.
+/// Watches one drive.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct PathWatch {
     /// Where the odometer stood at the beginning.
@@ -23,7 +23,7 @@ pub(crate) struct PathWatch {
 }
 
 impl PathWatch {
-    /// A line that begins where the odometer says `from`.
+    /// A drive that begins where the odometer says `from`.
     pub(crate) fn new(from: Length) -> Self {
         Self { from, ..Self::default() }
     }

@@ -49,12 +49,16 @@ fn main() {
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
-    for devices in ["paper", "paper-serial"] {
-        let prepared = prepared(devices);
+    for base in ["laps-corrected", "laps-corrected-serial"] {
+        let prepared = prepared(base);
         let executor = Simulated::new(prepared.clone(), Answers::default());
         let (horizon, result) = executor.without_faults(1);
         assert!(result.passed && result.violated.is_empty(), "{result:?}");
-        println!("{devices}: a lap without faults goes on for {:.1} s", horizon.as_secs_f64());
+        println!(
+            "{}: a lap without faults goes on for {:.1} s",
+            prepared.plan.devices,
+            horizon.as_secs_f64()
+        );
         let space = Space::new(&prepared.plan, bench_lines(&prepared.devices), horizon, 3, &[]);
         let mut search = Random::new(&space, 1);
         let cases: Vec<Case> = (0..CASES).map(|_| search.next()).collect();
@@ -74,11 +78,9 @@ fn main() {
     }
 }
 
-fn prepared(devices: &str) -> Prepared {
-    let mut prepared = Prepared::load("laps-corrected", &Made::default()).expect("it ships");
-    if devices == "paper-serial" {
-        prepared = Prepared::load("laps-corrected-serial", &Made::default()).expect("it ships");
-    }
+/// One lap, with the devices and the calibrations of the plan `base`.
+fn prepared(base: &str) -> Prepared {
+    let mut prepared = Prepared::load(base, &Made::default()).expect("it ships");
     let text = PLAN.replace("DEVICES", prepared.plan.devices.as_str());
     prepared.plan = Arc::new(Plan::parse("one-lap.toml", &text).expect("a good plan"));
     prepared

@@ -125,6 +125,21 @@ impl Prepared {
         }
     }
 
+    /// The devices in the run with `seed`.
+    pub(crate) fn bench(&self, seed: u64) -> Bench {
+        let bench = Bench::new(self.devices.clone(), seed);
+        #[cfg(feature = "mutants")]
+        let bench = bench.with_mutant(self.mutant);
+        bench
+    }
+
+    /// Who carries the plan out on `bench`, from time zero on.
+    pub(crate) fn engine(&self, bench: &Bench) -> Engine {
+        let (plan, calibrations) = (Arc::clone(&self.plan), self.calibrations.clone());
+        Engine::new(plan, calibrations, bench.facts(), Timestamp::ZERO)
+            .with_models(self.models.clone())
+    }
+
     /// What the record says about itself.
     pub fn header(&self, seed: u64) -> Header {
         header(&self.plan, seed)
@@ -220,16 +235,8 @@ fn go(
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Simulated {
-    let bench = Bench::new(prepared.devices.clone(), seed);
-    #[cfg(feature = "mutants")]
-    let bench = bench.with_mutant(prepared.mutant);
-    let engine = Engine::new(
-        Arc::clone(&prepared.plan),
-        prepared.calibrations.clone(),
-        bench.facts(),
-        Timestamp::ZERO,
-    )
-    .with_models(prepared.models.clone());
+    let bench = prepared.bench(seed);
+    let engine = prepared.engine(&bench);
     let mut world = SimulatedWorld::across(crossing, bench, engine)
         .with_answers(answers.clone())
         .with_faults(seed);
@@ -239,11 +246,7 @@ fn go(
     let mut made = Made::default();
     let mut keep = |action: &Action| made.keep(action);
     let mut ending = world.run(sink, &mut keep, pulse);
-    sink.finish();
-    if let Some(error) = sink.failed() {
-        ending.outcome = Outcome::Error;
-        ending.reason = Some(format!("failed to write the record: {error}"));
-    }
+    finish(sink, &mut ending);
     let monitor = world.take_monitor();
     Simulated {
         ending,
@@ -255,6 +258,15 @@ fn go(
         faults: world.faults().to_vec(),
         properties: monitor.map(Monitor::verdicts).unwrap_or_default(),
         unjudged: Vec::new(),
+    }
+}
+
+/// Closes the record; a run whose record is not whole is broken.
+pub(crate) fn finish(sink: &mut impl RecordSink, ending: &mut Ending) {
+    sink.finish();
+    if let Some(error) = sink.failed() {
+        ending.outcome = Outcome::Error;
+        ending.reason = Some(format!("failed to write the record: {error}"));
     }
 }
 

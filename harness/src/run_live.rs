@@ -1,16 +1,16 @@
 //! Runs plans in the live world, judges them and writes their run folders.
 
 use crate::bench_file::{BenchFile, ControllerSection};
-use crate::engine::{Action, Engine};
+use crate::engine::Action;
 use crate::made::Made;
 use crate::operator::{Operator, Person};
-use crate::outcome::{Outcome, PortSummary, Timing};
+use crate::outcome::{PortSummary, Timing};
 use crate::port::PortSpec;
 use crate::properties::Property;
 use crate::record::sink::RecordSink;
-use crate::run::{Completed, Options, Prepared, Simulated, keep, summarise};
+use crate::run::{Completed, Options, Prepared, Simulated, finish, keep, summarise};
 use crate::run_folder::{RunFolder, RunFolderError};
-use crate::world::bench::{Bench, base_transport};
+use crate::world::bench::base_transport;
 use crate::world::live::{
     ATTACH_MAX_DEFAULT, DeviceUnderTest, LATE_MAX_DEFAULT, LiveError, LiveWorld, OutOfReach,
     Placement, PlacementError, Scheduling, Setting,
@@ -18,8 +18,6 @@ use crate::world::live::{
 use crate::world::simulated::Progress;
 use controller::config::Transport;
 use std::path::Path;
-use std::sync::Arc;
-use wire::time::Timestamp;
 
 /// Name of the file that keeps what the device under test wrote to stderr.
 pub const DEVICE_LOG: &str = "device-under-test.log";
@@ -115,27 +113,15 @@ pub(crate) fn carry_out(
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Result<LiveRun, LiveError> {
     let LiveOrder { prepared, seed, setting, properties, log } = order;
-    let bench = Bench::new(prepared.devices.clone(), seed);
-    #[cfg(feature = "mutants")]
-    let bench = bench.with_mutant(prepared.mutant);
-    let engine = Engine::new(
-        Arc::clone(&prepared.plan),
-        prepared.calibrations.clone(),
-        bench.facts(),
-        Timestamp::ZERO,
-    )
-    .with_models(prepared.models.clone());
+    let bench = prepared.bench(seed);
+    let engine = prepared.engine(&bench);
     let mut world = LiveWorld::new(bench, engine, operator, setting.clone())
         .with_faults(seed)
         .with_monitor(properties);
     let mut made = Made::default();
     let mut keep_made = |action: &Action| made.keep(action);
     let mut end = world.run(log, sink, &mut keep_made, pulse)?;
-    sink.finish();
-    if let Some(error) = sink.failed() {
-        end.ending.outcome = Outcome::Error;
-        end.ending.reason = Some(format!("failed to write the record: {error}"));
-    }
+    finish(sink, &mut end.ending);
     let run = Simulated {
         ending: end.ending,
         end: end.end,

@@ -68,7 +68,10 @@ impl Controller {
         let stale_is_fine = self.config.planted().is(Mutant::StaleHeading);
         // A base that is not heard goes nowhere by its odometer: the second look would hide what the first lacks.
         let second_look = !self.config.planted().is(Mutant::WatchdogOffByTen);
-        if moves && second_look && !self.could_be_on_the_way() {
+        if let Task::Drive(drive) = &self.task
+            && second_look
+            && !drive.could_be_on_the_way(self.reckoning.displacement())
+        {
             // Said, and no reason to stop: a line that loses commands leads there as well.
             self.odometry_doubtful = true;
         }
@@ -91,11 +94,6 @@ impl Controller {
         if moves {
             self.stop_base(now);
         }
-    }
-
-    /// What the odometer says is near what the base was told.
-    fn could_be_on_the_way(&self) -> bool {
-        self.path.could_be_on_the_way(self.reckoning.displacement())
     }
 
     /// The base stopped by itself while a mission drove it. It goes on saying so until it hears the

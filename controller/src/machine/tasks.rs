@@ -10,7 +10,6 @@ use crate::mission::{
     Refusal, Report,
 };
 use crate::mutant::Mutant;
-use crate::path_watch::PathWatch;
 use crate::pose_download::{PoseDownload, Progress};
 use wire::base::Request;
 use wire::base::payload::encode_request;
@@ -172,7 +171,6 @@ impl Controller {
 
     pub(super) fn begin_drive(&mut self, now: Timestamp, mut drive: Drive) {
         drive.plant(self.config.planted());
-        self.path = PathWatch::new(self.reckoning.displacement());
         // It stands, or this mission were refused: a stop that was given at rest is over, and would take the reference
         // from this one.
         self.stopping = false;
@@ -263,7 +261,6 @@ impl Controller {
         let Task::Drive(drive) = &mut self.task else { return };
         match drive.tick(&sight, &self.config.motion) {
             Wish::Rates { drive, steer } => {
-                self.path.tell(now, drive);
                 if let Some(base) = &mut self.base {
                     base.request(Request::SetVelocity { drive, steer });
                     base.poll(now);
@@ -272,7 +269,7 @@ impl Controller {
             }
             Wish::Finished(result) => {
                 let (id, is_straight) = (drive.id, drive.is_straight());
-                if !self.path.could_be_there(sight.displacement) {
+                if !drive.could_be_there(sight.displacement) {
                     self.odometry_doubtful = true;
                     // Said before the mission is called done.
                     self.update_health(now);

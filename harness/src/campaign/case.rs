@@ -101,6 +101,16 @@ pub struct CaseResult {
 }
 
 impl CaseResult {
+    /// Of a case of which nothing is known but how it ended.
+    pub(super) fn ended(outcome: &str) -> Self {
+        Self { outcome: outcome.to_owned(), ..Self::default() }
+    }
+
+    /// Nobody carried it out to its end, because somebody wants no more.
+    pub(super) fn given_up() -> Self {
+        Self::ended(Outcome::Aborted.name())
+    }
+
     /// It was given up on request: it says nothing of the case.
     pub fn is_given_up(&self) -> bool {
         self.outcome == Outcome::Aborted.name()

@@ -41,6 +41,13 @@ pub struct Level {
     pub interval: (f64, f64),
 }
 
+impl Level {
+    /// Share of runs that passed.
+    pub fn share(&self) -> f64 {
+        if self.runs > 0 { self.passed as f64 / self.runs as f64 } else { 0.0 }
+    }
+}
+
 /// The share of runs that pass over the severity of one kind.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Envelope {

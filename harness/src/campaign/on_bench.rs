@@ -4,7 +4,6 @@ use super::case::{Case, CaseResult};
 use super::executor::{Executor, struck};
 use crate::faults::{FaultKind, Target};
 use crate::operator::{Answers, Operator, Person};
-use crate::outcome::Outcome;
 use crate::plan::Property;
 use crate::properties::Unjudged;
 use crate::record::sink::NullSink;
@@ -52,9 +51,7 @@ impl OnBench {
     /// Of a plan on the bench that `setting` describes. Properties are those of the plan, or all where it declares
     /// none, as far as this bench can judge them.
     pub fn new(prepared: Prepared, setting: Setting, site: Site) -> Self {
-        let declared = prepared.plan.properties.clone();
-        let asked = if declared.is_empty() { Property::all() } else { declared };
-        let (properties, unjudged) = setting.sight().divide(&asked);
+        let (properties, unjudged) = setting.sight().divide(&prepared.plan.judged());
         Self { prepared, setting, properties, unjudged, site, broken: Mutex::new(None) }
     }
 
@@ -84,13 +81,10 @@ impl OnBench {
     }
 
     fn run(&self, case: &Case) -> (Span, CaseResult) {
-        let not_run = |outcome: Outcome| {
-            let outcome = outcome.name().to_owned();
-            (Span::ZERO, CaseResult { outcome, ..CaseResult::default() })
-        };
+        let not_run = || (Span::ZERO, CaseResult::given_up());
         let mut broken = self.broken.lock().unwrap_or_else(PoisonError::into_inner);
         if broken.is_some() || (self.site.stop)() {
-            return not_run(Outcome::Aborted);
+            return not_run();
         }
         let prepared = struck(&self.prepared, case);
         let order = LiveOrder {
@@ -109,7 +103,7 @@ impl OnBench {
             }
             Err(error) => {
                 *broken = Some(error);
-                not_run(Outcome::Aborted)
+                not_run()
             }
         }
     }

@@ -166,7 +166,8 @@ impl<E: Executor> Repeatedly<E> {
         for of in 1..=self.repetition.repeats {
             let result = match self.run(case) {
                 Ok(result) => result,
-                Err(outcome) => return ended(outcome),
+                // The bench broke, or somebody stopped it: whatever broke before says nothing.
+                Err(outcome) => return CaseResult::ended(outcome.name()),
             };
             broke.retain(|property, times| {
                 *times += u64::from(result.breaks(property));
@@ -191,18 +192,17 @@ impl<E: Executor> Repeatedly<E> {
     }
 }
 
-/// The bench broke, or somebody stopped it: whatever broke in that run says nothing.
-fn ended(outcome: Outcome) -> CaseResult {
-    CaseResult { outcome: outcome.name().to_owned(), ..CaseResult::default() }
-}
-
 impl<E: Executor> Executor for Repeatedly<E> {
     fn execute(&self, case: &Case) -> CaseResult {
         match self.run(case) {
             Ok(first) if !first.violated.is_empty() => self.repeat(case, first),
             Ok(result) => result,
-            Err(outcome) => ended(outcome),
+            Err(outcome) => CaseResult::ended(outcome.name()),
         }
+    }
+
+    fn kept(&self, case: &Case) {
+        self.inner.kept(case);
     }
 
     fn takes(&self, case: &Case) -> bool {

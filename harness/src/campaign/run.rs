@@ -171,13 +171,12 @@ pub(super) fn guarded(executor: &(impl Executor + ?Sized), case: &Case) -> CaseR
     match catch_unwind(AssertUnwindSafe(|| executor.execute(case))) {
         Ok(result) => result,
         Err(panic) => CaseResult {
-            outcome: "panicked".to_owned(),
             violated: vec![Violated {
                 property: PANIC.to_owned(),
                 at_s: 0.0,
                 what: message(panic.as_ref()),
             }],
-            ..CaseResult::default()
+            ..CaseResult::ended("panicked")
         },
     }
 }

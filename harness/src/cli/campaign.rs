@@ -176,7 +176,7 @@ impl CampaignArguments {
             }
             let clean = executor.without_faults(self.seed);
             let space = self.space(&task, clean, |_, _| true)?;
-            let states = states(&asked(&prepared));
+            let states = states(&prepared.plan.judged());
             let settings =
                 Settings { cases: self.cases, threads, shrink_max: self.shrink_max(SHRINK_MAX) };
             let begun = self.begin(&task, "")?;
@@ -318,14 +318,6 @@ impl CampaignArguments {
     /// Kinds are of the vocabulary.
     fn known(&self) -> Result<(), Failure> {
         self.faults.iter().try_for_each(|name| kind(name).map(|_| ()))
-    }
-}
-
-/// What is judged: by the plan, or all that can be.
-fn asked(prepared: &Prepared) -> Vec<Property> {
-    match prepared.plan.properties.as_slice() {
-        [] => Property::all(),
-        some => some.to_vec(),
     }
 }
 

@@ -190,11 +190,5 @@ impl Means<'_> {
 
 /// The kind of this name, its parameters typical.
 pub(super) fn kind(name: &str) -> Result<FaultKind, Failure> {
-    FaultKind::typical(name).ok_or_else(|| {
-        let known: Vec<&str> = FaultKind::all().iter().map(|info| info.name).collect();
-        Failure::arguments(
-            format!("no fault is called `{name}`"),
-            crate::plan::hint::proposal(name, &known),
-        )
-    })
+    FaultKind::named(name).map_err(|unknown| Failure::arguments(unknown.to_string(), unknown.help))
 }

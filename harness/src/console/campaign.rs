@@ -181,12 +181,11 @@ pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> 
     let mut table = style.table(&[severity.as_str(), "runs that pass", "95 % interval", ""]);
     for level in &found.levels {
         let (lower, upper) = level.interval;
-        let share = if level.runs > 0 { level.passed as f64 / level.runs as f64 } else { 0.0 };
         let cells = [
             figure(level.severity),
             format!("{} of {}", level.passed, level.runs),
             format!("{:.1} to {:.1} %", 100.0 * lower, 100.0 * upper),
-            "#".repeat((20.0 * share).round() as usize),
+            "#".repeat((20.0 * level.share()).round() as usize),
         ];
         table.add_row(cells.map(Cell::new));
     }

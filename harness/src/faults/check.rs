@@ -51,13 +51,12 @@ impl Schedule {
             let message = format!("{} faults, expected at most {FAULTS_MAX}", self.faults.len());
             return Err(Unfit { index: FAULTS_MAX, keys: Vec::new(), message, help: None });
         }
-        let phases = plan.phases();
+        let (phases, time_limit) = (plan.phases(), plan.time_limit());
         for (index, fault) in self.faults.iter().enumerate() {
             let at = |(keys, message, help)| Unfit { index, keys, message, help };
             values(&fault.what).map_err(at)?;
             form(fault).map_err(at)?;
             phase(fault, &phases).map_err(at)?;
-            let time_limit = plan.time_limit();
             let begin = match fault.when {
                 When::At(begin) => Some(("at_s", begin)),
                 When::Step { after, .. } => Some(("after_s", after)),

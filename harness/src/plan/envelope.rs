@@ -11,7 +11,6 @@
 //!
 //! A run does not judge them: [`crate::campaign::envelope()`] measures them, with many.
 
-use super::hint::proposal;
 use super::validate::{Fault as Mistake, Segment};
 use crate::checks::confidence::{Z_95, trials_min};
 use crate::faults::{BenchLines, Fault, FaultKind, Schedule, Target};
@@ -50,10 +49,8 @@ const fn runs() -> u64 {
 
 fn kind<'de, D: Deserializer<'de>>(deserializer: D) -> Result<FaultKind, D::Error> {
     let name = String::deserialize(deserializer)?;
-    FaultKind::typical(&name).ok_or_else(|| {
-        let known: Vec<&str> = FaultKind::all().iter().map(|info| info.name).collect();
-        D::Error::custom(format!("no fault is called `{name}`: {}", proposal(&name, &known)))
-    })
+    FaultKind::named(&name)
+        .map_err(|unknown| D::Error::custom(format!("{unknown}: {}", unknown.help)))
 }
 
 /// The first thing of a bench that a kind can strike, or `asked` if it can be struck.

@@ -142,6 +142,11 @@ impl Plan {
         Ok(plan)
     }
 
+    /// The properties that a campaign judges: those that are declared, or all.
+    pub fn judged(&self) -> Vec<Property> {
+        if self.properties.is_empty() { Property::all() } else { self.properties.clone() }
+    }
+
     /// Checks that a bench with these `lines` and this gyro has what the plan's faults are to strike, and what its
     /// properties are of; `file` and `text` are those that the plan was read from.
     ///

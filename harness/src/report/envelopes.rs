@@ -121,7 +121,7 @@ fn figure(one: &Measured) -> Markup {
         });
         chart.draw_series(bars)?;
         let points: Vec<(f64, f64)> =
-            levels.iter().map(|level| (level.severity.log10(), percent(level))).collect();
+            levels.iter().map(|level| (level.severity.log10(), 100.0 * level.share())).collect();
         let radius = 3 * SCALE as i32;
         chart.draw_series(points.iter().map(|at| Circle::new(*at, radius, CCW.filled())))?;
         chart.draw_series([PathElement::new(points, CCW.stroke_width(SCALE))])?;
@@ -148,10 +148,6 @@ fn figure(one: &Measured) -> Markup {
             }
         }
     }
-}
-
-fn percent(level: &Level) -> f64 {
-    if level.runs == 0 { 0.0 } else { 100.0 * level.passed as f64 / level.runs as f64 }
 }
 
 fn severity(value: f64) -> String {

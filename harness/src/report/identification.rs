@@ -7,7 +7,6 @@
 mod by_run;
 mod cloud;
 mod curves;
-
 mod draw;
 mod effects;
 mod heading;

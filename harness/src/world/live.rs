@@ -119,9 +119,7 @@ impl LiveWorld {
     /// With the faults of the plan, their random numbers from `seed`. [`Setting::reaches`] says before which
     /// of them cannot be injected.
     pub fn with_faults(mut self, seed: u64) -> Self {
-        let schedule = &self.stage.engine.plan().faults;
-        let has_any = !schedule.is_empty();
-        self.faults = has_any.then(|| Box::new(Faults::new(schedule, seed, Timestamp::ZERO)));
+        self.faults = Faults::of(&self.stage.engine.plan().faults, seed);
         self
     }
 

@@ -105,9 +105,7 @@ impl<C: Crossing> SimulatedWorld<C> {
 
     /// With the faults of the plan, their random numbers from `seed`.
     pub fn with_faults(mut self, seed: u64) -> Self {
-        let schedule = &self.stage.engine.plan().faults;
-        let has_any = !schedule.is_empty();
-        self.faults = has_any.then(|| Box::new(Faults::new(schedule, seed, self.now)));
+        self.faults = Faults::of(&self.stage.engine.plan().faults, seed);
         self
     }
 

@@ -114,8 +114,7 @@ impl Hands {
         if times > HANDED_OUT_MAX {
             let case = id_of(&message.subject).to_owned();
             (self.tell)(&News::GivenUp { case, times: HANDED_OUT_MAX });
-            let outcome = WORKER_LOST.to_owned();
-            return Some(Came::Result(CaseResult { outcome, ..CaseResult::default() }));
+            return Some(Came::Result(CaseResult::ended(WORKER_LOST)));
         }
         let executor = match self.executor(said).await {
             Ok(executor) => executor,

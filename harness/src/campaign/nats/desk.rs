@@ -8,7 +8,7 @@ use super::publish::{Letter, PAUSE};
 use super::remote::StoredFile;
 use super::results;
 use super::room::Room;
-use super::tray::{Asking, Read, Tray, given_up};
+use super::tray::{Asking, Read, Tray};
 use super::worker::LISTEN;
 use crate::campaign::WINDOW;
 use crate::campaign::case::CaseResult;
@@ -126,7 +126,7 @@ impl Desk {
         trouble: &mpsc::Sender<NatsError>,
     ) {
         if self.is_over {
-            let _ = answer.send(given_up());
+            let _ = answer.send(CaseResult::given_up());
             return;
         }
         if let Asking::New(answer) = self.tray.ask(&id, answer) {

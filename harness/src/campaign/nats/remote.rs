@@ -8,7 +8,6 @@ use super::lease::{Holder, LEASE, Lease};
 use super::message::{Place, Said, case_body};
 use super::package::Package;
 use super::room::Room;
-use super::tray::given_up;
 use crate::campaign::WINDOW;
 use crate::campaign::case::{Case, CaseId, CaseResult};
 use crate::campaign::executor::Executor;
@@ -144,7 +143,7 @@ impl<E: Executor> Executor for Remote<E> {
         let (answer, answered) = oneshot::channel();
         let id = case.id(&self.package).to_string();
         self.ask(Ask::Execute { id, body: case_body(case), answer });
-        answered.blocking_recv().unwrap_or_else(|_| given_up())
+        answered.blocking_recv().unwrap_or_else(|_| CaseResult::given_up())
     }
 
     fn kept(&self, case: &Case) {

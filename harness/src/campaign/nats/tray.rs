@@ -3,7 +3,6 @@
 use super::message::{Came, Report, id_of};
 use crate::campaign::WINDOW;
 use crate::campaign::case::CaseResult;
-use crate::outcome::Outcome;
 use async_nats::jetstream::Message;
 use std::collections::BTreeMap;
 use tokio::sync::oneshot;
@@ -115,7 +114,7 @@ impl Tray {
         for (_, asked) in std::mem::take(&mut self.asked) {
             asked.handing_out.abort();
             for waiting in asked.waiting {
-                let _ = waiting.send(given_up());
+                let _ = waiting.send(CaseResult::given_up());
             }
         }
     }
@@ -127,9 +126,4 @@ pub(super) enum Asking {
     Known,
     /// It has to be handed out.
     New(oneshot::Sender<CaseResult>),
-}
-
-/// What is said of a case that was given up on request.
-pub(super) fn given_up() -> CaseResult {
-    CaseResult { outcome: Outcome::Aborted.name().to_owned(), ..CaseResult::default() }
 }

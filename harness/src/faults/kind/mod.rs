@@ -6,6 +6,7 @@ mod vocabulary;
 pub use vocabulary::FaultKind;
 
 use super::Target;
+use crate::plan::hint::proposal;
 
 /// One kind of fault, as a table or a campaign sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -130,6 +131,28 @@ impl FaultKind {
     pub fn typical(name: &str) -> Option<Self> {
         Self::all().iter().find(|info| info.name == name).map(|info| info.typical)
     }
+
+    /// The same, or what to say where there is none.
+    ///
+    /// # Errors
+    ///
+    /// When no kind has this name.
+    pub fn named(name: &str) -> Result<Self, UnknownKind> {
+        Self::typical(name).ok_or_else(|| {
+            let known: Vec<&str> = Self::all().iter().map(|info| info.name).collect();
+            UnknownKind { name: name.to_owned(), help: proposal(name, &known) }
+        })
+    }
+}
+
+/// There is no fault of this name.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("no fault is called `{name}`")]
+pub struct UnknownKind {
+    /// What was asked for.
+    pub name: String,
+    /// What there is.
+    pub help: String,
 }
 
 #[cfg(test)]

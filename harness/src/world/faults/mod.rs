@@ -35,15 +35,16 @@ pub(super) struct Faults {
 }
 
 impl Faults {
-    /// The faults of `schedule` in the run with `seed`.
-    pub(super) fn new(schedule: &Schedule, seed: u64, now: Timestamp) -> Self {
-        Self {
-            injector: Injector::new(schedule, seed, now),
+    /// The faults of `schedule` in the run with `seed`, which begins at zero; none where there are none.
+    pub(super) fn of(schedule: &Schedule, seed: u64) -> Option<Box<Self>> {
+        let faults = || Self {
+            injector: Injector::new(schedule, seed, Timestamp::ZERO),
             seed,
             host: Host::default(),
             acted: vec![0; schedule.faults.len()],
             last_of_bus: 0,
-        }
+        };
+        (!schedule.is_empty()).then(|| Box::new(faults()))
     }
 
     pub(super) const fn next_due(&self) -> Timestamp {
