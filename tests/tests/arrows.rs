@@ -10,6 +10,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("wire", &[]),
     ("controller", &["wire"]),
     ("emulators", &["wire"]),
+    ("described", &["wire", "emulators"]),
     ("identification", &["wire"]),
     ("evaluation", &["identification"]),
     ("harness", &["wire", "controller", "emulators", "identification"]),
@@ -25,10 +26,11 @@ const LINES_MAX: usize = 800;
 const CLOCKS: [&str; 4] = ["std::time", "Instant::", "SystemTime", "thread::sleep"];
 
 /// Folders and files where time is an argument.
-const TIMELESS: [&str; 13] = [
+const TIMELESS: [&str; 14] = [
     "wire/src/",
     "controller/src/",
     "emulators/src/",
+    "described/src/",
     "harness/src/checks/",
     "harness/src/engine/",
     "harness/src/link/",
