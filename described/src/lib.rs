@@ -3,6 +3,7 @@
 mod description;
 mod device;
 mod error;
+mod expression;
 mod file;
 mod hint;
 mod layout;

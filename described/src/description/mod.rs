@@ -1,12 +1,34 @@
 //! What a description says of a device.
 
+mod messages;
+mod parameters;
+mod read;
+mod source;
+mod states;
+mod variables;
+
+#[cfg(test)]
+mod tests;
+
+pub(crate) use messages::{Heard, Sent};
+pub(crate) use source::Source;
+pub(crate) use states::{Law, State};
+pub(crate) use variables::{TIME, Variables};
+
 use crate::error::{DescriptionError, Mistake};
-use crate::file::{File, MessageRules, MessageTable};
-use crate::hint;
+use crate::expression::{Expression, Scope};
+use crate::file::{File, Formula, MessageRules};
 use crate::layout::Layout;
 use crate::place::Place;
+use parameters::Parameter;
 use std::collections::BTreeMap;
-use toml::de::DeTable;
+use wire::time::Span;
+
+/// The step of the integration where the file says none.
+const STEP_S: f64 = 0.01;
+
+/// Steps shorter than this are not worth their time. Assumption: no line here resolves less.
+const STEP_S_MIN: f64 = 10e-6;
 
 /// A device as its user describes it, checked.
 #[derive(Debug, Clone)]
@@ -19,16 +41,28 @@ pub struct Description {
     pub source: String,
     layout: Layout,
     parameters: Vec<Parameter>,
+    /// Of parameters and states.
+    notes: BTreeMap<String, Note>,
+    pub(crate) model: Model,
 }
 
-/// A number that can be changed while the device runs.
-#[derive(Debug, Clone, PartialEq)]
-struct Parameter {
-    name: String,
-    value: f64,
+/// What a file says of a parameter or a state beside its numbers.
+#[derive(Debug, Clone)]
+struct Note {
     unit: String,
-    minimum: f64,
-    maximum: f64,
+    doc: String,
+}
+
+/// What a device computes.
+#[derive(Debug, Clone)]
+pub(crate) struct Model {
+    pub(crate) step: Span,
+    pub(crate) variables: Variables,
+    pub(crate) states: Vec<State>,
+    /// The states with a value, each behind those that it needs.
+    pub(crate) order: Vec<usize>,
+    pub(crate) sent: Vec<Sent>,
+    pub(crate) heard: Vec<Heard>,
 }
 
 impl Description {
@@ -42,17 +76,38 @@ impl Description {
         text: &str,
         read: &mut dyn FnMut(&str) -> Result<String, String>,
     ) -> Result<Self, DescriptionError> {
-        let (said, messages) = split(file, text)?;
-        let layout = layout(file, text, &said, messages.as_deref(), read)?;
-        let parameters = said.parameter.iter().map(|(name, table)| Parameter {
-            name: name.clone(),
-            value: table.value,
-            unit: table.unit.clone(),
-            minimum: table.minimum.unwrap_or(f64::NEG_INFINITY),
-            maximum: table.maximum.unwrap_or(f64::INFINITY),
-        });
-        let parameters = parameters.collect();
-        Ok(Self { name: said.name, title: said.title, source: said.source, layout, parameters })
+        let (said, tables) = read::split(file, text)?;
+        let layout = read::layout(file, text, &said, tables.as_deref(), read)?;
+        Self::build(said, layout, tables.is_some(), read)
+            .map_err(|mistake| mistake.located(file, text))
+    }
+
+    fn build(
+        said: File<BTreeMap<String, MessageRules>>,
+        layout: Layout,
+        listed: bool,
+        read: &mut dyn FnMut(&str) -> Result<String, String>,
+    ) -> Result<Self, Mistake> {
+        let step = said.step_s.unwrap_or(STEP_S);
+        let step = messages::seconds(step, STEP_S_MIN, &Place::file().key("step_s"))?;
+        let layout = messages::ruled(layout, &said.message, listed)?;
+        let parameters = parameters::parameters(&said.parameter, &said.state)?;
+        let of_parameters =
+            said.parameter.iter().map(|(name, table)| (name, &table.unit, &table.doc));
+        let of_states = said.state.iter().map(|(name, table)| (name, &table.unit, &table.doc));
+        let notes = of_parameters
+            .chain(of_states)
+            .map(|(name, unit, doc)| (name.clone(), Note { unit: unit.clone(), doc: doc.clone() }));
+        let notes = notes.collect();
+        let names = parameters.iter().map(|known| known.name.clone()).collect();
+        let states = said.state.keys().cloned().collect();
+        let variables = Variables::new(names, states, layout.clone());
+        let (states, order) = states::states(&said.state, &variables)?;
+        let (sent, heard) =
+            messages::messages(&said.message, &said.signal, &layout, &variables, listed, read)?;
+        let model = Model { step, variables, states, order, sent, heard };
+        let (name, title, source) = (said.name, said.title, said.source);
+        Ok(Self { name, title, source, layout, parameters, notes, model })
     }
 
     /// Its messages and their signals.
@@ -65,92 +120,49 @@ impl Description {
         self.parameters.iter().map(|known| (known.name.as_str(), known.value, known.unit.as_str()))
     }
 
+    /// The unit of a parameter, a state or a signal, as its file writes it.
+    pub fn unit(&self, name: &str) -> Option<&str> {
+        let signal = |(message, signal): (usize, usize)| {
+            self.layout.messages()[message].signals[signal].unit.as_str()
+        };
+        self.notes
+            .get(name)
+            .map(|note| note.unit.as_str())
+            .or_else(|| self.layout.signal(name).map(signal))
+    }
+
+    /// What the file says of a parameter, a state or a signal.
+    pub fn doc(&self, name: &str) -> Option<&str> {
+        let signal = |(message, signal): (usize, usize)| {
+            self.layout.messages()[message].signals[signal].doc.as_str()
+        };
+        self.notes
+            .get(name)
+            .map(|note| note.doc.as_str())
+            .or_else(|| self.layout.signal(name).map(signal))
+    }
+
+    /// Its states, by name.
+    pub fn states(&self) -> impl Iterator<Item = &str> {
+        self.model.variables.states()
+    }
+
     /// Whether the parameter exists and may have this value.
     ///
     /// # Errors
     /// With a message for people: the nearest name, or the range.
     pub fn check_parameter(&self, name: &str, value: f64) -> Result<(), String> {
-        let Some(known) = self.parameters.iter().find(|known| known.name == name) else {
-            let names: Vec<_> = self.parameters.iter().map(|known| known.name.as_str()).collect();
-            return Err(format!("no parameter `{name}`: {}", hint::proposal(name, &names)));
-        };
-        if value.is_finite() && (known.minimum..=known.maximum).contains(&value) {
-            return Ok(());
-        }
-        let (least, greatest) = (known.minimum, known.maximum);
-        Err(format!("`{name}` cannot be {value}: it goes from {least} to {greatest}"))
+        parameters::check(&self.parameters, name, value)
     }
 }
 
-/// The file with rules for its messages, and the tables that say all of them where it has any.
-type Split = (File<BTreeMap<String, MessageRules>>, Option<Vec<MessageTable>>);
-
-fn split(file: &str, text: &str) -> Result<Split, DescriptionError> {
-    let wrong = |error: &toml::de::Error| DescriptionError::from_toml(file, text, error);
-    let document = DeTable::parse(text).map_err(|error| wrong(&error))?;
-    let tables = document.get_ref().get("message").is_some_and(|value| value.get_ref().is_array());
-    if !tables {
-        return Ok((toml::from_str(text).map_err(|error| wrong(&error))?, None));
+/// The expression of a number or a text, whose mistakes are shown where they are.
+fn formula(formula: &Formula, scope: &dyn Scope, place: &Place) -> Result<Expression, Mistake> {
+    match formula {
+        Formula::Number(number) => Ok(Expression::constant(*number)),
+        Formula::Expression(text) => Expression::parse(text, scope).map_err(|error| {
+            let mistake = Mistake::new(place.within(error.at), error.message);
+            Mistake { help: error.help, ..mistake }
+        }),
     }
-    let whole: File<Vec<MessageTable>> = toml::from_str(text).map_err(|error| wrong(&error))?;
-    let rules = whole.message.iter().map(|table| (table.name.clone(), table.rules())).collect();
-    let said = File {
-        name: whole.name,
-        title: whole.title,
-        source: whole.source,
-        dbc: whole.dbc,
-        node: whole.node,
-        step_s: whole.step_s,
-        serial: whole.serial,
-        parameter: whole.parameter,
-        state: whole.state,
-        signal: whole.signal,
-        message: rules,
-    };
-    Ok((said, Some(whole.message)))
-}
-
-fn layout<M>(
-    file: &str,
-    text: &str,
-    said: &File<M>,
-    tables: Option<&[MessageTable]>,
-    read: &mut dyn FnMut(&str) -> Result<String, String>,
-) -> Result<Layout, DescriptionError> {
-    let mistake = |key: &str, message: &str, help: &str| {
-        Err(Mistake::new(Place::file().key(key), message).help(help).located(file, text))
-    };
-    let Some(dbc) = &said.dbc else {
-        let Some(tables) = tables else {
-            return mistake(
-                "",
-                "the file has no messages",
-                "name a `dbc`, or add [[message]] tables",
-            );
-        };
-        if said.node.is_some() {
-            return mistake(
-                "node",
-                "`node` is one of a `dbc`",
-                "say `sent_by` in each [[message]]",
-            );
-        }
-        return Layout::from_tables(said.serial, tables).map_err(|error| error.located(file, text));
-    };
-    if tables.is_some() {
-        let help = "with a `dbc`, [message.NAME] says what it does not";
-        return mistake("message", "the messages are in the `dbc` already", help);
-    }
-    if said.serial.is_some() {
-        return mistake("serial", "a `dbc` describes messages on CAN", "leave out one of the two");
-    }
-    let Some(node) = &said.node else {
-        let help = "node = \"...\": who of the DBC's nodes the device is";
-        return mistake("dbc", "the file does not say which `node` it is", help);
-    };
-    let found = read(dbc).map_err(|error| {
-        let message = format!("failed to read `{dbc}`: {error}");
-        Mistake::new(Place::file().key("dbc"), message).located(file, text)
-    })?;
-    Layout::from_dbc(dbc, &found, node)
 }

@@ -18,6 +18,7 @@ pub use decoder::Decoder;
 pub use message::{Message, Sender};
 pub use signal::{Carried, Signal};
 
+use crate::error::Mistake;
 use crate::hint;
 use miette::Diagnostic;
 use std::collections::BTreeMap;
@@ -26,7 +27,6 @@ use thiserror::Error;
 use wire::can::{CanFrame, Id};
 use wire::packet::Packet;
 use wire::serial::SerialSettings;
-use wire::time::Span;
 
 /// What carries the messages of a layout.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -124,6 +124,15 @@ pub enum SignalName {
     },
 }
 
+impl SignalName {
+    /// What to write instead.
+    pub fn advice(&self) -> &str {
+        match self {
+            Self::Unknown { help, .. } | Self::Ambiguous { help, .. } => help,
+        }
+    }
+}
+
 fn spaced(unit: &str) -> String {
     if unit.is_empty() { String::new() } else { format!(" {unit}") }
 }
@@ -135,13 +144,16 @@ impl Layout {
         Self { medium, messages: messages.into(), by_id: Arc::new(by_id) }
     }
 
-    /// The same with other periods, as far as `period` has one for a message.
-    pub(crate) fn with_periods(self, period: impl Fn(&Message) -> Option<Span>) -> Self {
+    /// The same with other periods and starts: what `change` makes of each message.
+    pub(crate) fn changed(
+        self,
+        mut change: impl FnMut(usize, &mut Message) -> Result<(), Mistake>,
+    ) -> Result<Self, Mistake> {
         let mut messages = self.messages.to_vec();
-        for message in &mut messages {
-            message.period = period(message);
+        for (index, message) in messages.iter_mut().enumerate() {
+            change(index, message)?;
         }
-        Self { messages: messages.into(), ..self }
+        Ok(Self { messages: messages.into(), ..self })
     }
 
     /// What carries the messages.
@@ -167,44 +179,48 @@ impl Layout {
 
     /// As [`Layout::signal`], with the nearest names where there is no such signal.
     pub fn resolve(&self, name: &str) -> Result<(usize, usize), SignalName> {
-        if let Some((message, signal)) = name.split_once('.') {
-            let found = self.find(message).and_then(|index| {
-                let signals = &self.messages[index].signals;
-                Some((index, signals.iter().position(|known| known.name == signal)?))
-            });
-            return found.ok_or_else(|| self.unknown(name));
-        }
-        let places: Vec<_> = self.places().filter(|(_, _, known)| known.name == name).collect();
-        match places.as_slice() {
-            [] => Err(self.unknown(name)),
+        self.resolve_among(name, None)
+    }
+
+    /// As [`Layout::resolve`], among the messages of one sender.
+    pub(crate) fn resolve_among(
+        &self,
+        name: &str,
+        sender: Option<Sender>,
+    ) -> Result<(usize, usize), SignalName> {
+        let full = name.contains('.');
+        let called = |message: usize, signal: &Signal| match full {
+            true => format!("{}.{}", self.messages[message].name, signal.name),
+            false => signal.name.clone(),
+        };
+        let places = || {
+            let sent =
+                |message: usize| sender.is_none_or(|one| self.messages[message].sender == one);
+            self.places().filter(move |(message, ..)| sent(*message))
+        };
+        let found: Vec<_> = places().filter(|(m, _, signal)| called(*m, signal) == name).collect();
+        match found.as_slice() {
+            [] => {
+                let known: Vec<String> = places().map(|(m, _, signal)| called(m, signal)).collect();
+                let help = hint::proposal(name, &known);
+                Err(SignalName::Unknown { name: name.to_owned(), help })
+            }
             [(message, signal, _)] => Ok((*message, *signal)),
             several => {
-                let full = several.iter().map(|(message, _, known)| {
-                    format!("`{}.{}`", self.messages[*message].name, known.name)
+                let each = several.iter().map(|(message, _, signal)| {
+                    format!("`{}.{}`", self.messages[*message].name, signal.name)
                 });
-                let help = format!("say which: {}", full.collect::<Vec<_>>().join(" or "));
+                let help = format!("say which: {}", each.collect::<Vec<_>>().join(" or "));
                 Err(SignalName::Ambiguous { name: name.to_owned(), help })
             }
         }
     }
 
     /// Every signal, with the places of its message and of itself.
-    pub(crate) fn places(&self) -> impl Iterator<Item = (usize, usize, &Signal)> {
+    fn places(&self) -> impl Iterator<Item = (usize, usize, &Signal)> {
         self.messages.iter().enumerate().flat_map(|(message, known)| {
             known.signals.iter().enumerate().map(move |(signal, known)| (message, signal, known))
         })
-    }
-
-    fn unknown(&self, name: &str) -> SignalName {
-        let full = name.contains('.');
-        let known: Vec<String> = self
-            .places()
-            .map(|(message, _, signal)| match full {
-                true => format!("{}.{}", self.messages[message].name, signal.name),
-                false => signal.name.clone(),
-            })
-            .collect();
-        SignalName::Unknown { name: name.to_owned(), help: hint::proposal(name, &known) }
     }
 
     /// The message with these values, one a signal and in its unit. Values of signals that a

@@ -91,8 +91,9 @@ impl Coding {
             return None;
         }
         let slack = RANGE_SLACK_COUNTS * scale.factor.abs();
-        let rounded = if self.is_float() { physical } else { scale.physical(number) };
-        if !(minimum - slack..=maximum + slack).contains(&rounded) {
+        let range = minimum - slack..=maximum + slack;
+        // Either will do: the end of a range may lie between two counts.
+        if !range.contains(&physical) && !range.contains(&scale.physical(number)) {
             return None;
         }
         Some(match self {
@@ -121,6 +122,8 @@ mod tests {
         assert_eq!(raw(-327.68, ALL), Some(-32_768i64 as u64));
         assert_eq!(raw(0.3, (0.1, 0.3)), Some(30));
         assert_eq!(raw(0.31, (0.1, 0.3)), None);
+        assert_eq!(raw(0.304, (0.1, 0.304)), Some(30));
+        assert_eq!(raw(0.304, (0.1, 0.3)), Some(30));
         assert_eq!(raw(f64::NAN, ALL), None);
         assert_eq!(raw(f64::INFINITY, ALL), None);
     }

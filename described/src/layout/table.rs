@@ -197,6 +197,17 @@ fn line(
             None => signal(&FieldTable::unsaid(&field.name), storage, limits, place)?,
         });
     }
+    let ends = |index: usize| {
+        let signal: &Signal = &signals[index];
+        [signal.minimum, signal.maximum].map(|end| signal.scale.number(end))
+    };
+    let longest = pattern.longest(ends);
+    if longest > BYTES_MAX {
+        let message =
+            format!("the line can have {longest} bytes, and at most {BYTES_MAX} are sent");
+        return Err(Mistake::new(place.key("text"), message)
+            .help("say how many decimals (`{X:.2}`), and `minimum` and `maximum` in `fields`"));
+    }
     Ok((Carrier::Line(pattern), signals))
 }
 

@@ -4,13 +4,18 @@
 //! stand, each optional: `+` (a sign always), `0` (filled with zeros instead of blanks), the width, and
 //! the number of decimals behind a point. `{{` and `}}` are braces themselves.
 
-use super::number::Scale;
 use std::fmt::Write as _;
 use thiserror::Error;
 use wire::packet::{BYTES_MAX, Packet};
 
 /// More decimals than this say nothing that a double holds.
 const DECIMALS_MAX: usize = 17;
+
+/// So many decimals are printed at most where the pattern does not say how many.
+const DECIMALS_UNSAID: usize = 9;
+
+/// Beyond this a double has no decimals.
+const WHOLE_FROM: f64 = 1e15;
 
 /// How a number is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -82,14 +87,27 @@ impl Format {
         fits.then_some(Self { plus, zeros, width, decimals })
     }
 
-    /// Half of this is the most that printing changes a number by; zero where all digits are printed.
+    /// Half of this is the most that printing changes a number by.
     pub(crate) fn resolution(self) -> f64 {
-        self.decimals.map_or(0.0, |decimals| libm::exp10(-(decimals as f64)))
+        libm::exp10(-(self.decimals.unwrap_or(DECIMALS_UNSAID) as f64))
+    }
+
+    /// How many bytes the number has at most.
+    fn longest(self, number: f64) -> usize {
+        let decimals = self.decimals.unwrap_or(DECIMALS_UNSAID);
+        format!("{number:+.decimals$}").len().max(self.width)
     }
 
     /// Appends `number`; `false` where the packet is full.
     fn print(self, number: f64, to: &mut Packet) -> bool {
         let width = self.width;
+        let number = match self.decimals {
+            None if number.abs() < WHOLE_FROM => {
+                let unit = libm::exp10(DECIMALS_UNSAID as f64);
+                libm::round(number * unit) / unit
+            }
+            _ => number,
+        };
         match (self.decimals, self.plus, self.zeros) {
             (Some(n), false, false) => write!(to, "{number:width$.n$}"),
             (Some(n), false, true) => write!(to, "{number:0width$.n$}"),
@@ -155,6 +173,18 @@ impl Pattern {
         self.parts.push(Part::Number(self.fields.len()));
         self.fields.push(Field { name: name.to_owned(), format });
         Ok(())
+    }
+
+    /// How many bytes the line has at most, with numbers between these ends.
+    pub(crate) fn longest(&self, ends: impl Fn(usize) -> [f64; 2]) -> usize {
+        let length = |part: &Part| match part {
+            Part::Literal(text) => text.len(),
+            Part::Number(index) => {
+                let longest = ends(*index).map(|end| self.fields[*index].format.longest(end));
+                longest[0].max(longest[1])
+            }
+        };
+        self.parts.iter().map(length).sum()
     }
 
     /// The line with these numbers, one a field; `None` where it is longer than a packet.
@@ -259,6 +289,7 @@ mod tests {
         assert_eq!(line(READING, &[21.456, 1.0]), "T=21.46 H=1\r\n");
         assert_eq!(line("{a:+08.3};{{{b:6}}}\n", &[3.5, -2.25]), "+003.500;{ -2.25}\n");
         assert_eq!(line("{a}\n", &[-0.0]), "0\n");
+        assert_eq!(line("{a};{b}\n", &[0.1 + 0.2, 1e-30]), "0.3;0\n");
         assert_eq!(line("READ?\r", &[]), "READ?\r");
     }
 
