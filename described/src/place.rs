@@ -14,8 +14,18 @@ enum Segment {
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Place {
     path: Vec<Segment>,
-    /// Which bytes of the string at the path.
-    within: Option<Range<usize>>,
+    mark: Mark,
+}
+
+/// What is meant of the value at a path.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+enum Mark {
+    #[default]
+    Whole,
+    /// Its name.
+    Name,
+    /// Some bytes of a string.
+    Within(Range<usize>),
 }
 
 impl Place {
@@ -34,13 +44,18 @@ impl Place {
 
     /// Some bytes of the string that is there.
     pub(crate) fn within(&self, bytes: Range<usize>) -> Self {
-        Self { path: self.path.clone(), within: Some(bytes) }
+        Self { path: self.path.clone(), mark: Mark::Within(bytes) }
+    }
+
+    /// The name of what is there, not the value.
+    pub(crate) fn name(&self) -> Self {
+        Self { path: self.path.clone(), mark: Mark::Name }
     }
 
     fn and(&self, segment: Segment) -> Self {
         let mut path = self.path.clone();
         path.push(segment);
-        Self { path, within: None }
+        Self { path, mark: Mark::Whole }
     }
 
     /// The bytes of the value, or of the nearest one above it that there is.
@@ -50,21 +65,30 @@ impl Place {
         let mut found = first_line;
         let mut table = Some(document.get_ref());
         let mut value: Option<&DeValue<'_>> = None;
+        let mut named = None;
         for segment in &self.path {
-            let next = match segment {
-                Segment::Key(key) => table.and_then(|table| table.get(key.as_str())),
+            let (name, next) = match segment {
+                Segment::Key(key) => {
+                    let pair = table.and_then(|table| table.get_key_value(key.as_str()));
+                    (pair.map(|(name, _)| name.span()), pair.map(|(_, next)| next))
+                }
                 Segment::Index(index) => {
-                    value.and_then(DeValue::as_array).and_then(|array| array.get(*index))
+                    let array = value.and_then(DeValue::as_array);
+                    (None, array.and_then(|array| array.get(*index)))
                 }
             };
             let Some(next) = next else { return found };
             found = next.span();
+            named = name;
             value = Some(next.get_ref());
             table = next.get_ref().as_table();
         }
-        match (&self.within, value.and_then(DeValue::as_str)) {
-            (Some(within), Some(string)) => inside(&found, string, within, text).unwrap_or(found),
-            _ => found,
+        match (&self.mark, value.and_then(DeValue::as_str)) {
+            (Mark::Within(within), Some(string)) => {
+                inside(&found, string, within, text).unwrap_or(found)
+            }
+            (Mark::Name, _) => named.unwrap_or(found),
+            (Mark::Whole | Mark::Within(_), _) => found,
         }
     }
 }
@@ -101,6 +125,8 @@ mod tests {
         assert_eq!(at(&state.key("rate")), "\"1 + b\"");
         assert_eq!(at(&state.key("rate").within(4..5)), "b");
         assert_eq!(at(&state.key("list").index(1)), "22");
+        assert_eq!(at(&state.key("list").name()), "list");
+        assert_eq!(at(&state.name()), "a");
         // With an escape the parts are elsewhere: the whole is shown.
         assert_eq!(at(&state.key("esc").within(4..5)), "\"\\u0031 + b\"");
     }

@@ -7,12 +7,13 @@ use wire::base::{Motion, PoseWriteResult, Reply, Request};
 use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Pose, Speed};
 
 fn layout() -> Layout {
-    Layout::from_dbc("k2a.dbc", include_str!("../../wire/dbc/k2a.dbc"), "BASE").unwrap()
+    Layout::from_dbc("k2a.dbc", include_str!("../../wire/dbc/k2a.dbc"), "BASE")
+        .expect("the shipped file is a layout")
 }
 
 fn encode(layout: &Layout, message: &str, values: &[f64]) -> wire::can::CanFrame {
-    let index = layout.find(message).unwrap();
-    match layout.encode(index, values).unwrap() {
+    let index = layout.find(message).expect("it is in the file");
+    match layout.encode(index, values).expect("they are in range") {
         Wired::Frame(frame) => frame,
         Wired::Bytes(_) => panic!("{message} is on CAN"),
     }

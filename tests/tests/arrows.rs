@@ -13,8 +13,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("described", &["wire", "emulators"]),
     ("identification", &["wire"]),
     ("evaluation", &["identification"]),
-    ("harness", &["wire", "controller", "emulators", "identification"]),
-    ("tests", &["wire", "controller", "emulators", "identification", "harness"]),
+    ("harness", &["wire", "controller", "emulators", "described", "identification"]),
+    ("tests", &["wire", "controller", "emulators", "described", "identification", "harness"]),
     // What tests of any room may use.
     ("tests/skips", &[]),
 ];
@@ -113,7 +113,7 @@ fn what_runs_on_a_microcontroller_needs_no_std() {
 
 fn timeless() -> Vec<Source> {
     let mut found = Vec::new();
-    for room in ["wire", "controller", "emulators", "harness"] {
+    for room in ["wire", "controller", "emulators", "described", "harness"] {
         found.extend(sources(room, "rs"));
     }
     found.retain(|source| {

@@ -55,7 +55,7 @@ pub(super) fn ruled(
     if let Some(name) = rules.keys().find(|name| !names.contains(name)) {
         let place = Place::file().key("message").key(name);
         let message = format!("no message `{name}`");
-        return Err(Mistake::new(place, message).help(hint::proposal(name, &names)));
+        return Err(Mistake::new(place.name(), message).help(hint::proposal(name, &names)));
     }
     layout.changed(|index, message| {
         let Some(rules) = rules.get(&message.name) else { return Ok(()) };
@@ -75,12 +75,14 @@ fn start(message: &mut Message, rules: &MessageRules, place: &Place) -> Result<(
         let place = place.key("initial").key(name);
         if message.sender == Sender::Device {
             let text = format!("`{}` is sent by the device", message.name);
-            return Err(Mistake::new(place, text).help("its signals have a source: [signal.NAME]"));
+            return Err(
+                Mistake::new(place.name(), text).help("its signals have a source: [signal.NAME]")
+            );
         }
         let names: Vec<String> = message.signals.iter().map(|known| known.name.clone()).collect();
         let Some(signal) = message.signals.iter_mut().find(|known| known.name == *name) else {
             let text = format!("`{}` has no signal `{name}`", message.name);
-            return Err(Mistake::new(place, text).help(hint::proposal(name, &names)));
+            return Err(Mistake::new(place.name(), text).help(hint::proposal(name, &names)));
         };
         if !(signal.minimum..=signal.maximum).contains(value) {
             let (least, greatest) = (signal.minimum, signal.maximum);
@@ -137,10 +139,10 @@ pub(super) fn messages(
 
 fn unsent(name: &str, layout: &Layout, error: &crate::SignalName, place: &Place) -> Mistake {
     if layout.resolve_among(name, Some(Sender::Host)).is_ok() {
-        return Mistake::new(place.clone(), format!("`{name}` is sent by the host"))
+        return Mistake::new(place.name(), format!("`{name}` is sent by the host"))
             .help("the device hears it; what it is before that is `initial` of its message");
     }
-    Mistake::new(place.clone(), error.to_string()).help(error.advice())
+    Mistake::new(place.name(), error.to_string()).help(error.advice())
 }
 
 fn send(
@@ -152,7 +154,7 @@ fn send(
 ) -> Result<Sent, Mistake> {
     if rules.timeout_s.is_some() {
         let text = format!("`{}` is sent by the device", message.name);
-        return Err(Mistake::new(place.key("timeout_s"), text)
+        return Err(Mistake::new(place.key("timeout_s").name(), text)
             .help("a `timeout_s` is of a message that it hears"));
     }
     let answers = match (&rules.answers, rules.delay_s) {
@@ -161,7 +163,7 @@ fn send(
             Some((question(name, layout, &place.key("answers"))?, delay))
         }
         (None, Some(_)) => {
-            return Err(Mistake::new(place.key("delay_s"), "a delay without a question")
+            return Err(Mistake::new(place.key("delay_s").name(), "a delay without a question")
                 .help("add `answers`: the message that it comes after"));
         }
         (None, None) => None,
@@ -193,7 +195,7 @@ fn hear(
     let of_senders = [("answers", rules.answers.is_some()), ("delay_s", rules.delay_s.is_some())];
     if let Some((key, _)) = of_senders.iter().find(|(_, given)| *given) {
         let text = format!("`{}` is sent by the host", message.name);
-        return Err(Mistake::new(place.key(key), text)
+        return Err(Mistake::new(place.key(key).name(), text)
             .help(format!("`{key}` is of a message that the device sends")));
     }
     let timeout = rules.timeout_s.map(|s| seconds(s, PERIOD_S_MIN, &place.key("timeout_s")));

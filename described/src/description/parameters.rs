@@ -59,15 +59,18 @@ pub(super) fn parameters(
         let place = Place::file().key(section).key(name);
         let word = |c: char| c.is_ascii_alphanumeric() || c == '_';
         if !name.chars().all(word) || name.chars().next().is_none_or(|c| c.is_ascii_digit()) {
-            return Err(Mistake::new(place, format!("`{name}` is not a name"))
+            return Err(Mistake::new(place.name(), format!("`{name}` is not a name"))
                 .help("names have letters, digits and `_`, and begin with no digit"));
         }
         if is_reserved(name) {
-            return Err(Mistake::new(place, format!("`{name}` has a meaning in every expression"))
-                .help("choose another name"));
+            return Err(Mistake::new(
+                place.name(),
+                format!("`{name}` has a meaning in every expression"),
+            )
+            .help("choose another name"));
         }
         if section == "state" && tables.contains_key(name) {
-            return Err(Mistake::new(place, format!("`{name}` is a parameter already")));
+            return Err(Mistake::new(place.name(), format!("`{name}` is a parameter already")));
         }
     }
     tables

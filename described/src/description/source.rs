@@ -75,9 +75,10 @@ pub(super) fn source(
         ("value", table.value.is_some(), table.csv.is_some()),
     ];
     if let Some((key, ..)) = given.iter().find(|(_, given, wanted)| *given && !*wanted) {
-        return Err(Mistake::new(place.key(key), format!("`{key}` has no meaning here")).help(
-            "`interpolate` and `repeat` are of `steps` and `csv`, `time` and `value` of `csv`",
-        ));
+        return Err(Mistake::new(place.key(key).name(), format!("`{key}` has no meaning here"))
+            .help(
+                "`interpolate` and `repeat` are of `steps` and `csv`, `time` and `value` of `csv`",
+            ));
     }
     let (points, from) = match (&table.expression, &table.steps, &table.csv) {
         (Some(expression), None, None) => {

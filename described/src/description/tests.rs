@@ -43,7 +43,7 @@ fn changed(changes: &[(&str, &str)]) -> String {
 
 #[test]
 fn wrong_names() {
-    insta::assert_snapshot!(changed(&[
+    let shown = changed(&[
         ("node = \"Oven\"", "node = \"oven1\""),
         ("[signal.Temperature]", "[signal.Temprature]"),
         ("[signal.Temperature]", "[signal.Setpoint]"),
@@ -53,35 +53,38 @@ fn wrong_names() {
         ("value = 20.0", "vlaue = 20.0"),
         ("[parameter.hysteresis]", "[parameter.t]"),
         ("[parameter.hysteresis]", "[parameter.\"my hysteresis\"]"),
-    ]));
+    ]);
+    insta::assert_snapshot!(shown);
 }
 
 #[test]
 fn wrong_expressions() {
-    insta::assert_snapshot!(changed(&[
+    let shown = changed(&[
         ("(temperature - ambient)", "(temperature - ambeint)"),
         ("expression = \"heater\"", "expression = \"HeaterOn\""),
         ("start = \"ambient\"", "start = \"heater\""),
         ("expression = \"1500 * heater\"", "expression = \"1500 * * heater\""),
         ("last(heater)", "heater"),
         ("rate = ", "value = 1\nrate = "),
-    ]));
+    ]);
+    insta::assert_snapshot!(shown);
 }
 
 #[test]
 fn wrong_numbers() {
-    insta::assert_snapshot!(changed(&[
+    let shown = changed(&[
         ("value = 20.0", "value = 80.0"),
         ("period_s = 0.1", "period_s = 0"),
         ("Setpoint = 20,", "Setpoint = 2000,"),
         ("noise = 0.05", "noise = -1"),
         ("node = \"Oven\"", "node = \"Oven\"\nstep_s = 0"),
-    ]));
+    ]);
+    insta::assert_snapshot!(shown);
 }
 
 #[test]
 fn wrong_messages() {
-    insta::assert_snapshot!(changed(&[
+    let shown = changed(&[
         ("period_s = 0.1", ""),
         ("delay_s = 0.002", "timeout_s = 1"),
         ("answers = \"Command\"", ""),
@@ -90,13 +93,14 @@ fn wrong_messages() {
         ("dbc = \"oven.dbc\"", ""),
         ("node = \"Oven\"", ""),
         ("node = \"Oven\"", "node = \"Oven\"\nserial = { baud = 9600 }"),
-    ]));
+    ]);
+    insta::assert_snapshot!(shown);
 }
 
 #[test]
 fn wrong_files() {
     let csv = |rest: &str| format!("csv = {rest}");
-    insta::assert_snapshot!(changed(&[
+    let shown = changed(&[
         ("oven.dbc", "away.dbc"),
         ("oven.dbc", "broken.dbc"),
         ("oven.dbc", "mux.dbc"),
@@ -110,7 +114,8 @@ fn wrong_files() {
         ("expression = \"heater\"", "steps = [[0, 1], [0, 2]]"),
         ("expression = \"heater\"", "steps = [[0, 1]]\nrepeat = true"),
         ("expression = \"heater\"", "expression = \"heater\"\nrepeat = true"),
-    ]));
+    ]);
+    insta::assert_snapshot!(shown);
 }
 
 #[test]

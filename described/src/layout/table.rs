@@ -249,7 +249,7 @@ fn signal(
 fn unused(place: &Place, where_: &str, keys: &[(&str, bool)]) -> Result<(), Mistake> {
     match keys.iter().find(|(_, given)| *given) {
         Some((key, _)) => {
-            Err(Mistake::new(place.key(key), format!("`{key}` has no meaning {where_}")))
+            Err(Mistake::new(place.key(key).name(), format!("`{key}` has no meaning {where_}")))
         }
         None => Ok(()),
     }
