@@ -2,18 +2,19 @@
 
 use described::{Layout, Sender, Wired};
 use proptest::prelude::*;
+use std::sync::LazyLock;
 use wire::base::can_link::{parse_reply, parse_request, reply_frame, request_frame};
 use wire::base::{Motion, PoseWriteResult, Reply, Request};
 use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Pose, Speed};
 
-fn layout() -> Layout {
+static LAYOUT: LazyLock<Layout> = LazyLock::new(|| {
     Layout::from_dbc("k2a.dbc", include_str!("../../wire/dbc/k2a.dbc"), "BASE")
         .expect("the shipped file is a layout")
-}
+});
 
-fn encode(layout: &Layout, message: &str, values: &[f64]) -> wire::can::CanFrame {
-    let index = layout.find(message).expect("it is in the file");
-    match layout.encode(index, values).expect("they are in range") {
+fn encode(message: &str, values: &[f64]) -> wire::can::CanFrame {
+    let index = LAYOUT.find(message).expect("it is in the file");
+    match LAYOUT.encode(index, values).expect("they are in range") {
         Wired::Frame(frame) => frame,
         Wired::Bytes(_) => panic!("{message} is on CAN"),
     }
@@ -21,35 +22,34 @@ fn encode(layout: &Layout, message: &str, values: &[f64]) -> wire::can::CanFrame
 
 #[test]
 fn the_base_sends_its_two_messages_at_their_periods() {
-    let layout = layout();
-    let sent: Vec<_> = layout
+    let sent: Vec<_> = LAYOUT
         .messages()
         .iter()
         .filter(|message| message.sender == Sender::Device)
         .map(|message| (message.name.as_str(), message.period.map(|period| period.as_nanos())))
         .collect();
     assert_eq!(sent, [("MOTION", Some(20_000_000)), ("POSE", Some(500_000_000))]);
-    assert_eq!(layout.messages()[3].signals, []);
-    assert_eq!(encode(&layout, "STOP", &[]).data(), request_frame(&Request::Stop).unwrap().data());
+    assert_eq!(LAYOUT.messages()[3].signals, []);
+    assert_eq!(encode("STOP", &[]).data(), request_frame(&Request::Stop).unwrap().data());
 }
 
 proptest! {
     #[test]
     fn velocities_are_those_of_the_hand_written_codec(drive in -3.2f64..3.2, steer in -327.0f64..327.0) {
-        let frame = encode(&layout(), "SET_VELOCITY", &[drive, steer]);
+        let frame = encode("SET_VELOCITY", &[drive, steer]);
         let request = Request::SetVelocity {
             drive: Speed::from_m_per_s(drive),
             steer: AngularRate::from_deg_per_s(steer),
         };
         prop_assert_eq!(request_frame(&request), Some(frame));
         let Some(Request::SetVelocity { drive, .. }) = parse_request(&frame) else { panic!("refused") };
-        let found = layout().decoder().frame(&frame).unwrap();
+        let found = LAYOUT.decoder().frame(&frame).unwrap();
         prop_assert!((found.values[0].unwrap() - drive.m_per_s()).abs() < 1e-12);
     }
 
     #[test]
     fn limits_are_those_of_the_hand_written_codec(drive in 0.001f64..6.5, steer in 0.1f64..655.0) {
-        let frame = encode(&layout(), "SET_ACCELERATION", &[drive, steer]);
+        let frame = encode("SET_ACCELERATION", &[drive, steer]);
         let request = Request::SetAcceleration {
             drive: Acceleration::from_m_per_s2(drive),
             steer: AngularAcceleration::from_deg_per_s2(steer),
@@ -59,11 +59,10 @@ proptest! {
 
     #[test]
     fn poses_are_those_of_the_hand_written_codec(x in -419f64..419.0, y in -419f64..419.0, heading in -179f64..179.0) {
-        let layout = layout();
-        let pose = Pose { x: Length::from_m(x), y: Length::from_m(y), heading: Angle::from_deg(heading) };
-        let frame = encode(&layout, "POSE", &[x, y, heading]);
+            let pose = Pose { x: Length::from_m(x), y: Length::from_m(y), heading: Angle::from_deg(heading) };
+        let frame = encode("POSE", &[x, y, heading]);
         prop_assert_eq!(reply_frame(&Reply::Pose(pose)), frame);
-        let written = encode(&layout, "WRITE_POSE", &[x, y, 3.0, heading]);
+        let written = encode("WRITE_POSE", &[x, y, 3.0, heading]);
         prop_assert_eq!(request_frame(&Request::WritePose { pose, counter: 3 }), Some(written));
     }
 
@@ -77,10 +76,9 @@ proptest! {
             ..Motion::default()
         };
         let frame = reply_frame(&Reply::Motion(motion));
-        let layout = layout();
-        let found = layout.decoder().frame(&frame).unwrap();
+            let found = LAYOUT.decoder().frame(&frame).unwrap();
         let value = |name: &str| {
-            let (message, signal) = layout.signal(&format!("MOTION.{name}")).unwrap();
+            let (message, signal) = LAYOUT.signal(&format!("MOTION.{name}")).unwrap();
             assert_eq!(message, found.message);
             found.values[signal].unwrap()
         };

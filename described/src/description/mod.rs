@@ -142,6 +142,21 @@ impl Description {
             .or_else(|| self.layout.signal(name).map(signal))
     }
 
+    /// Gives a parameter another value from the start, which states begin with too. [`Device::set_parameter`]
+    /// changes it on the way.
+    ///
+    /// # Errors
+    /// As [`Description::check_parameter`], and nothing is changed.
+    ///
+    /// [`Device::set_parameter`]: crate::Device::set_parameter
+    pub fn set_parameter(&mut self, name: &str, value: f64) -> Result<(), String> {
+        self.check_parameter(name, value)?;
+        if let Some(known) = self.parameters.iter_mut().find(|known| known.name == name) {
+            known.value = value;
+        }
+        Ok(())
+    }
+
     /// Its states, by name.
     pub fn states(&self) -> impl Iterator<Item = &str> {
         self.model.variables.states()

@@ -2,6 +2,7 @@
 
 use super::Description;
 use miette::{GraphicalReportHandler, GraphicalTheme};
+use proptest::prelude::*;
 
 const DBC: &str = include_str!("../../tests/data/oven.dbc");
 const OVEN: &str = include_str!("../../tests/data/oven.toml");
@@ -12,6 +13,8 @@ fn refused(text: &str) -> String {
         "oven.dbc" => Ok(DBC.to_owned()),
         "broken.dbc" => Ok("VERSION \"\"\n\nBO_ 1 M: X\n".to_owned()),
         "mux.dbc" => Ok(DBC.replace("SG_ HeaterOn :", "SG_ HeaterOn m0M :")),
+        "long-id.dbc" => Ok(DBC.replace("BO_ 257", "BO_ 65793")),
+        "one-id.dbc" => Ok(DBC.replace("BO_ 257", "BO_ 513")),
         "fd.dbc" => Ok(DBC.replace("Status: 4", "Status: 64")),
         "overlap.dbc" => {
             Ok(DBC.replace("16|1@1+ (1,0) [0|1] \"\" Host", "15|1@1+ (1,0) [0|1] \"\" Host"))
@@ -39,6 +42,30 @@ fn changed(changes: &[(&str, &str)]) -> String {
         format!("{from}  ->  {to}\n{}\n", refused(&OVEN.replacen(from, to, 1)))
     };
     changes.iter().map(show).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// Files come from outside: whatever is in them, there is a description or a mistake with its place.
+    #[test]
+    fn no_file_makes_it_panic(
+        at in any::<prop::sample::Index>(), length in 0usize..30, with in "[ -~\n]{0,12}", in_dbc: bool
+    ) {
+        let change = |text: &str| {
+            let start = at.index(text.len());
+            let end = (start + length).min(text.len());
+            format!("{}{with}{}", &text[..start], &text[end..])
+        };
+        let (toml, dbc) = match in_dbc {
+            true => (OVEN.to_owned(), change(DBC)),
+            false => (change(OVEN), DBC.to_owned()),
+        };
+        if let Err(error) = Description::parse("oven.toml", &toml, &mut |_| Ok(dbc.clone())) {
+            let text = if error.file() == "oven.toml" { &toml } else { &dbc };
+            prop_assert!(error.range().end <= text.len(), "{error}");
+        }
+    }
 }
 
 #[test]
@@ -105,6 +132,8 @@ fn wrong_files() {
         ("oven.dbc", "broken.dbc"),
         ("oven.dbc", "mux.dbc"),
         ("oven.dbc", "fd.dbc"),
+        ("oven.dbc", "long-id.dbc"),
+        ("oven.dbc", "one-id.dbc"),
         ("oven.dbc", "overlap.dbc"),
         ("expression = \"heater\"", &csv("\"away.csv\"")),
         ("expression = \"heater\"", &csv("\"trace.csv\"")),

@@ -122,6 +122,7 @@ impl Device {
     }
 
     /// Changes a parameter; `false`, and nothing changed, where [`Description::check_parameter`] refuses.
+    /// States that start with it do so at the next power-on; [`Description::set_parameter`] is for the first.
     pub fn set_parameter(&mut self, now: Timestamp, name: &str, value: f64) -> bool {
         let description = Arc::clone(&self.description);
         let slot = description.model.variables.inner(name);

@@ -198,6 +198,10 @@ fn parameters_are_set_in_their_range() {
     run(&mut device, 300.0);
     let exact = 20.0 + 30.0 * (1.0 - f64::exp(-1.0));
     assert!((device.value("temperature").unwrap() - exact).abs() < 1e-9);
+    let mut warm = Description::clone(&oven());
+    assert_eq!(warm.set_parameter("ambient", 30.0), Ok(()));
+    assert!(warm.set_parameter("ambient", 70.0).is_err());
+    assert_eq!(Device::new(Arc::new(warm), 1).value("temperature"), Some(30.0));
     let refused = |name: &str, value| oven().check_parameter(name, value).unwrap_err();
     insta::assert_snapshot!(refused("ambiant", 1.0), @"no parameter `ambiant`: did you mean `ambient`?");
     insta::assert_snapshot!(refused("ambient", 100.0), @"`ambient` cannot be 100: it goes from -40 to 60");

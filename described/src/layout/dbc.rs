@@ -36,14 +36,14 @@ impl Layout {
             return Err(DescriptionError::new(file, text, at, format!("no node `{node}`"))
                 .with_help(Some(hint::proposal(node, &nodes))));
         }
-        let messages = dbc
-            .messages
-            .iter()
-            .filter(|message| message.name != ORPHANS)
-            .map(|message| {
-                convert(&dbc, message, node).map_err(|refusal| refusal.located(file, text, message))
-            })
-            .collect::<Result<Vec<_>, _>>()?;
+        let mut messages: Vec<Message> = Vec::new();
+        for message in dbc.messages.iter().filter(|message| message.name != ORPHANS) {
+            let converted = written_id(text, &message.name)
+                .and_then(|written| convert(&dbc, message, written, node))
+                .and_then(|converted| distinct(&messages, converted))
+                .map_err(|refusal| refusal.located(file, text, message))?;
+            messages.push(converted);
+        }
         Ok(Self::new(Medium::Can, messages))
     }
 }
@@ -65,8 +65,9 @@ impl Refusal {
     }
 
     fn located(self, file: &str, text: &str, message: &can_dbc::Message) -> DescriptionError {
-        let head = format!("BO_ {} ", message.id.raw());
-        let begin = line_with(text, |line| line.starts_with(&head)).unwrap_or(0..0);
+        let begin =
+            line_with(text, |line| head(line).is_some_and(|(_, name)| name == message.name));
+        let begin = begin.unwrap_or(0..0);
         let at = self.signal.and_then(|name| {
             let after = text.get(begin.end..)?;
             let named = format!("SG_ {name} ");
@@ -78,10 +79,51 @@ impl Refusal {
     }
 }
 
-fn convert(dbc: &Dbc, message: &can_dbc::Message, node: &str) -> Result<Message, Refusal> {
+/// The identifier and the name in the first line of a message.
+fn head(line: &str) -> Option<(&str, &str)> {
+    let mut words = line.split_ascii_whitespace().filter(|word| *word != ":");
+    let (section, id, name) = (words.next()?, words.next()?, words.next()?);
+    (section == "BO_").then(|| (id, name.trim_end_matches(':')))
+}
+
+/// The identifier as the file writes it: the parser keeps the lowest 16 bits of one without bit 31.
+fn written_id(text: &str, name: &str) -> Result<u32, Refusal> {
+    let written = text.lines().filter_map(head).find(|(_, known)| *known == name);
+    written.and_then(|(id, _)| id.parse().ok()).ok_or_else(|| {
+        Refusal::message(
+            format!("the identifier of `{name}` is not on a line with its name"),
+            "a message begins with `BO_ IDENTIFIER NAME: BYTES NODE`",
+        )
+    })
+}
+
+/// The message, unless another has its name or its identifier.
+fn distinct(known: &[Message], message: Message) -> Result<Message, Refusal> {
+    let same_name = known.iter().any(|other| other.name == message.name);
+    match known.iter().find(|other| other.can_id() == message.can_id()) {
+        Some(other) => Err(Refusal::message(
+            format!("`{}` and `{}` have one identifier", other.name, message.name),
+            "take one of the two out of a copy of the file",
+        )),
+        None if same_name => Err(Refusal::message(
+            format!("two messages have the name `{}`", message.name),
+            "rename one of the two in a copy of the file",
+        )),
+        None => Ok(message),
+    }
+}
+
+fn convert(
+    dbc: &Dbc,
+    message: &can_dbc::Message,
+    written: u32,
+    node: &str,
+) -> Result<Message, Refusal> {
     let name = &message.name;
     let id = match message.id {
-        MessageId::Standard(raw) => StandardId::new(raw).map(Id::Standard),
+        MessageId::Standard(_) => {
+            u16::try_from(written).ok().and_then(StandardId::new).map(Id::Standard)
+        }
         MessageId::Extended(raw) => ExtendedId::new(raw).map(Id::Extended),
     };
     let id = id.ok_or_else(|| {
