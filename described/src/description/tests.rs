@@ -44,6 +44,21 @@ fn changed(changes: &[(&str, &str)]) -> String {
     changes.iter().map(show).collect()
 }
 
+#[test]
+fn the_examples_of_the_manual_are_descriptions() {
+    let manual = include_str!("../lib.rs").lines().filter_map(|line| line.strip_prefix("//!"));
+    let manual: String = manual.map(|line| format!("{}\n", line.trim_start())).collect();
+    let examples: Vec<&str> = manual.split("```toml\n").skip(1).collect();
+    for example in &examples {
+        let (example, _) = example.split_once("```").unwrap();
+        let named = if example.contains("title") { "" } else { "name = \"example\"\n" };
+        let read = &mut |_: &str| Ok(DBC.to_owned());
+        let found = Description::parse("manual.toml", &format!("{named}{example}"), read);
+        found.unwrap_or_else(|error| panic!("{error}\n{example}"));
+    }
+    assert_eq!(examples.len(), 2);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 

@@ -5,6 +5,7 @@ mod checksum;
 mod decoder;
 mod message;
 mod number;
+mod printed;
 mod signal;
 #[cfg(test)]
 mod tests;

@@ -2,7 +2,7 @@
 
 use super::bits::BitField;
 use super::number::{Coding, Scale};
-use super::text::Format;
+use super::printed::Format;
 
 /// How far a printed number may lie beside the range that it rounds into, in units of the last decimal.
 const PRINTED_SLACK: f64 = 0.5 + 1e-6;

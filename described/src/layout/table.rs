@@ -226,7 +226,8 @@ fn signal(
     let (least, greatest) = scale.range(limits.0, limits.1);
     let minimum = field.minimum.unwrap_or(least).max(least);
     let maximum = field.maximum.unwrap_or(greatest).min(greatest);
-    if minimum.is_nan() || maximum.is_nan() || minimum > maximum {
+    let no_number = |end: Option<f64>| end.is_some_and(f64::is_nan);
+    if no_number(field.minimum) || no_number(field.maximum) || minimum > maximum {
         let message = format!("`{}` has no value between {minimum} and {maximum}", field.name);
         return Err(Mistake::new(place.clone(), message)
             .help(format!("what it can carry goes from {least} to {greatest}")));
