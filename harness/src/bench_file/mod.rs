@@ -92,6 +92,15 @@ impl BenchFile {
         Ok(bench)
     }
 
+    /// The text of the bench file of that name or path.
+    ///
+    /// # Errors
+    ///
+    /// When it is missing.
+    pub fn text(name: &str) -> Result<String, LibraryError> {
+        Ok(Library::shipped().open(Kind::Bench, name)?.text)
+    }
+
     /// What plays the role of that name, one of [`ROLES`]; emulated where the file does not say.
     pub fn role(&self, name: &str) -> Role {
         let section = match name {

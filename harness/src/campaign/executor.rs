@@ -1,6 +1,7 @@
 //! Who carries out a case.
 
 use super::case::{Case, CaseResult, Violated};
+use super::repeat::Repeated;
 use crate::checks::judge_all;
 use crate::operator::Answers;
 use crate::outcome::Outcome;
@@ -18,6 +19,23 @@ use wire::time::{Span, Timestamp};
 pub trait Executor: Sync {
     /// Carries out `case`.
     fn execute(&self, case: &Case) -> CaseResult;
+
+    /// How long the plan takes where nothing goes wrong, and what one run comes to then. What has no plan takes no time.
+    fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
+        (Span::ZERO, self.execute(&Case { seed, ..Case::default() }))
+    }
+
+    /// What all repetitions of `case` show of `property`, afresh. Where the same case always comes to the same, once is
+    /// enough.
+    ///
+    /// # Errors
+    ///
+    /// How a run ended that says nothing: [`Outcome::Error`] where the bench broke, [`Outcome::Aborted`] where it was
+    /// given up.
+    fn confirm(&self, case: &Case, property: &str) -> Result<Repeated, Outcome> {
+        let broke = u64::from(self.execute(case).breaks(property));
+        Ok(Repeated { broke, of: 1, at_least: broke as f64 })
+    }
 
     /// What came of `case` is kept: this executor need not remember it any longer.
     fn kept(&self, _case: &Case) {}
@@ -44,11 +62,6 @@ impl Simulated {
     /// What a person would be asked.
     pub const fn answers(&self) -> &Answers {
         &self.answers
-    }
-
-    /// How long the plan takes where nothing goes wrong, and what it comes to then.
-    pub fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
-        self.run(&Case { seed, ..Case::default() })
     }
 
     fn run(&self, case: &Case) -> (Span, CaseResult) {
@@ -103,6 +116,10 @@ fn violated(verdict: &PropertyVerdict) -> Option<Violated> {
 impl Executor for Simulated {
     fn execute(&self, case: &Case) -> CaseResult {
         self.run(case).1
+    }
+
+    fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
+        self.run(&Case { seed, ..Case::default() })
     }
 
     fn takes(&self, case: &Case) -> bool {

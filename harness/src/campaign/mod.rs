@@ -44,7 +44,7 @@ pub use executor::{Executor, Simulated};
 pub use guided::Guided;
 pub use journal::{Journal, JournalError, Line};
 #[cfg(feature = "live")]
-pub use on_bench::{OnBench, Site};
+pub use on_bench::{Bench, OnBench, Site};
 pub use regression::{Regression, RegressionError};
 pub use repeat::{
     BREAKS_AT_LEAST, CONFIDENCE, REPEATS, REPEATS_MAX, Repeated, Repeatedly, Repetition,

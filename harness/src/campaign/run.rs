@@ -168,17 +168,19 @@ impl Tally {
 
 /// A controller that panics breaks a property; it does not end the campaign.
 pub(super) fn guarded(executor: &(impl Executor + ?Sized), case: &Case) -> CaseResult {
-    match catch_unwind(AssertUnwindSafe(|| executor.execute(case))) {
-        Ok(result) => result,
-        Err(panic) => CaseResult {
-            violated: vec![Violated {
-                property: PANIC.to_owned(),
-                at_s: 0.0,
-                what: message(panic.as_ref()),
-            }],
-            ..CaseResult::ended("panicked")
-        },
-    }
+    caught(|| executor.execute(case)).unwrap_or_else(|panicked| panicked)
+}
+
+/// What `work` gives, or what a case came to whose controller panicked.
+pub(super) fn caught<T>(work: impl FnOnce() -> T) -> Result<T, CaseResult> {
+    catch_unwind(AssertUnwindSafe(work)).map_err(|panic| CaseResult {
+        violated: vec![Violated {
+            property: PANIC.to_owned(),
+            at_s: 0.0,
+            what: message(panic.as_ref()),
+        }],
+        ..CaseResult::ended("panicked")
+    })
 }
 
 fn message(panic: &(dyn Any + Send)) -> String {

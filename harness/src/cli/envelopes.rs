@@ -4,7 +4,7 @@ use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::progress::Screen;
 use super::say;
-use crate::campaign::{self, Envelope, EnvelopeSettings, Simulated};
+use crate::campaign::{self, Envelope, EnvelopeSettings, Executor as _, Simulated};
 use crate::checks::confidence::{Z_95, trials_min};
 use crate::console::{self, Style};
 use crate::faults::{Fault, FaultKind};

@@ -4,7 +4,8 @@ use crate::hil::{Hil, cases, wait_for};
 use crate::server::Server;
 use futures_util::StreamExt as _;
 use harness::campaign::nats::{
-    Credentials, Holder, News, Package, Place, Remote, RemoteSettings, WorkerSettings, work,
+    Credentials, Holder, News, Package, Place, Remote, RemoteSettings, Stopping, WorkerSettings,
+    work,
 };
 use harness::campaign::{Case, CaseResult, Executor};
 use harness::operator::Answers;
@@ -88,7 +89,7 @@ fn carry_out(url: &str, echo: &Arc<Echo>, told: &Arc<Told>, stop: &AtomicBool) -
         patience: Duration::ZERO,
     };
     let echo = Arc::clone(echo);
-    let maker = Arc::new(move |_: &Package, _: &Place| {
+    let maker = Arc::new(move |_: &Package, _: &Place, _: Stopping| {
         Ok(("echo".to_owned(), Arc::clone(&echo) as Arc<dyn Executor + Send + Sync>))
     });
     let stop = || stop.load(Ordering::Relaxed);
@@ -152,7 +153,7 @@ fn a_case_that_takes_long_stays_with_its_worker() {
                     version: VERSION.to_owned(),
                     patience: Duration::ZERO,
                 };
-                let maker = Arc::new(move |_: &Package, _: &Place| {
+                let maker = Arc::new(move |_: &Package, _: &Place, _: Stopping| {
                     Ok(("slow".to_owned(), Arc::clone(&slow) as Arc<dyn Executor + Send + Sync>))
                 });
                 let stop = || stop.load(Ordering::Relaxed);

@@ -2,6 +2,7 @@
 
 use super::connect::{News, Tell};
 use super::error::NatsError;
+use super::job::Done;
 use super::lease::Lease;
 use super::message::{Again, CASES, Place, RESULTS, Said, id_of, result_subject};
 use super::publish::{Letter, PAUSE};
@@ -11,7 +12,6 @@ use super::room::Room;
 use super::tray::{Asking, Read, Tray};
 use super::worker::LISTEN;
 use crate::campaign::WINDOW;
-use crate::campaign::case::CaseResult;
 use async_nats::jetstream::Message;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -29,9 +29,9 @@ const FINISHES_MAX: usize = 5;
 /// What the campaign asks for.
 #[derive(Debug)]
 pub(super) enum Ask {
-    /// What comes of a case?
-    Execute { id: String, body: Vec<u8>, answer: oneshot::Sender<CaseResult> },
-    /// The result of the case of that name is kept.
+    /// What comes of a job?
+    Execute { id: String, body: Vec<u8>, answer: oneshot::Sender<Done> },
+    /// The result of the job of that name is kept.
     Kept(String),
     /// The campaign is over.
     Finish { files: Vec<StoredFile>, answer: oneshot::Sender<Result<(), NatsError>> },
@@ -122,11 +122,11 @@ impl Desk {
         &mut self,
         id: String,
         body: Vec<u8>,
-        answer: oneshot::Sender<CaseResult>,
+        answer: oneshot::Sender<Done>,
         trouble: &mpsc::Sender<NatsError>,
     ) {
         if self.is_over {
-            let _ = answer.send(CaseResult::given_up());
+            let _ = answer.send(Done::given_up());
             return;
         }
         if let Asking::New(answer) = self.tray.ask(&id, answer) {
