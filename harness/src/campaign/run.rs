@@ -168,12 +168,16 @@ impl Tally {
 
 /// A controller that panics breaks a property; it does not end the campaign.
 pub(super) fn guarded(executor: &(impl Executor + ?Sized), case: &Case) -> CaseResult {
-    caught(|| executor.execute(case)).unwrap_or_else(|panicked| panicked)
+    caught(|| executor.execute(case), |panicked| panicked)
 }
 
-/// What `work` gives, or what a case came to whose controller panicked.
-pub(super) fn caught<T>(work: impl FnOnce() -> T) -> Result<T, CaseResult> {
-    catch_unwind(AssertUnwindSafe(work)).map_err(|panic| CaseResult {
+/// What `work` gives, or what is made of a case whose controller panicked.
+pub(super) fn caught<T>(work: impl FnOnce() -> T, of: impl FnOnce(CaseResult) -> T) -> T {
+    let panic = match catch_unwind(AssertUnwindSafe(work)) {
+        Ok(given) => return given,
+        Err(panic) => panic,
+    };
+    of(CaseResult {
         violated: vec![Violated {
             property: PANIC.to_owned(),
             at_s: 0.0,

@@ -23,6 +23,8 @@ use tokio::time::{interval, sleep, timeout};
 
 /// After so long without a result it is told who is waited for.
 const SILENCE: Duration = Duration::from_secs(10);
+/// How long it tries to take back what a bench has not begun.
+const WITHDRAW: Duration = Duration::from_secs(1);
 /// Attempts to leave files on a server that is there.
 const FINISHES_MAX: usize = 5;
 
@@ -103,6 +105,7 @@ impl Desk {
                 _ = listen.tick() => {
                     if !self.is_over && stop() {
                         self.give_up();
+                        self.withdraw().await;
                     }
                     silent = if self.tray.asked.is_empty() { Duration::ZERO } else { silent + LISTEN };
                     if silent >= SILENCE {
@@ -246,6 +249,15 @@ impl Desk {
     fn fail(&mut self, error: NatsError) {
         self.failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
         self.give_up();
+    }
+
+    /// A bench does nothing for a campaign that somebody stopped. In virtual time what waits is done for when it goes on.
+    async fn withdraw(&self) {
+        if matches!(self.place, Place::Bench(_)) {
+            // What stays on a server that is away is one case.
+            let withdrawn = self.room.withdraw(&self.place, &self.said.campaign);
+            let _ = timeout(WITHDRAW, withdrawn).await;
+        }
     }
 
     fn give_up(&mut self) {

@@ -3,7 +3,7 @@
 use crate::campaign::case::{Case, CaseId, CaseResult};
 use crate::campaign::executor::Executor;
 use crate::campaign::repeat::Repeated;
-use crate::campaign::run::{caught, guarded};
+use crate::campaign::run::caught;
 use crate::run::VERSION;
 use serde::{Deserialize, Serialize};
 use wire::time::Span;
@@ -77,16 +77,19 @@ impl Job {
 
     /// Has `executor` do it. A controller that panics breaks a property, whatever is asked.
     pub(super) fn carry_out(&self, executor: &(impl Executor + ?Sized)) -> Done {
+        caught(|| self.asked_of(executor), Done::of)
+    }
+
+    fn asked_of(&self, executor: &(impl Executor + ?Sized)) -> Done {
         match self {
-            Self::Case(case) => Done::of(guarded(executor, case)),
-            Self::WithoutFaults { seed } => match caught(|| executor.without_faults(*seed)) {
-                Ok((lasted, result)) => Done { lasted: Some(lasted), ..Done::of(result) },
-                Err(panicked) => Done::of(panicked),
-            },
-            Self::Confirm { case, property } => match caught(|| executor.confirm(case, property)) {
-                Ok(Ok(shown)) => Done { shown: Some(shown), ..Done::default() },
-                Ok(Err(outcome)) => Done::of(CaseResult::ended(outcome.name())),
-                Err(panicked) => Done::of(panicked),
+            Self::Case(case) => Done::of(executor.execute(case)),
+            Self::WithoutFaults { seed } => {
+                let (lasted, result) = executor.without_faults(*seed);
+                Done { lasted: Some(lasted), ..Done::of(result) }
+            }
+            Self::Confirm { case, property } => match executor.confirm(case, property) {
+                Ok(shown) => Done { shown: Some(shown), ..Done::default() },
+                Err(outcome) => Done::of(CaseResult::ended(outcome.name())),
             },
         }
     }

@@ -41,15 +41,15 @@ pub enum NotHere {
     /// It is for virtual time.
     #[error("its cases are for virtual time, not for a bench")]
     NoBench,
-    /// The bench file of that name has another content here.
+    /// The bench file of that name has another content.
     #[error(
-        "the bench file {name} here is another than the campaign's (content {here:.8} here, {theirs:.8} there): give both \
-         the same file"
+        "the worker's bench file {name} is another than the campaign's (content {here:.8}, the campaign's {theirs:.8}): \
+         give both the same file"
     )]
     OtherBench {
         /// Name of the bench.
         name: String,
-        /// Hash of the file here.
+        /// Hash of the worker's file.
         here: String,
         /// Hash of the campaign's.
         theirs: String,
@@ -161,7 +161,7 @@ mod tests {
         let other = package.repetition_on("window", "title = \"Another\"\n").unwrap_err();
         insta::assert_snapshot!(
             other,
-            @"the bench file window here is another than the campaign's (content 9b2b00a3 here, 153882f9 there): give both the same file"
+            @"the worker's bench file window is another than the campaign's (content 9b2b00a3, the campaign's 153882f9): give both the same file"
         );
         for another in [plan(), plan().on_bench(bench, rule(9)), plan().on_bench("", rule(8))] {
             assert_ne!(another.id(), package.id());
