@@ -170,8 +170,8 @@ fn another_bench_file_of_that_name_is_refused_by_name() {
     let url = server.url();
     let other = hil.start("other", &worker(&url, "other/window.toml"));
     let ran = hil.start("over", &slips("over", &["--nats", &url])).ends().exits(3);
-    assert!(ran.err.contains("cannot carry out this campaign"), "{}", ran.err);
-    assert!(ran.err.contains("the worker's bench file"), "{}", ran.err);
+    let why = "cannot carry out this campaign: the worker's bench file window is another";
+    assert!(ran.says().contains(why), "{}", ran.err);
     other.wait_until_it_says("the worker's bench file window is another than the campaign's");
 
     // The right one carries on.

@@ -14,6 +14,7 @@ mod away;
 mod bench;
 mod campaign;
 mod hil;
+mod jwt;
 mod refused;
 mod secured;
 mod server;

@@ -67,8 +67,11 @@ fn streams_of_another_version_are_refused_by_name() {
     for arguments in [vec!["worker", "--nats", &url], vec!["campaign", "live-side", "--nats", &url]]
     {
         let ran = hil.start("other", &arguments).ends().exits(2);
-        let says = ran.err.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(says.contains("is of another version: \"hil, message format 99\""), "{}", ran.err);
+        assert!(
+            ran.says().contains("is of another version: \"hil, message format 99\""),
+            "{}",
+            ran.err
+        );
     }
 }
 
