@@ -13,6 +13,7 @@ use crate::checks::confidence::clopper_pearson_lower;
 use crate::outcome::Outcome;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fmt;
 use wire::time::Span;
 
 /// Repetitions where nobody says otherwise: enough that one of them may hold by chance.
@@ -33,6 +34,14 @@ pub struct Repetition {
     confidence: f64,
     share: f64,
     needed: u64,
+}
+
+/// `broken where 7 of 8 repetitions break (0.95, 0.5)`: with confidence and share.
+impl fmt::Display for Repetition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { repeats, confidence, share, needed } = self;
+        write!(f, "broken where {needed} of {repeats} repetitions break ({confidence}, {share})")
+    }
 }
 
 /// A rule as it is written down.

@@ -12,7 +12,9 @@ use crate::outcome::Outcome;
 use bench::BenchHand;
 use clap::Args;
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+#[cfg(feature = "live")]
+use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::available_parallelism;
 use std::time::Duration;
@@ -99,6 +101,7 @@ impl WorkerArguments {
 }
 
 /// A bench by the name of its file: so the same bench has the same name to all.
+#[cfg(feature = "live")]
 pub(super) fn bench_place(name: &str) -> Result<Place, Failure> {
     let stem = Path::new(name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
     stem.unwrap_or_default()

@@ -42,27 +42,27 @@ impl Executor for Echo {
     }
 }
 
-fn server(url: &str) -> harness::campaign::nats::Server {
+pub fn server(url: &str) -> harness::campaign::nats::Server {
     harness::campaign::nats::Server::new(&[url.to_owned()], Credentials::default()).unwrap()
 }
 
 /// What was told, as text.
 #[derive(Default)]
-struct Told(Mutex<Vec<String>>);
+pub struct Told(Mutex<Vec<String>>);
 
 impl Told {
-    fn teller(self: &Arc<Self>) -> Arc<dyn Fn(&News) + Send + Sync> {
+    pub fn teller(self: &Arc<Self>) -> Arc<dyn Fn(&News) + Send + Sync> {
         let told = Arc::clone(self);
         Arc::new(move |news| told.0.lock().unwrap().push(news.to_string()))
     }
 
-    fn wait_for(&self, text: &str) {
+    pub fn wait_for(&self, text: &str) {
         wait_for(text, || self.0.lock().unwrap().iter().any(|told| told.contains(text)));
     }
 }
 
 /// The coordinator's machine carries nothing out.
-struct Nobody;
+pub struct Nobody;
 
 impl Executor for Nobody {
     fn execute(&self, case: &Case) -> CaseResult {
@@ -71,10 +71,14 @@ impl Executor for Nobody {
 }
 
 fn remote(url: &str, told: &Arc<Told>) -> Remote<Nobody> {
+    remote_at(Place::Virtual, url, told)
+}
+
+pub fn remote_at(place: Place, url: &str, told: &Arc<Told>) -> Remote<Nobody> {
     let package = Package::of("live-side", &Answers::default()).unwrap();
     let settings = RemoteSettings {
         what: "echoes".to_owned(),
-        place: Place::Virtual,
+        place,
         holder: Holder::named("the coordinator"),
     };
     Remote::open(&server(url), &package, settings, Nobody, told.teller(), || false).unwrap()

@@ -1,9 +1,17 @@
 //! Campaigns on a worker's bench, in real time: emulated devices on ptys, the controller in the worker.
 
-use crate::hil::{Hil, Ran, cases};
-use crate::server::{Server, cases_waiting};
+use crate::away::{Told, remote_at, server};
+use crate::hil::{Hil, Ran, cases, wait_for};
+use crate::server::{Server, cases_waiting, say};
+use harness::campaign::nats::{Holder, Package, Place, Stopping, WorkerSettings, work};
+use harness::campaign::{Case, CaseResult, Executor};
+use harness::run::VERSION;
 use serde_json::Value;
 use std::collections::BTreeSet;
+use std::num::NonZeroUsize;
+use std::sync::Arc;
+use std::thread::scope;
+use std::time::Duration;
 
 /// Some seconds of real time, and a property that wheels break which slip enough.
 const PLAN: &str = r#"
@@ -180,6 +188,57 @@ fn another_bench_file_of_that_name_is_refused_by_name() {
     let right = hil.start("right", &worker(&url, "window.toml"));
     let _over = hil.start("over", &slips("over", &["--nats", &url]));
     right.wait_until_it_says(": short");
+}
+
+/// A run that goes on until it is broken off.
+struct Endless(Stopping);
+
+impl Executor for Endless {
+    fn execute(&self, _: &Case) -> CaseResult {
+        wait_for("a stop", || self.0.is_so());
+        CaseResult { outcome: "aborted".to_owned(), ..CaseResult::default() }
+    }
+}
+
+#[test]
+fn a_run_is_broken_off_where_the_bench_is_anothers() {
+    let Some(there) = Server::start() else { return };
+    let (url, told) = (there.url(), Arc::<Told>::default());
+    let place = || Place::bench("window").unwrap();
+    let settings = |name: &str| WorkerSettings {
+        place: place(),
+        threads: NonZeroUsize::MIN,
+        holder: Holder::named(name),
+        version: VERSION.to_owned(),
+        patience: Duration::from_secs(30),
+    };
+    let remote = remote_at(place(), &url, &told);
+    scope(|scope| {
+        let asking = scope.spawn(|| remote.execute(&Case::default()));
+        let worker = scope.spawn(|| {
+            let maker = Arc::new(move |_: &Package, _: &Place, stopping: Stopping| {
+                let executor: Arc<dyn Executor + Send + Sync> = Arc::new(Endless(stopping));
+                Ok(("endless".to_owned(), executor))
+            });
+            work(&server(&url), &settings("the worker"), maker, told.teller(), || false)
+        });
+        told.wait_for(": endless");
+        say(async {
+            let jetstream = async_nats::jetstream::new(async_nats::connect(&url).await.unwrap());
+            let leases = jetstream.get_key_value("HIL_LEASES").await.unwrap();
+            leases.put("bench.window", "somebody else".into()).await.unwrap();
+        });
+        let lost = worker.join().unwrap().unwrap_err();
+        let by = "the lease on the bench window is lost to somebody else";
+        assert_eq!(lost.to_string(), by);
+        // Whoever has the bench now has the case to carry out, or to refuse.
+        assert_eq!(cases_waiting(&url), 1);
+        let maker = Arc::new(move |_: &Package, _: &Place, _: Stopping| Err("no plan".to_owned()));
+        let answered = || asking.is_finished();
+        work(&server(&url), &settings("another"), maker, told.teller(), answered).unwrap();
+        assert!(asking.join().unwrap().is_given_up());
+        assert!(remote.failure().unwrap().to_string().contains("another cannot carry out"));
+    });
 }
 
 /// Everything that would make a worker do something else than what its bench file says.

@@ -46,6 +46,8 @@ fn a_rule_says_how_many_must_break_and_refuses_what_can_show_nothing() {
     assert_eq!(needed(8, 0.5), Ok(7));
     assert_eq!(needed(5, 0.5), Ok(5));
     assert_eq!(needed(20, 0.5), Ok(15));
+    let usual = Repetition::new(8, 0.95, 0.5).unwrap().to_string();
+    assert_eq!(usual, "broken where 7 of 8 repetitions break (0.95, 0.5)");
     let few = needed(4, 0.5).unwrap_err();
     let help = miette::Diagnostic::help(&few).unwrap().to_string();
     insta::assert_snapshot!(format!("{few}\n{help}"));

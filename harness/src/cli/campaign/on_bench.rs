@@ -7,11 +7,12 @@ use crate::campaign::{Bench, Executor, Journal, OnBench, Repeatedly, Repetition,
 use crate::cli::failure::Failure;
 use crate::cli::live;
 use crate::cli::setup::{LiveSetup, Setup};
+#[cfg(feature = "nats")]
+use crate::cli::worker::bench_place;
 use crate::console::Again;
 use crate::operator::{Answers, Person};
 use crate::outcome::Outcome;
 use crate::run_live::DEVICE_LOG;
-use crate::world::live::Setting;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -51,8 +52,15 @@ impl CampaignArguments {
         };
         let setting = live::setting(prepared, live)?;
         setting.reaches(&prepared.plan.faults)?;
-        // Where the journal is from: a case on another bench comes to something else.
-        let (folder, what) = (self.opened(prepared)?, self.what(task, &in_real_time(&setting)));
+        let folder = self.opened(prepared)?;
+        // Where the journal is from: a case on another bench, or by another rule, comes to something else.
+        let bench = format!(", in real time: {setting}, {rule}");
+        #[cfg(feature = "nats")]
+        let bench = match &elsewhere {
+            Some((_, file)) => format!("{bench}, {} of a worker", bench_place(file)?),
+            None => bench,
+        };
+        let what = self.what(task, &bench);
         let stop = interrupt.clone();
         let mut site = Site {
             bench: Bench::default(),
@@ -137,9 +145,4 @@ impl CampaignArguments {
         let (unjudged, confidence) = (bench.unjudged(), rule.confidence());
         Ok(Some(Over { done, saved, again: Again { confirmed, unjudged, confidence } }))
     }
-}
-
-/// For the name of a campaign.
-fn in_real_time(setting: &Setting) -> String {
-    format!(", in real time: {setting}")
 }
