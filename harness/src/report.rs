@@ -17,6 +17,8 @@ mod measurements;
 mod observations;
 mod page;
 mod palette;
+mod panel;
+mod paper;
 mod path;
 mod properties;
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The page: what comes where.
 
 use super::collect::Collected;
+use super::paper::Figures;
 use super::{heading, measurements, observations, path, properties, timeline, trouble};
 use crate::outcome::Summary;
 use crate::record::header::Header;
@@ -11,12 +12,14 @@ const STYLE: &str = include_str!("style.css");
 
 /// The whole document of a run.
 pub(super) fn page(summary: &Summary, header: &Header, collected: &Collected) -> Markup {
+    let paper = Figures::of(header, collected);
     let body = html! {
         (heading::heading(summary, collected))
         (section("Paper against measured", Some(measurements::table(&summary.measurements))))
         (section("Properties", properties::table(&summary.properties)))
         (section("Notes and faults", trouble::list(&collected.troubles)))
-        (section("Observations", Some(observations::plots(header, collected))))
+        (section("The paper's figures", paper.plots()))
+        (section("Observations", observations::plots(header, collected, &paper)))
         (section("Where it went", path::figure(&collected.believed, &collected.truth)))
         (section(
             "Steps",

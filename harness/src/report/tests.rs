@@ -61,12 +61,12 @@ fn skeleton(page: &str) -> String {
 fn sixteen_hours_fit_one_page() {
     let page = page(&summary(), long_run());
     let document = assert_stands_alone(&page);
-    assert_eq!(count(&document, "section"), 5);
+    assert_eq!(count(&document, "section"), 6);
     assert_eq!(count(&document, "table.measurements tbody tr"), summary().measurements.len());
     assert_eq!(
         count(&document, "svg.plot"),
-        5,
-        "four quantities, two of them in one plot, and the path"
+        6,
+        "Fig. 3 and what is left beside its line, Fig. 7, two quantities of no figure of the paper, and the path"
     );
     assert_eq!(count(&document, "g.step"), 120);
     assert!(page.contains("160 steps; 40 too short to be told apart are not drawn"));

@@ -20,7 +20,7 @@ const SHARE_MIN: f64 = 0.002;
 const CHARACTER_SHARE: f64 = 0.0062;
 
 /// Blank between boxes, and the narrowest box, in percent of the line.
-const GAP_PERCENT: f64 = 0.05;
+const GAP_PERCENT: f64 = 0.12;
 const WIDTH_PERCENT_MIN: f64 = 0.12;
 
 const ROW_PX: usize = 24;
