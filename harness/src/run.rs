@@ -9,7 +9,7 @@ mod keep;
 mod recorded_properties;
 
 pub(crate) use again::IMPORTED;
-pub use again::{JudgedAgain, judge_again};
+pub use again::{JudgedAgain, judge_again, unfinished};
 pub use keep::{Completed, Options, run_to_folder, run_to_folder_across, write_documents};
 #[cfg(feature = "live")]
 pub(crate) use keep::{keep, summarise};

@@ -23,3 +23,5 @@ mod measured;
 mod operator;
 #[path = "cli/recorded.rs"]
 mod recorded;
+#[path = "cli/report.rs"]
+mod report;

@@ -89,7 +89,10 @@ impl Journal {
         };
         let mut file =
             OpenOptions::new().read(true).append(true).create(true).open(path).map_err(failed)?;
-        let (found, done, whole) = read(path, &file)?;
+        let mut done = BTreeMap::new();
+        let (found, whole) = read(path, &file, &mut |line| {
+            done.insert(line.number, line);
+        })?;
         match found {
             None => {
                 file.set_len(0).map_err(failed)?;
@@ -124,14 +127,25 @@ impl Journal {
     }
 }
 
-/// The head, the lines, and how many bytes of it are whole lines.
-type Read = (Option<Head>, BTreeMap<u64, Line>, u64);
+/// Reads the journal at `path`, one case after another in the order in which they were done, and leaves it as it is.
+/// A last line that was cut short is left out.
+///
+/// # Errors
+///
+/// When it cannot be read, or a line within it is not right.
+pub fn each_line(path: &Path, take: &mut dyn FnMut(Line)) -> Result<(), JournalError> {
+    let failed = |source| JournalError::Io { path: path.to_owned(), source };
+    read(path, &File::open(path).map_err(failed)?, take).map(|_| ())
+}
 
-fn read(path: &Path, file: &File) -> Result<Read, JournalError> {
+/// The head, and how many bytes of it are whole lines.
+type Read = (Option<Head>, u64);
+
+fn read(path: &Path, file: &File, take: &mut dyn FnMut(Line)) -> Result<Read, JournalError> {
     let broken =
         |line, message: String| JournalError::Broken { path: path.to_owned(), line, message };
     let mut reader = BufReader::new(file);
-    let (mut head, mut done, mut whole) = (None, BTreeMap::new(), 0);
+    let (mut head, mut whole) = (None, 0);
     let mut text = Vec::new();
     for number in 1.. {
         text.clear();
@@ -148,11 +162,11 @@ fn read(path: &Path, file: &File) -> Result<Read, JournalError> {
         } else {
             let line: Line =
                 serde_json::from_slice(&text).map_err(|error| broken(number, error.to_string()))?;
-            done.insert(line.number, line);
+            take(line);
         }
         whole += length as u64;
     }
-    Ok((head, done, whole))
+    Ok((head, whole))
 }
 
 fn write(file: &mut File, line: &impl Serialize) -> io::Result<()> {
@@ -164,7 +178,7 @@ fn write(file: &mut File, line: &impl Serialize) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Journal, JournalError, Line};
+    use super::{Journal, JournalError, Line, each_line};
     use crate::campaign::toy::{Toy, space};
     use crate::campaign::{Executor as _, Random, Search as _};
     use std::io::Write as _;
@@ -198,6 +212,9 @@ mod tests {
         journal.keep(&lines[3]).unwrap();
         drop(journal);
         assert!(Journal::open(&path, "toy").unwrap().done().values().eq(&lines[..4]));
+        let mut read = Vec::new();
+        each_line(&path, &mut |line| read.push(line)).unwrap();
+        assert_eq!(read, lines[..4]);
     }
 
     #[test]

@@ -144,7 +144,8 @@ fn made_small(
 }
 
 impl Tally {
-    fn count(&mut self, number: u64, result: &CaseResult) {
+    /// Counts one case more, whatever is known of it.
+    pub fn count(&mut self, number: u64, result: &CaseResult) {
         self.cases += 1;
         self.passed += u64::from(result.passed && result.violated.is_empty());
         *self.outcomes.entry(result.outcome.clone()).or_default() += 1;

@@ -1,5 +1,6 @@
 //! `hil campaign`: faults thrown at a plan, and how much of one it tolerates.
 
+pub(super) mod account;
 #[cfg(feature = "nats")]
 mod over;
 
@@ -24,6 +25,7 @@ use crate::outcome::Outcome;
 use crate::plan::Property;
 use crate::run::Prepared;
 use crate::world::bench::bench_lines;
+use account::{Kept, Place};
 use clap::{Args, ValueEnum};
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
@@ -114,7 +116,7 @@ pub(super) struct CampaignArguments {
 const CASES_MAX: u64 = 10_000_000;
 /// Tries to make one case smaller.
 const SHRINK_MAX: u64 = 500;
-/// File of a campaign folder.
+/// File of a campaign folder: its cases.
 const JOURNAL: &str = "cases.jsonl";
 
 /// What a campaign is about, and whom it talks to.
@@ -180,11 +182,14 @@ impl CampaignArguments {
             let settings =
                 Settings { cases: self.cases, threads, shrink_max: self.shrink_max(SHRINK_MAX) };
             let begun = self.begin(&task, "")?;
+            let place = |carried_out_by| Place { carried_out_by, replay: "" };
             #[cfg(feature = "nats")]
             if let Some(remote) =
                 self.over.remote(&self.plan, &begun.what, &executor, task.interrupt, screen)?
             {
                 let settings = Settings { threads: over::AT_A_TIME, ..settings };
+                let place = place("workers of a server (hil worker)".to_owned());
+                let kept = self.account(&task, &space, &states, place)?;
                 let (done, saved) =
                     self.search(&task, begun, &remote, &space, &states, &settings)?;
                 if let Some(failure) = remote.failure() {
@@ -193,10 +198,12 @@ impl CampaignArguments {
                 if !done.stopped && !task.interrupt.requested() {
                     over::finish(&remote, &done, &saved)?;
                 }
-                return self.tell(&done, &saved, None);
+                return self.tell(screen, kept, (&done, &saved), None);
             }
+            let place = place(format!("{threads} threads of this machine"));
+            let kept = self.account(&task, &space, &states, place)?;
             let (done, saved) = self.search(&task, begun, &executor, &space, &states, &settings)?;
-            return self.tell(&done, &saved, None);
+            return self.tell(screen, kept, (&done, &saved), None);
         };
         #[cfg(feature = "nats")]
         self.over.none()?;
@@ -294,17 +301,20 @@ impl CampaignArguments {
         Ok((done, saved))
     }
 
-    /// Prints the end.
+    /// Keeps, draws and prints the end.
     pub(super) fn tell(
         &self,
-        done: &Campaign,
-        saved: &[PathBuf],
+        screen: &Screen,
+        kept: Kept,
+        (done, saved): (&Campaign, &[PathBuf]),
         again: Option<&Again<'_>>,
     ) -> Result<Outcome, Failure> {
+        let page = kept.end(done, saved, again)?;
         if self.json {
             say(&(console::campaign_json(done, saved, again) + "\n"))?;
         } else {
             say(&console::campaign_table(done, saved, again, Style::of_stdout()))?;
+            screen.chat(&format!("{}", page.display()));
         }
         Ok(outcome(done))
     }

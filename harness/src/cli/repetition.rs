@@ -41,6 +41,7 @@ mod on_bench {
     use crate::campaign::{
         BREAKS_AT_LEAST, CONFIDENCE, OnBench, REPEATS, Repeatedly, Repetition, Settings, Site,
     };
+    use crate::cli::campaign::account::Place;
     use crate::cli::campaign::{CampaignArguments, Task, states};
     use crate::cli::live;
     use crate::cli::setup::{LiveSetup, Setup};
@@ -114,14 +115,13 @@ mod on_bench {
             let shrink_max = self.shrink_max(SHRINK_MAX);
             let settings = Settings { cases: self.cases, threads: NonZeroUsize::MIN, shrink_max };
             let states = states(here.properties());
-            let (done, saved) = self.search(
-                task,
-                self.begin(task, &bench)?,
-                &executor,
-                &space,
-                &states,
-                &settings,
-            )?;
+            let begun = self.begin(task, &bench)?;
+            let place = Place {
+                carried_out_by: "a bench in real time, one case at a time".to_owned(),
+                replay: "--clock real",
+            };
+            let kept = self.account(task, &space, &states, place)?;
+            let (done, saved) = self.search(task, begun, &executor, &space, &states, &settings)?;
             broken()?;
             let confirmed = done.found.iter();
             let confirmed =
@@ -131,7 +131,7 @@ mod on_bench {
                 unjudged: here.unjudged(),
                 confidence: rule.confidence(),
             };
-            self.tell(&done, &saved, Some(&again))
+            self.tell(screen, kept, (&done, &saved), Some(&again))
         }
     }
 }

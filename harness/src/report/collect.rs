@@ -1,5 +1,7 @@
 //! What the page needs of a record, gathered in one pass.
 
+use super::bus_load::BusLoad;
+use super::fault_spans::FaultSpans;
 use super::path::Path;
 use super::timeline::Steps;
 use super::trouble::Troubles;
@@ -97,7 +99,9 @@ pub(super) struct Collected {
     pub truth: Path,
     pub steps: Steps,
     pub troubles: Troubles,
-    under: Conditions,
+    pub faults: FaultSpans,
+    pub load: BusLoad,
+    pub under: Conditions,
     pub records: u64,
     pub end_s: f64,
     /// Why the record could not be read to its end.
@@ -124,8 +128,10 @@ impl Collected {
         self.records += 1;
         self.end_s = self.end_s.max(at_s);
         self.troubles.add(record);
+        self.load.add(record);
         match &record.kind {
             RecordKind::Observation(observation) => self.observe(at_s, observation),
+            RecordKind::Fault(fault) => self.faults.add(at_s, fault),
             RecordKind::Command(command) => self.under.told(command),
             RecordKind::Truth { pose, .. } => self.truth.add(*pose),
             RecordKind::Report(Report::State(state)) => self.believed.add(state.pose),

@@ -85,7 +85,7 @@ pub(super) fn plots(header: &Header, collected: &Collected, paper: &Figures) -> 
 fn known(name: &str) -> Option<Quantity> {
     let found = quantities::find(name)?;
     let (unit, title) = (found.unit.to_owned(), found.doc.to_owned());
-    Some(Quantity { name: name.to_owned(), unit, title, bands: Vec::new() })
+    Some(Quantity { name: name.to_owned(), unit, title, ..Quantity::default() })
 }
 
 fn figure(name: &str, series: &Series, declared: Option<&Quantity>) -> Markup {

@@ -20,6 +20,7 @@ pub(super) fn header() -> Header {
         unit: unit.into(),
         title: title.into(),
         bands,
+        ..Quantity::default()
     };
     Header {
         harness: "0.1.0".into(),

@@ -61,7 +61,7 @@ fn skeleton(page: &str) -> String {
 fn sixteen_hours_fit_one_page() {
     let page = page(&summary(), long_run());
     let document = assert_stands_alone(&page);
-    assert_eq!(count(&document, "section"), 6);
+    assert_eq!(count(&document, "section"), 7);
     assert_eq!(count(&document, "table.measurements tbody tr"), summary().measurements.len());
     assert_eq!(
         count(&document, "svg.plot"),
@@ -92,7 +92,7 @@ fn an_empty_run_is_a_page_too() {
     let document = assert_stands_alone(&page);
     assert!(page.contains("Nothing was observed."));
     assert!(page.contains("No reason was given."));
-    assert_eq!(count(&document, "section"), 2);
+    assert_eq!(count(&document, "section"), 2, "observations and the load of the bus");
 }
 
 #[test]
@@ -130,6 +130,7 @@ fn text_from_outside_is_text() {
         unit: evil.into(),
         title: evil.into(),
         bands: vec![Band { upper: Some(0.0), ..band }],
+        ..Quantity::default()
     };
     let header = Header { quantities: vec![quantity], ..Header::default() };
     let page = render(&hostile, &header, records.into_iter().map(Ok));

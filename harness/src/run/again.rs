@@ -75,10 +75,7 @@ pub fn judge_again(
     let (measurements, judged) = judge_all(&plan.measurements, &read.observations);
     let rewrite = read.error.is_none() || summary.is_none();
     let (outcome, reason) = match (&summary, &read.error) {
-        (None, _) => {
-            let why = "no summary says how the run ended: it was killed, or is still running";
-            (Outcome::Error, Some(why.to_owned()))
-        }
+        (None, _) => (Outcome::Error, Some(NO_SUMMARY.to_owned())),
         (Some(summary), Some(error)) => {
             let why = format!("judged on what is left of the record: {error}");
             (summary.outcome.max(Outcome::Error), Some(why))
@@ -86,7 +83,7 @@ pub fn judge_again(
         (Some(summary), None) if went_to_its_end(summary) => (judged, None),
         (Some(summary), None) => (summary.outcome, summary.reason.clone()),
     };
-    let summary = summary.unwrap_or_else(|| unknown(plan, recorded, read.last));
+    let summary = summary.unwrap_or_else(|| unfinished(recorded, &plan.title, read.last));
     let real = summary.clock == "real";
     let before = &summary.properties;
     let (properties, kept) = match replayed {
@@ -124,15 +121,19 @@ fn went_to_its_end(summary: &Summary) -> bool {
     }
 }
 
-/// What a record alone says of its run.
-fn unknown(plan: &Plan, recorded: &Header, last: Timestamp) -> Summary {
+/// Why a run without a summary is an error.
+const NO_SUMMARY: &str = "no summary says how the run ended: it was killed, or is still running";
+
+/// What a record alone says of its run, which wrote no summary: its header, and when its last record was made. Nothing in it
+/// is judged.
+pub fn unfinished(recorded: &Header, title: &str, last: Timestamp) -> Summary {
     let not_known = || "unknown".to_owned();
     let version = if recorded.harness.is_empty() { VERSION } else { &recorded.harness };
     Summary {
         outcome: Outcome::Error,
-        reason: None,
+        reason: Some(NO_SUMMARY.to_owned()),
         plan: recorded.plan.clone(),
-        title: plan.title.clone(),
+        title: title.to_owned(),
         version: version.to_owned(),
         seed: recorded.seed,
         clock: not_known(),

@@ -10,7 +10,9 @@ pub(super) fn quantities(plan: &Plan) -> Vec<Quantity> {
         let names = std::iter::once(&declared.quantity)
             .chain(declared.check.second_quantity().map(|(_, name)| name));
         for name in names {
-            if quantities.iter().any(|known| known.name == name.as_str()) {
+            let judged_by = declared.name.as_str().to_owned();
+            if let Some(known) = quantities.iter_mut().find(|known| known.name == name.as_str()) {
+                known.judged_by.push(judged_by);
                 continue;
             }
             let entry = name.entry();
@@ -19,6 +21,7 @@ pub(super) fn quantities(plan: &Plan) -> Vec<Quantity> {
                 unit: entry.map_or_else(String::new, |entry| entry.unit.to_owned()),
                 title: entry.map_or_else(String::new, |entry| entry.doc.to_owned()),
                 bands: Vec::new(),
+                judged_by: vec![judged_by],
             });
         }
         let Some(band) = declared.check.value_band() else { continue };
