@@ -29,7 +29,7 @@ const SMALL_HEIGHT: u32 = 220;
 const SQUARE_SIDE: u32 = 440;
 
 /// Room for the labels, in CSS pixels.
-const LEFT: u32 = 80;
+const LEFT: u32 = 88;
 const BOTTOM: u32 = 46;
 const MARGIN: u32 = 12;
 

@@ -33,12 +33,12 @@ const LEGIBILITY: &str = r"(() => {
         const boxes = texts.map(t => [t, t.getBoundingClientRect()]);
         for (let i = 0; i < boxes.length; i++) {
             const [t, a] = boxes[i];
-            const size = Math.min(a.width, a.height);
-            if (size > 0 && size < MIN) wrong.push(`${svg.ariaLabel}: ${t.textContent} of ${size} px`);
+            const size = parseFloat(getComputedStyle(t).fontSize) * Math.hypot(t.getScreenCTM().a, t.getScreenCTM().b);
+            if (size < MIN) wrong.push(`${svg.ariaLabel}: ${t.textContent.trim()} of ${size} px`);
             for (const [u, b] of boxes.slice(i + 1)) {
                 const over = Math.min(Math.min(a.right, b.right) - Math.max(a.left, b.left),
                                       Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top));
-                if (over > 1) wrong.push(`${svg.ariaLabel}: ${t.textContent} over ${u.textContent} by ${over} px`);
+                if (over > 1) wrong.push(`${svg.ariaLabel}: ${t.textContent.trim()} over ${u.textContent.trim()} by ${over} px`);
             }
         }
     }
