@@ -142,7 +142,8 @@ impl Prepared {
 
     /// What the record says about itself.
     pub fn header(&self, seed: u64) -> Header {
-        header(&self.plan, seed)
+        let lines = declared::lines(&self.devices);
+        Header { lines, ..header(&self.plan, seed) }
     }
 }
 
@@ -163,6 +164,7 @@ pub fn header(plan: &Plan, seed: u64) -> Header {
         plan: plan.name.as_str().to_owned(),
         seed,
         quantities: declared::quantities(plan),
+        lines: Vec::new(),
     }
 }
 

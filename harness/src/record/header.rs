@@ -9,6 +9,7 @@
 //!
 //! `head -2` shows a person whose record it is; a program need not know this crate to read that.
 
+use super::Device;
 use super::reader::RecordError;
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
@@ -37,6 +38,20 @@ pub struct Header {
     /// What the observations in it mean.
     #[serde(default)]
     pub quantities: Vec<Quantity>,
+    /// The serial lines of the bench as its device file has them; none where nobody said so.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lines: Vec<Line>,
+}
+
+/// A serial line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Line {
+    /// The device at its end.
+    pub device: Device,
+    /// Bits per second on the line.
+    pub baud: u32,
+    /// Bits on the line for one byte, start and stop bits included.
+    pub bits_per_byte: u32,
 }
 
 /// A quantity that the plan observes, as a report needs it: without the plan at hand.

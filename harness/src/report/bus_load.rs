@@ -5,6 +5,7 @@ use super::frame::{Axis, Frame, SCALE};
 use super::palette::CCW;
 use super::thin::{Point, extremes};
 use crate::link::BIT_RATE;
+use crate::record::header::Line;
 use crate::record::{Device, Record, RecordKind};
 use maud::{Markup, html};
 use plotters::element::PathElement;
@@ -16,6 +17,9 @@ const SECONDS_MAX: usize = 172_800;
 
 /// Columns of a plot; two points of each are drawn.
 const COLUMNS: usize = 600;
+
+/// More seconds than this are shown in hours.
+const SHORT_MAX: usize = 7_200;
 
 /// What crossed a line in each second, from the first.
 type Seconds = Vec<u32>;
@@ -58,7 +62,7 @@ impl BusLoad {
     }
 
     /// A plot for each line; words where the record holds neither frames nor bytes.
-    pub(super) fn plots(&self) -> Markup {
+    pub(super) fn plots(&self, lines: &[Line]) -> Markup {
         if self.can_bits.is_empty() && self.bytes.is_empty() {
             return html! {
                 p.missing {
@@ -79,12 +83,8 @@ impl BusLoad {
                     ))
                 }
                 @for (device, seconds) in &self.bytes {
-                    (plot(
-                        &format!("serial, sent by {}", device.name()),
-                        "bytes/s",
-                        &points(seconds, 1.0),
-                        "The record does not say at how many baud.",
-                    ))
+                    @let line = lines.iter().find(|line| line.device == *device);
+                    (serial(*device, seconds, line))
                 }
             }
             @if self.overflowed > 0 {
@@ -94,15 +94,38 @@ impl BusLoad {
     }
 }
 
+/// As a share of what the line can carry, where that is known.
+fn serial(device: Device, seconds: &[u32], line: Option<&Line>) -> Markup {
+    let title = format!("Serial line, sent by the {}", device.name());
+    let most = seconds.iter().max().copied().unwrap_or_default();
+    let Some(line) = line.filter(|line| line.baud > 0) else {
+        let note = "Of which line, or at how many baud, the record does not say.";
+        return plot(&title, "bytes/s", &points(seconds, 1.0), note);
+    };
+    let Line { baud, bits_per_byte, .. } = line;
+    let share = 100.0 * f64::from(*bits_per_byte) / f64::from(*baud);
+    let can = baud / (*bits_per_byte).max(1);
+    let note = format!("At most {most} bytes/s, of {can} at {baud} baud.");
+    plot(&title, "share of bit time in %", &points(seconds, share), &note)
+}
+
 fn points(seconds: &[u32], unit: f64) -> Vec<Point> {
     seconds.iter().enumerate().map(|(at, amount)| (at as f64, f64::from(*amount) * unit)).collect()
 }
 
 fn plot(title: &str, unit: &str, points: &[Point], note: &str) -> Markup {
-    let line = extremes(points, COLUMNS);
+    let (unit_of_time, unit_s) = match points.len() {
+        0..=SHORT_MAX => ("s", 1.0),
+        _ => ("h", 3_600.0),
+    };
+    let line: Vec<Point> =
+        extremes(points, COLUMNS).into_iter().map(|(at, load)| (at / unit_s, load)).collect();
     let kept = extremes(points, ROWS_MAX / 2);
     let frame = Frame::wide(
-        Axis::around("bench time in s", points.iter().map(|point| point.0)),
+        Axis::around(
+            format!("bench time in {unit_of_time}"),
+            points.iter().map(|point| point.0 / unit_s),
+        ),
         Axis::around(unit, points.iter().map(|point| point.1).chain([0.0])),
     );
     let drawn = line.len();
@@ -135,6 +158,7 @@ fn plot(title: &str, unit: &str, points: &[Point], note: &str) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::BusLoad;
+    use crate::record::header::Line;
     use crate::record::samples::record;
     use crate::record::{Device, RecordKind};
     use wire::can::{CanFrame, StandardId};
@@ -143,7 +167,7 @@ mod tests {
     fn what_crosses_is_counted_in_its_second() {
         let frame = CanFrame::new(StandardId::new(1).unwrap(), &[0; 8]).unwrap();
         let mut load = BusLoad::default();
-        assert!(load.plots().into_string().contains("--record full"));
+        assert!(load.plots(&[]).into_string().contains("--record full"));
         for at_s in [0.5, 2.1, 2.9] {
             load.add(&record(at_s, Device::Base, RecordKind::Frame(frame.into())));
             load.add(&record(at_s, Device::Gyro, RecordKind::Bytes(vec![0; 8])));
@@ -152,8 +176,11 @@ mod tests {
         assert_eq!(load.can_bits, [111, 0, 222]);
         assert_eq!(load.bytes[&Device::Gyro], [8, 0, 16]);
         assert_eq!(load.overflowed, 1);
-        let text = load.plots().into_string();
+        let text = load.plots(&[]).into_string();
         assert_eq!(text.matches("<svg").count(), 2);
-        assert!(text.contains("sent by gyro") && text.contains("500 kbit/s"), "{text}");
+        assert!(text.contains("bytes/s") && text.contains("500 kbit/s"), "{text}");
+        let line = Line { device: Device::Gyro, baud: 9_600, bits_per_byte: 10 };
+        let text = load.plots(&[line]).into_string();
+        assert!(text.contains("At most 16 bytes/s, of 960 at 9600 baud."), "{text}");
     }
 }

@@ -35,7 +35,7 @@ pub(super) fn marks(summary: &Summary, header: &Header, collected: &Collected) -
 }
 
 fn decided_s(measurement: &Measurement, header: &Header, collected: &Collected) -> Option<f64> {
-    let judges = |names: &[String]| names.iter().any(|name| *name == measurement.name);
+    let judges = |names: &[String]| names.contains(&measurement.name);
     let quantity = header.quantities.iter().find(|quantity| judges(&quantity.judged_by))?;
     let samples = collected.samples(&quantity.name);
     let band = quantity.bands.iter().find(|band| band.measurement == measurement.name);

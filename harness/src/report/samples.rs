@@ -31,6 +31,7 @@ pub(super) fn header() -> Header {
             quantity("gyro.temperature", "degC", "Temperature of the gyro", Vec::new()),
             quantity("lap.return_x", "m", "Return position", Vec::new()),
         ],
+        ..Header::default()
     }
 }
 

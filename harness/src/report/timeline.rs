@@ -227,9 +227,9 @@ fn step_box(step: &Step, top: usize, end_s: f64) -> Markup {
 
 /// Round instants with their labels.
 fn ticks(end_s: f64) -> Vec<(f64, String)> {
-    const STEPS_S: [f64; 14] = [
-        1.0, 2.0, 5.0, 10.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1_800.0, 3_600.0, 7_200.0, 21_600.0,
-        86_400.0,
+    const STEPS_S: [f64; 15] = [
+        1.0, 2.0, 5.0, 10.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1_800.0, 3_600.0, 7_200.0, 10_800.0,
+        21_600.0, 86_400.0,
     ];
     let longest = STEPS_S[STEPS_S.len() - 1];
     let fits = STEPS_S.into_iter().find(|step_s| end_s / step_s <= TICKS_MAX);

@@ -63,7 +63,11 @@ pub fn judge_again(
     recorded: &Header,
     records: impl IntoIterator<Item = Result<Record, RecordError>>,
 ) -> JudgedAgain {
-    let header = Header { harness: recorded.harness.clone(), ..header(plan, recorded.seed) };
+    let header = Header {
+        harness: recorded.harness.clone(),
+        lines: recorded.lines.clone(),
+        ..header(plan, recorded.seed)
+    };
     let mut replayed =
         (!plan.properties.is_empty()).then(|| Replayed::new(&plan.properties, limits));
     let read = Read::of(records, &header, &mut |record| {

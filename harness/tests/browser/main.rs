@@ -169,3 +169,23 @@ fn text_from_outside_does_nothing() {
     let title = browser.evaluate("document.querySelector('h1').innerText");
     assert_eq!(title, pages::HOSTILE_SHOWN);
 }
+
+/// How long each page takes to be there, for docs/benchmarks.md.
+#[test]
+#[ignore = "measures"]
+fn time_to_load() {
+    let Some(mut browser) = browser() else { return };
+    let pages = Pages::make();
+    for page in pages.all() {
+        open_alone(&mut browser, page);
+        let loaded_ms =
+            browser.evaluate("performance.getEntriesByType('navigation')[0].loadEventEnd");
+        let bytes = std::fs::metadata(page).unwrap().len();
+        let name = page.parent().and_then(Path::file_name).unwrap_or_default().display();
+        println!(
+            "| {name} | {:.0} kB | {:.0} ms |",
+            bytes as f64 / 1e3,
+            loaded_ms.as_f64().unwrap()
+        );
+    }
+}

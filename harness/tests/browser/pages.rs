@@ -48,6 +48,21 @@ always = { recovers = {} }
 sometimes = "gyro_silent"
 "#;
 
+/// Sixteen hours at rest, a reading every two seconds.
+const LOG: &str = r#"
+name = "log"
+title = "Sixteen hours at rest"
+devices = "paper-table"
+steps = [{ log = { duration_s = 57600, interval_s = 2 } }]
+
+[[measurement]]
+name = "rate"
+doc = "Rate at rest"
+quantity = "gyro.rate"
+unit = "deg/s"
+check = { all_within = [-1, 1] }
+"#;
+
 const FAULT: &str = r#"
 [[fault]]
 target = "gyro"
@@ -64,7 +79,8 @@ pub struct Pages {
 }
 
 impl Pages {
-    /// Runs of the paper's figures and of faults, one that was cut short, a campaign, and an envelope.
+    /// Runs of the paper's figures and of faults, one that was cut short, a campaign, an envelope and an
+    /// identification.
     pub fn make() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
@@ -78,6 +94,8 @@ impl Pages {
         };
         let paper = ["warm-up", "static-bias", "temperature-calibration", "verification"];
         let laps = ["laps-observed", "laps-corrected"];
+        fs::write(path("log.toml"), LOG).unwrap();
+        hil(&["run", "./log.toml", "--out", "log", "--quiet"]);
         let mut runs: Vec<&str> = paper.iter().chain(&laps).copied().collect();
         for plan in &runs {
             hil(&["run", plan, "--out", plan, "--quiet"]);
@@ -92,7 +110,8 @@ impl Pages {
         hil(&["campaign", "./struck.toml", "--cases", "60", "--out", "campaign", "--quiet"]);
         let drop = ["campaign", "./struck.toml", "--envelope", "drop", "--runs", "35", "--quiet"];
         hil(&[&drop[..], &["--out", "envelope"]].concat());
-        runs.extend(["hostile", "full", "cut", "envelope"]);
+        hil(&["identify", "temperature-calibration", "--out", "identified"]);
+        runs.extend(["log", "hostile", "full", "cut", "envelope", "identified"]);
         let page = |name: &str| canonical(&path(name).join("report.html"));
         Self {
             runs: runs.into_iter().map(page).collect(),

@@ -1,6 +1,7 @@
 //! As Fig. 2: rate and temperature at rest from power-up until steady.
 
 use super::super::against::Against;
+use super::super::collect::Sample;
 use super::super::panel::{Given, Group, Look, Medians, Panel};
 use super::{Figures, Source};
 
@@ -12,15 +13,32 @@ const STEADY_TEXT: &str = "the paper: steady after about 2 h";
 const RATE: &str = "gyro.rate";
 const TEMPERATURE: &str = "gyro.temperature";
 
+/// As they were logged, or as each rate names its own.
+fn temperatures(source: Source<'_>) -> Vec<Sample> {
+    let logged = source.samples(TEMPERATURE);
+    if !logged.is_empty() {
+        return logged.to_vec();
+    }
+    let of = |rate: &Sample| Some(Sample { value: rate.temperature?, uncertainty: 0.0, ..*rate });
+    source.samples(RATE).iter().filter_map(of).collect()
+}
+
 pub(super) fn draw(source: Source<'_>, figures: &mut Figures) {
-    if source.samples(RATE).len() < 2 || source.samples(TEMPERATURE).len() < 2 {
+    let rates = source.samples(RATE);
+    let temperatures = temperatures(source);
+    if rates.len() < 2 || temperatures.len() < 2 {
         return;
     }
-    for (quantity, title, unit, label) in [
-        (RATE, "As Fig. 2 of the paper: drift at rest since power-up", "deg/s", "rate"),
-        (TEMPERATURE, "As Fig. 2 of the paper: temperature since power-up", "degC", "temperature"),
+    for (quantity, samples, title, unit, label) in [
+        (RATE, rates, "As Fig. 2 of the paper: drift at rest since power-up", "deg/s", "rate"),
+        (
+            TEMPERATURE,
+            &temperatures,
+            "As Fig. 2 of the paper: temperature since power-up",
+            "degC",
+            "temperature",
+        ),
     ] {
-        let samples = source.samples(quantity);
         let against = Against::time(samples);
         let reaches = samples.iter().any(|sample| sample.at_s >= STEADY_S);
         let steady = [(Given::Place(against.place(STEADY_S)), STEADY_TEXT)];
