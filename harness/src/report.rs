@@ -18,6 +18,7 @@ mod heading;
 pub mod identification;
 mod marks;
 mod measurements;
+mod median;
 mod observations;
 mod page;
 mod palette;

@@ -144,7 +144,7 @@ fn plot(title: &str, unit: &str, points: &[Point], note: &str) -> Markup {
             (plot)
             figcaption {
                 p {
-                    (note) " " (points.len()) " seconds"
+                    (note) " " (points.len()) " second" @if points.len() != 1 { "s" }
                     @if drawn < points.len() {
                         "; " (drawn) " drawn, the quietest and the busiest of each column"
                     }

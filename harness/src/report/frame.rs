@@ -50,7 +50,10 @@ pub(super) type Chart<'a> =
     ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// What can go wrong while drawing into memory: nothing that is known.
-pub(super) type Drawn = Result<(), DrawingAreaErrorKind<io::Error>>;
+pub(super) type DrawError = DrawingAreaErrorKind<io::Error>;
+
+/// What drawing comes to.
+pub(super) type Drawn = Result<(), DrawError>;
 
 /// One axis.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,8 +3,9 @@
 use super::against::Against;
 use super::collect::{Direction, Sample};
 use super::download;
-use super::frame::{Axis, Chart, Drawn, Frame, SCALE};
+use super::frame::{Axis, Chart, DrawError, Drawn, Frame, SCALE};
 use super::marks::{band_texts, draw_bands, draw_bars, draw_marks, is_outside};
+use super::median::{median, running};
 use super::palette::{CCW, CW, INK, OUTSIDE, PAPER};
 use super::thin::{Point, extremes};
 use crate::figures;
@@ -12,17 +13,12 @@ use crate::record::header::Band;
 use maud::{Markup, html};
 use plotters::series::DashedLineSeries;
 use plotters::style::{Color, RGBColor};
-use statrs::statistics::{Data, OrderStatistics};
 
 /// Columns of a plot; two marks of each are drawn.
 const MARK_COLUMNS: usize = 280;
 
 /// More samples than this are drawn without bars.
 const BARS_MAX: usize = 120;
-
-/// Columns of a running median, and how many observations it needs.
-const MEDIAN_COLUMNS: usize = 24;
-const MEDIAN_OF_MIN: usize = 3;
 
 /// Dashes and dots, in pixels of the drawing.
 pub(super) const DASH: (u32, u32) = (7 * SCALE, 4 * SCALE);
@@ -238,7 +234,7 @@ impl Panel<'_> {
         chart: &mut Chart<'_>,
         frame: &Frame,
         group: &Group,
-    ) -> Result<usize, plotters::drawing::DrawingAreaErrorKind<std::io::Error>> {
+    ) -> Result<usize, DrawError> {
         let direction = (group.look == Look::Triangle).then_some(Direction::Cw);
         let style = group.look.colour();
         let (outside, inside): (Vec<Sample>, Vec<Sample>) =
@@ -304,47 +300,10 @@ pub(super) fn dashed(
     Ok(())
 }
 
-/// The median of the values.
-pub(super) fn median(samples: &[Sample]) -> Option<f64> {
-    median_of(samples.iter().map(|sample| sample.value))
-}
-
-/// The median of numbers.
-pub(super) fn median_of(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let values: Vec<f64> = values.collect();
-    (!values.is_empty()).then(|| Data::new(values).median())
-}
-
-/// The median of each column that has enough points, over the middle of these.
-fn running(points: &[Point]) -> Vec<Point> {
-    let mut sorted = points.to_vec();
-    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let size = points.len().div_ceil(MEDIAN_COLUMNS).max(MEDIAN_OF_MIN);
-    let columns = sorted.chunks(size).filter(|column| column.len() >= MEDIAN_OF_MIN);
-    columns
-        .filter_map(|column| {
-            let x = median_of(column.iter().map(|point| point.0))?;
-            Some((x, median_of(column.iter().map(|point| point.1))?))
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{by_direction, median_of, running};
+    use super::by_direction;
     use crate::report::collect::{Direction, Sample};
-
-    #[test]
-    fn a_running_median_hears_no_outlier() {
-        let mut points: Vec<_> = (0..240).map(|n| (f64::from(n), f64::from(n))).collect();
-        points[100].1 = 1e6;
-        let line = running(&points);
-        assert_eq!(line.len(), 24);
-        assert!(line.iter().all(|(x, y)| (x - y).abs() <= 1.0), "{line:?}");
-        assert!(running(&points[..2]).is_empty());
-        assert_eq!(median_of([3.0, 1.0, 2.0].into_iter()), Some(2.0));
-        assert_eq!(median_of(std::iter::empty()), None);
-    }
 
     #[test]
     fn directions_are_told_apart() {

@@ -71,7 +71,7 @@ fn sixteen_hours_fit_one_page() {
     assert_eq!(count(&document, "g.step"), 120);
     assert!(page.contains("160 steps; 40 too short to be told apart are not drawn"));
     assert!(page.contains("57600 observations; "), "a thinned log says so");
-    assert!(page.contains("table.error in deg") && page.contains("temperature in degC"));
+    assert!(page.contains("error of one turn in deg") && page.contains("temperature in degC"));
 }
 
 #[test]
