@@ -13,7 +13,6 @@ use harness::plan::Plan;
 use harness::record::sink::NullSink;
 use harness::run::{Prepared, simulate, simulate_watched};
 use harness::seeds::for_each_seed;
-use harness::world::bench::bench_lines;
 use processor::{median, processor_s};
 use std::hint::black_box;
 use std::num::NonZeroUsize;
@@ -49,17 +48,14 @@ fn main() {
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
-    for base in ["laps-corrected", "laps-corrected-serial"] {
-        let prepared = prepared(base);
+    for (base, devices) in [("laps-corrected", "paper"), ("laps-corrected-serial", "paper-serial")]
+    {
+        let prepared = prepared(base, devices);
         let executor = Simulated::new(prepared.clone(), Answers::default());
         let (horizon, result) = executor.without_faults(1);
         assert!(result.passed && result.violated.is_empty(), "{result:?}");
-        println!(
-            "{}: a lap without faults goes on for {:.1} s",
-            prepared.plan.devices,
-            horizon.as_secs_f64()
-        );
-        let space = Space::new(&prepared.plan, bench_lines(&prepared.devices), horizon, 3, &[]);
+        println!("{devices}: a lap without faults goes on for {:.1} s", horizon.as_secs_f64());
+        let space = Space::new(&prepared.plan, prepared.subject.lines(), horizon, 3, &[]);
         let mut search = Random::new(&space, 1);
         let cases: Vec<Case> = (0..CASES).map(|_| search.next()).collect();
         let plain: Vec<Case> = (0..CASES).map(|seed| Case { seed, ..Case::default() }).collect();
@@ -78,10 +74,10 @@ fn main() {
     }
 }
 
-/// One lap, with the devices and the calibrations of the plan `base`.
-fn prepared(base: &str) -> Prepared {
+/// One lap, with the calibrations of the plan `base` and its `devices`.
+fn prepared(base: &str, devices: &str) -> Prepared {
     let mut prepared = Prepared::load(base, &Made::default()).expect("it ships");
-    let text = PLAN.replace("DEVICES", prepared.plan.devices.as_str());
+    let text = PLAN.replace("DEVICES", devices);
     prepared.plan = Arc::new(Plan::parse("one-lap.toml", &text).expect("a good plan"));
     prepared
 }

@@ -4,7 +4,8 @@
 //! `cargo bench -p harness --bench nats`. It needs `nats-server` (Debian package of that name).
 
 use harness::campaign::nats::{
-    Credentials, Holder, Package, Place, Remote, RemoteSettings, Server, WorkerSettings, work,
+    Credentials, Holder, Package, Place, Remote, RemoteSettings, Server, Stopping, WorkerSettings,
+    work,
 };
 use harness::campaign::{Case, CaseResult, Executor, Journal, Search, Settings, WINDOW, run};
 use harness::operator::Answers;
@@ -86,7 +87,7 @@ fn measured(url: &str, workers: usize, threads: usize, cases: u64) -> (Duration,
                     version: harness::run::VERSION.to_owned(),
                     patience: Duration::ZERO,
                 };
-                let maker = Arc::new(move |_: &Package, _: &Place| {
+                let maker = Arc::new(move |_: &Package, _: &Place, _: Stopping| {
                     let executor = Arc::clone(&sleeps) as Arc<dyn Executor + Send + Sync>;
                     Ok(("sleeps".to_owned(), executor))
                 });

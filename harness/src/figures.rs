@@ -78,7 +78,8 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
-fn with_unit(text: String, unit: &str) -> String {
+/// A number that is written already, with its unit, where it has one.
+pub fn with_unit(text: String, unit: &str) -> String {
     // A bare "1" is the SI way to say that there is no unit.
     match unit {
         "" | "1" => text,

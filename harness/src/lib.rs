@@ -80,6 +80,7 @@ pub mod outcome;
 pub mod plan;
 #[cfg(feature = "live")]
 pub mod port;
+pub mod project;
 pub mod properties;
 pub mod record;
 #[cfg(feature = "live")]

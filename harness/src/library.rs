@@ -1,8 +1,8 @@
 //! The plans, device files and calibrations that ship with the harness, and those on disk.
 //!
 //! A name is looked for among the shipped files, a path on disk: what ends in `.toml` or holds a
-//! separator is a path. Files next to a plan on disk go before the shipped ones, so that a copy of
-//! `test-plans` can be changed as a whole.
+//! separator is a path. Files next to a plan on disk go first, then those in the working directory, then the shipped
+//! ones, so that a copy of `test-plans` can be changed as a whole.
 
 mod pack;
 
@@ -101,6 +101,10 @@ pub enum Kind {
     Model,
     /// A bench file: which port plays which role.
     Bench,
+    /// The description of a device of the user's own.
+    Description,
+    /// A file that such a description names.
+    DeviceData,
 }
 
 impl Kind {
@@ -108,7 +112,7 @@ impl Kind {
     const fn folder(self) -> &'static str {
         match self {
             Self::Plan => "",
-            Self::Devices => "devices",
+            Self::Devices | Self::Description | Self::DeviceData => "devices",
             Self::GyroModel => "devices/gyros",
             Self::BaseModel => "devices/bases",
             Self::TableModel => "devices/tables",
@@ -130,6 +134,8 @@ impl std::fmt::Display for Kind {
             Self::Calibration => "calibration",
             Self::Model => "identified model",
             Self::Bench => "bench",
+            Self::Description => "description of a device",
+            Self::DeviceData => "file of a device",
         })
     }
 }
@@ -184,14 +190,33 @@ impl Library {
         Ok(source)
     }
 
+    /// The file `name` in the folder of `source`, the description of a device.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be read.
+    pub fn open_beside(&self, source: &Source, name: &str) -> Result<Source, LibraryError> {
+        let kind = Kind::DeviceData;
+        if let Some(pack) = &self.packed {
+            return pack.open(kind, name);
+        }
+        let folder = Path::new(&source.origin).parent().unwrap_or(Path::new(""));
+        let found = read(&folder.join(name))?;
+        if let Some(opened) = &self.opened {
+            opened.lock().unwrap_or_else(PoisonError::into_inner).add(kind, name, &found);
+        }
+        Ok(found)
+    }
+
     fn find(&self, kind: Kind, name: &str) -> Result<Source, LibraryError> {
         if is_path(name) {
             return read(Path::new(name));
         }
         let file = Path::new(kind.folder()).join(format!("{name}.toml"));
-        if let Some(path) = self.folder.as_ref().map(|folder| folder.join(&file))
-            && path.is_file()
-        {
+        // A plan that a campaign has saved lies below the project that it is of.
+        let folders = self.folder.iter().flat_map(|folder| [folder.as_path(), Path::new("")]);
+        let mut paths = folders.map(|folder| folder.join(&file));
+        if let Some(path) = paths.find(|path| path.is_file()) {
             return read(&path);
         }
         let shipped = SHIPPED.get_file(&file).and_then(include_dir::File::contents_utf8);

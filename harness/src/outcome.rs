@@ -108,7 +108,7 @@ pub struct Summary {
     pub clock: String,
     /// `memory`, or the kinds of port that were crossed, such as `pty+can`.
     pub bus: String,
-    /// `in-process` or `process`.
+    /// `in-process` or `process`; of a plan of a device of the user's own that device.
     pub device_under_test: String,
     /// Bench time from start to end, in seconds.
     pub simulated_s: f64,

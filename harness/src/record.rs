@@ -42,6 +42,8 @@ pub enum Device {
     Table,
     /// The absolute measurement.
     Absolute,
+    /// A device of the user's own.
+    Device,
 }
 
 /// One event.

@@ -1,4 +1,4 @@
-//! `report.html`: a run on one page, or an [`identification`], for a person.
+//! `report.html`: a run on one page, a [`campaign`], or an [`identification`], for a person.
 //!
 //! The page stands alone: no script, no request, light or dark as the reader's system is, fit to be
 //! printed. It is computed from the summary and the record only, so that it can be drawn again later.
@@ -6,18 +6,26 @@
 //! What is absent: judgement. Verdicts come from the summary; the page only shows them.
 
 mod against;
+mod bus_load;
+pub mod campaign;
 mod collect;
+mod decided;
 mod download;
 pub mod envelopes;
+mod fault_spans;
 mod frame;
 mod heading;
 pub mod identification;
 mod marks;
 mod measurements;
+mod median;
 mod observations;
 mod page;
 mod palette;
+mod panel;
+mod paper;
 mod path;
+mod plain;
 mod properties;
 #[cfg(test)]
 mod samples;

@@ -5,14 +5,17 @@
 
 mod again;
 mod declared;
+mod device;
 mod keep;
 mod recorded_properties;
+mod subject;
 
 pub(crate) use again::IMPORTED;
-pub use again::{JudgedAgain, judge_again};
+pub use again::{JudgedAgain, judge_again, unfinished};
 pub use keep::{Completed, Options, run_to_folder, run_to_folder_across, write_documents};
 #[cfg(feature = "live")]
 pub(crate) use keep::{keep, summarise};
+pub use subject::{Subject, SubjectError, load_description};
 
 use crate::calibrations::{self, CalibrationError};
 use crate::checks::judge_all;
@@ -28,7 +31,7 @@ use crate::plan::{Plan, PlanError};
 use crate::properties::{Monitor, Property, PropertyVerdict, Unjudged};
 use crate::record::header::Header;
 use crate::record::sink::{NullSink, RecordSink};
-use crate::world::bench::{Bench, DevicesError, bench_lines, load_devices};
+use crate::world::bench::Bench;
 use crate::world::crossing::{Crossing, Memory};
 use crate::world::simulated::{Progress, SimulatedWorld};
 use controller::calibration::Calibration;
@@ -52,10 +55,10 @@ pub enum PrepareError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Plan(#[from] PlanError),
-    /// The device file is not right.
+    /// The device file, or the description of a device, is not right.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    Devices(#[from] DevicesError),
+    Subject(#[from] SubjectError),
     /// A calibration is missing or not right.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -71,8 +74,8 @@ pub enum PrepareError {
 pub struct Prepared {
     /// The plan.
     pub plan: Arc<Plan>,
-    /// The devices of its device file.
-    pub devices: Devices,
+    /// What it is carried out on.
+    pub subject: Subject,
     /// The calibrations that it uses.
     pub calibrations: BTreeMap<String, Calibration>,
     /// The identified models that it uses.
@@ -100,24 +103,31 @@ impl Prepared {
     pub fn load_from(library: &Library, name: &str, made: &Made) -> Result<Self, PrepareError> {
         let source = library.open(Kind::Plan, name)?;
         let plan = Plan::parse(&source.origin, &source.text)?;
-        let devices = load_devices(library, plan.devices.as_str())?;
-        let (lines, gyro) = (bench_lines(&devices), devices.gyro.0);
-        plan.check_bench(&source.origin, &source.text, lines, gyro)?;
+        let subject = Subject::of(library, &plan)?;
+        match &subject {
+            Subject::Robot(devices) => {
+                let gyro = devices.gyro.0;
+                plan.check_bench(&source.origin, &source.text, subject.lines(), gyro)?;
+            }
+            Subject::Device(device) => {
+                plan.check_device(&source.origin, &source.text, device)?;
+            }
+        }
         let calibrations = calibrations::load(&plan, library, &made.calibrations)?;
         let models = models::load(&plan, library, &made.models)?;
-        Ok(Self::new(Arc::new(plan), devices, calibrations, models))
+        Ok(Self::new(Arc::new(plan), subject, calibrations, models))
     }
 
     /// A plan with what it names.
     pub const fn new(
         plan: Arc<Plan>,
-        devices: Devices,
+        subject: Subject,
         calibrations: BTreeMap<String, Calibration>,
         models: BTreeMap<String, Model>,
     ) -> Self {
         Self {
             plan,
-            devices,
+            subject,
             calibrations,
             models,
             #[cfg(feature = "mutants")]
@@ -125,9 +135,9 @@ impl Prepared {
         }
     }
 
-    /// The devices in the run with `seed`.
-    pub(crate) fn bench(&self, seed: u64) -> Bench {
-        let bench = Bench::new(self.devices.clone(), seed);
+    /// The robot or table, as it is in the run with `seed`.
+    pub(crate) fn bench(&self, devices: &Devices, seed: u64) -> Bench {
+        let bench = Bench::new(devices.clone(), seed);
         #[cfg(feature = "mutants")]
         let bench = bench.with_mutant(self.mutant);
         bench
@@ -142,7 +152,12 @@ impl Prepared {
 
     /// What the record says about itself.
     pub fn header(&self, seed: u64) -> Header {
-        header(&self.plan, seed)
+        let mut header = header(&self.plan, seed);
+        match &self.subject {
+            Subject::Robot(devices) => header.lines = declared::lines(devices),
+            Subject::Device(device) => device::name(&mut header, device),
+        }
+        header
     }
 }
 
@@ -163,6 +178,7 @@ pub fn header(plan: &Plan, seed: u64) -> Header {
         plan: plan.name.as_str().to_owned(),
         seed,
         quantities: declared::quantities(plan),
+        lines: Vec::new(),
     }
 }
 
@@ -235,7 +251,13 @@ fn go(
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Simulated {
-    let bench = prepared.bench(seed);
+    let devices = match &prepared.subject {
+        Subject::Robot(devices) => devices,
+        Subject::Device(device) => {
+            return device::simulate(prepared, device, seed, answers, sink, pulse);
+        }
+    };
+    let bench = prepared.bench(devices, seed);
     let engine = prepared.engine(&bench);
     let mut world = SimulatedWorld::across(crossing, bench, engine)
         .with_answers(answers.clone())

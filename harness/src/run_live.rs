@@ -1,5 +1,7 @@
 //! Runs plans in the live world, judges them and writes their run folders.
 
+mod device;
+
 use crate::bench_file::{BenchFile, ControllerSection};
 use crate::engine::Action;
 use crate::made::Made;
@@ -8,7 +10,7 @@ use crate::outcome::{PortSummary, Timing};
 use crate::port::PortSpec;
 use crate::properties::Property;
 use crate::record::sink::RecordSink;
-use crate::run::{Completed, Options, Prepared, Simulated, finish, keep, summarise};
+use crate::run::{Completed, Options, Prepared, Simulated, Subject, finish, keep, summarise};
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::world::bench::base_transport;
 use crate::world::live::{
@@ -17,6 +19,7 @@ use crate::world::live::{
 };
 use crate::world::simulated::Progress;
 use controller::config::Transport;
+use emulators::device_file::Devices;
 use std::path::Path;
 
 /// Name of the file that keeps what the device under test wrote to stderr.
@@ -85,6 +88,8 @@ impl LiveSetting<'_> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LiveOrder<'a> {
     pub(crate) prepared: &'a Prepared,
+    /// What it is carried out on.
+    pub(crate) devices: &'a Devices,
     pub(crate) seed: u64,
     pub(crate) setting: &'a Setting,
     /// What is judged as it goes on.
@@ -112,8 +117,8 @@ pub(crate) fn carry_out(
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Result<LiveRun, LiveError> {
-    let LiveOrder { prepared, seed, setting, properties, log } = order;
-    let bench = prepared.bench(seed);
+    let LiveOrder { prepared, devices, seed, setting, properties, log } = order;
+    let bench = prepared.bench(devices, seed);
     let engine = prepared.engine(&bench);
     let mut world = LiveWorld::new(bench, engine, operator, setting.clone())
         .with_faults(seed)
@@ -150,7 +155,13 @@ pub fn run_live_to_folder(
     person: Option<Box<dyn Person>>,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Result<Completed, LiveRunError> {
-    let setting = setting.resolve(base_transport(&prepared.devices))?;
+    let devices = match &prepared.subject {
+        Subject::Robot(devices) => devices,
+        Subject::Device(device) => {
+            return device::run_to_folder(prepared, device, options, setting, person, pulse);
+        }
+    };
+    let setting = setting.resolve(base_transport(devices))?;
     setting.reaches(&prepared.plan.faults)?;
     let folder = RunFolder::create(options.out)?;
     let header = prepared.header(options.seed);
@@ -158,7 +169,7 @@ pub fn run_live_to_folder(
     let operator = Operator::live(options.answers.clone(), person);
     let log = folder.file(DEVICE_LOG);
     let (seed, properties) = (options.seed, &prepared.plan.properties);
-    let order = LiveOrder { prepared, seed, setting: &setting, properties, log: &log };
+    let order = LiveOrder { prepared, devices, seed, setting: &setting, properties, log: &log };
     let live = carry_out(order, operator, &mut sink, pulse)?;
     drop(sink);
     let mut summary = summarise(prepared, options.seed, &live.run);

@@ -19,7 +19,11 @@ mod input;
 mod interrupt;
 #[path = "cli/measured.rs"]
 mod measured;
+#[path = "cli/new.rs"]
+mod new;
 #[path = "cli/operator.rs"]
 mod operator;
 #[path = "cli/recorded.rs"]
 mod recorded;
+#[path = "cli/report.rs"]
+mod report;

@@ -10,7 +10,7 @@ use harness::plan::Plan;
 use harness::record::header::Header;
 use harness::record::sink::{FileSink, Level, MemorySink};
 use harness::record::{Device, Record, RecordKind};
-use harness::run::{Prepared, Simulated, simulate};
+use harness::run::{Prepared, Simulated, Subject, simulate};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -53,7 +53,7 @@ pub fn prepared(text: &str, devices: Devices) -> Prepared {
     let calibrations =
         calibrations::load(&plan, &Library::shipped(), &BTreeMap::new()).unwrap_or_default();
     let models = BTreeMap::new();
-    Prepared::new(Arc::new(plan), devices, calibrations, models)
+    Prepared::new(Arc::new(plan), Subject::Robot(Box::new(devices)), calibrations, models)
 }
 
 /// A run and its full record.

@@ -10,10 +10,11 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("wire", &[]),
     ("controller", &["wire"]),
     ("emulators", &["wire"]),
+    ("described", &["wire", "emulators"]),
     ("identification", &["wire"]),
     ("evaluation", &["identification"]),
-    ("harness", &["wire", "controller", "emulators", "identification"]),
-    ("tests", &["wire", "controller", "emulators", "identification", "harness"]),
+    ("harness", &["wire", "controller", "emulators", "described", "identification"]),
+    ("tests", &["wire", "controller", "emulators", "described", "identification", "harness"]),
     // What tests of any room may use.
     ("tests/skips", &[]),
 ];
@@ -25,10 +26,11 @@ const LINES_MAX: usize = 800;
 const CLOCKS: [&str; 4] = ["std::time", "Instant::", "SystemTime", "thread::sleep"];
 
 /// Folders and files where time is an argument.
-const TIMELESS: [&str; 13] = [
+const TIMELESS: [&str; 15] = [
     "wire/src/",
     "controller/src/",
     "emulators/src/",
+    "described/src/",
     "harness/src/checks/",
     "harness/src/engine/",
     "harness/src/link/",
@@ -37,6 +39,7 @@ const TIMELESS: [&str; 13] = [
     "harness/src/report/",
     "harness/src/run.rs",
     "harness/src/world/bench.rs",
+    "harness/src/world/described/",
     "harness/src/world/lines.rs",
     "harness/src/world/simulated.rs",
 ];
@@ -111,7 +114,7 @@ fn what_runs_on_a_microcontroller_needs_no_std() {
 
 fn timeless() -> Vec<Source> {
     let mut found = Vec::new();
-    for room in ["wire", "controller", "emulators", "harness"] {
+    for room in ["wire", "controller", "emulators", "described", "harness"] {
         found.extend(sources(room, "rs"));
     }
     found.retain(|source| {

@@ -12,7 +12,6 @@ use harness::made::Made;
 use harness::operator::Answers;
 use harness::plan::Plan;
 use harness::run::Prepared;
-use harness::world::bench::bench_lines;
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -33,7 +32,7 @@ fn campaign(cases: u64, threads: usize) -> Campaign {
     let executor = executor(prepared.clone());
     let (horizon, clean) = executor.without_faults(1);
     assert!(clean.passed && clean.violated.is_empty(), "{clean:?}");
-    let space = Space::new(&prepared.plan, bench_lines(&prepared.devices), horizon, 4, &[]);
+    let space = Space::new(&prepared.plan, prepared.subject.lines(), horizon, 4, &[]);
     let folder = tempfile::tempdir().unwrap();
     let mut journal = Journal::open(&folder.path().join("cases.jsonl"), "test").unwrap();
     let threads = NonZeroUsize::new(threads).unwrap();

@@ -39,7 +39,7 @@ use crate::library::{Kind, Library, LibraryError};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
-/// Names of the roles that a bench gives to ports.
+/// Names of the roles of a robot or a table that a bench gives to ports. That of a device of the user's own is `device`.
 pub const ROLES: [&str; 3] = ["gyro", "base", "table"];
 
 /// A bench.
@@ -58,6 +58,9 @@ pub struct BenchFile {
     /// The rotary table: a serial line.
     #[serde(default, deserialize_with = "role::on_a_serial_line")]
     pub table: Option<Role>,
+    /// A device of the user's own, of plans that name one: a serial line or a CAN bus.
+    #[serde(default, deserialize_with = "role::anywhere")]
+    pub device: Option<Role>,
     /// The device under test; what the command line says where it is absent.
     pub controller: Option<ControllerSection>,
     /// What real time may do.
@@ -92,12 +95,22 @@ impl BenchFile {
         Ok(bench)
     }
 
-    /// What plays the role of that name, one of [`ROLES`]; emulated where the file does not say.
+    /// The text of the bench file of that name or path.
+    ///
+    /// # Errors
+    ///
+    /// When it is missing.
+    pub fn text(name: &str) -> Result<String, LibraryError> {
+        Ok(Library::shipped().open(Kind::Bench, name)?.text)
+    }
+
+    /// What plays the role of that name, one of [`ROLES`] or `device`; emulated where the file does not say.
     pub fn role(&self, name: &str) -> Role {
         let section = match name {
             "gyro" => &self.gyro,
             "base" => &self.base,
             "table" => &self.table,
+            "device" => &self.device,
             _ => &None,
         };
         section.clone().unwrap_or_default()

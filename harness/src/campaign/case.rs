@@ -107,6 +107,7 @@ impl CaseResult {
     }
 
     /// Nobody carried it out to its end, because somebody wants no more.
+    #[cfg(any(feature = "live", feature = "nats"))]
     pub(super) fn given_up() -> Self {
         Self::ended(Outcome::Aborted.name())
     }

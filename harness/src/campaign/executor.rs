@@ -1,14 +1,15 @@
 //! Who carries out a case.
 
 use super::case::{Case, CaseResult, Violated};
+use super::passes;
+use super::repeat::Repeated;
 use crate::checks::judge_all;
 use crate::operator::Answers;
 use crate::outcome::Outcome;
-use crate::plan::Declared;
+use crate::plan::Plan;
 use crate::properties::{Kind, PropertyVerdict};
 use crate::record::sink::NullSink;
 use crate::run::{self, Prepared, simulate_watched};
-use crate::world::bench::bench_lines;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::time::{Span, Timestamp};
@@ -18,6 +19,23 @@ use wire::time::{Span, Timestamp};
 pub trait Executor: Sync {
     /// Carries out `case`.
     fn execute(&self, case: &Case) -> CaseResult;
+
+    /// How long the plan takes where nothing goes wrong, and what one run comes to then. What has no plan takes no time.
+    fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
+        (Span::ZERO, self.execute(&Case { seed, ..Case::default() }))
+    }
+
+    /// What all repetitions of `case` show of `property`, afresh. Where the same case always comes to the same, once is
+    /// enough.
+    ///
+    /// # Errors
+    ///
+    /// How a run ended that says nothing: [`Outcome::Error`] where the bench broke, [`Outcome::Aborted`] where it was
+    /// given up.
+    fn confirm(&self, case: &Case, property: &str) -> Result<Repeated, Outcome> {
+        let broke = u64::from(self.execute(case).breaks(property));
+        Ok(Repeated { broke, of: 1, at_least: broke as f64 })
+    }
 
     /// What came of `case` is kept: this executor need not remember it any longer.
     fn kept(&self, _case: &Case) {}
@@ -46,16 +64,11 @@ impl Simulated {
         &self.answers
     }
 
-    /// How long the plan takes where nothing goes wrong, and what it comes to then.
-    pub fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
-        self.run(&Case { seed, ..Case::default() })
-    }
-
     fn run(&self, case: &Case) -> (Span, CaseResult) {
         let prepared = struck(&self.prepared, case);
         let run =
             simulate_watched(&prepared, case.seed, &self.answers, &mut NullSink, &mut |_| true);
-        let result = CaseResult::of(&prepared.plan.measurements, &run);
+        let result = CaseResult::of(&prepared.plan, &run);
         (run.end - Timestamp::ZERO, result)
     }
 }
@@ -70,8 +83,11 @@ pub(super) fn struck(prepared: &Prepared, case: &Case) -> Prepared {
 
 impl CaseResult {
     /// What a run came to.
-    pub(super) fn of(measurements: &[Declared], run: &run::Simulated) -> Self {
-        let (_, judged) = judge_all(measurements, &run.observations);
+    pub(super) fn of(plan: &Plan, run: &run::Simulated) -> Self {
+        let (measurements, judged) = judge_all(&plan.measurements, &run.observations);
+        if plan.is_of_device() {
+            return passes::result(run, &measurements, judged);
+        }
         let verdicts = &run.properties;
         Self {
             outcome: run.ending.outcome.name().to_owned(),
@@ -105,9 +121,13 @@ impl Executor for Simulated {
         self.run(case).1
     }
 
+    fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
+        self.run(&Case { seed, ..Case::default() })
+    }
+
     fn takes(&self, case: &Case) -> bool {
         let plan = &self.prepared.plan;
-        let lines = bench_lines(&self.prepared.devices);
+        let lines = self.prepared.subject.lines();
         case.schedule.beside(&plan.faults).fits(plan, lines).is_ok()
     }
 }

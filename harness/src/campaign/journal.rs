@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead as _, BufReader, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
+use wire::time::Span;
 
 /// First line of a journal.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -14,9 +15,20 @@ struct Head {
     schema: u32,
     version: String,
     campaign: String,
+    /// In real time: how long a run without faults took when the campaign was begun.
+    #[serde(default, rename = "horizon_ns", skip_serializing_if = "Option::is_none")]
+    horizon: Option<Span>,
 }
 
 const SCHEMA: u32 = 1;
+
+impl Head {
+    /// Of the same campaign, begun at another time.
+    fn is_of_the_same(&self, other: &Self) -> bool {
+        let of = |head: &Self| (head.schema, head.horizon.is_some());
+        of(self) == of(other) && self.version == other.version && self.campaign == other.campaign
+    }
+}
 
 /// One case that is done.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -69,6 +81,7 @@ pub enum JournalError {
 pub struct Journal {
     path: PathBuf,
     file: File,
+    horizon: Option<Span>,
     /// What was done before, by number.
     pub(super) done: BTreeMap<u64, Line>,
 }
@@ -81,36 +94,66 @@ impl Journal {
     ///
     /// When it cannot be read or written, or is of another campaign or version.
     pub fn open(path: &Path, campaign: &str) -> Result<Self, JournalError> {
+        Self::open_any(path, campaign, None)
+    }
+
+    /// The same of a campaign in real time, where a run without faults took `horizon` this time. What it took when the
+    /// campaign was begun goes on to count ([`horizon`](Self::horizon)): no two runs take the same time, and cases are to
+    /// be drawn as they were.
+    ///
+    /// # Errors
+    ///
+    /// As of [`open`](Self::open).
+    pub fn open_in_real_time(
+        path: &Path,
+        campaign: &str,
+        horizon: Span,
+    ) -> Result<Self, JournalError> {
+        Self::open_any(path, campaign, Some(horizon))
+    }
+
+    fn open_any(path: &Path, campaign: &str, horizon: Option<Span>) -> Result<Self, JournalError> {
         let failed = |source| JournalError::Io { path: path.to_owned(), source };
         let head = Head {
             schema: SCHEMA,
             version: crate::run::VERSION.to_owned(),
             campaign: campaign.to_owned(),
+            horizon,
         };
         let mut file =
             OpenOptions::new().read(true).append(true).create(true).open(path).map_err(failed)?;
-        let (found, done, whole) = read(path, &file)?;
-        match found {
+        let mut done = BTreeMap::new();
+        let (found, whole) = read(path, &file, &mut |line| {
+            done.insert(line.number, line);
+        })?;
+        let horizon = match found {
             None => {
                 file.set_len(0).map_err(failed)?;
                 write(&mut file, &head).map_err(failed)?;
+                horizon
             }
-            Some(found) if found != head => {
+            Some(found) if !found.is_of_the_same(&head) => {
                 let words = |head: &Head| format!("{} by version {}", head.campaign, head.version);
                 let (found, asked) = (words(&found), words(&head));
                 return Err(JournalError::Other { path: path.to_owned(), found, asked });
             }
-            Some(_) => {
+            Some(found) => {
                 file.set_len(whole).map_err(failed)?;
                 file.seek(SeekFrom::End(0)).map_err(failed)?;
+                found.horizon
             }
-        }
-        Ok(Self { path: path.to_owned(), file, done })
+        };
+        Ok(Self { path: path.to_owned(), file, horizon, done })
     }
 
     /// What was done before it was opened.
     pub const fn done(&self) -> &BTreeMap<u64, Line> {
         &self.done
+    }
+
+    /// In real time: how long a run without faults took when the campaign was begun.
+    pub const fn horizon(&self) -> Option<Span> {
+        self.horizon
     }
 
     /// Keeps one more.
@@ -124,14 +167,25 @@ impl Journal {
     }
 }
 
-/// The head, the lines, and how many bytes of it are whole lines.
-type Read = (Option<Head>, BTreeMap<u64, Line>, u64);
+/// Reads the journal at `path`, one case after another in the order in which they were done, and leaves it as it is.
+/// A last line that was cut short is left out.
+///
+/// # Errors
+///
+/// When it cannot be read, or a line within it is not right.
+pub fn each_line(path: &Path, take: &mut dyn FnMut(Line)) -> Result<(), JournalError> {
+    let failed = |source| JournalError::Io { path: path.to_owned(), source };
+    read(path, &File::open(path).map_err(failed)?, take).map(|_| ())
+}
 
-fn read(path: &Path, file: &File) -> Result<Read, JournalError> {
+/// The head, and how many bytes of it are whole lines.
+type Read = (Option<Head>, u64);
+
+fn read(path: &Path, file: &File, take: &mut dyn FnMut(Line)) -> Result<Read, JournalError> {
     let broken =
         |line, message: String| JournalError::Broken { path: path.to_owned(), line, message };
     let mut reader = BufReader::new(file);
-    let (mut head, mut done, mut whole) = (None, BTreeMap::new(), 0);
+    let (mut head, mut whole) = (None, 0);
     let mut text = Vec::new();
     for number in 1.. {
         text.clear();
@@ -148,11 +202,11 @@ fn read(path: &Path, file: &File) -> Result<Read, JournalError> {
         } else {
             let line: Line =
                 serde_json::from_slice(&text).map_err(|error| broken(number, error.to_string()))?;
-            done.insert(line.number, line);
+            take(line);
         }
         whole += length as u64;
     }
-    Ok((head, done, whole))
+    Ok((head, whole))
 }
 
 fn write(file: &mut File, line: &impl Serialize) -> io::Result<()> {
@@ -164,10 +218,11 @@ fn write(file: &mut File, line: &impl Serialize) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Journal, JournalError, Line};
+    use super::{Journal, JournalError, Line, each_line};
     use crate::campaign::toy::{Toy, space};
     use crate::campaign::{Executor as _, Random, Search as _};
     use std::io::Write as _;
+    use wire::time::Span;
 
     fn lines(count: u64) -> Vec<Line> {
         let mut random = Random::new(&space(), 9);
@@ -198,6 +253,21 @@ mod tests {
         journal.keep(&lines[3]).unwrap();
         drop(journal);
         assert!(Journal::open(&path, "toy").unwrap().done().values().eq(&lines[..4]));
+        let mut read = Vec::new();
+        each_line(&path, &mut |line| read.push(line)).unwrap();
+        assert_eq!(read, lines[..4]);
+    }
+
+    /// No two runs in real time take the same: what the first took decides the cases for good.
+    #[test]
+    fn the_first_horizon_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal.jsonl");
+        let open = |ms| Journal::open_in_real_time(&path, "toy", Span::from_millis(ms));
+        assert_eq!(open(8_003).unwrap().horizon(), Some(Span::from_millis(8_003)));
+        assert_eq!(open(7_998).unwrap().horizon(), Some(Span::from_millis(8_003)));
+        // That of a campaign in virtual time is another's.
+        assert!(matches!(Journal::open(&path, "toy"), Err(JournalError::Other { .. })));
     }
 
     #[test]

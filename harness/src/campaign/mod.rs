@@ -15,8 +15,10 @@
 //! * [`Executor`]: carries out one case; [`Simulated`] does in virtual time, `OnBench` in real time, where runs differ:
 //!   [`Repeatedly`] takes only what breaks again and again for broken.
 //! * [`shrink()`]: less faults, later, shorter, weaker, as long as the same property breaks.
+//! * [`Account`]: what a campaign was to do and what came of it, beside its journal: what a report is drawn from.
 //! * [`envelope()`]: the share of runs that pass over the severity of one kind.
 
+mod account;
 mod case;
 mod envelope;
 mod executor;
@@ -27,6 +29,7 @@ mod mutation;
 pub mod nats;
 #[cfg(feature = "live")]
 mod on_bench;
+mod passes;
 mod regression;
 mod repeat;
 mod run;
@@ -38,13 +41,15 @@ mod survey;
 mod toy;
 mod window;
 
+pub use account::{ACCOUNT, Account, AccountError, End, FoundCase, Struck};
 pub use case::{Case, CaseId, CaseResult, PANIC, Violated};
 pub use envelope::{Envelope, EnvelopeSettings, Level, envelope};
 pub use executor::{Executor, Simulated};
 pub use guided::Guided;
-pub use journal::{Journal, JournalError, Line};
+pub use journal::{Journal, JournalError, Line, each_line};
 #[cfg(feature = "live")]
-pub use on_bench::{OnBench, Site};
+pub use on_bench::{Bench, OnBench, Site};
+pub use passes::PASSES;
 pub use regression::{Regression, RegressionError};
 pub use repeat::{
     BREAKS_AT_LEAST, CONFIDENCE, REPEATS, REPEATS_MAX, Repeated, Repeatedly, Repetition,

@@ -9,15 +9,32 @@ use crate::properties::Unjudged;
 use crate::record::sink::NullSink;
 use crate::run::Prepared;
 use crate::run_live::{LiveOrder, carry_out};
-use crate::world::bench::bench_lines;
 use crate::world::live::{LiveError, Setting};
 use std::fmt;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wire::time::{Span, Timestamp};
+
+/// A bench that campaigns use in turn: one run at a time, and none once it did not come up.
+#[derive(Debug, Clone, Default)]
+pub struct Bench(Arc<Mutex<Option<LiveError>>>);
+
+impl Bench {
+    /// Why it did not come up, if it did not. Waits for a run that is under way.
+    pub fn take_broken(&self) -> Option<LiveError> {
+        self.turn().take()
+    }
+
+    /// One's turn: what broke it, if anything did.
+    fn turn(&self) -> MutexGuard<'_, Option<LiveError>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
 
 /// What a campaign needs of the place that it is carried out at.
 pub struct Site {
+    /// The bench.
+    pub bench: Bench,
     /// Answers to what the plan asks a person.
     pub answers: Answers,
     /// Whoever can be asked for the others, each time anew.
@@ -43,8 +60,6 @@ pub struct OnBench {
     properties: Vec<Property>,
     unjudged: Vec<Unjudged>,
     site: Site,
-    /// One run at a time: there is one bench. Why no more can begin, if so.
-    broken: Mutex<Option<LiveError>>,
 }
 
 impl OnBench {
@@ -52,7 +67,7 @@ impl OnBench {
     /// none, as far as this bench can judge them.
     pub fn new(prepared: Prepared, setting: Setting, site: Site) -> Self {
         let (properties, unjudged) = setting.sight().divide(&prepared.plan.judged());
-        Self { prepared, setting, properties, unjudged, site, broken: Mutex::new(None) }
+        Self { prepared, setting, properties, unjudged, site }
     }
 
     /// Properties that are watched.
@@ -70,25 +85,23 @@ impl OnBench {
         self.setting.can_suffer(target, what)
     }
 
-    /// How long the plan takes where nothing goes wrong, and what it comes to then.
-    pub fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
-        self.run(&Case { seed, ..Case::default() })
-    }
-
     /// Why the bench did not come up, if it did not; it is then not tried again.
     pub fn take_broken(&self) -> Option<LiveError> {
-        self.broken.lock().unwrap_or_else(PoisonError::into_inner).take()
+        self.site.bench.take_broken()
     }
 
     fn run(&self, case: &Case) -> (Span, CaseResult) {
         let not_run = || (Span::ZERO, CaseResult::given_up());
-        let mut broken = self.broken.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut broken = self.site.bench.turn();
         if broken.is_some() || (self.site.stop)() {
             return not_run();
         }
+        // Whose setting is one of a robot has none of another subject.
+        let Some(devices) = self.prepared.subject.robot() else { return not_run() };
         let prepared = struck(&self.prepared, case);
         let order = LiveOrder {
             prepared: &prepared,
+            devices,
             seed: case.seed,
             setting: &self.setting,
             properties: &self.properties,
@@ -98,7 +111,7 @@ impl OnBench {
         let operator = Operator::live(self.site.answers.clone(), person);
         match carry_out(order, operator, &mut NullSink, &mut |_| !(self.site.stop)()) {
             Ok(live) => {
-                let result = CaseResult::of(&prepared.plan.measurements, &live.run);
+                let result = CaseResult::of(&prepared.plan, &live.run);
                 (live.run.end - Timestamp::ZERO, result)
             }
             Err(error) => {
@@ -114,10 +127,14 @@ impl Executor for OnBench {
         self.run(case).1
     }
 
+    fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
+        self.run(&Case { seed, ..Case::default() })
+    }
+
     fn takes(&self, case: &Case) -> bool {
         let plan = &self.prepared.plan;
         let all = case.schedule.beside(&plan.faults);
-        let lines = bench_lines(&self.prepared.devices);
+        let lines = self.prepared.subject.lines();
         all.fits(plan, lines).is_ok() && self.setting.reaches(&all).is_ok()
     }
 }

@@ -1,6 +1,7 @@
 //! The smallest failing case as a plan that anyone can run.
 
 use super::case::{Case, PANIC};
+use super::passes::PASSES;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -75,8 +76,9 @@ impl Regression<'_> {
         if !all.is_empty() {
             table.insert("fault".to_owned(), all.into());
         }
-        // What broke is judged again; a panic needs no property.
-        if self.property != PANIC && !table.contains_key("property") {
+        // What broke is judged again; a panic, and a plan that does not pass, need no property.
+        let by_itself = [PANIC, PASSES].contains(&self.property);
+        if !by_itself && !table.contains_key("property") {
             let always: toml::Table =
                 [(self.property.to_owned(), toml::Table::new().into())].into_iter().collect();
             let property: toml::Table =

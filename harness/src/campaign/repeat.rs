@@ -8,10 +8,13 @@
 
 use super::case::{Case, CaseResult};
 use super::executor::Executor;
+use super::run::guarded;
 use crate::checks::confidence::clopper_pearson_lower;
 use crate::outcome::Outcome;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fmt;
+use wire::time::Span;
 
 /// Repetitions where nobody says otherwise: enough that one of them may hold by chance.
 pub const REPEATS: u64 = 8;
@@ -24,12 +27,45 @@ pub const BREAKS_AT_LEAST: f64 = 0.5;
 pub const REPEATS_MAX: u64 = 10_000;
 
 /// The rule by which a case counts as broken.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(into = "Rule", try_from = "Rule")]
 pub struct Repetition {
     repeats: u64,
     confidence: f64,
     share: f64,
     needed: u64,
+}
+
+/// `broken where 7 of 8 repetitions break (0.95, 0.5)`: with confidence and share.
+impl fmt::Display for Repetition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { repeats, confidence, share, needed } = self;
+        write!(f, "broken where {needed} of {repeats} repetitions break ({confidence}, {share})")
+    }
+}
+
+/// A rule as it is written down.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Rule {
+    repeats: u64,
+    confidence: f64,
+    share: f64,
+}
+
+impl From<Repetition> for Rule {
+    fn from(rule: Repetition) -> Self {
+        let Repetition { repeats, confidence, share, .. } = rule;
+        Self { repeats, confidence, share }
+    }
+}
+
+impl TryFrom<Rule> for Repetition {
+    type Error = RepetitionError;
+
+    fn try_from(rule: Rule) -> Result<Self, RepetitionError> {
+        Self::new(rule.repeats, rule.confidence, rule.share)
+    }
 }
 
 /// Why there is no such rule.
@@ -138,22 +174,12 @@ impl<E: Executor> Repeatedly<E> {
         &self.inner
     }
 
-    /// All repetitions of a case, afresh: what was chosen as the smallest of many is lucky, these are not. `None`
-    /// where the bench broke or somebody stopped it.
-    pub fn confirm(&self, case: &Case, property: &str) -> Option<Repeated> {
-        let mut broke = 0;
-        for _ in 0..self.repetition.repeats {
-            broke += u64::from(self.run(case).ok()?.breaks(property));
-        }
-        Some(self.repetition.shown(broke, self.repetition.repeats))
-    }
-
     /// One run that says something; one that the bench broke is done again, once. Where that says nothing, either, and
-    /// where somebody stopped it, the outcome is all that there is.
+    /// where somebody stopped it, the outcome is all that there is. A controller that panics is repeated as any other.
     fn run(&self, case: &Case) -> Result<CaseResult, Outcome> {
-        let first = self.inner.execute(case);
-        let result =
-            if first.outcome == Outcome::Error.name() { self.inner.execute(case) } else { first };
+        let run = || guarded(&self.inner, case);
+        let first = run();
+        let result = if first.outcome == Outcome::Error.name() { run() } else { first };
         let nothing = [Outcome::Error, Outcome::Aborted];
         nothing.into_iter().find(|one| one.name() == result.outcome).map_or(Ok(result), Err)
     }
@@ -199,6 +225,19 @@ impl<E: Executor> Executor for Repeatedly<E> {
             Ok(result) => result,
             Err(outcome) => CaseResult::ended(outcome.name()),
         }
+    }
+
+    fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
+        self.inner.without_faults(seed)
+    }
+
+    /// What was chosen as the smallest of many is lucky; these repetitions are not.
+    fn confirm(&self, case: &Case, property: &str) -> Result<Repeated, Outcome> {
+        let mut broke = 0;
+        for _ in 0..self.repetition.repeats {
+            broke += u64::from(self.run(case)?.breaks(property));
+        }
+        Ok(self.repetition.shown(broke, self.repetition.repeats))
     }
 
     fn kept(&self, case: &Case) {

@@ -144,7 +144,8 @@ fn made_small(
 }
 
 impl Tally {
-    fn count(&mut self, number: u64, result: &CaseResult) {
+    /// Counts one case more, whatever is known of it.
+    pub fn count(&mut self, number: u64, result: &CaseResult) {
         self.cases += 1;
         self.passed += u64::from(result.passed && result.violated.is_empty());
         *self.outcomes.entry(result.outcome.clone()).or_default() += 1;
@@ -168,17 +169,23 @@ impl Tally {
 
 /// A controller that panics breaks a property; it does not end the campaign.
 pub(super) fn guarded(executor: &(impl Executor + ?Sized), case: &Case) -> CaseResult {
-    match catch_unwind(AssertUnwindSafe(|| executor.execute(case))) {
-        Ok(result) => result,
-        Err(panic) => CaseResult {
-            violated: vec![Violated {
-                property: PANIC.to_owned(),
-                at_s: 0.0,
-                what: message(panic.as_ref()),
-            }],
-            ..CaseResult::ended("panicked")
-        },
-    }
+    caught(|| executor.execute(case), |panicked| panicked)
+}
+
+/// What `work` gives, or what is made of a case whose controller panicked.
+pub(super) fn caught<T>(work: impl FnOnce() -> T, of: impl FnOnce(CaseResult) -> T) -> T {
+    let panic = match catch_unwind(AssertUnwindSafe(work)) {
+        Ok(given) => return given,
+        Err(panic) => panic,
+    };
+    of(CaseResult {
+        violated: vec![Violated {
+            property: PANIC.to_owned(),
+            at_s: 0.0,
+            what: message(panic.as_ref()),
+        }],
+        ..CaseResult::ended("panicked")
+    })
 }
 
 fn message(panic: &(dyn Any + Send)) -> String {

@@ -72,7 +72,7 @@ impl Space {
     }
 
     /// The phases that a fault can be tied to, with how often each comes, as far as that is drawn.
-    pub(super) fn phases(&self) -> &[(Name, u32)] {
+    pub fn phases(&self) -> &[(Name, u32)] {
         &self.phases
     }
 

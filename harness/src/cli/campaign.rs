@@ -1,5 +1,8 @@
 //! `hil campaign`: faults thrown at a plan, and how much of one it tolerates.
 
+pub(super) mod account;
+#[cfg(feature = "live")]
+mod on_bench;
 #[cfg(feature = "nats")]
 mod over;
 
@@ -11,6 +14,8 @@ use super::operator::OperatorArguments;
 use super::progress::Screen;
 use super::repetition::RepetitionArguments;
 use super::say;
+#[cfg(not(feature = "live"))]
+use super::setup::LiveSetup;
 use super::setup::{Setup, SetupArguments};
 use crate::campaign::{
     self, Campaign, CaseResult, Executor, Guided, Journal, Random, Regression, Search, Settings,
@@ -23,7 +28,7 @@ use crate::made::Made;
 use crate::outcome::Outcome;
 use crate::plan::Property;
 use crate::run::Prepared;
-use crate::world::bench::bench_lines;
+use account::{Kept, Place};
 use clap::{Args, ValueEnum};
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
@@ -114,12 +119,12 @@ pub(super) struct CampaignArguments {
 const CASES_MAX: u64 = 10_000_000;
 /// Tries to make one case smaller.
 const SHRINK_MAX: u64 = 500;
-/// File of a campaign folder.
+/// File of a campaign folder: its cases.
 const JOURNAL: &str = "cases.jsonl";
 
 /// What a campaign is about, and whom it talks to.
 #[derive(Clone, Copy)]
-pub(super) struct Task<'a> {
+struct Task<'a> {
     /// The text of the plan.
     source: &'a str,
     pub(super) prepared: &'a Prepared,
@@ -128,11 +133,8 @@ pub(super) struct Task<'a> {
 }
 
 /// A campaign whose folder is open.
-pub(super) struct Begun {
+struct Begun {
     folder: PathBuf,
-    /// Which campaign it is.
-    #[cfg_attr(not(feature = "nats"), expect(dead_code, reason = "only a server is told"))]
-    what: String,
     journal: Journal,
 }
 
@@ -179,27 +181,33 @@ impl CampaignArguments {
             let states = states(&prepared.plan.judged());
             let settings =
                 Settings { cases: self.cases, threads, shrink_max: self.shrink_max(SHRINK_MAX) };
-            let begun = self.begin(&task, "")?;
+            let (folder, what) = (self.opened(&prepared)?, self.what(&task, ""));
+            let begun = Begun { journal: Journal::open(&folder.join(JOURNAL), &what)?, folder };
+            let place = |carried_out_by| Place { carried_out_by, replay: "" };
             #[cfg(feature = "nats")]
-            if let Some(remote) =
-                self.over.remote(&self.plan, &begun.what, &executor, task.interrupt, screen)?
-            {
+            if let Some(server) = self.over.server()? {
+                let answers = executor.answers();
+                let order = over::Order { plan: &self.plan, what: &what, answers };
+                let order = order.virtually()?;
+                let remote = over::open(&server, order, executor.clone(), task.interrupt, screen)?;
                 let settings = Settings { threads: over::AT_A_TIME, ..settings };
+                let place = place("workers of a server (hil worker)".to_owned());
+                let kept = self.account(&task, &space, &states, place)?;
                 let (done, saved) =
                     self.search(&task, begun, &remote, &space, &states, &settings)?;
                 if let Some(failure) = remote.failure() {
                     return Err(failure.into());
                 }
                 if !done.stopped && !task.interrupt.requested() {
-                    over::finish(&remote, &done, &saved)?;
+                    over::finish(&remote, &done, &saved, None)?;
                 }
-                return self.tell(&done, &saved, None);
+                return self.tell(screen, kept, (&done, &saved), None);
             }
+            let place = place(format!("{threads} threads of this machine"));
+            let kept = self.account(&task, &space, &states, place)?;
             let (done, saved) = self.search(&task, begun, &executor, &space, &states, &settings)?;
-            return self.tell(&done, &saved, None);
+            return self.tell(screen, kept, (&done, &saved), None);
         };
-        #[cfg(feature = "nats")]
-        self.over.none()?;
         if self.envelopes.is_asked() || self.threads.is_some_and(|threads| threads.get() > 1) {
             return Err(Failure::arguments(
                 "the real clock has one bench: it carries out one case at a time, and no envelope",
@@ -209,19 +217,19 @@ impl CampaignArguments {
         self.on_bench(&task, &setup, live)
     }
 
-    pub(super) fn shrink_max(&self, usual: u64) -> u64 {
+    fn shrink_max(&self, usual: u64) -> u64 {
         self.shrink_max.unwrap_or(usual)
     }
 
     /// What can go wrong, once it is clear that without it nothing does; `clean` is how long that took and what it came
     /// to.
-    pub(super) fn space(
+    fn space(
         &self,
         task: &Task<'_>,
         (horizon, clean): (Span, CaseResult),
         can_suffer: impl Fn(Target, FaultKind) -> bool,
     ) -> Result<Space, Failure> {
-        let (plan, lines) = (&task.prepared.plan, bench_lines(&task.prepared.devices));
+        let (plan, lines) = (&task.prepared.plan, task.prepared.subject.lines());
         if let Some(violated) = clean.violated.first() {
             return Err(Failure::arguments(
                 format!("{}: breaks {} without any fault", plan.name, violated.property),
@@ -239,11 +247,16 @@ impl CampaignArguments {
         Ok(space)
     }
 
-    /// Opens the folder of the campaign; `bench` names where it is carried out, for its journal.
-    pub(super) fn begin(&self, task: &Task<'_>, bench: &str) -> Result<Begun, Failure> {
-        let folder = self.folder("campaign", task.prepared);
+    /// The folder of the campaign, made where there is none.
+    fn opened(&self, prepared: &Prepared) -> Result<PathBuf, Failure> {
+        let folder = self.folder("campaign", prepared);
         std::fs::create_dir_all(&folder).map_err(|source| Failure::file(&folder, source))?;
-        let what = format!(
+        Ok(folder)
+    }
+
+    /// What decides the cases of the campaign; `bench` names where they are carried out.
+    fn what(&self, task: &Task<'_>, bench: &str) -> String {
+        format!(
             "{} ({}), by {}, seed {}, up to {} of {}{bench}",
             task.prepared.plan.name,
             campaign::Case::default().id(task.source),
@@ -251,13 +264,11 @@ impl CampaignArguments {
             self.seed,
             self.faults_max,
             if self.faults.is_empty() { "all faults".to_owned() } else { self.faults.join(", ") },
-        );
-        let journal = Journal::open(&folder.join(JOURNAL), &what)?;
-        Ok(Begun { folder, what, journal })
+        )
     }
 
     /// Searches, shrinks and saves, in the folder of the campaign.
-    pub(super) fn search(
+    fn search(
         &self,
         task: &Task<'_>,
         begun: Begun,
@@ -294,17 +305,20 @@ impl CampaignArguments {
         Ok((done, saved))
     }
 
-    /// Prints the end.
-    pub(super) fn tell(
+    /// Keeps, draws and prints the end.
+    fn tell(
         &self,
-        done: &Campaign,
-        saved: &[PathBuf],
+        screen: &Screen,
+        kept: Kept,
+        (done, saved): (&Campaign, &[PathBuf]),
         again: Option<&Again<'_>>,
     ) -> Result<Outcome, Failure> {
+        let page = kept.end(done, saved, again)?;
         if self.json {
             say(&(console::campaign_json(done, saved, again) + "\n"))?;
         } else {
             say(&console::campaign_table(done, saved, again, Style::of_stdout()))?;
+            screen.chat(&format!("{}", page.display()));
         }
         Ok(outcome(done))
     }
@@ -315,6 +329,15 @@ impl CampaignArguments {
         })
     }
 
+    /// This build has no live world.
+    #[cfg(not(feature = "live"))]
+    fn on_bench(&self, _: &Task<'_>, _: &Setup, _: &LiveSetup) -> Result<Outcome, Failure> {
+        Err(Failure::arguments(
+            "this build has no live world",
+            "build with the feature `live`, or leave out --clock",
+        ))
+    }
+
     /// Kinds are of the vocabulary.
     fn known(&self) -> Result<(), Failure> {
         self.faults.iter().try_for_each(|name| kind(name).map(|_| ()))
@@ -322,7 +345,7 @@ impl CampaignArguments {
 }
 
 /// What must come about sometimes.
-pub(super) fn states(properties: &[Property]) -> BTreeSet<String> {
+fn states(properties: &[Property]) -> BTreeSet<String> {
     properties
         .iter()
         .filter(|property| matches!(property, Property::Sometimes(_)))

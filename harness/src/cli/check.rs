@@ -8,9 +8,9 @@ use crate::library::{Kind, Library, names};
 use crate::outcome::{Measurement, Outcome, Summary};
 use crate::plan::Plan;
 use crate::properties::Limits;
-use crate::run::{PrepareError, judge_again, load_plan, write_documents};
+use crate::run::{PrepareError, Subject, judge_again, load_plan, write_documents};
 use crate::run_folder::{RunFolder, SUMMARY};
-use crate::world::bench::{Bench, load_devices};
+use crate::world::bench::Bench;
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -63,9 +63,13 @@ impl CheckArguments {
         };
         let before = was.as_ref().map(|summary| summary.measurements.clone());
         let library = self.plan.as_deref().map_or_else(Library::shipped, Library::beside);
-        let devices = load_devices(&library, plan.devices.as_str()).map_err(PrepareError::from)?;
-        let limits = Limits::of(&Bench::new(devices, recorded.seed).controller_config());
-        let judged = judge_again(&plan, &limits, was, &recorded, records);
+        let limits = match Subject::of(&library, &plan).map_err(PrepareError::from)? {
+            Subject::Robot(devices) => {
+                Some(Limits::of(&Bench::new(*devices, recorded.seed).controller_config()))
+            }
+            Subject::Device(_) => None,
+        };
+        let judged = judge_again(&plan, limits.as_ref(), was, &recorded, records);
         for one in &judged.kept {
             screen.note(&format!(
                 "{}: {} keeps the verdict of the run: {}",

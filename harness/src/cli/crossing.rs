@@ -42,7 +42,16 @@ fn opened(bus: KernelBus, prepared: &Prepared) -> Result<crate::world::crossing:
     use crate::world::bench::Bench;
     use crate::world::crossing::Kernel;
     // What it is built with says how its base is connected; no number is drawn.
-    let bench = Bench::new(prepared.devices.clone(), 0);
+    let devices = prepared.subject.robot().ok_or_else(|| {
+        Failure::arguments(
+            format!(
+                "{} is of a device of your own, which crosses no kernel in virtual time",
+                prepared.plan.name
+            ),
+            "leave out --bus, or add --clock real",
+        )
+    })?;
+    let bench = Bench::new(devices.clone(), 0);
     Ok(Kernel::open(bus, bench.base_transport())?)
 }
 

@@ -66,6 +66,23 @@ enum What {
         #[command(flatten)]
         common: CommonArguments,
     },
+    /// A device of your own, by its description (`hil new` makes one).
+    Device {
+        /// The description: a path.
+        #[arg(value_name = "DESCRIPTION")]
+        description: String,
+        /// CAN interface, the same as --port can:INTERFACE.
+        #[arg(long, value_name = "INTERFACE", conflicts_with_all = ["pty", "port"])]
+        can: Option<String>,
+        #[command(flatten)]
+        port: PortArguments,
+        /// Take requests on a socket, too.
+        #[arg(long, value_name = "unix:PATH", value_parser = socket)]
+        control: Option<PathBuf>,
+        /// Seed of all random numbers.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
     /// A whole bench, whose gyro feels the motion of what carries it by the device file.
     #[command(group(clap::ArgGroup::new("ports").required(true).multiple(true)))]
     Bench {
@@ -139,13 +156,16 @@ impl EmulateArguments {
 
     #[cfg(feature = "live")]
     pub(super) fn execute(&self, screen: &super::Screen) -> Result<Outcome, Failure> {
-        let setup = self.setup()?;
+        use std::io::Write as _;
         let mut out = std::io::stdout();
-        let mut say = |line: &str| {
-            use std::io::Write as _;
-            writeln!(out, "{line}").and_then(|()| out.flush())
-        };
-        crate::emulation::run(&setup, &mut say, &mut |what| screen.note(what))?;
+        let mut say = |line: &str| writeln!(out, "{line}").and_then(|()| out.flush());
+        let mut warn = |what: &str| screen.note(what);
+        match self.what()? {
+            setup::Emulated::Bench(setup) => crate::emulation::run(&setup, &mut say, &mut warn)?,
+            setup::Emulated::Device(setup) => {
+                crate::emulation::run_device(&setup, &mut say, &mut warn)?
+            }
+        }
         Ok(Outcome::Passed)
     }
 }
@@ -154,19 +174,57 @@ impl EmulateArguments {
 mod setup {
     use super::{CommonArguments, EmulateArguments, Mode, PortArguments, Stream, What};
     use crate::cli::failure::Failure;
-    use crate::emulation::ports::carries_frames;
-    use crate::emulation::{Parts, Role, Setup};
+    use crate::emulation::{DeviceSetup, Parts, Role, Setup};
     use crate::library::Library;
     use crate::port::PortSpec;
+    use crate::run::{PrepareError, load_description};
     use crate::world::bench::load_devices;
+    use described::Medium;
     use emulators::base::{BaseParameters, Transport};
     use emulators::device_file::Devices;
     use emulators::gyro::GyroParameters;
     use std::collections::BTreeMap;
+    use std::sync::Arc;
     use wire::gyro::{GyroFormat, GyroStream, OutputMode};
 
+    /// What is to be emulated.
+    pub(super) enum Emulated {
+        Bench(Box<Setup>),
+        Device(DeviceSetup),
+    }
+
     impl EmulateArguments {
-        pub(super) fn setup(&self) -> Result<Setup, Failure> {
+        pub(super) fn what(&self) -> Result<Emulated, Failure> {
+            let What::Device { description, can, port, control, seed } = &self.what else {
+                return Ok(Emulated::Bench(Box::new(self.setup()?)));
+            };
+            let library = Library::beside(description);
+            let description =
+                load_description(&library, description).map_err(PrepareError::from)?;
+            let description = Arc::new(description);
+            let port = match (can, description.layout().medium()) {
+                (Some(interface), _) => parse(&format!("can:{interface}"))?,
+                // Frames do not cross a pty as they are: an adapter is played there.
+                (None, Medium::Can) if port.port.is_none() => {
+                    PortSpec::SlcanPty { link: port.pty.clone().flatten().map(Into::into) }
+                }
+                (None, _) => port.spec()?,
+            };
+            let fits = port.carries_frames() == (description.layout().medium() == Medium::Can);
+            if !fits {
+                return Err(Failure::arguments(
+                    format!(
+                        "failed to put {} on {port}: its layout is of another medium",
+                        description.name
+                    ),
+                    "messages of a DBC need a CAN port: can:INTERFACE, slcan-pty; bytes a serial one: pty, /dev/ttyUSB0",
+                ));
+            }
+            let (control, seed) = (control.clone(), *seed);
+            Ok(Emulated::Device(DeviceSetup { description, port, control, seed }))
+        }
+
+        fn setup(&self) -> Result<Setup, Failure> {
             match &self.what {
                 What::Gyro { stream, mode, port, common } => {
                     let described = devices(common)?.map(|devices| devices.gyro);
@@ -194,6 +252,9 @@ mod setup {
                     };
                     let parts = Parts { table: Some(table), ..Parts::default() };
                     common.with(parts, [(Role::Table, port.spec()?)].into())
+                }
+                What::Device { .. } => {
+                    Err(Failure::arguments("a device is no bench", "see `hil emulate --help`"))
                 }
                 What::Bench { gyro, base, table, common } => {
                     bench([(Role::Gyro, gyro), (Role::Base, base), (Role::Table, table)], common)
@@ -240,7 +301,7 @@ mod setup {
     impl CommonArguments {
         fn with(&self, parts: Parts, ports: BTreeMap<Role, PortSpec>) -> Result<Setup, Failure> {
             for (role, spec) in &ports {
-                if *role != Role::Base && carries_frames(spec) {
+                if *role != Role::Base && spec.carries_frames() {
                     return Err(Failure::arguments(
                         format!("failed to put the {role} on {spec}: it is on a serial line"),
                         "name a pty or a serial port: pty, /dev/ttyUSB0",
@@ -268,7 +329,7 @@ mod setup {
     }
 
     const fn transport(spec: &PortSpec) -> Transport {
-        if carries_frames(spec) { Transport::Can } else { Transport::Serial }
+        if spec.carries_frames() { Transport::Can } else { Transport::Serial }
     }
 
     fn devices(common: &CommonArguments) -> Result<Option<Devices>, Failure> {

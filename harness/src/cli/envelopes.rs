@@ -4,7 +4,7 @@ use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::progress::Screen;
 use super::say;
-use crate::campaign::{self, Envelope, EnvelopeSettings, Simulated};
+use crate::campaign::{self, Envelope, EnvelopeSettings, Executor as _, Simulated};
 use crate::checks::confidence::{Z_95, trials_min};
 use crate::console::{self, Style};
 use crate::faults::{Fault, FaultKind};
@@ -12,7 +12,6 @@ use crate::outcome::Outcome;
 use crate::plan::{DeclaredEnvelope, struck_by};
 use crate::report::envelopes::{Measured, page};
 use crate::run::Prepared;
-use crate::world::bench::bench_lines;
 use clap::Args;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -135,7 +134,7 @@ impl EnvelopeArguments {
         let asked = self.target.as_ref().map(named);
         let target = match asked {
             Some(None) => None,
-            asked => struck_by(kind, asked.flatten(), bench_lines(&prepared.devices)),
+            asked => struck_by(kind, asked.flatten(), prepared.subject.lines()),
         };
         target.map(|target| Fault::new(target, kind)).ok_or_else(|| {
             let known: Vec<&str> = targets.iter().map(|target| target.name()).collect();
@@ -161,7 +160,7 @@ fn declared(prepared: &Prepared) -> Result<Vec<Asked>, Failure> {
             "[[envelope]] in the plan: fault = \"drop\", at_least = 0.1; or --envelope KIND",
         ));
     }
-    let lines = bench_lines(&prepared.devices);
+    let lines = prepared.subject.lines();
     let asked = |declared: &DeclaredEnvelope| {
         let &DeclaredEnvelope { kind, target, at_least, share, runs } = declared;
         // The plan was checked against its bench.

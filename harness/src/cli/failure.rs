@@ -1,7 +1,7 @@
 //! What keeps a command from doing its work, and the exit status of each.
 
 use crate::bus_log::LogError;
-use crate::campaign::{JournalError, RegressionError};
+use crate::campaign::{AccountError, JournalError, RegressionError};
 use crate::dataset::DatasetError;
 use crate::export::ExportError;
 use crate::import::ImportError;
@@ -73,6 +73,10 @@ enum Cause {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Journal(JournalError),
+    /// The account of a campaign cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Account(AccountError),
     /// A campaign cannot go over a server, or no longer.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -200,6 +204,7 @@ impl Failure {
             | Cause::Model(_)
             | Cause::Answers(_)
             | Cause::Bench(_)
+            | Cause::Account(AccountError::Foreign { .. } | AccountError::Version { .. })
             | Cause::Journal(JournalError::Other { .. } | JournalError::Broken { .. })
             | Cause::Identify { .. } => EXIT_BAD_INPUT,
             #[cfg(feature = "nats")]
@@ -236,6 +241,7 @@ impl Failure {
                 | RunFolderError::Remove { .. }
                 | RunFolderError::ArtifactName { .. },
             )
+            | Cause::Account(AccountError::Io { .. })
             | Cause::Journal(JournalError::Io { .. })
             | Cause::Regression(_)
             | Cause::Output(_)
@@ -319,6 +325,12 @@ impl From<ExportError> for Failure {
 impl From<RunFolderError> for Failure {
     fn from(error: RunFolderError) -> Self {
         Cause::Folder(error).into()
+    }
+}
+
+impl From<AccountError> for Failure {
+    fn from(error: AccountError) -> Self {
+        Cause::Account(error).into()
     }
 }
 

@@ -40,7 +40,13 @@ pub(super) fn setting(
     prepared: &Prepared,
     setup: &LiveSetup,
 ) -> Result<crate::world::live::Setting, Failure> {
-    Ok(asked(setup).resolve(crate::world::bench::base_transport(&prepared.devices))?)
+    let devices = prepared.subject.robot().ok_or_else(|| {
+        Failure::arguments(
+            format!("{} is of a device of your own, and campaigns in real time are of robots and tables", prepared.plan.name),
+            "leave out --clock: the device is emulated in virtual time",
+        )
+    })?;
+    Ok(asked(setup).resolve(crate::world::bench::base_transport(devices))?)
 }
 
 /// What the command line asks for.

@@ -25,6 +25,7 @@ mod log;
 mod measured;
 #[cfg(feature = "nats")]
 mod nats;
+mod new;
 mod operator;
 mod paper;
 mod predict;
@@ -77,6 +78,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run::RunArguments),
+    New(new::NewArguments),
     Campaign(Box<campaign::CampaignArguments>),
     #[cfg(feature = "nats")]
     Worker(worker::WorkerArguments),
@@ -109,6 +111,7 @@ impl Cli {
         match &self.command {
             None => self.paper.execute(screen),
             Some(Command::Run(arguments)) => arguments.execute(screen),
+            Some(Command::New(arguments)) => arguments.execute(),
             Some(Command::Campaign(arguments)) => arguments.execute(screen),
             #[cfg(feature = "nats")]
             Some(Command::Worker(arguments)) => arguments.execute(screen),

@@ -37,9 +37,6 @@ impl OperatorArguments {
         plans: impl IntoIterator<Item = &'a Plan>,
         screen: &Screen,
     ) -> Result<(Answers, Option<Terminal>), Failure> {
-        let path = self.answers.clone().or_else(|| setup.answer_file());
-        let file = path.map(|path| AnswerFile::load(&path)).transpose();
-        let file = file.map_err(crate::operator::AnswersError::from)?;
         let person = match setup {
             Setup::Simulated | Setup::Kernel(_) => None,
             Setup::Live(_) => Terminal::of_stdin(screen, self.operator.as_deref()),
@@ -49,10 +46,36 @@ impl OperatorArguments {
             (Setup::Live(_), Some(_)) => Attendance::Person,
             (Setup::Live(_), None) => Attendance::Nobody,
         };
+        Ok((self.given(setup, plans, attendance)?, person))
+    }
+
+    /// The answers for `plans` that are carried out where nobody can be asked.
+    ///
+    /// # Errors
+    ///
+    /// When an answer cannot be used, or is missing.
+    #[cfg(all(feature = "live", feature = "nats"))]
+    pub(super) fn collect_for_elsewhere<'a>(
+        &self,
+        setup: &Setup,
+        plans: impl IntoIterator<Item = &'a Plan>,
+    ) -> Result<Answers, Failure> {
+        self.given(setup, plans, Attendance::Nobody)
+    }
+
+    fn given<'a>(
+        &self,
+        setup: &Setup,
+        plans: impl IntoIterator<Item = &'a Plan>,
+        attendance: Attendance,
+    ) -> Result<Answers, Failure> {
+        let path = self.answers.clone().or_else(|| setup.answer_file());
+        let file = path.map(|path| AnswerFile::load(&path)).transpose();
+        let file = file.map_err(crate::operator::AnswersError::from)?;
         let real = match setup {
             Setup::Simulated | Setup::Kernel(_) => RealRoles::default(),
             Setup::Live(live) => RealRoles::of(&live.bench),
         };
-        Ok((Answers::collect(&self.given, file.as_ref(), plans, real, attendance)?, person))
+        Ok(Answers::collect(&self.given, file.as_ref(), plans, real, attendance)?)
     }
 }

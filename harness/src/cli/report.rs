@@ -1,19 +1,22 @@
-//! `hil report`: draws recorded runs again.
+//! `hil report`: draws recorded runs and campaigns again.
 
+use super::campaign::account::{self, is_campaign};
 use super::failure::Failure;
 use super::say;
-use crate::outcome::Outcome;
+use crate::outcome::{Outcome, Summary};
 use crate::report::render;
-use crate::run_folder::{REPORT, RunFolder};
+use crate::run::unfinished;
+use crate::run_folder::{REPORT, RunFolder, SUMMARY};
 use clap::Args;
 use std::path::{Path, PathBuf};
+use wire::time::Timestamp;
 
-/// Draws report.html of recorded runs again, from summary and record.
+/// Draws report.html of recorded runs again, from summary and record, and of campaigns, from campaign.json and the journal.
 ///
-/// The verdicts are those of the summary; `hil check` makes new ones.
+/// A run that was cut short is drawn as far as its record goes. The verdicts are those of the summary; `hil check` makes new ones.
 #[derive(Debug, Args)]
 pub(super) struct ReportArguments {
-    /// Run folders.
+    /// Run folders, and folders of campaigns.
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
 }
@@ -21,7 +24,10 @@ pub(super) struct ReportArguments {
 impl ReportArguments {
     pub(super) fn execute(&self) -> Result<Outcome, Failure> {
         for run in &self.runs {
-            let report = draw(run)?;
+            let report = match is_campaign(run) {
+                true => account::draw(run)?,
+                false => draw(run)?,
+            };
             say(&format!("{}\n", report.display()))?;
         }
         Ok(Outcome::Passed)
@@ -30,9 +36,21 @@ impl ReportArguments {
 
 fn draw(run: &Path) -> Result<PathBuf, Failure> {
     let folder = RunFolder::open(run)?;
-    let summary = folder.summary()?;
+    let summary = match folder.file(SUMMARY).exists() {
+        true => folder.summary()?,
+        false => killed(&folder)?,
+    };
     let records = folder.records()?;
     let header = records.header().clone();
     folder.write_report(&render(&summary, &header, records))?;
     Ok(folder.file(REPORT))
+}
+
+/// What is known of a run that was killed, or goes on: what its record says. `hil check` judges it.
+fn killed(folder: &RunFolder) -> Result<Summary, Failure> {
+    let mut records = folder.records()?;
+    let header = records.header().clone();
+    let last =
+        records.by_ref().map_while(Result::ok).last().map_or(Timestamp::ZERO, |record| record.at);
+    Ok(unfinished(&header, &header.plan, last))
 }

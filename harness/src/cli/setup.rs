@@ -86,6 +86,14 @@ pub(super) enum Setup {
     Live(Box<LiveSetup>),
 }
 
+impl LiveSetup {
+    /// Of a bench file that says all of a bench, with what holds where it does not.
+    #[cfg(all(feature = "live", feature = "nats"))]
+    pub(super) const fn of(bench: BenchFile) -> Self {
+        Self { controller: Controller::Process, bench, bus: BusChoice::Pty, realtime: false }
+    }
+}
+
 /// What the live world must be told beyond the plan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct LiveSetup {
@@ -139,6 +147,36 @@ impl SetupArguments {
                 realtime: self.realtime,
             }))),
         }
+    }
+
+    /// The bench file, where it alone says what a bench elsewhere is like: whoever has that bench has the same file.
+    ///
+    /// # Errors
+    ///
+    /// When there is none, or something beside it says more.
+    #[cfg(all(feature = "live", feature = "nats"))]
+    pub(super) fn bench_elsewhere(&self) -> Result<&str, Failure> {
+        let beside = [
+            ("--controller", self.controller.is_some(), "its table [controller]"),
+            ("--bus", self.bus.is_some(), "the port of its table [base]"),
+            ("--realtime", self.realtime, "`realtime = true` in its table [timing]"),
+        ];
+        let Some(bench) = &self.bench else {
+            return Err(Failure::arguments(
+                "which bench carries the cases out? its worker takes those of one bench file alone",
+                "add --bench FILE, and start `hil worker --nats URL --bench FILE` on the machine of the bench; or \
+                 leave out --clock: workers without a bench keep virtual time",
+            ));
+        };
+        if let Some((argument, _, instead)) = beside.iter().find(|(_, is_given, _)| *is_given) {
+            return Err(Failure::arguments(
+                format!(
+                    "{argument} does not reach a worker: over a server the bench file says all of a bench"
+                ),
+                format!("write it into {bench}: {instead}"),
+            ));
+        }
+        Ok(bench)
     }
 
     /// A setup in virtual time.
@@ -229,6 +267,27 @@ mod tests {
         let with_bench = SetupArguments { bench: Some("mine.toml".to_owned()), ..plain.clone() };
         let in_real_time = SetupArguments { realtime: true, ..plain };
         assert!(with_bench.setup().is_err() && in_real_time.setup().is_err());
+    }
+
+    #[cfg(all(feature = "live", feature = "nats"))]
+    #[test]
+    fn over_a_server_the_bench_file_says_it_all() {
+        let alone = SetupArguments {
+            clock: Clock::Real,
+            bus: None,
+            controller: None,
+            bench: Some("window.toml".to_owned()),
+            realtime: false,
+        };
+        assert_eq!(alone.bench_elsewhere().ok(), Some("window.toml"));
+        let others = [
+            SetupArguments { bench: None, ..alone.clone() },
+            SetupArguments { controller: Some(Controller::InProcess), ..alone.clone() },
+            SetupArguments { bus: Some(BusChoice::Vcan), ..alone.clone() },
+            SetupArguments { realtime: true, ..alone },
+        ];
+        let refused = others.map(|other| other.bench_elsewhere().unwrap_err().rendered(false));
+        insta::assert_snapshot!(refused.concat());
     }
 
     #[test]

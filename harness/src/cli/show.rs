@@ -10,8 +10,15 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-const DEVICES: [Device; 6] =
-    [Device::Plan, Device::Controller, Device::Gyro, Device::Base, Device::Table, Device::Absolute];
+const DEVICES: [Device; 7] = [
+    Device::Plan,
+    Device::Controller,
+    Device::Gyro,
+    Device::Base,
+    Device::Table,
+    Device::Absolute,
+    Device::Device,
+];
 
 /// Prints the record of a run, one line an event: bench time in seconds, device, what happened.
 #[derive(Debug, Args)]

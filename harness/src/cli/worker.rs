@@ -1,30 +1,37 @@
 //! `hil worker`: carries out cases of campaigns on other machines.
 
+mod bench;
+
 use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::nats::{CredentialArguments, stop, teller};
 use super::progress::Screen;
-use crate::bench_file::BenchFile;
-use crate::campaign::nats::{Holder, Package, Place, WorkerSettings, work};
+use crate::campaign::nats::{Holder, Maker, Package, Place, Stopping, WorkerSettings, work};
 use crate::campaign::{Executor, Simulated};
 use crate::outcome::Outcome;
+use bench::BenchHand;
 use clap::Args;
 use std::num::NonZeroUsize;
+#[cfg(feature = "live")]
 use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::available_parallelism;
 use std::time::Duration;
 
 const WORKER_STATUSES: &str = "\
 Exit status:
-  0  ended by Ctrl-C or a request to terminate; what was under way is reported, the rest handed back
+  0  ended by Ctrl-C or a request to terminate; what was under way is reported, on a bench broken off, the rest handed back
   2  bad input: no server there, a bench that another worker holds, a campaign of another version
-  3  the bench or the server broke";
+  3  the bench did not come up, and its case is handed back; or the server broke";
 
 /// Carries out cases of campaigns (`hil campaign --nats`) until it is stopped.
 ///
 /// It needs nothing but the server: what a campaign's cases need comes from there. A server that goes away is waited for;
 /// what was carried out meanwhile is reported when it is back.
+///
+/// With --bench it carries out the cases of campaigns with --clock real and the same bench file, one at a time, and repeats
+/// what breaks there.
 #[derive(Debug, Args)]
 #[command(after_help = WORKER_STATUSES)]
 pub(super) struct WorkerArguments {
@@ -37,9 +44,13 @@ pub(super) struct WorkerArguments {
     /// Cases at a time. [default: one a processor; on a bench one]
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
-    /// Bench file: takes the cases for the bench of that name alone, and holds the lease on it meanwhile.
+    /// Bench file, a name (see `hil list benches`) or a path: takes the cases for the bench of that name alone, and holds the
+    /// lease on it meanwhile.
     #[arg(long, value_name = "FILE", conflicts_with = "threads")]
     bench: Option<String>,
+    /// Folder that takes what the device under test of the bench writes to stderr. [default: runs/worker-BENCH]
+    #[arg(long, value_name = "DIR", requires = "bench")]
+    out: Option<PathBuf>,
     /// Waits as long for a bench that another worker holds, s.
     #[arg(long, value_name = "S", requires = "bench", default_value_t = 0)]
     wait: u32,
@@ -51,22 +62,21 @@ pub(super) struct WorkerArguments {
 impl WorkerArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         let server = self.credentials.server(&self.nats)?;
-        let place = match &self.bench {
-            None => Place::Virtual,
-            Some(name) => {
-                BenchFile::load(name)?;
-                bench_place(name)?
-            }
-        };
+        let bench = self.bench.as_deref().map(|name| BenchHand::new(name, self.out.as_deref()));
+        let bench = bench.transpose()?;
+        let place = bench.as_ref().map_or(Place::Virtual, |bench| bench.place().clone());
         let threads = match (&place, self.threads) {
             (Place::Bench(_), _) => NonZeroUsize::MIN,
             (Place::Virtual, Some(threads)) => threads,
             (Place::Virtual, None) => available_parallelism().unwrap_or(NonZeroUsize::MIN),
         };
-        let interrupt = Interrupt::install_saying(
-            screen,
-            "stopping: what is under way is reported; once more to leave at once",
-        )?;
+        let saying = match &place {
+            Place::Virtual => "stopping: what is under way is reported; once more to leave at once",
+            Place::Bench(_) => {
+                "stopping: the base is brought to rest and its case handed back; once more to leave at once"
+            }
+        };
+        let interrupt = Interrupt::install_saying(screen, saying)?;
         let settings = WorkerSettings {
             threads,
             holder: Holder::this_process(),
@@ -78,13 +88,20 @@ impl WorkerArguments {
             "worker of version {} ({}), {threads} at a time",
             settings.version, settings.place
         ));
-        let worked = work(&server, &settings, Arc::new(made), teller(screen), stop(&interrupt))?;
-        screen.chat(&format!("{} cases carried out", worked.cases));
+        let maker: Maker = match &bench {
+            None => Arc::new(virtually),
+            Some(bench) => bench.maker(),
+        };
+        let worked = work(&server, &settings, maker, teller(screen), stop(&interrupt));
+        // What broke off its case says more than that it was broken off.
+        bench.map_or(Ok(()), |bench| bench.came_up())?;
+        screen.chat(&format!("{} cases carried out", worked?.cases));
         Ok(Outcome::Passed)
     }
 }
 
 /// A bench by the name of its file: so the same bench has the same name to all.
+#[cfg(feature = "live")]
 pub(super) fn bench_place(name: &str) -> Result<Place, Failure> {
     let stem = Path::new(name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
     stem.unwrap_or_default()
@@ -92,19 +109,13 @@ pub(super) fn bench_place(name: &str) -> Result<Place, Failure> {
         .map_err(|message: String| Failure::arguments(message, "rename the bench file"))
 }
 
-/// Who carries out the cases of a package here.
-fn made(
+/// Who carries out the cases of a package in virtual time.
+fn virtually(
     package: &Package,
-    place: &Place,
+    _: &Place,
+    _: Stopping,
 ) -> Result<(String, Arc<dyn Executor + Send + Sync>), String> {
-    match place {
-        Place::Virtual => {
-            let (prepared, answers) = package.prepare().map_err(|error| error.to_string())?;
-            let plan = prepared.plan.name.to_string();
-            Ok((plan, Arc::new(Simulated::new(prepared, answers))))
-        }
-        Place::Bench(name) => {
-            Err(format!("version {} carries out no cases on a bench ({name})", crate::run::VERSION))
-        }
-    }
+    let (prepared, answers) = package.prepare().map_err(|error| error.to_string())?;
+    let plan = prepared.plan.name.to_string();
+    Ok((plan, Arc::new(Simulated::new(prepared, answers))))
 }

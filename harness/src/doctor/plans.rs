@@ -1,10 +1,11 @@
 //! Do plans find their files, and does a bench provide the roles that they need?
 
 use super::finding::Finding;
-use crate::bench_file::{BenchFile, Medium, ROLES, Role};
+use crate::bench_file::{self, BenchFile, ROLES, Role};
 use crate::made::Made;
 use crate::operator::{AnswerFile, Answers, Attendance, RealRoles, asks_a_person};
-use crate::run::Prepared;
+use crate::run::{Prepared, Subject};
+use described::Medium;
 use emulators::base::Transport;
 use emulators::device_file::Mount;
 use miette::Diagnostic;
@@ -28,11 +29,12 @@ pub(super) fn prepare(plans: &[String], findings: &mut Vec<Finding>) -> Vec<Prep
         }
     }
     for one in &prepared {
-        let roles = needed(one).map(|(role, on)| match on {
+        let roles = needed(one).into_iter().map(|(role, on)| match on {
             None => role.to_owned(),
             Some(bus) => format!("{role} {bus}"),
         });
-        let what = format!("all its files are there; needs {}", roles.join(", "));
+        let what =
+            format!("all its files are there; needs {}", roles.collect::<Vec<_>>().join(", "));
         findings.push(Finding::good(format!("plan {}", one.plan.name), what));
     }
     prepared
@@ -50,14 +52,22 @@ fn comment(text: &str) -> String {
     text.lines().map(|line| format!("# {line}")).collect::<Vec<_>>().join("\n")
 }
 
-/// The roles that a plan needs, and what the base is connected by.
-fn needed(prepared: &Prepared) -> [(&'static str, Option<&'static str>); 2] {
-    let carrier = match (prepared.devices.mount, &prepared.devices.base) {
-        (Mount::Base, Some((Transport::Can, _))) => ("base", Some(ON_CAN)),
-        (Mount::Base, Some((Transport::Serial, _))) => ("base", Some(ON_A_SERIAL_LINE)),
-        _ => ("table", None),
-    };
-    [("gyro", None), carrier]
+/// The roles that a plan needs, and what each is connected by where there is a choice.
+fn needed(prepared: &Prepared) -> Vec<(&'static str, Option<&'static str>)> {
+    match &prepared.subject {
+        Subject::Robot(devices) => {
+            let carrier = match (devices.mount, &devices.base) {
+                (Mount::Base, Some((Transport::Can, _))) => ("base", Some(ON_CAN)),
+                (Mount::Base, Some((Transport::Serial, _))) => ("base", Some(ON_A_SERIAL_LINE)),
+                _ => ("table", None),
+            };
+            vec![("gyro", None), carrier]
+        }
+        Subject::Device(device) => match device.layout().medium() {
+            Medium::Can => vec![("device", Some(ON_CAN))],
+            Medium::Serial(_) => vec![("device", Some(ON_A_SERIAL_LINE))],
+        },
+    }
 }
 
 /// Judges a bench against the plans; gives the roles that they need of it, all where there are no plans.
@@ -113,7 +123,8 @@ fn misfit(
     if on.is_none_or(|on| on == carries) {
         return None;
     }
-    let proposed = if medium.is_serial_line() { Medium::Can } else { Medium::Serial };
+    let proposed =
+        if medium.is_serial_line() { bench_file::Medium::Can } else { bench_file::Medium::Serial };
     Some(Finding::gap(
         subject,
         format!("gives the {role} {carries}, plan {plan} has it {}", on.unwrap_or_default()),

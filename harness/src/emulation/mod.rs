@@ -16,6 +16,7 @@
 
 pub mod bench;
 pub mod control;
+pub mod device;
 pub mod link;
 pub mod ports;
 pub mod request;
@@ -23,6 +24,7 @@ pub mod run;
 pub mod tell;
 
 pub use bench::{EmulatedBench, Parts};
+pub use device::{DeviceSetup, run_device};
 pub use run::{EmulationError, Setup, run};
 
 use serde::{Deserialize, Serialize};

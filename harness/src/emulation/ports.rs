@@ -9,10 +9,20 @@ use wire::serial::SerialSettings;
 use wire::slcan::BitRate;
 use wire::time::Timestamp;
 
+/// What crosses the port of a device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Crosses {
+    /// Bytes, usually at these settings.
+    Bytes(SerialSettings),
+    /// Frames.
+    Frames,
+}
+
 /// The port of one device.
 #[derive(Debug)]
 pub struct RolePort {
-    role: Role,
+    /// The device's.
+    name: &'static str,
     spec: PortSpec,
     medium: AnyPort,
     /// Gone, and waited for.
@@ -32,14 +42,6 @@ pub enum Heard {
     GivenUp(PortError),
 }
 
-/// Frames cross this port, and not bytes.
-pub const fn carries_frames(spec: &PortSpec) -> bool {
-    match spec {
-        PortSpec::Can { .. } | PortSpec::Slcan { .. } | PortSpec::SlcanPty { .. } => true,
-        PortSpec::Pty { .. } | PortSpec::Serial(_) => false,
-    }
-}
-
 /// What makes bytes take their time at this port, for a device with these settings.
 pub const fn pace(spec: &PortSpec, usual: SerialSettings) -> Pace {
     match spec {
@@ -54,23 +56,22 @@ impl RolePort {
     /// # Errors
     /// When it cannot be opened, or is none for this device.
     pub async fn open(
-        role: Role,
+        name: &'static str,
         spec: &PortSpec,
-        usual: SerialSettings,
+        crosses: Crosses,
     ) -> Result<Self, PortError> {
-        let medium = if role == Role::Base && carries_frames(spec) {
-            AnyPort::Frames(FramePort::open(spec, BitRate::default()).await?)
-        } else {
-            AnyPort::Bytes(Box::new(BytePort::open(spec, usual)?))
+        let medium = match crosses {
+            Crosses::Frames => AnyPort::Frames(FramePort::open(spec, BitRate::default()).await?),
+            Crosses::Bytes(usual) => AnyPort::Bytes(Box::new(BytePort::open(spec, usual)?)),
         };
-        Ok(Self { role, spec: spec.clone(), medium, lost: false })
+        Ok(Self { name, spec: spec.clone(), medium, lost: false })
     }
 
     /// What another program needs to know to use it: `ready`, `port`, and `link` where there is one.
     pub fn ready(&self) -> Value {
         let far = self.medium.far_path();
         let mut told = Map::new();
-        told.insert("ready".to_owned(), json!(self.role));
+        told.insert("ready".to_owned(), json!(self.name));
         let link = match &self.spec {
             PortSpec::Pty { link } | PortSpec::SlcanPty { link } => link.as_ref(),
             _ => None,
@@ -87,7 +88,7 @@ impl RolePort {
 
     /// Waits for what comes next. May be called off without losing anything.
     pub async fn hear(&mut self) -> Heard {
-        let what = format!("the {} on {}", self.role, self.spec);
+        let what = format!("the {} on {}", self.name, self.spec);
         if self.lost {
             return match self.medium.reopen().await {
                 Ok(()) => {
@@ -113,6 +114,11 @@ impl RolePort {
         })
     }
 
+    /// What has crossed it, what is zero left out.
+    pub fn counted(&self) -> BTreeMap<&'static str, u64> {
+        self.medium.counters().rows().into_iter().filter(|(_, n)| *n > 0).collect()
+    }
+
     /// Hands something to the port at once; what finds no room is lost and counted.
     pub fn send(&mut self, now: Timestamp, output: &Output) {
         match (&mut self.medium, output) {
@@ -120,7 +126,7 @@ impl RolePort {
                 port.send(bytes.as_slice());
             }
             (AnyPort::Frames(port), Output::Frame(frame)) => port.send(now, frame),
-            // A base is made for what its port carries.
+            // A device is made for what its port carries.
             (AnyPort::Bytes(_), Output::Frame(_)) | (AnyPort::Frames(_), Output::Bytes(_)) => {}
         }
     }
@@ -132,11 +138,10 @@ pub struct RolePorts([Option<RolePort>; Role::ALL.len()]);
 
 impl RolePorts {
     /// The ports in any order, at most one for a device.
-    pub fn new(ports: Vec<RolePort>) -> Self {
+    pub fn new(ports: Vec<(Role, RolePort)>) -> Self {
         let mut slots = [None, None, None];
-        for port in ports {
-            let slot = slots.get_mut(port.role as usize);
-            if let Some(slot) = slot {
+        for (role, port) in ports {
+            if let Some(slot) = slots.get_mut(role as usize) {
                 *slot = Some(port);
             }
         }
@@ -160,16 +165,14 @@ impl RolePorts {
 
     /// Hands something to the port of a device.
     pub fn send(&mut self, now: Timestamp, role: Role, output: &Output) {
-        if let Some(port) = self.0.iter_mut().flatten().find(|port| port.role == role) {
+        if let Some(Some(port)) = self.0.get_mut(role as usize) {
             port.send(now, output);
         }
     }
 
     /// What has crossed each port, what is zero left out.
     pub fn counters(&self) -> BTreeMap<&'static str, BTreeMap<&'static str, u64>> {
-        let rows =
-            |port: &RolePort| port.medium.counters().rows().into_iter().filter(|(_, n)| *n > 0);
-        self.iter().map(|port| (port.role.name(), rows(port).collect())).collect()
+        self.iter().map(|port| (port.name, port.counted())).collect()
     }
 }
 

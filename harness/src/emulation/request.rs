@@ -7,6 +7,7 @@ use emulators::parameters::ParameterError;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::fmt;
 use wire::time::Span;
 
 /// The longest line that is read as a request: dozens of parameters.
@@ -201,7 +202,7 @@ pub fn read(line: &[u8]) -> (Value, Result<Request, RequestError>) {
 }
 
 /// The answer to a request as a line, without its end.
-pub fn answer(id: Value, result: Result<Value, RequestError>) -> String {
+pub fn answer(id: Value, result: Result<Value, impl fmt::Display>) -> String {
     match result {
         Ok(told) => json!({ "id": id, "ok": told }),
         Err(error) => json!({ "id": id, "error": error.to_string() }),
@@ -325,7 +326,7 @@ mod tests {
 
     #[test]
     fn an_answer_is_one_line() {
-        let told = answer(json!("a\nb"), Ok(json!({ "x": 1 })));
+        let told = answer(json!("a\nb"), Ok::<_, String>(json!({ "x": 1 })));
         assert!(!told.contains('\n'), "{told}");
         let read: Value = serde_json::from_str(&told).unwrap();
         assert_eq!(read, json!({ "id": "a\nb", "ok": { "x": 1 } }));

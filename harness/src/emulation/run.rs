@@ -3,7 +3,7 @@
 use super::bench::{EmulatedBench, Parts};
 use super::control::{Asked, Control, ControlError};
 use super::link::Pace;
-use super::ports::{Heard, RolePort, RolePorts, pace};
+use super::ports::{Crosses, Heard, RolePort, RolePorts, pace};
 use super::request::{self, LINE_BYTES_MAX, RequestError};
 use super::{Role, tell};
 use crate::port::{PortError, PortSpec};
@@ -74,7 +74,11 @@ async fn run_in_runtime(
     let mut stop = Stop::install().map_err(EmulationError::Runtime)?;
     let mut opened = Vec::new();
     for (role, spec) in &setup.ports {
-        opened.push(RolePort::open(*role, spec, settings(&setup.parts, *role)).await?);
+        let crosses = match role {
+            Role::Base if spec.carries_frames() => Crosses::Frames,
+            role => Crosses::Bytes(settings(&setup.parts, *role)),
+        };
+        opened.push((*role, RolePort::open(role.name(), spec, crosses).await?));
     }
     let mut ports = RolePorts::new(opened);
     let mut control = Control::open(setup.control.as_deref())?;
@@ -141,7 +145,7 @@ fn answer(bench: &mut EmulatedBench, now: Timestamp, line: &[u8]) -> String {
     request::answer(id, request.and_then(|request| bench.request(now, &request)))
 }
 
-fn reply(
+pub(super) fn reply(
     asked: Asked,
     answered: String,
     say: &mut impl FnMut(&str) -> io::Result<()>,
@@ -157,20 +161,20 @@ fn reply(
 }
 
 /// SIGINT and SIGTERM.
-struct Stop {
+pub(super) struct Stop {
     interrupt: Signal,
     terminate: Signal,
 }
 
 impl Stop {
-    fn install() -> io::Result<Self> {
+    pub(super) fn install() -> io::Result<Self> {
         Ok(Self {
             interrupt: signal(SignalKind::interrupt())?,
             terminate: signal(SignalKind::terminate())?,
         })
     }
 
-    async fn requested(&mut self) {
+    pub(super) async fn requested(&mut self) {
         tokio::select! {
             _ = self.interrupt.recv() => {}
             _ = self.terminate.recv() => {}

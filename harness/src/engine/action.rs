@@ -2,7 +2,7 @@
 
 use super::PhaseEvent;
 use crate::made::Found;
-use crate::plan::Answer;
+use crate::plan::{Answer, Send};
 use crate::record::{Device, RecordKind};
 use controller::calibration::Calibration;
 use controller::mission::Mission;
@@ -37,6 +37,10 @@ pub enum Action {
         /// How long it stays off.
         off: Span,
     },
+    /// Send the device a message, and again as often as it says.
+    Send(Send),
+    /// No longer send this message again.
+    StopSending(String),
     /// Tell a person something; answer with `Engine::answered`, or with `Engine::answered_with` where a
     /// number is asked for.
     Prompt {

@@ -4,7 +4,7 @@ use super::op::{Op, expand};
 use super::program::Next;
 use super::{Action, Engine, StepAction, Waiting, fit};
 use crate::outcome::Outcome;
-use crate::plan::quantities as q;
+use crate::plan::{Condition, quantities as q};
 use crate::record::{Device, RecordKind};
 use controller::mission::{Command, Mission};
 use wire::table;
@@ -60,12 +60,13 @@ impl Engine {
             self.phases.step_ended(&mut self.actions);
             self.program.step_done();
         }
-        let rest = &self.rest;
-        let holds = |action: &StepAction| {
-            matches!(action, StepAction::Repeat(repeat)
-                if repeat.until.as_ref().is_some_and(|until| rest.holds(until)))
+        let (rest, signals) = (&self.rest, &self.signals);
+        let holds = |until: &Condition| match signals {
+            Some(signals) => signals.holds(until),
+            None => rest.holds(until),
         };
-        match self.program.next(now, holds) {
+        let is_over = |action: &StepAction| matches!(action, StepAction::Repeat(repeat) if repeat.until.as_ref().is_some_and(holds));
+        match self.program.next(now, is_over) {
             Next::Done => self.end(now, Outcome::Passed, None),
             Next::Round { set, not_before, overrun_s } => {
                 self.round_begun = true;
@@ -133,6 +134,8 @@ impl Engine {
                 self.waiting = Waiting::Residual(now + duration);
             }
             Op::Condition => self.waiting = Waiting::Condition,
+            Op::Send(send) => self.actions.push_back(Action::Send(send)),
+            Op::StopSending(message) => self.actions.push_back(Action::StopSending(message)),
             Op::Rest => {
                 if self.state.is_some_and(|state| state.moving) {
                     self.waiting = Waiting::Rest;

@@ -15,6 +15,7 @@ mod op;
 mod phases;
 pub(crate) mod program;
 mod rest_watch;
+mod signals;
 mod teardown;
 
 pub use action::Action;
@@ -22,11 +23,12 @@ pub use phases::PhaseEvent;
 
 use crate::observation::Observation;
 use crate::outcome::Outcome;
-use crate::plan::{Action as StepAction, Answer, Plan, Step, quantities as q};
+use crate::plan::{Action as StepAction, Answer, Condition, Plan, Step, quantities as q};
 use crate::record::{Device, RecordKind};
 use controller::calibration::Calibration;
 use controller::health::Level;
 use controller::mission::{BiasTestResult, HeadingSource, MissionId, MissionResult, Report, State};
+use described::Layout;
 use fit::Fitted;
 use identification::model::Model;
 use observe::{Collector, Ends, Tags};
@@ -34,6 +36,7 @@ use op::Op;
 use phases::Phases;
 use program::Program;
 use rest_watch::RestWatch;
+use signals::Signals;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use teardown::Teardown;
@@ -49,7 +52,7 @@ pub const OBSERVATIONS_MAX: usize = 1_000_000;
 pub(crate) const FIRST_MISSION: MissionId = 1;
 
 /// What the engine must know of the bench.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BenchFacts {
     /// Standard uncertainty of a position by the absolute measurement, m.
     pub absolute_position_u_m: f64,
@@ -116,6 +119,8 @@ pub struct Engine {
     /// Sum of the angles that the table was told to turn by.
     table_heading: Angle,
     rest: RestWatch,
+    /// Of a device of the user's own; then there is no controller.
+    signals: Option<Signals>,
     bias_test: Option<(Timestamp, BiasTestResult)>,
     calibration: Calibration,
     heading_source: HeadingSource,
@@ -168,6 +173,7 @@ impl Engine {
             ends: Ends::default(),
             table_heading: Angle::ZERO,
             rest: RestWatch::default(),
+            signals: None,
             bias_test: None,
             calibration: Calibration::default(),
             heading_source: HeadingSource::default(),
@@ -187,6 +193,13 @@ impl Engine {
             ending: None,
             actions: VecDeque::new(),
         }
+    }
+
+    /// An engine that begins a plan of a device of the user's own, which talks as `layout` says. There is no controller:
+    /// the device is what is tested.
+    pub fn of_device(plan: Arc<Plan>, layout: &Layout, now: Timestamp) -> Self {
+        let signals = Some(Signals::of(&plan, layout));
+        Self { signals, ..Self::new(plan, BTreeMap::new(), BenchFacts::default(), now) }
     }
 
     /// With identified models that can be used by name.
@@ -241,7 +254,7 @@ impl Engine {
         }
         let due = match self.waiting {
             // The first step waits for the controller to be heard; see `report`.
-            Waiting::Nothing if self.state.is_some() => Timestamp::ZERO,
+            Waiting::Nothing if self.state.is_some() || self.signals.is_some() => Timestamp::ZERO,
             Waiting::Until(at) | Waiting::Residual(at) | Waiting::TableRest { ask_at: at } => at,
             Waiting::Log { until, due, .. } => until.min(due),
             _ => Timestamp::MAX,
@@ -326,6 +339,39 @@ impl Engine {
             }
             // An answer to a mission that nobody waits for any more.
             Report::Done { .. } | Report::Refused { .. } | Report::Aborted { .. } => {}
+        }
+    }
+
+    /// Takes a message of the device: its place in the layout, and the values of its signals as far as it carries them.
+    pub fn message(&mut self, now: Timestamp, message: usize, values: &[Option<f64>]) {
+        let Some(signals) = self.signals.as_mut().filter(|_| self.ending.is_none()) else { return };
+        let brought = signals.take(now, message, values);
+        if !brought.is_empty() {
+            self.observe(now, |collector| {
+                for (name, value) in &brought {
+                    collector.add_named(name, *value, 0.0, &[]);
+                }
+            });
+        }
+        self.awaited(now);
+    }
+
+    /// Goes on where the condition that is waited for holds.
+    fn awaited(&mut self, now: Timestamp) {
+        if self.waiting == Waiting::Condition
+            && let Some((StepAction::WaitUntil(condition), _)) = &self.step
+            && self.holds(condition)
+        {
+            self.waiting = Waiting::Nothing;
+            self.advance(now);
+        }
+    }
+
+    /// Does this hold by what was heard last?
+    fn holds(&self, condition: &Condition) -> bool {
+        match &self.signals {
+            Some(signals) => signals.holds(condition),
+            None => self.rest.holds(condition),
         }
     }
 
@@ -474,6 +520,11 @@ impl Engine {
         self.observe_whole_run(now);
         self.ops.clear();
         self.phases.all_ended(&mut self.actions);
+        if self.signals.is_some() {
+            // Nobody would confirm anything: what is sent last is what the plan says.
+            self.actions.extend(self.plan.finally.iter().cloned().map(Action::Send));
+            return;
+        }
         self.teardown = Some(Teardown::begin(now));
         self.step_teardown(now);
     }

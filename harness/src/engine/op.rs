@@ -1,6 +1,6 @@
 //! Steps of a plan, broken down to what the engine does one after another.
 
-use crate::plan::{Action, Answer, Direction, Lap, Name, Step, TableTurn};
+use crate::plan::{Action, Answer, Direction, Lap, Name, Send, Step, TableTurn};
 use controller::calibration::Calibration;
 use controller::mission::{self, Command};
 use std::collections::BTreeMap;
@@ -53,6 +53,10 @@ pub(super) enum Op {
     SetParameter { device: String, parameter: String, value: f64 },
     /// Switch a device off and on again.
     PowerCycle { device: String, off: Span },
+    /// Send the device a message.
+    Send(Send),
+    /// No longer send this message again.
+    StopSending(String),
     /// Wait for a person.
     Prompt { text: String, answer: Option<Answer> },
     /// Fit a model: the step's.
@@ -124,6 +128,8 @@ pub(super) fn expand(
         Action::PowerCycle(cycle) => {
             vec![Op::PowerCycle { device: cycle.device.as_str().to_owned(), off: cycle.off }]
         }
+        Action::Send(send) => vec![Op::Send(send.clone())],
+        Action::StopSending(stop) => vec![Op::StopSending(stop.message.clone())],
         Action::OperatorPrompt(prompt) => {
             vec![Op::Prompt { text: prompt.text.clone(), answer: prompt.answer.clone() }]
         }

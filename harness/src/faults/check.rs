@@ -3,6 +3,7 @@
 use super::apart::{Meeting, meeting};
 use super::{FAULTS_MAX, Fault, FaultKind, Lasts, Reach, Schedule, Target, Toward, When};
 use crate::plan::{Plan, hint};
+use described::{Description, Medium};
 use std::collections::BTreeMap;
 
 /// Why a schedule cannot apply, and where that stands: in the fault at `index`, below `keys`.
@@ -27,6 +28,20 @@ pub enum BenchLines {
     SerialBase,
     /// A base on CAN.
     CanBase,
+    /// A device of the user's own, on a serial line.
+    SerialDevice,
+    /// A device of the user's own, on CAN.
+    CanDevice,
+}
+
+impl BenchLines {
+    /// Those of a device of the user's own.
+    pub fn of_device(device: &Description) -> Self {
+        match device.layout().medium() {
+            Medium::Can => Self::CanDevice,
+            Medium::Serial(_) => Self::SerialDevice,
+        }
+    }
 }
 
 type Checked = Result<(), (Vec<&'static str>, String, Option<String>)>;
@@ -83,7 +98,25 @@ impl Schedule {
     /// The first fault that strikes what there is none of.
     pub fn check_bench(&self, lines: BenchLines) -> Result<(), Unfit> {
         for (index, fault) in self.faults.iter().enumerate() {
+            let kind = fault.what.name();
             let (message, help) = match (fault.target, lines, fault.what.info().reach) {
+                (Target::Device, BenchLines::CanDevice, Reach::SerialLine) => (
+                    format!("`{kind}` is of a serial line, and the device is on CAN"),
+                    "see `hil list faults`",
+                ),
+                (Target::Device, BenchLines::SerialDevice, Reach::CanBus) => (
+                    format!("`{kind}` is of a CAN bus, and the device is on a serial line"),
+                    "see `hil list faults`",
+                ),
+                (Target::Device, BenchLines::CanDevice | BenchLines::SerialDevice, _) => continue,
+                (target, BenchLines::CanDevice | BenchLines::SerialDevice, _) => (
+                    format!("no {} on this bench", target.name()),
+                    "faults of a device of your own strike its line: `target = \"device\"`",
+                ),
+                (Target::Device, ..) => (
+                    "no device of your own on this bench".to_owned(),
+                    "the plan names a device file: strike the gyro, the base or the table",
+                ),
                 (Target::Table, BenchLines::SerialBase | BenchLines::CanBase, _) => {
                     ("no table on this bench".to_owned(), "the gyro rides on a base here")
                 }
@@ -91,14 +124,11 @@ impl Schedule {
                     ("no base on this bench".to_owned(), "the gyro rides on a table here")
                 }
                 (Target::Base, BenchLines::SerialBase, Reach::CanBus) => (
-                    format!(
-                        "`{}` is of a CAN bus, and the base is on a serial line",
-                        fault.what.name()
-                    ),
+                    format!("`{kind}` is of a CAN bus, and the base is on a serial line"),
                     "name a device file whose base is on CAN, or see `hil list faults`",
                 ),
                 (Target::Base, BenchLines::CanBase, Reach::SerialLine) => (
-                    format!("`{}` is of a serial line, and the base is on CAN", fault.what.name()),
+                    format!("`{kind}` is of a serial line, and the base is on CAN"),
                     "name a device file whose base is on a serial line, or see `hil list faults`",
                 ),
                 _ => continue,

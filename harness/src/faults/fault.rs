@@ -20,6 +20,8 @@ pub enum Target {
     Host,
     /// The person who answers questions.
     Operator,
+    /// A device of the user's own, or its line or bus.
+    Device,
 }
 
 impl Target {
@@ -31,6 +33,7 @@ impl Target {
             Self::Table => "table",
             Self::Host => "host",
             Self::Operator => "operator",
+            Self::Device => "device",
         }
     }
 }

@@ -24,13 +24,20 @@ pub struct RealRoles {
     pub base: bool,
     /// A real table.
     pub table: bool,
+    /// A real device of the user's own.
+    pub device: bool,
 }
 
 impl RealRoles {
     /// Those of a bench.
     pub fn of(bench: &BenchFile) -> Self {
         let real = |role| matches!(bench.role(role), Role::Real(_));
-        Self { gyro: real("gyro"), base: real("base"), table: real("table") }
+        Self {
+            gyro: real("gyro"),
+            base: real("base"),
+            table: real("table"),
+            device: real("device"),
+        }
     }
 
     /// Is the device of that name in a plan a real one?
@@ -39,6 +46,7 @@ impl RealRoles {
             "gyro" => self.gyro,
             "base" | ABSOLUTE => self.base,
             "table" => self.table,
+            "device" => self.device,
             // What is around them.
             "room" => self.gyro || self.base || self.table,
             _ => false,
@@ -171,7 +179,7 @@ check = { all_within = [0, 1] }
             plan.steps.iter().flat_map(of).collect::<Vec<_>>()
         };
         assert_eq!(asked(RealRoles::default()), []);
-        let all = asked(RealRoles { gyro: true, base: true, table: true });
+        let all = asked(RealRoles { gyro: true, base: true, table: true, device: true });
         let shown = all.iter().map(|((text, answer), times)| match answer {
             None => format!("{times} x {text}\n"),
             Some(answer) => {

@@ -28,6 +28,8 @@ pub const STEP_EXAMPLES: &[(&str, &str)] = &[
     ("use_model", "{ use_model = \"loop\" }"),
     ("set_parameter", "{ set_parameter = { parameter = \"gyro.ambient_celsius\", value = 35 } }"),
     ("power_cycle", "{ power_cycle = { device = \"gyro\", off_s = 30 } }"),
+    ("send", "{ send = { message = \"Command\", set = { Setpoint = 60 }, every_s = 0.1 } }"),
+    ("stop_sending", "{ stop_sending = \"Command\" }"),
     (
         "operator_prompt",
         "{ operator_prompt = { text = \"Weigh it\", answer = { name = \"mass\", unit = \"kg\", range = [10, 90] } } }",

@@ -36,6 +36,7 @@
 mod band;
 mod check;
 mod contradiction;
+pub(crate) mod device;
 mod envelope;
 mod error;
 mod examples;
@@ -45,6 +46,7 @@ pub(crate) mod hint;
 mod identify;
 mod locate;
 mod measurement;
+mod message;
 mod motion;
 mod name;
 pub(crate) mod number;
@@ -68,14 +70,16 @@ pub use fit::{CalibrationPart, Fit, Model, NO_CALIBRATION, SaveCalibration, UseC
 pub use flow::{Answer, OperatorPrompt, REPEAT_TIMES_MAX, Repeat, SWEEP_VALUES_MAX, Sweep};
 pub use identify::{Identify, Source, UseModel};
 pub use measurement::Declared;
+pub use message::{Send, StopSending};
 pub use motion::{Direction, Lap, MeasurePose, Place, Straight, TableTurn, Turn};
 pub use name::{Name, ParameterName};
 pub use property::{Always, Property, Sometimes};
-pub use quantity::{Filter, QuantityName, TagMatch};
+pub use quantity::{Filter, OfDevice, QuantityName, TagMatch};
 pub use rest::{BiasResidual, BiasTest, Condition, Log, PowerCycle, SetParameter, Wait};
 pub use step::{Action, Step};
 
 use crate::faults::{BenchLines, Schedule};
+use described::Description;
 use serde::Deserialize;
 use wire::gyro::GyroStream;
 use wire::time::Span;
@@ -100,14 +104,21 @@ pub struct Plan {
     /// Where the paper describes it.
     #[serde(default)]
     pub paper: Option<String>,
-    /// Name of the device file.
-    pub devices: Name,
+    /// Name of the device file: a gyro on a robot or a table.
+    #[serde(default)]
+    pub devices: Option<Name>,
+    /// Name of the description of one device, of the user's own. A plan is of one or the other.
+    #[serde(default)]
+    pub device: Option<Name>,
     /// As it is written; see [`Plan::time_limit`] for what holds where it is not.
     #[serde(rename = "time_limit_s", default, deserialize_with = "number::duration_option")]
     pub explicit_time_limit: Option<Span>,
     /// What is done, in order.
     #[serde(deserialize_with = "flow::some_steps")]
     pub steps: Vec<Step>,
+    /// Messages that are sent to the device at the end, however it came about.
+    #[serde(default)]
+    pub finally: Vec<Send>,
     /// What is judged.
     #[serde(rename = "measurement", default)]
     pub measurements: Vec<Declared>,
@@ -135,16 +146,43 @@ impl Plan {
         }
         let plan: Self =
             toml::from_str(text).map_err(|error| PlanError::from_toml(file, text, &error))?;
-        validate::validate(&plan).map_err(|fault| {
-            let at = locate::locate(text, &fault.path);
-            PlanError::new(file, text, at, fault.message).with_help(fault.help)
-        })?;
+        validate::validate(&plan, None).map_err(located(file, text))?;
         Ok(plan)
     }
 
-    /// The properties that a campaign judges: those that are declared, or all.
+    /// It is of a device of the user's own.
+    pub const fn is_of_device(&self) -> bool {
+        self.device.is_some()
+    }
+
+    /// Checks that the device has every message, signal and parameter that the plan speaks of, and in which units;
+    /// `file` and `text` are those that the plan was read from.
+    ///
+    /// # Errors
+    ///
+    /// The first that it has not, with its place.
+    pub fn check_device(
+        &self,
+        file: &str,
+        text: &str,
+        device: &Description,
+    ) -> Result<(), PlanError> {
+        let lines = BenchLines::of_device(device);
+        let validated = validate::validate(self, Some(device));
+        let faults = |()| self.faults.check_bench(lines).map_err(validate::misplaced);
+        let mut envelopes = self.envelopes.iter().enumerate();
+        let envelopes = |()| envelopes.try_for_each(|(index, one)| one.check_bench(index, lines));
+        validated.and_then(faults).and_then(envelopes).map_err(located(file, text))
+    }
+
+    /// The properties that a campaign judges: those that are declared, or all; of a device of the user's own none, as it
+    /// has to pass.
     pub fn judged(&self) -> Vec<Property> {
-        if self.properties.is_empty() { Property::all() } else { self.properties.clone() }
+        match self.properties.as_slice() {
+            [] if self.is_of_device() => Vec::new(),
+            [] => Property::all(),
+            declared => declared.to_vec(),
+        }
     }
 
     /// Checks that a bench with these `lines` and this gyro has what the plan's faults are to strike, and what its
@@ -164,10 +202,15 @@ impl Plan {
         let mut envelopes = self.envelopes.iter().enumerate();
         let envelopes = |()| envelopes.try_for_each(|(index, one)| one.check_bench(index, lines));
         let properties = |()| contradiction::of_bench(&self.properties, lines, gyro);
-        faults.and_then(envelopes).and_then(properties).map_err(|fault| {
-            let at = locate::locate(text, &fault.path);
-            PlanError::new(file, text, at, fault.message).with_help(fault.help)
-        })
+        faults.and_then(envelopes).and_then(properties).map_err(located(file, text))
+    }
+}
+
+/// The place of what is wrong, in the file.
+fn located(file: &str, text: &str) -> impl Fn(validate::Fault) -> PlanError {
+    move |fault| {
+        let at = locate::locate(text, &fault.path);
+        PlanError::new(file, text, at, fault.message).with_help(fault.help)
     }
 }
 

@@ -11,6 +11,8 @@ use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length,
 
 /// Longest duration in a plan: 31 days. Assumption: longer is a slip of units.
 pub const DURATION_MAX_S: f64 = 31.0 * 86_400.0;
+/// Shortest time between two sendings of a message. Assumption: below it a CAN bus of 500 kbit/s is full.
+pub const SENDING_PERIOD_MIN_S: f64 = 0.001;
 /// Largest angle of one motion: 100 turns. Assumption: more is a slip of units.
 pub const ANGLE_MAX_DEG: f64 = 36_000.0;
 /// Largest rate of one motion, in deg/s. Assumption: ten times the range of the paper's gyro.
@@ -97,6 +99,13 @@ pub(crate) fn duration_option<'de, D: Deserializer<'de>>(d: D) -> Result<Option<
 pub(crate) fn duration_or_zero<'de, D: Deserializer<'de>>(d: D) -> Result<Span, D::Error> {
     read(d, "a number of seconds, 0 to 31 days", |x| (0.0..=DURATION_MAX_S).contains(&x))
         .map(Span::from_secs_f64)
+}
+
+/// Seconds between two sendings, or zero for one alone.
+pub(super) fn sending_period<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Span>, D::Error> {
+    let accept = |x: f64| x == 0.0 || (SENDING_PERIOD_MIN_S..=DURATION_MAX_S).contains(&x);
+    read(d, "0, or a number of seconds from 0.001 to 31 days", accept)
+        .map(|x| Some(Span::from_secs_f64(x)))
 }
 
 /// Degrees of a turn: not zero.

@@ -63,6 +63,10 @@ pub const TAGS: &[Tag] = &[
 
 /// Before the name of a step or a label: the tag of what was observed during it.
 pub const DURING_PREFIX: &str = "during.";
+/// Before the name of a signal, `Signal` or `Message.Signal`: its values, in the unit that the layout gives.
+pub const SIGNAL: &str = "signal";
+/// Before the name of a message of a device: the time from one to the next, s.
+pub const PERIOD: &str = "period";
 /// Before the name of an answer: the quantity that an operator gives.
 pub const OPERATOR_PREFIX: &str = "operator.";
 

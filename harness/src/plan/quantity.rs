@@ -2,7 +2,7 @@
 
 use super::band::Band;
 use super::name::Name;
-use super::quantities::{self, NAMES, OPERATOR_PREFIX, Quantity};
+use super::quantities::{self, NAMES, OPERATOR_PREFIX, PERIOD, Quantity, SIGNAL};
 use crate::observation::Observation;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{self, MapAccess, SeqAccess, Visitor};
@@ -10,7 +10,8 @@ use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// The name of a quantity: one of [`quantities::QUANTITIES`], or `operator.<answer>`.
+/// The name of a quantity: one of [`quantities::QUANTITIES`], `operator.<answer>`, or of a device of the user's own
+/// `signal.<signal>`, `signal.<message>.<signal>` and `period.<message>`.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct QuantityName(String);
 
@@ -18,7 +19,13 @@ impl QuantityName {
     /// `None` where there is no such quantity.
     pub fn new(name: &str) -> Option<Self> {
         let operator = name.strip_prefix(OPERATOR_PREFIX).and_then(Name::new);
-        (operator.is_some() || quantities::find(name).is_some()).then(|| Self(name.to_owned()))
+        let known = operator.is_some() || quantities::find(name).is_some();
+        (known || OfDevice::of(name).is_some()).then(|| Self(name.to_owned()))
+    }
+
+    /// What of the device's layout it is.
+    pub fn of_device(&self) -> Option<OfDevice<'_>> {
+        OfDevice::of(&self.0)
     }
 
     /// The name.
@@ -35,6 +42,33 @@ impl QuantityName {
     pub fn operator_answer(&self) -> Option<&str> {
         self.0.strip_prefix(OPERATOR_PREFIX)
     }
+}
+
+/// A quantity that the layout of a device knows, and nobody else.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OfDevice<'a> {
+    /// Each value that is received of this signal, `Signal` or `Message.Signal`, in the signal's unit.
+    Signal(&'a str),
+    /// The time between two of this message, s.
+    Period(&'a str),
+}
+
+impl<'a> OfDevice<'a> {
+    fn of(name: &'a str) -> Option<Self> {
+        let (kind, of) = name.split_once('.')?;
+        let one = match kind {
+            SIGNAL => Self::Signal(of),
+            PERIOD => Self::Period(of),
+            _ => return None,
+        };
+        of.split('.').all(is_identifier).then_some(one)
+    }
+}
+
+/// As a DBC names messages and signals: a letter or `_`, then letters, digits and `_`.
+fn is_identifier(text: &str) -> bool {
+    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    text.chars().all(is_word) && text.chars().next().is_some_and(|first| !first.is_ascii_digit())
 }
 
 impl fmt::Display for QuantityName {

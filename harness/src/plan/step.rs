@@ -3,6 +3,7 @@
 use super::fit::{Fit, SaveCalibration, UseCalibration};
 use super::flow::{OperatorPrompt, Repeat, Sweep};
 use super::identify::{Identify, UseModel};
+use super::message::{Send, StopSending};
 use super::motion::{Lap, MeasurePose, Place, Straight, TableTurn, Turn};
 use super::name::Name;
 use super::number;
@@ -102,6 +103,10 @@ actions! {
     SetParameter(SetParameter) = "set_parameter",
     /// A device is switched off and on again.
     PowerCycle(PowerCycle) = "power_cycle",
+    /// A message is sent to the device, of the user's own.
+    Send(Send) = "send",
+    /// A message is no longer sent again and again.
+    StopSending(StopSending) = "stop_sending",
     /// A person is asked for something.
     OperatorPrompt(OperatorPrompt) = "operator_prompt",
     /// Steps, again and again.

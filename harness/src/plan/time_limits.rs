@@ -84,7 +84,9 @@ pub fn default_limit(action: &Action) -> Span {
         | Action::SaveCalibration(_)
         | Action::UseCalibration(_)
         | Action::Identify(_)
-        | Action::UseModel(_) => SLACK,
+        | Action::UseModel(_)
+        | Action::Send(_)
+        | Action::StopSending(_) => SLACK,
         Action::Repeat(repeat) => {
             let steps = sum(&repeat.steps);
             let once = repeat.period.map_or(steps, |period| period.max(steps));

@@ -67,6 +67,8 @@ impl fmt::Display for Action {
             Self::PowerCycle(a) => {
                 write!(f, "switch the {} off for {} s", a.device, a.off.as_secs_f64())
             }
+            Self::Send(a) => write!(f, "send {a}"),
+            Self::StopSending(a) => write!(f, "send no more {}", a.message),
             Self::OperatorPrompt(a) => write!(f, "ask the operator: {}", a.text),
             Self::Repeat(a) => match a.times {
                 1 => f.write_str("repeat once"),

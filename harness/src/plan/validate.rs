@@ -2,6 +2,7 @@
 
 use super::check::Check;
 use super::contradiction::contradictions;
+use super::device::Subject;
 use super::fit::Fit;
 use super::hint::proposal;
 use super::identify::Identify;
@@ -12,6 +13,7 @@ use super::step::{Action, Step};
 use super::{DEPTH_MAX, Plan, STEPS_DONE_MAX, STEPS_MAX};
 use crate::faults::Unfit;
 use crate::plan::flow::Answer;
+use described::Description;
 use std::collections::BTreeMap;
 
 /// A step down into the document.
@@ -33,9 +35,10 @@ pub(super) struct Fault {
 
 type Checked = Result<(), Fault>;
 
-/// The first thing that is wrong.
-pub(super) fn validate(plan: &Plan) -> Checked {
-    let mut survey = Survey::default();
+/// The first thing that is wrong; units and names of the device's layout are checked where there is one.
+pub(super) fn validate(plan: &Plan, device: Option<&Description>) -> Checked {
+    let subject = Subject::of(plan, device)?;
+    let mut survey = Survey { subject, ..Survey::default() };
     let mut path = vec![Segment::Key("steps")];
     let done = survey.steps(&plan.steps, &mut path, 1)?;
     if done > STEPS_DONE_MAX {
@@ -56,6 +59,11 @@ pub(super) fn validate(plan: &Plan) -> Checked {
         }
         survey.measurement(declared, &at)?;
     }
+    for (index, send) in plan.finally.iter().enumerate() {
+        let at = Place { root: &[Segment::Key("finally"), Segment::Index(index)] };
+        subject.send(send, &at)?;
+    }
+    subject.properties(&plan.properties)?;
     plan.faults.check(plan).map_err(misplaced)?;
     for (index, envelope) in plan.envelopes.iter().enumerate() {
         envelope.check(index)?;
@@ -71,12 +79,12 @@ pub(super) fn misplaced(unfit: Unfit) -> Fault {
 }
 
 /// Where something stands.
-struct Place<'a> {
-    root: &'a [Segment],
+pub(super) struct Place<'a> {
+    pub(super) root: &'a [Segment],
 }
 
 impl Place<'_> {
-    fn fault(&self, rest: &[Segment], message: String, help: Option<String>) -> Fault {
+    pub(super) fn fault(&self, rest: &[Segment], message: String, help: Option<String>) -> Fault {
         Fault { path: [self.root, rest].concat(), message, help }
     }
 }
@@ -84,6 +92,7 @@ impl Place<'_> {
 /// What the steps hold, for what refers to them.
 #[derive(Default)]
 struct Survey<'a> {
+    subject: Subject<'a>,
     steps: usize,
     fits: BTreeMap<&'a str, &'a Fit>,
     models: Vec<&'a str>,
@@ -130,6 +139,7 @@ impl<'a> Survey<'a> {
     }
 
     fn action(&mut self, action: &'a Action, at: &Place<'_>) -> Checked {
+        self.subject.action(action, at)?;
         match action {
             Action::OperatorPrompt(prompt) => {
                 if let Some(answer) = &prompt.answer {
@@ -199,8 +209,10 @@ impl<'a> Survey<'a> {
     }
 
     fn measurement(&self, declared: &Declared, at: &Place<'_>) -> Checked {
-        let unit = self.unit(&declared.quantity, at, &[Segment::Key("quantity")])?;
         self.filter(&declared.quantity, &declared.filter, at)?;
+        let Some(unit) = self.unit(&declared.quantity, at, &[Segment::Key("quantity")])? else {
+            return Ok(());
+        };
         let on_the_floor =
             matches!(declared.check, Check::AllButInSquare { .. } | Check::UmbmarkWithin { .. });
         if on_the_floor && unit != "m" {
@@ -212,7 +224,7 @@ impl<'a> Survey<'a> {
         let in_check = |key| [check[0].clone(), check[1].clone(), Segment::Key(key)];
         if let Some((key, second)) = declared.check.second_quantity() {
             let second_unit = self.unit(second, at, &in_check(key))?;
-            if second_unit != unit {
+            if let Some(second_unit) = second_unit.filter(|second_unit| *second_unit != unit) {
                 let message =
                     format!("`{second}` is in {second_unit}, `{}` in {unit}", declared.quantity);
                 return Err(at.fault(&in_check(key), message, None));
@@ -228,7 +240,7 @@ impl<'a> Survey<'a> {
             let message = format!("no step or label `{during}` in this plan");
             return Err(at.fault(&in_check("during"), message, Some(help)));
         }
-        self.figure_unit(declared, unit, at)
+        self.figure_unit(declared, &unit, at)
     }
 
     fn figure_unit(&self, declared: &Declared, unit: &str, at: &Place<'_>) -> Checked {
@@ -247,17 +259,22 @@ impl<'a> Survey<'a> {
         Err(at.fault(&[Segment::Key("unit")], message, Some(help)))
     }
 
-    fn unit<'q>(
-        &'q self,
-        quantity: &'q QuantityName,
+    /// Unit of a quantity; none where its device's layout is not at hand.
+    fn unit(
+        &self,
+        quantity: &QuantityName,
         at: &Place<'_>,
         here: &[Segment],
-    ) -> Result<&'q str, Fault> {
+    ) -> Result<Option<String>, Fault> {
+        self.subject.quantity(quantity, at, here)?;
+        if let Some(of_device) = quantity.of_device() {
+            return self.subject.unit(of_device, at, here);
+        }
         if let Some(entry) = quantity.entry() {
-            return Ok(entry.unit);
+            return Ok(Some(entry.unit.to_owned()));
         }
         let answer = quantity.operator_answer().unwrap_or_default();
-        self.answers.get(answer).map(|answer| answer.unit.as_str()).ok_or_else(|| {
+        self.answers.get(answer).map(|answer| Some(answer.unit.clone())).ok_or_else(|| {
             let message = format!("no operator_prompt in this plan asks for `{answer}`");
             at.fault(here, message, None)
         })

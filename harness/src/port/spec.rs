@@ -175,6 +175,24 @@ const fn parity_name(parity: Parity) -> &'static str {
     }
 }
 
+impl PortSpec {
+    /// Its kind, in a word.
+    pub const fn kind(&self) -> &'static str {
+        match self {
+            Self::Pty { .. } => "pty",
+            Self::Serial(_) => "serial",
+            Self::Can { .. } => "can",
+            Self::Slcan { .. } => "slcan",
+            Self::SlcanPty { .. } => "slcan-pty",
+        }
+    }
+
+    /// Frames cross it, and not bytes.
+    pub const fn carries_frames(&self) -> bool {
+        matches!(self, Self::Can { .. } | Self::Slcan { .. } | Self::SlcanPty { .. })
+    }
+}
+
 impl fmt::Display for PortSpec {
     /// The string that it was read from, options in their usual order.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

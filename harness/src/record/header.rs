@@ -9,8 +9,10 @@
 //!
 //! `head -2` shows a person whose record it is; a program need not know this crate to read that.
 
+use super::Device;
 use super::reader::RecordError;
 use serde::{Deserialize, Serialize};
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 
@@ -18,7 +20,7 @@ use std::io::{self, Read, Write};
 /// the last is changed by whatever mangles line ends.
 pub const MAGIC: [u8; 8] = *b"\x89hilrec\n";
 
-/// The version that this crate writes, and the newest that it reads.
+/// The version that this crate writes, and the only one that it reads: there was none before it.
 pub const FORMAT_VERSION: u16 = 1;
 
 /// The longest block: hundreds of quantities fit.
@@ -36,6 +38,20 @@ pub struct Header {
     /// What the observations in it mean.
     #[serde(default)]
     pub quantities: Vec<Quantity>,
+    /// The serial lines of the bench as its device file has them; none where nobody said so.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lines: Vec<Line>,
+}
+
+/// A serial line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Line {
+    /// The device at its end.
+    pub device: Device,
+    /// Bits per second on the line.
+    pub baud: u32,
+    /// Bits on the line for one byte, start and stop bits included.
+    pub bits_per_byte: u32,
 }
 
 /// A quantity that the plan observes, as a report needs it: without the plan at hand.
@@ -50,6 +66,9 @@ pub struct Quantity {
     /// Where single values are meant to lie.
     #[serde(default)]
     pub bands: Vec<Band>,
+    /// Measurements that rest on it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub judged_by: Vec<String>,
 }
 
 /// Where single values of a quantity are meant to lie, in its unit.
@@ -99,11 +118,10 @@ impl Header {
         let mut version = [0; 2];
         read_exact(input, &mut version)?;
         let found = u16::from_le_bytes(version);
-        if found > FORMAT_VERSION {
-            return Err(RecordError::NewerFormat { found });
-        }
-        if found == 0 {
-            return Err(RecordError::NotARecord);
+        match found.cmp(&FORMAT_VERSION) {
+            Ordering::Greater => return Err(RecordError::NewerFormat { found }),
+            Ordering::Less => return Err(RecordError::OlderFormat { found }),
+            Ordering::Equal => {}
         }
         let mut length = [0; 4];
         read_exact(input, &mut length)?;

@@ -21,6 +21,15 @@ pub enum RecordError {
         /// The format's version.
         found: u16,
     },
+    /// An earlier harness wrote it.
+    #[error("record format {found} is older than {FORMAT_VERSION}, the oldest known here")]
+    #[diagnostic(help(
+        "use the version of hil that wrote it, or carry out the run again: hil run PLAN --seed N"
+    ))]
+    OlderFormat {
+        /// The format's version.
+        found: u16,
+    },
     /// The file ends inside its header.
     #[error("the header is cut short")]
     HeaderCutShort,

@@ -13,7 +13,7 @@ use std::io::{self, Write};
 use wire::time::Timestamp;
 
 fn header() -> Header {
-    Header { harness: "0.1.0".into(), plan: "laps".into(), seed: 7, quantities: Vec::new() }
+    Header { harness: "0.1.0".into(), plan: "laps".into(), seed: 7, ..Header::default() }
 }
 
 fn written(records: &[Record]) -> Vec<u8> {

@@ -29,6 +29,7 @@ impl Device {
             Self::Base => "base",
             Self::Table => "table",
             Self::Absolute => "absolute",
+            Self::Device => "device",
         }
     }
 }

@@ -28,9 +28,21 @@ impl Against {
         if span(|s| s.temperature).is_some_and(|span| span >= TEMPERATURE_SPAN_MIN) {
             return Self::Temperature;
         }
-        if span(|s| s.run).is_some_and(|span| span > 0.0) {
+        Self::run_or_time(samples)
+    }
+
+    /// Runs, where each has a number and there are several; else the time.
+    pub(super) fn run_or_time(samples: &[Sample]) -> Self {
+        let runs = samples.iter().map(|sample| sample.run).collect::<Option<Vec<_>>>();
+        let first = runs.as_ref().and_then(|runs| runs.first().copied());
+        if runs.is_some_and(|runs| runs.iter().any(|run| Some(*run) != first)) {
             return Self::Run;
         }
+        Self::time(samples)
+    }
+
+    /// The time, in the unit that suits its end.
+    pub(super) fn time(samples: &[Sample]) -> Self {
         let (unit, unit_s) = match samples.iter().map(|s| s.at_s).fold(0.0, f64::max) {
             end if end > 2.0 * SECONDS_PER_HOUR => ("h", SECONDS_PER_HOUR),
             end if end > 5.0 * SECONDS_PER_MINUTE => ("min", SECONDS_PER_MINUTE),
@@ -45,6 +57,14 @@ impl Against {
             Self::Temperature => "temperature in degC".to_owned(),
             Self::Run => "run".to_owned(),
             Self::Time { unit, .. } => format!("bench time in {unit}"),
+        }
+    }
+
+    /// Where an instant lies on an axis of time.
+    pub(super) fn place(self, at_s: f64) -> f64 {
+        match self {
+            Self::Time { unit_s, .. } => at_s / unit_s,
+            Self::Temperature | Self::Run => at_s,
         }
     }
 
@@ -65,7 +85,7 @@ mod tests {
 
     fn sample(at_s: f64, temperature: Option<f64>, run: Option<f64>) -> Sample {
         let direction = Some(Direction::Cw);
-        Sample { at_s, value: 0.3, uncertainty: 0.0, direction, run, temperature }
+        Sample { at_s, value: 0.3, direction, run, temperature, ..Sample::default() }
     }
 
     #[test]

@@ -1,11 +1,14 @@
 //! What the page needs of a record, gathered in one pass.
 
+use super::bus_load::BusLoad;
+use super::fault_spans::FaultSpans;
 use super::path::Path;
 use super::timeline::Steps;
 use super::trouble::Troubles;
 use crate::record::reader::RecordError;
 use crate::record::{Observation, Record, RecordKind};
-use controller::mission::Report;
+use controller::calibration::Factor;
+use controller::mission::{Command, HeadingSource, Report};
 use std::collections::BTreeMap;
 
 /// The most observations of one quantity that are kept: a 16-hour log at 17 Hz.
@@ -26,8 +29,42 @@ pub(super) enum Direction {
     Ccw,
 }
 
+impl Direction {
+    /// As everybody abbreviates it.
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Cw => "cw",
+            Self::Ccw => "ccw",
+        }
+    }
+}
+
+/// What the plan had told the controller when something was observed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Conditions {
+    /// The scale is corrected for the temperature (Eq. 6).
+    pub is_corrected: bool,
+    /// Which heading closes the loops.
+    pub source: HeadingSource,
+}
+
+impl Conditions {
+    fn told(&mut self, command: &Command) {
+        match command {
+            Command::SetHeadingSource(source) => self.source = *source,
+            Command::SetCalibration(calibration) => {
+                self.is_corrected = calibration
+                    .factors
+                    .iter()
+                    .any(|factor| matches!(factor, Factor::TemperatureLine { .. }));
+            }
+            _ => {}
+        }
+    }
+}
+
 /// One observation, as much of it as is drawn.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Sample {
     pub at_s: f64,
     pub value: f64,
@@ -35,6 +72,9 @@ pub(super) struct Sample {
     pub direction: Option<Direction>,
     pub run: Option<f64>,
     pub temperature: Option<f64>,
+    /// Angle that the table was told to turn by, deg.
+    pub angle: Option<f64>,
+    pub under: Conditions,
 }
 
 /// The observations of one quantity.
@@ -59,6 +99,9 @@ pub(super) struct Collected {
     pub truth: Path,
     pub steps: Steps,
     pub troubles: Troubles,
+    pub faults: FaultSpans,
+    pub load: BusLoad,
+    pub under: Conditions,
     pub records: u64,
     pub end_s: f64,
     /// Why the record could not be read to its end.
@@ -85,14 +128,22 @@ impl Collected {
         self.records += 1;
         self.end_s = self.end_s.max(at_s);
         self.troubles.add(record);
+        self.load.add(record);
         match &record.kind {
             RecordKind::Observation(observation) => self.observe(at_s, observation),
+            RecordKind::Fault(fault) => self.faults.add(at_s, fault),
+            RecordKind::Command(command) => self.under.told(command),
             RecordKind::Truth { pose, .. } => self.truth.add(*pose),
             RecordKind::Report(Report::State(state)) => self.believed.add(state.pose),
             RecordKind::StepBegan { path, title } => self.steps.begin(at_s, path, title),
             RecordKind::StepEnded { path } => self.steps.end(at_s, path),
             _ => {}
         }
+    }
+
+    /// The observations of that quantity; none where it was not observed.
+    pub(super) fn samples(&self, quantity: &str) -> &[Sample] {
+        self.series.get(quantity).map_or(&[], |series| &series.samples)
     }
 
     fn observe(&mut self, at_s: f64, observation: &Observation) {
@@ -125,6 +176,8 @@ impl Collected {
                 ),
                 run: tag("run"),
                 temperature: tag("temperature"),
+                angle: tag("angle"),
+                under: self.under,
             });
         }
     }

@@ -49,39 +49,41 @@ pub fn page(plan: &str, all: &[Measured]) -> String {
 
 fn table(all: &[Measured]) -> Markup {
     html! {
-        table {
-            thead {
-                tr {
-                    th { "fault" } th { "strikes" } th { "passes to" } th { "of runs" } th { "asked for" }
-                    th { "verdict" }
+        div.scroll {
+            table {
+                thead {
+                    tr {
+                        th { "fault" } th { "strikes" } th { "passes to" } th { "of runs" } th { "asked for" }
+                        th { "verdict" }
+                    }
                 }
-            }
-            tbody {
-                @for one in all {
-                    @let envelope = &one.envelope;
-                    tr.(if one.holds() { "pass" } else { "fail" }) {
-                        td { (envelope.kind) }
-                        td { (envelope.target) }
-                        td {
-                            @match envelope.tolerated {
-                                Some(most) => {
-                                    (severity(most)) " " (envelope.unit)
-                                    @if envelope.is_all { " (all that was tried)" }
-                                },
-                                None => @match envelope.fails_by_itself() {
-                                    Some(level) => {
-                                        "too few runs pass without any fault: " (level.passed) " of "
-                                        (level.runs)
+                tbody {
+                    @for one in all {
+                        @let envelope = &one.envelope;
+                        tr.(if one.holds() { "pass" } else { "fail" }) {
+                            td { (envelope.kind) }
+                            td { (envelope.target) }
+                            td {
+                                @match envelope.tolerated {
+                                    Some(most) => {
+                                        (severity(most)) " " (envelope.unit)
+                                        @if envelope.is_all { " (all that was tried)" }
                                     },
-                                    None => "none that was tried",
-                                },
+                                    None => @match envelope.fails_by_itself() {
+                                        Some(level) => {
+                                            "too few runs pass without any fault: " (level.passed) " of "
+                                            (level.runs)
+                                        },
+                                        None => "none that was tried",
+                                    },
+                                }
                             }
+                            td { (figures::exact(100.0 * envelope.share, 3)) " %" }
+                            td {
+                                @if let Some(least) = one.at_least { (severity(least)) " " (envelope.unit) }
+                            }
+                            td { (verdict(one)) }
                         }
-                        td { (figures::exact(100.0 * envelope.share, 3)) " %" }
-                        td {
-                            @if let Some(least) = one.at_least { (severity(least)) " " (envelope.unit) }
-                        }
-                        td { (verdict(one)) }
                     }
                 }
             }
@@ -182,7 +184,7 @@ mod tests {
     #[test]
     fn the_page_says_what_holds_and_draws_what_was_run() {
         let text = page("laps", &[measured(Some(0.1)), measured(Some(0.2)), measured(None)]);
-        assert!(!text.contains("<gyro>") && !text.contains("http"), "text from outside is escaped");
+        assert!(!text.contains("<gyro>") && !text.contains("://"), "text from outside is escaped");
         let page = Html::parse_document(&text);
         assert_eq!(texts(&page, ".verdict"), ["pass", "fail"]);
         assert_eq!(page.select(&Selector::parse("svg.plot").unwrap()).count(), 3);

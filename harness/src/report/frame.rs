@@ -29,7 +29,7 @@ const SMALL_HEIGHT: u32 = 220;
 const SQUARE_SIDE: u32 = 440;
 
 /// Room for the labels, in CSS pixels.
-const LEFT: u32 = 64;
+const LEFT: u32 = 88;
 const BOTTOM: u32 = 46;
 const MARGIN: u32 = 12;
 
@@ -42,12 +42,18 @@ const SMALL_TICKS: usize = 5;
 /// Share of the range that is left free at either end.
 const FREE_SHARE: f64 = 0.06;
 
+/// Share of a value that is shown on either side of it where it is the only one.
+const ALONE_SHARE: f64 = 0.1;
+
 /// The chart of a frame, in the units of its axes.
 pub(super) type Chart<'a> =
     ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// What can go wrong while drawing into memory: nothing that is known.
-pub(super) type Drawn = Result<(), DrawingAreaErrorKind<io::Error>>;
+pub(super) type DrawError = DrawingAreaErrorKind<io::Error>;
+
+/// What drawing comes to.
+pub(super) type Drawn = Result<(), DrawError>;
 
 /// One axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,7 +77,12 @@ impl Axis {
         } else {
             // A range of no width cannot be drawn; neither can one below the resolution of its ends.
             let floor = (low.abs().max(high.abs()) * 1e-6).max(1e-9);
-            let free = ((high - low) * FREE_SHARE).max(floor);
+            let free = match high - low {
+                // One place: its neighbourhood, with ticks that one can read.
+                0.0 if low == 0.0 => 1.0,
+                0.0 => low.abs() * ALONE_SHARE,
+                span => (span * FREE_SHARE).max(floor),
+            };
             low - free..high + free
         };
         Self { label: label.into(), range, is_decades: false }

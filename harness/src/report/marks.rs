@@ -103,7 +103,7 @@ mod tests {
 
     fn sample() -> Sample {
         let direction = Some(Direction::Cw);
-        Sample { at_s: 0.0, value: 0.3, uncertainty: 0.0, direction, run: None, temperature: None }
+        Sample { value: 0.3, direction, ..Sample::default() }
     }
 
     #[test]

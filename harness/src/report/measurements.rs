@@ -52,8 +52,29 @@ fn row(measurement: &Measurement) -> Markup {
             td.number { (value.map_or_else(|| "-".to_owned(), figure)) }
             td.number { (figures::band(*lower, *upper, unit)) }
             td { @if let Some(gauge) = gauge(measurement) { (gauge) } }
-            td.number { (margin.map_or_else(|| "-".to_owned(), |m| figures::value(m, *uncertainty))) }
+            td.number { (margin.map_or_else(|| html! { "-" }, |margin| margin_cell(margin, measurement))) }
             td { span.verdict { (verdict.name()) } }
+        }
+    }
+}
+
+/// How far inside, in the unit, as a share of the band and in standard uncertainties; negative outside.
+fn margin_cell(margin: f64, measurement: &Measurement) -> Markup {
+    let Measurement { lower, upper, unit, uncertainty, .. } = measurement;
+    let share = match (lower, upper) {
+        (Some(lower), Some(upper)) => Some(((upper - lower) / 2.0, "of half the band")),
+        (Some(limit), None) | (None, Some(limit)) => Some((limit.abs(), "of the limit")),
+        (None, None) => None,
+    };
+    let share = share.filter(|(whole, _)| *whole > 0.0);
+    let sigmas = (*uncertainty > 0.0).then(|| margin / uncertainty);
+    html! {
+        (figures::with_unit(figures::value(margin, *uncertainty), unit))
+        @if let Some((whole, of)) = share {
+            div.small { (format!("{:.0} % ", 100.0 * margin / whole)) (of) }
+        }
+        @if let Some(sigmas) = sigmas.filter(|sigmas| sigmas.is_finite()) {
+            div.small { (figures::exact(sigmas, 2)) " σ" }
         }
     }
 }
@@ -115,7 +136,7 @@ fn gauge(measurement: &Measurement) -> Option<Markup> {
 
 #[cfg(test)]
 mod tests {
-    use super::{gauge, reason, table};
+    use super::{gauge, margin_cell, reason, table};
     use crate::outcome::samples::{measurement, summary};
     use crate::outcome::{Measurement, Verdict};
 
@@ -146,6 +167,21 @@ mod tests {
         assert!(text(&at_most).contains(r#"cx="70.0""#), "{}", text(&at_most));
         assert!(gauge(&Measurement { value: Some(f64::NAN), ..any.clone() }).is_none());
         assert!(gauge(&Measurement { lower: None, upper: None, ..any }).is_none());
+    }
+
+    #[test]
+    fn a_margin_is_told_in_the_unit_in_shares_and_in_uncertainties() {
+        let cell = |m: &Measurement| margin_cell(m.margin().unwrap(), m).into_string();
+        let any = Measurement { uncertainty: 0.1, ..measurement("x", 0.5, Verdict::Pass) };
+        let small = |text: &str| format!("<div class=\"small\">{text}</div>");
+        assert_eq!(
+            cell(&any),
+            format!("0.50 deg{}{}", small("50 % of half the band"), small("5 σ"))
+        );
+        let outside = Measurement { value: Some(1.2), uncertainty: 0.0, ..any.clone() };
+        assert_eq!(cell(&outside), format!("-0.2 deg{}", small("-20 % of half the band")));
+        let limit = Measurement { lower: None, ..any };
+        assert!(cell(&limit).contains("50 % of the limit"), "{}", cell(&limit));
     }
 
     #[test]

@@ -2,12 +2,16 @@
 
 use super::against::Against;
 use super::collect::{Collected, Direction, Sample, Series};
+use super::download;
 use super::frame::{Axis, Frame, SCALE};
 use super::marks::{band_texts, draw_bands, draw_bars, draw_marks, is_outside};
 use super::palette::{CCW, CW, OUTSIDE};
-use super::scatter::{self, Partner};
+use super::panel::by_direction;
+use super::paper::Figures;
+use super::scatter::{self, Partner, Positions};
 use super::thin::{Point, extremes};
 use crate::figures;
+use crate::plan::quantities;
 use crate::record::header::{Band, Header, Quantity};
 use maud::{Markup, html};
 use plotters::element::PathElement;
@@ -26,13 +30,19 @@ const MARKS_OVER_TIME_MAX: usize = 150;
 /// More samples than this are drawn without bars.
 const BARS_MAX: usize = 120;
 
-/// All plots of observations.
-pub(super) fn plots(header: &Header, collected: &Collected) -> Markup {
-    let declared = |name: &str| header.quantities.iter().find(|quantity| quantity.name == name);
+/// What the square is, in a plot that is none of the paper's.
+const SQUARE_TEXT: &str = "the paper's square of 10 x 10 cm (Fig. 7)";
+
+/// All plots of observations that no figure of the paper shows.
+pub(super) fn plots(header: &Header, collected: &Collected, paper: &Figures) -> Option<Markup> {
+    let declared = |name: &str| {
+        let found = header.quantities.iter().find(|quantity| quantity.name == name).cloned();
+        found.or_else(|| known(name))
+    };
     let all = &collected.series;
     let mut figures: Vec<Markup> = Vec::new();
     let mut left_out = 0_usize;
-    for (name, series) in all {
+    for (name, series) in all.iter().filter(|(name, _)| !paper.show(name)) {
         let pair = match scatter::partner(name) {
             Partner::X(y) => all.get(&y),
             Partner::Y(x) if all.contains_key(&x) => continue,
@@ -43,11 +53,21 @@ pub(super) fn plots(header: &Header, collected: &Collected) -> Markup {
             continue;
         }
         figures.push(match pair {
-            Some(y) => scatter::figure(name, series, y, declared(name)),
-            None => figure(name, series, declared(name)),
+            Some(y) => {
+                let both = Positions { x: &series.samples, y: &y.samples };
+                let title = format!("{name}, with y: return positions");
+                match both.figure(&title, SQUARE_TEXT, name) {
+                    Some(figure) => figure,
+                    None => continue,
+                }
+            }
+            None => figure(name, series, declared(name).as_ref()),
         });
     }
-    html! {
+    if figures.is_empty() && !paper.is_empty() {
+        return None;
+    }
+    Some(html! {
         @if figures.is_empty() {
             p.missing { "Nothing was observed." }
         }
@@ -58,7 +78,14 @@ pub(super) fn plots(header: &Header, collected: &Collected) -> Markup {
         @if collected.series_overflowed > 0 {
             p.missing { (collected.series_overflowed) " observations of yet more quantities were not kept." }
         }
-    }
+    })
+}
+
+/// A quantity that the plan does not judge, as the harness knows it.
+fn known(name: &str) -> Option<Quantity> {
+    let found = quantities::find(name)?;
+    let (unit, title) = (found.unit.to_owned(), found.doc.to_owned());
+    Some(Quantity { name: name.to_owned(), unit, title, ..Quantity::default() })
 }
 
 fn figure(name: &str, series: &Series, declared: Option<&Quantity>) -> Markup {
@@ -108,17 +135,24 @@ fn figure(name: &str, series: &Series, declared: Option<&Quantity>) -> Markup {
         figure {
             h3 { (title(name, declared)) }
             @if samples.is_empty() { p.missing { "No value can be drawn." } } @else { (plot) }
-            (caption(series, bands, unit, drawn, is_log))
+            (caption(name, series, bands, unit, drawn, is_log))
         }
     }
 }
 
-pub(super) fn title(name: &str, declared: Option<&Quantity>) -> Markup {
+fn title(name: &str, declared: Option<&Quantity>) -> Markup {
     let title = declared.map_or("", |quantity| quantity.title.as_str());
     html! { code { (name) } @if !title.is_empty() { " " (title) } }
 }
 
-fn caption(series: &Series, bands: &[Band], unit: &str, drawn: usize, is_log: bool) -> Markup {
+fn caption(
+    name: &str,
+    series: &Series,
+    bands: &[Band],
+    unit: &str,
+    drawn: usize,
+    is_log: bool,
+) -> Markup {
     let samples = &series.samples;
     let has = |direction| samples.iter().any(|sample| sample.direction == Some(direction));
     let has_bars =
@@ -139,6 +173,7 @@ fn caption(series: &Series, bands: &[Band], unit: &str, drawn: usize, is_log: bo
                 }
                 @if has_bars { "; bars are standard uncertainties" }
                 "."
+                @if !samples.is_empty() { " " (download::samples(&by_direction(samples), unit).link(name)) }
                 @if series.not_numbers > 0 { " " (series.not_numbers) " were no numbers." }
                 @if series.overflowed > 0 { " " (series.overflowed) " later ones were not kept." }
             }

@@ -17,6 +17,8 @@ pub(super) const BAND: RGBColor = RGBColor(0x1a, 0x8f, 0x5a);
 pub(super) const CCW: RGBColor = RGBColor(0x1f, 0x66, 0xd1);
 /// Clockwise.
 pub(super) const CW: RGBColor = RGBColor(0xd9, 0x6c, 0x06);
+/// What the paper gives.
+pub(super) const PAPER: RGBColor = RGBColor(0x8a, 0x4f, 0xc9);
 /// Outside the band.
 pub(super) const OUTSIDE: RGBColor = RGBColor(0xd0, 0x2c, 0x3f);
 
@@ -34,6 +36,7 @@ mod tests {
             super::BAND,
             super::CCW,
             super::CW,
+            super::PAPER,
             super::OUTSIDE,
         ] {
             let written = format!("\"#{r:02X}{g:02X}{b:02X}\"");

@@ -1,10 +1,11 @@
 //! Where the base was, and where the controller believed it to be.
 
-use super::frame::{Axis, Chart, Drawn, Frame};
+use super::download::{Table, number};
+use super::frame::{Axis, Chart, Drawn, Frame, SCALE};
 use super::palette::{CCW, REFERENCE};
 use super::thin::{Point, simplified};
 use maud::{Markup, html};
-use plotters::element::PathElement;
+use plotters::element::{Circle, PathElement};
 use plotters::style::{Color, RGBColor};
 use wire::units::Pose;
 
@@ -21,6 +22,9 @@ const POINTS_MAX: usize = 1_000_000;
 
 /// The most corners that are drawn; the tolerance is doubled until it suffices.
 const CORNERS_MAX: usize = 40_000;
+
+/// The most corners in the file of the paths.
+const TABLE_CORNERS_MAX: usize = 4_000;
 
 /// A path that stays within this is no path: a base that only turned.
 const EXTENT_MIN_M: f64 = 0.05;
@@ -64,19 +68,24 @@ impl Path {
         self.points < 2 || x.max(y) < EXTENT_MIN_M
     }
 
+    /// Where it began and ended.
+    fn ends(&self) -> Option<[Point; 2]> {
+        Some([*self.pieces.first()?.first()?, *self.pieces.last()?.last()?])
+    }
+
     fn all(&self) -> impl Iterator<Item = Point> + '_ {
         self.pieces.iter().flatten().copied()
     }
 
     /// Pieces with few enough corners, and how far they may be from the true ones.
-    fn thinned(&self, finest: f64) -> (Vec<Vec<Point>>, f64) {
+    fn thinned(&self, finest: f64, corners_max: usize) -> (Vec<Vec<Point>>, f64) {
         let mut tolerance = finest;
         loop {
             let pieces: Vec<_> =
                 self.pieces.iter().map(|piece| simplified(piece, tolerance)).collect();
             let corners: usize = pieces.iter().map(Vec::len).sum();
             // Each piece keeps its ends whatever the tolerance.
-            if corners <= CORNERS_MAX.max(2 * pieces.len()) {
+            if corners <= corners_max.max(2 * pieces.len()) {
                 return (pieces, tolerance);
             }
             tolerance *= 2.0;
@@ -84,9 +93,12 @@ impl Path {
     }
 }
 
+/// A path, its colour and width, what it is, and its class in the style sheet.
+type Shown<'a> = (&'a Path, RGBColor, u32, &'static str, &'static str);
+
 /// The two paths in one plot; nothing where nobody moved.
 pub(super) fn figure(believed: &Path, truth: &Path) -> Option<Markup> {
-    let shown: Vec<_> = [
+    let shown: Vec<Shown<'_>> = [
         (truth, REFERENCE, 5, "true", "truth"),
         (believed, CCW, 2, "as the controller reckoned", "ccw"),
     ]
@@ -104,9 +116,19 @@ pub(super) fn figure(believed: &Path, truth: &Path) -> Option<Markup> {
     let mut tolerance_m: f64 = 0.0;
     let plot = frame.plot("path of the base", |chart| {
         for (path, colour, width, ..) in &shown {
-            let (pieces, tolerance) = path.thinned(frame.unit_per_pixel());
+            let (pieces, tolerance) = path.thinned(frame.unit_per_pixel(), CORNERS_MAX);
             tolerance_m = tolerance_m.max(tolerance);
             draw(chart, pieces, *colour, *width)?;
+        }
+        for (path, colour, ..) in &shown {
+            let radius = 4 * SCALE as i32;
+            chart
+                .draw_series(path.ends().map(|[start, _]| {
+                    Circle::new(start, radius, colour.stroke_width(SCALE + 1))
+                }))?;
+            chart.draw_series(
+                path.ends().map(|[_, end]| Circle::new(end, radius, colour.filled())),
+            )?;
         }
         Ok(())
     });
@@ -121,16 +143,38 @@ pub(super) fn figure(believed: &Path, truth: &Path) -> Option<Markup> {
                     @for (_, _, _, label, class) in &shown {
                         span { i.line.(class) {} (label) }
                     }
+                    span { i.mark.plain { "○" } "start" }
+                    span { i.mark.plain { "●" } "end" }
                 }
                 p {
                     (points) " places; corners nearer than "
                     (format!("{:.1}", tolerance_m * 1e3))
-                    " mm to the line are left out."
+                    " mm to the line are left out; both axes have the same scale."
                     @if overflowed > 0 { " " (overflowed) " later places were not kept." }
+                    " " (table(&shown))
                 }
             }
         }
     })
+}
+
+/// The paths as a file, with as many corners as may be, and what it lacks.
+fn table(shown: &[Shown<'_>]) -> Markup {
+    let mut table = Table::new(["path", "piece", "x_m", "y_m"]);
+    let mut tolerance_m: f64 = 0.0;
+    for (path, _, _, label, _) in shown {
+        let (pieces, tolerance) = path.thinned(SAME_PLACE_M, TABLE_CORNERS_MAX / shown.len());
+        tolerance_m = tolerance_m.max(tolerance);
+        for (index, piece) in pieces.iter().enumerate().take(TABLE_CORNERS_MAX / shown.len()) {
+            for (x, y) in piece {
+                table.row([(*label).to_owned(), index.to_string(), number(*x), number(*y)]);
+            }
+        }
+    }
+    html! {
+        (table.link("path")) " of corners to " (format!("{:.0}", 1e3 * tolerance_m)) " mm; every place: "
+        code { "hil show RUN" }
+    }
 }
 
 fn draw(chart: &mut Chart<'_>, pieces: Vec<Vec<Point>>, colour: RGBColor, width: u32) -> Drawn {
@@ -169,7 +213,7 @@ mod tests {
     #[test]
     fn a_wild_path_keeps_few_enough_corners() {
         let wild = path((0..200_000).map(|n| (f64::from(n % 7) * 0.01, f64::from(n % 11) * 0.01)));
-        let (pieces, tolerance) = wild.thinned(1e-6);
+        let (pieces, tolerance) = wild.thinned(1e-6, CORNERS_MAX);
         assert!(pieces.iter().map(Vec::len).sum::<usize>() <= CORNERS_MAX);
         assert!(tolerance > 1e-6);
     }

@@ -20,6 +20,7 @@ pub(super) fn header() -> Header {
         unit: unit.into(),
         title: title.into(),
         bands,
+        ..Quantity::default()
     };
     Header {
         harness: "0.1.0".into(),
@@ -30,6 +31,7 @@ pub(super) fn header() -> Header {
             quantity("gyro.temperature", "degC", "Temperature of the gyro", Vec::new()),
             quantity("lap.return_x", "m", "Return position", Vec::new()),
         ],
+        ..Header::default()
     }
 }
 

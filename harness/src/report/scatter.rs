@@ -1,18 +1,26 @@
 //! Return positions: two quantities that belong together, as a plan of the floor.
 
-use super::collect::{Direction, Sample, Series};
+use super::collect::{Direction, Sample};
+use super::download::{ROWS_MAX, Table, number, place};
 use super::frame::{Axis, Frame, SCALE};
 use super::marks::draw_marks;
-use super::observations::title;
-use super::palette::{BAND, CCW, CW, OUTSIDE, REFERENCE};
-use crate::record::header::Quantity;
+use super::median::median_of;
+use super::palette::{INK, OUTSIDE, PAPER, REFERENCE};
+use super::panel::{DASH, Look, dashed};
+use super::thin::Point;
 use maud::{Markup, html};
-use plotters::element::{PathElement, Rectangle};
+use plotters::element::{Circle, Cross, PathElement};
 use plotters::style::Color;
 use std::collections::BTreeMap;
 
 /// The most positions that are drawn.
 const POSITIONS_MAX: usize = 2_000;
+
+/// Radius of the ring about a position outside the square, in pixels of the drawing.
+const RING_RADIUS: i32 = 6 * SCALE as i32;
+
+/// Half the size of the cross of a median, in pixels of the drawing.
+const MEDIAN_RADIUS: i32 = 7 * SCALE as i32;
 
 /// Side of the paper's square: all but one return position of the corrected laps lie in it (Figs 7, 8).
 const PAPER_SQUARE_SIDE_CM: f64 = 10.0;
@@ -43,6 +51,7 @@ struct Position {
     x_cm: f64,
     y_cm: f64,
     direction: Option<Direction>,
+    run: Option<f64>,
 }
 
 impl Position {
@@ -51,96 +60,152 @@ impl Position {
     }
 }
 
-/// Positions from x and y of the same run and direction; without a run, of the same instant.
-fn positions(x: &Series, y: &Series) -> Vec<Position> {
-    let key = |sample: &Sample| {
-        let number = sample.run.unwrap_or(sample.at_s);
-        (number.to_bits(), sample.run.is_some(), sample.direction)
-    };
-    let ys: BTreeMap<_, _> = y.samples.iter().map(|sample| (key(sample), sample.value)).collect();
-    let pairs = x.samples.iter().filter_map(|sample| Some((sample, ys.get(&key(sample))?)));
-    pairs
-        .map(|(x, y)| Position {
-            x_cm: x.value * CM_PER_M,
-            y_cm: y * CM_PER_M,
-            direction: x.direction,
-        })
-        .collect()
+/// Two quantities that belong together.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Positions<'a> {
+    pub x: &'a [Sample],
+    pub y: &'a [Sample],
 }
 
-/// The positions, in metres by definition of their quantities, and the paper's square.
-pub(super) fn figure(name: &str, x: &Series, y: &Series, declared: Option<&Quantity>) -> Markup {
-    let mut all = positions(x, y);
-    let outside = all.iter().filter(|position| position.is_outside()).count();
-    let paired = all.len();
-    // Those outside matter most when not all can be drawn.
-    all.sort_by_key(|position| !position.is_outside());
-    all.truncate(POSITIONS_MAX);
+impl Positions<'_> {
+    /// Positions from x and y of the same run and direction; without a run, of the same instant.
+    fn paired(self) -> Vec<Position> {
+        let key = |sample: &Sample| {
+            let number = sample.run.unwrap_or(sample.at_s);
+            (number.to_bits(), sample.run.is_some(), sample.direction)
+        };
+        let ys: BTreeMap<_, _> = self.y.iter().map(|sample| (key(sample), sample.value)).collect();
+        let pairs = self.x.iter().filter_map(|sample| Some((sample, ys.get(&key(sample))?)));
+        pairs
+            .map(|(x, y)| Position {
+                x_cm: x.value * CM_PER_M,
+                y_cm: y * CM_PER_M,
+                direction: x.direction,
+                run: x.run,
+            })
+            .collect()
+    }
+
+    /// The positions, in metres by definition of their quantities, and the paper's square, of which `square` says what it
+    /// is; nothing where there are none.
+    pub(super) fn figure(self, title: &str, square: &str, file: &str) -> Option<Markup> {
+        if self.x.is_empty() {
+            return None;
+        }
+        let mut all = self.paired();
+        let medians = medians(&all);
+        let outside = all.iter().filter(|position| position.is_outside()).count();
+        let paired = all.len();
+        // Those outside matter most when not all can be drawn.
+        all.sort_by_key(|position| !position.is_outside());
+        all.truncate(POSITIONS_MAX);
+        let plot = plot(&all, &medians, title);
+        let unpaired = self.x.len().max(self.y.len()) - paired.min(self.x.len());
+        Some(html! {
+            figure {
+                h3 { (title) }
+                (plot)
+                figcaption {
+                    p.legend {
+                        @for (direction, look) in DIRECTIONS {
+                            @if all.iter().any(|position| position.direction == direction) { (look.mark()) }
+                        }
+                        @if outside > 0 { span { i.mark.outside { "◯" } (outside) " outside" } }
+                        @for (direction, (x, y)) in &medians {
+                            span {
+                                i.mark.plain { "✕" }
+                                "median " (direction.map_or("", Direction::name)) " "
+                                (format!("{x:.1}, {y:.1} cm"))
+                            }
+                        }
+                        span { i.line.paper {} (square) }
+                    }
+                    p {
+                        (paired) " position" @if paired != 1 { "s" }
+                        @if all.len() < paired { "; " (all.len()) " drawn, those outside first" }
+                        "."
+                        @if unpaired > 0 { " " (unpaired) " observations have no partner." }
+                        " " (table(&all).without(paired - all.len()).link(file))
+                    }
+                }
+            }
+        })
+    }
+}
+
+/// Directions in the order in which they are drawn.
+const DIRECTIONS: [(Option<Direction>, Look); 3] = [
+    (None, Look::Plain),
+    (Some(Direction::Ccw), Look::Disc),
+    (Some(Direction::Cw), Look::Triangle),
+];
+
+/// The median of each axis, for each direction.
+fn medians(all: &[Position]) -> Vec<(Option<Direction>, Point)> {
+    let of = |direction, read: fn(&Position) -> f64| {
+        median_of(all.iter().filter(|one| one.direction == direction).map(read))
+    };
+    let both = |(direction, _)| {
+        Some((direction, (of(direction, |one| one.x_cm)?, of(direction, |one| one.y_cm)?)))
+    };
+    DIRECTIONS.into_iter().filter_map(both).collect()
+}
+
+fn plot(all: &[Position], medians: &[(Option<Direction>, Point)], title: &str) -> Markup {
     let half = PAPER_SQUARE_SIDE_CM / 2.0;
     let frame = Frame::square(
         Axis::around("x in cm", all.iter().map(|p| p.x_cm).chain([-half, half])),
         Axis::around("y in cm", all.iter().map(|p| p.y_cm).chain([-half, half])),
     );
-    let plot = frame.plot("return positions", |chart| {
-        let square = [(-half, -half), (half, half)];
-        chart.draw_series([Rectangle::new(square, BAND.mix(0.12).filled())])?;
-        let corners = [(-half, -half), (half, -half), (half, half), (-half, half), (-half, -half)];
-        chart.draw_series([PathElement::new(corners, BAND.stroke_width(SCALE))])?;
+    frame.plot(title, |chart| {
         let (xs, ys) = (&frame.x.range, &frame.y.range);
         let cross = [[(xs.start, 0.0), (xs.end, 0.0)], [(0.0, ys.start), (0.0, ys.end)]];
         let style = REFERENCE.stroke_width(SCALE / 2);
         chart.draw_series(cross.map(|line| PathElement::new(line, style)))?;
-        for direction in [None, Some(Direction::Ccw), Some(Direction::Cw)] {
-            let colour = if direction == Some(Direction::Cw) { CW } else { CCW };
-            for (is_outside, colour) in [(false, colour), (true, OUTSIDE)] {
-                let marks = all
-                    .iter()
-                    .filter(|p| p.direction == direction && p.is_outside() == is_outside)
-                    .map(|p| (p.x_cm, p.y_cm))
-                    .collect();
-                draw_marks(chart, marks, direction, colour.filled())?;
-            }
+        let corners = [(-half, -half), (half, -half), (half, half), (-half, half), (-half, -half)];
+        for side in corners.windows(2) {
+            dashed(chart, side, DASH, PAPER)?;
         }
+        for (direction, look) in DIRECTIONS {
+            let marks = all.iter().filter(|p| p.direction == direction);
+            let marks = marks.map(|p| (p.x_cm, p.y_cm)).collect();
+            draw_marks(chart, marks, direction, look.colour().filled())?;
+        }
+        let ring = OUTSIDE.stroke_width(SCALE);
+        let outside = all.iter().filter(|position| position.is_outside());
+        chart.draw_series(outside.map(|p| Circle::new((p.x_cm, p.y_cm), RING_RADIUS, ring)))?;
+        let style = INK.stroke_width(2 * SCALE);
+        chart.draw_series(medians.iter().map(|(_, at)| Cross::new(*at, MEDIAN_RADIUS, style)))?;
         Ok(())
-    });
-    let unpaired = x.samples.len().max(y.samples.len()) - paired.min(x.samples.len());
-    html! {
-        figure {
-            h3 { (title(name, declared)) ", with y: return positions" }
-            (plot)
-            figcaption {
-                p.legend {
-                    span { i.mark.ccw { "●" } "ccw" }
-                    span { i.mark.cw { "▲" } "cw" }
-                    @if outside > 0 { span { i.mark.outside { "■" } (outside) " outside" } }
-                    span { i.swatch {} "the paper's 10 x 10 cm square (all but one inside, Figs 7, 8)" }
-                }
-                p {
-                    (paired) " positions"
-                    @if all.len() < paired { "; " (all.len()) " drawn, those outside first" }
-                    "."
-                    @if unpaired > 0 { " " (unpaired) " observations have no partner." }
-                }
-            }
-        }
+    })
+}
+
+fn table(all: &[Position]) -> Table {
+    let mut table = Table::new(["run", "direction", "x_cm", "y_cm"]);
+    for one in all.iter().take(ROWS_MAX) {
+        table.row([
+            one.run.map_or_else(String::new, place),
+            one.direction.map_or("", Direction::name).to_owned(),
+            number(one.x_cm),
+            number(one.y_cm),
+        ]);
     }
+    table
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Partner, partner, positions};
-    use crate::report::collect::{Direction, Sample, Series};
+    use super::{Partner, Positions, medians, partner};
+    use crate::report::collect::{Direction, Sample};
 
-    fn series(samples: &[(f64, f64, Direction)]) -> Series {
+    fn series(samples: &[(f64, f64, Direction)]) -> Vec<Sample> {
         let sample = |&(run, value, direction): &(f64, f64, Direction)| Sample {
-            at_s: 0.0,
             value,
-            uncertainty: 0.0,
             direction: Some(direction),
             run: Some(run),
-            temperature: None,
+            ..Sample::default()
         };
-        Series { samples: samples.iter().map(sample).collect(), ..Series::default() }
+        samples.iter().map(sample).collect()
     }
 
     #[test]
@@ -148,8 +213,10 @@ mod tests {
         use Direction::{Ccw, Cw};
         let x = series(&[(1.0, 0.01, Cw), (1.0, 0.02, Ccw), (2.0, 0.03, Cw)]);
         let y = series(&[(1.0, -0.02, Ccw), (1.0, -0.01, Cw), (3.0, -0.04, Cw)]);
-        let found: Vec<_> = positions(&x, &y).iter().map(|p| (p.x_cm, p.y_cm)).collect();
+        let all = Positions { x: &x, y: &y }.paired();
+        let found: Vec<_> = all.iter().map(|p| (p.x_cm, p.y_cm)).collect();
         assert_eq!(found, [(1.0, -1.0), (2.0, -2.0)]);
+        assert_eq!(medians(&all), [(Some(Ccw), (2.0, -2.0)), (Some(Cw), (1.0, -1.0))]);
     }
 
     #[test]

@@ -61,17 +61,17 @@ fn skeleton(page: &str) -> String {
 fn sixteen_hours_fit_one_page() {
     let page = page(&summary(), long_run());
     let document = assert_stands_alone(&page);
-    assert_eq!(count(&document, "section"), 5);
+    assert_eq!(count(&document, "section"), 7);
     assert_eq!(count(&document, "table.measurements tbody tr"), summary().measurements.len());
     assert_eq!(
         count(&document, "svg.plot"),
-        5,
-        "four quantities, two of them in one plot, and the path"
+        6,
+        "Fig. 3 and what is left beside its line, Fig. 7, two quantities of no figure of the paper, and the path"
     );
     assert_eq!(count(&document, "g.step"), 120);
     assert!(page.contains("160 steps; 40 too short to be told apart are not drawn"));
     assert!(page.contains("57600 observations; "), "a thinned log says so");
-    assert!(page.contains("table.error in deg") && page.contains("temperature in degC"));
+    assert!(page.contains("error of one turn in deg") && page.contains("temperature in degC"));
 }
 
 #[test]
@@ -92,7 +92,7 @@ fn an_empty_run_is_a_page_too() {
     let document = assert_stands_alone(&page);
     assert!(page.contains("Nothing was observed."));
     assert!(page.contains("No reason was given."));
-    assert_eq!(count(&document, "section"), 2);
+    assert_eq!(count(&document, "section"), 2, "observations and the load of the bus");
 }
 
 #[test]
@@ -130,6 +130,7 @@ fn text_from_outside_is_text() {
         unit: evil.into(),
         title: evil.into(),
         bands: vec![Band { upper: Some(0.0), ..band }],
+        ..Quantity::default()
     };
     let header = Header { quantities: vec![quantity], ..Header::default() };
     let page = render(&hostile, &header, records.into_iter().map(Ok));

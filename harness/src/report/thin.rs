@@ -9,8 +9,13 @@ const CHUNK: usize = 1_024;
 /// The lowest and the highest point of each of `columns` columns of equal width, in the order in
 /// which they came. As many points as that would be or fewer come back unchanged.
 pub(super) fn extremes(points: &[Point], columns: usize) -> Vec<Point> {
+    extreme_indices(points, columns).into_iter().map(|index| points[index]).collect()
+}
+
+/// Where those points stand among all, rising.
+pub(super) fn extreme_indices(points: &[Point], columns: usize) -> Vec<usize> {
     if points.len() <= 2 * columns {
-        return points.to_vec();
+        return (0..points.len()).collect();
     }
     let (first, last) = points
         .iter()
@@ -33,7 +38,7 @@ pub(super) fn extremes(points: &[Point], columns: usize) -> Vec<Point> {
     let mut kept: Vec<usize> = found.into_iter().flatten().flat_map(|(a, b)| [a, b]).collect();
     kept.sort_unstable();
     kept.dedup();
-    kept.into_iter().map(|index| points[index]).collect()
+    kept
 }
 
 /// A line from which no dropped point is further than `tolerance` (Ramer-Douglas-Peucker).

@@ -54,18 +54,31 @@ pub struct JudgedAgain {
     pub rewrite: bool,
 }
 
-/// Judges `records` by `plan`, and its properties by `limits` where they state none. `summary` is that of the run;
+/// Judges `records` by `plan`, and its properties by `limits` where they state none; without limits there are none to be
+/// judged. `summary` is that of the run;
 /// `recorded` is the record's header.
 pub fn judge_again(
     plan: &Plan,
-    limits: &Limits,
+    limits: Option<&Limits>,
     summary: Option<Summary>,
     recorded: &Header,
     records: impl IntoIterator<Item = Result<Record, RecordError>>,
 ) -> JudgedAgain {
-    let header = Header { harness: recorded.harness.clone(), ..header(plan, recorded.seed) };
-    let mut replayed =
-        (!plan.properties.is_empty()).then(|| Replayed::new(&plan.properties, limits));
+    let mut header = Header {
+        harness: recorded.harness.clone(),
+        lines: recorded.lines.clone(),
+        ..header(plan, recorded.seed)
+    };
+    for quantity in header.quantities.iter_mut().filter(|quantity| quantity.unit.is_empty()) {
+        // The layout of a device of the user's own is not at hand; the record says what its plan knew.
+        if let Some(known) = recorded.quantities.iter().find(|known| known.name == quantity.name) {
+            quantity.unit.clone_from(&known.unit);
+            quantity.title.clone_from(&known.title);
+        }
+    }
+    let header = header;
+    let limits = limits.filter(|_| !plan.properties.is_empty());
+    let mut replayed = limits.map(|limits| Replayed::new(&plan.properties, limits));
     let read = Read::of(records, &header, &mut |record| {
         if let Some(replayed) = &mut replayed {
             replayed.take(record);
@@ -75,10 +88,7 @@ pub fn judge_again(
     let (measurements, judged) = judge_all(&plan.measurements, &read.observations);
     let rewrite = read.error.is_none() || summary.is_none();
     let (outcome, reason) = match (&summary, &read.error) {
-        (None, _) => {
-            let why = "no summary says how the run ended: it was killed, or is still running";
-            (Outcome::Error, Some(why.to_owned()))
-        }
+        (None, _) => (Outcome::Error, Some(NO_SUMMARY.to_owned())),
         (Some(summary), Some(error)) => {
             let why = format!("judged on what is left of the record: {error}");
             (summary.outcome.max(Outcome::Error), Some(why))
@@ -86,13 +96,13 @@ pub fn judge_again(
         (Some(summary), None) if went_to_its_end(summary) => (judged, None),
         (Some(summary), None) => (summary.outcome, summary.reason.clone()),
     };
-    let summary = summary.unwrap_or_else(|| unknown(plan, recorded, read.last));
+    let summary = summary.unwrap_or_else(|| unfinished(recorded, &plan.title, read.last));
     let real = summary.clock == "real";
     let before = &summary.properties;
-    let (properties, kept) = match replayed {
+    let (properties, kept) = match replayed.zip(limits) {
         // What was made of a bus log holds no report of the controller.
         Some(_) if summary.clock == IMPORTED => (before.clone(), Vec::new()),
-        Some(replayed) => replayed.judge(&plan.properties, limits, real, before),
+        Some((replayed, limits)) => replayed.judge(&plan.properties, limits, real, before),
         None => Default::default(),
     };
     let mut summary = Summary { outcome, reason, measurements, properties, ..summary };
@@ -124,15 +134,19 @@ fn went_to_its_end(summary: &Summary) -> bool {
     }
 }
 
-/// What a record alone says of its run.
-fn unknown(plan: &Plan, recorded: &Header, last: Timestamp) -> Summary {
+/// Why a run without a summary is an error.
+const NO_SUMMARY: &str = "no summary says how the run ended: it was killed, or is still running";
+
+/// What a record alone says of its run, which wrote no summary: its header, and when its last record was made. Nothing in it
+/// is judged.
+pub fn unfinished(recorded: &Header, title: &str, last: Timestamp) -> Summary {
     let not_known = || "unknown".to_owned();
     let version = if recorded.harness.is_empty() { VERSION } else { &recorded.harness };
     Summary {
         outcome: Outcome::Error,
-        reason: None,
+        reason: Some(NO_SUMMARY.to_owned()),
         plan: recorded.plan.clone(),
-        title: plan.title.clone(),
+        title: title.to_owned(),
         version: version.to_owned(),
         seed: recorded.seed,
         clock: not_known(),
@@ -232,7 +246,7 @@ mod tests {
         let record = Record { at, device: Device::Plan, kind };
         let records = [Ok(record)].into_iter().chain(end.map(Err));
         let header = Header { plan: "turns".into(), seed: 7, ..Header::default() };
-        judge_again(&plan, &limits(), was, &header, records)
+        judge_again(&plan, Some(&limits()), was, &header, records)
     }
 
     fn ended(outcome: Outcome, reason: Option<&str>) -> Option<Summary> {

@@ -1,7 +1,25 @@
-//! What a plan declares, as a record's header says it.
+//! What a plan and its bench declare, as a record's header says it.
 
 use crate::plan::Plan;
-use crate::record::header::{Band, Quantity};
+use crate::record::Device;
+use crate::record::header::{Band, Line, Quantity};
+use emulators::base::Transport;
+use emulators::device_file::Devices;
+
+/// The serial lines of a bench.
+pub(super) fn lines(devices: &Devices) -> Vec<Line> {
+    let gyro = Some((Device::Gyro, devices.gyro.0.format.serial()));
+    let is_serial = devices.base.as_ref().is_some_and(|base| base.0 == Transport::Serial);
+    let base = is_serial.then_some((Device::Base, wire::base::serial_link::SETTINGS));
+    let table = devices.table.as_ref().map(|_| (Device::Table, wire::table::SETTINGS));
+    let all = [gyro, base, table].into_iter().flatten();
+    all.map(|(device, settings)| Line {
+        device,
+        baud: settings.baud,
+        bits_per_byte: settings.bits_per_byte(),
+    })
+    .collect()
+}
 
 /// The quantities that the plan judges, with the bands for single values.
 pub(super) fn quantities(plan: &Plan) -> Vec<Quantity> {
@@ -10,7 +28,9 @@ pub(super) fn quantities(plan: &Plan) -> Vec<Quantity> {
         let names = std::iter::once(&declared.quantity)
             .chain(declared.check.second_quantity().map(|(_, name)| name));
         for name in names {
-            if quantities.iter().any(|known| known.name == name.as_str()) {
+            let judged_by = declared.name.as_str().to_owned();
+            if let Some(known) = quantities.iter_mut().find(|known| known.name == name.as_str()) {
+                known.judged_by.push(judged_by);
                 continue;
             }
             let entry = name.entry();
@@ -19,6 +39,7 @@ pub(super) fn quantities(plan: &Plan) -> Vec<Quantity> {
                 unit: entry.map_or_else(String::new, |entry| entry.unit.to_owned()),
                 title: entry.map_or_else(String::new, |entry| entry.doc.to_owned()),
                 bands: Vec::new(),
+                judged_by: vec![judged_by],
             });
         }
         let Some(band) = declared.check.value_band() else { continue };

@@ -1,6 +1,6 @@
 //! A run that leaves a run folder behind.
 
-use super::{Prepared, Simulated, VERSION, simulate_across};
+use super::{Prepared, Simulated, Subject, VERSION, simulate_across};
 use crate::calibrations;
 use crate::checks::judge_all;
 use crate::junit;
@@ -186,7 +186,10 @@ pub(crate) fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summ
         seed,
         clock: "virtual".to_owned(),
         bus: "memory".to_owned(),
-        device_under_test: "in-process".to_owned(),
+        device_under_test: match &prepared.subject {
+            Subject::Robot(_) => "in-process".to_owned(),
+            Subject::Device(device) => format!("{}, emulated", device.name),
+        },
         simulated_s: run.end.as_secs_f64(),
         wall_s: 0.0,
         events: run.events,

@@ -122,7 +122,7 @@ pub fn base_transport(devices: &Devices) -> Option<Transport> {
     match bench_lines(devices) {
         BenchLines::CanBase => Some(Transport::Can),
         BenchLines::SerialBase => Some(Transport::Serial),
-        BenchLines::Table => None,
+        BenchLines::Table | BenchLines::SerialDevice | BenchLines::CanDevice => None,
     }
 }
 

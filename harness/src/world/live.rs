@@ -18,6 +18,7 @@
 //! only ones in the harness.
 
 mod clock;
+mod described;
 mod device_under_test;
 mod eyes;
 mod flood;
@@ -34,10 +35,13 @@ mod strike;
 mod traffic;
 mod verdict;
 
+pub(crate) use described::usual_port;
+pub use described::{DescribedLive, DeviceSetting};
 pub(crate) use device_under_test::our_program;
 pub use device_under_test::{DeviceUnderTest, StartError};
 pub use journal::NOTES_MAX;
 pub use lateness::LATE_MAX_DEFAULT;
+pub(crate) use placement::player;
 pub use placement::{Placement, PlacementError, Player};
 pub use realtime::Scheduling;
 pub use setting::{LiveError, OutOfReach, Setting};

@@ -7,6 +7,7 @@
 
 pub mod bench;
 pub mod crossing;
+pub mod described;
 mod faults;
 mod lines;
 #[cfg(feature = "live")]

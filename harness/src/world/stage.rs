@@ -178,6 +178,10 @@ impl Stage {
                 self.survey = None;
                 self.ask(now, sink, &text, answer.as_ref());
             }
+            // A plan of a robot or a table says nothing of one; it was checked.
+            Action::Send(_) | Action::StopSending(_) => {
+                self.engine.broke(now, "this bench has no device of one's own");
+            }
             Action::SaveCalibration { .. } | Action::KeepFound { .. } => keep(&action),
             // Whoever injects faults has taken it before.
             Action::Phase(_) => {}

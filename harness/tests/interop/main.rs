@@ -12,4 +12,5 @@ mod can_utils;
 mod control;
 mod controller;
 mod gyro;
+mod own_device;
 mod rig;

@@ -20,6 +20,7 @@ mod campaign;
 mod can;
 mod faults;
 mod late;
+mod own_device;
 mod ports;
 mod table;
 mod wrong;

@@ -4,7 +4,8 @@ use crate::hil::{Hil, cases, wait_for};
 use crate::server::Server;
 use futures_util::StreamExt as _;
 use harness::campaign::nats::{
-    Credentials, Holder, News, Package, Place, Remote, RemoteSettings, WorkerSettings, work,
+    Credentials, Holder, News, Package, Place, Remote, RemoteSettings, Stopping, WorkerSettings,
+    work,
 };
 use harness::campaign::{Case, CaseResult, Executor};
 use harness::operator::Answers;
@@ -41,27 +42,27 @@ impl Executor for Echo {
     }
 }
 
-fn server(url: &str) -> harness::campaign::nats::Server {
+pub fn server(url: &str) -> harness::campaign::nats::Server {
     harness::campaign::nats::Server::new(&[url.to_owned()], Credentials::default()).unwrap()
 }
 
 /// What was told, as text.
 #[derive(Default)]
-struct Told(Mutex<Vec<String>>);
+pub struct Told(Mutex<Vec<String>>);
 
 impl Told {
-    fn teller(self: &Arc<Self>) -> Arc<dyn Fn(&News) + Send + Sync> {
+    pub fn teller(self: &Arc<Self>) -> Arc<dyn Fn(&News) + Send + Sync> {
         let told = Arc::clone(self);
         Arc::new(move |news| told.0.lock().unwrap().push(news.to_string()))
     }
 
-    fn wait_for(&self, text: &str) {
+    pub fn wait_for(&self, text: &str) {
         wait_for(text, || self.0.lock().unwrap().iter().any(|told| told.contains(text)));
     }
 }
 
 /// The coordinator's machine carries nothing out.
-struct Nobody;
+pub struct Nobody;
 
 impl Executor for Nobody {
     fn execute(&self, case: &Case) -> CaseResult {
@@ -70,10 +71,14 @@ impl Executor for Nobody {
 }
 
 fn remote(url: &str, told: &Arc<Told>) -> Remote<Nobody> {
+    remote_at(Place::Virtual, url, told)
+}
+
+pub fn remote_at(place: Place, url: &str, told: &Arc<Told>) -> Remote<Nobody> {
     let package = Package::of("live-side", &Answers::default()).unwrap();
     let settings = RemoteSettings {
         what: "echoes".to_owned(),
-        place: Place::Virtual,
+        place,
         holder: Holder::named("the coordinator"),
     };
     Remote::open(&server(url), &package, settings, Nobody, told.teller(), || false).unwrap()
@@ -88,7 +93,7 @@ fn carry_out(url: &str, echo: &Arc<Echo>, told: &Arc<Told>, stop: &AtomicBool) -
         patience: Duration::ZERO,
     };
     let echo = Arc::clone(echo);
-    let maker = Arc::new(move |_: &Package, _: &Place| {
+    let maker = Arc::new(move |_: &Package, _: &Place, _: Stopping| {
         Ok(("echo".to_owned(), Arc::clone(&echo) as Arc<dyn Executor + Send + Sync>))
     });
     let stop = || stop.load(Ordering::Relaxed);
@@ -152,7 +157,7 @@ fn a_case_that_takes_long_stays_with_its_worker() {
                     version: VERSION.to_owned(),
                     patience: Duration::ZERO,
                 };
-                let maker = Arc::new(move |_: &Package, _: &Place| {
+                let maker = Arc::new(move |_: &Package, _: &Place, _: Stopping| {
                     Ok(("slow".to_owned(), Arc::clone(&slow) as Arc<dyn Executor + Send + Sync>))
                 });
                 let stop = || stop.load(Ordering::Relaxed);

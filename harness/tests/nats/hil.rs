@@ -132,6 +132,11 @@ impl Ran {
         self
     }
 
+    /// What it said to people, without where lines end.
+    pub fn says(&self) -> String {
+        self.err.split_whitespace().filter(|word| *word != "|").collect::<Vec<_>>().join(" ")
+    }
+
     /// The campaign that it printed as JSON, without what is of this folder and this attempt alone.
     pub fn campaign(&self) -> Value {
         let mut value: Value = serde_json::from_str(&self.out).unwrap();

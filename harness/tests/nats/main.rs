@@ -2,6 +2,7 @@
 //!
 //! * [`campaign`]: the same as in one process, whoever dies meanwhile.
 //! * [`away`]: a server that disappears, a coordinator that is killed, a case that nobody survives.
+//! * [`bench`]: cases on a worker's bench, in real time.
 //! * [`refused`]: another version, a bench that is taken, no server.
 //! * [`secured`]: TLS, passwords, keys.
 //!
@@ -10,8 +11,10 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod away;
+mod bench;
 mod campaign;
 mod hil;
+mod jwt;
 mod refused;
 mod secured;
 mod server;

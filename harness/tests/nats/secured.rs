@@ -1,6 +1,7 @@
 //! Servers that want to know who comes, and that show who they are.
 
 use crate::hil::Hil;
+use crate::jwt::Trust;
 use crate::server::Server;
 use rcgen::{BasicConstraints, CertificateParams, CertifiedIssuer, IsCa, KeyPair};
 use std::path::Path;
@@ -52,6 +53,20 @@ fn an_nkey() {
     let Some(server) = Server::start_with(&["--config", &config]) else { return };
     refused(&hil, &server.url(), &[], "--nkey");
     goes(&hil, &server.url(), &["--nkey", "seed.txt"]);
+}
+
+#[test]
+fn credentials_of_an_operators_account() {
+    let hil = Hil::new();
+    let trust = Trust::new();
+    std::fs::write(hil.path("server.conf"), &trust.config).unwrap();
+    std::fs::write(hil.path("user.creds"), &trust.creds).unwrap();
+    std::fs::write(hil.path("stranger.creds"), &trust.stranger).unwrap();
+    let config = hil.path("server.conf").display().to_string();
+    let Some(server) = Server::start_with(&["--config", &config]) else { return };
+    refused(&hil, &server.url(), &[], "--creds");
+    refused(&hil, &server.url(), &["--creds", "stranger.creds"], "--creds");
+    goes(&hil, &server.url(), &["--creds", "user.creds"]);
 }
 
 /// Writes a certificate that `issuer` vouches for, and its key.

@@ -99,6 +99,21 @@ impl Drop for Server {
     }
 }
 
+/// A runtime for what is said to the server without `hil`.
+pub fn say<T>(said: impl Future<Output = T>) -> T {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    runtime.unwrap().block_on(said)
+}
+
+/// Cases on the stream: those that wait, and those that somebody has.
+pub fn cases_waiting(url: &str) -> u64 {
+    say(async {
+        let jetstream = async_nats::jetstream::new(async_nats::connect(url).await.unwrap());
+        let stream = jetstream.get_stream("HIL_CASES").await.unwrap();
+        stream.cached_info().state.messages
+    })
+}
+
 fn program() -> std::ffi::OsString {
     let debian = "/usr/sbin/nats-server";
     // The folder of servers is not in everybody's path.

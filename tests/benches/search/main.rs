@@ -13,7 +13,6 @@ use controller::Mutant;
 use harness::campaign::{Case, Executor as _, Guided, Random, Search, Simulated, Space};
 use harness::operator::Answers;
 use harness::seeds::for_each_seed;
-use harness::world::bench::bench_lines;
 use score::{Score, cell, ratio_and_interval};
 use std::collections::{BTreeSet, VecDeque};
 use std::num::NonZeroUsize;
@@ -64,7 +63,7 @@ impl Hunt {
         let without = Simulated::new(sound.clone(), Answers::default());
         let (horizon, result) = without.without_faults(1);
         assert!(result.passed && result.violated.is_empty(), "{result:?}");
-        let lines = bench_lines(&sound.devices);
+        let lines = sound.subject.lines();
         let space = Space::new(&sound.plan, lines, horizon, FAULTS_MAX, &[]);
         Self { with: Simulated::new(mistaken, Answers::default()), without, space }
     }

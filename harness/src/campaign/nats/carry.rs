@@ -1,26 +1,27 @@
-//! A worker carries out one case: its lease on it is extended meanwhile, and it is acknowledged when it is reported.
+//! A worker carries out one job: its lease on it is extended meanwhile, and it is acknowledged when it is reported.
 
 use super::connect::{News, Tell};
 use super::error::NatsError;
+use super::job::{Done, Job};
 use super::lease::{Holder, Standing};
 use super::message::{Came, Place, Report, Said, id_of, result_subject};
 use super::package::Package;
 use super::publish::{Letter, PAUSE};
 use super::room::{Room, STILL_AT_IT};
 use super::take::Taken;
-use super::worker::Maker;
-use crate::campaign::case::{Case, CaseResult};
+use super::worker::{Maker, Stopping};
+use crate::campaign::case::CaseResult;
 use crate::campaign::executor::Executor;
-use crate::campaign::run::guarded;
 use async_nats::header::NATS_MESSAGE_ID;
 use async_nats::jetstream::{AckKind, Message};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::time::Duration;
 use tokio::select;
 use tokio::sync::mpsc::Sender;
 use tokio::sync::{Mutex, Semaphore, watch};
-use tokio::time::{interval, sleep};
+use tokio::time::{interval, sleep, timeout};
 
 /// How a case ended that was handed out again and again and never came back: it ends whoever carries it out.
 pub(super) const WORKER_LOST: &str = "worker_lost";
@@ -31,6 +32,9 @@ pub(super) const HANDED_OUT_MAX: i64 = 8;
 const PACKAGES_MAX: usize = 8;
 /// Attempts to fetch a package from a server that is there.
 const FETCHES_MAX: usize = 5;
+/// How long a worker that is to end tries to hand back what it had begun. Assumption: some answers of a server that is
+/// there; one that is away hands it out again by itself.
+const HAND_BACK: Duration = Duration::from_secs(5);
 /// Attempts to acknowledge a case that is reported; without, it is carried out once more and counted once.
 const ACKS_MAX: usize = 3;
 
@@ -49,13 +53,23 @@ pub(super) struct Hands {
     /// The lease on the bench, where there is one.
     pub(super) lease: Option<watch::Receiver<Standing>>,
     /// Nothing more begins.
-    pub(super) stopping: watch::Receiver<bool>,
+    pub(super) stopping: watch::Sender<bool>,
     /// Who is told of a campaign of another version.
     pub(super) refused: Sender<NatsError>,
     pub(super) packages: Mutex<VecDeque<(String, Result<Ready, String>)>>,
     pub(super) done: AtomicU64,
     /// Results that the server does not have yet.
     pub(super) unreported: AtomicUsize,
+}
+
+/// How a job ended here.
+enum Ended {
+    /// There is something to report.
+    Came(Came),
+    /// Nothing more was to begin.
+    NotBegun,
+    /// It was begun and broken off: somebody wants an end, or the bench did not come up.
+    BrokenOff,
 }
 
 impl Hands {
@@ -74,7 +88,19 @@ impl Hands {
             }
         };
         let work = async {
-            let came = self.came_of(&said, &message).await?;
+            let came = match self.came_of(&said, &message).await {
+                Ended::Came(came) => came,
+                Ended::NotBegun => {
+                    let _ = message.ack_with(AckKind::Nak(None)).await;
+                    return None;
+                }
+                Ended::BrokenOff => {
+                    // What kept this one from its end keeps the next: nothing more begins here.
+                    self.stopping.send_replace(true);
+                    self.put_back(&said, &message).await;
+                    return None;
+                }
+            };
             self.unreported.fetch_add(1, Ordering::Relaxed);
             let sent = self.report(&said, &message, came).await;
             self.unreported.fetch_sub(1, Ordering::Relaxed);
@@ -92,46 +118,74 @@ impl Hands {
             }
         };
         match done {
-            None => {
-                let _ = message.ack_with(AckKind::Nak(None)).await;
-            }
+            None => {}
             Some(Ok(())) => {
                 self.done.fetch_add(1, Ordering::Relaxed);
-                for _ in 0..ACKS_MAX {
-                    self.room.link.there().await;
-                    if message.double_ack().await.is_ok() {
-                        break;
-                    }
-                }
+                self.acknowledge(&message).await;
             }
             Some(Err(error)) => tracing::warn!("{error}"),
         }
     }
 
-    /// None where it was not begun, because nothing more is to begin.
-    async fn came_of(&self, said: &Said, message: &Message) -> Option<Came> {
+    async fn acknowledge(&self, message: &Message) {
+        for _ in 0..ACKS_MAX {
+            self.room.link.there().await;
+            if message.double_ack().await.is_ok() {
+                break;
+            }
+        }
+    }
+
+    /// Hands back what was begun, as if it had never been handed out: a bench that does not come up and a worker that is
+    /// asked to end say nothing of the case, however often.
+    async fn put_back(&self, said: &Said, message: &Message) {
+        let Ok(sequence) = message.info().map(|info| info.stream_sequence) else { return };
+        let name = name_of(message);
+        let first = name.split_once(BACK).map_or(name, |(first, _)| first);
+        let letter = Letter {
+            subject: message.subject.to_string(),
+            name: format!("{first}{BACK}{sequence}"),
+            headers: said.headers(),
+            body: message.payload.to_vec(),
+        };
+        // It is on the stream once more before it goes.
+        let put_back = async {
+            if self.room.send(&letter).await.is_ok() {
+                self.acknowledge(message).await;
+            }
+        };
+        let _ = timeout(HAND_BACK, put_back).await;
+    }
+
+    async fn came_of(&self, said: &Said, message: &Message) -> Ended {
         let times = message.info().map_or(1, |info| info.delivered);
         if times > HANDED_OUT_MAX {
             let case = id_of(&message.subject).to_owned();
             (self.tell)(&News::GivenUp { case, times: HANDED_OUT_MAX });
-            return Some(Came::Result(CaseResult::ended(WORKER_LOST)));
+            return Ended::Came(Came::Done(Done::of(CaseResult::ended(WORKER_LOST))));
         }
         let executor = match self.executor(said).await {
             Ok(executor) => executor,
-            Err(cause) => return Some(Came::Refused(cause)),
+            Err(cause) => return Ended::Came(Came::Refused(cause)),
         };
-        let case: Case = match serde_json::from_slice(&message.payload) {
-            Ok(case) => case,
-            Err(error) => return Some(Came::Refused(format!("its case cannot be read: {error}"))),
+        let job: Job = match serde_json::from_slice(&message.payload) {
+            Ok(job) => job,
+            Err(error) => {
+                return Ended::Came(Came::Refused(format!("its case cannot be read: {error}")));
+            }
         };
-        let mut stopping = self.stopping.clone();
+        let mut stopping = self.stopping.subscribe();
         let _running = select! {
             biased;
-            _ = stopping.wait_for(|stopping| *stopping) => return None,
+            _ = stopping.wait_for(|stopping| *stopping) => return Ended::NotBegun,
             running = self.may_begin() => running,
         };
-        let carried_out = move || guarded(&*executor, &case);
-        tokio::task::spawn_blocking(carried_out).await.ok().map(Came::Result)
+        let carried_out = tokio::task::spawn_blocking(move || job.carry_out(&*executor)).await;
+        match carried_out {
+            Ok(done) if done.result.is_given_up() => Ended::BrokenOff,
+            Ok(done) => Ended::Came(Came::Done(done)),
+            Err(_) => Ended::NotBegun,
+        }
     }
 
     /// A processor is free, and the bench is ours beyond doubt.
@@ -150,6 +204,10 @@ impl Hands {
             return ready.clone();
         }
         let ready = self.unpacked(said).await;
+        if let Err(cause) = &ready {
+            let (campaign, cause) = (said.campaign.clone(), cause.clone());
+            (self.tell)(&News::Declines { campaign, cause });
+        }
         if packages.len() == PACKAGES_MAX {
             packages.pop_front();
         }
@@ -160,7 +218,8 @@ impl Hands {
     async fn unpacked(&self, said: &Said) -> Result<Ready, String> {
         let package = self.package(&said.package).await?;
         let (maker, place) = (Arc::clone(&self.maker), self.place.clone());
-        let made = tokio::task::spawn_blocking(move || maker(&package, &place)).await;
+        let stopping = Stopping(self.stopping.subscribe());
+        let made = tokio::task::spawn_blocking(move || maker(&package, &place, stopping)).await;
         let (plan, ready) = made.map_err(|error| error.to_string())??;
         (self.tell)(&News::Campaign { campaign: said.campaign.clone(), plan });
         Ok(ready)
@@ -185,17 +244,25 @@ impl Hands {
 
     async fn report(&self, said: &Said, message: &Message, came: Came) -> Result<(), NatsError> {
         let id = id_of(&message.subject);
-        let name = message.headers.as_ref().and_then(|headers| headers.get(NATS_MESSAGE_ID));
         let report = Report { worker: self.holder.to_string(), came };
         let letter = Letter {
             subject: result_subject(&said.campaign, id),
             // Carried out twice it is reported once.
-            name: name.map_or(id, |name| name.as_str()).to_owned(),
+            name: name_of(message).to_owned(),
             headers: said.headers(),
             body: serde_json::to_vec(&report).unwrap_or_default(),
         };
         self.room.send(&letter).await.map(|_| ())
     }
+}
+
+/// Between a job's name and the number of the message that was handed back.
+const BACK: &str = ".back-";
+
+/// The name under which a job was sent; without one, that of the job.
+fn name_of(message: &Message) -> &str {
+    let name = message.headers.as_ref().and_then(|headers| headers.get(NATS_MESSAGE_ID));
+    name.map_or(id_of(&message.subject), |name| name.as_str())
 }
 
 /// Where a package lies in the object store.

@@ -73,6 +73,13 @@ pub enum News {
         /// The plan.
         plan: String,
     },
+    /// A worker cannot carry out a campaign.
+    Declines {
+        /// Its name.
+        campaign: String,
+        /// Why.
+        cause: String,
+    },
     /// A worker carried out so many cases so far.
     CarriedOut(u64),
     /// So many results wait for the server.
@@ -105,6 +112,9 @@ impl fmt::Display for News {
                 write!(f, "case {case} was handed out {times} times and never came back: given up")
             }
             Self::Campaign { campaign, plan } => write!(f, "campaign {campaign}: {plan}"),
+            Self::Declines { campaign, cause } => {
+                write!(f, "cannot carry out campaign {campaign}: {cause}")
+            }
             Self::CarriedOut(count) => write!(f, "{count} cases carried out"),
             Self::Unreported(count) => {
                 write!(f, "{count} cases are not reported yet; once more to leave without")

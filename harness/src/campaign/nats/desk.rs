@@ -2,6 +2,7 @@
 
 use super::connect::{News, Tell};
 use super::error::NatsError;
+use super::job::Done;
 use super::lease::Lease;
 use super::message::{Again, CASES, Place, RESULTS, Said, id_of, result_subject};
 use super::publish::{Letter, PAUSE};
@@ -11,7 +12,6 @@ use super::room::Room;
 use super::tray::{Asking, Read, Tray};
 use super::worker::LISTEN;
 use crate::campaign::WINDOW;
-use crate::campaign::case::CaseResult;
 use async_nats::jetstream::Message;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -23,15 +23,17 @@ use tokio::time::{interval, sleep, timeout};
 
 /// After so long without a result it is told who is waited for.
 const SILENCE: Duration = Duration::from_secs(10);
+/// How long it tries to take back what a bench has not begun.
+const WITHDRAW: Duration = Duration::from_secs(1);
 /// Attempts to leave files on a server that is there.
 const FINISHES_MAX: usize = 5;
 
 /// What the campaign asks for.
 #[derive(Debug)]
 pub(super) enum Ask {
-    /// What comes of a case?
-    Execute { id: String, body: Vec<u8>, answer: oneshot::Sender<CaseResult> },
-    /// The result of the case of that name is kept.
+    /// What comes of a job?
+    Execute { id: String, body: Vec<u8>, answer: oneshot::Sender<Done> },
+    /// The result of the job of that name is kept.
     Kept(String),
     /// The campaign is over.
     Finish { files: Vec<StoredFile>, answer: oneshot::Sender<Result<(), NatsError>> },
@@ -103,6 +105,7 @@ impl Desk {
                 _ = listen.tick() => {
                     if !self.is_over && stop() {
                         self.give_up();
+                        self.withdraw().await;
                     }
                     silent = if self.tray.asked.is_empty() { Duration::ZERO } else { silent + LISTEN };
                     if silent >= SILENCE {
@@ -122,11 +125,11 @@ impl Desk {
         &mut self,
         id: String,
         body: Vec<u8>,
-        answer: oneshot::Sender<CaseResult>,
+        answer: oneshot::Sender<Done>,
         trouble: &mpsc::Sender<NatsError>,
     ) {
         if self.is_over {
-            let _ = answer.send(CaseResult::given_up());
+            let _ = answer.send(Done::given_up());
             return;
         }
         if let Asking::New(answer) = self.tray.ask(&id, answer) {
@@ -200,6 +203,10 @@ impl Desk {
             if let Ok(consumer) = room.cases(&place).await {
                 let info = consumer.cached_info();
                 let (queued, taken) = (info.num_pending, info.num_ack_pending as u64);
+                // A run in real time takes its time, and who carries it out is there.
+                if taken > 0 && matches!(place, Place::Bench(_)) {
+                    return;
+                }
                 tell(&News::Waiting { place, queued, taken, idle: info.num_waiting as u64 });
             }
         });
@@ -246,6 +253,15 @@ impl Desk {
     fn fail(&mut self, error: NatsError) {
         self.failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
         self.give_up();
+    }
+
+    /// A bench does nothing for a campaign that somebody stopped. In virtual time what waits is done for when it goes on.
+    async fn withdraw(&self) {
+        if matches!(self.place, Place::Bench(_)) {
+            // What stays on a server that is away is one case.
+            let withdrawn = self.room.withdraw(&self.place, &self.said.campaign);
+            let _ = timeout(WITHDRAW, withdrawn).await;
+        }
     }
 
     fn give_up(&mut self) {

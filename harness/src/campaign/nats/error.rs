@@ -188,6 +188,7 @@ mod tests {
             News::Waiting { place: Place::Virtual, queued: 12, taken: 3, idle: 0 },
             News::GivenUp { case: text("01ab"), times: 8 },
             News::Campaign { campaign: text("c0ffee"), plan: text("live-side") },
+            News::Declines { campaign: text("c0ffee"), cause: text("no disk") },
             News::CarriedOut(120),
             News::Unreported(2),
             News::Holds(text("the bench window")),

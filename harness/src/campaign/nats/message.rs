@@ -1,13 +1,13 @@
-//! What is said over the server: names of streams and subjects, headers, and the two kinds of messages.
+//! What is said over the server: names of streams and subjects, headers, and who reports what.
 
-use crate::campaign::case::{Case, CaseResult};
+use super::job::Done;
 use async_nats::HeaderMap;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
 /// Number of the format of all that is said here. Whoever says something else is refused by name.
-pub(super) const FORMAT: &str = "1";
+pub(super) const FORMAT: &str = "2";
 
 /// Stream of the cases that wait to be carried out.
 pub(super) const CASES: &str = "HIL_CASES";
@@ -157,22 +157,17 @@ pub(super) struct Report {
     pub(super) came: Came,
 }
 
-/// What came of a case.
+/// What came of a job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Came {
-    /// It was carried out.
-    Result(CaseResult),
-    /// It cannot be carried out here, and no other of its campaign.
+    /// It was done.
+    Done(Done),
+    /// It cannot be done here, and no other of its campaign.
     Refused(String),
 }
 
-/// A case as it lies on the stream.
-pub(super) fn case_body(case: &Case) -> Vec<u8> {
-    serde_json::to_vec(case).unwrap_or_default()
-}
-
-/// A case's name, from the subject that it lies under.
+/// A job's name, from the subject that it lies under.
 pub(super) fn id_of(subject: &str) -> &str {
     subject.rsplit('.').next().unwrap_or_default()
 }
@@ -203,9 +198,10 @@ impl FromStr for Place {
 
 #[cfg(test)]
 mod tests {
+    use super::super::job::Job;
     use super::{Came, FORMAT, Place, Report, Said, id_of};
     use crate::campaign::toy::{Toy, space};
-    use crate::campaign::{Case, Executor as _, Random, Search as _};
+    use crate::campaign::{Random, Search as _};
     use proptest::prelude::*;
 
     fn said() -> Said {
@@ -220,7 +216,7 @@ mod tests {
         let other = Said::of(Some(&headers), "0.2.0").unwrap_err();
         assert_eq!(
             (other.version.as_str(), other.campaign.as_str()),
-            ("0.1.0 (message format 1)", "c0ffee")
+            ("0.1.0 (message format 2)", "c0ffee")
         );
         let mut headers = said().headers();
         headers.insert("Hil-Format", "99");
@@ -228,7 +224,7 @@ mod tests {
         assert_eq!(other.version, "0.1.0 (message format 99)");
         let other = Said::of(None, "0.1.0").unwrap_err();
         assert_eq!(other.version, "unknown (message format unknown)");
-        assert_eq!(FORMAT, "1");
+        assert_eq!(FORMAT, "2");
     }
 
     #[test]
@@ -244,13 +240,13 @@ mod tests {
     }
 
     #[test]
-    fn cases_and_results_are_what_they_were() {
+    fn jobs_and_results_are_what_they_were() {
         let mut random = Random::new(&space(), 7);
         for _ in 0..200 {
             let case = random.next();
-            let there: Case = serde_json::from_slice(&super::case_body(&case)).unwrap();
-            assert_eq!(there, case);
-            let came = Came::Result(Toy::default().execute(&case));
+            let job = Job::Case(case);
+            assert_eq!(serde_json::from_slice::<Job>(&job.body()).unwrap(), job);
+            let came = Came::Done(job.carry_out(&Toy::default()));
             let report = Report { worker: "one".to_owned(), came };
             let there = serde_json::to_vec(&report).unwrap();
             assert_eq!(serde_json::from_slice::<Report>(&there).unwrap(), report);
@@ -261,7 +257,7 @@ mod tests {
         #[test]
         fn no_bytes_make_it_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
             let _ = serde_json::from_slice::<Report>(&bytes);
-            let _ = serde_json::from_slice::<Case>(&bytes);
+            let _ = serde_json::from_slice::<Job>(&bytes);
             let _ = super::super::Package::of_json(&bytes);
             let _ = id_of(&String::from_utf8_lossy(&bytes));
         }

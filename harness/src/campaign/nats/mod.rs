@@ -14,12 +14,15 @@
 //! * [`Remote`] is an [`Executor`](super::Executor): the campaign knows nothing of machines. The cases are those that
 //!   one process would have drawn, and so is what comes of them.
 //! * A [`Package`] is all that a worker needs of the coordinator's machine, by content.
+//! * On a bench runs differ: the worker repeats by the rule in the package, carries the plan out without faults first, and
+//!   repeats the smallest case afresh in the end. Each of these is a job on the same stream.
 //! * Nothing here depends on when a message arrives: what was given up for lost is sent again under the same name.
 
 mod carry;
 mod connect;
 mod desk;
 mod error;
+mod job;
 mod lease;
 mod message;
 mod package;
@@ -35,6 +38,6 @@ pub use connect::{Credentials, News, Server};
 pub use error::NatsError;
 pub use lease::Holder;
 pub use message::Place;
-pub use package::Package;
+pub use package::{NotHere, Package};
 pub use remote::{Remote, RemoteSettings, StoredFile};
-pub use worker::{Maker, Worked, WorkerSettings, work};
+pub use worker::{Maker, Stopping, Worked, WorkerSettings, work};

@@ -4,17 +4,21 @@ use super::carry::package_object;
 use super::connect::{News, Server, Tell};
 use super::desk::{Ask, Desk};
 use super::error::NatsError;
+use super::job::{Done, Job};
 use super::lease::{Holder, LEASE, Lease};
-use super::message::{Place, Said, case_body};
+use super::message::{Place, Said};
 use super::package::Package;
 use super::room::Room;
 use crate::campaign::WINDOW;
 use crate::campaign::case::{Case, CaseId, CaseResult};
 use crate::campaign::executor::Executor;
+use crate::campaign::repeat::Repeated;
+use crate::outcome::Outcome;
 use std::sync::{Arc, Mutex, PoisonError, mpsc as std_mpsc};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 use tokio::sync::{mpsc, oneshot};
+use wire::time::Span;
 
 /// Requests of the campaign that wait for the connection's thread: a case and its keeping for each of the window.
 const ASKS: usize = 2 * WINDOW as usize;
@@ -106,6 +110,11 @@ impl<E: Executor> Remote<E> {
         Ok(Self { local, package: package_id, campaign, asks: Some(asks), failure, thread })
     }
 
+    /// Who says here what can be carried out.
+    pub const fn local(&self) -> &E {
+        &self.local
+    }
+
     /// Its name on the server.
     pub fn campaign(&self) -> &str {
         &self.campaign
@@ -130,6 +139,21 @@ impl<E: Executor> Remote<E> {
         }
     }
 
+    /// Has it done, however long that takes.
+    fn done(&self, job: &Job) -> Done {
+        let (answer, answered) = oneshot::channel();
+        let (id, body) = (job.id(&self.package), job.body());
+        self.ask(Ask::Execute { id, body, answer });
+        answered.blocking_recv().unwrap_or_else(|_| Done::given_up())
+    }
+
+    /// The same where nobody asks for it again.
+    fn done_once(&self, job: &Job) -> Done {
+        let done = self.done(job);
+        self.ask(Ask::Kept(job.id(&self.package)));
+        done
+    }
+
     fn ask(&self, ask: Ask) {
         if let Some(asks) = &self.asks {
             // Where nobody listens any more, nobody answers.
@@ -140,14 +164,23 @@ impl<E: Executor> Remote<E> {
 
 impl<E: Executor> Executor for Remote<E> {
     fn execute(&self, case: &Case) -> CaseResult {
-        let (answer, answered) = oneshot::channel();
-        let id = case.id(&self.package).to_string();
-        self.ask(Ask::Execute { id, body: case_body(case), answer });
-        answered.blocking_recv().unwrap_or_else(|_| CaseResult::given_up())
+        self.done(&Job::Case(case.clone())).result
+    }
+
+    fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
+        let Done { result, lasted, .. } = self.done_once(&Job::WithoutFaults { seed });
+        (lasted.unwrap_or_default(), result)
+    }
+
+    fn confirm(&self, case: &Case, property: &str) -> Result<Repeated, Outcome> {
+        let job = Job::Confirm { case: case.clone(), property: property.to_owned() };
+        let Done { shown, result, .. } = self.done_once(&job);
+        let is_given_up = result.is_given_up();
+        shown.ok_or(if is_given_up { Outcome::Aborted } else { Outcome::Error })
     }
 
     fn kept(&self, case: &Case) {
-        self.ask(Ask::Kept(case.id(&self.package).to_string()));
+        self.ask(Ask::Kept(Job::Case(case.clone()).id(&self.package)));
     }
 
     fn takes(&self, case: &Case) -> bool {

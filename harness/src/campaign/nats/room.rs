@@ -220,18 +220,25 @@ impl Room {
         Ok(bytes)
     }
 
+    /// No case of a campaign waits any longer; those that somebody has are carried out.
+    pub(super) async fn withdraw(&self, place: &Place, campaign: &str) -> Result<(), NatsError> {
+        self.purge(CASES, place.campaign(campaign)).await
+    }
+
     /// Nothing of a campaign is left on the streams.
     pub(super) async fn clear(&self, place: &Place, campaign: &str) -> Result<(), NatsError> {
-        let failed = |error: &dyn std::fmt::Display| NatsError::server("clear the streams", error);
-        for (stream, subject) in
-            [(CASES, place.campaign(campaign)), (RESULTS, results_subject(campaign))]
-        {
-            let stream = self.context.get_stream_no_info(stream).await.map_err(|e| failed(&e))?;
-            stream.purge().filter(subject).await.map_err(|error| failed(&error))?;
-        }
+        self.withdraw(place, campaign).await?;
+        self.purge(RESULTS, results_subject(campaign)).await?;
         let name = results_consumer(campaign);
         // One that is not there needs no removal.
         let _ = self.context.delete_consumer_from_stream(name, RESULTS).await;
+        Ok(())
+    }
+
+    async fn purge(&self, stream: &str, subject: String) -> Result<(), NatsError> {
+        let failed = |error: &dyn std::fmt::Display| NatsError::server("clear the streams", error);
+        let stream = self.context.get_stream_no_info(stream).await.map_err(|e| failed(&e))?;
+        stream.purge().filter(subject).await.map_err(|error| failed(&error))?;
         Ok(())
     }
 }

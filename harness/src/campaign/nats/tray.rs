@@ -1,8 +1,8 @@
 //! What the coordinator waits for, what arrived before it was asked for, and what is not kept yet.
 
+use super::job::Done;
 use super::message::{Came, Report, id_of};
 use crate::campaign::WINDOW;
-use crate::campaign::case::CaseResult;
 use async_nats::jetstream::Message;
 use std::collections::BTreeMap;
 use tokio::sync::oneshot;
@@ -14,7 +14,7 @@ const EARLY_MAX: usize = 4 * WINDOW as usize;
 
 /// A result that arrived.
 pub(super) struct Arrived {
-    pub(super) result: CaseResult,
+    pub(super) done: Done,
     /// To be acknowledged once the result is kept.
     pub(super) message: Message,
 }
@@ -25,7 +25,7 @@ pub(super) struct Asked {
     pub(super) handing_out: JoinHandle<()>,
     /// Its case, to be handed out again.
     pub(super) body: Vec<u8>,
-    waiting: Vec<oneshot::Sender<CaseResult>>,
+    waiting: Vec<oneshot::Sender<Done>>,
 }
 
 /// Cases by name.
@@ -49,11 +49,11 @@ pub(super) enum Read {
 
 impl Tray {
     /// Somebody wants what comes of a case.
-    pub(super) fn ask(&mut self, id: &str, answer: oneshot::Sender<CaseResult>) -> Asking {
+    pub(super) fn ask(&mut self, id: &str, answer: oneshot::Sender<Done>) -> Asking {
         if let Some(arrived) = self.early.remove(id) {
             self.told.entry(id.to_owned()).or_default().push(arrived.message);
             // Who asked may have gone.
-            let _ = answer.send(arrived.result);
+            let _ = answer.send(arrived.done);
             return Asking::Known;
         }
         match self.asked.get_mut(id) {
@@ -71,7 +71,7 @@ impl Tray {
         id: String,
         body: Vec<u8>,
         handing_out: JoinHandle<()>,
-        answer: oneshot::Sender<CaseResult>,
+        answer: oneshot::Sender<Done>,
     ) {
         self.asked.insert(id, Asked { handing_out, body, waiting: vec![answer] });
     }
@@ -83,8 +83,8 @@ impl Tray {
             Ok(report) => report,
             Err(error) => return Read::Unreadable { message, cause: error.to_string() },
         };
-        let result = match report.came {
-            Came::Result(result) => result,
+        let done = match report.came {
+            Came::Done(done) => done,
             Came::Refused(cause) => {
                 return Read::Refused { message, worker: report.worker, cause };
             }
@@ -93,13 +93,13 @@ impl Tray {
             asked.handing_out.abort();
             self.told.entry(id).or_default().push(message);
             for waiting in asked.waiting {
-                let _ = waiting.send(result.clone());
+                let _ = waiting.send(done.clone());
             }
         } else if let Some(told) = self.told.get_mut(&id) {
             // It came a second time, and counts once.
             told.push(message);
         } else if self.early.len() < EARLY_MAX {
-            self.early.insert(id, Arrived { result, message });
+            self.early.insert(id, Arrived { done, message });
         }
         Read::Taken
     }
@@ -114,7 +114,7 @@ impl Tray {
         for (_, asked) in std::mem::take(&mut self.asked) {
             asked.handing_out.abort();
             for waiting in asked.waiting {
-                let _ = waiting.send(CaseResult::given_up());
+                let _ = waiting.send(Done::given_up());
             }
         }
     }
@@ -125,5 +125,5 @@ pub(super) enum Asking {
     /// It is out already, or its result is here.
     Known,
     /// It has to be handed out.
-    New(oneshot::Sender<CaseResult>),
+    New(oneshot::Sender<Done>),
 }

@@ -26,12 +26,25 @@ const TELL: Duration = Duration::from_secs(10);
 /// Threads beside those of the cases: for names of machines, and for what is unpacked.
 const THREADS_BESIDE: usize = 2;
 
-/// Makes who carries out the cases of a package at a place, and names its plan; or says why that cannot be.
+/// Makes who carries out the cases of a package at a place, and names its plan; or says why that cannot be. A case that
+/// is broken off (see [`CaseResult::is_given_up`](crate::campaign::CaseResult::is_given_up)) is handed back, and the worker ends.
 pub type Maker = Arc<
-    dyn Fn(&Package, &Place) -> Result<(String, Arc<dyn Executor + Send + Sync>), String>
+    dyn Fn(&Package, &Place, Stopping) -> Result<(String, Arc<dyn Executor + Send + Sync>), String>
         + Send
         + Sync,
 >;
+
+/// Tells whether the worker is to end: it was asked to, or the bench is another's. What is quick is finished all the same; what
+/// takes minutes is broken off.
+#[derive(Debug, Clone)]
+pub struct Stopping(pub(super) watch::Receiver<bool>);
+
+impl Stopping {
+    /// Is it?
+    pub fn is_so(&self) -> bool {
+        *self.0.borrow()
+    }
+}
 
 /// What a worker is.
 #[derive(Debug, Clone)]
@@ -55,7 +68,8 @@ pub struct Worked {
     pub cases: u64,
 }
 
-/// Works until `stop` says so: what is under way is finished and reported, what is not begun is handed back.
+/// Works until `stop` says so, or a case is broken off: what is under way is finished and reported as far as its executor does
+/// not break it off, the rest is handed back.
 ///
 /// # Errors
 ///
@@ -96,7 +110,7 @@ async fn until_stopped(
             Some(lease)
         }
     };
-    let (say_stop, stopping) = watch::channel(false);
+    let (say_stop, mut stopping) = watch::channel(false);
     let (refuse, mut refused) = mpsc::channel(1);
     let hands = Arc::new(Hands {
         room: room.clone(),
@@ -107,7 +121,7 @@ async fn until_stopped(
         tell: Arc::clone(tell),
         running: Semaphore::new(settings.threads.get()),
         lease: lease.as_ref().map(|lease| lease.standing.clone()),
-        stopping,
+        stopping: say_stop,
         refused: refuse,
         packages: Mutex::new(VecDeque::new()),
         done: AtomicU64::new(0),
@@ -125,6 +139,7 @@ async fn until_stopped(
             _ = listen.tick() => if stop() { break Ok(()) },
             Some(error) = refused.recv() => break Err(error),
             error = lost(lease.as_ref()) => break Err(error),
+            _ = stopping.wait_for(|stopping| *stopping) => break Ok(()),
             Some(one) = taken.recv() => {
                 cases.spawn(Arc::clone(&hands).carry_out(one));
             }
@@ -137,7 +152,7 @@ async fn until_stopped(
             }
         }
     };
-    say_stop.send_replace(true);
+    hands.stopping.send_replace(true);
     // What was taken and not begun is handed back with the rest.
     while let Ok(one) = taken.try_recv() {
         cases.spawn(Arc::clone(&hands).carry_out(one));

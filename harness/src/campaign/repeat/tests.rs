@@ -2,7 +2,7 @@
 
 use super::{Repeated, Repeatedly, Repetition};
 use crate::campaign::toy::{Toy, size, space};
-use crate::campaign::{Case, CaseResult, Executor, Random, Search as _, Violated, shrink};
+use crate::campaign::{Case, CaseResult, Executor, PANIC, Random, Search as _, Violated, shrink};
 use crate::outcome::Outcome;
 use chacha20::ChaCha8Rng;
 use rand::{RngExt as _, SeedableRng as _};
@@ -46,6 +46,8 @@ fn a_rule_says_how_many_must_break_and_refuses_what_can_show_nothing() {
     assert_eq!(needed(8, 0.5), Ok(7));
     assert_eq!(needed(5, 0.5), Ok(5));
     assert_eq!(needed(20, 0.5), Ok(15));
+    let usual = Repetition::new(8, 0.95, 0.5).unwrap().to_string();
+    assert_eq!(usual, "broken where 7 of 8 repetitions break (0.95, 0.5)");
     let few = needed(4, 0.5).unwrap_err();
     let help = miette::Diagnostic::help(&few).unwrap().to_string();
     insta::assert_snapshot!(format!("{few}\n{help}"));
@@ -119,8 +121,34 @@ fn a_bench_that_breaks_says_nothing_of_the_case() {
         let bench = Repeatedly::new(Ends(outcome.name()), rule);
         let result = bench.execute(&Case::default());
         assert_eq!((result.outcome.as_str(), result.violated.len()), (outcome.name(), 0));
-        assert_eq!(bench.confirm(&Case::default(), "held"), None);
+        assert_eq!(bench.confirm(&Case::default(), "held"), Err(outcome));
     }
+}
+
+/// A controller that panics now and then breaks a property like any other.
+#[test]
+fn a_panic_is_repeated_too() {
+    struct Panics;
+    impl Executor for Panics {
+        fn execute(&self, _: &Case) -> CaseResult {
+            panic!("an index out of bounds")
+        }
+    }
+    let rule = Repetition::new(8, 0.95, 0.5).unwrap();
+    let bench = Repeatedly::new(Panics, rule);
+    let result = bench.execute(&Case::default());
+    assert_eq!((result.breaks(PANIC), result.repeated[PANIC].broke), (true, 7));
+    assert_eq!(bench.confirm(&Case::default(), PANIC).unwrap().broke, 8);
+}
+
+#[test]
+fn a_rule_that_was_written_down_is_checked_again() {
+    let rule = Repetition::new(8, 0.95, 0.5).unwrap();
+    let text = serde_json::to_string(&rule).unwrap();
+    assert_eq!(text, r#"{"repeats":8,"confidence":0.95,"share":0.5}"#);
+    assert_eq!(serde_json::from_str::<Repetition>(&text).unwrap(), rule);
+    let few = serde_json::from_str::<Repetition>(&text.replace('8', "4")).unwrap_err();
+    assert!(few.to_string().contains("4 repetitions"), "{few}");
 }
 
 /// The toy breaks with two faults at a time, here in 97 of 100 runs, and with one fault in one of ten. What is left

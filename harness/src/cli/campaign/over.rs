@@ -1,12 +1,13 @@
 //! A campaign over a NATS server: `hil campaign --nats`.
 
-use super::super::failure::Failure;
-use super::super::interrupt::Interrupt;
-use super::super::nats::{CredentialArguments, stop, teller};
-use super::super::progress::Screen;
-use crate::campaign::nats::{Holder, Package, Place, Remote, RemoteSettings, StoredFile};
-use crate::campaign::{Campaign, Simulated, WINDOW};
-use crate::console;
+use crate::campaign::nats::{Holder, Package, Place, Remote, RemoteSettings, Server, StoredFile};
+use crate::campaign::{Campaign, Executor, WINDOW};
+use crate::cli::failure::Failure;
+use crate::cli::interrupt::Interrupt;
+use crate::cli::nats::{CredentialArguments, stop, teller};
+use crate::cli::progress::Screen;
+use crate::console::{self, Again};
+use crate::operator::Answers;
 use clap::Args;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -19,60 +20,82 @@ pub(super) const AT_A_TIME: NonZeroUsize = NonZeroUsize::new(WINDOW as usize).un
 pub(super) struct OverArguments {
     /// Has the cases carried out by the workers (`hil worker`) of the NATS server at this address: nats://HOST:PORT or
     /// tls://HOST:PORT, with USER:PASSWORD@ or TOKEN@ before the host; several of one cluster with commas between.
+    /// With --clock real by the worker that was given the same bench file.
     #[arg(long, value_name = "URL", value_delimiter = ',', conflicts_with_all = ["threads", "envelope", "envelopes"])]
     nats: Vec<String>,
     #[command(flatten)]
     credentials: CredentialArguments,
-    /// Has them carried out on the bench of this name, by the worker that was given its file.
-    #[arg(long, value_name = "NAME", requires = "nats")]
-    on_bench: Option<Place>,
 }
 
 impl OverArguments {
-    /// That the cases stay here.
-    pub(super) fn none(&self) -> Result<(), Failure> {
-        if self.nats.is_empty() {
-            return Ok(());
-        }
-        Err(Failure::arguments(
-            "a bench of this machine carries its cases out here, not over a server",
-            "leave out --nats, or --clock and --bench",
-        ))
-    }
-
-    /// Opens the campaign, where it goes over a server.
-    pub(super) fn remote(
-        &self,
-        plan: &str,
-        what: &str,
-        executor: &Simulated,
-        interrupt: &Interrupt,
-        screen: &Screen,
-    ) -> Result<Option<Remote<Simulated>>, Failure> {
+    /// The server, where the campaign goes over one.
+    pub(super) fn server(&self) -> Result<Option<Server>, Failure> {
         if self.nats.is_empty() {
             return Ok(None);
         }
-        let server = self.credentials.server(&self.nats)?;
-        let package = Package::of(plan, executor.answers())?;
-        let settings = RemoteSettings {
-            what: what.to_owned(),
-            place: self.on_bench.clone().unwrap_or(Place::Virtual),
-            holder: Holder::this_process(),
-        };
-        let (tell, stop) = (teller(screen), stop(interrupt));
-        let remote = Remote::open(&server, &package, settings, executor.clone(), tell, stop)?;
-        screen.chat(&format!("campaign {} waits for workers", remote.campaign()));
-        Ok(Some(remote))
+        Ok(Some(self.credentials.server(&self.nats)?))
     }
 }
 
+/// What is asked of the workers.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Order<'a> {
+    /// Name or path of the plan.
+    pub(super) plan: &'a str,
+    /// What decides the cases, as the journal says it.
+    pub(super) what: &'a str,
+    pub(super) answers: &'a Answers,
+}
+
+impl Order<'_> {
+    /// In virtual time.
+    pub(super) fn virtually(&self) -> Result<(Package, RemoteSettings), Failure> {
+        Ok((Package::of(self.plan, self.answers)?, self.settings(Place::Virtual)))
+    }
+
+    fn settings(&self, place: Place) -> RemoteSettings {
+        RemoteSettings { what: self.what.to_owned(), place, holder: Holder::this_process() }
+    }
+}
+
+#[cfg(feature = "live")]
+impl Order<'_> {
+    /// On the bench of this file, by this rule.
+    pub(super) fn on_bench(
+        &self,
+        bench: &str,
+        rule: crate::campaign::Repetition,
+    ) -> Result<(Package, RemoteSettings), Failure> {
+        use crate::bench_file::BenchFile;
+        let place = crate::cli::worker::bench_place(bench)?;
+        let package =
+            Package::of(self.plan, self.answers)?.on_bench(&BenchFile::text(bench)?, rule);
+        Ok((package, self.settings(place)))
+    }
+}
+
+/// Opens the campaign; `local` says what can be carried out.
+pub(super) fn open<E: Executor>(
+    server: &Server,
+    (package, settings): (Package, RemoteSettings),
+    local: E,
+    interrupt: &Interrupt,
+    screen: &Screen,
+) -> Result<Remote<E>, Failure> {
+    let (tell, stop) = (teller(screen), stop(interrupt));
+    let remote = Remote::open(server, &package, settings, local, tell, stop)?;
+    screen.chat(&format!("campaign {} waits for workers", remote.campaign()));
+    Ok(remote)
+}
+
 /// Leaves what was found on the server.
-pub(super) fn finish(
-    remote: &Remote<Simulated>,
+pub(super) fn finish<E: Executor>(
+    remote: &Remote<E>,
     done: &Campaign,
     saved: &[PathBuf],
+    again: Option<&Again<'_>>,
 ) -> Result<(), Failure> {
-    let result = console::campaign_json(done, saved, None);
+    let result = console::campaign_json(done, saved, again);
     let mut files = vec![StoredFile { name: "result.json".to_owned(), text: result }];
     for path in saved {
         let text = std::fs::read_to_string(path).map_err(|source| Failure::file(path, source))?;

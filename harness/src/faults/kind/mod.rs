@@ -66,13 +66,16 @@ impl Reach {
     /// The targets that a fault of this reach can have; whether the line to one is a bus, the bench says.
     pub const fn targets(self) -> &'static [Target] {
         match self {
-            Self::Line | Self::SerialLine => &[Target::Gyro, Target::Base, Target::Table],
-            Self::CanBus => &[Target::Base],
+            Self::Line | Self::SerialLine => {
+                &[Target::Gyro, Target::Base, Target::Table, Target::Device]
+            }
+            Self::CanBus => &[Target::Base, Target::Device],
             Self::Only(Target::Gyro) => &[Target::Gyro],
             Self::Only(Target::Base) => &[Target::Base],
             Self::Only(Target::Table) => &[Target::Table],
             Self::Only(Target::Host) => &[Target::Host],
             Self::Only(Target::Operator) => &[Target::Operator],
+            Self::Only(Target::Device) => &[Target::Device],
         }
     }
 
@@ -173,10 +176,7 @@ mod tests {
                 assert!(parameter.takes(value), "{}.{}", info.name, parameter.name);
                 assert!(!parameter.takes(f64::NAN) && parameter.range.0 < parameter.range.1);
             }
-            assert_eq!(
-                info.reach == Reach::CanBus,
-                info.reach.targets().len() == 1 && info.reach.is_line()
-            );
+            assert_eq!(info.reach == Reach::CanBus, info.reach.targets().len() == 2);
         }
     }
 

@@ -33,6 +33,8 @@ fn every_step_and_every_check_can_be_written() {
     let plan = plan(include_str!("everything.toml"));
     let mut written = Vec::new();
     collect(&plan.steps, &mut written);
+    let of_device = self::plan(include_str!("device.toml"));
+    collect(&of_device.steps, &mut written);
     for name in Action::NAMES {
         assert!(written.contains(name), "no step `{name}`");
     }

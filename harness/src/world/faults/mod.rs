@@ -157,5 +157,6 @@ const fn device_of(fault: &Fault) -> Device {
         Target::Table => Device::Table,
         Target::Host => Device::Controller,
         Target::Operator => Device::Plan,
+        Target::Device => Device::Device,
     }
 }

@@ -10,7 +10,7 @@ use crate::outcome::Outcome;
 use crate::plan::Plan;
 use crate::record::sink::{FileSink, Level, MemorySink};
 use crate::record::{Record, RecordKind};
-use crate::run::{Prepared, Simulated, simulate};
+use crate::run::{Prepared, Simulated, Subject, simulate};
 use crate::world::bench::load_devices;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -51,7 +51,12 @@ fn prepared(devices: &str, faults: &str) -> Prepared {
     let plan = Plan::parse("faulty.toml", &text)
         .unwrap_or_else(|error| panic!("{:?}\n{faults}", miette::Report::new(error)));
     let devices = load_devices(&Library::shipped(), devices).unwrap();
-    Prepared::new(Arc::new(plan), devices, BTreeMap::new(), BTreeMap::new())
+    Prepared::new(
+        Arc::new(plan),
+        Subject::Robot(Box::new(devices)),
+        BTreeMap::new(),
+        BTreeMap::new(),
+    )
 }
 
 fn answers() -> Answers {

@@ -3,7 +3,7 @@
 use crate::bench_file::{BenchFile, PortText, ROLES, Role};
 use crate::operator::RealRoles;
 use crate::port::PortSpec;
-use crate::port::spec::{SerialDevice, SerialSpec};
+use crate::port::spec::{SerialDevice, SerialOptions, SerialSpec};
 use controller::config::Transport;
 use std::path::{Path, PathBuf};
 
@@ -57,6 +57,17 @@ pub enum PlacementError {
         carried: &'static str,
         /// What the device file would have to say.
         other: &'static str,
+    },
+    /// A device of the user's own is on the other kind of line.
+    #[error("failed to put the device on {port}: its layout needs a port for {wanted}")]
+    #[diagnostic(help(
+        "give [device] another port: `can:INTERFACE`, or a serial line such as /dev/ttyUSB0"
+    ))]
+    DeviceMedium {
+        /// The port.
+        port: String,
+        /// What the layout is of.
+        wanted: &'static str,
     },
     /// Two roles on one port.
     #[error("failed to tell the {first} from the {second}: both are on {port}")]
@@ -125,6 +136,7 @@ impl Placement {
             gyro: is_real(&self.gyro),
             base: self.base.as_ref().is_some_and(is_real),
             table: self.table.as_ref().is_some_and(is_real),
+            device: false,
         }
     }
 
@@ -140,13 +152,7 @@ impl Placement {
         let mut kinds: Vec<&str> = Vec::new();
         let table = self.table.as_ref().map(Player::spec);
         for spec in [Some(self.gyro.spec()), base, table].into_iter().flatten() {
-            let kind = match spec {
-                PortSpec::Pty { .. } => "pty",
-                PortSpec::Serial(_) => "serial",
-                PortSpec::Can { .. } => "can",
-                PortSpec::Slcan { .. } => "slcan",
-                PortSpec::SlcanPty { .. } => "slcan-pty",
-            };
+            let kind = spec.kind();
             if !kinds.contains(&kind) {
                 kinds.push(kind);
             }
@@ -168,6 +174,18 @@ impl Player {
     }
 }
 
+/// The other side of a port that is made or used here, as the device under test would open it.
+pub(super) fn far_spec(spec: &PortSpec, path: &str) -> PortSpec {
+    let options = SerialOptions::default();
+    let serial = SerialSpec { device: SerialDevice::Path(path.to_owned()), options };
+    match spec {
+        PortSpec::Can { .. } => spec.clone(),
+        PortSpec::Slcan { bitrate, .. } => PortSpec::Slcan { serial, bitrate: *bitrate },
+        PortSpec::SlcanPty { .. } => PortSpec::Slcan { serial, bitrate: None },
+        PortSpec::Pty { .. } | PortSpec::Serial(_) => PortSpec::Serial(serial),
+    }
+}
+
 fn spec(role: &'static str, port: &PortText) -> Result<PortSpec, PlacementError> {
     let text = port.as_str();
     text.parse().map_err(|source| PlacementError::Port {
@@ -177,7 +195,11 @@ fn spec(role: &'static str, port: &PortText) -> Result<PortSpec, PlacementError>
     })
 }
 
-fn player(role: &'static str, played: &Role, usual: &PortSpec) -> Result<Player, PlacementError> {
+pub(crate) fn player(
+    role: &'static str,
+    played: &Role,
+    usual: &PortSpec,
+) -> Result<Player, PlacementError> {
     Ok(match played {
         Role::Emulated(None) => Player::Emulated(usual.clone()),
         Role::Emulated(Some(port)) => Player::Emulated(spec(role, port)?),

@@ -1,11 +1,11 @@
 //! The ports that the harness has open in a run: those of emulated devices, and those that it listens at.
 
 use super::journal::Journal;
-use super::placement::{Placement, Player};
+use super::placement::{Placement, Player, far_spec};
 use super::role_port::{PortEvent, RolePort, Traffic, next};
 use crate::outcome::{PortSide, PortSummary};
 use crate::port::serial::usb;
-use crate::port::spec::{SerialDevice, SerialOptions, SerialSpec};
+use crate::port::spec::{SerialDevice, SerialSpec};
 use crate::port::{PortError, PortSpec};
 use crate::record::Device;
 use controller::config::Transport;
@@ -200,18 +200,6 @@ async fn open_table(
             let plan = RolePort::open(far.as_ref().unwrap_or(spec), traffic).await?;
             Ok((Some(plan), Some(device)))
         }
-    }
-}
-
-/// The other side of a port that is made or used here, as the device under test would open it.
-fn far_spec(spec: &PortSpec, path: &str) -> PortSpec {
-    let options = SerialOptions::default();
-    let serial = SerialSpec { device: SerialDevice::Path(path.to_owned()), options };
-    match spec {
-        PortSpec::Can { .. } => spec.clone(),
-        PortSpec::Slcan { bitrate, .. } => PortSpec::Slcan { serial, bitrate: *bitrate },
-        PortSpec::SlcanPty { .. } => PortSpec::Slcan { serial, bitrate: None },
-        PortSpec::Pty { .. } | PortSpec::Serial(_) => PortSpec::Serial(serial),
     }
 }
 

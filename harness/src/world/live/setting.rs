@@ -91,8 +91,8 @@ impl Setting {
                             fault out";
                 return Some((why.to_owned(), help.to_owned()));
             }
-            // A person's answers go through the harness on every bench.
-            Target::Operator => None,
+            // A person's answers go through the harness on every bench, and no robot has a device of the user's own.
+            Target::Operator | Target::Device => None,
         };
         let Some(Player::Real(spec)) = player else { return None };
         let name = target.name();

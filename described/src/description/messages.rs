@@ -1,0 +1,225 @@
+//! When messages are sent, and what is heard as long as none comes.
+
+use super::source::{SignalSource, Source, source};
+use super::variables::Variables;
+use crate::error::Mistake;
+use crate::file::{MessageRules, SourceTable};
+use crate::hint;
+use crate::layout::{Carried, Layout, Message, Sender};
+use crate::place::Place;
+use std::collections::{BTreeMap, BTreeSet};
+use wire::time::Span;
+
+/// No message is sent more often. Assumption: twice what a bus of 1 Mbit/s carries.
+const PERIOD_S_MIN: f64 = 50e-6;
+
+/// Longer than any run: a time behind it is a slip of the pen.
+const TIME_S_MAX: f64 = 1e6;
+
+/// A message that the device sends.
+#[derive(Debug, Clone)]
+pub(crate) struct Sent {
+    /// Its place in the layout.
+    pub(crate) message: usize,
+    pub(crate) period: Option<Span>,
+    /// The place of the message that it answers, and how long after.
+    pub(crate) answers: Option<(usize, Span)>,
+    /// One a signal.
+    pub(crate) signals: Vec<SignalSource>,
+    /// What a multiplexer that nobody drives goes through.
+    pub(crate) pages: Vec<u64>,
+}
+
+/// A message that the device hears.
+#[derive(Debug, Clone)]
+pub(crate) struct Heard {
+    /// Its place in the layout.
+    pub(crate) message: usize,
+    /// So long after the last one its signals are as they were at first.
+    pub(crate) timeout: Option<Span>,
+}
+
+/// Where the file speaks of a message: in a table of its name, or in a list.
+pub(super) fn place(index: usize, message: &Message, listed: bool) -> Place {
+    let all = Place::file().key("message");
+    if listed { all.index(index) } else { all.key(&message.name) }
+}
+
+/// The layout with the periods and first values of the file.
+pub(super) fn ruled(
+    layout: Layout,
+    rules: &BTreeMap<String, MessageRules>,
+    listed: bool,
+) -> Result<Layout, Mistake> {
+    let names: Vec<String> = layout.messages().iter().map(|known| known.name.clone()).collect();
+    if let Some(name) = rules.keys().find(|name| !names.contains(name)) {
+        let place = Place::file().key("message").key(name);
+        let message = format!("no message `{name}`");
+        return Err(Mistake::new(place.name(), message).help(hint::proposal(name, &names)));
+    }
+    layout.changed(|index, message| {
+        let Some(rules) = rules.get(&message.name) else { return Ok(()) };
+        let place = place(index, message, listed);
+        if let Some(period) = rules.period_s {
+            message.period = Some(seconds(period, PERIOD_S_MIN, &place.key("period_s"))?);
+        } else if rules.answers.is_some() {
+            // An answer is not periodic, whatever the DBC says.
+            message.period = None;
+        }
+        start(message, rules, &place)
+    })
+}
+
+fn start(message: &mut Message, rules: &MessageRules, place: &Place) -> Result<(), Mistake> {
+    for (name, value) in &rules.initial {
+        let place = place.key("initial").key(name);
+        if message.sender == Sender::Device {
+            let text = format!("`{}` is sent by the device", message.name);
+            return Err(
+                Mistake::new(place.name(), text).help("its signals have a source: [signal.NAME]")
+            );
+        }
+        let names: Vec<String> = message.signals.iter().map(|known| known.name.clone()).collect();
+        let Some(signal) = message.signals.iter_mut().find(|known| known.name == *name) else {
+            let text = format!("`{}` has no signal `{name}`", message.name);
+            return Err(Mistake::new(place.name(), text).help(hint::proposal(name, &names)));
+        };
+        if !(signal.minimum..=signal.maximum).contains(value) {
+            let (least, greatest) = (signal.minimum, signal.maximum);
+            let text = format!("`{name}` cannot be {value}: it goes from {least} to {greatest}");
+            return Err(Mistake::new(place, text));
+        }
+        signal.start = *value;
+    }
+    Ok(())
+}
+
+/// What is sent and what is heard. `read` hands files over by name.
+pub(super) fn messages(
+    rules: &BTreeMap<String, MessageRules>,
+    sources: &BTreeMap<String, SourceTable>,
+    layout: &Layout,
+    variables: &Variables,
+    listed: bool,
+    read: &mut dyn FnMut(&str) -> Result<String, String>,
+) -> Result<(Vec<Sent>, Vec<Heard>), Mistake> {
+    let unruled = MessageRules::default();
+    let (mut sent, mut heard) = (Vec::new(), Vec::new());
+    for (index, message) in layout.messages().iter().enumerate() {
+        let rules = rules.get(&message.name).unwrap_or(&unruled);
+        let place = place(index, message, listed);
+        match message.sender {
+            Sender::Device => sent.push(send(index, message, rules, layout, &place)?),
+            Sender::Host => heard.push(hear(index, message, rules, &place)?),
+        }
+    }
+    for (name, table) in sources {
+        let place = Place::file().key("signal").key(name);
+        let (message, signal) = layout
+            .resolve_among(name, Some(Sender::Device))
+            .map_err(|error| unsent(name, layout, &error, &place))?;
+        let known = &layout.messages()[message].name;
+        let Some(sent) = sent.iter_mut().find(|sent| sent.message == message) else { continue };
+        if sent.period.is_none() && sent.answers.is_none() {
+            let text = format!("`{name}` is in `{known}`, which is never sent");
+            return Err(Mistake::new(place, text)
+                .help(format!("give `{known}` a `period_s`, or say which message it `answers`")));
+        }
+        if !matches!(sent.signals[signal].source, Source::Unsaid) {
+            let text = format!(
+                "`{known}.{}` has two sources",
+                layout.messages()[message].signals[signal].name
+            );
+            return Err(Mistake::new(place, text));
+        }
+        sent.signals[signal] = source(table, variables, &place, read)?;
+    }
+    Ok((sent, heard))
+}
+
+fn unsent(name: &str, layout: &Layout, error: &crate::SignalName, place: &Place) -> Mistake {
+    if layout.resolve_among(name, Some(Sender::Host)).is_ok() {
+        return Mistake::new(place.name(), format!("`{name}` is sent by the host"))
+            .help("the device hears it; what it is before that is `initial` of its message");
+    }
+    Mistake::new(place.name(), error.to_string()).help(error.advice())
+}
+
+fn send(
+    index: usize,
+    message: &Message,
+    rules: &MessageRules,
+    layout: &Layout,
+    place: &Place,
+) -> Result<Sent, Mistake> {
+    if rules.timeout_s.is_some() {
+        let text = format!("`{}` is sent by the device", message.name);
+        return Err(Mistake::new(place.key("timeout_s").name(), text)
+            .help("a `timeout_s` is of a message that it hears"));
+    }
+    let answers = match (&rules.answers, rules.delay_s) {
+        (Some(name), delay) => {
+            let delay = seconds(delay.unwrap_or(0.0), 0.0, &place.key("delay_s"))?;
+            Some((question(name, layout, &place.key("answers"))?, delay))
+        }
+        (None, Some(_)) => {
+            return Err(Mistake::new(place.key("delay_s").name(), "a delay without a question")
+                .help("add `answers`: the message that it comes after"));
+        }
+        (None, None) => None,
+    };
+    let unsaid = || SignalSource { source: Source::Unsaid, noise: 0.0 };
+    let pages: BTreeSet<u64> = message
+        .signals
+        .iter()
+        .filter_map(|signal| match signal.carried {
+            Carried::When(page) => Some(page),
+            Carried::Always | Carried::Multiplexer => None,
+        })
+        .collect();
+    Ok(Sent {
+        message: index,
+        period: message.period,
+        answers,
+        signals: message.signals.iter().map(|_| unsaid()).collect(),
+        pages: pages.into_iter().collect(),
+    })
+}
+
+fn hear(
+    index: usize,
+    message: &Message,
+    rules: &MessageRules,
+    place: &Place,
+) -> Result<Heard, Mistake> {
+    let of_senders = [("answers", rules.answers.is_some()), ("delay_s", rules.delay_s.is_some())];
+    if let Some((key, _)) = of_senders.iter().find(|(_, given)| *given) {
+        let text = format!("`{}` is sent by the host", message.name);
+        return Err(Mistake::new(place.key(key).name(), text)
+            .help(format!("`{key}` is of a message that the device sends")));
+    }
+    let timeout = rules.timeout_s.map(|s| seconds(s, PERIOD_S_MIN, &place.key("timeout_s")));
+    Ok(Heard { message: index, timeout: timeout.transpose()? })
+}
+
+/// The place of the message that is answered.
+fn question(name: &str, layout: &Layout, place: &Place) -> Result<usize, Mistake> {
+    let heard = |message: &&Message| message.sender == Sender::Host;
+    layout.find(name).filter(|index| layout.messages()[*index].sender == Sender::Host).ok_or_else(
+        || {
+            let known = layout.messages().iter().filter(heard).map(|known| known.name.as_str());
+            let known: Vec<&str> = known.collect();
+            Mistake::new(place.clone(), format!("the device hears no message `{name}`"))
+                .help(hint::proposal(name, &known))
+        },
+    )
+}
+
+/// A time of a file.
+pub(super) fn seconds(value: f64, least: f64, place: &Place) -> Result<Span, Mistake> {
+    if (least..=TIME_S_MAX).contains(&value) {
+        return Ok(Span::from_secs_f64(value));
+    }
+    Err(Mistake::new(place.clone(), format!("{value} s is not a time here"))
+        .help(format!("from {least} s to {TIME_S_MAX} s")))
+}

@@ -1,0 +1,83 @@
+//! The forms that a description has, and the layout that it names or writes out.
+
+use crate::error::{DescriptionError, Mistake};
+use crate::file::{File, MessageRules, MessageTable};
+use crate::layout::Layout;
+use crate::place::Place;
+use std::collections::BTreeMap;
+use toml::de::DeTable;
+
+/// The file with rules for its messages, and the tables that say all of them where it has any.
+pub(super) type Split = (File<BTreeMap<String, MessageRules>>, Option<Vec<MessageTable>>);
+
+/// Reads the file in that of its two forms that it has.
+pub(super) fn split(file: &str, text: &str) -> Result<Split, DescriptionError> {
+    let wrong = |error: &toml::de::Error| DescriptionError::from_toml(file, text, error);
+    let document = DeTable::parse(text).map_err(|error| wrong(&error))?;
+    let tables = document.get_ref().get("message").is_some_and(|value| value.get_ref().is_array());
+    if !tables {
+        return Ok((toml::from_str(text).map_err(|error| wrong(&error))?, None));
+    }
+    let whole: File<Vec<MessageTable>> = toml::from_str(text).map_err(|error| wrong(&error))?;
+    let rules = whole.message.iter().map(|table| (table.name.clone(), table.rules())).collect();
+    let said = File {
+        name: whole.name,
+        title: whole.title,
+        source: whole.source,
+        dbc: whole.dbc,
+        node: whole.node,
+        step_s: whole.step_s,
+        serial: whole.serial,
+        parameter: whole.parameter,
+        state: whole.state,
+        signal: whole.signal,
+        message: rules,
+    };
+    Ok((said, Some(whole.message)))
+}
+
+/// The layout, as the file or its DBC says it.
+pub(super) fn layout<M>(
+    file: &str,
+    text: &str,
+    said: &File<M>,
+    tables: Option<&[MessageTable]>,
+    read: &mut dyn FnMut(&str) -> Result<String, String>,
+) -> Result<Layout, DescriptionError> {
+    let mistake = |key: &str, message: &str, help: &str| {
+        Err(Mistake::new(Place::file().key(key), message).help(help).located(file, text))
+    };
+    let Some(dbc) = &said.dbc else {
+        let Some(tables) = tables else {
+            return mistake(
+                "",
+                "the file has no messages",
+                "name a `dbc`, or add [[message]] tables",
+            );
+        };
+        if said.node.is_some() {
+            return mistake(
+                "node",
+                "`node` is one of a `dbc`",
+                "say `sent_by` in each [[message]]",
+            );
+        }
+        return Layout::from_tables(said.serial, tables).map_err(|error| error.located(file, text));
+    };
+    if tables.is_some() {
+        let help = "with a `dbc`, [message.NAME] says what it does not";
+        return mistake("message", "the messages are in the `dbc` already", help);
+    }
+    if said.serial.is_some() {
+        return mistake("serial", "a `dbc` describes messages on CAN", "leave out one of the two");
+    }
+    let Some(node) = &said.node else {
+        let help = "node = \"...\": who of the DBC's nodes the device is";
+        return mistake("dbc", "the file does not say which `node` it is", help);
+    };
+    let found = read(dbc).map_err(|error| {
+        let message = format!("failed to read `{dbc}`: {error}");
+        Mistake::new(Place::file().key("dbc"), message).located(file, text)
+    })?;
+    Layout::from_dbc(dbc, &found, node)
+}

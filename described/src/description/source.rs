@@ -1,0 +1,189 @@
+//! Where the value of a signal that is sent comes from.
+
+use super::formula;
+use super::variables::Variables;
+use crate::error::Mistake;
+use crate::expression::Expression;
+use crate::file::SourceTable;
+use crate::hint;
+use crate::place::Place;
+
+/// The longest series. Assumption: sixteen hours at 17 Hz are enough of a trace.
+const SERIES_MAX: usize = 1_000_000;
+
+/// What a signal that is sent shows.
+#[derive(Debug, Clone)]
+pub(crate) struct SignalSource {
+    pub(crate) source: Source,
+    /// Standard deviation of the noise on each value that is sent, in the unit of the signal.
+    pub(crate) noise: f64,
+}
+
+/// Where a value comes from.
+#[derive(Debug, Clone)]
+pub(crate) enum Source {
+    /// Nobody says: the signal's start value, and a multiplexer takes its pages in turn.
+    Unsaid,
+    Expression(Expression),
+    Series(Series),
+}
+
+/// Values over the time since power-on.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Series {
+    /// Time in seconds, which increases, and value. Not empty.
+    points: Vec<(f64, f64)>,
+    interpolate: bool,
+    repeat: bool,
+}
+
+impl Series {
+    /// The value at `t` seconds: the first one before, the last one behind.
+    pub(crate) fn value(&self, t: f64) -> f64 {
+        let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else {
+            return f64::NAN;
+        };
+        let t = if self.repeat { t - last.0 * libm::floor(t / last.0) } else { t };
+        let behind = self.points.partition_point(|(at, _)| *at <= t);
+        let before = behind.checked_sub(1).map_or(*first, |index| self.points[index]);
+        match self.points.get(behind) {
+            Some(next) if self.interpolate && behind > 0 => {
+                before.1 + (next.1 - before.1) * (t - before.0) / (next.0 - before.0)
+            }
+            _ => before.1,
+        }
+    }
+}
+
+/// What a `[signal.NAME]` says. `read` hands files over by name.
+pub(super) fn source(
+    table: &SourceTable,
+    variables: &Variables,
+    place: &Place,
+    read: &mut dyn FnMut(&str) -> Result<String, String>,
+) -> Result<SignalSource, Mistake> {
+    let noise = table.noise.unwrap_or(0.0);
+    if !(0.0..f64::INFINITY).contains(&noise) {
+        let message = format!("the noise cannot be {noise}");
+        return Err(Mistake::new(place.key("noise"), message)
+            .help("its standard deviation, in the unit of the signal"));
+    }
+    let given = [
+        ("interpolate", table.interpolate.is_some(), table.expression.is_none()),
+        ("repeat", table.repeat.is_some(), table.expression.is_none()),
+        ("time", table.time.is_some(), table.csv.is_some()),
+        ("value", table.value.is_some(), table.csv.is_some()),
+    ];
+    if let Some((key, ..)) = given.iter().find(|(_, given, wanted)| *given && !*wanted) {
+        return Err(Mistake::new(place.key(key).name(), format!("`{key}` has no meaning here"))
+            .help(
+                "`interpolate` and `repeat` are of `steps` and `csv`, `time` and `value` of `csv`",
+            ));
+    }
+    let (points, from) = match (&table.expression, &table.steps, &table.csv) {
+        (Some(expression), None, None) => {
+            let expression = formula(expression, variables, &place.key("expression"))?;
+            return Ok(SignalSource { source: Source::Expression(expression), noise });
+        }
+        (None, Some(steps), None) => (steps.clone(), place.key("steps")),
+        (None, None, Some(csv)) => {
+            let place = place.key("csv");
+            let text = read(csv).map_err(|error| {
+                Mistake::new(place.clone(), format!("failed to read `{csv}`: {error}"))
+            })?;
+            let columns = [table.time.as_deref(), table.value.as_deref()];
+            (points(csv, &text, columns, &place)?, place)
+        }
+        _ => {
+            return Err(Mistake::new(place.clone(), "a signal has one source")
+                .help("one of `expression`, `steps` and `csv`"));
+        }
+    };
+    let repeat = table.repeat.unwrap_or(false);
+    let series = Series { points, interpolate: table.interpolate.unwrap_or(false), repeat };
+    check(&series, &from)?;
+    Ok(SignalSource { source: Source::Series(series), noise })
+}
+
+fn check(series: &Series, place: &Place) -> Result<(), Mistake> {
+    let points = &series.points;
+    let wrong = |message: String| Err(Mistake::new(place.clone(), message));
+    if points.is_empty() || points.len() > SERIES_MAX {
+        return wrong(format!(
+            "a series has from 1 to {SERIES_MAX} points, this one {}",
+            points.len()
+        ));
+    }
+    if let Some((t, value)) = points.iter().find(|(t, v)| !t.is_finite() || !v.is_finite()) {
+        return wrong(format!("({t}, {value}) is not a point of a series"));
+    }
+    if let Some(pair) = points.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
+        let message = format!("the time does not increase from {} s to {} s", pair[0].0, pair[1].0);
+        return Err(Mistake::new(place.clone(), message).help("a jump: two points 1 ms apart"));
+    }
+    if series.repeat && points.last().is_none_or(|(t, _)| *t <= 0.0) {
+        return wrong(
+            "a series that repeats ends behind 0 s: its last time is its period".to_owned(),
+        );
+    }
+    Ok(())
+}
+
+/// Two columns of a CSV file by their names in the first line; without names the first two.
+fn points(
+    file: &str,
+    text: &str,
+    columns: [Option<&str>; 2],
+    place: &Place,
+) -> Result<Vec<(f64, f64)>, Mistake> {
+    let failed = |error: csv::Error| Mistake::new(place.clone(), format!("`{file}`: {error}"));
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
+    let headers = reader.headers().map_err(failed)?.clone();
+    let column = |index: usize| -> Result<usize, Mistake> {
+        let Some(name) = columns[index] else { return Ok(index) };
+        headers.iter().position(|known| known == name).ok_or_else(|| {
+            let known: Vec<&str> = headers.iter().collect();
+            Mistake::new(place.clone(), format!("`{file}` has no column `{name}`"))
+                .help(hint::proposal(name, &known))
+        })
+    };
+    let (time, value) = (column(0)?, column(1)?);
+    let mut points = Vec::new();
+    for record in reader.records().take(SERIES_MAX + 1) {
+        let record = record.map_err(failed)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let number = |column: usize| {
+            let cell = record.get(column).unwrap_or_default();
+            cell.parse::<f64>().map_err(|_| {
+                let message = format!("`{file}` line {line}: `{cell}` is not a number");
+                Mistake::new(place.clone(), message)
+            })
+        };
+        points.push((number(time)?, number(value)?));
+    }
+    Ok(points)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Series;
+
+    fn series(interpolate: bool, repeat: bool) -> Series {
+        Series { points: vec![(1.0, 10.0), (2.0, 20.0), (4.0, 0.0)], interpolate, repeat }
+    }
+
+    #[test]
+    fn a_step_holds_and_a_ramp_goes_on() {
+        let at = |series: &Series| [0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0].map(|t| series.value(t));
+        assert_eq!(at(&series(false, false)), [10.0, 10.0, 10.0, 20.0, 20.0, 0.0, 0.0]);
+        assert_eq!(at(&series(true, false)), [10.0, 10.0, 15.0, 20.0, 10.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn what_repeats_begins_again_at_its_last_time() {
+        let series = series(false, true);
+        assert_eq!(series.value(4.0), 10.0);
+        assert_eq!(series.value(6.5), 20.0);
+        assert_eq!(series.value(4_001.5), 10.0);
+    }
+}

@@ -1,0 +1,263 @@
+//! The emulator of a described device.
+
+mod dynamics;
+mod sending;
+#[cfg(test)]
+mod tests;
+
+use crate::description::{Description, Model, Source};
+use crate::layout::{Decoded, Decoder, Sender, Wired};
+use dynamics::{Dynamics, finite};
+use sending::Sending;
+use std::collections::VecDeque;
+use std::sync::Arc;
+use wire::can::CanFrame;
+use wire::time::Timestamp;
+
+/// Messages that wait to be sent; what comes on top is dropped and counted. Assumption: no device has as
+/// many ready at once.
+const QUEUE_MAX: usize = 64;
+
+/// Answers that wait for their delay; what comes on top is dropped and counted.
+const ANSWERS_MAX: usize = 64;
+
+/// What has no time. It is not due at the end of all time either.
+const NEVER: Timestamp = Timestamp::MAX;
+
+/// A described device at work.
+///
+/// What it does depends on what it receives and when, not on how often it is woken: states go in fixed
+/// steps from power-on, and in a shorter one to each message.
+#[derive(Debug)]
+pub struct Device {
+    description: Arc<Description>,
+    decoder: Decoder,
+    dynamics: Dynamics,
+    on: bool,
+    senders: Vec<Sending>,
+    /// When each message that is heard is taken for lost.
+    lost: Vec<Timestamp>,
+    /// Answers that wait: when, and the place of the message among those that are sent.
+    answers: VecDeque<(Timestamp, usize)>,
+    queue: VecDeque<Wired>,
+    dropped: u64,
+    clipped: u64,
+    not_finite: u64,
+}
+
+impl Device {
+    /// The device, switched on at the start of the run. Its random numbers belong to the seed, its name
+    /// and the signal.
+    pub fn new(description: Arc<Description>, seed: u64) -> Self {
+        let layout = description.layout();
+        let model = &description.model;
+        let sending = |sent| Sending::new(&description, sent, seed);
+        let mut device = Self {
+            decoder: layout.decoder_for(Sender::Host),
+            dynamics: Dynamics::new(model),
+            on: false,
+            senders: model.sent.iter().map(sending).collect(),
+            lost: vec![NEVER; model.heard.len()],
+            answers: VecDeque::new(),
+            queue: VecDeque::with_capacity(QUEUE_MAX),
+            dropped: 0,
+            clipped: 0,
+            not_finite: 0,
+            description: Arc::clone(&description),
+        };
+        for (index, (_, value, _)) in description.parameters().enumerate() {
+            device.dynamics.set(model.variables.parameter(index), value);
+        }
+        device.power(Timestamp::ZERO, true);
+        device
+    }
+
+    /// A frame was on the bus.
+    pub fn receive_frame(&mut self, now: Timestamp, frame: &CanFrame) {
+        if !self.on {
+            return;
+        }
+        if let Some(decoded) = self.decoder.frame(frame) {
+            self.hear(now, &decoded);
+        }
+    }
+
+    /// Bytes came on the serial line.
+    pub fn receive_bytes(&mut self, now: Timestamp, bytes: &[u8]) {
+        if !self.on {
+            return;
+        }
+        let mut found = Vec::new();
+        self.decoder.bytes(bytes, &mut |decoded| found.push(decoded));
+        for decoded in found {
+            self.hear(now, &decoded);
+        }
+    }
+
+    /// Does what is due.
+    pub fn wake(&mut self, now: Timestamp) {
+        if !self.on {
+            return;
+        }
+        let description = Arc::clone(&self.description);
+        self.forget_the_lost(&description.model, now);
+        self.dynamics.advance(&description.model, now);
+        self.send_what_is_due(&description.model, now);
+    }
+
+    /// What it sends next.
+    pub fn transmit(&mut self) -> Option<Wired> {
+        self.queue.pop_front()
+    }
+
+    /// When to be woken, if nothing arrives before.
+    pub fn next_wakeup(&self) -> Timestamp {
+        if !self.on {
+            return NEVER;
+        }
+        let periodic = self.senders.iter().map(|sending| sending.due);
+        let answers = self.answers.iter().map(|(at, _)| *at);
+        let lost = self.lost.iter().copied();
+        periodic.chain(answers).chain(lost).min().unwrap_or(NEVER)
+    }
+
+    /// Changes a parameter; `false`, and nothing changed, where [`Description::check_parameter`] refuses.
+    /// States that start with it do so at the next power-on; [`Description::set_parameter`] is for the first.
+    pub fn set_parameter(&mut self, now: Timestamp, name: &str, value: f64) -> bool {
+        let description = Arc::clone(&self.description);
+        let slot = description.model.variables.inner(name);
+        let (Ok(()), Some(slot)) = (description.check_parameter(name, value), slot) else {
+            return false;
+        };
+        if self.on {
+            self.forget_the_lost(&description.model, now);
+            self.dynamics.reach(&description.model, now);
+        }
+        self.dynamics.set(slot, value);
+        if self.on {
+            self.dynamics.settle(&description.model);
+        }
+        true
+    }
+
+    /// Off it is silent and deaf; on again its states are at their start, and its parameters as they were
+    /// set.
+    pub fn power(&mut self, now: Timestamp, on: bool) {
+        if on == self.on {
+            return;
+        }
+        self.on = on;
+        self.queue.clear();
+        self.answers.clear();
+        self.decoder.reset();
+        self.lost.fill(NEVER);
+        if !on {
+            return;
+        }
+        let description = Arc::clone(&self.description);
+        let model = &description.model;
+        for heard in 0..model.heard.len() {
+            self.hear_nothing(heard);
+        }
+        self.dynamics.start(model, now);
+        for (sending, sent) in self.senders.iter_mut().zip(&model.sent) {
+            sending.start(&description, sent, now);
+        }
+    }
+
+    /// What is true: the value of a state, a parameter or a signal. Of one that is sent without noise, as it
+    /// is now; of one that is heard as the device knows it.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        let model = &self.description.model;
+        if let Some(slot) = model.variables.inner(name) {
+            return Some(self.dynamics.get(slot));
+        }
+        let (message, signal) = self.description.layout().signal(name)?;
+        if let Some(slot) = model.variables.signal(message, signal) {
+            return Some(self.dynamics.get(slot));
+        }
+        let index = model.sent.iter().position(|sent| sent.message == message)?;
+        let last = *self.senders[index].last.get(signal)?;
+        let value = match &model.sent[index].signals.get(signal)?.source {
+            Source::Unsaid => last,
+            source => source.value(self.dynamics.values()),
+        };
+        Some(if value.is_finite() { value } else { last })
+    }
+
+    /// Messages that were not sent because too many waited.
+    pub const fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    /// Values that were sent as the end of their signal's range, because they were beyond it.
+    pub const fn clipped(&self) -> u64 {
+        self.clipped
+    }
+
+    /// Values of states and signals that were not finite: what was before stayed.
+    pub const fn not_finite(&self) -> u64 {
+        self.not_finite + self.dynamics.not_finite()
+    }
+
+    /// What was received and is no message, see [`Decoder::damaged`].
+    pub const fn damaged(&self) -> u64 {
+        self.decoder.damaged()
+    }
+
+    fn hear(&mut self, now: Timestamp, decoded: &Decoded) {
+        let description = Arc::clone(&self.description);
+        let model = &description.model;
+        self.forget_the_lost(model, now);
+        self.dynamics.reach(model, now);
+        for (signal, value) in decoded.values.iter().enumerate() {
+            let slot = model.variables.signal(decoded.message, signal);
+            if let (Some(slot), Some(value)) = (slot, value) {
+                let before = self.dynamics.get(slot);
+                self.dynamics.set(slot, finite(*value, before, &mut self.not_finite));
+            }
+        }
+        self.dynamics.settle(model);
+        for (lost, heard) in self.lost.iter_mut().zip(&model.heard) {
+            if heard.message == decoded.message {
+                *lost = heard.timeout.map_or(NEVER, |timeout| now + timeout);
+            }
+        }
+        for (index, sent) in model.sent.iter().enumerate() {
+            match sent.answers {
+                Some((question, _)) if question != decoded.message => {}
+                Some(_) if self.answers.len() >= ANSWERS_MAX => self.dropped += 1,
+                Some((_, delay)) => self.answers.push_back((now + delay, index)),
+                None => {}
+            }
+        }
+        self.send_what_is_due(model, now);
+    }
+
+    /// Messages that did not come in time, in the order in which they failed to.
+    fn forget_the_lost(&mut self, model: &Model, now: Timestamp) {
+        loop {
+            let first = self.lost.iter().enumerate().min_by_key(|(_, at)| **at);
+            let Some((heard, at)) = first.map(|(heard, at)| (heard, *at)) else { return };
+            if at > now || at == NEVER {
+                return;
+            }
+            self.dynamics.reach(model, at);
+            self.hear_nothing(heard);
+            self.dynamics.settle(model);
+            self.lost[heard] = NEVER;
+        }
+    }
+
+    /// The signals of a message as they are before the first one.
+    fn hear_nothing(&mut self, heard: usize) {
+        let model = &self.description.model;
+        let message = model.heard[heard].message;
+        let signals = &self.description.layout().messages()[message].signals;
+        for (index, signal) in signals.iter().enumerate() {
+            if let Some(slot) = model.variables.signal(message, index) {
+                self.dynamics.set(slot, signal.start);
+            }
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! What a device sends, and when.
+
+use super::dynamics::finite;
+use super::{Device, NEVER, QUEUE_MAX};
+use crate::description::{Description, Model, Sent, Source, TIME};
+use crate::layout::Carried;
+use emulators::random::RandomStream;
+use wire::time::Timestamp;
+
+/// One of the messages that are sent.
+#[derive(Debug)]
+pub(super) struct Sending {
+    /// When it is sent next, where it is periodic.
+    pub(super) due: Timestamp,
+    /// Which page a multiplexer that nobody drives has next.
+    page: usize,
+    /// What each signal was last, without noise.
+    pub(super) last: Vec<f64>,
+    /// One a signal, so that none shifts the numbers of another.
+    noise: Vec<RandomStream>,
+}
+
+impl Sending {
+    pub(super) fn new(description: &Description, sent: &Sent, seed: u64) -> Self {
+        let message = &description.layout().messages()[sent.message];
+        let stream = |signal: &str| {
+            let purpose = format!("signal {}.{signal}", message.name);
+            RandomStream::new(seed, &description.name, &purpose)
+        };
+        Self {
+            due: NEVER,
+            page: 0,
+            last: message.signals.iter().map(|signal| signal.start).collect(),
+            noise: message.signals.iter().map(|signal| stream(&signal.name)).collect(),
+        }
+    }
+
+    /// Power on: the first one comes a period later.
+    pub(super) fn start(&mut self, description: &Description, sent: &Sent, now: Timestamp) {
+        self.due = sent.period.map_or(NEVER, |period| now + period);
+        self.page = 0;
+        let signals = &description.layout().messages()[sent.message].signals;
+        for (last, signal) in self.last.iter_mut().zip(signals) {
+            *last = signal.start;
+        }
+    }
+
+    /// Woken late it sends once: a device has no past to catch up with.
+    fn next_period(&mut self, sent: &Sent, now: Timestamp) {
+        self.due = sent.period.map_or(NEVER, |period| {
+            let missed = now.since(self.due).as_nanos() / period.as_nanos().max(1) + 1;
+            self.due + period * missed
+        });
+    }
+}
+
+impl Device {
+    /// Sends periodic messages and answers that are due, the earliest first.
+    pub(super) fn send_what_is_due(&mut self, model: &Model, now: Timestamp) {
+        loop {
+            let periodic = self.senders.iter().enumerate().map(|(index, one)| (one.due, index));
+            let periodic = periodic.filter(|(due, _)| *due <= now && *due != NEVER).min();
+            let answer = self.answers.iter().enumerate().map(|(place, (at, _))| (*at, place));
+            let answer = answer.filter(|(at, _)| *at <= now && *at != NEVER).min();
+            let index = match (periodic, answer) {
+                (None, None) => return,
+                (Some((due, index)), answer) if answer.is_none_or(|(at, _)| due <= at) => {
+                    self.senders[index].next_period(&model.sent[index], now);
+                    index
+                }
+                (_, Some((_, place))) => match self.answers.remove(place) {
+                    Some((_, index)) => index,
+                    None => return,
+                },
+                (Some(_), None) => return,
+            };
+            self.dynamics.reach(model, now);
+            self.send(model, index);
+        }
+    }
+
+    fn send(&mut self, model: &Model, index: usize) {
+        let sent = &model.sent[index];
+        let sending = &mut self.senders[index];
+        let signals = &self.description.layout().messages()[sent.message].signals;
+        let mut values = Vec::with_capacity(signals.len());
+        for (place, (signal, from)) in signals.iter().zip(&sent.signals).enumerate() {
+            let value = match (&from.source, signal.carried) {
+                (Source::Unsaid, Carried::Multiplexer) => sent
+                    .pages
+                    .get(sending.page % sent.pages.len().max(1))
+                    .map_or(signal.start, |page| signal.selecting(*page)),
+                (Source::Unsaid, _) => signal.start,
+                (source, _) => source.value(self.dynamics.values()),
+            };
+            let value = finite(value, sending.last[place], &mut self.not_finite);
+            sending.last[place] = value;
+            let mut shown = value;
+            if from.noise > 0.0 {
+                shown += from.noise * sending.noise[place].standard_normal();
+            }
+            let inside = shown.clamp(signal.minimum, signal.maximum);
+            self.clipped += u64::from(inside != shown);
+            values.push(inside);
+        }
+        sending.page = sending.page.wrapping_add(1);
+        match self.description.layout().encode(sent.message, &values) {
+            Ok(wired) if self.queue.len() < QUEUE_MAX => self.queue.push_back(wired),
+            // A line can be longer than what is sent at once; else the values are in range.
+            Ok(_) | Err(_) => self.dropped += 1,
+        }
+    }
+}
+
+impl Source {
+    /// The value with these variables; of nothing, not a number.
+    pub(super) fn value(&self, variables: &[f64]) -> f64 {
+        match self {
+            Self::Unsaid => f64::NAN,
+            Self::Expression(expression) => expression.value(variables),
+            Self::Series(series) => series.value(variables.get(TIME).copied().unwrap_or(f64::NAN)),
+        }
+    }
+}

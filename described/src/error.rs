@@ -1,0 +1,86 @@
+//! Why a description cannot be used: the place in the file, what is wrong there, and what would be right.
+
+use crate::hint;
+use crate::place::Place;
+use miette::{Diagnostic, NamedSource, SourceSpan};
+use std::ops::Range;
+use std::sync::Arc;
+use thiserror::Error;
+
+/// A mistake in a description or in a file that it names. Rendered by `miette` it shows the line with the
+/// place marked.
+#[derive(Debug, Clone, Error, Diagnostic)]
+#[error("{message}")]
+pub struct DescriptionError {
+    message: String,
+    #[source_code]
+    source_text: Arc<NamedSource<String>>,
+    #[label("here")]
+    at: SourceSpan,
+    #[help]
+    help: Option<String>,
+}
+
+impl DescriptionError {
+    /// What is wrong, as a lower-case fragment.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    /// What to do about it, where that is known.
+    pub fn advice(&self) -> Option<&str> {
+        self.help.as_deref()
+    }
+
+    /// Which file is meant.
+    pub fn file(&self) -> &str {
+        self.source_text.name()
+    }
+
+    /// Which bytes of the file are meant.
+    pub fn range(&self) -> Range<usize> {
+        self.at.offset()..self.at.offset() + self.at.len()
+    }
+
+    pub(crate) fn new(file: &str, text: &str, at: Range<usize>, message: String) -> Self {
+        let source_text = Arc::new(NamedSource::new(file, text.to_owned()));
+        Self { message, source_text, at: at.into(), help: None }
+    }
+
+    pub(crate) fn with_help(mut self, help: Option<String>) -> Self {
+        self.help = help;
+        self
+    }
+
+    pub(crate) fn from_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
+        // What is missing at the end is shown at the last letter there is.
+        let last = text.trim_end().char_indices().next_back().map_or(0, |(index, _)| index);
+        let at = error.span().unwrap_or(0..1);
+        let at = at.start.min(last)..at.end.min(text.len());
+        let (message, help) = hint::explain(error.message());
+        Self::new(file, text, at, message).with_help(help)
+    }
+}
+
+/// A mistake whose place is known by its path in the file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Mistake {
+    pub(crate) place: Place,
+    pub(crate) message: String,
+    pub(crate) help: Option<String>,
+}
+
+impl Mistake {
+    pub(crate) fn new(place: Place, message: impl Into<String>) -> Self {
+        Self { place, message: message.into(), help: None }
+    }
+
+    pub(crate) fn help(self, help: impl Into<String>) -> Self {
+        Self { help: Some(help.into()), ..self }
+    }
+
+    pub(crate) fn located(self, file: &str, text: &str) -> DescriptionError {
+        let at = self.place.locate(text);
+        DescriptionError::new(file, text, at, self.message).with_help(self.help)
+    }
+}

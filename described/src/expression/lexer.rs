@@ -1,0 +1,81 @@
+//! The words of an expression, each with its place.
+
+use super::ExpressionError;
+use std::ops::Range;
+
+/// A word.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Token<'a> {
+    Number(f64),
+    /// A name, perhaps with its message: `Command.Setpoint`.
+    Name(&'a str),
+    /// An operator, a parenthesis or a comma.
+    Symbol(&'a str),
+    End,
+}
+
+/// The longer ones first.
+const SYMBOLS: [&str; 15] =
+    ["<=", ">=", "==", "!=", "<", ">", "+", "-", "*", "/", "%", "^", "(", ")", ","];
+
+/// What other languages write, and what is written here.
+const ELSEWHERE: [(&str, &str); 6] =
+    [("**", "^"), ("&&", "and"), ("||", "or"), ("!", "not"), ("=", "=="), ("?", "if(a, b, c)")];
+
+/// The word at `from`, behind blanks, and its place.
+pub(super) fn token(text: &str, from: usize) -> Result<(Token<'_>, Range<usize>), ExpressionError> {
+    let rest = text.get(from..).unwrap_or_default();
+    let start = from + (rest.len() - rest.trim_start().len());
+    let rest = rest.trim_start();
+    let Some(first) = rest.chars().next() else { return Ok((Token::End, start..start)) };
+    if first.is_ascii_digit() || first == '.' {
+        let at = start..start + number_length(rest.as_bytes());
+        let number = text[at.clone()].parse().map_err(|_| ExpressionError {
+            at: at.clone(),
+            message: format!("`{}` is not a number", &text[at.clone()]),
+            help: None,
+        })?;
+        return Ok((Token::Number(number), at));
+    }
+    if first.is_ascii_alphabetic() || first == '_' {
+        let part = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
+        let length = rest.find(|c| !part(c)).unwrap_or(rest.len());
+        return Ok((Token::Name(&rest[..length]), start..start + length));
+    }
+    for (foreign, ours) in ELSEWHERE {
+        if rest.starts_with(foreign) && !rest.starts_with("==") && !rest.starts_with("!=") {
+            return Err(ExpressionError {
+                at: start..start + foreign.len(),
+                message: format!("no operator `{foreign}`"),
+                help: Some(format!("write `{ours}`")),
+            });
+        }
+    }
+    for symbol in SYMBOLS {
+        if rest.starts_with(symbol) {
+            return Ok((Token::Symbol(symbol), start..start + symbol.len()));
+        }
+    }
+    Err(ExpressionError {
+        at: start..start + first.len_utf8(),
+        message: format!("`{first}` means nothing here"),
+        help: Some("names have letters, digits and `_`".to_owned()),
+    })
+}
+
+/// How many bytes look like a number: digits, a point, digits, an exponent.
+fn number_length(text: &[u8]) -> usize {
+    let digits = |from: usize| text[from..].iter().take_while(|b| b.is_ascii_digit()).count();
+    let mut at = digits(0);
+    if text.get(at) == Some(&b'.') {
+        at += 1 + digits(at + 1);
+    }
+    if matches!(text.get(at), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(text.get(at + 1), Some(b'+' | b'-')));
+        let exponent = text.get(at + 1 + sign..).map_or(0, |_| digits(at + 1 + sign));
+        if exponent > 0 {
+            at += 1 + sign + exponent;
+        }
+    }
+    at
+}

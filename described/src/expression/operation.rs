@@ -1,0 +1,153 @@
+//! What operators and functions do.
+
+/// Of one value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Unary {
+    Negate,
+    Not,
+    Abs,
+    Sign,
+    Floor,
+    Ceil,
+    Round,
+    Sqrt,
+    Exp,
+    Ln,
+    Log10,
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Tanh,
+}
+
+/// Of two values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Binary {
+    Or,
+    And,
+    Less,
+    LessOrEqual,
+    Greater,
+    GreaterOrEqual,
+    Equal,
+    NotEqual,
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Modulo,
+    Power,
+    Min,
+    Max,
+    Atan2,
+}
+
+/// A function by its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Function {
+    Of1(Unary),
+    Of2(Binary),
+    /// Of two values or more, from the left.
+    Fold(Binary),
+    /// `clamp(x, low, high)`.
+    Clamp,
+    /// `if(condition, then, else)`.
+    If,
+    /// `last(state)`.
+    Last,
+}
+
+/// The functions, by name.
+pub(super) const FUNCTIONS: &[(&str, Function)] = &[
+    ("if", Function::If),
+    ("min", Function::Fold(Binary::Min)),
+    ("max", Function::Fold(Binary::Max)),
+    ("clamp", Function::Clamp),
+    ("last", Function::Last),
+    ("abs", Function::Of1(Unary::Abs)),
+    ("sign", Function::Of1(Unary::Sign)),
+    ("floor", Function::Of1(Unary::Floor)),
+    ("ceil", Function::Of1(Unary::Ceil)),
+    ("round", Function::Of1(Unary::Round)),
+    ("sqrt", Function::Of1(Unary::Sqrt)),
+    ("exp", Function::Of1(Unary::Exp)),
+    ("ln", Function::Of1(Unary::Ln)),
+    ("log10", Function::Of1(Unary::Log10)),
+    ("sin", Function::Of1(Unary::Sin)),
+    ("cos", Function::Of1(Unary::Cos)),
+    ("tan", Function::Of1(Unary::Tan)),
+    ("asin", Function::Of1(Unary::Asin)),
+    ("acos", Function::Of1(Unary::Acos)),
+    ("atan", Function::Of1(Unary::Atan)),
+    ("atan2", Function::Of2(Binary::Atan2)),
+    ("tanh", Function::Of1(Unary::Tanh)),
+];
+
+/// Names that mean something in every expression.
+pub(crate) fn is_reserved(name: &str) -> bool {
+    matches!(name, "t" | "pi" | "and" | "or" | "not")
+        || FUNCTIONS.iter().any(|(known, _)| *known == name)
+}
+
+/// 1 for what is true, and 0 for what is not.
+fn truth(is: bool) -> f64 {
+    f64::from(u8::from(is))
+}
+
+impl Unary {
+    pub(super) fn apply(self, x: f64) -> f64 {
+        match self {
+            Self::Negate => -x,
+            Self::Not if x.is_nan() => x,
+            Self::Not => truth(x == 0.0),
+            Self::Abs => x.abs(),
+            Self::Sign if x == 0.0 => 0.0,
+            Self::Sign => x.signum(),
+            Self::Floor => libm::floor(x),
+            Self::Ceil => libm::ceil(x),
+            Self::Round => libm::round(x),
+            Self::Sqrt => libm::sqrt(x),
+            Self::Exp => libm::exp(x),
+            Self::Ln => libm::log(x),
+            Self::Log10 => libm::log10(x),
+            Self::Sin => libm::sin(x),
+            Self::Cos => libm::cos(x),
+            Self::Tan => libm::tan(x),
+            Self::Asin => libm::asin(x),
+            Self::Acos => libm::acos(x),
+            Self::Atan => libm::atan(x),
+            Self::Tanh => libm::tanh(x),
+        }
+    }
+}
+
+impl Binary {
+    /// What is not a number stays so: a comparison does not make it false, nor a minimum the other one.
+    pub(super) fn apply(self, a: f64, b: f64) -> f64 {
+        if a.is_nan() || b.is_nan() {
+            return f64::NAN;
+        }
+        match self {
+            Self::Or => truth(a != 0.0 || b != 0.0),
+            Self::And => truth(a != 0.0 && b != 0.0),
+            Self::Less => truth(a < b),
+            Self::LessOrEqual => truth(a <= b),
+            Self::Greater => truth(a > b),
+            Self::GreaterOrEqual => truth(a >= b),
+            Self::Equal => truth(a == b),
+            Self::NotEqual => truth(a != b),
+            Self::Add => a + b,
+            Self::Subtract => a - b,
+            Self::Multiply => a * b,
+            Self::Divide => a / b,
+            Self::Modulo => a - b * libm::floor(a / b),
+            Self::Power => libm::pow(a, b),
+            Self::Min => a.min(b),
+            Self::Max => a.max(b),
+            Self::Atan2 => libm::atan2(a, b),
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! Turns the messages of serde and toml into ones for people, and proposes the nearest known name.
+
+/// Likeness (Jaro-Winkler, 0 to 1) from which on a name is proposed. Assumption: one or two slips of the
+/// finger are above it, another word is below.
+const LIKENESS_MIN: f64 = 0.8;
+
+/// So many names are listed where none is near; a DBC has hundreds.
+const LISTED_MAX: usize = 12;
+
+/// The message for people, and the help.
+pub(crate) fn explain(message: &str) -> (String, Option<String>) {
+    let Some((what, expected)) = message.split_once(", expected ") else {
+        return (message.to_owned(), None);
+    };
+    if !what.starts_with("unknown ") {
+        return (message.to_owned(), None);
+    }
+    let known = quoted(expected);
+    let wrong = quoted(what).first().copied().unwrap_or_default();
+    (what.replacen("unknown variant", "unknown name", 1), Some(proposal(wrong, &known)))
+}
+
+/// "did you mean ...?" where a name is near, and else those that are known.
+pub(crate) fn proposal<S: AsRef<str>>(wrong: &str, known: &[S]) -> String {
+    if let Some(name) = nearest(wrong, known) {
+        return format!("did you mean `{name}`?");
+    }
+    if known.is_empty() {
+        return "nothing is known here".to_owned();
+    }
+    let listed = known.iter().take(LISTED_MAX).map(|name| format!("`{}`", name.as_ref()));
+    let list = listed.collect::<Vec<_>>().join(", ");
+    match known.len().saturating_sub(LISTED_MAX) {
+        0 => format!("known here: {list}"),
+        more => format!("known here: {list} and {more} more"),
+    }
+}
+
+/// The name most like `wrong`, the first of several; none where all are too different.
+fn nearest<'a, S: AsRef<str>>(wrong: &str, known: &'a [S]) -> Option<&'a str> {
+    let folded = wrong.to_lowercase();
+    let mut best = (LIKENESS_MIN, None);
+    for name in known {
+        let likeness = strsim::jaro_winkler(&folded, &name.as_ref().to_lowercase());
+        if likeness > best.0 {
+            best = (likeness, Some(name.as_ref()));
+        }
+    }
+    best.1
+}
+
+/// What stands between backticks.
+fn quoted(text: &str) -> Vec<&str> {
+    text.split('`').skip(1).step_by(2).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{explain, nearest, proposal};
+
+    #[test]
+    fn slips_find_their_name_and_other_words_none() {
+        let known = ["Temperature", "Setpoint", "Enable"];
+        assert_eq!(nearest("temprature", &known), Some("Temperature"));
+        assert_eq!(nearest("Setpoitn", &known), Some("Setpoint"));
+        assert_eq!(nearest("voltage", &known), None);
+        assert_eq!(nearest("", &known), None);
+    }
+
+    #[test]
+    fn a_long_list_is_cut() {
+        let known: Vec<String> = (0..20).map(|index| format!("n{index}")).collect();
+        assert!(proposal("voltage", &known).ends_with("`n11` and 8 more"));
+    }
+
+    #[test]
+    fn other_messages_pass_as_they_are() {
+        let message = "invalid type: string \"20\", expected a number";
+        assert_eq!(explain(message), (message.to_owned(), None));
+    }
+}

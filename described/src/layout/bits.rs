@@ -1,0 +1,178 @@
+//! Where the bits of a signal lie in the bytes of its message.
+
+use serde::Deserialize;
+
+/// The most bits that one signal has.
+pub const SIGNAL_BITS_MAX: u32 = 64;
+
+/// A signal of [`SIGNAL_BITS_MAX`] bits that starts within a byte touches nine bytes: a window of sixteen
+/// holds all of them.
+const WINDOW_BYTES: usize = 16;
+const WINDOW_BITS: u32 = 8 * WINDOW_BYTES as u32;
+
+/// Which byte of a number comes first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ByteOrder {
+    /// The least significant first (Intel, `@1` in a DBC).
+    #[default]
+    Little,
+    /// The most significant first (Motorola, `@0` in a DBC).
+    Big,
+}
+
+/// Consecutive bits of a message, numbered as in a DBC: bit `8 * byte + weight`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct BitField {
+    order: ByteOrder,
+    /// Little: the least significant bit. Big: the most significant one.
+    start: usize,
+    /// From 1 to [`SIGNAL_BITS_MAX`].
+    length: u32,
+}
+
+impl BitField {
+    /// `None` where the bits are none, too many, or do not lie in `bytes` bytes.
+    pub(crate) fn new(order: ByteOrder, start: u64, length: u64, bytes: usize) -> Option<Self> {
+        let start = usize::try_from(start).ok().filter(|start| *start < 8 * bytes)?;
+        let length = u32::try_from(length).ok().filter(|n| (1..=SIGNAL_BITS_MAX).contains(n))?;
+        let room = match order {
+            ByteOrder::Little => 8 * bytes - start,
+            ByteOrder::Big => 8 * (bytes - start / 8) - (7 - start % 8),
+        };
+        (length as usize <= room).then_some(Self { order, start, length })
+    }
+
+    pub(crate) const fn length(self) -> u32 {
+        self.length
+    }
+
+    /// The bits as a number. Bytes that `data` does not have read as zero.
+    pub(crate) fn get(self, data: &[u8]) -> u64 {
+        ((self.load(data) >> self.shift()) as u64) & self.mask()
+    }
+
+    /// Replaces the bits by the lowest ones of `raw`.
+    pub(crate) fn set(self, data: &mut [u8], raw: u64) {
+        let place = u128::from(self.mask()) << self.shift();
+        let bits = u128::from(raw & self.mask()) << self.shift();
+        let window = (self.load(data) & !place) | bits;
+        let bytes = match self.order {
+            ByteOrder::Little => window.to_le_bytes(),
+            ByteOrder::Big => window.to_be_bytes(),
+        };
+        for (byte, new) in data.iter_mut().skip(self.start / 8).zip(bytes) {
+            *byte = new;
+        }
+    }
+
+    /// Whether the two have a bit in common.
+    pub(crate) fn overlaps(self, other: Self) -> bool {
+        self.bits().any(|bit| other.bits().any(|taken| taken == bit))
+    }
+
+    /// Number of each bit, along the field.
+    fn bits(self) -> impl Iterator<Item = usize> {
+        (0..self.length as usize).map(move |index| match self.order {
+            ByteOrder::Little => self.start + index,
+            ByteOrder::Big => {
+                // Counted along the line, where the most significant bit of each byte comes first.
+                let along = 8 * (self.start / 8) + (7 - self.start % 8) + index;
+                8 * (along / 8) + (7 - along % 8)
+            }
+        })
+    }
+
+    const fn mask(self) -> u64 {
+        u64::MAX >> (SIGNAL_BITS_MAX - self.length)
+    }
+
+    /// How far above the window's lowest bit the field's lowest is.
+    const fn shift(self) -> u32 {
+        let within_byte = (self.start % 8) as u32;
+        match self.order {
+            ByteOrder::Little => within_byte,
+            ByteOrder::Big => WINDOW_BITS - 8 + within_byte + 1 - self.length,
+        }
+    }
+
+    fn load(self, data: &[u8]) -> u128 {
+        let mut window = [0; WINDOW_BYTES];
+        for (byte, from) in window.iter_mut().zip(data.iter().skip(self.start / 8)) {
+            *byte = *from;
+        }
+        match self.order {
+            ByteOrder::Little => u128::from_le_bytes(window),
+            ByteOrder::Big => u128::from_be_bytes(window),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BitField, ByteOrder};
+    use proptest::prelude::*;
+
+    const BYTES: usize = 8;
+
+    fn any_order() -> impl Strategy<Value = ByteOrder> {
+        prop_oneof![Just(ByteOrder::Little), Just(ByteOrder::Big)]
+    }
+
+    fn any_field() -> impl Strategy<Value = BitField> {
+        (any_order(), 0u64..64, 1u64..=64).prop_filter_map("inside", |(order, start, length)| {
+            BitField::new(order, start, length, BYTES)
+        })
+    }
+
+    #[test]
+    fn the_textbook_case_of_either_order() {
+        let mut data = [0; 3];
+        BitField::new(ByteOrder::Little, 4, 12, 3).unwrap().set(&mut data, 0xabc);
+        assert_eq!(data, [0xc0, 0xab, 0]);
+        let mut data = [0; 3];
+        BitField::new(ByteOrder::Big, 3, 12, 3).unwrap().set(&mut data, 0xabc);
+        assert_eq!(data, [0x0a, 0xbc, 0]);
+    }
+
+    #[test]
+    fn what_does_not_lie_inside_is_no_field() {
+        assert!(BitField::new(ByteOrder::Little, 56, 8, BYTES).is_some());
+        assert!(BitField::new(ByteOrder::Little, 57, 8, BYTES).is_none());
+        assert!(BitField::new(ByteOrder::Big, 63, 8, BYTES).is_some());
+        assert!(BitField::new(ByteOrder::Big, 62, 8, BYTES).is_none());
+        assert!(BitField::new(ByteOrder::Big, 64, 1, BYTES).is_none());
+        assert!(BitField::new(ByteOrder::Little, 0, 0, BYTES).is_none());
+        assert!(BitField::new(ByteOrder::Little, 0, 65, 16).is_none());
+        assert!(BitField::new(ByteOrder::Little, u64::MAX, u64::MAX, BYTES).is_none());
+    }
+
+    proptest! {
+        /// The window agrees with the definition, bit by bit.
+        #[test]
+        fn each_bit_is_where_its_number_says(field in any_field(), data in any::<[u8; BYTES]>()) {
+            let bit = |number: usize| u64::from(data[number / 8] >> (number % 8)) & 1;
+            let along: Vec<u64> = field.bits().map(bit).collect();
+            let fold = |raw: u64, bit: &u64| raw << 1 | bit;
+            let raw = match field.order {
+                ByteOrder::Little => along.iter().rev().fold(0, fold),
+                ByteOrder::Big => along.iter().fold(0, fold),
+            };
+            prop_assert_eq!(field.get(&data), raw);
+        }
+
+        #[test]
+        fn what_is_set_is_got_and_the_rest_stays(
+            field in any_field(), other in any_field(), raw in any::<u64>(), data in any::<[u8; BYTES]>()
+        ) {
+            let mut changed = data;
+            field.set(&mut changed, raw);
+            prop_assert_eq!(field.get(&changed), raw & field.mask());
+            if !field.overlaps(other) {
+                prop_assert_eq!(other.get(&changed), other.get(&data));
+            }
+            field.set(&mut changed, field.get(&data));
+            prop_assert_eq!(changed, data);
+        }
+    }
+}

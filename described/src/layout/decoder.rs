@@ -1,0 +1,120 @@
+//! Frames and bytes back to values. On a serial line it finds the next good message behind damage.
+
+use super::message::{Carrier, Found, Message};
+use super::{Decoded, Layout, Sender};
+use wire::can::CanFrame;
+use wire::packet::BYTES_MAX;
+
+/// Finds messages in what is received.
+///
+/// On a serial line nothing is kept of more than [`BYTES_MAX`] bytes: behind damage the next good message
+/// is found at the latest that many bytes after it is whole.
+#[derive(Debug, Clone)]
+pub struct Decoder {
+    layout: Layout,
+    sender: Option<Sender>,
+    /// At most [`BYTES_MAX`] bytes that may become a message.
+    buffer: Vec<u8>,
+    /// What comes next is not the middle of a line of text.
+    line_begins: bool,
+    damaged: u64,
+    checksum_failures: u64,
+}
+
+impl Decoder {
+    pub(super) fn new(layout: Layout, sender: Option<Sender>) -> Self {
+        let buffer = Vec::with_capacity(BYTES_MAX);
+        Self { layout, sender, buffer, line_begins: true, damaged: 0, checksum_failures: 0 }
+    }
+
+    /// The message in a CAN frame; `None` where no message has its identifier, for a remote request,
+    /// and where the frame has fewer bytes than the message.
+    pub fn frame(&mut self, frame: &CanFrame) -> Option<Decoded> {
+        let index = *self.layout.by_id.get(&frame.id())?;
+        let message = &self.layout.messages[index];
+        let Carrier::Frame { length, .. } = message.carrier else { return None };
+        if frame.is_remote() || !hears(self.sender, message) {
+            return None;
+        }
+        if frame.data().len() < length {
+            self.damaged += 1;
+            return None;
+        }
+        Some(Decoded { message: index, values: message.values(frame.data()) })
+    }
+
+    /// Hands each message over that these bytes complete.
+    pub fn bytes(&mut self, bytes: &[u8], each: &mut dyn FnMut(Decoded)) {
+        let mut rest = bytes;
+        loop {
+            let room = BYTES_MAX - self.buffer.len();
+            let (now, later) = rest.split_at(room.min(rest.len()));
+            self.buffer.extend_from_slice(now);
+            rest = later;
+            self.search(each);
+            if rest.is_empty() {
+                return;
+            }
+        }
+    }
+
+    /// Forgets what was begun, as a device does that loses its power.
+    pub fn reset(&mut self) {
+        self.buffer.clear();
+        self.line_begins = true;
+    }
+
+    /// Bytes of a serial line that belong to no message, and CAN frames that are too short for theirs.
+    pub const fn damaged(&self) -> u64 {
+        self.damaged
+    }
+
+    /// Messages of a serial line whose checksum was another.
+    pub const fn checksum_failures(&self) -> u64 {
+        self.checksum_failures
+    }
+
+    /// Takes from the buffer what is certain, and leaves room in it for at least one byte.
+    fn search(&mut self, each: &mut dyn FnMut(Decoded)) {
+        let mut at = 0;
+        while at < self.buffer.len() {
+            match self.first(&self.buffer[at..]) {
+                Found::Whole(decoded, length) => {
+                    at += length;
+                    self.line_begins = true;
+                    each(decoded);
+                }
+                Found::Beginning if self.buffer.len() - at < BYTES_MAX => break,
+                found => {
+                    self.checksum_failures += u64::from(matches!(found, Found::WrongChecksum));
+                    self.line_begins = matches!(self.buffer[at], b'\r' | b'\n');
+                    self.damaged += 1;
+                    at += 1;
+                }
+            }
+        }
+        self.buffer.drain(..at);
+    }
+
+    /// The first message of the file that the bytes are, or else that they may become.
+    fn first(&self, data: &[u8]) -> Found {
+        let mut best = Found::Nothing;
+        for (index, message) in self.layout.messages.iter().enumerate() {
+            let inside_a_line = matches!(message.carrier, Carrier::Line(_)) && !self.line_begins;
+            if inside_a_line || !hears(self.sender, message) {
+                continue;
+            }
+            match (message.find(index, data), &best) {
+                (whole @ Found::Whole(..), _) => return whole,
+                (Found::Beginning, _) => best = Found::Beginning,
+                (Found::WrongChecksum, Found::Nothing) => best = Found::WrongChecksum,
+                _ => {}
+            }
+        }
+        best
+    }
+}
+
+fn hears(sender: Option<Sender>, message: &Message) -> bool {
+    sender.is_none_or(|sender| message.sender == sender)
+}

@@ -1,0 +1,243 @@
+//! Messages and their signals: physical values to bytes, and back.
+
+mod bits;
+mod checksum;
+mod decoder;
+mod message;
+mod number;
+mod printed;
+mod signal;
+#[cfg(test)]
+mod tests;
+mod text;
+
+mod dbc;
+mod table;
+
+pub use bits::{ByteOrder, SIGNAL_BITS_MAX};
+pub use decoder::Decoder;
+pub use message::{Message, Sender};
+pub use signal::{Carried, Signal};
+
+use crate::error::Mistake;
+use crate::hint;
+use miette::Diagnostic;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use thiserror::Error;
+use wire::can::{CanFrame, Id};
+use wire::packet::Packet;
+use wire::serial::SerialSettings;
+
+/// What carries the messages of a layout.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Medium {
+    /// Classic CAN.
+    Can,
+    /// A serial line with these settings.
+    Serial(SerialSettings),
+}
+
+/// All messages between a device and its host. Cheap to clone.
+#[derive(Debug, Clone)]
+pub struct Layout {
+    medium: Medium,
+    messages: Arc<[Message]>,
+    by_id: Arc<BTreeMap<Id, usize>>,
+}
+
+/// A message as it goes over the wire.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wired {
+    /// On CAN.
+    Frame(CanFrame),
+    /// On a serial line.
+    Bytes(Packet),
+}
+
+/// A message that was received.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decoded {
+    /// Its place in [`Layout::messages`].
+    pub message: usize,
+    /// One value a signal, in the signal's unit; `None` where this frame does not carry it.
+    pub values: Vec<Option<f64>>,
+}
+
+/// Why values do not become a message.
+#[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+pub enum EncodeError {
+    /// The layout has no such message.
+    #[error("failed to encode message number {0}: the layout has fewer")]
+    NoMessage(usize),
+    /// A value too many or too few.
+    #[error("failed to encode `{message}`: it has {expected} signals, and {found} values came")]
+    Count {
+        /// The message.
+        message: String,
+        /// How many signals it has.
+        expected: usize,
+        /// How many values there were.
+        found: usize,
+    },
+    /// A value that the signal cannot have.
+    #[error("`{signal}` cannot be {value}{}: it goes from {minimum} to {maximum}", spaced(unit))]
+    OutOfRange {
+        /// The signal, with its message.
+        signal: String,
+        /// The value.
+        value: f64,
+        /// The least that it can have.
+        minimum: f64,
+        /// The greatest that it can have.
+        maximum: f64,
+        /// Unit of all three.
+        unit: String,
+    },
+    /// A line of text that is longer than what is sent at once.
+    #[error("failed to encode `{message}`: it is longer than {} bytes", wire::packet::BYTES_MAX)]
+    TooLong {
+        /// The message.
+        message: String,
+    },
+}
+
+/// Why a name is not that of one signal.
+#[derive(Debug, Clone, PartialEq, Eq, Error, Diagnostic)]
+pub enum SignalName {
+    /// No message has it.
+    #[error("no signal `{name}`")]
+    Unknown {
+        /// The name.
+        name: String,
+        /// What was perhaps meant.
+        #[help]
+        help: String,
+    },
+    /// Several messages have one of this name.
+    #[error("several messages have a signal `{name}`")]
+    Ambiguous {
+        /// The name.
+        name: String,
+        /// Which are meant.
+        #[help]
+        help: String,
+    },
+}
+
+impl SignalName {
+    /// What to write instead.
+    pub fn advice(&self) -> &str {
+        match self {
+            Self::Unknown { help, .. } | Self::Ambiguous { help, .. } => help,
+        }
+    }
+}
+
+fn spaced(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!(" {unit}") }
+}
+
+impl Layout {
+    pub(crate) fn new(medium: Medium, messages: Vec<Message>) -> Self {
+        let ids = messages.iter().enumerate();
+        let by_id = ids.filter_map(|(index, message)| Some((message.can_id()?, index))).collect();
+        Self { medium, messages: messages.into(), by_id: Arc::new(by_id) }
+    }
+
+    /// The same with other periods and starts: what `change` makes of each message.
+    pub(crate) fn changed(
+        self,
+        mut change: impl FnMut(usize, &mut Message) -> Result<(), Mistake>,
+    ) -> Result<Self, Mistake> {
+        let mut messages = self.messages.to_vec();
+        for (index, message) in messages.iter_mut().enumerate() {
+            change(index, message)?;
+        }
+        Ok(Self { messages: messages.into(), ..self })
+    }
+
+    /// What carries the messages.
+    pub const fn medium(&self) -> Medium {
+        self.medium
+    }
+
+    /// The messages, in the order of the file.
+    pub fn messages(&self) -> &[Message] {
+        &self.messages
+    }
+
+    /// The place of the message with this name.
+    pub fn find(&self, message: &str) -> Option<usize> {
+        self.messages.iter().position(|known| known.name == message)
+    }
+
+    /// The places of the signal's message, and of the signal in it: `Temperature` where one message has
+    /// it, or `Status.Temperature`. [`Layout::resolve`] says why there is none.
+    pub fn signal(&self, name: &str) -> Option<(usize, usize)> {
+        self.resolve(name).ok()
+    }
+
+    /// As [`Layout::signal`], with the nearest names where there is no such signal.
+    pub fn resolve(&self, name: &str) -> Result<(usize, usize), SignalName> {
+        self.resolve_among(name, None)
+    }
+
+    /// As [`Layout::resolve`], among the messages of one sender.
+    pub(crate) fn resolve_among(
+        &self,
+        name: &str,
+        sender: Option<Sender>,
+    ) -> Result<(usize, usize), SignalName> {
+        let full = name.contains('.');
+        let called = |message: usize, signal: &Signal| match full {
+            true => format!("{}.{}", self.messages[message].name, signal.name),
+            false => signal.name.clone(),
+        };
+        let places = || {
+            let sent =
+                |message: usize| sender.is_none_or(|one| self.messages[message].sender == one);
+            self.places().filter(move |(message, ..)| sent(*message))
+        };
+        let found: Vec<_> = places().filter(|(m, _, signal)| called(*m, signal) == name).collect();
+        match found.as_slice() {
+            [] => {
+                let known: Vec<String> = places().map(|(m, _, signal)| called(m, signal)).collect();
+                let help = hint::proposal(name, &known);
+                Err(SignalName::Unknown { name: name.to_owned(), help })
+            }
+            [(message, signal, _)] => Ok((*message, *signal)),
+            several => {
+                let each = several.iter().map(|(message, _, signal)| {
+                    format!("`{}.{}`", self.messages[*message].name, signal.name)
+                });
+                let help = format!("say which: {}", each.collect::<Vec<_>>().join(" or "));
+                Err(SignalName::Ambiguous { name: name.to_owned(), help })
+            }
+        }
+    }
+
+    /// Every signal, with the places of its message and of itself.
+    fn places(&self) -> impl Iterator<Item = (usize, usize, &Signal)> {
+        self.messages.iter().enumerate().flat_map(|(message, known)| {
+            known.signals.iter().enumerate().map(move |(signal, known)| (message, signal, known))
+        })
+    }
+
+    /// The message with these values, one a signal and in its unit. Values of signals that a
+    /// multiplexed frame does not carry are not looked at.
+    pub fn encode(&self, message: usize, values: &[f64]) -> Result<Wired, EncodeError> {
+        let found = self.messages.get(message).ok_or(EncodeError::NoMessage(message))?;
+        found.encode(values)
+    }
+
+    /// A decoder that hears all messages, whoever sends them.
+    pub fn decoder(&self) -> Decoder {
+        Decoder::new(self.clone(), None)
+    }
+
+    /// A decoder that hears only what `sender` sends, as the other end of a serial line does.
+    pub fn decoder_for(&self, sender: Sender) -> Decoder {
+        Decoder::new(self.clone(), Some(sender))
+    }
+}

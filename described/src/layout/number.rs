@@ -1,0 +1,156 @@
+//! Physical values as counts, and back.
+
+use super::bits::SIGNAL_BITS_MAX;
+
+/// How far, in counts, a range may lie beside the count that it means: what decimal fractions leave in
+/// binary ones.
+const RANGE_SLACK_COUNTS: f64 = 1e-6;
+
+/// How the bits of a signal are a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Coding {
+    Unsigned,
+    /// Two's complement.
+    Signed,
+    /// IEEE 754 binary32.
+    Float32,
+    /// IEEE 754 binary64.
+    Float64,
+}
+
+/// Physical value = `factor` times the number on the wire, plus `offset`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Scale {
+    /// Finite and not zero.
+    pub(crate) factor: f64,
+    /// Finite.
+    pub(crate) offset: f64,
+}
+
+impl Scale {
+    pub(crate) fn new(factor: f64, offset: f64) -> Option<Self> {
+        (factor.is_finite() && factor != 0.0 && offset.is_finite())
+            .then_some(Self { factor, offset })
+    }
+
+    pub(crate) fn physical(self, number: f64) -> f64 {
+        self.factor * number + self.offset
+    }
+
+    pub(crate) fn number(self, physical: f64) -> f64 {
+        (physical - self.offset) / self.factor
+    }
+
+    /// The range between two numbers on the wire, the lesser first.
+    pub(crate) fn range(self, first: f64, last: f64) -> (f64, f64) {
+        let (a, b) = (self.physical(first), self.physical(last));
+        (a.min(b), a.max(b))
+    }
+}
+
+impl Coding {
+    /// The least and the greatest number in `bits` bits.
+    pub(crate) fn limits(self, bits: u32) -> (f64, f64) {
+        let reach = |bits: u32| libm::exp2(f64::from(bits));
+        match self {
+            Self::Unsigned => (0.0, reach(bits) - 1.0),
+            Self::Signed => (-reach(bits - 1), reach(bits - 1) - 1.0),
+            Self::Float32 => (f64::from(f32::MIN), f64::from(f32::MAX)),
+            Self::Float64 => (f64::MIN, f64::MAX),
+        }
+    }
+
+    pub(crate) const fn is_float(self) -> bool {
+        matches!(self, Self::Float32 | Self::Float64)
+    }
+
+    /// The number that the lowest `bits` bits of `raw` are.
+    pub(crate) fn number(self, raw: u64, bits: u32) -> f64 {
+        let above = SIGNAL_BITS_MAX - bits;
+        match self {
+            Self::Unsigned => raw as f64,
+            Self::Signed => (((raw << above) as i64) >> above) as f64,
+            Self::Float32 => f64::from(f32::from_bits(raw as u32)),
+            Self::Float64 => f64::from_bits(raw),
+        }
+    }
+
+    /// The bits of `physical`, rounded to the nearest count; `None` where that count is beyond the
+    /// bits or outside of `minimum` to `maximum`, and for what is not a number.
+    pub(crate) fn raw(
+        self,
+        physical: f64,
+        bits: u32,
+        scale: Scale,
+        (minimum, maximum): (f64, f64),
+    ) -> Option<u64> {
+        let number = scale.number(physical);
+        let number = if self.is_float() { number } else { libm::round(number) };
+        let (least, greatest) = self.limits(bits);
+        if !(least..=greatest).contains(&number) {
+            return None;
+        }
+        let slack = RANGE_SLACK_COUNTS * scale.factor.abs();
+        let range = minimum - slack..=maximum + slack;
+        // Either will do: the end of a range may lie between two counts.
+        if !range.contains(&physical) && !range.contains(&scale.physical(number)) {
+            return None;
+        }
+        Some(match self {
+            Self::Unsigned => number as u64,
+            Self::Signed => number as i64 as u64,
+            Self::Float32 => u64::from((number as f32).to_bits()),
+            Self::Float64 => number.to_bits(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Coding, Scale};
+
+    const ALL: (f64, f64) = (f64::MIN, f64::MAX);
+
+    #[test]
+    fn counts_are_rounded_and_the_ends_are_inside() {
+        let scale = Scale::new(0.01, 0.0).unwrap();
+        let raw = |value, range| Coding::Signed.raw(value, 16, scale, range);
+        assert_eq!(raw(-0.014, ALL), Some(-1i64 as u64));
+        assert_eq!(raw(327.67, ALL), Some(32_767));
+        assert_eq!(raw(327.674, ALL), Some(32_767));
+        assert_eq!(raw(327.68, ALL), None);
+        assert_eq!(raw(-327.68, ALL), Some(-32_768i64 as u64));
+        assert_eq!(raw(0.3, (0.1, 0.3)), Some(30));
+        assert_eq!(raw(0.31, (0.1, 0.3)), None);
+        assert_eq!(raw(0.304, (0.1, 0.304)), Some(30));
+        assert_eq!(raw(0.304, (0.1, 0.3)), Some(30));
+        assert_eq!(raw(f64::NAN, ALL), None);
+        assert_eq!(raw(f64::INFINITY, ALL), None);
+    }
+
+    #[test]
+    fn the_top_bit_is_the_sign() {
+        assert_eq!(Coding::Signed.number(0b111, 3), -1.0);
+        assert_eq!(Coding::Signed.number(u64::MAX, 64), -1.0);
+        assert_eq!(Coding::Unsigned.number(0b111, 3), 7.0);
+        assert_eq!(Coding::Signed.limits(1), (-1.0, 0.0));
+    }
+
+    #[test]
+    fn a_falling_scale_has_its_least_value_at_the_greatest_count() {
+        let scale = Scale::new(-0.5, 10.0).unwrap();
+        assert_eq!(scale.range(0.0, 255.0), (-117.5, 10.0));
+        assert_eq!(Scale::new(0.0, 1.0), None);
+        assert_eq!(Scale::new(1.0, f64::NAN), None);
+    }
+
+    #[test]
+    fn floats_are_kept_and_what_overflows_them_is_refused() {
+        let scale = Scale::new(1.0, 0.0).unwrap();
+        let raw = Coding::Float32.raw(1.5, 32, scale, ALL).unwrap();
+        assert_eq!(Coding::Float32.number(raw, 32), 1.5);
+        assert_eq!(Coding::Float32.raw(1e39, 32, scale, ALL), None);
+        let raw = Coding::Float64.raw(-1e300, 64, scale, ALL).unwrap();
+        assert_eq!(Coding::Float64.number(raw, 64), -1e300);
+    }
+}

@@ -1,0 +1,108 @@
+//! Numbers as digits: how one is printed, and where one ends that is read.
+
+use super::text::Match;
+use std::fmt::Write as _;
+use wire::packet::{BYTES_MAX, Packet};
+
+/// More decimals than this say nothing that a double holds.
+const DECIMALS_MAX: usize = 17;
+
+/// So many decimals are printed at most where the pattern does not say how many.
+const DECIMALS_UNSAID: usize = 9;
+
+/// Beyond this a double has no decimals.
+const WHOLE_FROM: f64 = 1e15;
+
+/// How a number is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Format {
+    plus: bool,
+    zeros: bool,
+    pub(super) width: usize,
+    decimals: Option<usize>,
+}
+
+impl Format {
+    pub(super) fn parse(text: &str) -> Option<Self> {
+        let (plus, text) = text.strip_prefix('+').map_or((false, text), |rest| (true, rest));
+        let (zeros, text) = text.strip_prefix('0').map_or((false, text), |rest| (true, rest));
+        let (width, decimals) = match text.split_once('.') {
+            Some((width, decimals)) => (width, Some(decimals.parse().ok()?)),
+            None => (text, None),
+        };
+        let width = if width.is_empty() { 0 } else { width.parse().ok()? };
+        let fits = width <= BYTES_MAX && decimals.is_none_or(|n| n <= DECIMALS_MAX);
+        fits.then_some(Self { plus, zeros, width, decimals })
+    }
+
+    /// Half of this is the most that printing changes a number by.
+    pub(crate) fn resolution(self) -> f64 {
+        libm::exp10(-(self.decimals.unwrap_or(DECIMALS_UNSAID) as f64))
+    }
+
+    /// How many bytes the number has at most.
+    pub(super) fn longest(self, number: f64) -> usize {
+        let decimals = self.decimals.unwrap_or(DECIMALS_UNSAID);
+        format!("{number:+.decimals$}").len().max(self.width)
+    }
+
+    /// Appends `number`; `false` where the packet is full.
+    pub(super) fn print(self, number: f64, to: &mut Packet) -> bool {
+        let width = self.width;
+        let number = match self.decimals {
+            None if number.abs() < WHOLE_FROM => {
+                let unit = libm::exp10(DECIMALS_UNSAID as f64);
+                libm::round(number * unit) / unit
+            }
+            _ => number,
+        };
+        match (self.decimals, self.plus, self.zeros) {
+            (Some(n), false, false) => write!(to, "{number:width$.n$}"),
+            (Some(n), false, true) => write!(to, "{number:0width$.n$}"),
+            (Some(n), true, false) => write!(to, "{number:+width$.n$}"),
+            (Some(n), true, true) => write!(to, "{number:+0width$.n$}"),
+            (None, false, false) => write!(to, "{number:width$}"),
+            (None, false, true) => write!(to, "{number:0width$}"),
+            (None, true, false) => write!(to, "{number:+width$}"),
+            (None, true, true) => write!(to, "{number:+0width$}"),
+        }
+        .is_ok()
+    }
+}
+
+/// How many bytes at the beginning of `data` are a number. What the data end in may go on.
+pub(super) fn number_length(data: &[u8], padded: bool) -> Match {
+    let count = |from: usize, test: fn(&u8) -> bool| {
+        data[from..].iter().take_while(|byte| test(byte)).count()
+    };
+    let sign = |at: usize| usize::from(matches!(data.get(at), Some(b'+' | b'-')));
+    let mut at = if padded { count(0, |byte| *byte == b' ') } else { 0 };
+    at += sign(at);
+    let before = count(at, u8::is_ascii_digit);
+    at += before;
+    let mut digits = before;
+    if data.get(at) == Some(&b'.') {
+        let behind = count(at + 1, u8::is_ascii_digit);
+        at += 1 + behind;
+        digits += behind;
+    }
+    if at == data.len() {
+        return Match::Partial;
+    }
+    if digits == 0 {
+        return Match::No;
+    }
+    if matches!(data[at], b'e' | b'E') {
+        let mantissa = at;
+        at += 1 + sign(at + 1);
+        let exponent = count(at, u8::is_ascii_digit);
+        at += exponent;
+        if at == data.len() {
+            return Match::Partial;
+        }
+        if exponent == 0 {
+            return Match::Whole(mantissa);
+        }
+    }
+    Match::Whole(at)
+}

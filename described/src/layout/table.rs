@@ -1,0 +1,318 @@
+//! Layouts that a description writes out: frames of whole bytes, packets and lines.
+
+use super::bits::{BitField, ByteOrder};
+use super::checksum::{Checksum, Trailer};
+use super::message::{Carrier, Message};
+use super::number::{Coding, Scale};
+use super::signal::{Carried, Signal, Storage};
+use super::text::Pattern;
+use super::{Layout, Medium};
+use crate::error::Mistake;
+use crate::file::{ChecksumOver, FieldTable, FieldType, MessageTable, SerialTable};
+use crate::hint;
+use crate::place::Place;
+use wire::can::{DATA_BYTES_MAX, ExtendedId, Id, StandardId};
+use wire::packet::BYTES_MAX;
+
+/// Printed numbers without a range are at most this. Assumption: with a few decimals a dozen of them fit
+/// a packet, and no device prints more.
+const PRINTED_MAX: f64 = 1e9;
+
+impl Layout {
+    /// The layout of `[[message]]` tables.
+    pub(crate) fn from_tables(
+        serial: Option<SerialTable>,
+        tables: &[MessageTable],
+    ) -> Result<Self, Mistake> {
+        let mut messages: Vec<Message> = Vec::new();
+        for (index, table) in tables.iter().enumerate() {
+            let place = Place::file().key("message").index(index);
+            let message = message(table, serial.is_some(), &place)?;
+            for other in &messages {
+                distinct(&message, other, &place)?;
+            }
+            messages.push(message);
+        }
+        let medium = serial.map_or(Medium::Can, |serial| Medium::Serial(serial.settings()));
+        Ok(Self::new(medium, messages))
+    }
+}
+
+fn message(table: &MessageTable, serial: bool, place: &Place) -> Result<Message, Mistake> {
+    let (carrier, signals) = match (&table.text, serial) {
+        (Some(text), true) => line(table, text, place)?,
+        (Some(_), false) => {
+            let message = "lines of text go over a serial line";
+            return Err(
+                Mistake::new(place.key("text"), message).help("add [serial] with its `baud`")
+            );
+        }
+        (None, true) => packet(table, place)?,
+        (None, false) => frame(table, place)?,
+    };
+    for (index, signal) in signals.iter().enumerate() {
+        if signals[..index].iter().any(|other| other.name == signal.name) {
+            let message = format!("`{}` has two fields `{}`", table.name, signal.name);
+            return Err(Mistake::new(place.key("fields").index(index), message));
+        }
+    }
+    Ok(Message {
+        name: table.name.clone(),
+        sender: table.sent_by,
+        period: None,
+        signals,
+        doc: table.doc.clone(),
+        carrier,
+    })
+}
+
+fn frame(table: &MessageTable, place: &Place) -> Result<(Carrier, Vec<Signal>), Mistake> {
+    unused(
+        place,
+        "on CAN",
+        &[("start", table.start.is_some()), ("checksum", table.checksum.is_some())],
+    )?;
+    let raw = table.can_id.ok_or_else(|| {
+        let message = format!("`{}` has no `can_id`, and the file no [serial]", table.name);
+        Mistake::new(place.clone(), message).help("a message on CAN has a `can_id`")
+    })?;
+    let standard = u16::try_from(raw).ok().and_then(StandardId::new).map(Id::Standard);
+    let id = match table.extended {
+        Some(true) => ExtendedId::new(raw).map(Id::Extended),
+        Some(false) => standard,
+        None => standard.or_else(|| ExtendedId::new(raw).map(Id::Extended)),
+    };
+    let id = id.ok_or_else(|| {
+        Mistake::new(place.key("can_id"), format!("{raw:#x} is no CAN identifier"))
+            .help("at most 0x7ff, or 0x1fffffff where `extended` is true")
+    })?;
+    let (signals, length) = fields(table, 0, DATA_BYTES_MAX, place)?;
+    Ok((Carrier::Frame { id, length }, signals))
+}
+
+fn packet(table: &MessageTable, place: &Place) -> Result<(Carrier, Vec<Signal>), Mistake> {
+    unused(
+        place,
+        "on a serial line",
+        &[("can_id", table.can_id.is_some()), ("extended", table.extended.is_some())],
+    )?;
+    let start = table.start.clone().unwrap_or_default();
+    if start.is_empty() {
+        let message = format!("`{}` has neither `start` nor `text`", table.name);
+        return Err(Mistake::new(place.clone(), message)
+            .help("a packet begins with bytes that tell it from others: start = [0xAA, 0x55]"));
+    }
+    let checksum = table.checksum.as_deref().map(|name| {
+        Checksum::named(name).ok_or_else(|| {
+            let known: Vec<_> = Checksum::names().collect();
+            Mistake::new(place.key("checksum"), format!("no checksum `{name}`"))
+                .help(hint::proposal(name, &known))
+        })
+    });
+    let trailer = checksum.transpose()?.map(|checksum| Trailer {
+        checksum,
+        order: table.checksum_order.unwrap_or_default(),
+        from: match table.checksum_over.unwrap_or_default() {
+            ChecksumOver::BehindStart => start.len(),
+            ChecksumOver::All => 0,
+        },
+    });
+    let sealed = trailer.map_or(0, |trailer| trailer.checksum.length());
+    let room = BYTES_MAX.saturating_sub(sealed);
+    let (signals, end) = fields(table, start.len(), room, place)?;
+    Ok((Carrier::Packet { start, length: end + sealed, trailer }, signals))
+}
+
+/// The fields one behind the other from byte `first` on, and where they end: at `limit` at the latest.
+fn fields(
+    table: &MessageTable,
+    first: usize,
+    limit: usize,
+    place: &Place,
+) -> Result<(Vec<Signal>, usize), Mistake> {
+    let mut end = first;
+    let mut signals = Vec::new();
+    for (index, field) in table.fields.iter().enumerate() {
+        let place = place.key("fields").index(index);
+        let kind = field.kind.ok_or_else(|| {
+            Mistake::new(place.clone(), format!("`{}` has no `type`", field.name))
+                .help("u8, i16, u24, f32, ...: what its bytes are")
+        })?;
+        let (coding, bits) = kind.coding();
+        let begin = end;
+        end += bits / 8;
+        if end > limit {
+            let message =
+                format!("`{}` is longer than the {limit} bytes that there are", table.name);
+            return Err(Mistake::new(place, message).help("divide it into several messages"));
+        }
+        let order = field.order.unwrap_or_default();
+        let start_bit = match order {
+            ByteOrder::Little => 8 * begin,
+            ByteOrder::Big => 8 * begin + 7,
+        };
+        let bits = BitField::new(order, start_bit as u64, bits as u64, end)
+            .ok_or_else(|| Mistake::new(place.clone(), "the field does not fit"))?;
+        let limits = coding.limits(bits.length());
+        signals.push(signal(field, Storage::Bits { field: bits, coding }, limits, &place)?);
+    }
+    Ok((signals, end))
+}
+
+fn line(
+    table: &MessageTable,
+    text: &str,
+    place: &Place,
+) -> Result<(Carrier, Vec<Signal>), Mistake> {
+    let of_packets = [
+        ("can_id", table.can_id.is_some()),
+        ("start", table.start.is_some()),
+        ("checksum", table.checksum.is_some()),
+    ];
+    unused(place, "in a line of text", &of_packets)?;
+    let pattern =
+        Pattern::parse(text).map_err(|error| Mistake::new(place.key("text"), error.to_string()))?;
+    let names: Vec<&str> = pattern.fields.iter().map(|field| field.name.as_str()).collect();
+    for (index, field) in table.fields.iter().enumerate() {
+        let place = place.key("fields").index(index);
+        if !names.contains(&field.name.as_str()) {
+            let message = format!("the line has no field `{}`", field.name);
+            return Err(Mistake::new(place, message).help(hint::proposal(&field.name, &names)));
+        }
+        unused(
+            &place,
+            "in a line of text",
+            &[("type", field.kind.is_some()), ("order", field.order.is_some())],
+        )?;
+    }
+    let mut signals = Vec::new();
+    for field in &pattern.fields {
+        let storage = Storage::Printed { format: field.format };
+        let said = table.fields.iter().enumerate().find(|(_, said)| said.name == field.name);
+        let limits = (-PRINTED_MAX, PRINTED_MAX);
+        signals.push(match said {
+            Some((index, said)) => {
+                signal(said, storage, limits, &place.key("fields").index(index))?
+            }
+            None => signal(&FieldTable::unsaid(&field.name), storage, limits, place)?,
+        });
+    }
+    let ends = |index: usize| {
+        let signal: &Signal = &signals[index];
+        [signal.minimum, signal.maximum].map(|end| signal.scale.number(end))
+    };
+    let longest = pattern.longest(ends);
+    if longest > BYTES_MAX {
+        let message =
+            format!("the line can have {longest} bytes, and at most {BYTES_MAX} are sent");
+        return Err(Mistake::new(place.key("text"), message)
+            .help("say how many decimals (`{X:.2}`), and `minimum` and `maximum` in `fields`"));
+    }
+    Ok((Carrier::Line(pattern), signals))
+}
+
+/// A signal with what its field says; `limits` are those of the number on the wire.
+fn signal(
+    field: &FieldTable,
+    storage: Storage,
+    limits: (f64, f64),
+    place: &Place,
+) -> Result<Signal, Mistake> {
+    let (factor, offset) = (field.scale.unwrap_or(1.0), field.offset.unwrap_or(0.0));
+    let scale = Scale::new(factor, offset).ok_or_else(|| {
+        Mistake::new(place.clone(), format!("`{}` has the scale {factor}", field.name))
+            .help("a scale is finite and not zero: value = scale * number + offset")
+    })?;
+    let (least, greatest) = scale.range(limits.0, limits.1);
+    let minimum = field.minimum.unwrap_or(least).max(least);
+    let maximum = field.maximum.unwrap_or(greatest).min(greatest);
+    let no_number = |end: Option<f64>| end.is_some_and(f64::is_nan);
+    if no_number(field.minimum) || no_number(field.maximum) || minimum > maximum {
+        let message = format!("`{}` has no value between {minimum} and {maximum}", field.name);
+        return Err(Mistake::new(place.clone(), message)
+            .help(format!("what it can carry goes from {least} to {greatest}")));
+    }
+    Ok(Signal {
+        name: field.name.clone(),
+        unit: field.unit.clone(),
+        minimum,
+        maximum,
+        doc: field.doc.clone(),
+        carried: Carried::Always,
+        named_values: Vec::new(),
+        start: 0f64.clamp(minimum, maximum),
+        scale,
+        storage,
+    })
+}
+
+/// Refuses what says nothing where it stands.
+fn unused(place: &Place, where_: &str, keys: &[(&str, bool)]) -> Result<(), Mistake> {
+    match keys.iter().find(|(_, given)| *given) {
+        Some((key, _)) => {
+            Err(Mistake::new(place.key(key).name(), format!("`{key}` has no meaning {where_}")))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Two messages of one sender have to be told apart by how they begin.
+fn distinct(message: &Message, other: &Message, place: &Place) -> Result<(), Mistake> {
+    if message.name == other.name {
+        let text = format!("two messages have the name `{}`", message.name);
+        return Err(Mistake::new(place.key("name"), text));
+    }
+    let (key, alike) = match (&message.carrier, &other.carrier) {
+        (Carrier::Frame { id, .. }, Carrier::Frame { id: known, .. }) => ("can_id", id == known),
+        (Carrier::Packet { start, .. }, Carrier::Packet { start: known, .. }) => {
+            let prefix = start.starts_with(known) || known.starts_with(start);
+            ("start", prefix && message.sender == other.sender)
+        }
+        (Carrier::Line(text), Carrier::Line(known)) => {
+            ("text", text == known && message.sender == other.sender)
+        }
+        _ => ("", false),
+    };
+    if alike {
+        let text = format!("`{}` and `{}` begin alike", other.name, message.name);
+        return Err(Mistake::new(place.key(key), text)
+            .help(format!("each message that a side sends has a `{key}` of its own")));
+    }
+    Ok(())
+}
+
+impl FieldType {
+    /// How its bits are a number, and how many they are.
+    const fn coding(self) -> (Coding, usize) {
+        match self {
+            Self::U8 => (Coding::Unsigned, 8),
+            Self::U16 => (Coding::Unsigned, 16),
+            Self::U24 => (Coding::Unsigned, 24),
+            Self::U32 => (Coding::Unsigned, 32),
+            Self::U64 => (Coding::Unsigned, 64),
+            Self::I8 => (Coding::Signed, 8),
+            Self::I16 => (Coding::Signed, 16),
+            Self::I24 => (Coding::Signed, 24),
+            Self::I32 => (Coding::Signed, 32),
+            Self::I64 => (Coding::Signed, 64),
+            Self::F32 => (Coding::Float32, 32),
+            Self::F64 => (Coding::Float64, 64),
+        }
+    }
+}
+
+impl FieldTable {
+    fn unsaid(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            kind: None,
+            order: None,
+            scale: None,
+            offset: None,
+            unit: String::new(),
+            minimum: None,
+            maximum: None,
+            doc: String::new(),
+        }
+    }
+}

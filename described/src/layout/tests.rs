@@ -1,0 +1,322 @@
+//! Whole layouts: round trips, damage, and the hand-written codec of the same messages.
+
+use super::bits::BitField;
+use super::message::{Carrier, Message, Sender};
+use super::number::{Coding, Scale};
+use super::signal::{Carried, Signal, Storage};
+use super::{ByteOrder, Decoded, EncodeError, Layout, Medium, SignalName, Wired};
+use crate::Description;
+use proptest::prelude::*;
+use wire::can::{CanFrame, Id, StandardId};
+use wire::packet::BYTES_MAX;
+
+/// Packets in both directions and a line.
+const SERIAL: &str = r#"
+name = "meter"
+[serial]
+baud = 115200
+[[message]]
+name = "Status"
+sent_by = "device"
+start = [0xAA, 0x55]
+checksum = "crc16-modbus"
+fields = [
+  { name = "Temperature", type = "i16", scale = 0.01, unit = "degC" },
+  { name = "Pressure", type = "u24", order = "big", scale = 0.5, offset = -100 },
+  { name = "Ratio", type = "f32" },
+]
+[[message]]
+name = "Command"
+sent_by = "host"
+start = [0xAA, 0x56]
+checksum = "sum8"
+checksum_over = "all"
+fields = [{ name = "Setpoint", type = "u8" }]
+[[message]]
+name = "Reading"
+sent_by = "device"
+text = "T={Temperature:.2} H={HeaterOn:.0}\r\n"
+"#;
+
+pub(crate) fn described(text: &str) -> Description {
+    let read = &mut |name: &str| Err(format!("no file {name} in this test"));
+    Description::parse("test.toml", text, read).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn serial() -> Layout {
+    described(SERIAL).layout().clone()
+}
+
+fn bytes(wired: Wired) -> Vec<u8> {
+    match wired {
+        Wired::Bytes(packet) => packet.as_slice().to_vec(),
+        Wired::Frame(frame) => frame.data().to_vec(),
+    }
+}
+
+fn heard(layout: &Layout, data: &[u8]) -> (Vec<Decoded>, u64) {
+    let (mut decoder, mut found) = (layout.decoder(), Vec::new());
+    decoder.bytes(data, &mut |decoded| found.push(decoded));
+    (found, decoder.damaged())
+}
+
+fn status(layout: &Layout) -> (Vec<u8>, Decoded) {
+    let values = [-12.34, 250.5, 0.25];
+    let packet = bytes(layout.encode(0, &values).unwrap());
+    (packet, Decoded { message: 0, values: values.map(Some).to_vec() })
+}
+
+#[test]
+fn a_packet_has_its_bytes_where_the_file_says() {
+    let (packet, decoded) = status(&serial());
+    assert_eq!(packet[..2], [0xaa, 0x55]);
+    assert_eq!(packet[2..4], (-1234i16).to_le_bytes());
+    assert_eq!(packet[4..7], 701u32.to_be_bytes()[1..]);
+    assert_eq!(packet[7..11], 0.25f32.to_le_bytes());
+    let crc = crc::Crc::<u16>::new(&crc::CRC_16_MODBUS).checksum(&packet[2..11]);
+    assert_eq!(packet[11..], crc.to_le_bytes());
+    let (found, damaged) = heard(&serial(), &packet);
+    assert_eq!((found.len(), damaged), (1, 0));
+    for (found, expected) in found[0].values.iter().zip(&decoded.values) {
+        assert!((found.unwrap() - expected.unwrap()).abs() < 1e-9);
+    }
+    let command = bytes(serial().encode(1, &[7.0]).unwrap());
+    assert_eq!(command, [0xaa, 0x56, 7, 7]);
+}
+
+#[test]
+fn a_damaged_packet_is_refused_and_the_next_one_found() {
+    let layout = serial();
+    let (packet, expected) = status(&layout);
+    for damaged in 0..packet.len() {
+        for bit in 0..8 {
+            let mut data = packet.clone();
+            data[damaged] ^= 1 << bit;
+            data.extend_from_slice(&packet);
+            let (found, skipped) = heard(&layout, &data);
+            assert_eq!(found.len(), 1, "byte {damaged} bit {bit}");
+            assert_eq!(found[0].message, expected.message);
+            assert_eq!(skipped, packet.len() as u64);
+        }
+    }
+}
+
+#[test]
+fn each_end_hears_the_other_alone() {
+    let layout = serial();
+    let command = bytes(layout.encode(1, &[7.0]).unwrap());
+    let count = |sender| {
+        let (mut decoder, mut found) = (layout.decoder_for(sender), 0);
+        decoder.bytes(&command, &mut |_| found += 1);
+        found
+    };
+    assert_eq!((count(Sender::Host), count(Sender::Device)), (1, 0));
+}
+
+#[test]
+fn a_line_is_not_read_from_its_middle() {
+    let layout = described(
+        "name = \"m\"\n[serial]\nbaud = 9600\n[[message]]\nname = \"R\"\nsent_by = \"device\"\ntext = \"{x}\\n\"\n",
+    );
+    let (found, damaged) = heard(layout.layout(), b"noise 15\n2.5\n");
+    assert_eq!(found, [Decoded { message: 0, values: vec![Some(2.5)] }]);
+    assert_eq!(damaged, 9);
+    // A number without an end is given up, and not kept.
+    let (found, damaged) = heard(layout.layout(), &[b'1'; 10 * BYTES_MAX]);
+    assert_eq!(found, []);
+    assert!(damaged > 9 * BYTES_MAX as u64);
+}
+
+#[test]
+fn what_does_not_fit_is_said_by_name() {
+    let layout = serial();
+    let error = layout.encode(0, &[400.0, 0.0, 0.0]).unwrap_err();
+    insta::assert_snapshot!(error, @"`Status.Temperature` cannot be 400 degC: it goes from -327.68 to 327.67");
+    let error = layout.encode(0, &[1.0]).unwrap_err();
+    insta::assert_snapshot!(error, @"failed to encode `Status`: it has 3 signals, and 1 values came");
+    assert_eq!(layout.encode(9, &[]), Err(EncodeError::NoMessage(9)));
+    for value in [f64::NAN, f64::INFINITY] {
+        assert!(layout.encode(0, &[value, 0.0, 0.0]).is_err());
+        assert!(layout.encode(2, &[value, 0.0]).is_err());
+    }
+}
+
+#[test]
+fn signals_are_found_by_name() {
+    let layout = serial();
+    assert_eq!(layout.signal("Pressure"), Some((0, 1)));
+    assert_eq!(layout.signal("Reading.Temperature"), Some((2, 0)));
+    assert_eq!(layout.signal("Temperature"), None);
+    let error = |name| match layout.resolve(name).unwrap_err() {
+        SignalName::Unknown { help, .. } | SignalName::Ambiguous { help, .. } => help,
+    };
+    assert_eq!(error("Temperature"), "say which: `Status.Temperature` or `Reading.Temperature`");
+    assert_eq!(error("Presure"), "did you mean `Pressure`?");
+    assert_eq!(error("Status.Presure"), "did you mean `Status.Pressure`?");
+}
+
+fn any_signal() -> impl Strategy<Value = Signal> {
+    let order = prop_oneof![Just(ByteOrder::Little), Just(ByteOrder::Big)];
+    // Up to 52 bits a double holds every count.
+    let coding = prop_oneof![Just(Coding::Unsigned), Just(Coding::Signed)];
+    let factor = prop_oneof![Just(1.0), Just(0.01), Just(-0.5), Just(1e-6)];
+    (order, 0u64..64, 1u64..=40, coding, factor, -100.0..100.0).prop_filter_map(
+        "inside",
+        |(order, start, length, coding, factor, offset)| {
+            let field = BitField::new(order, start, length, 8)?;
+            let scale = Scale::new(factor, offset)?;
+            let (least, greatest) = coding.limits(field.length());
+            let (minimum, maximum) = scale.range(least, greatest);
+            Some(Signal {
+                name: format!("s{start}"),
+                unit: String::new(),
+                minimum,
+                maximum,
+                doc: String::new(),
+                carried: Carried::Always,
+                named_values: Vec::new(),
+                start: 0.0,
+                scale,
+                storage: Storage::Bits { field, coding },
+            })
+        },
+    )
+}
+
+fn any_layout() -> impl Strategy<Value = Layout> {
+    prop::collection::vec(any_signal(), 1..12).prop_map(|signals| {
+        let mut kept: Vec<Signal> = Vec::new();
+        for signal in signals {
+            if kept.iter().all(|other| !other.overlaps(&signal)) {
+                kept.push(signal);
+            }
+        }
+        let id = Id::Standard(StandardId::ZERO);
+        let message = Message {
+            name: "M".to_owned(),
+            sender: Sender::Device,
+            period: None,
+            signals: kept,
+            doc: String::new(),
+            carrier: Carrier::Frame { id, length: 8 },
+        };
+        Layout::new(Medium::Can, vec![message])
+    })
+}
+
+proptest! {
+    #[test]
+    fn what_is_encoded_is_decoded_up_to_the_resolution(
+        layout in any_layout(), parts in prop::collection::vec(0.0f64..=1.0, 12)
+    ) {
+        let signals = &layout.messages()[0].signals;
+        let values: Vec<f64> = signals
+            .iter()
+            .zip(&parts)
+            .map(|(signal, part)| signal.minimum + part * (signal.maximum - signal.minimum))
+            .collect();
+        let Wired::Frame(frame) = layout.encode(0, &values).unwrap() else { panic!("on CAN") };
+        let decoded = layout.decoder().frame(&frame).unwrap();
+        for ((signal, value), found) in signals.iter().zip(&values).zip(&decoded.values) {
+            let error = (found.unwrap() - value).abs();
+            prop_assert!(error <= 0.5 * signal.resolution() * (1.0 + 1e-3), "{error} {signal:?}");
+        }
+        // And what is on the wire goes there again.
+        let again: Vec<f64> = decoded.values.into_iter().flatten().collect();
+        prop_assert_eq!(layout.encode(0, &again).unwrap(), Wired::Frame(frame));
+    }
+
+    #[test]
+    fn no_frame_makes_a_decoder_panic(
+        layout in any_layout(), data in prop::collection::vec(any::<u8>(), 0..=8)
+    ) {
+        let frame = CanFrame::new(StandardId::ZERO, &data).unwrap();
+        let mut decoder = layout.decoder();
+        let whole = decoder.frame(&frame).is_some();
+        prop_assert_eq!((whole, decoder.damaged()), (data.len() == 8, u64::from(data.len() < 8)));
+    }
+
+    /// Whatever comes before, a good packet is found when at most a packet more has come.
+    #[test]
+    fn behind_garbage_the_next_packet_is_found(
+        garbage in prop::collection::vec(prop_oneof![
+            any::<u8>(), prop::sample::select(b"\xaa\x55\x56T=1 H=.e\r\n".to_vec())
+        ], 0..100),
+        pieces in 1usize..20
+    ) {
+        let layout = serial();
+        let (packet, expected) = status(&layout);
+        let mut data = garbage.clone();
+        data.extend_from_slice(&packet);
+        data.extend_from_slice(&[0; BYTES_MAX]);
+        let (mut decoder, mut found) = (layout.decoder(), Vec::new());
+        for piece in data.chunks(pieces) {
+            decoder.bytes(piece, &mut |decoded| found.push(decoded));
+        }
+        prop_assert_eq!(found.last().map(|last| last.message), Some(expected.message));
+        let (whole, damaged) = heard(&layout, &data);
+        prop_assert_eq!((whole, damaged), (found, decoder.damaged()));
+    }
+}
+
+/// A layout with all that a DBC may say.
+const RICH: &str = r#"VERSION ""
+
+NS_ :
+
+BS_:
+
+BU_: ECU TOOL
+
+BO_ 2566844926 Rich: 8 ECU
+ SG_ Page M : 7|4@0+ (1,0) [0|3] "" TOOL
+ SG_ Torque m0 : 3|12@0- (0.5,10) [0|0] "Nm" TOOL
+ SG_ Speed m1 : 8|16@1+ (0.1,0) [0|100] "km/h" TOOL
+ SG_ Ratio : 32|32@1- (1,0) [0|0] "" TOOL
+
+BO_ 100 Wide: 8 TOOL
+ SG_ Double : 0|64@1- (1,0) [0|0] "" ECU
+
+CM_ BO_ 100 "A double.";
+CM_ SG_ 2566844926 Speed "Over ground.";
+BA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;
+BA_DEF_ SG_ "GenSigStartValue" FLOAT 0 100000;
+BA_DEF_DEF_ "GenMsgCycleTime" 0;
+BA_DEF_DEF_ "GenSigStartValue" 0;
+BA_ "GenMsgCycleTime" BO_ 2566844926 50;
+BA_ "GenSigStartValue" SG_ 2566844926 Speed 250;
+VAL_ 2566844926 Page 0 "torque" 1 "speed" ;
+SIG_VALTYPE_ 2566844926 Ratio : 1;
+SIG_VALTYPE_ 100 Double : 2;
+"#;
+
+#[test]
+fn a_dbc_says_all_of_a_signal() {
+    let layout = Layout::from_dbc("rich.dbc", RICH, "ECU").unwrap();
+    let [rich, wide] = layout.messages() else { panic!("two messages") };
+    assert_eq!((rich.sender, wide.sender), (Sender::Device, Sender::Host));
+    assert_eq!(rich.period.map(|period| period.as_nanos()), Some(50_000_000));
+    assert_eq!((wide.period, wide.doc.as_str()), (None, "A double."));
+    let speed = &rich.signals[2];
+    assert_eq!((speed.minimum, speed.maximum, speed.start), (0.0, 100.0, 25.0));
+    assert_eq!((speed.unit.as_str(), speed.doc.as_str()), ("km/h", "Over ground."));
+    assert_eq!(rich.signals[0].name_of(1.0), Some("speed"));
+    assert_eq!(rich.multiplexer(), Some(0));
+    // Twelve bits from -2048 to 2047, by half and from 10 on.
+    assert_eq!((rich.signals[1].minimum, rich.signals[1].maximum), (-1014.0, 1033.5));
+
+    let page = |values: &[f64]| {
+        let Wired::Frame(frame) = layout.encode(0, values).unwrap() else { panic!("on CAN") };
+        assert!(matches!(frame.id(), Id::Extended(_)));
+        (frame.data().to_vec(), layout.decoder().frame(&frame).unwrap().values)
+    };
+    // The speed is not in page 0, whatever it is.
+    let (data, values) = page(&[0.0, -3.5, f64::NAN, 1.5]);
+    assert_eq!(data[..4], [0x0f, 0xe5, 0, 0]);
+    assert_eq!(values, [Some(0.0), Some(-3.5), None, Some(1.5)]);
+    let (data, values) = page(&[1.0, f64::NAN, 25.0, 1.5]);
+    assert_eq!(data[..4], [0x10, 250, 0, 0]);
+    assert_eq!(values, [Some(1.0), None, Some(25.0), Some(1.5)]);
+    let (_, values) = page(&[2.0, f64::NAN, f64::NAN, 0.0]);
+    assert_eq!(values, [Some(2.0), None, None, Some(0.0)]);
+}

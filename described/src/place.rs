@@ -1,0 +1,140 @@
+//! From a path in a description to its place in the file.
+
+use std::ops::Range;
+use toml::de::{DeTable, DeValue};
+
+/// One step into a TOML value.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Segment {
+    Key(String),
+    Index(usize),
+}
+
+/// A place in a TOML file.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(crate) struct Place {
+    path: Vec<Segment>,
+    mark: Mark,
+}
+
+/// What is meant of the value at a path.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+enum Mark {
+    #[default]
+    Whole,
+    /// Its name.
+    Name,
+    /// Some bytes of a string.
+    Within(Range<usize>),
+}
+
+impl Place {
+    /// The file as a whole.
+    pub(crate) fn file() -> Self {
+        Self::default()
+    }
+
+    pub(crate) fn key(&self, key: &str) -> Self {
+        self.and(Segment::Key(key.to_owned()))
+    }
+
+    pub(crate) fn index(&self, index: usize) -> Self {
+        self.and(Segment::Index(index))
+    }
+
+    /// Some bytes of the string that is there.
+    pub(crate) fn within(&self, bytes: Range<usize>) -> Self {
+        Self { path: self.path.clone(), mark: Mark::Within(bytes) }
+    }
+
+    /// The name of what is there, not the value.
+    pub(crate) fn name(&self) -> Self {
+        Self { path: self.path.clone(), mark: Mark::Name }
+    }
+
+    fn and(&self, segment: Segment) -> Self {
+        let mut path = self.path.clone();
+        path.push(segment);
+        Self { path, mark: Mark::Whole }
+    }
+
+    /// The bytes of the value, or of the nearest one above it that there is.
+    pub(crate) fn locate(&self, text: &str) -> Range<usize> {
+        let first_line = 0..text.find('\n').unwrap_or(text.len());
+        let Ok(document) = DeTable::parse(text) else { return first_line };
+        let mut found = first_line;
+        let mut table = Some(document.get_ref());
+        let mut value: Option<&DeValue<'_>> = None;
+        let mut named = None;
+        for segment in &self.path {
+            let (name, next) = match segment {
+                Segment::Key(key) => {
+                    let pair = table.and_then(|table| table.get_key_value(key.as_str()));
+                    (pair.map(|(name, _)| name.span()), pair.map(|(_, next)| next))
+                }
+                Segment::Index(index) => {
+                    let array = value.and_then(DeValue::as_array);
+                    (None, array.and_then(|array| array.get(*index)))
+                }
+            };
+            let Some(next) = next else { return found };
+            found = next.span();
+            named = name;
+            value = Some(next.get_ref());
+            table = next.get_ref().as_table();
+        }
+        match (&self.mark, value.and_then(DeValue::as_str)) {
+            (Mark::Within(within), Some(string)) => {
+                inside(&found, string, within, text).unwrap_or(found)
+            }
+            (Mark::Name, _) => named.unwrap_or(found),
+            (Mark::Whole | Mark::Within(_), _) => found,
+        }
+    }
+}
+
+/// The bytes of a string's part, where the string stands in the file as it is, between one quote and
+/// another.
+fn inside(
+    span: &Range<usize>,
+    string: &str,
+    within: &Range<usize>,
+    text: &str,
+) -> Option<Range<usize>> {
+    let written = text.get(span.start + 1..span.end.checked_sub(1)?)?;
+    (written == string).then(|| {
+        span.start + 1 + within.start.min(string.len())
+            ..span.start + 1 + within.end.min(string.len())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Place;
+
+    const TEXT: &str =
+        "name = \"oven\"\n[state.a]\nrate = \"1 + b\"\nesc = \"\\u0031 + b\"\nlist = [1, 22]\n";
+
+    fn at(place: &Place) -> &'static str {
+        &TEXT[place.locate(TEXT)]
+    }
+
+    #[test]
+    fn a_path_leads_to_its_value() {
+        let state = Place::file().key("state").key("a");
+        assert_eq!(at(&state.key("rate")), "\"1 + b\"");
+        assert_eq!(at(&state.key("rate").within(4..5)), "b");
+        assert_eq!(at(&state.key("list").index(1)), "22");
+        assert_eq!(at(&state.key("list").name()), "list");
+        assert_eq!(at(&state.name()), "a");
+        // With an escape the parts are elsewhere: the whole is shown.
+        assert_eq!(at(&state.key("esc").within(4..5)), "\"\\u0031 + b\"");
+    }
+
+    #[test]
+    fn what_is_not_there_is_shown_one_above() {
+        let state = Place::file().key("state").key("a");
+        assert_eq!(at(&state.key("value")), "[state.a]");
+        assert_eq!(at(&Place::file().key("dbc")), "name = \"oven\"");
+    }
+}

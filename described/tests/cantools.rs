@@ -1,0 +1,41 @@
+//! Somebody else's codec: frames that cantools encoded, over random layouts of either byte order, signed and
+//! unsigned, and floats. `data/encode_with_cantools.py` wrote both files (cantools 41.4.3).
+
+use described::{Layout, Wired};
+
+const DBC: &str = include_str!("data/cantools.dbc");
+const FRAMES: &str = include_str!("data/cantools.csv");
+
+/// What a double leaves of a count of 40 bits with a factor.
+const ROUNDING: f64 = 1e-3;
+
+#[test]
+fn frames_are_those_of_cantools() {
+    let layout = Layout::from_dbc("cantools.dbc", DBC, "A").expect("the file is a layout");
+    let mut compared = 0;
+    for row in FRAMES.lines().skip(1) {
+        let mut cells = row.split(',');
+        let mut cell = || cells.next().expect("three cells a row");
+        let (name, data, values) = (cell(), cell(), cell());
+        let message = layout.find(name).expect("the message is in the DBC");
+        let values: Vec<f64> = values
+            .split(' ')
+            .map(|value| value.split_once('=').expect("name=value").1)
+            .map(|value| value.parse().expect("a number"))
+            .collect();
+        let Ok(Wired::Frame(frame)) = layout.encode(message, &values) else {
+            panic!("{row} is not encoded");
+        };
+        let hex: String = frame.data().iter().map(|byte| format!("{byte:02x}")).collect();
+        assert_eq!(hex, data, "{row}");
+        let decoded = layout.decoder().frame(&frame).expect("the frame is known");
+        for ((found, value), signal) in
+            decoded.values.iter().zip(&values).zip(&layout.messages()[message].signals)
+        {
+            let found = found.expect("nothing is multiplexed");
+            assert!((found - value).abs() < ROUNDING, "{name}.{}: {found} {value}", signal.name);
+            compared += 1;
+        }
+    }
+    assert!(compared > 500, "{compared}");
+}

@@ -1,0 +1,84 @@
+#!/usr/bin/env python3
+"""Writes cantools.dbc and cantools.csv: random layouts, and what cantools encodes with them.
+
+usage: encode_with_cantools.py     (needs cantools; writes beside itself)
+"""
+
+import csv
+import pathlib
+import random
+
+import cantools
+
+HERE = pathlib.Path(__file__).parent
+MESSAGES = 40
+FRAMES = 5
+random.seed(20)
+
+
+def bits(start, length, big):
+    """The bits of a signal, numbered as in a DBC."""
+    if not big:
+        return [start + index for index in range(length)]
+    along = 8 * (start // 8) + 7 - start % 8
+    return [8 * (bit // 8) + 7 - bit % 8 for bit in range(along, along + length)]
+
+
+def signals():
+    """Signals of one message that share no bit, and the limits of their counts."""
+    taken, lines, floats, limits = set(), [], [], {}
+    for _ in range(30):
+        is_float = random.random() < 0.1
+        length = random.choice([32, 64]) if is_float else random.randint(1, 40)
+        big, signed = random.random() < 0.5, is_float or random.random() < 0.5
+        start = random.randint(0, 63)
+        wanted = bits(start, length, big)
+        if max(wanted) > 63 or taken.intersection(wanted):
+            continue
+        taken.update(wanted)
+        name = f"s{len(lines)}"
+        factor, offset = random.choice([(1, 0), (0.5, -40), (0.01, 0), (-2, 100)])
+        if is_float:
+            factor, offset = 1, 0
+            floats.append((name, length // 32))
+        sign = "-" if signed else "+"
+        lines.append(
+            f" SG_ {name} : {start}|{length}@{0 if big else 1}{sign} ({factor},{offset}) [0|0] \"\" B"
+        )
+        least = -(1 << (length - 1)) if signed else 0
+        limits[name] = (least, least + (1 << length) - 1, factor, offset, is_float)
+    return lines, floats, limits
+
+
+def main():
+    text = 'VERSION ""\n\nNS_ :\n\nBS_:\n\nBU_: A B\n\n'
+    tail, all_limits = "", {}
+    for index in range(MESSAGES):
+        lines, floats, limits = signals()
+        identifier = index + 1 if index % 2 else (1 << 31) + 0x10000 + index
+        text += f"BO_ {identifier} M{index}: 8 A\n" + "\n".join(lines) + "\n\n"
+        for name, kind in floats:
+            tail += f"SIG_VALTYPE_ {identifier} {name} : {kind};\n"
+        all_limits[f"M{index}"] = limits
+    text += tail
+    (HERE / "cantools.dbc").write_text(text)
+    database = cantools.database.load_string(text, "dbc")
+    with open(HERE / "cantools.csv", "w", newline="") as file:
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(["message", "data", "values"])
+        for name, limits in all_limits.items():
+            for _ in range(FRAMES):
+                values = {}
+                for signal, (least, greatest, factor, offset, is_float) in limits.items():
+                    if is_float:
+                        values[signal] = random.randint(-1000, 1000) / 8
+                    else:
+                        count = random.choice([least, greatest, random.randint(least, greatest)])
+                        values[signal] = count * factor + offset
+                data = database.encode_message(name, values)
+                row = " ".join(f"{signal}={value!r}" for signal, value in values.items())
+                rows.writerow([name, data.hex(), row])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,198 @@
+//! A device of the user's own, emulated at a port in real time, for anybody's program: what `hil emulate device` does.
+
+use super::control::Control;
+use super::link::Output;
+use super::ports::{Crosses, Heard, RolePort};
+use super::request::{self, LINE_BYTES_MAX};
+use super::run::{EmulationError, Stop, reply};
+use crate::faults::FaultKind;
+use crate::port::PortSpec;
+use crate::world::described::Emulated;
+use crate::world::live::Clock;
+use described::{Description, Medium, Wired};
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+use wire::time::{Span, Timestamp};
+
+/// What is emulated, and where.
+#[derive(Debug, Clone)]
+pub struct DeviceSetup {
+    /// The device.
+    pub description: Arc<Description>,
+    /// Its port.
+    pub port: PortSpec,
+    /// A socket for requests, besides the standard input.
+    pub control: Option<PathBuf>,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+/// A request: a JSON line with one of these keys.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum Request {
+    /// Sets parameters.
+    Set(BTreeMap<String, f64>),
+    /// Tells what is true: `["temperature"]`; without names the parameters and the counters.
+    Get(Vec<String>),
+    /// Switches it off (`false`) or on.
+    Power(bool),
+    /// Something goes wrong with its line, as in a plan's `what`, until told otherwise.
+    Fault(FaultKind),
+    /// Nothing goes wrong any more.
+    NoFault {},
+}
+
+/// Emulates the device until SIGINT or SIGTERM, as [`run`](super::run()).
+///
+/// # Errors
+/// When the port cannot be opened or is lost for good, or `say` fails.
+pub fn run_device(
+    setup: &DeviceSetup,
+    say: &mut impl FnMut(&str) -> io::Result<()>,
+    warn: &mut impl FnMut(&str),
+) -> Result<(), EmulationError> {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(EmulationError::Runtime)?;
+    runtime.block_on(run_in_runtime(setup, say, warn))
+}
+
+async fn run_in_runtime(
+    setup: &DeviceSetup,
+    say: &mut impl FnMut(&str) -> io::Result<()>,
+    warn: &mut impl FnMut(&str),
+) -> Result<(), EmulationError> {
+    let mut stop = Stop::install().map_err(EmulationError::Runtime)?;
+    let crosses = match setup.description.layout().medium() {
+        Medium::Serial(settings) => Crosses::Bytes(settings),
+        Medium::Can => Crosses::Frames,
+    };
+    let mut port = RolePort::open("device", &setup.port, crosses).await?;
+    let mut control = Control::open(setup.control.as_deref())?;
+    let clock = Clock::start();
+    let mut served =
+        Served { emulated: Emulated::new(&setup.description, setup.seed), faults: 0, setup };
+    say(&port.ready().to_string()).map_err(EmulationError::Output)?;
+    let mut late_max = Span::ZERO;
+    loop {
+        let now = clock.now();
+        served.emulated.go_on(now, &mut |what| port.send(now, &output(what)));
+        let due = served.emulated.next_due();
+        tokio::select! {
+            () = clock.sleep_until(due) => late_max = late_max.max(clock.now() - due),
+            heard = port.hear() => match heard {
+                Heard::Input(Output::Frame(frame)) => {
+                    served.emulated.receive(clock.now(), Wired::Frame(frame));
+                }
+                Heard::Input(Output::Bytes(packet)) => {
+                    served.emulated.receive(clock.now(), Wired::Bytes(packet));
+                }
+                Heard::Nothing => {}
+                Heard::Changed(what) => warn(&what),
+                Heard::GivenUp(error) => return Err(error.into()),
+            },
+            asked = control.next() => {
+                let answered = served.answer(clock.now(), &asked.line);
+                reply(asked, answered, say)?;
+            }
+            () = stop.requested() => break,
+        }
+    }
+    let ended = json!({ "ended": {
+        "after_s": (clock.now() - Timestamp::ZERO).as_secs_f64(),
+        "late_ms_max": late_max.as_secs_f64() * 1e3,
+        "ports": { "device": port.counted() },
+        "dropped": served.emulated.dropped(),
+    }});
+    say(&ended.to_string()).map_err(EmulationError::Output)
+}
+
+const fn output(what: &Wired) -> Output {
+    match what {
+        Wired::Frame(frame) => Output::Frame(*frame),
+        Wired::Bytes(packet) => Output::Bytes(*packet),
+    }
+}
+
+/// The device, and who is asked about it.
+struct Served<'a> {
+    emulated: Emulated,
+    /// Faults so far; each has its number.
+    faults: usize,
+    setup: &'a DeviceSetup,
+}
+
+impl Served<'_> {
+    fn answer(&mut self, now: Timestamp, line: &[u8]) -> String {
+        if line.len() > LINE_BYTES_MAX {
+            return request::answer(
+                Value::Null,
+                Err(format!("it is longer than {LINE_BYTES_MAX} bytes")),
+            );
+        }
+        let read: Result<Map<String, Value>, _> = serde_json::from_slice(line);
+        let mut keys = match read {
+            Ok(keys) => keys,
+            Err(error) => return request::answer(Value::Null, Err(error.to_string())),
+        };
+        let id = keys.remove("id").unwrap_or(Value::Null);
+        let request =
+            serde_json::from_value(Value::Object(keys)).map_err(|error| error.to_string());
+        request::answer(id, request.and_then(|request| self.request(now, request)))
+    }
+
+    fn request(&mut self, now: Timestamp, request: Request) -> Result<Value, String> {
+        let description = &self.setup.description;
+        match request {
+            Request::Set(values) => {
+                for (name, value) in &values {
+                    description.check_parameter(name, *value)?;
+                }
+                for (name, value) in &values {
+                    self.emulated.device.set_parameter(now, name, *value);
+                }
+                Ok(json!(values))
+            }
+            Request::Get(names) if names.is_empty() => {
+                let parameters = description.parameters().map(|(name, ..)| name.to_owned());
+                let told: Vec<String> = parameters.collect();
+                self.values(&told)
+            }
+            Request::Get(names) => self.values(&names),
+            Request::Power(on) => {
+                self.emulated.device.power(now, on);
+                Ok(json!({ "power": on }))
+            }
+            Request::Fault(kind) => {
+                if !kind.info().reach.is_line() {
+                    return Err(format!("`{}` is of no line", kind.name()));
+                }
+                self.emulated.begin_fault(now, self.faults, &kind, self.setup.seed);
+                self.faults += 1;
+                Ok(json!({ "fault": kind.name() }))
+            }
+            Request::NoFault {} => {
+                for number in 0..self.faults {
+                    self.emulated.end_fault(now, number);
+                }
+                Ok(json!({ "fault": null }))
+            }
+        }
+    }
+
+    fn values(&self, names: &[String]) -> Result<Value, String> {
+        let value = |name: &String| {
+            let value = self.emulated.device.value(name);
+            value
+                .map(|value| (name.clone(), json!(value)))
+                .ok_or_else(|| format!("nothing is called {name}"))
+        };
+        Ok(Value::Object(names.iter().map(value).collect::<Result<_, _>>()?))
+    }
+}

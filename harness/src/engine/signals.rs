@@ -1,0 +1,167 @@
+//! What a device of the user's own says: observations of its signals, and conditions to wait for.
+
+use crate::plan::{Action, Condition, OfDevice, Plan, QuantityName, Step};
+use described::Layout;
+use std::collections::{BTreeMap, VecDeque};
+use wire::time::{Span, Timestamp};
+
+/// Values of one signal that are remembered for conditions: 16 minutes at 1 kHz.
+pub const HISTORY_MAX: usize = 1_000_000;
+
+/// The quantities of a plan by what brings them.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Signals {
+    /// By message and signal of the layout.
+    of_signal: BTreeMap<(usize, usize), Vec<String>>,
+    /// By message of the layout.
+    of_period: BTreeMap<usize, Vec<String>>,
+    /// When each message came last.
+    last: BTreeMap<usize, Timestamp>,
+    /// The recent past of what conditions are about, as far back as they look.
+    past: BTreeMap<String, Past>,
+}
+
+#[derive(Debug, Clone, Default)]
+struct Past {
+    values: VecDeque<(Timestamp, f64)>,
+    span: Span,
+}
+
+impl Signals {
+    /// What `plan` wants of a device of this layout.
+    pub(super) fn of(plan: &Plan, layout: &Layout) -> Self {
+        let mut signals = Self::default();
+        let mut conditions = Vec::new();
+        conditions_of(&plan.steps, &mut conditions);
+        for condition in conditions {
+            let past = signals.past.entry(condition.quantity().as_str().to_owned()).or_default();
+            past.span = past.span.max(span(condition));
+            signals.want(condition.quantity(), layout);
+        }
+        for declared in &plan.measurements {
+            signals.want(&declared.quantity, layout);
+            declared
+                .check
+                .second_quantity()
+                .into_iter()
+                .for_each(|(_, name)| signals.want(name, layout));
+        }
+        signals
+    }
+
+    fn want(&mut self, quantity: &QuantityName, layout: &Layout) {
+        let names = match quantity.of_device() {
+            Some(OfDevice::Signal(name)) => {
+                layout.signal(name).map(|place| self.of_signal.entry(place).or_default())
+            }
+            Some(OfDevice::Period(name)) => {
+                layout.find(name).map(|place| self.of_period.entry(place).or_default())
+            }
+            None => None,
+        };
+        let name = quantity.as_str();
+        if let Some(names) = names.filter(|names| names.iter().all(|known| known != name)) {
+            names.push(name.to_owned());
+        }
+    }
+
+    /// Takes a message; `values` are those of its signals, as far as it carries them. What it brings, by quantity.
+    pub(super) fn take(
+        &mut self,
+        now: Timestamp,
+        message: usize,
+        values: &[Option<f64>],
+    ) -> Vec<(String, f64)> {
+        let mut brought = Vec::new();
+        let before = self.last.insert(message, now);
+        if let (Some(names), Some(before)) = (self.of_period.get(&message), before) {
+            let period_s = (now - before).as_secs_f64();
+            brought.extend(names.iter().map(|name| (name.clone(), period_s)));
+        }
+        for (&(_, signal), names) in self.of_signal.range((message, 0)..(message + 1, 0)) {
+            let Some(value) = values.get(signal).copied().flatten() else { continue };
+            brought.extend(names.iter().map(|name| (name.clone(), value)));
+        }
+        for (name, value) in &brought {
+            if let Some(past) = self.past.get_mut(name) {
+                past.add(now, *value);
+            }
+        }
+        brought
+    }
+
+    /// Does the condition hold at the last value of its signal?
+    pub(super) fn holds(&self, condition: &Condition) -> bool {
+        let Some(past) = self.past.get(condition.quantity().as_str()) else { return false };
+        let range = past.range(span(condition));
+        range.is_some_and(|(low, high)| match condition {
+            Condition::Steady { change_at_most, .. } => high - low <= *change_at_most,
+            Condition::Below { limit, .. } => high < *limit,
+            Condition::Above { limit, .. } => low > *limit,
+        })
+    }
+}
+
+impl Past {
+    fn add(&mut self, now: Timestamp, value: f64) {
+        self.values.push_back((now, value));
+        // One value from before the window shows that all of it is known.
+        let from = now - self.span;
+        while self.values.len() > HISTORY_MAX
+            || self.values.get(1).is_some_and(|(second, _)| *second <= from)
+        {
+            self.values.pop_front();
+        }
+    }
+
+    /// Smallest and largest value over the last `span`; none while less is known.
+    fn range(&self, span: Span) -> Option<(f64, f64)> {
+        let from = self.values.back()?.0 - span;
+        if self.values.front()?.0 > from {
+            return None;
+        }
+        let recent = self.values.iter().rev().take_while(|(at, _)| *at >= from);
+        let ends = (f64::INFINITY, f64::NEG_INFINITY);
+        Some(recent.fold(ends, |(low, high), (_, value)| (low.min(*value), high.max(*value))))
+    }
+}
+
+/// How far back a condition looks.
+const fn span(condition: &Condition) -> Span {
+    match condition {
+        Condition::Steady { over, .. } => *over,
+        Condition::Below { hold, .. } | Condition::Above { hold, .. } => *hold,
+    }
+}
+
+fn conditions_of<'a>(steps: &'a [Step], conditions: &mut Vec<&'a Condition>) {
+    for step in steps {
+        match &step.action {
+            Action::WaitUntil(condition) => conditions.push(condition),
+            Action::Repeat(repeat) => conditions.extend(&repeat.until),
+            _ => {}
+        }
+        conditions_of(step.action.steps(), conditions);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Past, Span, Timestamp};
+
+    #[test]
+    fn a_window_is_known_once_something_is_older() {
+        let mut past = Past { span: Span::from_secs(2), ..Past::default() };
+        let at = Timestamp::from_secs_f64;
+        past.add(at(0.0), 5.0);
+        past.add(at(1.0), 1.0);
+        assert_eq!(past.range(Span::from_secs(2)), None);
+        assert_eq!(past.range(Span::ZERO), Some((1.0, 1.0)));
+        past.add(at(2.5), 3.0);
+        assert_eq!(past.range(Span::from_secs(2)), Some((1.0, 3.0)));
+        past.add(at(3.5), 2.0);
+        assert_eq!(past.range(Span::from_secs(2)), Some((2.0, 3.0)));
+        // Nothing is kept that no window reaches but the one before it.
+        assert_eq!(past.values.len(), 3);
+    }
+}

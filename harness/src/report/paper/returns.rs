@@ -1,0 +1,70 @@
+//! As Figs 7 and 8: where laps end that the gyro corrects, and how they are turned then. As Fig. 9: without the gyro.
+
+use super::super::against::Against;
+use super::super::panel::{Given, Medians, Panel, by_direction};
+use super::super::scatter;
+use super::{Figures, Source};
+use controller::mission::HeadingSource;
+
+const X: &str = "lap.return_x";
+const Y: &str = "lap.return_y";
+const HEADING: &str = "lap.return_heading";
+
+/// The paper: return orientation of corrected laps, deg.
+const ORIENTATION_DEG: f64 = 1.2;
+
+/// What is drawn of laps by one heading.
+struct Laps {
+    source: HeadingSource,
+    positions: &'static str,
+    orientations: &'static str,
+    square: &'static str,
+    within: &'static str,
+    files: [&'static str; 2],
+}
+
+const CORRECTED: Laps = Laps {
+    source: HeadingSource::Gyro,
+    positions: "As Fig. 7 of the paper: return positions of laps that the gyro corrects",
+    orientations: "As Fig. 8 of the paper: return orientations of laps that the gyro corrects",
+    square: "the paper: all but one inside a square of 10 x 10 cm (Fig. 7)",
+    within: "the paper: within ±1.2 deg (Fig. 8)",
+    files: ["lap.return-corrected", "lap.return_heading-corrected"],
+};
+
+const UNCORRECTED: Laps = Laps {
+    source: HeadingSource::Odometry,
+    positions: "As Fig. 9 of the paper: return positions of laps by odometry alone",
+    orientations: "As Fig. 9 of the paper: return orientations of laps by odometry alone",
+    square: "the paper: far worse than the square of the corrected laps, 10 x 10 cm (Figs 7, 9)",
+    within: "the paper: far worse than the corrected laps, which return within ±1.2 deg (Figs 8, 9)",
+    files: ["lap.return-uncorrected", "lap.return_heading-uncorrected"],
+};
+
+pub(super) fn draw(source: Source<'_>, figures: &mut Figures) {
+    for laps in [CORRECTED, UNCORRECTED] {
+        let driven = |quantity| source.only(quantity, |sample| sample.under.source == laps.source);
+        let (x, y, headings) = (driven(X), driven(Y), driven(HEADING));
+        figures.add(scatter::Positions { x: &x, y: &y }.figure(
+            laps.positions,
+            laps.square,
+            laps.files[0],
+        ));
+        let panel = Panel {
+            title: laps.orientations,
+            value: "return orientation",
+            unit: "deg",
+            against: Against::run_or_time(&headings),
+            groups: by_direction(&headings),
+            bands: source.bands(HEADING),
+            paper: &[
+                (Given::Level(ORIENTATION_DEG), laps.within),
+                (Given::Level(-ORIENTATION_DEG), laps.within),
+            ],
+            medians: Medians::Whole,
+            file: laps.files[1],
+        };
+        figures.add(panel.figure());
+    }
+    figures.shows(&[X, Y, HEADING]);
+}
