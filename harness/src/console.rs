@@ -28,6 +28,8 @@ const WIDTH_MIN: u16 = 60;
 /// Room that the other columns need before names may be kept whole.
 const WIDTH_OF_OTHERS_MIN: u16 = 30;
 
+/// What the paper gives: not shown where it gives nothing.
+const PAPER_COLUMN: usize = 2;
 /// Procedure, measurement and verdict: names that are ugly when broken.
 const WHOLE_COLUMNS: [usize; 3] = [0, 1, 5];
 
@@ -96,6 +98,12 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
         }
     }
     keep_whole(&mut table, &WHOLE_COLUMNS, style);
+    let mut measured = summaries.iter().flat_map(|summary| &summary.measurements);
+    if measured.all(|measurement| measurement.paper.is_none())
+        && let Some(paper) = table.column_mut(PAPER_COLUMN)
+    {
+        paper.set_constraint(ColumnConstraint::Hidden);
+    }
     let mut text = lines(&table);
     text.push('\n');
     for summary in summaries {

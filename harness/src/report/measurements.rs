@@ -1,4 +1,4 @@
-//! Paper against measured, with a picture of each figure in its band.
+//! What was measured, against the paper where there is one, with a picture of each figure in its band.
 
 use crate::figures;
 use crate::outcome::{Measurement, Verdict};
@@ -11,8 +11,19 @@ const GAUGE_HEIGHT: f64 = 18.0;
 /// Expanded uncertainty: about 95 % of a normal distribution.
 const COVERAGE_FACTOR: f64 = 2.0;
 
+/// What stands above the table.
+pub(super) fn heading(measurements: &[Measurement]) -> &'static str {
+    if has_paper(measurements) { "Paper against measured" } else { "Measured" }
+}
+
+/// Does the paper give anything for one of them?
+fn has_paper(measurements: &[Measurement]) -> bool {
+    measurements.iter().any(|measurement| measurement.paper.is_some())
+}
+
 /// The table of all measurements.
 pub(super) fn table(measurements: &[Measurement]) -> Markup {
+    let paper = has_paper(measurements);
     html! {
         @if measurements.is_empty() {
             p.missing { "The plan declares no measurement." }
@@ -22,7 +33,7 @@ pub(super) fn table(measurements: &[Measurement]) -> Markup {
                     thead {
                         tr {
                             th { "measurement" }
-                            th { "paper" }
+                            @if paper { th { "paper" } }
                             th.number { "measured" }
                             th.number { "band" }
                             th { "in the band" }
@@ -30,14 +41,14 @@ pub(super) fn table(measurements: &[Measurement]) -> Markup {
                             th { "verdict" }
                         }
                     }
-                    tbody { @for measurement in measurements { (row(measurement)) } }
+                    tbody { @for measurement in measurements { (row(measurement, paper)) } }
                 }
             }
         }
     }
 }
 
-fn row(measurement: &Measurement) -> Markup {
+fn row(measurement: &Measurement, paper: bool) -> Markup {
     let Measurement { name, value, unit, lower, upper, verdict, uncertainty, .. } = measurement;
     let figure = |value: f64| figures::quantity(value, *uncertainty, unit);
     let margin = measurement.margin().filter(|margin| margin.is_finite());
@@ -48,7 +59,7 @@ fn row(measurement: &Measurement) -> Markup {
                 div.small { (measurement.statistic) }
                 @if let Some(reason) = reason(measurement) { div.reason { (reason) } }
             }
-            td { (measurement.paper.as_deref().unwrap_or("-")) }
+            @if paper { td { (measurement.paper.as_deref().unwrap_or("-")) } }
             td.number { (value.map_or_else(|| "-".to_owned(), figure)) }
             td.number { (figures::band(*lower, *upper, unit)) }
             td { @if let Some(gauge) = gauge(measurement) { (gauge) } }

@@ -20,7 +20,7 @@ pub(super) fn page(summary: &Summary, header: &Header, collected: &Collected) ->
     let paper = Figures::of(header, collected);
     let body = html! {
         (heading::heading(summary, collected))
-        (section("Paper against measured", is_judged.then(|| measurements::table(&summary.measurements))))
+        (section(measurements::heading(&summary.measurements), is_judged.then(|| measurements::table(&summary.measurements))))
         (section("Properties", properties::table(&summary.properties)))
         (section("Notes and faults", trouble::list(&collected.troubles)))
         (section("The paper's figures", paper.plots()))
