@@ -3,7 +3,7 @@
 mod device;
 
 use crate::bench_file::{BenchFile, ControllerSection};
-use crate::engine::Action;
+use crate::engine::{Action, Engine};
 use crate::made::Made;
 use crate::operator::{Operator, Person};
 use crate::outcome::{PortSummary, Timing};
@@ -14,8 +14,8 @@ use crate::run::{Completed, Options, Prepared, Simulated, Subject, finish, keep,
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::world::bench::base_transport;
 use crate::world::live::{
-    ATTACH_MAX_DEFAULT, DeviceUnderTest, LATE_MAX_DEFAULT, LiveError, LiveWorld, OutOfReach,
-    Placement, PlacementError, Scheduling, Setting,
+    ATTACH_MAX_DEFAULT, DeviceUnderTest, LATE_MAX_DEFAULT, LiveEnd, LiveError, LiveWorld,
+    OutOfReach, Placement, PlacementError, Scheduling, Setting,
 };
 use crate::world::simulated::Progress;
 use controller::config::Transport;
@@ -127,18 +127,25 @@ pub(crate) fn carry_out(
     let mut keep_made = |action: &Action| made.keep(action);
     let mut end = world.run(log, sink, &mut keep_made, pulse)?;
     finish(sink, &mut end.ending);
-    let run = Simulated {
-        ending: end.ending,
-        end: end.end,
-        events: end.events,
-        observations: world.engine().observations().values().flatten().cloned().collect(),
-        made,
-        dropped: end.dropped,
-        faults: end.faults,
-        properties: end.properties,
-        unjudged: end.unjudged,
-    };
-    Ok(LiveRun { run, timing: end.timing, ports: end.ports })
+    Ok(LiveRun::of(end, world.engine(), made))
+}
+
+impl LiveRun {
+    /// What a world came to whose engine this is.
+    fn of(end: LiveEnd, engine: &Engine, made: Made) -> Self {
+        let run = Simulated {
+            ending: end.ending,
+            end: end.end,
+            events: end.events,
+            observations: engine.observations().values().flatten().cloned().collect(),
+            made,
+            dropped: end.dropped,
+            faults: end.faults,
+            properties: end.properties,
+            unjudged: end.unjudged,
+        };
+        Self { run, timing: end.timing, ports: end.ports }
+    }
 }
 
 /// Runs a prepared plan in real time, judges it and writes its run folder. `person` can be asked for what

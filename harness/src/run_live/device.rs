@@ -1,11 +1,10 @@
 //! Runs a plan of a device of the user's own in real time.
 
-use super::{LiveRunError, LiveSetting};
+use super::{LiveRun, LiveRunError, LiveSetting};
 use crate::made::Made;
 use crate::operator::{Operator, Person};
-use crate::outcome::PortSummary;
 use crate::record::sink::RecordSink;
-use crate::run::{Completed, Options, Prepared, Simulated, finish, keep, summarise};
+use crate::run::{Completed, Options, Prepared, finish, keep, summarise};
 use crate::run_folder::RunFolder;
 use crate::world::live::{
     DescribedLive, DeviceSetting, LATE_MAX_DEFAULT, LiveError, PlacementError, Player, Scheduling,
@@ -59,7 +58,7 @@ pub(super) fn run_to_folder(
     let header = prepared.header(options.seed);
     let mut sink = folder.record_sink(&header, options.level)?;
     let operator = Operator::live(options.answers.clone(), person);
-    let (run, timing, ports) =
+    let LiveRun { run, timing, ports } =
         carry_out(prepared, device, &setting, options.seed, operator, &mut sink, pulse)?;
     drop(sink);
     let mut summary = summarise(prepared, options.seed, &run);
@@ -82,21 +81,10 @@ fn carry_out(
     operator: Operator,
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
-) -> Result<(Simulated, crate::outcome::Timing, Vec<PortSummary>), LiveError> {
+) -> Result<LiveRun, LiveError> {
     let plan = Arc::clone(&prepared.plan);
     let mut world = DescribedLive::new(plan, device, operator, setting.clone(), seed);
     let mut end = world.run(sink, pulse)?;
     finish(sink, &mut end.ending);
-    let run = Simulated {
-        ending: end.ending,
-        end: end.end,
-        events: end.events,
-        observations: world.engine().observations().values().flatten().cloned().collect(),
-        made: Made::default(),
-        dropped: end.dropped,
-        faults: end.faults,
-        properties: end.properties,
-        unjudged: end.unjudged,
-    };
-    Ok((run, end.timing, end.ports))
+    Ok(LiveRun::of(end, world.engine(), Made::default()))
 }
