@@ -7,6 +7,7 @@ mod on_bench;
 mod over;
 
 use super::EXIT_STATUSES;
+use super::build_server::SummaryArguments;
 use super::envelopes::{EnvelopeArguments, Means, kind};
 use super::failure::Failure;
 use super::interrupt::Interrupt;
@@ -105,6 +106,8 @@ pub(super) struct CampaignArguments {
     pub(super) operator: OperatorArguments,
     #[command(flatten)]
     setup: SetupArguments,
+    #[command(flatten)]
+    summary: SummaryArguments,
     #[command(flatten)]
     pub(super) repetition: RepetitionArguments,
     /// Tries to make one case smaller. [default: 500; 20 with the real clock, where each takes as long as the plan]
@@ -305,7 +308,7 @@ impl CampaignArguments {
         Ok((done, saved))
     }
 
-    /// Keeps, draws and prints the end.
+    /// Keeps, draws and prints the end, and tells build servers.
     fn tell(
         &self,
         screen: &Screen,
@@ -313,6 +316,7 @@ impl CampaignArguments {
         (done, saved): (&Campaign, &[PathBuf]),
         again: Option<&Again<'_>>,
     ) -> Result<Outcome, Failure> {
+        let markdown = console::campaign_markdown(kept.plan(), done, saved);
         let page = kept.end(done, saved, again)?;
         if self.json {
             say(&(console::campaign_json(done, saved, again) + "\n"))?;
@@ -320,6 +324,7 @@ impl CampaignArguments {
             say(&console::campaign_table(done, saved, again, Style::of_stdout()))?;
             screen.chat(&format!("{}", page.display()));
         }
+        self.summary.append(&markdown)?;
         Ok(outcome(done))
     }
 
