@@ -13,7 +13,7 @@ pub use campaign::{
 };
 #[cfg(feature = "live")]
 pub use findings::findings_table;
-pub use markdown::{campaign_markdown, runs_markdown};
+pub use markdown::{campaign_markdown, envelopes_markdown, runs_markdown};
 pub use seeds::{SeedShare, seeds_markdown, seeds_table};
 
 use crate::figures;

@@ -5,8 +5,10 @@
 //! its files as attachments, in lines that Jenkins (JUnit Attachments) and GitLab read.
 
 mod campaign;
+mod envelopes;
 
 pub use campaign::campaign;
+pub use envelopes::envelopes;
 
 use crate::figures;
 use crate::outcome::{Measurement, Outcome, PropertySummary, Summary};

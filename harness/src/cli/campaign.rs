@@ -175,6 +175,7 @@ impl CampaignArguments {
                     threads,
                     interrupt: &interrupt,
                     screen,
+                    summary: &self.summary,
                 };
                 let folder = self.folder("envelopes", &prepared);
                 return self.envelopes.execute(&means, &folder, self.json);

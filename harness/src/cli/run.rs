@@ -98,7 +98,8 @@ impl RunArguments {
             }
             let range = seeds::range(self.seed, count)?;
             let markdown = self.markdown.as_deref();
-            return seeds::execute(&plans, &declared, range, &answers, markdown, screen);
+            let summary = &self.summary;
+            return seeds::execute(&plans, &declared, range, &answers, markdown, summary, screen);
         }
         if let Setup::Kernel(bus) = setup {
             crossing::check(bus, &prepared)?;

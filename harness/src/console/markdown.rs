@@ -3,6 +3,7 @@
 use crate::campaign::Campaign;
 use crate::figures;
 use crate::outcome::{Counts, Measurement, Summary};
+use crate::report::envelopes::Measured;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -91,6 +92,27 @@ pub fn campaign_markdown(plan: &str, done: &Campaign, saved: &[PathBuf]) -> Stri
     if !done.never.is_empty() {
         let never: Vec<String> = done.never.iter().map(|state| escaped(state)).collect();
         let _ = writeln!(text, "\nNever reached: {}", never.join(", "));
+    }
+    text.push('\n');
+    text
+}
+
+/// How much of each fault is tolerated, and how much is wanted.
+pub fn envelopes_markdown(plan: &str, all: &[Measured]) -> String {
+    const DIGITS: i32 = 3;
+    let mut text = format!("### Envelopes {}\n\n", escaped(plan));
+    text += "| verdict | fault | tolerated | wanted |\n|---|---|---|---|\n";
+    for measured @ Measured { envelope, at_least } in all {
+        let figure = |severity: Option<f64>| match severity {
+            Some(severity) => {
+                escaped(&format!("{} {}", figures::exact(severity, DIGITS), envelope.unit))
+            }
+            None => "-".to_owned(),
+        };
+        let verdict = if measured.holds() { "holds" } else { "**does not hold**" };
+        let fault = escaped(&format!("{} of {}", envelope.kind, envelope.target));
+        let (tolerated, wanted) = (figure(envelope.tolerated), figure(*at_least));
+        let _ = writeln!(text, "| {verdict} | {fault} | {tolerated} | {wanted} |");
     }
     text.push('\n');
     text
