@@ -115,3 +115,8 @@ pub use layout::{
     ByteOrder, Carried, Decoded, Decoder, EncodeError, Layout, Medium, Message, SIGNAL_BITS_MAX,
     Sender, Signal, SignalName, Wired,
 };
+
+/// The JSON Schema of a description, in either of its forms, for editors.
+pub fn schema(generator: schemars::SchemaGenerator) -> schemars::Schema {
+    generator.into_root_schema_for::<file::File<file::Messages>>()
+}

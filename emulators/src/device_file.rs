@@ -24,15 +24,16 @@ use crate::absolute::AbsoluteParameters;
 use crate::base::{BaseParameters, Transport};
 use crate::gyro::GyroParameters;
 use crate::gyro::terms::Term;
-use crate::parameters::{ParameterError, Parameters};
+use crate::parameters::{self, ParameterError, Parameters};
 use crate::table::TableParameters;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use thiserror::Error;
 use wire::gyro::{GyroStream, OutputMode};
 
 /// What carries the gyro.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mount {
     /// The turret of the base.
@@ -42,7 +43,7 @@ pub enum Mount {
 }
 
 /// A file that puts devices together.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DeviceFile {
     /// What it is, in a line.
@@ -64,18 +65,21 @@ pub struct DeviceFile {
 }
 
 /// The gyro of a [`DeviceFile`].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GyroSection {
     /// Name of a [`GyroModel`].
     pub model: String,
     /// Another output mode than the model's.
+    #[serde(default)]
+    #[schemars(schema_with = "mode_schema")]
     pub mode: Option<OutputMode>,
     /// Mounted the other way round than the model says: axis down, or up.
     #[serde(default)]
     pub upside_down: bool,
     /// Parameters that differ from the model's.
     #[serde(default)]
+    #[schemars(schema_with = "changes_schema::<GyroParameters>")]
     pub parameters: BTreeMap<String, f64>,
     /// Name of a model that was identified: the gyro errs as it says, on top of everything else.
     pub learned: Option<String>,
@@ -94,7 +98,7 @@ pub struct Learned {
 }
 
 /// The base of a [`DeviceFile`].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BaseSection {
     /// Name of a [`BaseModel`].
@@ -103,22 +107,24 @@ pub struct BaseSection {
     pub transport: Transport,
     /// Parameters that differ from the model's.
     #[serde(default)]
+    #[schemars(schema_with = "changes_schema::<BaseParameters>")]
     pub parameters: BTreeMap<String, f64>,
 }
 
 /// The table of a [`DeviceFile`].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TableSection {
     /// Name of a [`TableModel`].
     pub model: String,
     /// Parameters that differ from the model's.
     #[serde(default)]
+    #[schemars(schema_with = "changes_schema::<TableParameters>")]
     pub parameters: BTreeMap<String, f64>,
 }
 
 /// A kind of gyro.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GyroModel {
     /// What it is, in a line.
@@ -127,6 +133,7 @@ pub struct GyroModel {
     #[serde(default)]
     pub source: String,
     /// Its stream.
+    #[schemars(schema_with = "stream_schema")]
     pub stream: GyroStream,
     /// Its imperfections.
     #[serde(default)]
@@ -134,7 +141,7 @@ pub struct GyroModel {
 }
 
 /// A kind of base.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BaseModel {
     /// What it is, in a line.
@@ -148,7 +155,7 @@ pub struct BaseModel {
 }
 
 /// A kind of table.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TableModel {
     /// What it is, in a line.
@@ -159,6 +166,45 @@ pub struct TableModel {
     /// Its limits and imperfections.
     #[serde(default)]
     pub parameters: TableParameters,
+}
+
+/// Single parameters of a device; those of a term by its place, as in `terms.0.slope`.
+fn changes_schema<P: Parameters>(_: &mut SchemaGenerator) -> Schema {
+    let mut schema = parameters::schema::changes(P::TABLE);
+    let terms = json_schema!({ "type": "number" });
+    schema.insert(
+        "patternProperties".to_owned(),
+        json_schema!({ r"^terms\.\d+\.\w+$": terms }).into(),
+    );
+    schema
+}
+
+/// [`OutputMode`], as it is written.
+fn mode_schema(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({ "enum": ["rate", "increment", "integrated"] })
+}
+
+/// [`GyroStream`], as it is written.
+fn stream_schema(generator: &mut SchemaGenerator) -> Schema {
+    let mut mode = mode_schema(generator);
+    mode.insert("default".to_owned(), "rate".into());
+    json_schema!({
+        "type": "object",
+        "properties": {
+            "format": {
+                "enum": ["navigator", "ecore2000", "dsp3000-ascii", "dsp3000-binary"],
+                "description": "The format on the wire."
+            },
+            "mode": mode,
+            "reversed": {
+                "type": "boolean",
+                "default": false,
+                "description": "The maker's positive direction is clockwise, or the axis points down."
+            }
+        },
+        "required": ["format"],
+        "additionalProperties": false
+    })
 }
 
 /// Finds models by name: in files, or in what a program carries along.

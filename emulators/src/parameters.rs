@@ -1,5 +1,7 @@
 //! Named numbers of a device: declared once, read from a device file, set by name during a run.
 
+pub(crate) mod schema;
+
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -154,6 +156,26 @@ macro_rules! parameters {
             /// The ideal device.
             fn default() -> Self {
                 Self { $($field: $ideal,)* $($list: $list_ideal,)? }
+            }
+        }
+
+        impl schemars::JsonSchema for $name {
+            fn schema_name() -> std::borrow::Cow<'static, str> {
+                stringify!($name).into()
+            }
+
+            #[allow(unused_mut, unused_variables, reason = "used where there is a list")]
+            fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+                let known = <Self as $crate::parameters::Parameters>::TABLE;
+                let mut schema = $crate::parameters::schema::table(known);
+                schema.insert("description".to_owned(), concat!($($struct_doc, "\n"),*).trim().into());
+                $(
+                    let list = generator.subschema_for::<Vec<$item>>();
+                    if let Some(known) = schema.get_mut("properties").and_then(|it| it.as_object_mut()) {
+                        known.insert(stringify!($list).to_owned(), list.into());
+                    }
+                )?
+                schema
             }
         }
 

@@ -3,13 +3,17 @@
 mod campaign;
 #[cfg(feature = "live")]
 mod findings;
+mod markdown;
 mod seeds;
 
+#[cfg(test)]
+pub(crate) use campaign::tests::example;
 pub use campaign::{
     Again, campaign_json, campaign_table, envelope_table, envelopes_json, level_line,
 };
 #[cfg(feature = "live")]
 pub use findings::findings_table;
+pub use markdown::{campaign_markdown, envelopes_markdown, runs_markdown};
 pub use seeds::{SeedShare, seeds_markdown, seeds_table};
 
 use crate::figures;

@@ -42,6 +42,11 @@ pub fn quantity(value: f64, uncertainty: f64, unit: &str) -> String {
     with_unit(text, unit)
 }
 
+/// A value to the digits of its standard uncertainty, which is left out, and its unit.
+pub fn quantity_alone(value: f64, uncertainty: f64, unit: &str) -> String {
+    with_unit(self::value(value, uncertainty), unit)
+}
+
 /// A band in words.
 pub fn band(lower: Option<f64>, upper: Option<f64>, unit: &str) -> String {
     let text = match (lower, upper) {

@@ -32,6 +32,7 @@
 //!
 //! For people and for machines:
 //! * [`run_folder`]: what a run leaves behind. [`report`]: one page. [`junit`]: for a build server.
+//! * [`schema`]: what editors complete and check plans and other files by.
 //! * [`console`]: tables. [`figures`]: how numbers are written. [`cli`]: the command `hil`.
 //!
 //! A run from Rust, without a folder:
@@ -90,5 +91,6 @@ pub mod run;
 pub mod run_folder;
 #[cfg(feature = "live")]
 pub mod run_live;
+pub mod schema;
 pub mod seeds;
 pub mod world;

@@ -4,6 +4,8 @@
 
 #[path = "cli/bus.rs"]
 mod bus;
+#[path = "cli/ci.rs"]
+mod ci;
 #[path = "cli/closing.rs"]
 mod closing;
 #[cfg(all(feature = "live", target_os = "linux"))]

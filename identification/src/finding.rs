@@ -1,6 +1,7 @@
 //! What an identification says: the contract of `finding.json` and `prediction.json`.
 
 use crate::dataset::{Axis, Kind};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Version of the contract.
@@ -137,7 +138,7 @@ pub struct Effect {
 }
 
 /// A parameter, fitted.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Parameter {
     /// Name within its effect.
     pub name: String,

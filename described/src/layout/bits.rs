@@ -1,5 +1,6 @@
 //! Where the bits of a signal lie in the bytes of its message.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// The most bits that one signal has.
@@ -11,7 +12,7 @@ const WINDOW_BYTES: usize = 16;
 const WINDOW_BITS: u32 = 8 * WINDOW_BYTES as u32;
 
 /// Which byte of a number comes first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ByteOrder {
     /// The least significant first (Intel, `@1` in a DBC).

@@ -9,7 +9,7 @@ use wire::packet::{BYTES_MAX, Packet};
 use wire::time::Span;
 
 /// Who sends a message.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sender {
     /// The device that is described.

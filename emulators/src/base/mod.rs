@@ -42,6 +42,7 @@ use commands::Spread;
 use fault::Kept;
 use kinematics::{Kinematics, State};
 use reports::Reports;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use track::TrackModel;
 use wire::base::serial_link::{Device, DeviceEvent, write_answer};
@@ -52,7 +53,7 @@ use wire::time::Timestamp;
 use wire::units::{Angle, AngularRate, Length, Pose, Speed};
 
 /// How a base is connected.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Transport {
     /// Classic CAN; the base reports of its own accord.

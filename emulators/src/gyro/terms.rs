@@ -15,11 +15,12 @@ mod form;
 mod sums;
 
 use crate::parameters::{Domain, ParameterError, ParameterInfo, Parameters};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 pub(super) use sums::{Memory, Moment, Sums};
 
 /// One term.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Term {
     /// What it acts on.
@@ -32,7 +33,7 @@ pub struct Term {
 }
 
 /// What a term acts on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Acts {
     /// It is added to the rate, rad/s.
@@ -42,7 +43,7 @@ pub enum Acts {
 }
 
 /// What a term sees.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Driver {
     /// Nothing.
@@ -76,7 +77,7 @@ pub enum Driver {
 }
 
 /// How a term depends on its driver x.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[expect(missing_docs, reason = "each variant's formula names its fields")]
 pub enum Form {
@@ -109,7 +110,7 @@ pub enum Form {
 }
 
 /// A point of a table.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Point {
     /// Where, in the driver's unit.

@@ -2,8 +2,10 @@
 
 use super::attach::AttachPlace;
 use super::role::Yes;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, DeserializeSeed, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
+use std::borrow::Cow;
 use std::fmt;
 
 /// Which device is tested.
@@ -79,6 +81,38 @@ impl<'de> Visitor<'de> for SectionVisitor {
                 "no device under test, expected `in_process = true`, `command = [...]` or \
                  `attach = \"...\"`",
             )
+        })
+    }
+}
+
+impl JsonSchema for ControllerSection {
+    fn schema_name() -> Cow<'static, str> {
+        "Controller".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "The device under test: one of `in_process`, `command` and `attach`.",
+            "type": "object",
+            "properties": {
+                "in_process": {
+                    "description": "The controller that the harness brings along.",
+                    "const": true
+                },
+                "command": {
+                    "description": "A program that the harness starts; `{gyro}` and `{base}` stand for the ports.",
+                    "type": "array",
+                    "items": { "type": "string" },
+                    "minItems": 1
+                },
+                "attach": {
+                    "description": "Where one that runs already takes its missions: `unix:PATH`, `tcp:HOST:PORT` or a serial port.",
+                    "type": "string"
+                }
+            },
+            "minProperties": 1,
+            "maxProperties": 1,
+            "additionalProperties": false
         })
     }
 }

@@ -36,6 +36,7 @@ pub use role::Role;
 pub use timing::{ATTACH_S_MAX_MAX, LATE_MS_MAX_MAX, Timing};
 
 use crate::library::{Kind, Library, LibraryError};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -43,7 +44,7 @@ use std::path::{Path, PathBuf};
 pub const ROLES: [&str; 3] = ["gyro", "base", "table"];
 
 /// A bench.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BenchFile {
     /// What it is, in a line.
@@ -51,15 +52,19 @@ pub struct BenchFile {
     pub title: String,
     /// The gyro: a serial line.
     #[serde(default, deserialize_with = "role::on_a_serial_line")]
+    #[schemars(schema_with = "role::schema")]
     pub gyro: Option<Role>,
     /// The mobile base: a serial line or a CAN bus.
     #[serde(default, deserialize_with = "role::anywhere")]
+    #[schemars(schema_with = "role::schema")]
     pub base: Option<Role>,
     /// The rotary table: a serial line.
     #[serde(default, deserialize_with = "role::on_a_serial_line")]
+    #[schemars(schema_with = "role::schema")]
     pub table: Option<Role>,
     /// A device of the user's own, of plans that name one: a serial line or a CAN bus.
     #[serde(default, deserialize_with = "role::anywhere")]
+    #[schemars(schema_with = "role::schema")]
     pub device: Option<Role>,
     /// The device under test; what the command line says where it is absent.
     pub controller: Option<ControllerSection>,
@@ -71,7 +76,7 @@ pub struct BenchFile {
 }
 
 /// Where the answers of a person are written down.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AnswersSection {
     /// The file; in the bench file relative to its folder, after [`BenchFile::load`] to the working

@@ -3,7 +3,9 @@
 //! Without the feature `live` only what a bench file itself needs is looked at: the scheme, and that there
 //! is an address where one must be. With it the whole must be a `port::PortSpec`, options included.
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, de};
+use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
 
@@ -98,6 +100,22 @@ impl PortText {
             None => "",
         };
         after.split_once('?').map_or(after, |(address, _)| address)
+    }
+}
+
+impl JsonSchema for PortText {
+    fn schema_name() -> Cow<'static, str> {
+        "Port".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let schemes = Medium::ALL.map(Medium::scheme).join("|");
+        json_schema!({
+            "description": "A port: a path such as `/dev/ttyUSB0`, or a scheme such as `can:can0`, \
+                `slcan:/dev/ttyACM0`, `serial:...`, `pty`, `slcan-pty`.",
+            "type": "string",
+            "pattern": format!("^(/|({schemes})(:|\\?|$))")
+        })
     }
 }
 

@@ -1,6 +1,7 @@
 //! What plays a role: a device at a port, or an emulated one.
 
 use super::port_text::PortText;
+use schemars::{Schema, SchemaGenerator, json_schema};
 use serde::de::{self, DeserializeSeed, MapAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::fmt;
@@ -91,6 +92,22 @@ impl<'de> DeserializeSeed<'de> for Key {
             other => Err(de::Error::unknown_field(other, &[PORT, EMULATED])),
         }
     }
+}
+
+/// A role, for editors.
+pub(super) fn schema(generator: &mut SchemaGenerator) -> Schema {
+    let port = generator.subschema_for::<PortText>();
+    let port_doc = "Where the device is, or where an emulated one is put.";
+    let emulated_doc = "An emulated device plays the role.";
+    json_schema!({
+        "type": "object",
+        "properties": {
+            PORT: { "description": port_doc, "anyOf": [port] },
+            EMULATED: { "description": emulated_doc, "const": true }
+        },
+        "minProperties": 1,
+        "additionalProperties": false
+    })
 }
 
 struct RoleVisitor<P>(PhantomData<P>);

@@ -1,5 +1,6 @@
 //! What real time may do to a run on this bench.
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Unexpected};
 use serde::{Deserialize, Deserializer};
 use wire::time::Span;
@@ -13,20 +14,30 @@ pub const LATE_MS_MAX_MAX: f64 = 10_000.0;
 pub const ATTACH_S_MAX_MAX: f64 = 3_600.0;
 
 /// What real time may do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Timing {
     /// How late the harness may be with anything; what the live world takes for usual where it is absent.
     /// `late_ms_max` in the file, in milliseconds.
     #[serde(rename = "late_ms_max", default, deserialize_with = "milliseconds")]
+    #[schemars(schema_with = "late_schema")]
     pub late_max: Option<Span>,
     /// How long an attached controller may take until it is heard, from the begin of the run; what the live
     /// world takes for usual where it is absent. `attach_s_max` in the file, in seconds.
     #[serde(rename = "attach_s_max", default, deserialize_with = "seconds")]
+    #[schemars(schema_with = "attach_schema")]
     pub attach_max: Option<Span>,
     /// Ask for real-time priority and locked memory, as `--realtime` does.
     #[serde(default)]
     pub realtime: bool,
+}
+
+fn late_schema(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({ "type": "number", "exclusiveMinimum": 0, "maximum": LATE_MS_MAX_MAX })
+}
+
+fn attach_schema(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({ "type": "number", "exclusiveMinimum": 0, "maximum": ATTACH_S_MAX_MAX })
 }
 
 fn milliseconds<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Span>, D::Error> {

@@ -7,6 +7,7 @@ mod on_bench;
 mod over;
 
 use super::EXIT_STATUSES;
+use super::build_server::SummaryArguments;
 use super::envelopes::{EnvelopeArguments, Means, kind};
 use super::failure::Failure;
 use super::interrupt::Interrupt;
@@ -106,6 +107,8 @@ pub(super) struct CampaignArguments {
     #[command(flatten)]
     setup: SetupArguments,
     #[command(flatten)]
+    summary: SummaryArguments,
+    #[command(flatten)]
     pub(super) repetition: RepetitionArguments,
     /// Tries to make one case smaller. [default: 500; 20 with the real clock, where each takes as long as the plan]
     #[arg(long, value_name = "N", conflicts_with_all = ["envelope", "envelopes"])]
@@ -172,6 +175,7 @@ impl CampaignArguments {
                     threads,
                     interrupt: &interrupt,
                     screen,
+                    summary: &self.summary,
                 };
                 let folder = self.folder("envelopes", &prepared);
                 return self.envelopes.execute(&means, &folder, self.json);
@@ -305,7 +309,7 @@ impl CampaignArguments {
         Ok((done, saved))
     }
 
-    /// Keeps, draws and prints the end.
+    /// Keeps, draws and prints the end, and tells build servers.
     fn tell(
         &self,
         screen: &Screen,
@@ -313,6 +317,7 @@ impl CampaignArguments {
         (done, saved): (&Campaign, &[PathBuf]),
         again: Option<&Again<'_>>,
     ) -> Result<Outcome, Failure> {
+        let markdown = console::campaign_markdown(kept.plan(), done, saved);
         let page = kept.end(done, saved, again)?;
         if self.json {
             say(&(console::campaign_json(done, saved, again) + "\n"))?;
@@ -320,6 +325,7 @@ impl CampaignArguments {
             say(&console::campaign_table(done, saved, again, Style::of_stdout()))?;
             screen.chat(&format!("{}", page.display()));
         }
+        self.summary.append(&markdown)?;
         Ok(outcome(done))
     }
 

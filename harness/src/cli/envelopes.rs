@@ -1,5 +1,6 @@
 //! `hil campaign --envelope` and `--envelopes`: how much of faults a plan tolerates.
 
+use super::build_server::SummaryArguments;
 use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::progress::Screen;
@@ -8,11 +9,14 @@ use crate::campaign::{self, Envelope, EnvelopeSettings, Executor as _, Simulated
 use crate::checks::confidence::{Z_95, trials_min};
 use crate::console::{self, Style};
 use crate::faults::{Fault, FaultKind};
+use crate::junit;
 use crate::outcome::Outcome;
 use crate::plan::{DeclaredEnvelope, struck_by};
 use crate::report::envelopes::{Measured, page};
 use crate::run::Prepared;
+use crate::run_folder::JUNIT;
 use clap::Args;
+use std::io;
 use std::num::NonZeroUsize;
 use std::path::Path;
 use wire::time::Span;
@@ -61,6 +65,7 @@ pub(super) struct Means<'a> {
     pub(super) threads: NonZeroUsize,
     pub(super) interrupt: &'a Interrupt,
     pub(super) screen: &'a Screen,
+    pub(super) summary: &'a SummaryArguments,
 }
 
 impl EnvelopeArguments {
@@ -93,9 +98,13 @@ impl EnvelopeArguments {
                 break;
             }
         }
+        let plan = means.prepared.plan.name.as_str();
         let figures = console::envelopes_json(&all);
-        let page = page(means.prepared.plan.name.as_str(), &all);
-        for (name, text) in [(FIGURES, &figures), (REPORT, &page)] {
+        let page = page(plan, &all);
+        let verdicts = junit::envelopes(plan, &all).map_err(io::Error::other);
+        let verdicts = verdicts.map_err(|source| Failure::file(&folder.join(JUNIT), source))?;
+        means.summary.append(&console::envelopes_markdown(plan, &all))?;
+        for (name, text) in [(FIGURES, &figures), (REPORT, &page), (JUNIT, &verdicts)] {
             let path = folder.join(name);
             std::fs::write(&path, text).map_err(|source| Failure::file(&path, source))?;
         }

@@ -1,5 +1,6 @@
 //! What keeps a command from doing its work, and the exit status of each.
 
+use super::build_server::Annotation;
 use crate::bus_log::LogError;
 use crate::campaign::{AccountError, JournalError, RegressionError};
 use crate::dataset::DatasetError;
@@ -251,6 +252,17 @@ impl Failure {
             #[cfg(feature = "nats")]
             Cause::Nats(_) => Outcome::Error.exit_status(),
         }
+    }
+
+    /// The same for a build server, with its place where it has one.
+    pub(super) fn annotation(&self) -> Annotation {
+        let mut labels = self.0.labels().into_iter().flatten();
+        let place = self.0.source_code().zip(labels.next()).and_then(|(source, label)| {
+            let text = source.read_span(label.inner(), 0, 0).ok()?;
+            Some((text.name()?.to_owned(), text.line() + 1))
+        });
+        let help = self.0.help().map_or_else(String::new, |help| format!("\n{help}"));
+        Annotation { place, title: "hil".to_owned(), message: format!("{self}{help}") }
     }
 
     /// The message, with the place in the file where there is one: with colours and lines, or in plain

@@ -7,8 +7,10 @@
 //!
 //! What is absent: any judgement, any decision about devices, any clock but a stopwatch.
 
+mod build_server;
 mod campaign;
 mod check;
+mod completions;
 mod crossing;
 mod doctor;
 mod emulate;
@@ -22,6 +24,7 @@ mod interrupt;
 mod list;
 mod live;
 mod log;
+mod man;
 mod measured;
 #[cfg(feature = "nats")]
 mod nats;
@@ -34,6 +37,7 @@ mod repetition;
 mod replay;
 mod report;
 mod run;
+mod schema;
 mod seeds;
 mod series;
 mod setup;
@@ -93,6 +97,9 @@ enum Command {
     Log(log::LogArguments),
     Identify(identify::IdentifyArguments),
     Predict(predict::PredictArguments),
+    Schema(schema::SchemaArguments),
+    Completions(completions::CompletionsArguments),
+    Man(man::ManArguments),
 }
 
 impl Cli {
@@ -126,6 +133,9 @@ impl Cli {
             Some(Command::Log(arguments)) => arguments.execute(screen),
             Some(Command::Identify(arguments)) => arguments.execute(screen),
             Some(Command::Predict(arguments)) => arguments.execute(screen),
+            Some(Command::Schema(arguments)) => arguments.execute(),
+            Some(Command::Completions(arguments)) => arguments.execute(),
+            Some(Command::Man(arguments)) => arguments.execute(),
         }
     }
 }
@@ -139,6 +149,7 @@ pub fn main() -> ExitCode {
         Ok(outcome) => outcome.exit_status(),
         Err(failure) => {
             screen.note(&failure.rendered(screen.fancy()));
+            failure.annotation().show(&screen);
             failure.exit_status()
         }
     };
@@ -184,8 +195,24 @@ mod tests {
         hil.build();
         let mut help = hil.render_long_help().to_string();
         let names = [
-            "run", "campaign", "worker", "check", "report", "show", "list", "doctor", "emulate",
-            "export", "import", "log", "identify", "predict",
+            "run",
+            "campaign",
+            "worker",
+            "check",
+            "report",
+            "show",
+            "list",
+            "doctor",
+            "emulate",
+            "export",
+            "import",
+            "log",
+            "identify",
+            "predict",
+            "new",
+            "schema",
+            "completions",
+            "man",
         ];
         for name in names {
             let command = hil.find_subcommand_mut(name).expect(name);

@@ -1,5 +1,6 @@
 //! `hil` alone: every procedure of the paper.
 
+use super::build_server::SummaryArguments;
 use super::failure::Failure;
 use super::operator::OperatorArguments;
 use super::progress::Screen;
@@ -23,6 +24,8 @@ pub(super) struct PaperArguments {
     /// Folder for the run folders, each PLAN-seedN.
     #[arg(long, value_name = "DIR", default_value = RUNS)]
     out: PathBuf,
+    #[command(flatten)]
+    summary: SummaryArguments,
     /// Show nothing but the table and what went wrong.
     #[arg(long)]
     pub(super) quiet: bool,
@@ -43,6 +46,7 @@ impl PaperArguments {
             level: Level::Events,
             answers,
             person,
+            summary: self.summary.clone(),
         };
         series.execute(screen)
     }

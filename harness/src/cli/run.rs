@@ -1,6 +1,7 @@
 //! `hil run`: plans, once each or for many seeds.
 
 use super::EXIT_STATUSES;
+use super::build_server::SummaryArguments;
 use super::crossing;
 use super::failure::Failure;
 use super::operator::OperatorArguments;
@@ -64,6 +65,8 @@ pub(super) struct RunArguments {
     operator: OperatorArguments,
     #[command(flatten)]
     setup: SetupArguments,
+    #[command(flatten)]
+    summary: SummaryArguments,
     /// Show nothing but the table and what went wrong.
     #[arg(long)]
     pub(super) quiet: bool,
@@ -95,7 +98,8 @@ impl RunArguments {
             }
             let range = seeds::range(self.seed, count)?;
             let markdown = self.markdown.as_deref();
-            return seeds::execute(&plans, &declared, range, &answers, markdown, screen);
+            let summary = &self.summary;
+            return seeds::execute(&plans, &declared, range, &answers, markdown, summary, screen);
         }
         if let Setup::Kernel(bus) = setup {
             crossing::check(bus, &prepared)?;
@@ -106,7 +110,9 @@ impl RunArguments {
             (None, _) => Out::Parent(RUNS.into()),
         };
         let level = self.record.into();
-        Series { plans: &plans, setup: &setup, seed: self.seed, out, level, answers, person }
+        let summary = self.summary.clone();
+        let seed = self.seed;
+        Series { plans: &plans, setup: &setup, seed, out, level, answers, person, summary }
             .execute(screen)
     }
 }

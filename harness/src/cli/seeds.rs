@@ -1,5 +1,6 @@
 //! `hil run --seeds N`: how many seeds pass.
 
+use super::build_server::SummaryArguments;
 use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::progress::Screen;
@@ -45,6 +46,7 @@ pub(super) fn execute(
     seeds: Range<u64>,
     answers: &Answers,
     markdown: Option<&Path>,
+    summary: &SummaryArguments,
     screen: &Screen,
 ) -> Result<Outcome, Failure> {
     let interrupt = Interrupt::install(screen)?;
@@ -76,6 +78,7 @@ pub(super) fn execute(
         std::fs::write(path, console::seeds_markdown(&all))
             .map_err(|source| Failure::file(path, source))?;
     }
+    summary.append(&format!("{}\n", console::seeds_markdown(&all)))?;
     Ok(if interrupt.requested() { Outcome::Aborted } else { Outcome::Passed })
 }
 

@@ -1,5 +1,6 @@
 //! Plans one after another: what one makes, the later ones use.
 
+use super::build_server::{Annotation, SummaryArguments};
 use super::crossing;
 use super::failure::Failure;
 use super::interrupt::Interrupt;
@@ -52,6 +53,7 @@ pub(super) struct Series<'a> {
     pub(super) answers: Answers,
     /// Whoever can be asked for the others.
     pub(super) person: Option<Terminal>,
+    pub(super) summary: SummaryArguments,
 }
 
 /// Reads and checks all of them before anything runs, so that a slip in the last plan does not cost
@@ -87,6 +89,7 @@ impl Series<'_> {
         // What was measured before something went wrong is shown in any case.
         if done.is_ok() || !summaries.is_empty() {
             say(&console::measurements_table(&summaries, Style::of_stdout()))?;
+            self.summary.append(&console::runs_markdown(&summaries))?;
         }
         done.map(|()| console::worst(&summaries))
     }
@@ -116,6 +119,7 @@ impl Series<'_> {
                 tracing::warn!("{name}: full lines dropped {} times", completed.dropped);
             }
             made.extend(completed.made);
+            annotate(name, &completed.summary, screen);
             summaries.push(completed.summary);
             let left = &self.plans[index + 1..];
             if interrupt.requested() && !left.is_empty() {
@@ -152,6 +156,23 @@ impl Series<'_> {
         progress.finish(&completed.summary);
         Ok(completed)
     }
+}
+
+/// Shows a build server what did not pass, at the plan where that is a file.
+fn annotate(plan: &str, summary: &Summary, screen: &Screen) {
+    if summary.outcome == Outcome::Passed {
+        return;
+    }
+    let title = format!("{}: {}", summary.plan, summary.outcome.name());
+    let failed = summary.measurements.iter().filter(|one| !one.verdict.is_acceptable());
+    let failed: Vec<&str> = failed.map(|one| one.name.as_str()).collect();
+    let message = match (&summary.reason, failed.is_empty()) {
+        (Some(reason), _) => reason.clone(),
+        (None, false) => format!("out of band or never measured: {}", failed.join(", ")),
+        (None, true) => summary.outcome.name().to_owned(),
+    };
+    let place = Path::new(plan).is_file().then(|| (plan.to_owned(), 1));
+    Annotation { place, title, message }.show(screen);
 }
 
 #[cfg(test)]

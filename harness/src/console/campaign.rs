@@ -220,7 +220,7 @@ fn figure(severity: f64) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::{Again, campaign_table, envelope_table, figure};
     use crate::campaign::{
         Campaign, Case, CaseResult, Envelope, Found, Level, Repeated, Shrunk, Tally, Violated,
@@ -228,6 +228,7 @@ mod tests {
     use crate::console::Style;
     use crate::faults::{Fault, FaultKind, Schedule, Target};
     use crate::properties::Unjudged;
+    use std::path::PathBuf;
 
     #[test]
     fn figures_have_three_digits() {
@@ -236,8 +237,8 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_campaign_in_words() {
+    /// One property broke, one held, and one state was never reached.
+    pub(crate) fn example() -> (Campaign, Vec<PathBuf>) {
         let fault = Fault::new(Target::Gyro, FaultKind::typical("drop").unwrap());
         let case = Case { seed: 7, schedule: Schedule { faults: vec![fault] } };
         let violated = Violated {
@@ -272,7 +273,12 @@ mod tests {
             never: vec!["bus_off".to_owned()],
             stopped: false,
         };
-        let saved = ["runs/x/laps-fresh-heading-1a2b3c4d.toml".into()];
+        (done, vec!["runs/x/laps-fresh-heading-1a2b3c4d.toml".into()])
+    }
+
+    #[test]
+    fn a_campaign_in_words() {
+        let (done, saved) = example();
         insta::assert_snapshot!(campaign_table(&done, &saved, None, Style::PLAIN));
         let unjudged = [Unjudged {
             name: "done_is_done",

@@ -2,12 +2,15 @@
 
 use super::{FaultKind, Lasts, When};
 use crate::plan::number;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 use std::fmt;
 use wire::time::Span;
 
 /// What a fault strikes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Target {
     /// The gyro or its line.
@@ -39,7 +42,9 @@ impl Target {
 }
 
 /// Which way a faulty line is faulty.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Toward {
     /// What the device sends.
@@ -52,7 +57,7 @@ pub enum Toward {
 }
 
 /// One fault of a schedule. Times are SI; the parameters of the kind are in the units of their names.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Fault {
     /// What it strikes.
@@ -74,6 +79,7 @@ pub struct Fault {
         serialize_with = "seconds",
         skip_serializing_if = "Option::is_none"
     )]
+    #[schemars(schema_with = "number::schema::duration_option")]
     pub duration: Option<Span>,
     /// Probability that it happens at all, drawn from the seed of the run.
     #[serde(
@@ -81,6 +87,7 @@ pub struct Fault {
         deserialize_with = "number::share",
         skip_serializing_if = "is_certain"
     )]
+    #[schemars(schema_with = "number::schema::share")]
     pub probability: f64,
 }
 

@@ -30,6 +30,7 @@ pub use check::{BenchLines, Unfit};
 pub use fault::{Fault, Target, Toward};
 pub use injector::FaultSummary;
 pub(crate) use injector::{Change, Injector, makes_frames};
+pub(crate) use kind::schema::name as kind_name_schema;
 pub use kind::{FaultKind, KindInfo, KindParameter, Lasts, Reach, UnknownKind};
 pub use record::{FaultEvent, FaultRecord};
 pub use schedule::{FAULTS_MAX, Schedule};

@@ -1,13 +1,14 @@
 //! A schedule: the faults of one run.
 
 use super::Fault;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The most faults of one run. Assumption: a schedule that a person cannot read shrinks badly.
 pub const FAULTS_MAX: usize = 256;
 
 /// The faults of one run, in the order in which a plan writes them; a fault is known by its place here.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct Schedule {
     /// The faults.

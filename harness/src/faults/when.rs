@@ -1,6 +1,7 @@
 //! When a fault begins: at a time, or with a phase of the plan.
 
 use crate::plan::{Name, number};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::time::Span;
 
@@ -15,7 +16,7 @@ use wire::time::Span;
 /// when = { step = "lap", number = 3, after_s = 2 } # 2 s after the third lap began
 /// when = { during = "turn", number = 3 }           # from the begin of the third turn to its end
 /// ```
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Fields", into = "Fields")]
 pub enum When {
     /// With the run.
@@ -68,28 +69,36 @@ impl When {
 }
 
 /// As it is written.
-#[derive(Default, Serialize, Deserialize)]
+#[derive(Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Fields {
+    /// So long after the begin of the run, s.
     #[serde(
         default,
         deserialize_with = "from_zero",
         serialize_with = "super::fault::seconds",
         skip_serializing_if = "Option::is_none"
     )]
+    #[schemars(schema_with = "number::schema::duration_or_zero")]
     at_s: Option<Span>,
+    /// After the begin of this step, by its key or label.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     step: Option<Name>,
+    /// From the begin to the end of this step, by its key or label.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     during: Option<Name>,
+    /// Which of them, counted from 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1))]
     number: Option<u32>,
+    /// How long after the begin of the step, s.
     #[serde(
         default,
         deserialize_with = "from_zero",
         serialize_with = "super::fault::seconds",
         skip_serializing_if = "Option::is_none"
     )]
+    #[schemars(schema_with = "number::schema::duration_or_zero")]
     after_s: Option<Span>,
 }
 

@@ -1,8 +1,10 @@
 //! The band that a figure must lie in, ends included; open at one end if need be.
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{self, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
+use std::borrow::Cow;
 use std::fmt;
 
 /// A closed interval, possibly open-ended: `[-0.25, 0.25]`, `{ at_most = 3 }` or `{ at_least = 0.9 }`.
@@ -110,6 +112,28 @@ fn checked<E: de::Error>(band: Band) -> Result<Band, E> {
         ))),
         (None, None) => Err(E::custom("a band needs `at_most`, `at_least` or both")),
         _ => Ok(band),
+    }
+}
+
+impl JsonSchema for Band {
+    fn schema_name() -> Cow<'static, str> {
+        "Band".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let number = json_schema!({ "type": "number" });
+        json_schema!({
+            "description": "A band, ends included: `[lower, upper]`, `{ at_most = x }` or `{ at_least = x }`.",
+            "anyOf": [
+                { "type": "array", "items": number, "minItems": 2, "maxItems": 2 },
+                {
+                    "type": "object",
+                    "properties": { "at_least": number, "at_most": number },
+                    "minProperties": 1,
+                    "additionalProperties": false
+                }
+            ]
+        })
     }
 }
 

@@ -3,6 +3,7 @@
 use super::band::Band;
 use super::number;
 use super::quantity::QuantityName;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use wire::time::Span;
 use wire::units::Length;
@@ -26,7 +27,7 @@ use wire::units::Length;
 /// | `umbmark_within = { figure, y, side_m, band }` | a figure of UMBmark | the band |
 ///
 /// Where a check takes `y`, the measurement's own quantity is x.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Check {
     /// Every value lies in the band.
@@ -42,6 +43,7 @@ pub enum Check {
     ShareWithin {
         /// The least share.
         #[serde(deserialize_with = "number::share")]
+        #[schemars(schema_with = "number::schema::share")]
         share: f64,
         /// The band.
         band: Band,
@@ -59,6 +61,7 @@ pub enum Check {
         count: u32,
         /// Length of a side.
         #[serde(rename = "side_m", deserialize_with = "number::length")]
+        #[schemars(schema_with = "number::schema::length")]
         side: Length,
         /// The quantity that is y, of the same unit.
         y: QuantityName,
@@ -105,6 +108,7 @@ pub enum Check {
         band: Band,
         /// The latest such time, counted from the first value.
         #[serde(rename = "within_s", deserialize_with = "number::duration_or_zero")]
+        #[schemars(schema_with = "number::schema::duration_or_zero")]
         within: Span,
     },
     /// A figure of UMBmark lies in the band.
@@ -115,6 +119,7 @@ pub enum Check {
         y: QuantityName,
         /// Side of the square path.
         #[serde(rename = "side_m", default = "paper_side", deserialize_with = "number::length")]
+        #[schemars(schema_with = "number::schema::length", extend("default" = number::schema::written(PAPER_SIDE.m())))]
         side: Length,
         /// The band.
         band: Band,
@@ -129,7 +134,7 @@ fn paper_side() -> Length {
 }
 
 /// The figures of UMBmark that make sense without a wheelbase.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum UmbmarkFigure {
     /// E_max,syst: the larger distance of the two directions' centres of gravity from the origin, m.

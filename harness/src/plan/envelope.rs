@@ -13,24 +13,28 @@
 
 use super::validate::{Fault as Mistake, Segment};
 use crate::checks::confidence::{Z_95, trials_min};
-use crate::faults::{BenchLines, Fault, FaultKind, Schedule, Target};
+use crate::faults::{BenchLines, Fault, FaultKind, Schedule, Target, kind_name_schema};
+use schemars::JsonSchema;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
 /// One `[[envelope]]` of a plan.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DeclaredEnvelope {
     /// The kind, its other parameters at their typical values.
     #[serde(rename = "fault", deserialize_with = "kind")]
+    #[schemars(schema_with = "kind_name_schema")]
     pub kind: FaultKind,
     /// What it strikes.
     #[serde(default)]
     pub target: Option<Target>,
     /// The least severity that must be tolerated, in the unit of the kind's first parameter.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub at_least: f64,
     /// Share of runs that has to pass for a severity to be tolerated.
     #[serde(default = "share")]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub share: f64,
     /// Runs at each severity.
     #[serde(default = "runs")]

@@ -3,6 +3,7 @@
 use super::name::Name;
 use super::quantities;
 use super::quantity::{Filter, QuantityName};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::num::NonZeroU32;
 
@@ -10,7 +11,7 @@ use std::num::NonZeroU32;
 pub const NO_CALIBRATION: &str = "none";
 
 /// A model is fitted to what has been observed so far in this run.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Fit {
     /// By which `save_calibration` takes it up.
@@ -25,7 +26,7 @@ pub struct Fit {
 }
 
 /// What is fitted.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Model {
     /// One mean. Of `table.error` it becomes a constant factor.
@@ -101,7 +102,7 @@ impl Fit {
 }
 
 /// Fits become a calibration, which the run folder keeps and later steps and plans can use.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SaveCalibration {
     /// Its name.
@@ -111,7 +112,7 @@ pub struct SaveCalibration {
 }
 
 /// A calibration is used from now on: one that this plan saved, one that an earlier plan saved, or `none`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct UseCalibration(pub Name);
 

@@ -5,6 +5,7 @@ use super::name::{Name, ParameterName};
 use super::number;
 use super::rest::Condition;
 use super::step::Step;
+use schemars::JsonSchema;
 use serde::de::{self, Unexpected};
 use serde::{Deserialize, Deserializer};
 use wire::time::Span;
@@ -17,25 +18,28 @@ pub const SWEEP_VALUES_MAX: usize = 1_000;
 pub const PROMPT_LEN_MAX: usize = 500;
 
 /// Steps, again and again.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Repeat {
     /// How often, at most.
     #[serde(deserialize_with = "times")]
+    #[schemars(range(min = 1, max = REPEAT_TIMES_MAX))]
     pub times: u32,
     /// From the begin of one repetition to the begin of the next; one that takes longer is followed at once.
     #[serde(rename = "period_s", default, deserialize_with = "number::duration_option")]
+    #[schemars(schema_with = "number::schema::duration_option")]
     pub period: Option<Span>,
     /// No further repetition begins once this holds.
     #[serde(default)]
     pub until: Option<Condition>,
     /// What is repeated.
     #[serde(deserialize_with = "some_steps")]
+    #[schemars(length(min = 1))]
     pub steps: Vec<Step>,
 }
 
 /// Steps, once for each value of a parameter.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(try_from = "SweepFields")]
 pub struct Sweep {
     /// Which; also the tag that carries its value.
@@ -47,24 +51,40 @@ pub struct Sweep {
 }
 
 /// A sweep as it is written: either `values`, or `from`, `to` and `count`.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["values"] }, { "required": ["from", "to", "count"] }]))]
 struct SweepFields {
+    /// Which; also the tag that carries its value.
     parameter: ParameterName,
+    /// Its values, in order.
     #[serde(default)]
+    #[schemars(length(min = 1, max = SWEEP_VALUES_MAX))]
     values: Option<Vec<Value>>,
+    /// The first value.
     #[serde(default, deserialize_with = "number::finite_option")]
+    #[schemars(schema_with = "number::schema::finite_option")]
     from: Option<f64>,
+    /// The last value.
     #[serde(default, deserialize_with = "number::finite_option")]
+    #[schemars(schema_with = "number::schema::finite_option")]
     to: Option<f64>,
+    /// How many values, evenly from the first to the last.
     #[serde(default)]
+    #[schemars(range(min = 2, max = SWEEP_VALUES_MAX))]
     count: Option<usize>,
+    /// What is done with each.
     #[serde(deserialize_with = "some_steps")]
+    #[schemars(length(min = 1))]
     steps: Vec<Step>,
 }
 
-#[derive(Deserialize)]
-struct Value(#[serde(deserialize_with = "number::finite")] f64);
+#[derive(Deserialize, JsonSchema)]
+struct Value(
+    #[serde(deserialize_with = "number::finite")]
+    #[schemars(schema_with = "number::schema::finite")]
+    f64,
+);
 
 impl TryFrom<SweepFields> for Sweep {
     type Error = String;
@@ -103,11 +123,12 @@ fn evenly(from: f64, to: f64, count: usize) -> Vec<f64> {
 }
 
 /// Something that a person does or tells.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OperatorPrompt {
     /// What is shown.
     #[serde(deserialize_with = "prompt")]
+    #[schemars(length(min = 1, max = PROMPT_LEN_MAX))]
     pub text: String,
     /// What is asked for; a key press where it is absent.
     #[serde(default)]
@@ -115,7 +136,7 @@ pub struct OperatorPrompt {
 }
 
 /// A number that a person gives; observed as `operator.<name>`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Answer {
     /// Its name.
@@ -126,6 +147,7 @@ pub struct Answer {
     pub range: Band,
     /// Its standard uncertainty.
     #[serde(default, deserialize_with = "uncertainty")]
+    #[schemars(range(min = 0))]
     pub uncertainty: f64,
 }
 

@@ -2,11 +2,12 @@
 
 use super::fit::NO_CALIBRATION;
 use super::name::Name;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// What the gyro does beyond a plain model is identified from what has been observed so far in this run,
 /// under the calibration that is in force. The run folder keeps the finding and the model.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Identify {
     /// From which observations.
@@ -19,7 +20,7 @@ pub struct Identify {
 }
 
 /// What is identified from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
     /// Turns of the table.
@@ -53,7 +54,7 @@ impl Source {
 /// The controller corrects by an identified model from now on, on top of the calibration in force: by one
 /// that this plan or an earlier one identified, or by `none`. A calibration that is used later takes its
 /// place.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct UseModel(pub Name);
 

@@ -3,11 +3,12 @@
 use super::check::Check;
 use super::name::Name;
 use super::quantity::{Filter, QuantityName};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::num::NonZeroU32;
 
 /// One `[[measurement]]` of a plan.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Declared {
     /// Unique in the plan.

@@ -1,6 +1,7 @@
 //! Steps that send messages to a device of the user's own.
 
 use super::number;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -8,7 +9,7 @@ use wire::time::Span;
 
 /// A message is sent to the device, once or again and again:
 /// `send = { message = "Command", set = { Setpoint = 60 }, every_s = 0.1 }`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Send {
     /// Its name in the layout of the device.
@@ -19,11 +20,12 @@ pub struct Send {
     /// It is sent again after each such time, until it is sent anew or stopped; 0 sends it once. Where it is absent, as
     /// the layout says.
     #[serde(rename = "every_s", default, deserialize_with = "number::sending_period")]
+    #[schemars(schema_with = "number::schema::sending_period")]
     pub every: Option<Span>,
 }
 
 /// A message is no longer sent again: `stop_sending = "Command"`.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct StopSending {
     /// Its name in the layout of the device.

@@ -80,6 +80,7 @@ pub use step::{Action, Step};
 
 use crate::faults::{BenchLines, Schedule};
 use described::Description;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use wire::gyro::GyroStream;
 use wire::time::Span;
@@ -94,8 +95,9 @@ pub const STEPS_DONE_MAX: u64 = 1_000_000;
 pub const DEPTH_MAX: usize = 6;
 
 /// A plan that can be run.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["devices"] }, { "required": ["device"] }]))]
 pub struct Plan {
     /// Its name; the file's too.
     pub name: Name,
@@ -112,9 +114,11 @@ pub struct Plan {
     pub device: Option<Name>,
     /// As it is written; see [`Plan::time_limit`] for what holds where it is not.
     #[serde(rename = "time_limit_s", default, deserialize_with = "number::duration_option")]
+    #[schemars(schema_with = "number::schema::duration_option")]
     pub explicit_time_limit: Option<Span>,
     /// What is done, in order.
     #[serde(deserialize_with = "flow::some_steps")]
+    #[schemars(length(min = 1, max = STEPS_MAX))]
     pub steps: Vec<Step>,
     /// Messages that are sent to the device at the end, however it came about.
     #[serde(default)]

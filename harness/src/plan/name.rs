@@ -1,7 +1,9 @@
 //! Names in a plan: of plans, calibrations, fits, and of the parameters of devices.
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Unexpected};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
 use std::fmt;
 
 /// Longest [`Name`], in bytes.
@@ -25,6 +27,11 @@ impl Name {
         .then(|| Self(text.to_owned()))
     }
 
+    /// What a name is, as a regular expression.
+    pub(super) fn pattern() -> String {
+        format!("[a-z][a-z0-9_-]{{0,{}}}", NAME_LEN_MAX - 1)
+    }
+
     /// The name.
     pub fn as_str(&self) -> &str {
         &self.0
@@ -34,6 +41,17 @@ impl Name {
 impl fmt::Display for Name {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
+    }
+}
+
+impl JsonSchema for Name {
+    fn schema_name() -> Cow<'static, str> {
+        "Name".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let pattern = format!("^{}$", Self::pattern());
+        json_schema!({ "type": "string", "description": EXPECTED_NAME, "pattern": pattern })
     }
 }
 
@@ -72,6 +90,18 @@ impl ParameterName {
 impl fmt::Display for ParameterName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}.{}", self.device, self.parameter)
+    }
+}
+
+impl JsonSchema for ParameterName {
+    fn schema_name() -> Cow<'static, str> {
+        "ParameterName".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let name = Name::pattern();
+        let pattern = format!(r"^{name}\.{name}$");
+        json_schema!({ "type": "string", "description": EXPECTED_PARAMETER, "pattern": pattern })
     }
 }
 

@@ -3,6 +3,8 @@
 //! Each function is a serde `deserialize_with`. A value out of bounds is refused there, so that the
 //! error carries the place of the value in the file.
 
+pub(crate) mod schema;
+
 use serde::Deserializer;
 use serde::de::{self, Unexpected, Visitor};
 use std::fmt;

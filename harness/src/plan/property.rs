@@ -12,12 +12,13 @@
 //! [`crate::properties`].
 
 use super::number;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use wire::time::Span;
 use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Speed};
 
 /// One `[[property]]` of a plan.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Property {
     /// It must hold at every moment of every run.
@@ -27,19 +28,21 @@ pub enum Property {
 }
 
 /// What must hold at every moment.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Always {
     /// Nothing is told to move on a heading older than this.
     FreshHeading {
         /// Age of the last good gyro sample, s.
         #[serde(rename = "age_s_max", default, deserialize_with = "number::duration_option")]
+        #[schemars(schema_with = "number::schema::duration_option")]
         age_max: Option<Span>,
     },
     /// Who loses the gyro or the base stops: after the reaction time with at least these brakes.
     StopsOnLoss {
         /// From the last thing heard until the brakes bite, s.
         #[serde(rename = "reaction_s_max", default, deserialize_with = "number::duration_option")]
+        #[schemars(schema_with = "number::schema::duration_option")]
         reaction_max: Option<Span>,
         /// Deceleration on the way, m/s^2.
         #[serde(
@@ -47,6 +50,7 @@ pub enum Always {
             default,
             deserialize_with = "number::acceleration_option"
         )]
+        #[schemars(schema_with = "number::schema::acceleration_option")]
         braking_min: Option<Acceleration>,
         /// Deceleration of the steering, deg/s^2.
         #[serde(
@@ -54,12 +58,14 @@ pub enum Always {
             default,
             deserialize_with = "number::angular_acceleration_option"
         )]
+        #[schemars(schema_with = "number::schema::angular_acceleration_option")]
         steer_braking_min: Option<AngularAcceleration>,
     },
     /// Neither what is commanded nor what is true goes beyond these.
     WithinLimits {
         /// Along the path, m/s.
         #[serde(rename = "speed_m_per_s_max", default, deserialize_with = "number::speed_option")]
+        #[schemars(schema_with = "number::schema::speed_option")]
         speed_max: Option<Speed>,
         /// Of the steering, deg/s.
         #[serde(
@@ -67,6 +73,7 @@ pub enum Always {
             default,
             deserialize_with = "number::rate_option"
         )]
+        #[schemars(schema_with = "number::schema::rate_option")]
         steer_rate_max: Option<AngularRate>,
         /// Speeding up, m/s^2.
         #[serde(
@@ -74,6 +81,7 @@ pub enum Always {
             default,
             deserialize_with = "number::acceleration_option"
         )]
+        #[schemars(schema_with = "number::schema::acceleration_option")]
         acceleration_max: Option<Acceleration>,
         /// Of the steering, speeding up, deg/s^2.
         #[serde(
@@ -81,6 +89,7 @@ pub enum Always {
             default,
             deserialize_with = "number::angular_acceleration_option"
         )]
+        #[schemars(schema_with = "number::schema::angular_acceleration_option")]
         steer_acceleration_max: Option<AngularAcceleration>,
     },
     /// A pose is written to a base that stands.
@@ -91,30 +100,35 @@ pub enum Always {
     Recovers {
         /// From the end of the fault, s.
         #[serde(rename = "within_s_max", default, deserialize_with = "number::duration_option")]
+        #[schemars(schema_with = "number::schema::duration_option")]
         within_max: Option<Span>,
     },
     /// A mission that is called done, by a controller that calls itself well, was done.
     DoneIsDone {
         /// True angle of a turn less the ordered one, deg.
         #[serde(rename = "turn_deg_max", default, deserialize_with = "number::angle_option")]
+        #[schemars(schema_with = "number::schema::angle_option")]
         turn_max: Option<Angle>,
         /// True length of a straight less the ordered one, m.
         #[serde(rename = "distance_m_max", default, deserialize_with = "number::length_option")]
+        #[schemars(schema_with = "number::schema::length_option")]
         distance_max: Option<Length>,
     },
     /// Where the pose errs by more than this, health has said so before the lap's end.
     NoSilentWrong {
         /// Heading gained on the lap, deg.
         #[serde(rename = "heading_deg_max", default, deserialize_with = "number::angle_option")]
+        #[schemars(schema_with = "number::schema::angle_option")]
         heading_max: Option<Angle>,
         /// Path gained on the lap, m.
         #[serde(rename = "position_m_max", default, deserialize_with = "number::length_option")]
+        #[schemars(schema_with = "number::schema::length_option")]
         position_max: Option<Length>,
     },
 }
 
 /// What a campaign must have reached at least once: states in which mistakes live.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Sometimes {
     /// A node left the bus (ISO 11898-1: transmit errors beyond 255).

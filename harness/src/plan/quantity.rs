@@ -1,5 +1,7 @@
 //! Names of quantities in a plan, and which of their observations are meant.
 
+mod schema;
+
 use super::band::Band;
 use super::name::Name;
 use super::quantities::{self, NAMES, OPERATOR_PREFIX, PERIOD, Quantity, SIGNAL};

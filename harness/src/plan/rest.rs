@@ -3,6 +3,7 @@
 use super::name::{Name, ParameterName};
 use super::number;
 use super::quantity::QuantityName;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use wire::time::Span;
 
@@ -20,30 +21,33 @@ fn log_interval() -> Span {
 }
 
 /// A static bias test: the mean of the readings at rest is subtracted from now on.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BiasTest {
     /// How long to average.
     #[serde(rename = "duration_s", default = "bias_test", deserialize_with = "number::duration")]
+    #[schemars(schema_with = "number::schema::duration", extend("default" = number::schema::written(BIAS_TEST.as_secs_f64())))]
     pub duration: Span,
 }
 
 /// A window at rest, compared with what each method of bias correction predicts for it: the last bias
 /// test, the temperature table, and none. Changes nothing.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BiasResidual {
     /// How long to average.
     #[serde(rename = "duration_s", default = "bias_test", deserialize_with = "number::duration")]
+    #[schemars(schema_with = "number::schema::duration", extend("default" = number::schema::written(BIAS_TEST.as_secs_f64())))]
     pub duration: Span,
 }
 
 /// A log of rate and temperature at rest (Fig. 2).
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Log {
     /// How long.
     #[serde(rename = "duration_s", deserialize_with = "number::duration")]
+    #[schemars(schema_with = "number::schema::duration")]
     pub duration: Span,
     /// One observation each so often.
     #[serde(
@@ -51,20 +55,22 @@ pub struct Log {
         default = "log_interval",
         deserialize_with = "number::duration"
     )]
+    #[schemars(schema_with = "number::schema::duration", extend("default" = number::schema::written(LOG_INTERVAL.as_secs_f64())))]
     pub interval: Span,
 }
 
 /// Nothing happens.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Wait {
     /// For so long.
     #[serde(rename = "duration_s", deserialize_with = "number::duration")]
+    #[schemars(schema_with = "number::schema::duration")]
     pub duration: Span,
 }
 
 /// Something to wait for. The quantity is one that is seen at rest: `gyro.temperature`, `gyro.rate`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Condition {
     /// The quantity is steady: all its values within a window differ by no more than so much.
@@ -73,9 +79,11 @@ pub enum Condition {
         quantity: QuantityName,
         /// Largest minus smallest value, in the quantity's unit.
         #[serde(deserialize_with = "number::positive")]
+        #[schemars(schema_with = "number::schema::positive")]
         change_at_most: f64,
         /// Length of the window.
         #[serde(rename = "over_s", deserialize_with = "number::duration")]
+        #[schemars(schema_with = "number::schema::duration")]
         over: Span,
     },
     /// The quantity is below a limit.
@@ -84,9 +92,11 @@ pub enum Condition {
         quantity: QuantityName,
         /// The limit, in the quantity's unit.
         #[serde(deserialize_with = "number::finite")]
+        #[schemars(schema_with = "number::schema::finite")]
         limit: f64,
         /// And has been for so long.
         #[serde(rename = "for_s", default, deserialize_with = "number::duration_or_zero")]
+        #[schemars(schema_with = "number::schema::duration_or_zero")]
         hold: Span,
     },
     /// The quantity is above a limit.
@@ -95,9 +105,11 @@ pub enum Condition {
         quantity: QuantityName,
         /// The limit, in the quantity's unit.
         #[serde(deserialize_with = "number::finite")]
+        #[schemars(schema_with = "number::schema::finite")]
         limit: f64,
         /// And has been for so long.
         #[serde(rename = "for_s", default, deserialize_with = "number::duration_or_zero")]
+        #[schemars(schema_with = "number::schema::duration_or_zero")]
         hold: Span,
     },
 }
@@ -123,24 +135,26 @@ impl Condition {
 }
 
 /// A device is switched off and on again: cold after a long pause, hot after a short one.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PowerCycle {
     /// Role of the device.
     pub device: Name,
     /// How long it stays off.
     #[serde(rename = "off_s", deserialize_with = "number::duration")]
+    #[schemars(schema_with = "number::schema::duration")]
     pub off: Span,
 }
 
 /// A parameter is set until it is set again. In simulation the world does so; on a bench the operator is
 /// asked to.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SetParameter {
     /// Which.
     pub parameter: ParameterName,
     /// To what.
     #[serde(deserialize_with = "number::finite")]
+    #[schemars(schema_with = "number::schema::finite")]
     pub value: f64,
 }

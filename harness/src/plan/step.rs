@@ -1,5 +1,7 @@
 //! One step of a plan: a table with one key that names what is done, and a limit or a label if need be.
 
+mod schema;
+
 use super::fit::{Fit, SaveCalibration, UseCalibration};
 use super::flow::{OperatorPrompt, Repeat, Sweep};
 use super::identify::{Identify, UseModel};
@@ -9,6 +11,7 @@ use super::name::Name;
 use super::number;
 use super::rest::{BiasResidual, BiasTest, Condition, Log, PowerCycle, SetParameter, Wait};
 use controller::mission::{BiasMethod, HeadingSource};
+use schemars::{Schema, SchemaGenerator};
 use serde::de::{self, DeserializeSeed, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::fmt;
@@ -29,7 +32,7 @@ const LABEL: &str = "label";
 const TIME_LIMIT: &str = "time_limit_s";
 
 macro_rules! actions {
-    ($($(#[doc = $doc:literal])+ $variant:ident($data:ty) = $name:literal,)*) => {
+    ($($(#[doc = $doc:literal])+ $variant:ident($data:ident) = $name:literal,)*) => {
         /// What a step does.
         #[derive(Debug, Clone, PartialEq)]
         pub enum Action {
@@ -55,6 +58,13 @@ macro_rules! actions {
                     $($name => map.next_value::<$data>().map(Self::$variant),)*
                     _ => Err(de::Error::unknown_field(name, KEYS)),
                 }
+            }
+        }
+
+        impl Action {
+            /// What stands behind each key, in the order of [`Self::DOCS`].
+            fn schemas(generator: &mut SchemaGenerator) -> Vec<Schema> {
+                vec![$(generator.subschema_for::<schema::written!($data)>()),*]
             }
         }
 

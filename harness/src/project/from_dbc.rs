@@ -1,7 +1,7 @@
 //! A project for one node of somebody's DBC: every signal that the node sends has a value, every message a period, and a
 //! plan hears all of them. What they mean its user knows.
 
-use super::{ProjectFile, Template};
+use super::{ProjectFile, Template, with_schemas};
 use crate::plan::Name;
 use crate::plan::device::unit_of;
 use described::{Carried, DescriptionError, Layout, Message, Sender, Signal};
@@ -24,7 +24,7 @@ pub fn from_dbc(
     node: &str,
 ) -> Result<Vec<ProjectFile>, Box<DescriptionError>> {
     let layout = Layout::from_dbc(file, text, node)?;
-    let of_template = Template::Can.files(name);
+    let of_template = Template::Can.named(name);
     let benches = of_template.into_iter().filter(|file| file.path.starts_with("benches"));
     let made = [
         (format!("devices/{name}.dbc"), text.to_owned()),
@@ -33,7 +33,7 @@ pub fn from_dbc(
         ("README.md".to_owned(), include_str!("from_dbc.md").replace("mydevice", name.as_str())),
     ];
     let made = made.map(|(path, text)| ProjectFile { path: path.into(), text });
-    Ok(made.into_iter().chain(benches).collect())
+    Ok(with_schemas(made.into_iter().chain(benches).collect()))
 }
 
 fn of(layout: &Layout, sender: Sender) -> impl Iterator<Item = &Message> {

@@ -10,6 +10,7 @@ mod tests;
 pub use from_dbc::from_dbc;
 
 use crate::plan::Name;
+use crate::schema::FileKind;
 use include_dir::{Dir, DirEntry, include_dir};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -21,6 +22,9 @@ static SERIAL: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/templates/serial");
 const DEVICE: &str = "mydevice";
 /// See [`DEVICE`].
 const NODE: &str = "MyDevice";
+
+/// Folder of the schemas that editors check the files by.
+const SCHEMAS: &str = "schemas";
 
 /// A project that ships.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,8 +45,13 @@ pub struct ProjectFile {
 }
 
 impl Template {
-    /// Its files for a device of this name.
+    /// Its files for a device of this name, and the schemas that editors check them by.
     pub fn files(self, name: &Name) -> Vec<ProjectFile> {
+        with_schemas(self.named(name))
+    }
+
+    /// The files of the template, named.
+    fn named(self, name: &Name) -> Vec<ProjectFile> {
         let mut files = Vec::new();
         collect(if self == Self::Can { &CAN } else { &SERIAL }, &mut files);
         for file in &mut files {
@@ -53,6 +62,29 @@ impl Template {
         }
         files
     }
+}
+
+/// What kind of file of a project a path is; none where it is no TOML.
+fn kind(path: &Path) -> Option<FileKind> {
+    path.extension().filter(|extension| *extension == "toml")?;
+    match path.parent().and_then(Path::to_str) {
+        Some("benches") => Some(FileKind::Bench),
+        Some("devices") => Some(FileKind::Device),
+        _ => Some(FileKind::Plan),
+    }
+}
+
+/// The files, each with the line that names its schema to an editor, and the schemas.
+fn with_schemas(mut files: Vec<ProjectFile>) -> Vec<ProjectFile> {
+    for file in &mut files {
+        let Some(kind) = kind(&file.path) else { continue };
+        let up = "../".repeat(file.path.components().count() - 1);
+        file.text = format!("#:schema {up}{SCHEMAS}/{}\n{}", kind.schema_file(), file.text);
+    }
+    let schemas = [FileKind::Plan, FileKind::Bench, FileKind::Device];
+    let path = |kind: FileKind| Path::new(SCHEMAS).join(kind.schema_file());
+    files.extend(schemas.map(|kind| ProjectFile { path: path(kind), text: kind.text() }));
+    files
 }
 
 fn collect(folder: &Dir<'_>, files: &mut Vec<ProjectFile>) {

@@ -136,7 +136,7 @@ pub fn write_documents(
     header: &Header,
 ) -> Result<(), RunFolderError> {
     let summarised = folder.write_summary(summary);
-    let listed = match junit::document([summary]) {
+    let listed = match junit::document(summary, Some(folder.path())) {
         Ok(xml) => folder.write_junit(&xml),
         Err(error) => Err(RunFolderError::Write {
             path: folder.file(JUNIT),

@@ -48,7 +48,9 @@ impl Hil {
     pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_hil"));
         command.args(arguments).current_dir(self.dir.path()).stdin(Stdio::null());
-        command.env_remove("RUST_LOG");
+        for name in ["RUST_LOG", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY"] {
+            command.env_remove(name);
+        }
         command
     }
 

@@ -1,6 +1,8 @@
 //! What an effect sees: a field of the data, or a function of one, as the contract writes it.
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
 use std::fmt;
 
 /// The function of a field.
@@ -88,6 +90,21 @@ impl fmt::Display for Driver {
 impl Serialize for Driver {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(self)
+    }
+}
+
+impl JsonSchema for Driver {
+    fn schema_name() -> Cow<'static, str> {
+        "Driver".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let functions = Wrap::WRAPPED.map(|(_, name)| name).join("|");
+        json_schema!({
+            "description": "What an effect sees: a field of the data, or a function of one such as `rate_of(temperature)`.",
+            "type": "string",
+            "pattern": format!(r"^(?:[^()]+|(?:{functions})\([^()]+\))$")
+        })
     }
 }
 

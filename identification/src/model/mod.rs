@@ -16,6 +16,7 @@ use crate::dataset::{Axis, Kind, Role};
 use crate::finding::Parameter;
 use crate::problem::Known;
 pub use driver::{Driver, Wrap};
+use schemars::JsonSchema;
 pub use see::{Field, field, see};
 use serde::{Deserialize, Serialize};
 pub use shape::{Shape, exposure};
@@ -25,7 +26,9 @@ pub use term::{Fitted, KNOT};
 pub(crate) use unit::place_unit;
 
 /// What a term acts on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "the contract's words")]
 pub enum Acts {
@@ -50,7 +53,9 @@ pub enum Acts {
 /// Places on the axis of a driver (`origin`, `at`, `centre`, knots) are in the unit of the field, `Cel` for a
 /// temperature; differences (`width`, `period`, `half_width`) and what is per unit of it are in `K`. A place that is
 /// written in `K` is read as the same number of degrees Celsius.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Form {
     /// `value`.
@@ -90,7 +95,7 @@ pub enum Form {
 }
 
 /// One term. `lag_of` brings the parameter `time_constant`, `branch_of` brings `half_width`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Term {
     /// Standard name.
@@ -135,7 +140,7 @@ impl Term {
 }
 
 /// A model: terms, and which role each field that they name had.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Model {
     /// Version of the contract.

@@ -1,13 +1,15 @@
-//! `campaign.json` and `report.html` of a campaign's folder.
+//! `campaign.json`, `junit.xml` and `report.html` of a campaign's folder.
 
 use super::super::failure::Failure;
 use super::super::stopwatch::Stopwatch;
 use super::{CampaignArguments, JOURNAL, Task};
 use crate::campaign::{Account, Campaign, End, FoundCase, Space, Struck, each_line};
 use crate::console::Again;
+use crate::junit;
 use crate::report::campaign::{Gathered, page};
-use crate::run_folder::REPORT;
+use crate::run_folder::{JUNIT, REPORT};
 use std::collections::BTreeSet;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Who carries the cases out, and what a person adds to `hil run` to do the same.
@@ -59,6 +61,11 @@ impl CampaignArguments {
 }
 
 impl Kept {
+    /// Name of the plan.
+    pub(super) fn plan(&self) -> &str {
+        &self.account.plan
+    }
+
     /// Writes what it came to, and the page.
     pub(super) fn end(
         mut self,
@@ -94,6 +101,12 @@ impl Kept {
             not_judged: not_judged.map(|one| (one.name.to_owned(), one.why.clone())).collect(),
         });
         self.account.write(&self.folder)?;
+        let unjudged = again.map_or(&[][..], |again| again.unjudged);
+        let path = self.folder.join(JUNIT);
+        junit::campaign(&self.account, done, saved, unjudged, &self.folder)
+            .map_err(io::Error::other)
+            .and_then(|xml| std::fs::write(&path, xml))
+            .map_err(|source| Failure::file(&path, source))?;
         draw(&self.folder)
     }
 }

@@ -1,6 +1,7 @@
 //! What can go wrong, as data: a kind with its parameters, and what is known of each.
 
 mod declare;
+pub(crate) mod schema;
 mod vocabulary;
 
 pub use vocabulary::FaultKind;
