@@ -7,7 +7,7 @@ mod on_bench;
 mod over;
 
 use super::EXIT_STATUSES;
-use super::build_server::SummaryArguments;
+use super::build_server::{Annotation, SummaryArguments};
 use super::envelopes::{EnvelopeArguments, Means, kind};
 use super::failure::Failure;
 use super::interrupt::Interrupt;
@@ -318,6 +318,12 @@ impl CampaignArguments {
         again: Option<&Again<'_>>,
     ) -> Result<Outcome, Failure> {
         let markdown = console::campaign_markdown(kept.plan(), done, saved);
+        for (found, path) in done.found.iter().zip(saved) {
+            let title = format!("{}: {} broke", kept.plan(), found.property);
+            let seed = found.shrunk.case.seed;
+            let message = format!("again: hil run {} --seed {seed}", path.display());
+            Annotation { place: None, title, message }.show(screen);
+        }
         let page = kept.end(done, saved, again)?;
         if self.json {
             say(&(console::campaign_json(done, saved, again) + "\n"))?;

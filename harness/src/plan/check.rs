@@ -119,7 +119,10 @@ pub enum Check {
         y: QuantityName,
         /// Side of the square path.
         #[serde(rename = "side_m", default = "paper_side", deserialize_with = "number::length")]
-        #[schemars(schema_with = "number::schema::length", extend("default" = number::schema::written(PAPER_SIDE.m())))]
+        #[schemars(
+            schema_with = "number::schema::length",
+            extend("default" = number::schema::written(PAPER_SIDE.m()))
+        )]
         side: Length,
         /// The band.
         band: Band,

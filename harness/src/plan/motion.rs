@@ -39,7 +39,10 @@ pub struct Turn {
     pub angle: Angle,
     /// Steady rate.
     #[serde(rename = "rate_deg_per_s", default = "paper_rate", deserialize_with = "number::rate")]
-    #[schemars(schema_with = "number::schema::rate", extend("default" = number::schema::written(PAPER_RATE.deg_per_s())))]
+    #[schemars(
+        schema_with = "number::schema::rate",
+        extend("default" = number::schema::written(PAPER_RATE.deg_per_s()))
+    )]
     pub rate: AngularRate,
 }
 
@@ -53,7 +56,10 @@ pub struct Straight {
     pub distance: Length,
     /// Steady speed.
     #[serde(rename = "speed_m_per_s", default = "paper_speed", deserialize_with = "number::speed")]
-    #[schemars(schema_with = "number::schema::speed", extend("default" = number::schema::written(PAPER_SPEED.m_per_s())))]
+    #[schemars(
+        schema_with = "number::schema::speed",
+        extend("default" = number::schema::written(PAPER_SPEED.m_per_s()))
+    )]
     pub speed: Speed,
 }
 
@@ -66,11 +72,17 @@ pub struct Lap {
     pub direction: Direction,
     /// Length of a side.
     #[serde(rename = "side_m", default = "paper_side", deserialize_with = "number::length")]
-    #[schemars(schema_with = "number::schema::length", extend("default" = number::schema::written(super::check::PAPER_SIDE.m())))]
+    #[schemars(
+        schema_with = "number::schema::length",
+        extend("default" = number::schema::written(super::check::PAPER_SIDE.m()))
+    )]
     pub side: Length,
     /// Steady speed along a side.
     #[serde(rename = "speed_m_per_s", default = "paper_speed", deserialize_with = "number::speed")]
-    #[schemars(schema_with = "number::schema::speed", extend("default" = number::schema::written(PAPER_SPEED.m_per_s())))]
+    #[schemars(
+        schema_with = "number::schema::speed",
+        extend("default" = number::schema::written(PAPER_SPEED.m_per_s()))
+    )]
     pub speed: Speed,
     /// Steady rate at a corner.
     #[serde(
@@ -78,7 +90,10 @@ pub struct Lap {
         default = "paper_rate",
         deserialize_with = "number::rate"
     )]
-    #[schemars(schema_with = "number::schema::rate", extend("default" = number::schema::written(PAPER_RATE.deg_per_s())))]
+    #[schemars(
+        schema_with = "number::schema::rate",
+        extend("default" = number::schema::written(PAPER_RATE.deg_per_s()))
+    )]
     pub turn_rate: AngularRate,
 }
 
@@ -120,7 +135,10 @@ pub struct TableTurn {
     pub angle: Angle,
     /// Steady rate.
     #[serde(rename = "rate_deg_per_s", default = "paper_rate", deserialize_with = "number::rate")]
-    #[schemars(schema_with = "number::schema::rate", extend("default" = number::schema::written(PAPER_RATE.deg_per_s())))]
+    #[schemars(
+        schema_with = "number::schema::rate",
+        extend("default" = number::schema::written(PAPER_RATE.deg_per_s()))
+    )]
     pub rate: AngularRate,
     /// Ramps.
     #[serde(
@@ -128,7 +146,10 @@ pub struct TableTurn {
         default = "table_acceleration",
         deserialize_with = "number::angular_acceleration"
     )]
-    #[schemars(schema_with = "number::schema::angular_acceleration", extend("default" = number::schema::written(TABLE_ACCELERATION.deg_per_s2())))]
+    #[schemars(
+        schema_with = "number::schema::angular_acceleration",
+        extend("default" = number::schema::written(TABLE_ACCELERATION.deg_per_s2()))
+    )]
     pub acceleration: AngularAcceleration,
 }
 

@@ -26,7 +26,10 @@ fn log_interval() -> Span {
 pub struct BiasTest {
     /// How long to average.
     #[serde(rename = "duration_s", default = "bias_test", deserialize_with = "number::duration")]
-    #[schemars(schema_with = "number::schema::duration", extend("default" = number::schema::written(BIAS_TEST.as_secs_f64())))]
+    #[schemars(
+        schema_with = "number::schema::duration",
+        extend("default" = number::schema::written(BIAS_TEST.as_secs_f64()))
+    )]
     pub duration: Span,
 }
 
@@ -37,7 +40,10 @@ pub struct BiasTest {
 pub struct BiasResidual {
     /// How long to average.
     #[serde(rename = "duration_s", default = "bias_test", deserialize_with = "number::duration")]
-    #[schemars(schema_with = "number::schema::duration", extend("default" = number::schema::written(BIAS_TEST.as_secs_f64())))]
+    #[schemars(
+        schema_with = "number::schema::duration",
+        extend("default" = number::schema::written(BIAS_TEST.as_secs_f64()))
+    )]
     pub duration: Span,
 }
 
@@ -55,7 +61,10 @@ pub struct Log {
         default = "log_interval",
         deserialize_with = "number::duration"
     )]
-    #[schemars(schema_with = "number::schema::duration", extend("default" = number::schema::written(LOG_INTERVAL.as_secs_f64())))]
+    #[schemars(
+        schema_with = "number::schema::duration",
+        extend("default" = number::schema::written(LOG_INTERVAL.as_secs_f64()))
+    )]
     pub interval: Span,
 }
 
