@@ -66,7 +66,8 @@ impl FileKind {
 
     /// Its schema.
     pub fn schema(self) -> Schema {
-        let settings = SchemaSettings::draft2020_12().with_transform(NoNull);
+        let settings =
+            SchemaSettings::draft2020_12().with_transform(NoNull).with_transform(PlainWords);
         let generator = SchemaGenerator::new(settings);
         match self {
             Self::Plan => generator.into_root_schema_for::<Plan>(),
@@ -106,6 +107,19 @@ impl Transform for NoNull {
         }
         if let Some(Value::Array(any)) = object.get_mut("anyOf") {
             any.retain(|one| one.get("type").is_none_or(|kind| kind != "null"));
+        }
+    }
+}
+
+/// An editor cannot follow links between types: what they name stays.
+#[derive(Debug, Clone)]
+struct PlainWords;
+
+impl Transform for PlainWords {
+    fn transform(&mut self, schema: &mut Schema) {
+        transform_subschemas(self, schema);
+        if let Some(Value::String(doc)) = schema.get_mut("description") {
+            *doc = doc.replace("[`", "`").replace("`]", "`");
         }
     }
 }

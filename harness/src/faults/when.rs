@@ -71,6 +71,9 @@ impl When {
 /// As it is written.
 #[derive(Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [
+    { "required": ["at_s"] }, { "required": ["step"] }, { "required": ["during"] }
+]))]
 struct Fields {
     /// So long after the begin of the run, s.
     #[serde(

@@ -115,6 +115,9 @@ pub struct Plan {
     /// As it is written; see [`Plan::time_limit`] for what holds where it is not.
     #[serde(rename = "time_limit_s", default, deserialize_with = "number::duration_option")]
     #[schemars(schema_with = "number::schema::duration_option")]
+    #[schemars(
+        description = "It must not take longer, s; where it is absent, as long as its steps may."
+    )]
     pub explicit_time_limit: Option<Span>,
     /// What is done, in order.
     #[serde(deserialize_with = "flow::some_steps")]

@@ -1,7 +1,7 @@
 //! A project for somebody's own device: files that run as they are, and are meant to be changed.
 //!
 //! * [`Template`]: a temperature controller that nobody has built, on CAN or on a serial line.
-//! * [`from_dbc`]: a project for one node of a DBC, with an emulator that says something and a plan that hears it.
+//! * [`from_dbc()`]: a project for one node of a DBC, with an emulator that says something and a plan that hears it.
 
 mod from_dbc;
 #[cfg(test)]

@@ -24,6 +24,7 @@ pub(super) use written;
 /// [`controller::mission::HeadingSource`], as it is written.
 #[derive(JsonSchema)]
 #[schemars(rename = "HeadingSource", rename_all = "snake_case")]
+#[schemars(description = "Which heading closes the loops.")]
 #[expect(dead_code, reason = "it is only described")]
 pub(super) enum HeadingSourceWord {
     /// The gyro's.
@@ -35,6 +36,7 @@ pub(super) enum HeadingSourceWord {
 /// [`controller::mission::BiasMethod`], as it is written.
 #[derive(JsonSchema)]
 #[schemars(rename = "BiasMethod", rename_all = "snake_case")]
+#[schemars(description = "Where the bias that is subtracted comes from.")]
 #[expect(dead_code, reason = "it is only described")]
 pub(super) enum BiasMethodWord {
     /// The last static bias test.
