@@ -6,11 +6,14 @@ use schemars::{Schema, json_schema};
 /// A table of these parameters, with the values of an ideal device as defaults; nothing else may stand in it.
 pub(crate) fn table(known: &[ParameterInfo]) -> Schema {
     let mut schema = changes(known);
+    // By name: a map of JSON keeps its keys in an order of its own.
     let properties = schema.get_mut("properties").and_then(|it| it.as_object_mut());
-    for (info, property) in known.iter().zip(properties.into_iter().flat_map(|it| it.values_mut()))
-    {
-        if let (Some(property), true) = (property.as_object_mut(), info.ideal.is_finite()) {
-            property.insert("default".to_owned(), info.ideal.into());
+    if let Some(properties) = properties {
+        for info in known.iter().filter(|info| info.ideal.is_finite()) {
+            if let Some(property) = properties.get_mut(info.name).and_then(|it| it.as_object_mut())
+            {
+                property.insert("default".to_owned(), info.ideal.into());
+            }
         }
     }
     schema
@@ -59,7 +62,13 @@ mod tests {
         let schema = table(GyroParameters::TABLE);
         for info in GyroParameters::TABLE {
             let property = &schema.get("properties").unwrap()[info.name];
-            assert_eq!(property["default"].as_f64(), Some(info.ideal), "{}", info.name);
+            let default = property.get("default").and_then(|default| default.as_f64());
+            assert_eq!(
+                default,
+                Some(info.ideal).filter(|ideal| ideal.is_finite()),
+                "{}",
+                info.name
+            );
             assert_eq!(property["description"], info.doc.trim());
         }
         let changed = changes(GyroParameters::TABLE);
