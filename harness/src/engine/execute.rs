@@ -2,9 +2,9 @@
 
 use super::op::{Op, expand};
 use super::program::Next;
-use super::{Action, Engine, StepAction, Waiting, fit};
+use super::{Action, Engine, StepAction, Waiting, fit, holds};
 use crate::outcome::Outcome;
-use crate::plan::{Condition, quantities as q};
+use crate::plan::quantities as q;
 use crate::record::{Device, RecordKind};
 use controller::mission::{Command, Mission};
 use wire::table;
@@ -60,12 +60,13 @@ impl Engine {
             self.phases.step_ended(&mut self.actions);
             self.program.step_done();
         }
-        let (rest, signals) = (&self.rest, &self.signals);
-        let holds = |until: &Condition| match signals {
-            Some(signals) => signals.holds(until),
-            None => rest.holds(until),
+        let is_over = |action: &StepAction| match action {
+            StepAction::Repeat(repeat) => {
+                let until = repeat.until.as_ref();
+                until.is_some_and(|until| holds(&self.signals, &self.rest, until))
+            }
+            _ => false,
         };
-        let is_over = |action: &StepAction| matches!(action, StepAction::Repeat(repeat) if repeat.until.as_ref().is_some_and(holds));
         match self.program.next(now, is_over) {
             Next::Done => self.end(now, Outcome::Passed, None),
             Next::Round { set, not_before, overrun_s } => {

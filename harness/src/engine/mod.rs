@@ -51,6 +51,9 @@ pub const OBSERVATIONS_MAX: usize = 1_000_000;
 /// The first mission's number; the others follow in the order in which they are recorded.
 pub(crate) const FIRST_MISSION: MissionId = 1;
 
+/// What is said of a run after whose end nobody could see the base at rest.
+const NO_REST: &str = "the controller never confirmed that the base stands still";
+
 /// What the engine must know of the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BenchFacts {
@@ -353,26 +356,20 @@ impl Engine {
                 }
             });
         }
-        self.awaited(now);
-    }
-
-    /// Goes on where the condition that is waited for holds.
-    fn awaited(&mut self, now: Timestamp) {
-        if self.waiting == Waiting::Condition
-            && let Some((StepAction::WaitUntil(condition), _)) = &self.step
-            && self.holds(condition)
-        {
-            self.waiting = Waiting::Nothing;
+        if self.ends_wait() {
             self.advance(now);
         }
     }
 
-    /// Does this hold by what was heard last?
-    fn holds(&self, condition: &Condition) -> bool {
-        match &self.signals {
-            Some(signals) => signals.holds(condition),
-            None => self.rest.holds(condition),
+    /// The condition that is waited for holds, so that nothing is waited for any more.
+    fn ends_wait(&mut self) -> bool {
+        let holds = self.waiting == Waiting::Condition
+            && matches!(&self.step, Some((StepAction::WaitUntil(condition), _))
+                if holds(&self.signals, &self.rest, condition));
+        if holds {
+            self.waiting = Waiting::Nothing;
         }
+        holds
     }
 
     /// Takes the table's answer.
@@ -451,12 +448,7 @@ impl Engine {
                 collector.add(&q::STRAIGHT_HEADING_ERROR, -error.deg(), 0.0, &[]);
             });
         }
-        if self.waiting == Waiting::Condition
-            && let Some((StepAction::WaitUntil(condition), _)) = &self.step
-            && self.rest.holds(condition)
-        {
-            self.waiting = Waiting::Nothing;
-        }
+        self.ends_wait();
         if self.waiting == Waiting::Rest && !state.moving {
             self.waiting = Waiting::Nothing;
         }
@@ -559,12 +551,21 @@ impl Engine {
             if ending.outcome == Outcome::Passed {
                 ending.outcome = Outcome::Error;
             }
-            let reason = ending.reason.get_or_insert_default();
-            if !reason.is_empty() {
-                reason.push_str("; ");
-            }
-            reason.push_str("the controller never confirmed that the base stands still");
+            self.actions
+                .push_back(Action::Record(Device::Plan, RecordKind::Note(NO_REST.to_owned())));
+            ending.reason = Some(match ending.reason.take() {
+                Some(reason) => format!("{reason}; {NO_REST}"),
+                None => NO_REST.to_owned(),
+            });
         }
+    }
+}
+
+/// Does this hold by what was heard last: from the device of the user's own where there is one, else from the controller?
+fn holds(signals: &Option<Signals>, rest: &RestWatch, condition: &Condition) -> bool {
+    match signals {
+        Some(signals) => signals.holds(condition),
+        None => rest.holds(condition),
     }
 }
 

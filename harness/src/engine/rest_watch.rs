@@ -83,17 +83,7 @@ impl RestWatch {
                 Some(moment.rate.deg_per_s())
             }
         };
-        match condition {
-            Condition::Steady { change_at_most, over, .. } => {
-                self.over(*over, value).is_some_and(|(low, high)| high - low <= *change_at_most)
-            }
-            Condition::Below { limit, hold, .. } => {
-                self.over(*hold, value).is_some_and(|(_, high)| high < *limit)
-            }
-            Condition::Above { limit, hold, .. } => {
-                self.over(*hold, value).is_some_and(|(low, _)| low > *limit)
-            }
-        }
+        self.over(condition.window(), value).is_some_and(|(low, high)| condition.holds(low, high))
     }
 
     /// Smallest and largest value over the last `span`; `None` while less is known.

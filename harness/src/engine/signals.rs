@@ -35,7 +35,7 @@ impl Signals {
         conditions_of(&plan.steps, &mut conditions);
         for condition in conditions {
             let past = signals.past.entry(condition.quantity().as_str().to_owned()).or_default();
-            past.span = past.span.max(span(condition));
+            past.span = past.span.max(condition.window());
             signals.want(condition.quantity(), layout);
         }
         for declared in &plan.measurements {
@@ -93,12 +93,7 @@ impl Signals {
     /// Does the condition hold at the last value of its signal?
     pub(super) fn holds(&self, condition: &Condition) -> bool {
         let Some(past) = self.past.get(condition.quantity().as_str()) else { return false };
-        let range = past.range(span(condition));
-        range.is_some_and(|(low, high)| match condition {
-            Condition::Steady { change_at_most, .. } => high - low <= *change_at_most,
-            Condition::Below { limit, .. } => high < *limit,
-            Condition::Above { limit, .. } => low > *limit,
-        })
+        past.range(condition.window()).is_some_and(|(low, high)| condition.holds(low, high))
     }
 }
 
@@ -123,14 +118,6 @@ impl Past {
         let recent = self.values.iter().rev().take_while(|(at, _)| *at >= from);
         let ends = (f64::INFINITY, f64::NEG_INFINITY);
         Some(recent.fold(ends, |(low, high), (_, value)| (low.min(*value), high.max(*value))))
-    }
-}
-
-/// How far back a condition looks.
-const fn span(condition: &Condition) -> Span {
-    match condition {
-        Condition::Steady { over, .. } => *over,
-        Condition::Below { hold, .. } | Condition::Above { hold, .. } => *hold,
     }
 }
 

@@ -76,3 +76,33 @@ impl Teardown {
 const fn now_plus(now: Timestamp) -> Timestamp {
     Timestamp::from_nanos(now.as_nanos().saturating_add(REST_WAIT.as_nanos()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Action, REST_WAIT, Timestamp};
+    use crate::engine::{BenchFacts, Engine, NO_REST};
+    use crate::plan::Plan;
+    use crate::record::RecordKind;
+    use std::collections::BTreeMap;
+    use std::sync::Arc;
+
+    const PLAN: &str = "name = \"still\"\ntitle = \"Nothing moves\"\ndevices = \"paper\"\n\
+        steps = [{ log = { duration_s = 1, interval_s = 1 } }]\n\
+        [[measurement]]\nname = \"degraded\"\ndoc = \"Times degraded\"\nquantity = \"health.degraded\"\n\
+        unit = \"1\"\ncheck = { all_within = [0, 0] }\n";
+
+    #[test]
+    fn a_base_that_nobody_saw_at_rest_is_said_in_the_reason_and_in_the_record() {
+        let plan = Arc::new(Plan::parse("still.toml", PLAN).expect("a plan"));
+        let mut engine = Engine::new(plan, BTreeMap::new(), BenchFacts::default(), Timestamp::ZERO);
+        engine.abort(Timestamp::ZERO);
+        assert_eq!(engine.ending(), None, "the base may still move");
+        engine.wake(Timestamp::ZERO + REST_WAIT);
+        let reason = engine.ending().and_then(|ending| ending.reason.clone());
+        assert_eq!(reason.as_deref(), Some(&*format!("stopped by request; {NO_REST}")));
+        let noted = std::iter::from_fn(|| engine.action()).any(
+            |action| matches!(action, Action::Record(_, RecordKind::Note(note)) if note == NO_REST),
+        );
+        assert!(noted);
+    }
+}

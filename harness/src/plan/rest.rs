@@ -133,6 +133,23 @@ impl Condition {
         }
     }
 
+    /// How far back it looks.
+    pub const fn window(&self) -> Span {
+        match self {
+            Self::Steady { over, .. } => *over,
+            Self::Below { hold, .. } | Self::Above { hold, .. } => *hold,
+        }
+    }
+
+    /// Does it hold where the values of its [`window`](Self::window) go from `low` to `high`?
+    pub fn holds(&self, low: f64, high: f64) -> bool {
+        match self {
+            Self::Steady { change_at_most, .. } => high - low <= *change_at_most,
+            Self::Below { limit, .. } => high < *limit,
+            Self::Above { limit, .. } => low > *limit,
+        }
+    }
+
     /// The key that names this kind of condition.
     pub const fn name(&self) -> &'static str {
         match self {
