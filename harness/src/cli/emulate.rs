@@ -179,7 +179,7 @@ mod setup {
     use crate::port::PortSpec;
     use crate::run::{PrepareError, load_description};
     use crate::world::bench::load_devices;
-    use described::Medium;
+    use described::{Description, Medium};
     use emulators::base::{BaseParameters, Transport};
     use emulators::device_file::Devices;
     use emulators::gyro::GyroParameters;
@@ -195,37 +195,13 @@ mod setup {
 
     impl EmulateArguments {
         pub(super) fn what(&self) -> Result<Emulated, Failure> {
-            let What::Device { description, can, port, control, seed } = &self.what else {
-                return Ok(Emulated::Bench(Box::new(self.setup()?)));
-            };
-            let library = Library::beside(description);
-            let description =
-                load_description(&library, description).map_err(PrepareError::from)?;
-            let description = Arc::new(description);
-            let port = match (can, description.layout().medium()) {
-                (Some(interface), _) => parse(&format!("can:{interface}"))?,
-                // Frames do not cross a pty as they are: an adapter is played there.
-                (None, Medium::Can) if port.port.is_none() => {
-                    PortSpec::SlcanPty { link: port.pty.clone().flatten().map(Into::into) }
+            let setup = match &self.what {
+                What::Device { description, can, port, control, seed } => {
+                    let (description, port) = device(description, can.as_deref(), port)?;
+                    let (control, seed) = (control.clone(), *seed);
+                    let setup = DeviceSetup { description, port, control, seed };
+                    return Ok(Emulated::Device(setup));
                 }
-                (None, _) => port.spec()?,
-            };
-            let fits = port.carries_frames() == (description.layout().medium() == Medium::Can);
-            if !fits {
-                return Err(Failure::arguments(
-                    format!(
-                        "failed to put {} on {port}: its layout is of another medium",
-                        description.name
-                    ),
-                    "messages of a DBC need a CAN port: can:INTERFACE, slcan-pty; bytes a serial one: pty, /dev/ttyUSB0",
-                ));
-            }
-            let (control, seed) = (control.clone(), *seed);
-            Ok(Emulated::Device(DeviceSetup { description, port, control, seed }))
-        }
-
-        fn setup(&self) -> Result<Setup, Failure> {
-            match &self.what {
                 What::Gyro { stream, mode, port, common } => {
                     let described = devices(common)?.map(|devices| devices.gyro);
                     let parts =
@@ -253,14 +229,39 @@ mod setup {
                     let parts = Parts { table: Some(table), ..Parts::default() };
                     common.with(parts, [(Role::Table, port.spec()?)].into())
                 }
-                What::Device { .. } => {
-                    Err(Failure::arguments("a device is no bench", "see `hil emulate --help`"))
-                }
                 What::Bench { gyro, base, table, common } => {
                     bench([(Role::Gyro, gyro), (Role::Base, base), (Role::Table, table)], common)
                 }
-            }
+            };
+            Ok(Emulated::Bench(Box::new(setup?)))
         }
+    }
+
+    /// The device of that description, and where it is.
+    fn device(
+        description: &str,
+        can: Option<&str>,
+        port: &PortArguments,
+    ) -> Result<(Arc<Description>, PortSpec), Failure> {
+        let library = Library::beside(description);
+        let description = load_description(&library, description).map_err(PrepareError::from)?;
+        let medium = description.layout().medium();
+        let port = match (can, medium) {
+            (Some(interface), _) => parse(&format!("can:{interface}"))?,
+            // Frames do not cross a pty as they are: an adapter is played there.
+            (None, Medium::Can) if port.port.is_none() => {
+                PortSpec::SlcanPty { link: port.pty.clone().flatten().map(Into::into) }
+            }
+            (None, _) => port.spec()?,
+        };
+        if port.carries_frames() != (medium == Medium::Can) {
+            let name = &description.name;
+            return Err(Failure::arguments(
+                format!("failed to put {name} on {port}: its layout is of another medium"),
+                "messages of a DBC need a CAN port: can:INTERFACE, slcan-pty; bytes a serial one: pty, /dev/ttyUSB0",
+            ));
+        }
+        Ok((Arc::new(description), port))
     }
 
     fn bench(

@@ -3,15 +3,15 @@
 use super::control::Control;
 use super::link::Output;
 use super::ports::{Crosses, Heard, RolePort};
-use super::request::{self, LINE_BYTES_MAX};
-use super::run::{EmulationError, Stop, reply};
+use super::request;
+use super::run::{EmulationError, Stop, in_runtime, reply};
 use crate::faults::FaultKind;
 use crate::port::PortSpec;
-use crate::world::described::Emulated;
+use crate::world::described::{Emulated, End};
 use crate::world::live::Clock;
 use described::{Description, Medium, Wired};
 use serde::Deserialize;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io;
 use std::path::PathBuf;
@@ -56,11 +56,7 @@ pub fn run_device(
     say: &mut impl FnMut(&str) -> io::Result<()>,
     warn: &mut impl FnMut(&str),
 ) -> Result<(), EmulationError> {
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()
-        .map_err(EmulationError::Runtime)?;
-    runtime.block_on(run_in_runtime(setup, say, warn))
+    in_runtime(run_in_runtime(setup, say, warn))
 }
 
 async fn run_in_runtime(
@@ -82,7 +78,13 @@ async fn run_in_runtime(
     let mut late_max = Span::ZERO;
     loop {
         let now = clock.now();
-        served.emulated.go_on(now, &mut |what| port.send(now, &output(what)));
+        served.emulated.deliver(now, &mut |from, what| {
+            if from != End::Host {
+                port.send(now, &output(what));
+            }
+        });
+        served.emulated.wake(now);
+        served.emulated.transmit(now);
         let due = served.emulated.next_due();
         tokio::select! {
             () = clock.sleep_until(due) => late_max = late_max.max(clock.now() - due),
@@ -130,20 +132,12 @@ struct Served<'a> {
 
 impl Served<'_> {
     fn answer(&mut self, now: Timestamp, line: &[u8]) -> String {
-        if line.len() > LINE_BYTES_MAX {
-            return request::answer(
-                Value::Null,
-                Err(format!("it is longer than {LINE_BYTES_MAX} bytes")),
-            );
-        }
-        let read: Result<Map<String, Value>, _> = serde_json::from_slice(line);
-        let mut keys = match read {
-            Ok(keys) => keys,
-            Err(error) => return request::answer(Value::Null, Err(error.to_string())),
-        };
-        let id = keys.remove("id").unwrap_or(Value::Null);
-        let request =
-            serde_json::from_value(Value::Object(keys)).map_err(|error| error.to_string());
+        let (id, keys) = request::keys(line);
+        let request = keys.and_then(|mut keys| {
+            keys.remove("id");
+            request::of_keys(keys)
+        });
+        let request = request.map_err(|error| error.to_string());
         request::answer(id, request.and_then(|request| self.request(now, request)))
     }
 

@@ -5,7 +5,8 @@ use super::Role;
 use super::link::LinkFault;
 use emulators::parameters::ParameterError;
 use serde::Deserialize;
-use serde_json::{Value, json};
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::fmt;
 use wire::time::Span;
@@ -186,19 +187,28 @@ enum FaultName {
 /// Reads a line: the `id` that its answer carries, `null` where there is none to be read, and the
 /// request.
 pub fn read(line: &[u8]) -> (Value, Result<Request, RequestError>) {
-    let malformed = |error: serde_json::Error| RequestError::Malformed(error.to_string());
-    let value: Value = match serde_json::from_slice(line) {
-        Ok(value) => value,
-        Err(error) => return (Value::Null, Err(malformed(error))),
-    };
-    // A list would be taken for the values of all keys in their order.
-    if !value.is_object() {
-        let error = "expected an object, such as {\"get\":\"truth\"}".to_owned();
-        return (Value::Null, Err(RequestError::Malformed(error)));
+    let (id, keys) = keys(line);
+    (id, keys.and_then(of_keys).and_then(understand))
+}
+
+/// The `id` of a line, and all of its keys.
+pub(super) fn keys(line: &[u8]) -> (Value, Result<Map<String, Value>, RequestError>) {
+    let malformed = |error: String| (Value::Null, Err(RequestError::Malformed(error)));
+    if line.len() > LINE_BYTES_MAX {
+        return malformed(format!("it is longer than {LINE_BYTES_MAX} bytes"));
     }
-    let id = value.get("id").cloned().unwrap_or_default();
-    let request = serde_json::from_value(value).map_err(malformed).and_then(understand);
-    (id, request)
+    match serde_json::from_slice(line) {
+        Ok(Value::Object(keys)) => (keys.get("id").cloned().unwrap_or_default(), Ok(keys)),
+        // A list would be taken for the values of all keys in their order.
+        Ok(_) => malformed("expected an object, such as {\"get\":\"truth\"}".to_owned()),
+        Err(error) => malformed(error.to_string()),
+    }
+}
+
+/// What these keys say.
+pub(super) fn of_keys<T: DeserializeOwned>(keys: Map<String, Value>) -> Result<T, RequestError> {
+    let read = serde_json::from_value(Value::Object(keys));
+    read.map_err(|error| RequestError::Malformed(error.to_string()))
 }
 
 /// The answer to a request as a line, without its end.

@@ -4,7 +4,7 @@ use super::bench::{EmulatedBench, Parts};
 use super::control::{Asked, Control, ControlError};
 use super::link::Pace;
 use super::ports::{Crosses, Heard, RolePort, RolePorts, pace};
-use super::request::{self, LINE_BYTES_MAX, RequestError};
+use super::request;
 use super::{Role, tell};
 use crate::port::{PortError, PortSpec};
 use crate::world::live::Clock;
@@ -59,11 +59,18 @@ pub fn run(
     say: &mut impl FnMut(&str) -> io::Result<()>,
     warn: &mut impl FnMut(&str),
 ) -> Result<(), EmulationError> {
+    in_runtime(run_in_runtime(setup, say, warn))
+}
+
+/// Carries out what waits for ports and clocks.
+pub(super) fn in_runtime(
+    emulation: impl Future<Output = Result<(), EmulationError>>,
+) -> Result<(), EmulationError> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
         .map_err(EmulationError::Runtime)?;
-    runtime.block_on(run_in_runtime(setup, say, warn))
+    runtime.block_on(emulation)
 }
 
 async fn run_in_runtime(
@@ -136,12 +143,7 @@ fn paces(setup: &Setup) -> BTreeMap<Role, Pace> {
 }
 
 fn answer(bench: &mut EmulatedBench, now: Timestamp, line: &[u8]) -> String {
-    let (id, request) = if line.len() > LINE_BYTES_MAX {
-        let error = format!("it is longer than {LINE_BYTES_MAX} bytes");
-        (serde_json::Value::Null, Err(RequestError::Malformed(error)))
-    } else {
-        request::read(line)
-    };
+    let (id, request) = request::read(line);
     request::answer(id, request.and_then(|request| bench.request(now, &request)))
 }
 

@@ -49,7 +49,7 @@ pub use verdict::LiveEnd;
 
 use super::bench::Bench;
 use super::faults::Faults;
-use super::simulated::Progress;
+use super::simulated::{Progress, look_up};
 use super::stage::Stage;
 use crate::engine::{Action, Engine};
 use crate::operator::Operator;
@@ -229,7 +229,8 @@ impl LiveWorld {
         let (faults, dropped) = self.end_faults(end, sink, &mut device);
         let (properties, unjudged) = self.eyes.take().map(|eyes| eyes.close()).unwrap_or_default();
         let ending = verdict::excuse(self.judge(ending, end, &ports), &properties, &self.lateness);
-        let timing = self.timing(&device, scheduling);
+        let bus_to_command = device.in_process().map(|here| here.bus_to_command().spread());
+        let timing = self.lateness.timing(bus_to_command, scheduling);
         let port_summaries = self.port_summaries(&ports, &device);
         if self.journal.unnoted() > 0 {
             let note = format!("{} more events of ports are not noted", self.journal.unnoted());
@@ -268,13 +269,7 @@ impl LiveWorld {
         sink: &mut impl RecordSink,
         pulse: &mut impl FnMut(Progress) -> bool,
     ) {
-        let (steps_done, steps) = self.stage.engine.progress();
-        if !pulse(Progress { now, steps_done, steps }) {
-            self.stage.engine.abort(now);
-        }
-        if let Some(error) = sink.failed() {
-            self.stage.engine.broke(now, &format!("failed to write the record: {error}"));
-        }
+        look_up(&mut self.stage.engine, now, sink, pulse);
         self.stage.listen_to_operator(now, sink);
     }
 

@@ -49,6 +49,22 @@ pub struct Progress {
     pub steps: u64,
 }
 
+/// Looks beyond a world: does anybody want the run to stop, does the disk still take the record?
+pub(super) fn look_up(
+    engine: &mut Engine,
+    now: Timestamp,
+    sink: &mut impl RecordSink,
+    pulse: &mut impl FnMut(Progress) -> bool,
+) {
+    let (steps_done, steps) = engine.progress();
+    if !pulse(Progress { now, steps_done, steps }) {
+        engine.abort(now);
+    }
+    if let Some(error) = sink.failed() {
+        engine.broke(now, &format!("failed to write the record: {error}"));
+    }
+}
+
 /// One run in virtual time.
 #[derive(Debug)]
 pub struct SimulatedWorld<C = Memory> {
@@ -207,16 +223,10 @@ impl<C: Crossing> SimulatedWorld<C> {
         }
     }
 
-    /// Looks beyond the world: does anybody want the run to stop, does the disk still take the record?
+    /// Looks beyond the world; who is stopped may have something to say.
     fn look_up(&mut self, sink: &mut impl RecordSink, pulse: &mut impl FnMut(Progress) -> bool) {
-        let (steps_done, steps) = self.stage.engine.progress();
-        if !pulse(Progress { now: self.now, steps_done, steps }) {
-            self.stage.engine.abort(self.now);
-            self.touched.engine = true;
-        }
-        if let Some(error) = sink.failed() {
-            self.broke(&format!("failed to write the record: {error}"));
-        }
+        look_up(&mut self.stage.engine, self.now, sink, pulse);
+        self.touched.engine |= self.stage.engine.is_ending();
     }
 
     fn broke(&mut self, why: &str) {

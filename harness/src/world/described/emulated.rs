@@ -1,7 +1,9 @@
-//! An emulated device with its line, for a world in which time passes by itself.
+//! An emulated device with its line.
 
 use super::link::{DeviceLink, End};
+#[cfg(feature = "live")]
 use crate::faults::{FaultKind, Toward};
+#[cfg(feature = "live")]
 use crate::link::Chance;
 use described::{Description, Wired};
 use std::sync::Arc;
@@ -31,8 +33,8 @@ impl Emulated {
         self.link.send(now, End::Host, what);
     }
 
-    /// Takes what has come through its line; what it says goes to `send` once its line time has passed.
-    pub(crate) fn go_on(&mut self, now: Timestamp, send: &mut impl FnMut(&Wired)) {
+    /// The device takes what has come through its line; everything that has goes to `each`, with who sent it.
+    pub(crate) fn deliver(&mut self, now: Timestamp, each: &mut impl FnMut(End, &Wired)) {
         while let Some((from, what)) = self.link.arrived(now) {
             if from != End::Device {
                 match &what {
@@ -40,41 +42,35 @@ impl Emulated {
                     Wired::Bytes(packet) => self.device.receive_bytes(now, packet.as_slice()),
                 }
             }
-            if from != End::Host {
-                send(&what);
-            }
+            each(from, &what);
         }
+    }
+
+    /// The device does what is due.
+    pub(crate) fn wake(&mut self, now: Timestamp) {
         if self.device.next_wakeup() <= now {
             self.device.wake(now);
         }
+    }
+
+    /// Puts what the device has to say on its line.
+    pub(crate) fn transmit(&mut self, now: Timestamp) {
         while let Some(sent) = self.device.transmit() {
             self.link.send(now, End::Device, sent);
         }
     }
 
-    /// When [`go_on`](Self::go_on) has something to do, if nothing comes before.
+    /// When something is through its line.
+    pub(super) fn next_arrival(&self) -> Timestamp {
+        self.link.next_arrival()
+    }
+
+    /// When something is through or due, if nothing comes before.
     pub(crate) fn next_due(&self) -> Timestamp {
         self.link
             .next_arrival()
             .min(self.device.next_wakeup())
             .min(self.on_at.unwrap_or(Timestamp::MAX))
-    }
-
-    /// From now on its line is faulty in this way too, both ways.
-    pub(crate) fn begin_fault(
-        &mut self,
-        now: Timestamp,
-        number: usize,
-        kind: &FaultKind,
-        seed: u64,
-    ) {
-        let chance = |way: &str| Chance::new(seed, &format!("{number} {way}"));
-        self.link.begin_fault(now, number, kind, Toward::Both, chance);
-    }
-
-    /// The fault of this number is over.
-    pub(crate) fn end_fault(&mut self, now: Timestamp, number: usize) {
-        self.link.end_fault(now, number);
     }
 
     /// Switches it off, and on again at `on_at`.
@@ -96,5 +92,26 @@ impl Emulated {
     /// What it and its line had no room for.
     pub(crate) fn dropped(&self) -> u64 {
         self.link.dropped() + self.device.dropped()
+    }
+}
+
+/// Faults on request.
+#[cfg(feature = "live")]
+impl Emulated {
+    /// From now on its line is faulty in this way too, both ways.
+    pub(crate) fn begin_fault(
+        &mut self,
+        now: Timestamp,
+        number: usize,
+        kind: &FaultKind,
+        seed: u64,
+    ) {
+        let chance = |way: &str| Chance::new(seed, &format!("{number} {way}"));
+        self.link.begin_fault(now, number, kind, Toward::Both, chance);
+    }
+
+    /// The fault of this number is over.
+    pub(crate) fn end_fault(&mut self, now: Timestamp, number: usize) {
+        self.link.end_fault(now, number);
     }
 }

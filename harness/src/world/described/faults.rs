@@ -2,18 +2,16 @@
 
 use super::link::{DeviceLink, node};
 use crate::engine::PhaseEvent;
-use crate::faults::{Change, FaultEvent, FaultRecord, FaultSummary, Injector, Schedule};
+use crate::faults::{Change, FaultSummary, Ledger, Schedule};
 use crate::link::Chance;
 use crate::record::sink::RecordSink;
-use crate::record::{Device, Record, RecordKind};
 use wire::time::Timestamp;
 
 /// The faults of a run; one without any has none of this.
 #[derive(Debug)]
 pub(in crate::world) struct LinkFaults {
-    injector: Injector,
+    ledger: Ledger,
     seed: u64,
-    acted: Vec<u64>,
     /// The last that began: changes of error states are put down to it.
     last: usize,
 }
@@ -21,20 +19,15 @@ pub(in crate::world) struct LinkFaults {
 impl LinkFaults {
     /// The faults of `schedule` in the run with `seed`, which begins at zero; none where there are none.
     pub(in crate::world) fn of(schedule: &Schedule, seed: u64) -> Option<Self> {
-        (!schedule.is_empty()).then(|| Self {
-            injector: Injector::new(schedule, seed, Timestamp::ZERO),
-            seed,
-            acted: vec![0; schedule.faults.len()],
-            last: 0,
-        })
+        Some(Self { ledger: Ledger::of(schedule, seed)?, seed, last: 0 })
     }
 
     pub(in crate::world) const fn next_due(&self) -> Timestamp {
-        self.injector.next_due()
+        self.ledger.next_due()
     }
 
     pub(in crate::world) fn phase(&mut self, now: Timestamp, event: &PhaseEvent) {
-        self.injector.phase(now, event);
+        self.ledger.phase(now, event);
     }
 
     /// What is due begins and ends.
@@ -44,16 +37,17 @@ impl LinkFaults {
         link: &mut DeviceLink,
         sink: &mut impl RecordSink,
     ) {
-        while let Some(change) = self.injector.change(now) {
+        while let Some(change) = self.ledger.change(now, sink) {
             match change {
                 Change::Begins(index) => {
-                    self.tell(now, sink, index, FaultEvent::Began);
                     self.last = index;
-                    let (fault, seed) = (self.injector.fault(index), self.seed);
+                    let (fault, seed) = (self.ledger.fault(index), self.seed);
                     let chance = |way: &str| Chance::new(seed, &format!("{index} {way}"));
                     link.begin_fault(now, index, &fault.what, fault.toward, chance);
                 }
-                Change::Ends(index) => self.over(now, index, link, sink),
+                Change::Ends(index) => {
+                    self.ledger.over(now, sink, index, link.end_fault(now, index));
+                }
             }
         }
     }
@@ -66,13 +60,7 @@ impl LinkFaults {
         sink: &mut impl RecordSink,
     ) {
         while let Some(change) = link.state_change() {
-            let event = FaultEvent::Confinement {
-                node: node(change.node).to_owned(),
-                state: change.state.name().to_owned(),
-                tec: change.counters.tec,
-                rec: change.counters.rec,
-            };
-            self.tell(now, sink, self.last, event);
+            self.ledger.confinement(now, sink, self.last, (node(change.node), &change));
         }
     }
 
@@ -83,31 +71,9 @@ impl LinkFaults {
         link: &mut DeviceLink,
         sink: &mut impl RecordSink,
     ) -> Vec<FaultSummary> {
-        for index in self.injector.still_on() {
-            self.over(now, index, link, sink);
+        for index in self.ledger.still_on() {
+            self.ledger.over(now, sink, index, link.end_fault(now, index));
         }
-        for (index, why) in self.injector.never_begun() {
-            self.tell(now, sink, index, FaultEvent::NeverHappened { why: why.to_owned() });
-        }
-        self.injector.summaries(&self.acted)
-    }
-
-    fn over(
-        &mut self,
-        now: Timestamp,
-        index: usize,
-        link: &mut DeviceLink,
-        sink: &mut impl RecordSink,
-    ) {
-        let acted = link.end_fault(now, index);
-        self.acted[index] = acted;
-        self.tell(now, sink, index, FaultEvent::Ended { acted });
-    }
-
-    fn tell(&self, at: Timestamp, sink: &mut impl RecordSink, index: usize, event: FaultEvent) {
-        let name = self.injector.fault(index).to_string();
-        let record = FaultRecord { index: index as u32, name, event };
-        let kind = RecordKind::Fault(Box::new(record));
-        sink.record(Record { at, device: Device::Device, kind });
+        self.ledger.close(now, sink)
     }
 }

@@ -7,7 +7,7 @@ use wire::time::Timestamp;
 
 /// Who is at the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::world) enum End {
+pub(crate) enum End {
     /// The plan, which plays everybody but the device.
     Host,
     /// The device.

@@ -9,22 +9,20 @@
 //! At equal times the order is that of the simulated world: begin and end faults, deliver what has arrived, wake what is
 //! due, transmit until nothing moves any more, record. The live world has the same parts with ports between them.
 
-#[cfg(feature = "live")]
 mod emulated;
 mod faults;
 mod link;
+mod stage;
 mod tester;
 
-#[cfg(feature = "live")]
 pub(crate) use emulated::Emulated;
-pub(super) use faults::LinkFaults;
-pub(super) use link::{DeviceLink, End};
-pub(super) use tester::Tester;
+pub(crate) use link::End;
+pub(super) use stage::DeviceStage;
 
-use super::simulated::Progress;
-use crate::engine::{Action, Ending, Engine};
+use super::simulated::{Progress, look_up};
+use crate::engine::{Ending, Engine};
 use crate::faults::FaultSummary;
-use crate::operator::{Answers, Asked, Operator};
+use crate::operator::{Answers, Operator};
 use crate::outcome::Outcome;
 use crate::plan::Plan;
 use crate::record::sink::{Level, RecordSink};
@@ -44,22 +42,9 @@ const LAST_WORDS: Span = Span::from_secs(1);
 #[derive(Debug)]
 pub struct DescribedWorld {
     now: Timestamp,
-    engine: Engine,
-    tester: Tester,
-    link: DeviceLink,
-    device: described::Device,
-    power: Power,
-    faults: Option<LinkFaults>,
+    stage: DeviceStage,
     fault_summaries: Vec<FaultSummary>,
-    operator: Operator,
     events: u64,
-}
-
-/// The device's power, as far as a step is about it.
-#[derive(Debug, Clone, Copy, Default)]
-struct Power {
-    /// It is switched on again then.
-    on_at: Option<Timestamp>,
 }
 
 impl DescribedWorld {
@@ -70,17 +55,12 @@ impl DescribedWorld {
         answers: Answers,
         seed: u64,
     ) -> Self {
-        let faults = LinkFaults::of(&plan.faults, seed);
+        let emulated = Some(Emulated::new(description, seed));
+        let operator = Operator::simulated(answers);
         Self {
             now: Timestamp::ZERO,
-            engine: Engine::of_device(plan, description.layout(), Timestamp::ZERO),
-            tester: Tester::new(Arc::clone(description)),
-            link: DeviceLink::new(description.layout().medium()),
-            device: described::Device::new(Arc::clone(description), seed),
-            power: Power::default(),
-            faults,
+            stage: DeviceStage::new(plan, description, emulated, operator, seed),
             fault_summaries: Vec::new(),
-            operator: Operator::simulated(answers),
             events: 0,
         }
     }
@@ -97,7 +77,7 @@ impl DescribedWorld {
 
     /// The engine, for what it observed.
     pub const fn engine(&self) -> &Engine {
-        &self.engine
+        &self.stage.engine
     }
 
     /// What became of the plan's faults, once the run is over.
@@ -107,7 +87,7 @@ impl DescribedWorld {
 
     /// What the line and the device had no room for.
     pub fn dropped(&self) -> u64 {
-        self.link.dropped() + self.device.dropped()
+        self.stage.dropped()
     }
 
     /// Runs the plan to its end. Between two events `pulse` is called now and then; when it says false, the run is aborted.
@@ -118,14 +98,7 @@ impl DescribedWorld {
     ) -> Ending {
         let ending = self.run_to_end(sink, pulse);
         self.last_words(sink);
-        if self.tester.damaged() > 0 {
-            let note = format!("{} times what came could not be read", self.tester.damaged());
-            self.note(sink, note);
-        }
-        let Self { faults, link, now, .. } = self;
-        if let Some(faults) = faults {
-            self.fault_summaries = faults.finish(*now, link, sink);
-        }
+        self.fault_summaries = self.stage.finish(self.now, sink);
         ending
     }
 
@@ -137,15 +110,15 @@ impl DescribedWorld {
         let mut events_at_once = 0;
         loop {
             if self.events.is_multiple_of(EVENTS_PER_PULSE) {
-                self.look_up(sink, pulse);
+                look_up(&mut self.stage.engine, self.now, sink, pulse);
             }
             self.step(sink);
-            if let Some(ending) = self.engine.ending() {
+            if let Some(ending) = self.stage.engine.ending() {
                 return ending.clone();
             }
-            let next = self.next_event();
+            let next = self.stage.next_due();
             if next == Timestamp::MAX {
-                self.engine.broke(self.now, "nothing is left that could happen");
+                self.stage.engine.broke(self.now, "nothing is left that could happen");
                 continue;
             }
             events_at_once = if next > self.now { 0 } else { events_at_once + 1 };
@@ -160,136 +133,45 @@ impl DescribedWorld {
     /// All that is to be done at this instant.
     fn step(&mut self, sink: &mut impl RecordSink) {
         self.events += 1;
-        let now = self.now;
-        if let Some(faults) = &mut self.faults {
-            faults.strike(now, &mut self.link, sink);
-        }
+        self.stage.strike(self.now, sink);
         self.deliver(sink);
-        if let Some(faults) = &self.faults {
-            faults.record_confinement(now, &mut self.link, sink);
-        }
-        if self.power.on_at.is_some_and(|at| at <= now) {
-            self.power.on_at = None;
-            self.device.power(now, true);
-            self.engine.answered(now);
-        }
-        if self.device.next_wakeup() <= now {
-            self.device.wake(now);
-        }
-        if let Err(why) = self.tester.wake(now) {
-            self.engine.broke(now, &why);
-        }
-        if self.engine.next_wakeup() <= now {
-            self.engine.wake(now);
-        }
-        while let Some(action) = self.engine.action() {
-            self.act(sink, action);
-        }
+        self.stage.note_confinement(self.now, sink);
+        self.stage.wake(self.now, sink);
         self.transmit();
     }
 
-    fn transmit(&mut self) {
-        while let Some(sent) = self.tester.transmit() {
-            self.link.send(self.now, End::Host, sent);
-        }
-        while let Some(sent) = self.device.transmit() {
-            self.link.send(self.now, End::Device, sent);
-        }
-    }
-
-    fn next_event(&self) -> Timestamp {
-        let faults = self.faults.as_ref().map_or(Timestamp::MAX, LinkFaults::next_due);
-        self.link
-            .next_arrival()
-            .min(self.device.next_wakeup())
-            .min(self.tester.next_wakeup())
-            .min(self.engine.next_wakeup())
-            .min(self.power.on_at.unwrap_or(Timestamp::MAX))
-            .min(faults)
-    }
-
     fn deliver(&mut self, sink: &mut impl RecordSink) {
-        let Self { now, link, device, tester, engine, .. } = self;
-        let now = *now;
-        while let Some((from, what)) = link.arrived(now) {
-            record(sink, now, from, &what);
-            if from != End::Device {
-                match &what {
-                    Wired::Frame(frame) => device.receive_frame(now, frame),
-                    Wired::Bytes(packet) => device.receive_bytes(now, packet.as_slice()),
-                }
-            }
+        let Self { now, stage: DeviceStage { engine, tester, emulated, .. }, .. } = self;
+        let (now, Some(emulated)) = (*now, emulated) else { return };
+        emulated.deliver(now, &mut |from, what| {
+            record(sink, now, from, what);
             if from != End::Host {
-                tester.hear(&what, &mut |decoded| {
-                    engine.message(now, decoded.message, &decoded.values);
-                });
+                tester.hear(what, now, engine);
             }
-        }
+        });
     }
 
-    fn act(&mut self, sink: &mut impl RecordSink, action: Action) {
-        let now = self.now;
-        match action {
-            Action::Send(send) => {
-                if let Err(why) = self.tester.send(now, &send) {
-                    self.engine.broke(now, &why);
-                }
-            }
-            Action::StopSending(message) => self.tester.stop(&message),
-            Action::SetParameter { parameter, value, .. } => {
-                if self.device.set_parameter(now, &parameter, value) {
-                    self.engine.answered(now);
-                } else {
-                    self.engine.broke(now, &format!("the device takes no {parameter} = {value}"));
-                }
-            }
-            Action::PowerCycle { off, .. } => {
-                self.device.power(now, false);
-                self.power.on_at = Some(now + off);
-            }
-            Action::Prompt { text, answer } => {
-                let asked = self.operator.ask(&text, answer.as_ref());
-                answered(&mut self.engine, now, asked, sink);
-            }
-            Action::Phase(event) => {
-                if let Some(faults) = &mut self.faults {
-                    faults.phase(now, &event);
-                }
-            }
-            Action::Record(device, kind) => sink.record(Record { at: now, device, kind }),
-            other => {
-                self.engine.broke(now, &format!("no device of one's own does this: {other:?}"))
-            }
+    fn transmit(&mut self) {
+        let DeviceStage { tester, emulated: Some(emulated), .. } = &mut self.stage else { return };
+        while let Some(sent) = tester.transmit() {
+            emulated.receive(self.now, sent);
         }
+        emulated.transmit(self.now);
     }
 
     /// What the plan sent last goes through.
     fn last_words(&mut self, sink: &mut impl RecordSink) {
-        while let Some(action) = self.engine.action() {
-            self.act(sink, action);
-        }
+        self.stage.act(self.now, sink);
         self.transmit();
         let until = self.now + LAST_WORDS;
-        while self.link.next_arrival() <= until {
-            self.now = self.now.max(self.link.next_arrival());
+        loop {
+            let next = self.stage.emulated.as_ref().map_or(Timestamp::MAX, Emulated::next_arrival);
+            if next > until {
+                break;
+            }
+            self.now = self.now.max(next);
             self.deliver(sink);
         }
-    }
-
-    /// Looks beyond the world: does anybody want the run to stop, does the disk still take the record?
-    fn look_up(&mut self, sink: &mut impl RecordSink, pulse: &mut impl FnMut(Progress) -> bool) {
-        let (steps_done, steps) = self.engine.progress();
-        if !pulse(Progress { now: self.now, steps_done, steps }) {
-            self.engine.abort(self.now);
-        }
-        if let Some(error) = sink.failed() {
-            self.engine.broke(self.now, &format!("failed to write the record: {error}"));
-        }
-    }
-
-    fn note(&self, sink: &mut impl RecordSink, note: String) {
-        let kind = RecordKind::Note(note);
-        sink.record(Record { at: self.now, device: Device::Plan, kind });
     }
 }
 
@@ -305,28 +187,5 @@ pub(super) fn record(sink: &mut impl RecordSink, now: Timestamp, from: End, what
             sink.record(Record { at: now, device, kind: RecordKind::Frame((*frame).into()) });
         }
         Wired::Frame(_) => {}
-    }
-}
-
-/// Hands on what came of a question to a person.
-pub(super) fn answered(
-    engine: &mut Engine,
-    now: Timestamp,
-    asked: Asked,
-    sink: &mut impl RecordSink,
-) {
-    match asked {
-        Asked::Waiting => {}
-        Asked::Assumed => engine.answered(now),
-        Asked::Nobody(why) => engine.broke(now, &why),
-        Asked::Replied(reply) => {
-            let value = reply.number.as_ref().map(|number| number.value);
-            let kind = RecordKind::Reply(Box::new(reply));
-            sink.record(Record { at: now, device: Device::Plan, kind });
-            match value {
-                Some(value) => engine.answered_with(now, value),
-                None => engine.answered(now),
-            }
-        }
     }
 }

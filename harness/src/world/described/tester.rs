@@ -1,6 +1,7 @@
 //! The plan's end of the line: it sends what the plan orders, again and again where it is to, and reads what the device
 //! says.
 
+use crate::engine::Engine;
 use crate::plan::Send;
 use described::{Decoded, Decoder, Description, Message, Sender, Wired};
 use std::collections::VecDeque;
@@ -90,11 +91,12 @@ impl Tester {
         self.outgoing.pop_front()
     }
 
-    /// Reads what came from the device; each message goes to `each`.
-    pub(in crate::world) fn hear(&mut self, what: &Wired, each: &mut impl FnMut(Decoded)) {
+    /// Reads what came from the device; `engine` takes each message.
+    pub(in crate::world) fn hear(&mut self, what: &Wired, now: Timestamp, engine: &mut Engine) {
+        let mut take = |decoded: Decoded| engine.message(now, decoded.message, &decoded.values);
         match what {
-            Wired::Frame(frame) => self.decoder.frame(frame).into_iter().for_each(each),
-            Wired::Bytes(packet) => self.decoder.bytes(packet.as_slice(), each),
+            Wired::Frame(frame) => self.decoder.frame(frame).into_iter().for_each(take),
+            Wired::Bytes(packet) => self.decoder.bytes(packet.as_slice(), &mut take),
         }
     }
 

@@ -15,7 +15,7 @@ use wire::units::Angle;
 impl Faults {
     /// Switches a fault on; one that is over in an instant is done.
     pub(super) fn begin(&mut self, now: Timestamp, index: usize, stage: &mut Stage) {
-        let fault = self.injector.fault(index).clone();
+        let fault = self.ledger.fault(index).clone();
         let kind = fault.what;
         if kind.info().reach.is_line() {
             if fault.target == Target::Base && stage.lines.base.is_bus() {
@@ -30,11 +30,11 @@ impl Faults {
         match (kind, &mut stage.bench.carrier) {
             (FaultKind::EncoderJump { angle_deg }, Carrier::Base(base)) => {
                 base.jump_encoder(now, Angle::from_deg(angle_deg));
-                self.acted[index] = 1;
+                self.ledger.acted(index, 1);
             }
             (FaultKind::LostSteps { steps }, Carrier::Table(table)) => {
                 table.lose_steps(now, steps);
-                self.acted[index] = 1;
+                self.ledger.acted(index, 1);
             }
             (FaultKind::SchedulerStall { .. }, _) => self.host.stall(),
             (FaultKind::ClockStep { step_s }, _) => {
@@ -60,7 +60,7 @@ impl Faults {
         stage: &mut Stage,
         controller: Option<&mut Controller>,
     ) -> u64 {
-        let fault = self.injector.fault(index);
+        let fault = self.ledger.fault(index);
         let kind = fault.what;
         if kind.info().reach.is_line() {
             if let (Target::Base, BaseLink::Can(bus)) = (fault.target, &mut stage.lines.base) {

@@ -13,19 +13,17 @@ use super::placement::{Player, far_spec};
 use super::realtime::{self, Scheduling};
 use super::role_port::{PortEvent, RolePort, Traffic, next};
 use super::setting::LiveError;
-use super::verdict::LiveEnd;
+use super::verdict::{LiveEnd, blame_bench};
 use super::{Awaited, PULSE_PERIOD};
-use crate::engine::{Action, Ending, Engine};
-use crate::operator::{Operator, by_hand};
-use crate::outcome::{Outcome, PortSide, PortSummary, Timing};
+use crate::engine::{Ending, Engine};
+use crate::operator::Operator;
+use crate::outcome::{Outcome, PortSide, PortSummary};
 use crate::plan::Plan;
 use crate::port::PortSpec;
 use crate::record::sink::RecordSink;
 use crate::record::{Device, Record, RecordKind};
-use crate::world::described::{
-    Emulated, End, LinkFaults, Tester, answered, record as record_crossed,
-};
-use crate::world::simulated::Progress;
+use crate::world::described::{DeviceStage, Emulated, End, record as record_crossed};
+use crate::world::simulated::{Progress, look_up};
 use described::{Description, Medium, Wired};
 use std::sync::Arc;
 use wire::time::{Span, Timestamp};
@@ -51,14 +49,9 @@ pub struct DeviceSetting {
 /// A device in real time.
 #[derive(Debug)]
 pub struct DescribedLive {
-    engine: Engine,
-    tester: Tester,
+    stage: DeviceStage,
     medium: Medium,
     setting: DeviceSetting,
-    /// The emulated device with its line; none where it is real.
-    emulated: Option<Emulated>,
-    faults: Option<LinkFaults>,
-    operator: Operator,
     journal: Journal,
     lateness: Lateness,
 }
@@ -123,16 +116,11 @@ impl DescribedLive {
         setting: DeviceSetting,
         seed: u64,
     ) -> Self {
-        let medium = description.layout().medium();
         let is_emulated = matches!(setting.player, Player::Emulated(_));
         let emulated = is_emulated.then(|| Emulated::new(description, seed));
         Self {
-            faults: LinkFaults::of(&plan.faults, seed),
-            engine: Engine::of_device(plan, description.layout(), Timestamp::ZERO),
-            tester: Tester::new(Arc::clone(description)),
-            medium,
-            emulated,
-            operator,
+            stage: DeviceStage::new(plan, description, emulated, operator, seed),
+            medium: description.layout().medium(),
             journal: Journal::default(),
             lateness: Lateness::new(setting.late_max),
             setting,
@@ -141,7 +129,7 @@ impl DescribedLive {
 
     /// Everything observed is the engine's.
     pub const fn engine(&self) -> &Engine {
-        &self.engine
+        &self.stage.engine
     }
 
     /// Runs the plan to its end.
@@ -172,18 +160,19 @@ impl DescribedLive {
             events += 1;
             if now >= pulse_at {
                 pulse_at = now + PULSE_PERIOD;
-                self.look_up(now, sink, pulse);
+                look_up(&mut self.stage.engine, now, sink, pulse);
+                self.stage.listen_to_operator(now, sink);
             }
             self.step(now, sink, &mut ends);
             self.lateness.reach(self.course());
-            if self.engine.is_ending() && until == Timestamp::MAX {
+            if self.stage.engine.is_ending() && until == Timestamp::MAX {
                 self.lateness.break_off();
                 until = now + LAST_WORDS;
             }
             if now >= until {
                 break;
             }
-            let due = self.next_due().min(pulse_at).min(until);
+            let due = self.stage.next_due().min(pulse_at).min(until);
             let awaited = tokio::select! {
                 () = clock.sleep_until(due) => Awaited::Due,
                 (role, event) = ends.next() => Awaited::Port(role, event),
@@ -199,18 +188,18 @@ impl DescribedLive {
         let end = clock.now();
         self.lateness.end_step(self.course());
         let ending = self.judge(end);
-        let mut faults = Vec::new();
-        if let (Some(striking), Some(emulated)) = (&mut self.faults, &mut self.emulated) {
-            faults = striking.finish(end, &mut emulated.link, sink);
+        let faults = self.stage.finish(end, sink);
+        if self.journal.unnoted() > 0 {
+            let unnoted = self.journal.unnoted();
+            note_down(sink, end, format!("{unnoted} more events of ports are not noted"));
         }
-        self.tell_rest(end, sink);
         Ok(LiveEnd {
             ending,
             end,
             events,
-            timing: self.timing(scheduling),
+            timing: self.lateness.timing(None, scheduling),
             ports: self.port_summaries(&ends),
-            dropped: self.dropped(),
+            dropped: self.stage.dropped(),
             faults,
             properties: Vec::new(),
             unjudged: Vec::new(),
@@ -219,39 +208,23 @@ impl DescribedLive {
 
     /// All that is to be done now.
     fn step(&mut self, now: Timestamp, sink: &mut impl RecordSink, ends: &mut Ends) {
-        if let Some(emulated) = &mut self.emulated {
-            if let Some(faults) = &mut self.faults {
-                faults.strike(now, &mut emulated.link, sink);
-                faults.record_confinement(now, &mut emulated.link, sink);
-            }
-            if emulated.is_back(now) {
-                self.engine.answered(now);
-            }
-            emulated.go_on(now, &mut |what| {
-                if let Some(port) = &mut ends.device {
+        self.stage.strike(now, sink);
+        if let (Some(emulated), Some(port)) = (&mut self.stage.emulated, &mut ends.device) {
+            emulated.deliver(now, &mut |from, what| {
+                if from != End::Host {
                     send(port, now, what);
                 }
             });
         }
-        if let Err(why) = self.tester.wake(now) {
-            self.engine.broke(now, &why);
+        self.stage.note_confinement(now, sink);
+        self.stage.wake(now, sink);
+        if let Some(emulated) = &mut self.stage.emulated {
+            emulated.transmit(now);
         }
-        if self.engine.next_wakeup() <= now {
-            self.engine.wake(now);
-        }
-        while let Some(action) = self.engine.action() {
-            self.act(now, sink, action);
-        }
-        while let Some(sent) = self.tester.transmit() {
+        while let Some(sent) = self.stage.tester.transmit() {
             record_crossed(sink, now, End::Host, &sent);
             send(&mut ends.plan, now, &sent);
         }
-    }
-
-    fn next_due(&self) -> Timestamp {
-        let faults = self.faults.as_ref().map_or(Timestamp::MAX, LinkFaults::next_due);
-        let emulated = self.emulated.as_ref().map_or(Timestamp::MAX, Emulated::next_due);
-        emulated.min(faults).min(self.tester.next_wakeup()).min(self.engine.next_wakeup())
     }
 
     /// Takes what a port tells.
@@ -278,85 +251,20 @@ impl DescribedLive {
             }
         };
         if role == EMULATED {
-            if let Some(emulated) = &mut self.emulated {
+            if let Some(emulated) = &mut self.stage.emulated {
                 emulated.receive(now, what);
             }
             return;
         }
         record_crossed(sink, now, End::Device, &what);
-        let engine = &mut self.engine;
-        self.tester.hear(&what, &mut |decoded| {
-            engine.message(now, decoded.message, &decoded.values);
-        });
-    }
-
-    fn act(&mut self, now: Timestamp, sink: &mut impl RecordSink, action: Action) {
-        match (action, &mut self.emulated) {
-            (Action::Send(send), _) => {
-                if let Err(why) = self.tester.send(now, &send) {
-                    self.engine.broke(now, &why);
-                }
-            }
-            (Action::StopSending(message), _) => self.tester.stop(&message),
-            (Action::SetParameter { parameter, value, .. }, Some(emulated)) => {
-                if emulated.device.set_parameter(now, &parameter, value) {
-                    self.engine.answered(now);
-                } else {
-                    self.engine.broke(now, &format!("the device takes no {parameter} = {value}"));
-                }
-            }
-            (Action::SetParameter { device, parameter, value }, None) => {
-                let asked =
-                    self.operator.ask(&by_hand::set_parameter(&device, &parameter, value), None);
-                answered(&mut self.engine, now, asked, sink);
-            }
-            (Action::PowerCycle { off, .. }, Some(emulated)) => {
-                emulated.cycle(now, now + off);
-            }
-            (Action::PowerCycle { device, off }, None) => {
-                let asked = self.operator.ask(&by_hand::power_cycle(&device, off), None);
-                answered(&mut self.engine, now, asked, sink);
-            }
-            (Action::Prompt { text, answer }, _) => {
-                let asked = self.operator.ask(&text, answer.as_ref());
-                answered(&mut self.engine, now, asked, sink);
-            }
-            (Action::Phase(event), _) => {
-                if let Some(faults) = &mut self.faults {
-                    faults.phase(now, &event);
-                }
-            }
-            (Action::Record(device, kind), _) => sink.record(Record { at: now, device, kind }),
-            (other, _) => {
-                self.engine.broke(now, &format!("no device of one's own does this: {other:?}"))
-            }
-        }
-    }
-
-    /// Does anybody want the run to stop, does the disk still take the record, has a person said something?
-    fn look_up(
-        &mut self,
-        now: Timestamp,
-        sink: &mut impl RecordSink,
-        pulse: &mut impl FnMut(Progress) -> bool,
-    ) {
-        let (steps_done, steps) = self.engine.progress();
-        if !pulse(Progress { now, steps_done, steps }) {
-            self.engine.abort(now);
-        }
-        if let Some(error) = sink.failed() {
-            self.engine.broke(now, &format!("failed to write the record: {error}"));
-        }
-        if let Some(asked) = self.operator.heard() {
-            answered(&mut self.engine, now, asked, sink);
-        }
+        self.stage.tester.hear(&what, now, &mut self.stage.engine);
     }
 
     /// The ending, with what the port and the machine have to do with it.
     fn judge(&self, end: Timestamp) -> Ending {
         let ended =
             Ending { outcome: Outcome::Error, reason: Some("the run did not end".to_owned()) };
-        let ending = self.engine.ending().cloned().unwrap_or(ended);
+        let ending = self.stage.engine.ending().cloned().unwrap_or(ended);
         let ending = self.journal.explain(ending, end);
         let late = self.lateness.verdict();
         let why = match ending.outcome {
@@ -364,30 +272,9 @@ impl DescribedLive {
             Outcome::Failed | Outcome::Timeout => late.or(self.lateness.verdict_on_broken_step()),
             Outcome::Error | Outcome::Aborted => None,
         };
-        let Some(why) = why else { return ending };
-        let then = ending.reason.map_or_else(String::new, |reason| format!("; {reason}"));
-        Ending { outcome: Outcome::Error, reason: Some(format!("{why}{then}")) }
-    }
-
-    fn tell_rest(&self, end: Timestamp, sink: &mut impl RecordSink) {
-        if self.journal.unnoted() > 0 {
-            let unnoted = self.journal.unnoted();
-            note_down(sink, end, format!("{unnoted} more events of ports are not noted"));
-        }
-        if self.tester.damaged() > 0 {
-            let damaged = self.tester.damaged();
-            note_down(sink, end, format!("{damaged} times what came could not be read"));
-        }
-    }
-
-    fn timing(&self, scheduling: String) -> Timing {
-        Timing {
-            late: self.lateness.histogram().spread(),
-            bus_to_command: None,
-            late_ms_max: self.lateness.late_max().as_secs_f64() * 1e3,
-            misses: self.lateness.misses(),
-            misses_judged: self.lateness.misses_judged(),
-            scheduling,
+        match why {
+            Some(why) => blame_bench(ending, &why),
+            None => ending,
         }
     }
 
@@ -398,13 +285,9 @@ impl DescribedLive {
         [Some(plan), device].into_iter().flatten().collect()
     }
 
-    fn dropped(&self) -> u64 {
-        self.emulated.as_ref().map_or(0, Emulated::dropped)
-    }
-
     fn course(&self) -> Course {
-        let observations = self.engine.observations().values().map(Vec::len).sum();
-        Course { steps: self.engine.progress().0, observations }
+        let observations = self.stage.engine.observations().values().map(Vec::len).sum();
+        Course { steps: self.stage.engine.progress().0, observations }
     }
 }
 

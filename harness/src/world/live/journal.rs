@@ -1,6 +1,7 @@
 //! What went wrong at the ports of a run, in words for the record and for the reason of its end.
 
 use super::role_port::{PortEvent, RolePort};
+use super::verdict::blame_bench;
 use crate::engine::Ending;
 use crate::outcome::{Outcome, PortSide, PortSummary};
 use std::collections::BTreeMap;
@@ -103,9 +104,7 @@ impl Journal {
             Outcome::Aborted => (None, ""),
         };
         let Some(absence) = absence else { return ending };
-        let then = ending.reason.map_or_else(String::new, |reason| format!("; {reason}"));
-        let reason = Some(format!("{}{since}{then}", absence.what));
-        Ending { outcome: Outcome::Error, reason }
+        blame_bench(ending, &format!("{}{since}", absence.what))
     }
 
     /// What is to be said of a port when all is over.

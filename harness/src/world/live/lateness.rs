@@ -1,6 +1,7 @@
 //! How late the harness was with what was due, and whether that spoils what was measured.
 
 use super::histogram::Histogram;
+use crate::outcome::{Spread, Timing};
 use wire::time::{Span, Timestamp};
 
 /// How late the harness may be where the bench does not say. Assumption: one sample period of the paper's
@@ -104,20 +105,16 @@ impl Lateness {
         self.step_began = course;
     }
 
-    pub(super) const fn histogram(&self) -> &Histogram {
-        &self.histogram
-    }
-
-    pub(super) const fn late_max(&self) -> Span {
-        self.late_max
-    }
-
-    pub(super) const fn misses(&self) -> u64 {
-        self.misses
-    }
-
-    pub(super) const fn misses_judged(&self) -> u64 {
-        self.misses_judged
+    /// How well time was kept, for the summary.
+    pub(super) fn timing(&self, bus_to_command: Option<Spread>, scheduling: String) -> Timing {
+        Timing {
+            late: self.histogram.spread(),
+            bus_to_command,
+            late_ms_max: self.late_max.as_secs_f64() * 1e3,
+            misses: self.misses,
+            misses_judged: self.misses_judged,
+            scheduling,
+        }
     }
 
     /// Why nothing that was measured can be believed; `None` where it can.
@@ -148,7 +145,7 @@ mod tests {
         let at = |steps, observations| Course { steps, observations };
         lateness.add(AT, Span::from_millis(300));
         lateness.reach(at(1, 0));
-        assert_eq!((lateness.misses(), lateness.verdict()), (1, None));
+        assert_eq!((lateness.misses, lateness.verdict()), (1, None));
         lateness.add(AT, Span::from_millis(20));
         lateness.reach(at(2, 4));
         assert_eq!(lateness.verdict(), None);
@@ -156,7 +153,7 @@ mod tests {
         lateness.reach(at(2, 5));
         assert_eq!(lateness.verdict(), None);
         lateness.end_step(at(2, 5));
-        assert_eq!((lateness.misses(), lateness.misses_judged()), (2, 1));
+        assert_eq!((lateness.misses, lateness.misses_judged), (2, 1));
         insta::assert_snapshot!(
             lateness.verdict().unwrap(),
             @"this machine did not keep real time: late by more than 20 ms 1 times while something was measured, by 300 ms at worst"

@@ -34,6 +34,12 @@ pub struct LiveEnd {
     pub unjudged: Vec<Unjudged>,
 }
 
+/// The bench broke: why comes first, and what the run itself says behind it.
+pub(super) fn blame_bench(ending: Ending, why: &str) -> Ending {
+    let then = ending.reason.map_or_else(String::new, |reason| format!("; {reason}"));
+    Ending { outcome: Outcome::Error, reason: Some(format!("{why}{then}")) }
+}
+
 /// A property that broke because this machine was late did not break: the bench did.
 pub(super) fn excuse(
     ending: Ending,
@@ -46,8 +52,7 @@ pub(super) fn excuse(
     });
     match (ending.outcome, late) {
         (Outcome::Passed | Outcome::Failed | Outcome::Timeout, Some(why)) => {
-            let then = ending.reason.map_or_else(String::new, |reason| format!("; {reason}"));
-            Ending { outcome: Outcome::Error, reason: Some(format!("{why}{then}")) }
+            blame_bench(ending, &why)
         }
         _ => ending,
     }
@@ -70,10 +75,7 @@ impl LiveWorld {
             Outcome::Error | Outcome::Aborted => None,
         };
         match why {
-            Some(why) => {
-                let then = ending.reason.map_or_else(String::new, |reason| format!("; {reason}"));
-                Ending { outcome: Outcome::Error, reason: Some(format!("{why}{then}")) }
-            }
+            Some(why) => blame_bench(ending, &why),
             None if self.foreign.frames() > 0 && ending.outcome != Outcome::Passed => {
                 let then = ending.reason.unwrap_or_else(|| "no reason was given".to_owned());
                 let (foreign, port) = (self.foreign.frames(), ports.name(BASE));
@@ -82,17 +84,6 @@ impl LiveWorld {
                 Ending { reason: Some(reason), ..ending }
             }
             None => ending,
-        }
-    }
-
-    pub(super) fn timing(&self, device: &Running, scheduling: String) -> Timing {
-        Timing {
-            late: self.lateness.histogram().spread(),
-            bus_to_command: device.in_process().map(|here| here.bus_to_command().spread()),
-            late_ms_max: self.lateness.late_max().as_secs_f64() * 1e3,
-            misses: self.lateness.misses(),
-            misses_judged: self.lateness.misses_judged(),
-            scheduling,
         }
     }
 
