@@ -124,6 +124,13 @@ pub(crate) struct SourceTable {
     pub(crate) interpolate: Option<bool>,
     /// From the beginning again once it has ended.
     pub(crate) repeat: Option<bool>,
+    /// File with a model that was identified, beside this one: how a sensor of a rate errs. The source is the
+    /// true rate then.
+    pub(crate) model: Option<String>,
+    /// The temperature that the model sees, degC.
+    pub(crate) temperature: Option<Formula>,
+    /// The heading that the model sees, deg.
+    pub(crate) heading: Option<Formula>,
     /// White noise on top, rms, in the unit of the signal.
     pub(crate) noise: Option<f64>,
 }

@@ -40,7 +40,7 @@
 //! | `step_s` | step of the integration (classic Runge-Kutta of order four), 10 ms |
 //! | `[parameter.NAME]` | `value`, `unit`, `minimum`, `maximum`, `doc` |
 //! | `[state.NAME]` | `start` (of parameters), one of `rate` and `value`, `unit`, `doc` |
-//! | `[signal.NAME]` | `expression`, or `steps = [[t, value], ...]`, or `csv` with the columns `time` and `value`; `interpolate`, `repeat`; `noise` |
+//! | `[signal.NAME]` | `expression`, or `steps = [[t, value], ...]`, or `csv` with the columns `time` and `value`; `interpolate`, `repeat`; `noise`; a `model` of the sensor that reads it, below |
 //! | `[message.NAME]` | sent: `period_s`, or `answers = "Command"` with `delay_s`; heard: `initial`, `timeout_s` |
 //!
 //! A signal that nobody drives is sent as its start value (`GenSigStartValue`), or as zero; a multiplexer that
@@ -75,6 +75,18 @@
 //! what is behind the start bytes unless `checksum_over = "all"`. In a line the format behind the colon is that
 //! of a number: sign, zeros, width, decimals (`{X:+08.3}`).
 //!
+//! # Sensors
+//!
+//! ```text
+//! [signal.Rate]
+//! expression = "yaw_rate"     # what is true, in the signal's unit; or `steps`, or `csv`
+//! model = "gyro.model.toml"   # how the sensor errs: what was identified from measured data
+//! temperature = "case"        # where the model sees one, degC; and `heading`, deg
+//! ```
+//!
+//! The signal is the true rate with the model's terms of bias and scale, its lag, dead zone and range, as of a gyro.
+//! A latency is refused. What is true is taken as constant from one message to the next.
+//!
 //! # Expressions
 //!
 //! | written | meaning |
@@ -104,6 +116,7 @@ mod device;
 mod error;
 mod expression;
 mod file;
+mod files;
 mod hint;
 mod layout;
 mod place;
@@ -111,6 +124,7 @@ mod place;
 pub use description::Description;
 pub use device::Device;
 pub use error::DescriptionError;
+pub use files::Files;
 pub use layout::{
     ByteOrder, Carried, Decoded, Decoder, EncodeError, Layout, Medium, Message, SIGNAL_BITS_MAX,
     Sender, Signal, SignalName, Wired,

@@ -25,6 +25,8 @@ mod measured;
 mod new;
 #[path = "cli/operator.rs"]
 mod operator;
+#[path = "cli/own_sensor.rs"]
+mod own_sensor;
 #[path = "cli/recorded.rs"]
 mod recorded;
 #[path = "cli/report.rs"]

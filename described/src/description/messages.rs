@@ -4,6 +4,7 @@ use super::source::{SignalSource, Source, source};
 use super::variables::Variables;
 use crate::error::Mistake;
 use crate::file::{MessageRules, SourceTable};
+use crate::files::Files;
 use crate::hint;
 use crate::layout::{Carried, Layout, Message, Sender};
 use crate::place::Place;
@@ -94,14 +95,14 @@ fn start(message: &mut Message, rules: &MessageRules, place: &Place) -> Result<(
     Ok(())
 }
 
-/// What is sent and what is heard. `read` hands files over by name.
+/// What is sent and what is heard.
 pub(super) fn messages(
     rules: &BTreeMap<String, MessageRules>,
     sources: &BTreeMap<String, SourceTable>,
     layout: &Layout,
     variables: &Variables,
     listed: bool,
-    read: &mut dyn FnMut(&str) -> Result<String, String>,
+    files: &mut dyn Files,
 ) -> Result<(Vec<Sent>, Vec<Heard>), Mistake> {
     let unruled = MessageRules::default();
     let (mut sent, mut heard) = (Vec::new(), Vec::new());
@@ -132,7 +133,8 @@ pub(super) fn messages(
             );
             return Err(Mistake::new(place, text));
         }
-        sent.signals[signal] = source(table, variables, &place, read)?;
+        let unit = &layout.messages()[message].signals[signal].unit;
+        sent.signals[signal] = source(table, unit, variables, &place, files)?;
     }
     Ok((sent, heard))
 }

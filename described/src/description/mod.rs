@@ -3,12 +3,13 @@
 mod messages;
 mod parameters;
 mod read;
+mod sensor;
 mod source;
 mod states;
 mod variables;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub(crate) use messages::{Heard, Sent};
 pub(crate) use source::Source;
@@ -18,6 +19,7 @@ pub(crate) use variables::{TIME, Variables};
 use crate::error::{DescriptionError, Mistake};
 use crate::expression::{Expression, Scope};
 use crate::file::{File, Formula, MessageRules};
+use crate::files::{Files, Texts};
 use crate::layout::Layout;
 use crate::place::Place;
 use parameters::Parameter;
@@ -66,19 +68,31 @@ pub(crate) struct Model {
 }
 
 impl Description {
-    /// Reads a description. `file` is its name in messages; `read` hands over the files that it names (a
-    /// DBC, CSV) by the name in the description, or says why it cannot.
+    /// Reads a description without identified models. `file` is its name in messages; `read` hands over the files
+    /// that it names (a DBC, CSV) by the name in the description, or says why it cannot.
     ///
     /// # Errors
-    /// With the place of the first mistake, in the description or in a file that it names.
+    /// As [`Description::parse_with`].
     pub fn parse(
         file: &str,
         text: &str,
         read: &mut dyn FnMut(&str) -> Result<String, String>,
     ) -> Result<Self, DescriptionError> {
+        Self::parse_with(file, text, &mut Texts(read))
+    }
+
+    /// Reads a description. `file` is its name in messages.
+    ///
+    /// # Errors
+    /// With the place of the first mistake, in the description or in a file that it names.
+    pub fn parse_with(
+        file: &str,
+        text: &str,
+        files: &mut dyn Files,
+    ) -> Result<Self, DescriptionError> {
         let (said, tables) = read::split(file, text)?;
-        let layout = read::layout(file, text, &said, tables.as_deref(), read)?;
-        Self::build(said, layout, tables.is_some(), read)
+        let layout = read::layout(file, text, &said, tables.as_deref(), files)?;
+        Self::build(said, layout, tables.is_some(), files)
             .map_err(|mistake| mistake.located(file, text))
     }
 
@@ -86,7 +100,7 @@ impl Description {
         said: File<BTreeMap<String, MessageRules>>,
         layout: Layout,
         listed: bool,
-        read: &mut dyn FnMut(&str) -> Result<String, String>,
+        files: &mut dyn Files,
     ) -> Result<Self, Mistake> {
         let step = said.step_s.unwrap_or(STEP_S);
         let step = messages::seconds(step, STEP_S_MIN, &Place::file().key("step_s"))?;
@@ -104,7 +118,7 @@ impl Description {
         let variables = Variables::new(names, states, layout.clone());
         let (states, order) = states::states(&said.state, &variables)?;
         let (sent, heard) =
-            messages::messages(&said.message, &said.signal, &layout, &variables, listed, read)?;
+            messages::messages(&said.message, &said.signal, &layout, &variables, listed, files)?;
         let model = Model { step, variables, states, order, sent, heard };
         let (name, title, source) = (said.name, said.title, said.source);
         Ok(Self { name, title, source, layout, parameters, notes, model })

@@ -2,6 +2,7 @@
 
 use crate::error::{DescriptionError, Mistake};
 use crate::file::{File, MessageRules, MessageTable};
+use crate::files::Files;
 use crate::layout::Layout;
 use crate::place::Place;
 use std::collections::BTreeMap;
@@ -42,7 +43,7 @@ pub(super) fn layout<M>(
     text: &str,
     said: &File<M>,
     tables: Option<&[MessageTable]>,
-    read: &mut dyn FnMut(&str) -> Result<String, String>,
+    files: &mut dyn Files,
 ) -> Result<Layout, DescriptionError> {
     let mistake = |key: &str, message: &str, help: &str| {
         Err(Mistake::new(Place::file().key(key), message).help(help).located(file, text))
@@ -75,7 +76,7 @@ pub(super) fn layout<M>(
         let help = "node = \"...\": who of the DBC's nodes the device is";
         return mistake("dbc", "the file does not say which `node` it is", help);
     };
-    let found = read(dbc).map_err(|error| {
+    let found = files.text(dbc).map_err(|error| {
         let message = format!("failed to read `{dbc}`: {error}");
         Mistake::new(Place::file().key("dbc"), message).located(file, text)
     })?;

@@ -1,10 +1,12 @@
 //! Where the value of a signal that is sent comes from.
 
 use super::formula;
+use super::sensor::{RateSensor, sensor};
 use super::variables::Variables;
 use crate::error::Mistake;
 use crate::expression::Expression;
 use crate::file::SourceTable;
+use crate::files::Files;
 use crate::hint;
 use crate::place::Place;
 
@@ -26,6 +28,7 @@ pub(crate) enum Source {
     Unsaid,
     Expression(Expression),
     Series(Series),
+    Sensor(Box<RateSensor>),
 }
 
 /// Values over the time since power-on.
@@ -55,12 +58,13 @@ impl Series {
     }
 }
 
-/// What a `[signal.NAME]` says. `read` hands files over by name.
+/// What a `[signal.NAME]` says; `unit` is the signal's.
 pub(super) fn source(
     table: &SourceTable,
+    unit: &str,
     variables: &Variables,
     place: &Place,
-    read: &mut dyn FnMut(&str) -> Result<String, String>,
+    files: &mut dyn Files,
 ) -> Result<SignalSource, Mistake> {
     let noise = table.noise.unwrap_or(0.0);
     if !(0.0..f64::INFINITY).contains(&noise) {
@@ -73,22 +77,43 @@ pub(super) fn source(
         ("repeat", table.repeat.is_some(), table.expression.is_none()),
         ("time", table.time.is_some(), table.csv.is_some()),
         ("value", table.value.is_some(), table.csv.is_some()),
+        ("temperature", table.temperature.is_some(), table.model.is_some()),
+        ("heading", table.heading.is_some(), table.model.is_some()),
     ];
     if let Some((key, ..)) = given.iter().find(|(_, given, wanted)| *given && !*wanted) {
         return Err(Mistake::new(place.key(key).name(), format!("`{key}` has no meaning here"))
             .help(
-                "`interpolate` and `repeat` are of `steps` and `csv`, `time` and `value` of `csv`",
+                "`interpolate` and `repeat` are of `steps` and `csv`, `time` and `value` of `csv`, \
+                 `temperature` and `heading` of `model`",
             ));
     }
+    let said = said(table, variables, place, files)?;
+    let source = match &table.model {
+        Some(file) => {
+            let sensor = sensor(table, said, (file, unit), variables, place, files)?;
+            Source::Sensor(Box::new(sensor))
+        }
+        None => said,
+    };
+    Ok(SignalSource { source, noise })
+}
+
+/// What is said without a model.
+fn said(
+    table: &SourceTable,
+    variables: &Variables,
+    place: &Place,
+    files: &mut dyn Files,
+) -> Result<Source, Mistake> {
     let (points, from) = match (&table.expression, &table.steps, &table.csv) {
         (Some(expression), None, None) => {
             let expression = formula(expression, variables, &place.key("expression"))?;
-            return Ok(SignalSource { source: Source::Expression(expression), noise });
+            return Ok(Source::Expression(expression));
         }
         (None, Some(steps), None) => (steps.clone(), place.key("steps")),
         (None, None, Some(csv)) => {
             let place = place.key("csv");
-            let text = read(csv).map_err(|error| {
+            let text = files.text(csv).map_err(|error| {
                 Mistake::new(place.clone(), format!("failed to read `{csv}`: {error}"))
             })?;
             let columns = [table.time.as_deref(), table.value.as_deref()];
@@ -102,7 +127,7 @@ pub(super) fn source(
     let repeat = table.repeat.unwrap_or(false);
     let series = Series { points, interpolate: table.interpolate.unwrap_or(false), repeat };
     check(&series, &from)?;
-    Ok(SignalSource { source: Source::Series(series), noise })
+    Ok(Source::Series(series))
 }
 
 fn check(series: &Series, place: &Place) -> Result<(), Mistake> {

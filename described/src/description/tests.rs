@@ -1,6 +1,6 @@
 //! What is said of descriptions that are wrong, and where.
 
-use super::Description;
+use super::{Description, DescriptionError};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use proptest::prelude::*;
 
@@ -27,10 +27,14 @@ fn refused(text: &str) -> String {
         Ok(_) => panic!("nothing is wrong with\n{text}"),
         Err(error) => error,
     };
+    shown(&error)
+}
+
+pub(crate) fn shown(error: &DescriptionError) -> String {
     let mut shown = String::new();
     GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor())
         .with_width(110)
-        .render_report(&mut shown, &error)
+        .render_report(&mut shown, error)
         .unwrap();
     shown
 }

@@ -177,10 +177,12 @@ impl Device {
             return Some(self.dynamics.get(slot));
         }
         let index = model.sent.iter().position(|sent| sent.message == message)?;
-        let last = *self.senders[index].last.get(signal)?;
+        let sending = &self.senders[index];
+        let last = *sending.last.get(signal)?;
         let value = match &model.sent[index].signals.get(signal)?.source {
             Source::Unsaid => last,
-            source => source.value(self.dynamics.values()),
+            // To look is not to read: the sensor stays as it was.
+            source => source.value(self.dynamics.values(), &mut sending.sensors[signal].clone()),
         };
         Some(if value.is_finite() { value } else { last })
     }

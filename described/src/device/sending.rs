@@ -4,6 +4,7 @@ use super::dynamics::finite;
 use super::{Device, NEVER, QUEUE_MAX};
 use crate::description::{Description, Model, Sent, Source, TIME};
 use crate::layout::Carried;
+use emulators::gyro::terms::{Seen, Sensor};
 use emulators::random::RandomStream;
 use wire::time::Timestamp;
 
@@ -18,6 +19,8 @@ pub(super) struct Sending {
     pub(super) last: Vec<f64>,
     /// One a signal, so that none shifts the numbers of another.
     noise: Vec<RandomStream>,
+    /// One a signal that is read from a sensor, since its first reading.
+    pub(super) sensors: Vec<Option<Sensor>>,
 }
 
 impl Sending {
@@ -32,6 +35,7 @@ impl Sending {
             page: 0,
             last: message.signals.iter().map(|signal| signal.start).collect(),
             noise: message.signals.iter().map(|signal| stream(&signal.name)).collect(),
+            sensors: vec![None; message.signals.len()],
         }
     }
 
@@ -39,6 +43,7 @@ impl Sending {
     pub(super) fn start(&mut self, description: &Description, sent: &Sent, now: Timestamp) {
         self.due = sent.period.map_or(NEVER, |period| now + period);
         self.page = 0;
+        self.sensors.fill(None);
         let signals = &description.layout().messages()[sent.message].signals;
         for (last, signal) in self.last.iter_mut().zip(signals) {
             *last = signal.start;
@@ -91,7 +96,7 @@ impl Device {
                     .get(sending.page % sent.pages.len().max(1))
                     .map_or(signal.start, |page| signal.selecting(*page)),
                 (Source::Unsaid, _) => signal.start,
-                (source, _) => source.value(self.dynamics.values()),
+                (source, _) => source.value(self.dynamics.values(), &mut sending.sensors[place]),
             };
             let value = finite(value, sending.last[place], &mut self.not_finite);
             sending.last[place] = value;
@@ -113,12 +118,22 @@ impl Device {
 }
 
 impl Source {
-    /// The value with these variables; of nothing, not a number.
-    pub(super) fn value(&self, variables: &[f64]) -> f64 {
+    /// The value with these variables; of nothing, not a number. `sensor` is its memory, where it is one.
+    pub(super) fn value(&self, variables: &[f64], sensor: &mut Option<Sensor>) -> f64 {
         match self {
             Self::Unsaid => f64::NAN,
             Self::Expression(expression) => expression.value(variables),
             Self::Series(series) => series.value(variables.get(TIME).copied().unwrap_or(f64::NAN)),
+            Self::Sensor(rate) => {
+                let seen = Seen {
+                    rate: rate.truth.value(variables, &mut None) * rate.unit,
+                    heading: rate.heading.value(variables).to_radians(),
+                    celsius: rate.temperature.value(variables),
+                    time_s: variables.get(TIME).copied().unwrap_or(f64::NAN),
+                };
+                let sensor = sensor.get_or_insert_with(|| Sensor::new(&rate.errors, &seen));
+                sensor.read(&rate.errors, &seen) / rate.unit
+            }
         }
     }
 }

@@ -2,10 +2,14 @@
 
 use crate::faults::BenchLines;
 use crate::library::{Kind, Library, LibraryError, Source};
+use crate::models::learned;
 use crate::plan::Plan;
 use crate::world::bench::{DevicesError, bench_lines, load_devices};
-use described::{Description, DescriptionError};
+use described::{Description, DescriptionError, Files};
 use emulators::device_file::Devices;
+use emulators::gyro::terms::SensorErrors;
+use identification::finding::SCHEMA;
+use identification::model::Model;
 use std::sync::Arc;
 
 /// What a plan is carried out on.
@@ -81,9 +85,28 @@ impl Subject {
 pub fn load_description(library: &Library, name: &str) -> Result<Description, SubjectError> {
     let source = library.open(Kind::Description, name)?;
     let Source { origin, text } = &source;
-    let mut read = |file: &str| {
-        let opened = library.open_beside(&source, file);
+    let mut files = Beside { library, source: &source };
+    Ok(Description::parse_with(origin, text, &mut files).map_err(Box::new)?)
+}
+
+/// The files beside a description.
+struct Beside<'a> {
+    library: &'a Library,
+    source: &'a Source,
+}
+
+impl Files for Beside<'_> {
+    fn text(&mut self, name: &str) -> Result<String, String> {
+        let opened = self.library.open_beside(self.source, name);
         opened.map(|opened| opened.text).map_err(|error| error.to_string())
-    };
-    Ok(Description::parse(origin, text, &mut read).map_err(Box::new)?)
+    }
+
+    fn errors(&mut self, name: &str) -> Result<SensorErrors, String> {
+        let text = self.text(name)?;
+        let model = Model::from_toml(&text).map_err(|error| error.message().to_owned())?;
+        if model.schema != SCHEMA {
+            return Err(format!("schema {}, expected {SCHEMA}", model.schema));
+        }
+        SensorErrors::of(learned(&model).map_err(|refused| refused.to_string())?)
+    }
 }

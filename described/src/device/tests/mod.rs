@@ -2,6 +2,7 @@
 
 mod bounds;
 mod oven;
+mod sensor;
 mod values;
 
 use super::Device;
