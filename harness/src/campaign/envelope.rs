@@ -6,7 +6,7 @@ use super::space::severity;
 use crate::checks::confidence::{Z_95, wilson};
 use crate::faults::{Fault, Lasts, Schedule, When};
 use emulators::random::RandomStream;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
 use wire::time::Span;
 
@@ -29,7 +29,7 @@ pub struct EnvelopeSettings {
 }
 
 /// Runs that pass at one severity.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Level {
     /// In the unit of the kind's first parameter; zero where there is no fault.
     pub severity: f64,
@@ -49,7 +49,7 @@ impl Level {
 }
 
 /// The share of runs that pass over the severity of one kind.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Envelope {
     /// The kind.
     pub kind: String,

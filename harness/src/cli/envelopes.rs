@@ -14,11 +14,11 @@ use crate::outcome::Outcome;
 use crate::plan::{DeclaredEnvelope, struck_by};
 use crate::report::envelopes::{Measured, page};
 use crate::run::Prepared;
-use crate::run_folder::JUNIT;
+use crate::run_folder::{JUNIT, REPORT, RunFolderError};
 use clap::Args;
 use std::io;
 use std::num::NonZeroUsize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use wire::time::Span;
 
 /// Which envelopes, and how they are measured.
@@ -44,9 +44,7 @@ pub(super) struct EnvelopeArguments {
     at_least: Option<f64>,
 }
 
-/// The page of a folder of envelopes.
-const REPORT: &str = "report.html";
-/// The figures.
+/// The figures of a folder of envelopes.
 const FIGURES: &str = "envelopes.json";
 
 /// One envelope that is asked for.
@@ -93,7 +91,8 @@ impl EnvelopeArguments {
             if !json {
                 say(&console::envelope_table(&envelope, asked.at_least, Style::of_stdout()))?;
             }
-            all.push(Measured { envelope, at_least: asked.at_least });
+            let plan = means.prepared.plan.name.as_str().to_owned();
+            all.push(Measured { plan, envelope, at_least: asked.at_least });
             if means.interrupt.requested() {
                 break;
             }
@@ -194,6 +193,23 @@ impl Means<'_> {
             !self.interrupt.requested()
         })
     }
+}
+
+/// Are there envelopes in that folder?
+pub(super) fn are_in(folder: &Path) -> bool {
+    folder.join(FIGURES).is_file()
+}
+
+/// Draws the page of the envelopes in that folder from their figures; where it is.
+pub(super) fn draw(folder: &Path) -> Result<PathBuf, Failure> {
+    let figures = folder.join(FIGURES);
+    let all: Vec<Measured> = std::fs::read(&figures)
+        .and_then(|json| Ok(serde_json::from_slice(&json)?))
+        .map_err(|source| RunFolderError::Read { path: figures, source })?;
+    let plan = all.first().map_or("", |measured| &measured.plan);
+    let path = folder.join(REPORT);
+    std::fs::write(&path, page(plan, &all)).map_err(|source| Failure::file(&path, source))?;
+    Ok(path)
 }
 
 /// The kind of this name, its parameters typical.

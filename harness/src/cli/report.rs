@@ -1,6 +1,7 @@
 //! `hil report`: draws recorded runs and campaigns again.
 
 use super::campaign::account::{self, is_campaign};
+use super::envelopes;
 use super::failure::Failure;
 use super::say;
 use crate::outcome::{Outcome, Summary};
@@ -11,12 +12,13 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 use wire::time::Timestamp;
 
-/// Draws report.html of recorded runs again, from summary and record, and of campaigns, from campaign.json and the journal.
+/// Draws report.html again: of recorded runs from summary and record, of campaigns from campaign.json and the journal,
+/// of envelopes from envelopes.json.
 ///
 /// A run that was cut short is drawn as far as its record goes. The verdicts are those of the summary; `hil check` makes new ones.
 #[derive(Debug, Args)]
 pub(super) struct ReportArguments {
-    /// Run folders, and folders of campaigns.
+    /// Run folders, and folders of campaigns and of envelopes.
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
 }
@@ -24,9 +26,12 @@ pub(super) struct ReportArguments {
 impl ReportArguments {
     pub(super) fn execute(&self) -> Result<Outcome, Failure> {
         for run in &self.runs {
-            let report = match is_campaign(run) {
-                true => account::draw(run)?,
-                false => draw(run)?,
+            let report = if is_campaign(run) {
+                account::draw(run)?
+            } else if envelopes::are_in(run) {
+                envelopes::draw(run)?
+            } else {
+                draw(run)?
             };
             say(&format!("{}\n", report.display()))?;
         }

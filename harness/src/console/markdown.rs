@@ -102,7 +102,7 @@ pub fn envelopes_markdown(plan: &str, all: &[Measured]) -> String {
     const DIGITS: i32 = 3;
     let mut text = format!("### Envelopes {}\n\n", escaped(plan));
     text += "| verdict | fault | tolerated | wanted |\n|---|---|---|---|\n";
-    for measured @ Measured { envelope, at_least } in all {
+    for measured @ Measured { envelope, at_least, .. } in all {
         let figure = |severity: Option<f64>| match severity {
             Some(severity) => {
                 escaped(&format!("{} {}", figures::exact(severity, DIGITS), envelope.unit))

@@ -9,11 +9,13 @@ use crate::figures;
 use maud::{Markup, html};
 use plotters::element::{Circle, PathElement};
 use plotters::style::Color;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// One envelope, and what it should have been.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
+    /// The plan that ran.
+    pub plan: String,
     /// What was measured.
     #[serde(flatten)]
     pub envelope: Envelope,
@@ -173,7 +175,7 @@ mod tests {
             tolerated: Some(0.1),
             is_all: false,
         };
-        Measured { envelope, at_least }
+        Measured { plan: "x".to_owned(), envelope, at_least }
     }
 
     fn texts(page: &Html, selector: &str) -> Vec<String> {

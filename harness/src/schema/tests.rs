@@ -49,7 +49,24 @@ fn every_shipped_file_is_one_of_its_schema() {
         for path in files {
             let text = std::fs::read_to_string(&path).unwrap();
             assert_takes(&validator, &text, &path.display().to_string());
+            // Its first line leads an editor to that schema.
+            let line = text.lines().next().and_then(|line| line.strip_prefix("#:schema ")).unwrap();
+            let named = path.parent().unwrap().join(line).canonicalize().unwrap();
+            assert_eq!(named, schemas().canonicalize().unwrap().join(kind.schema_file()));
         }
+    }
+}
+
+fn schemas() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../test-plans/schemas")
+}
+
+#[test]
+fn the_shipped_schemas_are_those_of_the_types() {
+    for kind in FileKind::ALL {
+        let path = schemas().join(kind.schema_file());
+        let same = std::fs::read_to_string(&path).is_ok_and(|text| text == kind.text());
+        assert!(same, "{path:?} is not up to date: hil schema --out test-plans/schemas");
     }
 }
 

@@ -27,6 +27,12 @@ fn a_plan_asserts_how_much_it_stands() {
     let tolerated = figures[0]["tolerated"].as_f64().unwrap();
     let page = fs::read_to_string(hil.path("narrow/report.html")).unwrap();
     assert!(page.contains("<svg class=\"plot\"") && page.contains("drop of gyro"));
+    fs::remove_file(hil.path("narrow/report.html")).unwrap();
+    hil.run(&["report", "narrow"]).exits(0);
+    assert_eq!(fs::read_to_string(hil.path("narrow/report.html")).unwrap(), page);
+    fs::write(hil.path("narrow/envelopes.json"), "[{\"plan\": \"turn\"}]").unwrap();
+    let ran = hil.run(&["report", "narrow"]).exits(2);
+    assert!(ran.err.contains("envelopes.json") && ran.err.contains("missing field"), "{}", ran.err);
 
     // No more than what was found, and a little.
     let wide = declaring((2.0 * tolerated).min(100.0));
