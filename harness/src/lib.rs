@@ -1,5 +1,31 @@
 //! Runs test plans on a bench of CAN and serial devices, simulated or real, and judges them.
 //!
+//! # In a test of one's own
+//!
+//! [`Trial`] is all that a `cargo test` needs: a plan, in virtual time, with emulated devices and, where one is brought, a
+//! [controller of one's own](HostedController). Virtual time needs no feature:
+//!
+//! ```toml
+//! [dev-dependencies]
+//! harness = { path = "...", default-features = false }
+//! ```
+//!
+//! ```
+//! use harness::{Trial, TrialError};
+//!
+//! // In a test: #[test] fn turns_stay_within_the_band() -> Result<(), TrialError> {
+//! let run = Trial::load("live-table-run")?.with_seed(2).run()?;
+//! assert!(run.passed(), "{run}");           // prints each figure with its band, and where the run folder is
+//!
+//! let findings = Trial::load("live-table-run")?.campaign().faults(&["drop"]).cases(10).run()?;
+//! assert!(findings.held(), "{findings}");   // prints the smallest case that breaks it, as a plan
+//! # Ok::<(), TrialError>(())
+//! ```
+//!
+//! [`trial`] has the whole; `examples/rust-tests` is a crate with a controller of its own and its tests.
+//!
+//! # How it is made
+//!
 //! ```text
 //!  plan.toml ──> plan ──> engine ──> world ──> record ──> checks ──> summary, report, JUnit
 //!  device file ─────────────────────┘  └ controller, gyro, base, table, absolute measurement
@@ -23,7 +49,7 @@
 //! * [`import`]: the log of a bench's CAN bus as a run.
 //! * [`properties`]: what must hold at every moment of a run, judged as it goes.
 //! * [`checks`]: verdicts, each with the measurement's own uncertainty. [`outcome`]: what they come to.
-//! * [`run`]: all of that in order. [`seeds`]: the same for many seeds on all cores.
+//! * [`run`]: all of that in order. [`seeds`]: the same for many seeds on all cores. [`hosted`]: whose controller is tested.
 //! * [`bench_file`]: which port plays which role, and which device is tested.
 //! * `live`, `run_live` (feature `live`): the real clock, and a device under test that is a process of its
 //!   own. `port`: ptys, serial ports, CAN interfaces and adapters in one shape. `doctor`: what a machine
@@ -35,7 +61,7 @@
 //! * [`schema`]: what editors complete and check plans and other files by.
 //! * [`console`]: tables. [`figures`]: how numbers are written. [`cli`]: the command `hil`.
 //!
-//! A run from Rust, without a folder:
+//! Without a folder, for whoever makes many runs:
 //!
 //! ```
 //! use harness::run::{Prepared, verdicts};
@@ -50,6 +76,13 @@
 //! }
 //! # Ok::<(), harness::run::PrepareError>(())
 //! ```
+
+pub use crate::hosted::HostedController;
+pub use crate::trial::{Trial, TrialCampaign, TrialError, TrialFindings, TrialRun};
+/// The code under test, and the missions and reports that any controller in its place speaks.
+pub use controller;
+/// Time, units, frames, and the bytes of gyros and bases.
+pub use wire;
 
 pub mod bench_file;
 pub mod bus_log;
@@ -67,6 +100,7 @@ pub mod engine;
 pub mod export;
 pub mod faults;
 pub mod figures;
+pub mod hosted;
 pub mod import;
 pub mod junit;
 pub mod library;
@@ -93,4 +127,5 @@ pub mod run_folder;
 pub mod run_live;
 pub mod schema;
 pub mod seeds;
+pub mod trial;
 pub mod world;

@@ -21,7 +21,8 @@ use crate::calibrations::{self, CalibrationError};
 use crate::checks::judge_all;
 use crate::engine::{Action, Ending, Engine};
 use crate::faults::FaultSummary;
-use crate::library::{Kind, Library, LibraryError};
+use crate::hosted::Hosting;
+use crate::library::{Kind, Library, LibraryError, Source};
 use crate::made::Made;
 use crate::models::{self, ModelError};
 use crate::observation::Observation;
@@ -80,6 +81,8 @@ pub struct Prepared {
     pub calibrations: BTreeMap<String, Calibration>,
     /// The identified models that it uses.
     pub models: BTreeMap<String, Model>,
+    /// Whose controller is tested in virtual time.
+    pub hosting: Hosting,
     /// The mistake that the controller makes; see [`controller::Mutant`].
     #[cfg(feature = "mutants")]
     pub mutant: Option<controller::Mutant>,
@@ -101,25 +104,43 @@ impl Prepared {
     ///
     /// When anything is missing or not right.
     pub fn load_from(library: &Library, name: &str, made: &Made) -> Result<Self, PrepareError> {
-        let source = library.open(Kind::Plan, name)?;
+        Self::of_source(library, &library.open(Kind::Plan, name)?, made)
+    }
+
+    /// The plan in `source`, with what it names from `library`.
+    ///
+    /// # Errors
+    ///
+    /// When anything is missing or not right.
+    pub fn of_source(
+        library: &Library,
+        source: &Source,
+        made: &Made,
+    ) -> Result<Self, PrepareError> {
         let plan = Plan::parse(&source.origin, &source.text)?;
+        Self::of_plan(library, plan, source, made)
+    }
+
+    /// A plan that was checked by itself, with what it names from `library`; mistakes are shown in `source`.
+    ///
+    /// # Errors
+    ///
+    /// When anything is missing, or does not fit the plan.
+    pub fn of_plan(
+        library: &Library,
+        plan: Plan,
+        source: &Source,
+        made: &Made,
+    ) -> Result<Self, PrepareError> {
         let subject = Subject::of(library, &plan)?;
-        match &subject {
-            Subject::Robot(devices) => {
-                let gyro = devices.gyro.0;
-                plan.check_bench(&source.origin, &source.text, subject.lines(), gyro)?;
-            }
-            Subject::Device(device) => {
-                plan.check_device(&source.origin, &source.text, device)?;
-            }
-        }
+        subject.check(&plan, &source.origin, &source.text)?;
         let calibrations = calibrations::load(&plan, library, &made.calibrations)?;
         let models = models::load(&plan, library, &made.models)?;
         Ok(Self::new(Arc::new(plan), subject, calibrations, models))
     }
 
     /// A plan with what it names.
-    pub const fn new(
+    pub fn new(
         plan: Arc<Plan>,
         subject: Subject,
         calibrations: BTreeMap<String, Calibration>,
@@ -130,6 +151,7 @@ impl Prepared {
             subject,
             calibrations,
             models,
+            hosting: Hosting::default(),
             #[cfg(feature = "mutants")]
             mutant: None,
         }
@@ -260,6 +282,7 @@ fn go(
     let bench = prepared.bench(devices, seed);
     let engine = prepared.engine(&bench);
     let mut world = SimulatedWorld::across(crossing, bench, engine)
+        .with_controller(&prepared.hosting)
         .with_answers(answers.clone())
         .with_faults(seed);
     if let Some(properties) = watched {

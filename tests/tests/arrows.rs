@@ -17,6 +17,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("tests", &["wire", "controller", "emulators", "described", "identification", "harness"]),
     // What tests of any room may use.
     ("tests/skips", &[]),
+    // As somebody else's crate would: through the harness alone.
+    ("examples/rust-tests", &["harness"]),
 ];
 
 /// A file that a person can no longer hold in mind.

@@ -51,12 +51,19 @@ pub trait Executor: Sync {
 pub struct Simulated {
     prepared: Prepared,
     answers: Answers,
+    /// What is looked for is that the plan does not pass.
+    must_pass: bool,
 }
 
 impl Simulated {
     /// Of a plan; what a person would be asked is answered by `answers`.
     pub const fn new(prepared: Prepared, answers: Answers) -> Self {
-        Self { prepared, answers }
+        Self { prepared, answers, must_pass: false }
+    }
+
+    /// The same; in place of its properties the plan has to [pass](super::PASSES).
+    pub fn that_must_pass(self) -> Self {
+        Self { must_pass: true, ..self }
     }
 
     /// What a person would be asked.
@@ -68,7 +75,12 @@ impl Simulated {
         let prepared = struck(&self.prepared, case);
         let run =
             simulate_watched(&prepared, case.seed, &self.answers, &mut NullSink, &mut |_| true);
-        let result = CaseResult::of(&prepared.plan, &run);
+        let result = if self.must_pass {
+            let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
+            passes::result(&run, &measurements, judged)
+        } else {
+            CaseResult::of(&prepared.plan, &run)
+        };
         (run.end - Timestamp::ZERO, result)
     }
 }

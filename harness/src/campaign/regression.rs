@@ -92,7 +92,7 @@ impl Regression<'_> {
         }
         Ok(format!(
             "# Found by `hil campaign {plan}`: the smallest case that breaks `{property}`.\n{comment}\
-             # Run it: hil run {name} --seed {seed}\n\n{text}",
+             # Run it, where {plan} is run: hil run PATH/{name}.toml --seed {seed}\n\n{text}",
             plan = self.plan,
             property = self.property,
             name = self.name(),

@@ -25,6 +25,8 @@ mod list;
 mod live;
 mod log;
 mod man;
+#[cfg(all(test, feature = "live", feature = "nats"))]
+mod manual;
 mod measured;
 #[cfg(feature = "nats")]
 mod nats;
@@ -42,7 +44,7 @@ mod seeds;
 mod series;
 mod setup;
 mod show;
-mod stopwatch;
+pub(crate) mod stopwatch;
 mod terminal;
 #[cfg(feature = "nats")]
 mod worker;

@@ -4,15 +4,15 @@ use std::time::Instant;
 
 /// Runs since it was started.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Stopwatch(Instant);
+pub(crate) struct Stopwatch(Instant);
 
 impl Stopwatch {
     #[expect(clippy::disallowed_methods, reason = "tells people how long a run took, nothing else")]
-    pub(super) fn start() -> Self {
+    pub(crate) fn start() -> Self {
         Self(Instant::now())
     }
 
-    pub(super) fn elapsed_s(self) -> f64 {
+    pub(crate) fn elapsed_s(self) -> f64 {
         self.0.elapsed().as_secs_f64()
     }
 }

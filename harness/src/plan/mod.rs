@@ -153,8 +153,18 @@ impl Plan {
         }
         let plan: Self =
             toml::from_str(text).map_err(|error| PlanError::from_toml(file, text, &error))?;
-        validate::validate(&plan, None).map_err(located(file, text))?;
+        plan.check(file, text)?;
         Ok(plan)
+    }
+
+    /// Checks the plan by itself, as [`Plan::parse`] does; `file` and `text` are those that it was read from, and empty
+    /// where it was built in code.
+    ///
+    /// # Errors
+    ///
+    /// The first mistake, with its place.
+    pub fn check(&self, file: &str, text: &str) -> Result<(), PlanError> {
+        validate::validate(self, None).map_err(located(file, text))
     }
 
     /// It is of a device of the user's own.

@@ -3,7 +3,7 @@
 use crate::faults::BenchLines;
 use crate::library::{Kind, Library, LibraryError, Source};
 use crate::models::learned;
-use crate::plan::Plan;
+use crate::plan::{Plan, PlanError};
 use crate::world::bench::{DevicesError, bench_lines, load_devices};
 use described::{Description, DescriptionError, Files};
 use emulators::device_file::Devices;
@@ -50,6 +50,18 @@ impl Subject {
         }
         let name = plan.devices.as_ref().map_or("", |name| name.as_str());
         Ok(Self::Robot(Box::new(load_devices(library, name)?)))
+    }
+
+    /// Checks that it has what `plan` speaks of; `file` and `text` are those that the plan was read from.
+    ///
+    /// # Errors
+    ///
+    /// The first that it has not, with its place.
+    pub fn check(&self, plan: &Plan, file: &str, text: &str) -> Result<(), PlanError> {
+        match self {
+            Self::Robot(devices) => plan.check_bench(file, text, self.lines(), devices.gyro.0),
+            Self::Device(device) => plan.check_device(file, text, device),
+        }
     }
 
     /// What there is for faults to strike.

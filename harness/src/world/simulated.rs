@@ -17,12 +17,13 @@ use super::stage::Stage;
 use super::watch::{Watch, see};
 use crate::engine::{Action, Ending, Engine};
 use crate::faults::FaultSummary;
+use crate::hosted::{Hosted, HostedController as _, Hosting};
 use crate::operator::{Answers, Operator};
 use crate::outcome::Outcome;
 use crate::properties::{Limits, Monitor, Property, Seen};
 use crate::record::sink::RecordSink;
 use controller::mission::Report;
-use controller::{Controller, Output, Port};
+use controller::{Output, Port};
 use wire::time::Timestamp;
 
 /// Rounds of transmitting at one instant; more means that two devices answer each other for ever.
@@ -71,7 +72,7 @@ pub struct SimulatedWorld<C = Memory> {
     now: Timestamp,
     stage: Stage,
     crossing: C,
-    controller: Controller,
+    controller: Hosted,
     watch: Option<Box<Watch>>,
     touched: Touched,
     /// What goes wrong on purpose; none where the plan has no faults.
@@ -98,7 +99,7 @@ impl<C: Crossing> SimulatedWorld<C> {
         let now = Timestamp::ZERO;
         Self {
             now,
-            controller: Controller::new(bench.controller_config(), now),
+            controller: Hosting::default().start(&bench.controller_config()),
             stage: Stage::new(bench, engine),
             crossing,
             watch: None,
@@ -116,6 +117,12 @@ impl<C: Crossing> SimulatedWorld<C> {
     /// Answers to what a person would be asked.
     pub fn with_answers(mut self, answers: Answers) -> Self {
         self.stage.operator = Operator::simulated(answers);
+        self
+    }
+
+    /// With the controller that `hosting` starts, in the place of ours.
+    pub fn with_controller(mut self, hosting: &Hosting) -> Self {
+        self.controller = hosting.start(&self.stage.bench.controller_config());
         self
     }
 

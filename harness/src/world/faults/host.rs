@@ -1,7 +1,8 @@
 //! The machine that the controller runs on: it may stand still, and its clock may jump.
 
+use crate::hosted::HostedController;
 use controller::mission::Mission;
-use controller::{Controller, Input, Port};
+use controller::{Input, Port};
 use std::collections::VecDeque;
 use wire::can::CanFrame;
 use wire::packet::Packet;
@@ -55,7 +56,11 @@ impl Host {
     }
 
     /// Goes on; all that was held comes at once.
-    pub(in crate::world) fn go_on(&mut self, now: Timestamp, controller: Option<&mut Controller>) {
+    pub(in crate::world) fn go_on(
+        &mut self,
+        now: Timestamp,
+        controller: Option<&mut impl HostedController>,
+    ) {
         self.stalls = self.stalls.saturating_sub(1);
         let Some(controller) = controller.filter(|_| self.stalls == 0) else { return };
         let now = self.told(now);
@@ -86,7 +91,7 @@ impl Host {
         now: Timestamp,
         port: Port,
         packet: Packet,
-        controller: &mut Controller,
+        controller: &mut impl HostedController,
     ) {
         if self.is_stalled() {
             self.hold(Held::Bytes(port, packet));
@@ -100,7 +105,7 @@ impl Host {
         &mut self,
         now: Timestamp,
         frame: CanFrame,
-        controller: &mut Controller,
+        controller: &mut impl HostedController,
     ) {
         if self.is_stalled() {
             self.hold(Held::Frame(frame));
@@ -114,7 +119,7 @@ impl Host {
         &mut self,
         now: Timestamp,
         mission: Mission,
-        controller: &mut Controller,
+        controller: &mut impl HostedController,
     ) {
         if self.is_stalled() {
             self.hold(Held::Mission(Box::new(mission)));

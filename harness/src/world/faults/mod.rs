@@ -14,9 +14,9 @@ use super::lines::{BaseLink, Node};
 use super::stage::Stage;
 use crate::engine::PhaseEvent;
 use crate::faults::{Change, FaultSummary, Ledger, Schedule};
+use crate::hosted::HostedController;
 use crate::link::ErrorState;
 use crate::record::sink::RecordSink;
-use controller::Controller;
 use wire::time::Timestamp;
 
 /// The faults of a world; one without any has none of this.
@@ -54,7 +54,7 @@ impl Faults {
         &mut self,
         now: Timestamp,
         stage: &mut Stage,
-        mut controller: Option<&mut Controller>,
+        mut controller: Option<&mut impl HostedController>,
         sink: &mut impl RecordSink,
     ) -> bool {
         let mut any = false;
@@ -96,7 +96,7 @@ impl Faults {
         &mut self,
         now: Timestamp,
         stage: &mut Stage,
-        mut controller: Option<&mut Controller>,
+        mut controller: Option<&mut impl HostedController>,
         sink: &mut impl RecordSink,
     ) -> Vec<FaultSummary> {
         for index in self.ledger.still_on() {
@@ -110,7 +110,7 @@ impl Faults {
         now: Timestamp,
         index: usize,
         stage: &mut Stage,
-        controller: Option<&mut Controller>,
+        controller: Option<&mut impl HostedController>,
         sink: &mut impl RecordSink,
     ) {
         let acted = self.end(now, index, stage, controller);

@@ -5,8 +5,8 @@ use super::super::lines::{BaseLink, Lines, Node};
 use super::super::stage::Stage;
 use super::Faults;
 use crate::faults::{FaultKind, Target, Toward, makes_frames};
+use crate::hosted::HostedController;
 use crate::link::{Chance, SerialLine};
-use controller::Controller;
 use emulators::base::BaseFault;
 use emulators::gyro::GyroFault;
 use wire::time::{Span, Timestamp};
@@ -58,7 +58,7 @@ impl Faults {
         now: Timestamp,
         index: usize,
         stage: &mut Stage,
-        controller: Option<&mut Controller>,
+        controller: Option<&mut impl HostedController>,
     ) -> u64 {
         let fault = self.ledger.fault(index);
         let kind = fault.what;

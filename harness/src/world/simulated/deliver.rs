@@ -1,6 +1,7 @@
 //! What has come through the lines is delivered, after whatever is crossed.
 
 use super::SimulatedWorld;
+use crate::hosted::{Hosted, HostedController as _};
 use crate::properties::Seen;
 use crate::record::Device;
 use crate::record::sink::RecordSink;
@@ -10,7 +11,7 @@ use crate::world::faults::Host;
 use crate::world::lines::{BaseLink, Node};
 use crate::world::stage::record_frame;
 use crate::world::watch::see;
-use controller::{Controller, Input, Port};
+use controller::{Input, Port};
 use wire::can::CanFrame;
 use wire::packet::Packet;
 use wire::time::Timestamp;
@@ -109,7 +110,7 @@ impl<C: Crossing> SimulatedWorld<C> {
 
 /// The controller hears bytes, at once unless its machine stands still.
 fn hear(
-    controller: &mut Controller,
+    controller: &mut Hosted,
     host: &mut Option<&mut Host>,
     now: Timestamp,
     port: Port,
@@ -123,7 +124,7 @@ fn hear(
 
 /// The same for a frame.
 fn hear_frame(
-    controller: &mut Controller,
+    controller: &mut Hosted,
     host: &mut Option<&mut Host>,
     now: Timestamp,
     frame: CanFrame,

@@ -1,0 +1,145 @@
+//! A controller of one's own in the simulated world, in the place of ours.
+//!
+//! [`HostedController`] is all that the world asks of one. [`Controller`] satisfies it; who brings another says by
+//! [`Hosting`] how it is started for a run.
+
+use controller::config::Config;
+use controller::mission::{Mission, Report};
+use controller::{Controller, Input, Output, Port};
+use std::fmt;
+use std::sync::Arc;
+use wire::time::Timestamp;
+
+/// A controller without IO and without a clock: it is fed and emptied, and time is an argument.
+///
+/// After each of [`receive`](Self::receive), [`command`](Self::command) and [`wake`](Self::wake) the world takes what it
+/// has to send and to tell, until there is none, and asks when it wants to be woken. All times are on one scale, which
+/// begins with the run; only a fault of the controller's own clock makes them jump.
+///
+/// A plan begins once the controller has reported a [state](Report::State) of itself, and each table turn and lap asks for
+/// one: a controller tells its state unasked too, once a second say.
+pub trait HostedController: fmt::Debug {
+    /// Takes what arrived at a port: bytes of a serial line, as they come, or a CAN frame.
+    fn receive(&mut self, now: Timestamp, port: Port, input: Input<'_>);
+
+    /// Takes a mission. Each is answered once: done, refused or aborted.
+    fn command(&mut self, now: Timestamp, mission: Mission);
+
+    /// Does what is due `now`.
+    fn wake(&mut self, now: Timestamp);
+
+    /// When [`Self::wake`] has something to do, if nothing arrives before; [`Timestamp::MAX`]: never. A time that has
+    /// passed means at once, which ends the run in an error where it goes on without end.
+    fn next_wakeup(&self) -> Timestamp;
+
+    /// What goes out next.
+    fn transmit(&mut self, now: Timestamp) -> Option<Output>;
+
+    /// The next report, oldest first.
+    fn report(&mut self) -> Option<Report>;
+}
+
+impl HostedController for Controller {
+    fn receive(&mut self, now: Timestamp, port: Port, input: Input<'_>) {
+        Self::receive(self, now, port, input);
+    }
+
+    fn command(&mut self, now: Timestamp, mission: Mission) {
+        Self::command(self, now, mission);
+    }
+
+    fn wake(&mut self, now: Timestamp) {
+        Self::wake(self, now);
+    }
+
+    fn next_wakeup(&self) -> Timestamp {
+        Self::next_wakeup(self)
+    }
+
+    fn transmit(&mut self, now: Timestamp) -> Option<Output> {
+        Self::transmit(self, now)
+    }
+
+    fn report(&mut self) -> Option<Report> {
+        Self::report(self)
+    }
+}
+
+/// How the controller of a run is started. The default is ours.
+#[derive(Clone, Default)]
+pub struct Hosting(Option<Arc<Start>>);
+
+type Start = dyn Fn(&Config) -> Box<dyn HostedController> + Send + Sync;
+
+impl Hosting {
+    /// `start` makes a controller for each run, at time zero; it is told the gyro's stream, how the base is connected,
+    /// and the limits of motion.
+    pub fn of<C>(start: impl Fn(&Config) -> C + Send + Sync + 'static) -> Self
+    where
+        C: HostedController + 'static,
+    {
+        Self(Some(Arc::new(move |config| Box::new(start(config)))))
+    }
+
+    pub(crate) fn start(&self, config: &Config) -> Hosted {
+        match &self.0 {
+            None => Hosted::Ours(Controller::new(*config, Timestamp::ZERO)),
+            Some(start) => Hosted::Own(start(config)),
+        }
+    }
+}
+
+impl fmt::Debug for Hosting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.0.is_some() { "Hosting(own)" } else { "Hosting(ours)" })
+    }
+}
+
+/// The controller of one run. Ours is known by its type: what happens with every byte costs no indirect call.
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one in a run, and ours is the usual one")]
+pub(crate) enum Hosted {
+    Ours(Controller),
+    Own(Box<dyn HostedController>),
+}
+
+macro_rules! of_either {
+    ($self:ident, $controller:ident => $call:expr) => {
+        match $self {
+            Self::Ours($controller) => $call,
+            Self::Own($controller) => $call,
+        }
+    };
+}
+
+impl HostedController for Hosted {
+    #[inline]
+    fn receive(&mut self, now: Timestamp, port: Port, input: Input<'_>) {
+        of_either!(self, controller => controller.receive(now, port, input));
+    }
+
+    #[inline]
+    fn command(&mut self, now: Timestamp, mission: Mission) {
+        of_either!(self, controller => controller.command(now, mission));
+    }
+
+    #[inline]
+    fn wake(&mut self, now: Timestamp) {
+        of_either!(self, controller => controller.wake(now));
+    }
+
+    #[inline]
+    fn next_wakeup(&self) -> Timestamp {
+        of_either!(self, controller => controller.next_wakeup())
+    }
+
+    #[inline]
+    fn transmit(&mut self, now: Timestamp) -> Option<Output> {
+        of_either!(self, controller => controller.transmit(now))
+    }
+
+    #[inline]
+    fn report(&mut self) -> Option<Report> {
+        of_either!(self, controller => controller.report())
+    }
+}

@@ -1,0 +1,169 @@
+//! A search for faults that break a trial.
+
+use super::broken::{Smallest, TrialFindings};
+use super::folder::Folder;
+use super::{Trial, TrialError};
+use crate::campaign::{
+    self, Case, CaseResult, Executor as _, Found, Guided, Journal, Regression, Settings, Simulated,
+    Space,
+};
+use crate::faults::FaultKind;
+use crate::outcome::Outcome;
+use crate::plan::Property;
+use crate::run::Prepared;
+use crate::run_folder::RunFolderError;
+use std::collections::BTreeSet;
+use std::num::NonZeroUsize;
+use std::path::Path;
+use std::thread::available_parallelism;
+use wire::time::Span;
+
+/// Cases where no number is given: some seconds for a plan of a minute.
+pub const CASES: u64 = 200;
+/// Faults of one case, at most, as of `hil campaign`.
+const FAULTS_MAX: usize = 4;
+/// Tries to make one case smaller, as of `hil campaign`.
+const SHRINK_MAX: u64 = 500;
+/// File of the folder: its cases.
+const JOURNAL: &str = "cases.jsonl";
+
+/// Faults thrown at a trial, as `hil campaign` does: the same seed draws the same cases, on however many processors.
+#[derive(Debug, Clone)]
+pub struct TrialCampaign {
+    trial: Trial,
+    cases: u64,
+    faults: Vec<String>,
+    must_pass: bool,
+}
+
+impl TrialCampaign {
+    pub(super) const fn of(trial: Trial) -> Self {
+        Self { trial, cases: CASES, faults: Vec::new(), must_pass: false }
+    }
+
+    /// So many cases; [`CASES`] where it is not said.
+    pub const fn cases(mut self, cases: u64) -> Self {
+        self.cases = cases;
+        self
+    }
+
+    /// Only these kinds of faults, by the names of `hil list faults`; else all that can strike the bench.
+    pub fn faults(mut self, kinds: &[&str]) -> Self {
+        self.faults = kinds.iter().map(|&kind| kind.to_owned()).collect();
+        self
+    }
+
+    /// In place of its properties, the plan has to pass in each case: every measurement in its band.
+    pub const fn must_pass(mut self) -> Self {
+        self.must_pass = true;
+        self
+    }
+
+    /// Carries the cases out. What is judged are the properties of the plan, all where it declares none; a plan of a
+    /// device of one's own has to pass.
+    ///
+    /// # Errors
+    ///
+    /// When a property breaks without any fault, no fault can strike, or the folder cannot be written.
+    pub fn run(&self) -> Result<TrialFindings, TrialError> {
+        let trial = &self.trial;
+        trial.check()?;
+        let prepared = &trial.prepared;
+        let executor = Simulated::new(prepared.clone(), trial.answers.clone());
+        let executor = if self.must_pass { executor.that_must_pass() } else { executor };
+        let space = self.space(prepared, executor.without_faults(trial.seed))?;
+        let folder = Folder::of(trial.folder.as_deref())?;
+        let mut journal = opened(folder.path(), &self.what())?;
+        let threads = available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        let settings = Settings { cases: self.cases, threads, shrink_max: SHRINK_MAX };
+        let mut search = Guided::new(&space, trial.seed);
+        let states = self.states();
+        let pulse = &mut |_: &_| true;
+        let done = campaign::run(&executor, &mut search, &states, &settings, &mut journal, pulse)?;
+        let smallest = done.found.iter().map(|found| self.keep(found, folder.path()));
+        let smallest = smallest.collect::<Result<_, _>>()?;
+        Ok(TrialFindings::new(done, smallest, folder))
+    }
+
+    /// What can go wrong, once it is clear that without it nothing does.
+    fn space(
+        &self,
+        prepared: &Prepared,
+        (horizon, clean): (Span, CaseResult),
+    ) -> Result<Space, TrialError> {
+        let plan = &prepared.plan;
+        let name = || plan.name.as_str().to_owned();
+        if let Some(unknown) = self.faults.iter().find(|name| FaultKind::typical(name).is_none()) {
+            return Err(TrialError::UnknownFault { name: unknown.clone() });
+        }
+        if let Some(violated) = clean.violated.into_iter().next() {
+            let campaign::Violated { property, at_s, what } = violated;
+            return Err(TrialError::Broken { plan: name(), property, at_s, what });
+        }
+        if clean.outcome != Outcome::Passed.name() {
+            return Err(TrialError::Unfinished { plan: name(), outcome: clean.outcome });
+        }
+        let lines = prepared.subject.lines();
+        let space = Space::new(plan, lines, horizon, FAULTS_MAX, &self.faults);
+        if space.kinds().is_empty() {
+            return Err(TrialError::NothingToStrike { plan: name() });
+        }
+        Ok(space)
+    }
+
+    /// What must come about sometimes. A test does not fail for want of it; the findings say it.
+    fn states(&self) -> BTreeSet<String> {
+        let judged = if self.must_pass { Vec::new() } else { self.trial.prepared.plan.judged() };
+        let sometimes = judged.iter().filter(|one| matches!(one, Property::Sometimes(_)));
+        sometimes.map(|property| property.name().to_owned()).collect()
+    }
+
+    /// What decides the cases.
+    fn what(&self) -> String {
+        let Trial { prepared, seed, text, .. } = &self.trial;
+        let (plan, faults) = (&prepared.plan, self.faults.join(", "));
+        let known = text.clone().unwrap_or_else(|| plan.faults.to_toml());
+        let id = Case::default().id(&known);
+        format!("{} ({id}) of a trial, seed {seed}, faults: {faults}", plan.name)
+    }
+
+    /// Saves the smallest case of what was found. Of a plan that was built or changed in code there is no text: its
+    /// faults are saved.
+    fn keep(&self, found: &Found, folder: &Path) -> Result<Smallest, TrialError> {
+        let plan = &self.trial.prepared.plan;
+        let case = &found.shrunk.case;
+        let violated = &found.shrunk.result.violated;
+        let what = violated.iter().find(|one| one.property == found.property);
+        let what = what.map_or("", |violated| violated.what.as_str());
+        let property = found.property.clone();
+        let (name, text) = match &self.trial.text {
+            Some(text) => {
+                let plan = plan.name.as_str();
+                let regression = Regression { plan, text, property: &property, what, case };
+                (regression.name(), regression.to_toml()?)
+            }
+            None => {
+                let faults = case.schedule.beside(&plan.faults).to_toml();
+                let head = format!("# The faults of {}, with seed {}\n\n", plan.name, case.seed);
+                (format!("{}-{}", plan.name, property.replace('_', "-")), head + &faults)
+            }
+        };
+        let path = folder.join(format!("{name}.toml"));
+        std::fs::write(&path, &text)
+            .map_err(|source| RunFolderError::Write { path: path.clone(), source })?;
+        Ok(Smallest { property, what: what.to_owned(), seed: case.seed, plan: text, path })
+    }
+}
+
+fn opened(folder: &Path, what: &str) -> Result<Journal, TrialError> {
+    std::fs::create_dir_all(folder)
+        .map_err(|source| RunFolderError::Write { path: folder.to_owned(), source })?;
+    let path = folder.join(JOURNAL);
+    // One of an earlier test run may be of a controller that has been mended since.
+    if let Err(source) = std::fs::remove_file(&path)
+        && source.kind() != std::io::ErrorKind::NotFound
+    {
+        return Err(RunFolderError::Remove { path, source }.into());
+    }
+    Ok(Journal::open(&path, what)?)
+}
