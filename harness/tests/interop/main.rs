@@ -13,4 +13,5 @@ mod control;
 mod controller;
 mod gyro;
 mod own_device;
+mod pytest;
 mod rig;

@@ -23,12 +23,12 @@ fn skip<T>(required: &str, why: &str, how: &str) -> Option<T> {
 /// A Python that has the packages of `tests/interop/requirements.txt`.
 pub fn python() -> Option<PathBuf> {
     let python = std::env::var_os("HIL_TESTS_PYTHON").unwrap_or_else(|| "python3".into());
-    let probe = Command::new(&python).args(["-c", "import can, cantools, serial"]).output();
+    let probe = Command::new(&python).args(["-c", "import can, cantools, pytest, serial"]).output();
     match probe {
         Ok(output) if output.status.success() => Some(python.into()),
         _ => skip(
             PYTHON_REQUIRED,
-            &format!("{} has no pyserial, python-can and cantools", python.display()),
+            &format!("{} has no pyserial, python-can, cantools and pytest", python.display()),
             "python3 -m venv target/interop && target/interop/bin/pip install -r \
              tests/interop/requirements.txt, then HIL_TESTS_PYTHON=$PWD/target/interop/bin/python",
         ),
