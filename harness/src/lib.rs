@@ -46,6 +46,7 @@
 //! * [`observation`], [`record`]: what was measured, and everything that happened.
 //! * [`bus_log`]: logs of CAN buses and serial lines, in the formats of other tools.
 //! * [`dataset`]: measured data, for the identification. [`export`]: runs as such data.
+//! * [`tables`], [`mcap`]: runs for notebooks and for Foxglove.
 //! * [`import`]: the log of a bench's CAN bus as a run.
 //! * [`properties`]: what must hold at every moment of a run, judged as it goes.
 //! * [`checks`]: verdicts, each with the measurement's own uncertainty. [`outcome`]: what they come to.
@@ -108,6 +109,7 @@ pub mod link;
 #[cfg(feature = "live")]
 pub mod live;
 pub mod made;
+pub mod mcap;
 pub mod models;
 pub mod observation;
 pub mod operator;
@@ -127,5 +129,6 @@ pub mod run_folder;
 pub mod run_live;
 pub mod schema;
 pub mod seeds;
+pub mod tables;
 pub mod trial;
 pub mod world;

@@ -13,6 +13,8 @@ mod closing;
 mod crossing;
 #[path = "cli/envelopes.rs"]
 mod envelopes;
+#[path = "cli/exports.rs"]
+mod exports;
 #[path = "cli/hil.rs"]
 mod hil;
 #[path = "cli/input.rs"]

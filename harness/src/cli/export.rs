@@ -1,5 +1,6 @@
-//! `hil export`: a recorded run as a data package, or as a bus log.
+//! `hil export`: a recorded run as a data package, a bus log, tables or an MCAP file.
 
+use super::export_whole::{self, TableFormat};
 use super::failure::Failure;
 use super::measured::{plain_name, tell};
 use super::progress::Screen;
@@ -39,12 +40,14 @@ impl From<Rows> for Kind {
     }
 }
 
-/// Writes a recorded run as a data package: datapackage.json and a CSV table. With --bus it writes
-/// the run's frames and serial packets as a bus log instead.
+/// Writes a recorded run for other tools: as a data package (datapackage.json and a CSV table), or with --tables, --mcap or
+/// --bus as tables for notebooks, as a file for Foxglove, or as a bus log.
 ///
-/// A package holds what somebody with the same bench would have noted down, and nothing that only an emulator
-/// knows. `hil identify` reads it as it reads anybody's data.
+/// A data package holds what somebody with the same bench would have noted down, and nothing that only an emulator
+/// knows. `hil identify` reads it as it reads anybody's data. Tables and MCAP hold everything that the record does; with
+/// --record full that is every byte and frame.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct ExportArguments {
     /// A run folder.
     #[arg(value_name = "RUN")]
@@ -62,7 +65,29 @@ pub(super) struct ExportArguments {
     /// serial lines). The run must have been recorded with --record full.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip"])]
     bus: Option<PathBuf>,
+    /// A folder for the run's tables instead: states, observations, events, measurements and more.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "kind", "gzip", "bus"])]
+    tables: Option<PathBuf>,
+    /// What the tables are written as.
+    #[arg(long, value_enum, default_value_t, requires = "tables")]
+    format: TableFormat,
+    /// An MCAP file to write instead, for Foxglove: FILE.mcap.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables"])]
+    mcap: Option<PathBuf>,
+    /// With --tables or --mcap of a device of your own: the plan of the run, whose device says what its messages mean.
+    #[arg(long, value_name = "PLAN", conflicts_with_all = ["out", "kind", "gzip", "bus"])]
+    plan: Option<String>,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hil export runs/laps-corrected-seed1 --tables tables
+  hil export runs/laps-corrected-seed1 --tables tables --format csv
+  hil export runs/laps-corrected-seed1 --mcap laps.mcap
+  hil export runs/settles-seed1 --mcap settles.mcap --plan settles.toml
+  hil export runs/laps-corrected-seed1 --bus laps.pcapng
+  hil export runs/laps-corrected-seed1 --kind odometry
+";
 
 /// Writes the bus log of a run.
 fn bus(folder: &RunFolder, path: &Path, screen: &Screen) -> Result<Outcome, Failure> {
@@ -87,6 +112,19 @@ impl ExportArguments {
         let folder = RunFolder::open(&self.run)?;
         if let Some(path) = &self.bus {
             return bus(&folder, path, screen);
+        }
+        let plan = self.plan.as_deref();
+        if let Some(out) = &self.tables {
+            return export_whole::tables(&folder, out, self.format.into(), plan, screen);
+        }
+        if let Some(path) = &self.mcap {
+            return export_whole::mcap(&folder, path, plan, screen);
+        }
+        if plan.is_some() {
+            return Err(Failure::arguments(
+                "--plan is for the messages of a device, which a data package does not hold",
+                "say what to write: --tables DIR or --mcap FILE.mcap",
+            ));
         }
         let dataset = export(&folder, self.kind.map(Kind::from))?;
         tell(&dataset, screen);

@@ -7,10 +7,12 @@ use crate::dataset::DatasetError;
 use crate::export::ExportError;
 use crate::import::ImportError;
 use crate::library::LibraryError;
+use crate::mcap::McapExportError;
 use crate::operator::AnswersError;
 use crate::outcome::{EXIT_BAD_INPUT, Outcome};
 use crate::run::PrepareError;
 use crate::run_folder::RunFolderError;
+use crate::tables::TablesError;
 use identification::identify::IdentifyError;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
 use std::path::{Path, PathBuf};
@@ -62,6 +64,14 @@ enum Cause {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Export(ExportError),
+    /// A run cannot be written as tables.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Tables(TablesError),
+    /// A run cannot be written as an MCAP file.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Mcap(McapExportError),
     /// A bus log cannot be read or written.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -196,6 +206,7 @@ impl Failure {
     pub(super) const fn exit_status(&self) -> u8 {
         match &*self.0 {
             Cause::Log(error) if !error.is_bad_input() => Outcome::Error.exit_status(),
+            Cause::Tables(error) if error.is_bad_input() => EXIT_BAD_INPUT,
             Cause::Prepare(_)
             | Cause::Arguments { .. }
             | Cause::Data(_)
@@ -244,6 +255,8 @@ impl Failure {
             )
             | Cause::Account(AccountError::Io { .. })
             | Cause::Journal(JournalError::Io { .. })
+            | Cause::Tables(_)
+            | Cause::Mcap(_)
             | Cause::Regression(_)
             | Cause::Output(_)
             | Cause::File { .. }
@@ -330,6 +343,24 @@ impl From<ExportError> for Failure {
             ExportError::Folder(error) => error.into(),
             ExportError::Data(error) => error.into(),
             error => Cause::Export(error).into(),
+        }
+    }
+}
+
+impl From<TablesError> for Failure {
+    fn from(error: TablesError) -> Self {
+        match error {
+            TablesError::Folder(error) => error.into(),
+            error => Cause::Tables(error).into(),
+        }
+    }
+}
+
+impl From<McapExportError> for Failure {
+    fn from(error: McapExportError) -> Self {
+        match error {
+            McapExportError::Folder(error) => error.into(),
+            error => Cause::Mcap(error).into(),
         }
     }
 }

@@ -16,6 +16,7 @@ mod doctor;
 mod emulate;
 mod envelopes;
 mod export;
+mod export_whole;
 mod failure;
 mod findings;
 mod identify;

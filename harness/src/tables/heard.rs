@@ -1,0 +1,131 @@
+//! What was said on the lines of a run, understood: messages and their signals.
+//!
+//! The base's six messages are read by the codecs that the controller itself uses, on CAN and on its serial line; those of a
+//! device of the user's own by its layout. Packets of gyros and tables are not read: what was in them stands in the
+//! states and the observations.
+
+use super::base::{self, Overheard};
+use crate::record::{Device, Record, RecordKind};
+use described::{Decoded, Decoder, Description, Sender};
+use std::sync::Arc;
+
+/// A signal of a message.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SignalForm {
+    /// Its name in the layout.
+    pub name: String,
+    /// Unit of its values; empty where it has none.
+    pub unit: String,
+    /// What it is.
+    pub doc: String,
+}
+
+/// A message of a layout.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MessageForm {
+    /// Its name in the layout.
+    pub name: String,
+    /// What it is.
+    pub doc: String,
+    /// Its signals.
+    pub signals: Vec<SignalForm>,
+}
+
+/// A message that was sent.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Heard<'a> {
+    /// Who sent it.
+    pub device: Device,
+    /// Its place among [`Ears::forms`].
+    pub index: usize,
+    /// Which message it is.
+    pub form: &'a MessageForm,
+    /// A value a signal, in its unit; none where this one does not carry it.
+    pub values: Vec<Option<f64>>,
+}
+
+/// Understands what crosses the lines of a run.
+#[derive(Debug)]
+pub struct Ears {
+    forms: Vec<MessageForm>,
+    hearing: Hearing,
+}
+
+#[derive(Debug)]
+enum Hearing {
+    /// Nobody says what the messages are.
+    None,
+    /// The robot's base.
+    Base(Box<Overheard>),
+    /// A device of the user's own: what it sends, and what is sent to it.
+    Device { device: Box<Decoder>, host: Box<Decoder> },
+}
+
+impl Ears {
+    /// Understands nothing.
+    pub const fn deaf() -> Self {
+        Self { forms: Vec::new(), hearing: Hearing::None }
+    }
+
+    /// Understands the robot's base.
+    pub fn of_base() -> Self {
+        Self { forms: base::forms(), hearing: Hearing::Base(Box::default()) }
+    }
+
+    /// Understands a device by its layout.
+    pub fn of_device(description: &Arc<Description>) -> Self {
+        let layout = description.layout();
+        let signal = |signal: &described::Signal| SignalForm {
+            name: signal.name.clone(),
+            unit: signal.unit.clone(),
+            doc: signal.doc.clone(),
+        };
+        let form = |message: &described::Message| MessageForm {
+            name: message.name.clone(),
+            doc: message.doc.clone(),
+            signals: message.signals.iter().map(signal).collect(),
+        };
+        let decoder = |sender| Box::new(layout.decoder_for(sender));
+        Self {
+            forms: layout.messages().iter().map(form).collect(),
+            hearing: Hearing::Device {
+                device: decoder(Sender::Device),
+                host: decoder(Sender::Host),
+            },
+        }
+    }
+
+    /// All messages that may be heard.
+    pub fn forms(&self) -> &[MessageForm] {
+        &self.forms
+    }
+
+    /// Hands over each message that a record completes.
+    pub fn take(&mut self, record: &Record, each: &mut dyn FnMut(&Heard<'_>)) {
+        let forms = &self.forms;
+        let mut told = |index: usize, values: Vec<Option<f64>>| {
+            if let Some(form) = forms.get(index) {
+                each(&Heard { device: record.device, index, form, values });
+            }
+        };
+        match &mut self.hearing {
+            Hearing::None => {}
+            Hearing::Base(base) => base.take(record, &mut told),
+            Hearing::Device { device, host } => {
+                let decoder = if record.device == Device::Device { device } else { host };
+                let mut decoded = |decoded: Decoded| told(decoded.message, decoded.values);
+                match &record.kind {
+                    RecordKind::Frame(frame) => {
+                        frame
+                            .frame()
+                            .and_then(|frame| decoder.frame(&frame))
+                            .into_iter()
+                            .for_each(decoded);
+                    }
+                    RecordKind::Bytes(bytes) => decoder.bytes(bytes, &mut decoded),
+                    _ => {}
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! `datapackage.json`: which tables there are, and what their columns mean. A Frictionless Data Package, as data sets
+//! are, with `profile` = [`PROFILE`].
+
+use super::Format;
+use super::cell::{Column, Kind};
+use super::columns::Table;
+use super::survey::Survey;
+use serde_json::{Value, json};
+use std::fs;
+use std::path::Path;
+
+/// Name of the file.
+pub const PACKAGE: &str = "datapackage.json";
+
+/// What tells a package of tables from a data set.
+pub const PROFILE: &str = "hil-tables";
+
+/// The package of these tables, which hold so many rows.
+pub(super) fn package(survey: &Survey, format: Format, tables: &[(Table, u64)]) -> Value {
+    let resource = |(table, rows): &(Table, u64)| {
+        let columns = table.columns(survey);
+        json!({
+            "name": table.name(),
+            "path": file_name(*table, format),
+            "format": format.name(),
+            "description": table.doc(),
+            "rows": rows,
+            "schema": { "fields": columns.iter().map(field).collect::<Vec<_>>(), "missingValues": [""] },
+        })
+    };
+    json!({
+        "profile": PROFILE,
+        "name": format!("{}-seed{}", survey.header.plan, survey.header.seed),
+        "hil": {
+            "version": survey.header.harness,
+            "plan": survey.header.plan,
+            "seed": survey.header.seed,
+            "record": survey.cut.as_ref().map_or_else(|| "whole".to_owned(), ToString::to_string),
+        },
+        "resources": tables.iter().map(resource).collect::<Vec<_>>(),
+    })
+}
+
+/// The file of a table.
+pub(super) fn file_name(table: Table, format: Format) -> String {
+    format!("{}.{}", table.name(), format.name())
+}
+
+/// Is that a package that was written here? A file that is none belongs to somebody else.
+pub(super) fn is_ours(path: &Path) -> bool {
+    let read = fs::read(path).ok().and_then(|json| serde_json::from_slice::<Value>(&json).ok());
+    read.is_some_and(|package| package["profile"] == PROFILE)
+}
+
+fn field(column: &Column) -> Value {
+    let kind = match column.kind {
+        Kind::Float => "number",
+        Kind::Integer => "integer",
+        Kind::Bool => "boolean",
+        Kind::Text => "string",
+    };
+    json!({ "name": column.name, "type": kind, "unit": column.unit, "description": column.doc })
+}

@@ -1,0 +1,87 @@
+//! Runs as tables and as files for Foxglove.
+
+use super::hil::{Hil, Ran, TURN};
+use std::fs;
+
+/// A full record of a turn, in `run`.
+fn recorded() -> Hil {
+    let hil = Hil::with_plan(TURN);
+    hil.run(&["run", "turn.toml", "--out", "run", "--record", "full"]).exits(0);
+    hil
+}
+
+#[test]
+fn a_run_becomes_tables_and_a_file_for_foxglove() {
+    let hil = recorded();
+    let tables = hil.run(&["export", "run", "--tables", "tables"]).exits(0);
+    assert!(tables.out.contains("tables/states.parquet: "), "{}", tables.out);
+    assert!(tables.out.contains("tables/measurements.parquet: 1 rows\n"), "{}", tables.out);
+    assert!(hil.path("tables/datapackage.json").is_file());
+    hil.run(&["export", "run", "--tables", "tables", "--format", "csv"]).exits(0);
+    assert!(!hil.path("tables/states.parquet").exists(), "of an earlier export nothing is left");
+    let states = fs::read_to_string(hil.path("tables/states.csv")).unwrap();
+    assert!(states.starts_with("time_s,activity,moving,x_m,y_m,heading_deg,"), "{states:.80}");
+
+    let mcap = hil.run(&["export", "run", "--mcap", "run.mcap"]).exits(0);
+    assert!(mcap.out.starts_with("run.mcap: ") && mcap.out.contains(" topics"), "{}", mcap.out);
+    assert!(fs::read(hil.path("run.mcap")).unwrap().starts_with(b"\x89MCAP0\r\n"));
+    assert_eq!(mcap.err, "");
+}
+
+#[test]
+fn nothing_else_is_written_over() {
+    let hil = recorded();
+    let record = fs::read(hil.path("run/record.hilrec")).unwrap();
+    let ran = hil.run(&["export", "run", "--mcap", "run/record.hilrec"]).exits(2);
+    assert!(ran.err.contains("does not end in .mcap"), "{}", ran.err);
+    assert_eq!(fs::read(hil.path("run/record.hilrec")).unwrap(), record);
+    hil.run(&["export", "run", "--kind", "series", "--out", "data"]).exits(0);
+    let ran = hil.run(&["export", "run", "--tables", "data"]).exits(2);
+    assert!(ran.err.contains("refused to replace data/datapackage.json"), "{}", ran.err);
+    let ran = hil.run(&["export", "run", "--mcap", "nowhere/run.mcap"]).exits(3);
+    assert!(ran.err.contains("failed to write nowhere/run.mcap"), "{}", ran.err);
+}
+
+#[test]
+fn what_is_left_of_a_record_is_exported_and_another_version_refused() {
+    let hil = recorded();
+    let path = hil.path("run/record.hilrec");
+    let mut record = fs::read(&path).unwrap();
+    fs::write(&path, &record[..record.len() / 2]).unwrap();
+    for arguments in [["export", "run", "--mcap", "cut.mcap"], ["export", "run", "--tables", "cut"]]
+    {
+        let ran = hil.run(&arguments).exits(2);
+        assert!(ran.err.contains("exported as far as the record goes: "), "{}", ran.err);
+        assert!(ran.err.contains("the record is cut short"), "{}", ran.err);
+    }
+    // Whole, as a file: its end is there.
+    assert!(fs::read(hil.path("cut.mcap")).unwrap().ends_with(b"\x89MCAP0\r\n"));
+    assert!(hil.path("cut/states.parquet").is_file());
+    record[8] = 9;
+    fs::write(&path, &record).unwrap();
+    let ran = hil.run(&["export", "run", "--mcap", "other.mcap"]).exits(2);
+    assert!(ran.err.contains("record format 9 is newer than 1"), "{}", ran.err);
+    assert!(!hil.path("other.mcap").exists());
+}
+
+#[test]
+fn messages_of_a_device_of_the_users_own_are_read_by_its_layout() {
+    for arguments in [&["new", "oven"][..], &["new", "oven", "--serial"]] {
+        let hil = Hil::new();
+        hil.run(arguments).exits(0);
+        let within = |arguments: &[&str]| {
+            Ran::of(hil.command(arguments).current_dir(hil.path("oven")).output().unwrap())
+        };
+        within(&["run", "safe-alone.toml", "--out", "run", "--record", "full"]).exits(0);
+        let unread = within(&["export", "run", "--tables", "raw", "--format", "csv"]).exits(0);
+        assert!(unread.err.contains("--plan FILE"), "{}", unread.err);
+        assert!(!hil.path("oven/raw/signals.csv").exists());
+        let plan =
+            ["export", "run", "--tables", "read", "--format", "csv", "--plan", "safe-alone.toml"];
+        within(&plan).exits(0);
+        let signals = fs::read_to_string(hil.path("oven/read/signals.csv")).unwrap();
+        let of = |signal: &str| signals.lines().filter(|line| line.contains(signal)).count();
+        assert!(of(",device,Status,Temperature,") > 50, "{} lines", signals.lines().count());
+        assert!(of(",plan,Command,Setpoint,60.0,") > 20, "{} lines", signals.lines().count());
+    }
+}
