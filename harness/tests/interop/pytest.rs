@@ -1,9 +1,17 @@
 //! `examples/pytest`, as somebody's pytest runs it.
 
-use super::rig::{file, python, shown};
+use super::rig::{file, python_with, shown};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+
+/// A Python that has pytest, and talks to emulated devices.
+fn python_of_pytest() -> Option<PathBuf> {
+    python_with(
+        "import can, cantools, pytest, serial",
+        "pytest, pyserial, python-can and cantools",
+    )
+}
 
 /// Runs the tests in `folder`.
 fn pytest(python: &Path, folder: &Path, runs: &Path) -> Output {
@@ -34,7 +42,7 @@ fn copy(from: &Path, to: &Path) {
 
 #[test]
 fn pytest_runs_plans_and_talks_to_an_emulated_device() {
-    let Some(python) = python() else { return };
+    let Some(python) = python_of_pytest() else { return };
     let runs = tempfile::tempdir().unwrap();
     let output = pytest(&python, &file("examples/pytest"), runs.path());
     assert!(output.status.success(), "{}", shown(&output));
@@ -54,7 +62,7 @@ fn pytest_runs_plans_and_talks_to_an_emulated_device() {
 
 #[test]
 fn a_measurement_out_of_its_band_fails_its_case_and_no_other() {
-    let Some(python) = python() else { return };
+    let Some(python) = python_of_pytest() else { return };
     let folder = tempfile::tempdir().unwrap();
     let project = folder.path().join("project");
     copy(&file("examples/pytest"), &project);

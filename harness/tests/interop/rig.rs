@@ -20,15 +20,19 @@ fn skip<T>(required: &str, why: &str, how: &str) -> Option<T> {
     None
 }
 
-/// A Python that has the packages of `tests/interop/requirements.txt`.
+/// A Python that talks to emulated devices.
 pub fn python() -> Option<PathBuf> {
+    python_with("import can, cantools, serial", "pyserial, python-can and cantools")
+}
+
+/// A Python that has these packages of `tests/interop/requirements.txt`.
+pub fn python_with(imports: &str, packages: &str) -> Option<PathBuf> {
     let python = std::env::var_os("HIL_TESTS_PYTHON").unwrap_or_else(|| "python3".into());
-    let probe = Command::new(&python).args(["-c", "import can, cantools, pytest, serial"]).output();
-    match probe {
+    match Command::new(&python).args(["-c", imports]).output() {
         Ok(output) if output.status.success() => Some(python.into()),
         _ => skip(
             PYTHON_REQUIRED,
-            &format!("{} has no pyserial, python-can, cantools and pytest", python.display()),
+            &format!("{} has no {packages}", python.display()),
             "python3 -m venv target/interop && target/interop/bin/pip install -r \
              tests/interop/requirements.txt, then HIL_TESTS_PYTHON=$PWD/target/interop/bin/python",
         ),
