@@ -37,6 +37,14 @@ const PAPER_COLUMN: usize = 2;
 /// Procedure, measurement and verdict: names that are ugly when broken.
 const WHOLE_COLUMNS: [usize; 3] = [0, 1, 5];
 
+/// Are colours wanted on a stream that is a terminal, or none? Never where `NO_COLOR` is set to anything
+/// (no-color.org); everywhere where `CLICOLOR_FORCE` is set to anything but 0 (bixense.com/clicolors).
+pub fn is_colour_wanted(is_terminal: bool) -> bool {
+    let set = |name| std::env::var_os(name).filter(|value| !value.is_empty());
+    set("NO_COLOR").is_none()
+        && (is_terminal || set("CLICOLOR_FORCE").is_some_and(|value| value != "0"))
+}
+
 /// How a table is to look.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Style {
@@ -50,15 +58,11 @@ impl Style {
     /// For a file, a pipe, a log.
     pub const PLAIN: Self = Self { width: WIDTH_ELSEWHERE, colour: false };
 
-    /// What suits the standard output: its width, and colours on a terminal unless `NO_COLOR` is
-    /// set to anything (no-color.org).
+    /// What suits the standard output: its width, and colours where [`is_colour_wanted`].
     pub fn of_stdout() -> Self {
-        if !std::io::stdout().is_terminal() {
-            return Self::PLAIN;
-        }
-        let no_colour = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
-        let width = Table::new().width().unwrap_or(WIDTH_ELSEWHERE);
-        Self { width, colour: !no_colour }
+        let is_terminal = std::io::stdout().is_terminal();
+        let width = Table::new().width().filter(|_| is_terminal).unwrap_or(WIDTH_ELSEWHERE);
+        Self { width, colour: is_colour_wanted(is_terminal) }
     }
 
     fn table(self, header: &[&str]) -> Table {

@@ -60,6 +60,7 @@
 //! For people and for machines:
 //! * [`run_folder`]: what a run leaves behind. [`report`]: one page. [`junit`]: for a build server.
 //! * [`schema`]: what editors complete and check plans and other files by.
+//! * [`watch`](mod@watch): what is shown of a run while it goes on.
 //! * [`console`]: tables. [`figures`]: how numbers are written. [`cli`]: the command `hil`.
 //!
 //! Without a folder, for whoever makes many runs:
@@ -131,4 +132,5 @@ pub mod schema;
 pub mod seeds;
 pub mod tables;
 pub mod trial;
+pub mod watch;
 pub mod world;

@@ -12,6 +12,7 @@ use crate::properties::Property;
 use crate::record::sink::RecordSink;
 use crate::run::{Completed, Options, Prepared, Simulated, Subject, finish, keep, summarise};
 use crate::run_folder::{RunFolder, RunFolderError};
+use crate::watch::{Feed, Watched};
 use crate::world::bench::base_transport;
 use crate::world::live::{
     ATTACH_MAX_DEFAULT, DeviceUnderTest, LATE_MAX_DEFAULT, LiveEnd, LiveError, LiveWorld,
@@ -162,17 +163,33 @@ pub fn run_live_to_folder(
     person: Option<Box<dyn Person>>,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Result<Completed, LiveRunError> {
+    run_live_to_folder_watched(prepared, options, setting, person, None, pulse)
+}
+
+/// The same, shown to `feed` as it goes on.
+///
+/// # Errors
+///
+/// As [`run_live_to_folder`].
+pub fn run_live_to_folder_watched(
+    prepared: &Prepared,
+    options: &Options<'_>,
+    setting: &LiveSetting<'_>,
+    person: Option<Box<dyn Person>>,
+    feed: Option<&Feed>,
+    pulse: &mut impl FnMut(Progress) -> bool,
+) -> Result<Completed, LiveRunError> {
     let devices = match &prepared.subject {
         Subject::Robot(devices) => devices,
         Subject::Device(device) => {
-            return device::run_to_folder(prepared, device, options, setting, person, pulse);
+            return device::run_to_folder(prepared, device, options, setting, person, feed, pulse);
         }
     };
     let setting = setting.resolve(base_transport(devices))?;
     setting.reaches(&prepared.plan.faults)?;
     let folder = RunFolder::create(options.out)?;
     let header = prepared.header(options.seed);
-    let mut sink = folder.record_sink(&header, options.level)?;
+    let mut sink = Watched::new(folder.record_sink(&header, options.level)?, feed);
     let operator = Operator::live(options.answers.clone(), person);
     let log = folder.file(DEVICE_LOG);
     let (seed, properties) = (options.seed, &prepared.plan.properties);

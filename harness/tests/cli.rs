@@ -21,6 +21,8 @@ mod hil;
 mod input;
 #[path = "cli/interrupt.rs"]
 mod interrupt;
+#[path = "cli/json.rs"]
+mod json;
 #[path = "cli/measured.rs"]
 mod measured;
 #[path = "cli/new.rs"]
@@ -29,7 +31,12 @@ mod new;
 mod operator;
 #[path = "cli/own_sensor.rs"]
 mod own_sensor;
+#[cfg(all(unix, feature = "watch"))]
+#[path = "cli/pty.rs"]
+mod pty;
 #[path = "cli/recorded.rs"]
 mod recorded;
 #[path = "cli/report.rs"]
 mod report;
+#[path = "cli/watch.rs"]
+mod watch;

@@ -113,9 +113,6 @@ pub(super) struct CampaignArguments {
     /// Tries to make one case smaller. [default: 500; 20 with the real clock, where each takes as long as the plan]
     #[arg(long, value_name = "N", conflicts_with_all = ["envelope", "envelopes"])]
     shrink_max: Option<u64>,
-    /// Show nothing but the end and what went wrong.
-    #[arg(long)]
-    pub(super) quiet: bool,
 }
 
 /// The most cases: what came of them is kept in a file and read again.

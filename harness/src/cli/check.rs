@@ -1,9 +1,10 @@
 //! `hil check`: judges recorded runs again. What that means is in [`crate::run::judge_again`].
 
+use super::EXIT_STATUSES;
 use super::failure::Failure;
 use super::progress::Screen;
-use super::{EXIT_STATUSES, say};
-use crate::console::{self, Style};
+use super::series::tell;
+use crate::console;
 use crate::library::{Kind, Library, names};
 use crate::outcome::{Measurement, Outcome, Summary};
 use crate::plan::Plan;
@@ -28,6 +29,9 @@ pub(super) struct CheckArguments {
     /// Plan to judge by, name or path. [default: the shipped one of the name that the run has]
     #[arg(long, value_name = "PLAN")]
     plan: Option<String>,
+    /// Print one JSON document and nothing else: the summaries as in summary.json.
+    #[arg(long)]
+    pub(super) json: bool,
 }
 
 impl CheckArguments {
@@ -43,10 +47,7 @@ impl CheckArguments {
                 }
             }
         }
-        if !summaries.is_empty() {
-            say(&console::measurements_table(&summaries, Style::of_stdout()))?;
-        }
-        done.map(|()| console::worst(&summaries))
+        tell(done, &summaries, self.json)?.map(|()| console::worst(&summaries))
     }
 
     fn check(&self, run: &Path, screen: &Screen) -> Result<Summary, Failure> {

@@ -2,6 +2,7 @@
 
 use super::failure::Failure;
 use crate::run::{Completed, Options, Prepared};
+use crate::watch::Feed;
 use crate::world::crossing::KernelBus;
 use crate::world::simulated::Progress;
 
@@ -30,11 +31,12 @@ pub(super) fn run(
     bus: KernelBus,
     prepared: &Prepared,
     options: &Options<'_>,
+    feed: Option<&Feed>,
     pulse: &mut impl FnMut(Progress) -> bool,
     wall_s: &impl Fn() -> f64,
 ) -> Result<Completed, Failure> {
     let kernel = opened(bus, prepared)?;
-    Ok(crate::run::run_to_folder_across(kernel, prepared, options, pulse, wall_s)?)
+    Ok(crate::run::run_to_folder_watched(kernel, prepared, options, feed, pulse, wall_s)?)
 }
 
 #[cfg(feature = "live")]
@@ -76,6 +78,7 @@ pub(super) fn run(
     _: KernelBus,
     _: &Prepared,
     _: &Options<'_>,
+    _: Option<&Feed>,
     _: &mut impl FnMut(Progress) -> bool,
     _: &impl Fn() -> f64,
 ) -> Result<Completed, Failure> {

@@ -24,7 +24,7 @@ pub(super) struct DoctorArguments {
     bench: Option<String>,
     /// Print everything as JSON: outcome, findings, and the facts that they rest on.
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
 }
 
 impl DoctorArguments {

@@ -15,6 +15,7 @@ use crate::run_folder::RunFolderError;
 use crate::tables::TablesError;
 use identification::identify::IdentifyError;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
+use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::{fmt, io};
 
@@ -24,7 +25,11 @@ const WIDTH: usize = 100;
 /// Why a command did not do its work. A run that went wrong has an outcome instead. Boxed: it is rare,
 /// and carries a file where one is shown.
 #[derive(Debug)]
-pub(super) struct Failure(Box<Cause>);
+pub(super) struct Failure {
+    cause: Box<Cause>,
+    /// What was done before it, for who wants one document of everything.
+    before: Map<String, Value>,
+}
 
 #[derive(Debug, thiserror::Error, Diagnostic)]
 enum Cause {
@@ -204,7 +209,7 @@ impl Failure {
     /// Bad input is what the caller can mend by calling differently: a folder that is not ours and a
     /// run that is none are, a disk that is full is not.
     pub(super) const fn exit_status(&self) -> u8 {
-        match &*self.0 {
+        match &*self.cause {
             Cause::Log(error) if !error.is_bad_input() => Outcome::Error.exit_status(),
             Cause::Tables(error) if error.is_bad_input() => EXIT_BAD_INPUT,
             Cause::Prepare(_)
@@ -269,13 +274,36 @@ impl Failure {
 
     /// The same for a build server, with its place where it has one.
     pub(super) fn annotation(&self) -> Annotation {
-        let mut labels = self.0.labels().into_iter().flatten();
-        let place = self.0.source_code().zip(labels.next()).and_then(|(source, label)| {
+        let mut labels = self.cause.labels().into_iter().flatten();
+        let place = self.cause.source_code().zip(labels.next()).and_then(|(source, label)| {
             let text = source.read_span(label.inner(), 0, 0).ok()?;
             Some((text.name()?.to_owned(), text.line() + 1))
         });
-        let help = self.0.help().map_or_else(String::new, |help| format!("\n{help}"));
+        let help = self.cause.help().map_or_else(String::new, |help| format!("\n{help}"));
         Annotation { place, title: "hil".to_owned(), message: format!("{self}{help}") }
+    }
+
+    /// This was done before it.
+    pub(super) fn after(mut self, done: Value) -> Self {
+        if let Value::Object(done) = done {
+            self.before.extend(done);
+        }
+        self
+    }
+
+    /// The same for a program: what was done before, the message, what it is caused by, and what helps.
+    pub(super) fn document(&self) -> Value {
+        let mut document = self.before.clone();
+        let first: &dyn std::error::Error = &*self.cause;
+        let causes = std::iter::successors(first.source(), |error| error.source());
+        document.insert("error".to_owned(), json!(self.to_string()));
+        document
+            .insert("causes".to_owned(), causes.map(|cause| json!(cause.to_string())).collect());
+        document.insert("help".to_owned(), json!(self.cause.help().map(|help| help.to_string())));
+        if let Some((file, line)) = self.annotation().place {
+            document.insert("place".to_owned(), json!({ "file": file, "line": line }));
+        }
+        Value::Object(document)
     }
 
     /// The message, with the place in the file where there is one: with colours and lines, or in plain
@@ -284,7 +312,7 @@ impl Failure {
         let theme = if fancy { GraphicalTheme::unicode() } else { GraphicalTheme::none() };
         let handler = GraphicalReportHandler::new_themed(theme).with_width(WIDTH).with_links(fancy);
         let mut text = String::new();
-        match handler.render_report(&mut text, &*self.0) {
+        match handler.render_report(&mut text, &*self.cause) {
             Ok(()) => text,
             Err(_) => format!("{self}\n"),
         }
@@ -293,13 +321,13 @@ impl Failure {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
+        self.cause.fmt(f)
     }
 }
 
 impl From<Cause> for Failure {
     fn from(cause: Cause) -> Self {
-        Self(Box::new(cause))
+        Self { cause: Box::new(cause), before: Map::new() }
     }
 }
 

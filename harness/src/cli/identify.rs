@@ -2,13 +2,14 @@
 
 use super::failure::Failure;
 use super::findings;
-use super::measured::{findings_folder, json, load, model, put, tell};
+use super::measured::{self, findings_folder, load, model, put, tell};
 use super::progress::Screen;
-use super::say;
+use super::{say, say_json};
 use crate::outcome::Outcome;
 use crate::report::identification as report;
 use clap::Args;
 use identification::identify::{Identified, Options, identify};
+use serde_json::json;
 use std::path::PathBuf;
 
 /// The most effects that can be asked for: beyond it no data set says anything.
@@ -47,6 +48,9 @@ pub(super) struct IdentifyArguments {
     /// Data of the same device at rest, from which its noise is taken.
     #[arg(long, value_name = "DATASET|RUN")]
     noise_from: Option<PathBuf>,
+    /// Print one JSON document and nothing else: the finding as in finding.json, and its folder.
+    #[arg(long)]
+    pub(super) json: bool,
 }
 
 impl IdentifyArguments {
@@ -66,8 +70,12 @@ impl IdentifyArguments {
         let found = found.map_err(|error| Failure::identify(&dataset.name, error))?;
         let folder = findings_folder(self.out.as_deref(), &dataset.name);
         put(&folder, &files(&found)?)?;
-        say(&findings::summary(&found.finding))?;
-        say(&format!("written: {}\n", folder.display()))?;
+        if self.json {
+            say_json(&json!({ "finding": found.finding, "folder": folder }))?;
+        } else {
+            say(&findings::summary(&found.finding))?;
+            say(&format!("written: {}\n", folder.display()))?;
+        }
         Ok(Outcome::Passed)
     }
 }
@@ -75,7 +83,7 @@ impl IdentifyArguments {
 fn files(found: &Identified) -> Result<Vec<(String, Vec<u8>)>, Failure> {
     let model = toml::to_string_pretty(&found.model).map_err(Failure::findings)?;
     let mut files = vec![
-        ("finding.json".to_owned(), json(&found.finding)?),
+        ("finding.json".to_owned(), measured::json(&found.finding)?),
         ("model.toml".to_owned(), model.into_bytes()),
         (
             "report.html".to_owned(),

@@ -52,7 +52,7 @@ impl ImportArguments {
         let reader = LogReader::open(&self.log, format)?;
         let imported = import_to_folder(&plan, reader, self.channel, &self.folder(&plan.name))?;
         let (summary, channel) = (imported.summary, imported.channel);
-        screen.note(&format!("{channel}: {} frames, {} moves", summary.events, imported.moves));
+        screen.chat(&format!("{channel}: {} frames, {} moves", summary.events, imported.moves));
         if imported.left_out != crate::import::LeftOut::default() {
             screen.note(&imported.left_out.to_string());
         }

@@ -23,7 +23,7 @@ impl Interrupt {
         let (flag, screen) = (Arc::clone(&requested), screen.clone());
         ctrlc::set_handler(move || {
             if flag.swap(true, Ordering::Relaxed) {
-                std::process::exit(i32::from(Outcome::Aborted.exit_status()));
+                leave_at_once();
             }
             screen.note(what);
         })
@@ -31,7 +31,22 @@ impl Interrupt {
         Ok(Self(requested))
     }
 
+    /// Somebody pressed a key that means the same.
+    #[cfg(feature = "watch")]
+    pub(super) fn request(&self) {
+        if self.0.swap(true, Ordering::Relaxed) {
+            leave_at_once();
+        }
+    }
+
     pub(super) fn requested(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
+}
+
+/// Leaves the process, and the terminal as it was.
+fn leave_at_once() -> ! {
+    #[cfg(feature = "watch")]
+    super::watch::terminal::give_back_at_once();
+    std::process::exit(i32::from(Outcome::Aborted.exit_status()));
 }

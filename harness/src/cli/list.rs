@@ -1,7 +1,7 @@
 //! `hil list`: what ships, and which names a plan can use.
 
 use super::failure::Failure;
-use super::say;
+use super::{say, say_json};
 use crate::bench_file::{BenchFile, ROLES, Role};
 use crate::console::Style;
 use crate::faults::{FaultKind, table as vocabulary};
@@ -11,12 +11,13 @@ use crate::plan::quantities::QUANTITIES;
 use crate::plan::{Action, STEP_EXAMPLES};
 use crate::run::load_plan;
 use clap::{Args, ValueEnum};
-use comfy_table::{ContentArrangement, Table, presets};
+use comfy_table::{ContentArrangement, Row, Table, presets};
 use emulators::absolute::AbsoluteParameters;
 use emulators::base::{BaseParameters, Wheel};
 use emulators::gyro::GyroParameters;
 use emulators::parameters::{Domain, ParameterInfo, Parameters};
 use emulators::table::TableParameters;
+use serde_json::{Map, Value};
 
 /// What can be listed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -45,6 +46,29 @@ pub(super) struct ListArguments {
     /// What to list; everything without.
     #[arg(value_enum)]
     topic: Option<Topic>,
+    /// Print one JSON document: of each topic a list of objects.
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+impl Topic {
+    /// As it is typed.
+    fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    fn table(self) -> Result<Table, Failure> {
+        match self {
+            Self::Plans => plans(),
+            Self::Steps => Ok(steps()),
+            Self::Devices => devices(),
+            Self::Benches => benches(),
+            Self::Models => models(),
+            Self::Quantities => Ok(quantities()),
+            Self::Parameters => Ok(parameters()),
+            Self::Faults => Ok(faults()),
+        }
+    }
 }
 
 impl ListArguments {
@@ -53,22 +77,20 @@ impl ListArguments {
             Some(topic) => std::slice::from_ref(topic),
             None => Topic::value_variants(),
         };
-        let style = Style::of_stdout();
-        let mut texts = Vec::new();
+        let mut tables = Vec::new();
         for topic in topics {
-            let table = match topic {
-                Topic::Plans => plans()?,
-                Topic::Steps => steps(),
-                Topic::Devices => devices()?,
-                Topic::Benches => benches()?,
-                Topic::Models => models()?,
-                Topic::Quantities => quantities(),
-                Topic::Parameters => parameters(),
-                Topic::Faults => faults(),
-            };
-            texts.push(lines(table, style));
+            tables.push((topic, topic.table()?));
         }
-        say(&texts.join("\n"))?;
+        if self.json {
+            let all: Map<String, Value> =
+                tables.iter().map(|(topic, table)| (topic.name(), rows(table))).collect();
+            say_json(&all)?;
+        } else {
+            let style = Style::of_stdout();
+            let texts: Vec<String> =
+                tables.into_iter().map(|(_, table)| lines(table, style)).collect();
+            say(&texts.join("\n"))?;
+        }
         Ok(Outcome::Passed)
     }
 }
@@ -77,6 +99,18 @@ fn table<const N: usize>(header: [&str; N]) -> Table {
     let mut table = Table::new();
     table.set_header(header);
     table
+}
+
+/// A row as an object: what stands in each column, by the column's name, its spaces underscores.
+fn rows(table: &Table) -> Value {
+    let header: Vec<String> = table.header().map_or_else(Vec::new, |header| {
+        header.cell_iter().map(|cell| cell.content().replace(' ', "_")).collect()
+    });
+    let object = |row: &Row| -> Value {
+        let cells = row.cell_iter().map(|cell| Value::from(cell.content()));
+        header.iter().cloned().zip(cells).collect()
+    };
+    table.row_iter().map(object).collect()
 }
 
 fn lines(mut table: Table, style: Style) -> String {
@@ -212,8 +246,11 @@ fn number(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Style, benches, devices, lines, models, parameters, plans, quantities, steps};
+    use super::{
+        Style, Topic, benches, devices, lines, models, parameters, plans, quantities, rows, steps,
+    };
     use crate::library::{Kind, names};
+    use clap::ValueEnum as _;
 
     #[test]
     fn everything_that_ships_is_listed_with_its_title() {
@@ -231,6 +268,21 @@ mod tests {
             assert!(row.cell_iter().all(|cell| !cell.content().is_empty()), "{models}");
         }
         insta::assert_snapshot!(lines(models, Style::PLAIN));
+    }
+
+    #[test]
+    fn the_keys_of_the_document_are_these() {
+        let keys = |topic: &Topic| {
+            let all = rows(&topic.table().unwrap());
+            let first = all.as_array().unwrap()[0].as_object().unwrap().clone();
+            format!(
+                "{}: {}",
+                topic.name(),
+                first.into_iter().map(|(key, _)| key).collect::<Vec<_>>().join(", ")
+            )
+        };
+        let all: Vec<String> = Topic::value_variants().iter().map(keys).collect();
+        insta::assert_snapshot!(all.join("\n"));
     }
 
     #[test]

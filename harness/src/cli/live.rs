@@ -2,8 +2,9 @@
 
 use super::failure::Failure;
 use super::setup::{Controller, LiveSetup};
-use super::terminal::Terminal;
+use crate::operator::Person;
 use crate::run::{Completed, Options, Prepared};
+use crate::watch::Feed;
 use crate::world::simulated::Progress;
 
 /// The interface that `--bus vcan` means.
@@ -21,13 +22,12 @@ pub(super) fn run(
     prepared: &Prepared,
     options: &Options<'_>,
     setup: &LiveSetup,
-    person: Option<&Terminal>,
+    person: Option<Box<dyn Person>>,
+    feed: Option<&Feed>,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Result<Completed, Failure> {
-    use crate::operator::Person;
-    use crate::run_live::run_live_to_folder;
-    let person = person.map(|terminal| Box::new(terminal.clone()) as Box<dyn Person>);
-    Ok(run_live_to_folder(prepared, options, &asked(setup), person, pulse)?)
+    use crate::run_live::run_live_to_folder_watched;
+    Ok(run_live_to_folder_watched(prepared, options, &asked(setup), person, feed, pulse)?)
 }
 
 /// The bench that a prepared plan would be run on.
@@ -77,7 +77,8 @@ pub(super) fn run(
     _: &Prepared,
     _: &Options<'_>,
     setup: &LiveSetup,
-    _: Option<&Terminal>,
+    _: Option<Box<dyn Person>>,
+    _: Option<&Feed>,
     _: &mut impl FnMut(Progress) -> bool,
 ) -> Result<Completed, Failure> {
     let wanted = match &setup.controller {

@@ -18,6 +18,13 @@ pub(super) struct LogArguments {
     command: Command,
 }
 
+impl LogArguments {
+    /// The standard output is for a program.
+    pub(super) const fn json(&self) -> bool {
+        matches!(&self.command, Command::Replay(arguments) if arguments.json)
+    }
+}
+
 #[derive(Debug, Subcommand)]
 enum Command {
     Convert(ConvertArguments),

@@ -47,13 +47,16 @@ mod setup;
 mod show;
 pub(crate) mod stopwatch;
 mod terminal;
+mod watch;
 #[cfg(feature = "nats")]
 mod worker;
 
-use crate::outcome::Outcome;
+use crate::outcome::{EXIT_BAD_INPUT, Outcome};
 use clap::{Parser, Subcommand};
 use failure::Failure;
 use progress::Screen;
+use serde::Serialize;
+use serde_json::json;
 use std::io::{self, Write};
 use std::process::ExitCode;
 use tracing_subscriber::EnvFilter;
@@ -78,6 +81,9 @@ Of several runs the worst counts.";
 struct Cli {
     #[command(flatten)]
     paper: paper::PaperArguments,
+    /// Show nothing but the result and what went wrong.
+    #[arg(long, global = true)]
+    quiet: bool,
     #[command(subcommand)]
     command: Option<Command>,
 }
@@ -106,13 +112,18 @@ enum Command {
 }
 
 impl Cli {
-    const fn quiet(&self) -> bool {
+    /// The standard output is for a program.
+    const fn json(&self) -> bool {
         match &self.command {
-            None => self.paper.quiet,
-            Some(Command::Run(arguments)) => arguments.quiet,
-            Some(Command::Campaign(arguments)) => arguments.quiet,
-            #[cfg(feature = "nats")]
-            Some(Command::Worker(arguments)) => arguments.quiet,
+            None => self.paper.json,
+            Some(Command::Run(arguments)) => arguments.json,
+            Some(Command::Campaign(arguments)) => arguments.json,
+            Some(Command::Check(arguments)) => arguments.json,
+            Some(Command::List(arguments)) => arguments.json,
+            Some(Command::Doctor(arguments)) => arguments.json,
+            Some(Command::Identify(arguments)) => arguments.json,
+            Some(Command::Predict(arguments)) => arguments.json,
+            Some(Command::Log(arguments)) => arguments.json(),
             Some(_) => false,
         }
     }
@@ -145,18 +156,46 @@ impl Cli {
 
 /// Does what the arguments of the process say.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
-    let screen = Screen::new(cli.quiet());
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return misread(&error),
+    };
+    let screen = Screen::new(cli.quiet);
     start_log(&screen);
     let status = match cli.execute(&screen) {
         Ok(outcome) => outcome.exit_status(),
         Err(failure) => {
-            screen.note(&failure.rendered(screen.fancy()));
+            if !cli.json() || say_json(&failure.document()).is_err() {
+                screen.note(&failure.rendered(screen.fancy()));
+            }
             failure.annotation().show(&screen);
             failure.exit_status()
         }
     };
     ExitCode::from(status)
+}
+
+/// What was typed cannot be understood, or asks for help: told to a person, or to the program that asked for JSON.
+fn misread(error: &clap::Error) -> ExitCode {
+    let status = u8::try_from(error.exit_code()).unwrap_or(EXIT_BAD_INPUT);
+    let is_json = error.use_stderr() && std::env::args_os().any(|argument| argument == "--json");
+    let told = is_json.then(|| {
+        let text = error.render().to_string();
+        let (what, help) = text.split_once("\n\n").unwrap_or((&text, ""));
+        let what = what.trim().trim_start_matches("error: ");
+        say_json(&json!({ "error": what, "causes": [], "help": help.trim() }))
+    });
+    if !matches!(told, Some(Ok(()))) {
+        // With nobody to be told, the status has to do.
+        let _ = error.print();
+    }
+    ExitCode::from(status)
+}
+
+/// Puts a document on the standard output, indented, with a line feed behind it.
+fn say_json(document: &impl Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(document);
+    say(&(text.map_err(|error| Failure::output(error.into()))? + "\n"))
 }
 
 /// Diagnostics on the standard error: warnings, or what `RUST_LOG` says.

@@ -26,9 +26,9 @@ pub(super) struct PaperArguments {
     out: PathBuf,
     #[command(flatten)]
     summary: SummaryArguments,
-    /// Show nothing but the table and what went wrong.
+    /// Print one JSON document and nothing else: the summaries as in summary.json.
     #[arg(long)]
-    pub(super) quiet: bool,
+    pub(super) json: bool,
 }
 
 impl PaperArguments {
@@ -47,6 +47,8 @@ impl PaperArguments {
             answers,
             person,
             summary: self.summary.clone(),
+            watched: false,
+            json: self.json,
         };
         series.execute(screen)
     }

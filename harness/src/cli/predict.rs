@@ -2,12 +2,13 @@
 
 use super::failure::Failure;
 use super::findings;
-use super::measured::{findings_folder, json, load, model, put, tell};
+use super::measured::{self, findings_folder, load, model, put, tell};
 use super::progress::Screen;
-use super::say;
+use super::{say, say_json};
 use crate::outcome::Outcome;
 use clap::Args;
 use identification::identify::predict;
+use serde_json::json;
 use std::path::PathBuf;
 
 /// Applies a model to measured data and changes nothing of it. Writes prediction.json.
@@ -24,6 +25,9 @@ pub(super) struct PredictArguments {
     /// The folder for the prediction. [default: findings/NAME, the name being that of the data set]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Print one JSON document and nothing else: the prediction as in prediction.json, and its folder.
+    #[arg(long)]
+    pub(super) json: bool,
 }
 
 impl PredictArguments {
@@ -34,9 +38,13 @@ impl PredictArguments {
         let prediction =
             predict(&dataset, &model).map_err(|error| Failure::identify(&dataset.name, error))?;
         let folder = findings_folder(self.out.as_deref(), &dataset.name);
-        put(&folder, &[("prediction.json".to_owned(), json(&prediction)?)])?;
-        say(&findings::prediction(&prediction))?;
-        say(&format!("written: {}\n", folder.display()))?;
+        put(&folder, &[("prediction.json".to_owned(), measured::json(&prediction)?)])?;
+        if self.json {
+            say_json(&json!({ "prediction": prediction, "folder": folder }))?;
+        } else {
+            say(&findings::prediction(&prediction))?;
+            say(&format!("written: {}\n", folder.display()))?;
+        }
         Ok(Outcome::Passed)
     }
 }

@@ -1,13 +1,14 @@
 //! What is shown on the standard error while runs go on: bars on a terminal, a line a plan elsewhere.
 
 use super::stopwatch::Stopwatch;
+use crate::console::is_colour_wanted;
 use crate::figures;
 use crate::outcome::Summary;
 use crate::world::simulated::Progress;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, IsTerminal, Write};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tracing_subscriber::fmt::MakeWriter;
 
 /// The message takes what is left of the line, and no more: a bar that wraps cannot be redrawn.
@@ -22,6 +23,12 @@ const SEEDS_BAR: &str = "{prefix} {bar:20} {pos}/{len} seeds, {eta} left";
 /// See [`PLAN_BAR`].
 const CASES_BAR: &str = "{prefix} {bar:20} {pos}/{len} cases, {eta} left";
 
+/// Room for what is written while something else has the terminal; more is lost.
+const ASIDE_BYTES_MAX: usize = 64 * 1024;
+/// Lines of it that are shown meanwhile.
+#[cfg(feature = "watch")]
+const ASIDE_LINES_SHOWN: usize = 3;
+
 /// The standard error. Whatever is written through it does not run into a bar.
 #[derive(Debug, Clone)]
 pub(super) struct Screen {
@@ -30,6 +37,8 @@ pub(super) struct Screen {
     terminal: bool,
     /// Somebody is typing; a bar that is redrawn would tear the line.
     held: Arc<AtomicBool>,
+    /// What is written while something else has the terminal; it is shown afterwards.
+    aside: Arc<Mutex<Option<Vec<u8>>>>,
 }
 
 impl Screen {
@@ -43,13 +52,18 @@ impl Screen {
             quiet,
             terminal,
             held: Arc::default(),
+            aside: Arc::default(),
         }
     }
 
-    /// Colours and lines are wanted: a terminal, and `NO_COLOR` is not set (no-color.org).
+    /// Nothing but the result and what went wrong is wanted.
+    pub(super) const fn is_quiet(&self) -> bool {
+        self.quiet
+    }
+
+    /// Colours and lines are wanted.
     pub(super) fn fancy(&self) -> bool {
-        let no_colour = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
-        self.terminal && !no_colour
+        is_colour_wanted(self.terminal)
     }
 
     /// A line that is always shown.
@@ -82,9 +96,45 @@ impl Screen {
         }
     }
 
+    /// From now on keeps what is written: something is drawn on the terminal.
+    #[cfg(feature = "watch")]
+    pub(super) fn set_aside(&self) {
+        self.lock_aside().get_or_insert_default();
+    }
+
+    /// The last lines that were kept.
+    #[cfg(feature = "watch")]
+    pub(super) fn aside(&self) -> Vec<String> {
+        let aside = self.lock_aside();
+        let text = String::from_utf8_lossy(aside.as_deref().unwrap_or_default()).into_owned();
+        let lines: Vec<&str> = text.lines().collect();
+        let first = lines.len().saturating_sub(ASIDE_LINES_SHOWN);
+        lines[first..].iter().map(|line| line.escape_debug().to_string()).collect()
+    }
+
+    /// Writes what was kept: the terminal is free again.
+    #[cfg(feature = "watch")]
+    pub(super) fn bring_back(&self) {
+        if let Some(kept) = self.lock_aside().take() {
+            let _ = io::stderr().write_all(&kept);
+        }
+    }
+
+    fn lock_aside(&self) -> MutexGuard<'_, Option<Vec<u8>>> {
+        self.aside.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Begins to show a plan.
     pub(super) fn plan(&self, name: &str) -> PlanProgress {
-        let bar = self.bar(PLAN_BAR, name);
+        self.plan_with(self.bar(PLAN_BAR, name))
+    }
+
+    /// Begins a plan of which something else shows how far it is.
+    pub(super) fn plan_shown_elsewhere(&self) -> PlanProgress {
+        self.plan_with(ProgressBar::hidden())
+    }
+
+    fn plan_with(&self, bar: ProgressBar) -> PlanProgress {
         PlanProgress { screen: self.clone(), bar, stopwatch: Stopwatch::start() }
     }
 
@@ -119,6 +169,11 @@ impl Screen {
 
 impl Write for Screen {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if let Some(kept) = &mut *self.lock_aside() {
+            let room = ASIDE_BYTES_MAX.saturating_sub(kept.len());
+            kept.extend_from_slice(&bytes[..bytes.len().min(room)]);
+            return Ok(bytes.len());
+        }
         self.bars.suspend(|| io::stderr().write(bytes))
     }
 

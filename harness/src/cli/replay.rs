@@ -55,7 +55,7 @@ pub(super) struct ReplayArguments {
     count_only: bool,
     /// Print the end as JSON.
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
 }
 
 fn speed(text: &str) -> Result<f64, String> {

@@ -67,13 +67,23 @@ pub(super) struct RunArguments {
     setup: SetupArguments,
     #[command(flatten)]
     summary: SummaryArguments,
-    /// Show nothing but the table and what went wrong.
-    #[arg(long)]
-    pub(super) quiet: bool,
+    /// Print one JSON document and nothing else: the summaries as in summary.json; of --seeds the shares.
+    #[arg(long, conflicts_with = "watch")]
+    pub(super) json: bool,
+    /// Show the run as it goes: the robot, heading error, gyro, lines, steps, time to go. Without a
+    /// terminal in plain lines.
+    #[arg(long, conflicts_with = "seeds")]
+    watch: bool,
 }
 
 impl RunArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        if self.watch && screen.is_quiet() {
+            return Err(Failure::arguments(
+                "--watch shows the run as it goes, --quiet shows nothing of it",
+                "leave out one of them",
+            ));
+        }
         let setup = self.setup.setup()?;
         let plans: Vec<&str> = self.plans.iter().map(String::as_str).collect();
         let prepared = prepare_all(&plans)?;
@@ -99,7 +109,8 @@ impl RunArguments {
             let range = seeds::range(self.seed, count)?;
             let markdown = self.markdown.as_deref();
             let summary = &self.summary;
-            return seeds::execute(&plans, &declared, range, &answers, markdown, summary, screen);
+            let told = seeds::Told { markdown, summary, json: self.json };
+            return seeds::execute(&plans, &declared, range, &answers, told, screen);
         }
         if let Setup::Kernel(bus) = setup {
             crossing::check(bus, &prepared)?;
@@ -112,7 +123,19 @@ impl RunArguments {
         let level = self.record.into();
         let summary = self.summary.clone();
         let seed = self.seed;
-        Series { plans: &plans, setup: &setup, seed, out, level, answers, person, summary }
-            .execute(screen)
+        let (watched, json) = (self.watch, self.json);
+        Series {
+            plans: &plans,
+            setup: &setup,
+            seed,
+            out,
+            level,
+            answers,
+            person,
+            summary,
+            watched,
+            json,
+        }
+        .execute(screen)
     }
 }

@@ -4,7 +4,7 @@ use super::build_server::SummaryArguments;
 use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::progress::Screen;
-use super::say;
+use super::{say, say_json};
 use crate::console::{self, Style};
 use crate::made::Made;
 use crate::operator::Answers;
@@ -12,6 +12,7 @@ use crate::outcome::Outcome;
 use crate::plan::Plan;
 use crate::run::{PrepareError, Prepared, verdicts};
 use crate::seeds::{SeedVerdicts, for_each_seed, not_passed, shares};
+use serde_json::{Map, Value, json};
 use std::fmt::Write;
 use std::num::NonZeroUsize;
 use std::ops::Range;
@@ -39,17 +40,28 @@ pub(super) fn range(first: u64, count: u64) -> Result<Range<u64>, Failure> {
     }
 }
 
+/// How the end is told.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Told<'a> {
+    /// Also to this file, as Markdown.
+    pub(super) markdown: Option<&'a Path>,
+    pub(super) summary: &'a SummaryArguments,
+    /// As a document instead of a table.
+    pub(super) json: bool,
+}
+
 /// Runs every seed and prints the shares.
 pub(super) fn execute(
     plans: &[&str],
     declared: &[&Plan],
     seeds: Range<u64>,
     answers: &Answers,
-    markdown: Option<&Path>,
-    summary: &SummaryArguments,
+    told: Told<'_>,
     screen: &Screen,
 ) -> Result<Outcome, Failure> {
+    let Told { markdown, summary, json } = told;
     let interrupt = Interrupt::install(screen)?;
+    let asked = json!({ "first": seeds.start, "count": seeds.end - seeds.start });
     tracing::info!("{} plans, {} seeds", plans.len(), seeds.end - seeds.start);
     let bar = screen.seeds(plans.first().unwrap_or(&""), seeds.end - seeds.start);
     let job = |seed| {
@@ -67,13 +79,21 @@ pub(super) fn execute(
 
     let mut all = Vec::new();
     let mut remarks = String::new();
+    let mut bad = Map::new();
     for (index, plan) in declared.iter().enumerate() {
         let of_plan: Vec<(u64, &SeedVerdicts)> =
             runs.iter().filter_map(|(seed, plans)| Some((*seed, plans.get(index)?))).collect();
         all.extend(shares(plan, &of_plan));
         remarks += &remark(plan, &of_plan);
+        let seeds: Value = not_passed(&of_plan).iter().map(|(seed, _)| *seed).collect();
+        bad.insert(plan.name.to_string(), seeds);
     }
-    say(&(console::seeds_table(&all, Style::of_stdout()) + &remarks))?;
+    if json {
+        let stopped = interrupt.requested();
+        say_json(&json!({ "seeds": asked, "shares": all, "not_passed": bad, "stopped": stopped }))?;
+    } else {
+        say(&(console::seeds_table(&all, Style::of_stdout()) + &remarks))?;
+    }
     if let Some(path) = markdown {
         std::fs::write(path, console::seeds_markdown(&all))
             .map_err(|source| Failure::file(path, source))?;

@@ -6,17 +6,21 @@ use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::live;
 use super::progress::Screen;
-use super::say;
 use super::setup::Setup;
 use super::stopwatch::Stopwatch;
 use super::terminal::Terminal;
+use super::watch::Watch;
+use super::{say, say_json};
 use crate::calibrations;
 use crate::console::{self, Style};
 use crate::made::Made;
 use crate::operator::Answers;
 use crate::outcome::{Outcome, Summary};
 use crate::record::sink::Level;
-use crate::run::{Completed, Options, Prepared, run_to_folder};
+use crate::run::{Completed, Options, Prepared, run_to_folder_watched};
+use crate::watch::Feed;
+use crate::world::crossing::Memory;
+use serde_json::json;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -54,6 +58,10 @@ pub(super) struct Series<'a> {
     /// Whoever can be asked for the others.
     pub(super) person: Option<Terminal>,
     pub(super) summary: SummaryArguments,
+    /// Shown as it goes.
+    pub(super) watched: bool,
+    /// The end is for a program.
+    pub(super) json: bool,
 }
 
 /// Reads and checks all of them before anything runs, so that a slip in the last plan does not cost
@@ -85,10 +93,16 @@ impl Series<'_> {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         let interrupt = Interrupt::install(screen)?;
         let mut summaries = Vec::new();
-        let done = self.run_all(screen, &interrupt, &mut summaries);
-        // What was measured before something went wrong is shown in any case.
+        let watch = if self.watched {
+            let is_real_time = matches!(self.setup, Setup::Live(_));
+            Watch::begin(self.plans, is_real_time, &interrupt, screen)
+        } else {
+            Watch::Unwatched
+        };
+        let done = self.run_all(screen, &interrupt, &watch, &mut summaries);
+        drop(watch);
+        let done = tell(done, &summaries, self.json)?;
         if done.is_ok() || !summaries.is_empty() {
-            say(&console::measurements_table(&summaries, Style::of_stdout()))?;
             self.summary.append(&console::runs_markdown(&summaries))?;
         }
         done.map(|()| console::worst(&summaries))
@@ -98,6 +112,7 @@ impl Series<'_> {
         &self,
         screen: &Screen,
         interrupt: &Interrupt,
+        watch: &Watch,
         summaries: &mut Vec<Summary>,
     ) -> Result<(), Failure> {
         let mut made = Made::default();
@@ -114,7 +129,7 @@ impl Series<'_> {
             }
             promised.extend(calibrations::made_by(&prepared.plan));
             let out = self.out.folder(prepared.plan.name.as_str(), self.seed);
-            let completed = self.run(&prepared, &out, screen, interrupt)?;
+            let completed = self.run(&prepared, &out, screen, interrupt, (watch, index))?;
             if completed.dropped > 0 {
                 tracing::warn!("{name}: full lines dropped {} times", completed.dropped);
             }
@@ -136,25 +151,61 @@ impl Series<'_> {
         out: &Path,
         screen: &Screen,
         interrupt: &Interrupt,
+        (watch, index): (&Watch, usize),
     ) -> Result<Completed, Failure> {
         let options =
             Options { seed: self.seed, out, level: self.level, answers: self.answers.clone() };
-        let progress = screen.plan(prepared.plan.name.as_str());
+        let header = || prepared.header(self.seed);
+        let mut shown = watch.plan(index, || Feed::new(&prepared.plan, &header()));
+        let feed = shown.feed().cloned();
+        let feed = feed.as_ref();
+        let progress = if watch.is_unwatched() {
+            screen.plan(prepared.plan.name.as_str())
+        } else {
+            screen.plan_shown_elsewhere()
+        };
         let mut pulse = |now| {
             progress.show(now);
+            shown.progress(now);
             !interrupt.requested()
         };
         let stopwatch = Stopwatch::start();
         let wall_s = || stopwatch.elapsed_s();
         let completed = match self.setup {
-            Setup::Simulated => run_to_folder(prepared, &options, &mut pulse, &wall_s)?,
-            Setup::Kernel(bus) => crossing::run(*bus, prepared, &options, &mut pulse, &wall_s)?,
+            Setup::Simulated => {
+                run_to_folder_watched(Memory, prepared, &options, feed, &mut pulse, &wall_s)?
+            }
+            Setup::Kernel(bus) => {
+                crossing::run(*bus, prepared, &options, feed, &mut pulse, &wall_s)?
+            }
             Setup::Live(setup) => {
-                live::run(prepared, &options, setup, self.person.as_ref(), &mut pulse)?
+                let person = self.person.as_ref().map(|terminal| watch.person(terminal));
+                live::run(prepared, &options, setup, person, feed, &mut pulse)?
             }
         };
+        shown.finish();
+        watch.over(index, completed.summary.outcome);
         progress.finish(&completed.summary);
         Ok(completed)
+    }
+}
+
+/// Shows what runs came to: a table, or a document. What was measured before something went wrong is shown in any
+/// case; in a document beside what went wrong, by whoever tells that.
+pub(super) fn tell(
+    done: Result<(), Failure>,
+    summaries: &[Summary],
+    json: bool,
+) -> Result<Result<(), Failure>, Failure> {
+    match (done, json) {
+        (Ok(()), true) => say_json(&json!({ "runs": summaries })).map(Ok),
+        (Err(failure), true) => Ok(Err(failure.after(json!({ "runs": summaries })))),
+        (done, false) => {
+            if done.is_ok() || !summaries.is_empty() {
+                say(&console::measurements_table(summaries, Style::of_stdout()))?;
+            }
+            Ok(done)
+        }
     }
 }
 

@@ -35,6 +35,18 @@ impl Terminal {
         Some(Self { screen: screen.clone(), name, lines: Arc::default() })
     }
 
+    /// Who it is.
+    pub(super) fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    /// Seconds since 1970-01-01 00:00 UTC.
+    #[expect(clippy::disallowed_methods, reason = "the date of a reply, for the record alone")]
+    pub(super) fn unix_s(&self) -> Option<i64> {
+        let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).ok()?;
+        i64::try_from(since.as_secs()).ok()
+    }
+
     fn next_line(&self) -> Line {
         let mut lines = self.lines.lock().unwrap_or_else(PoisonError::into_inner);
         // Nothing is read from the terminal before the first question.
@@ -49,7 +61,7 @@ impl Terminal {
 
 impl Person for Terminal {
     fn name(&self) -> String {
-        self.name.clone()
+        Self::name(self)
     }
 
     fn ask(&mut self, text: &str) {
@@ -72,10 +84,8 @@ impl Person for Terminal {
         self.screen.release();
     }
 
-    #[expect(clippy::disallowed_methods, reason = "the date of a reply, for the record alone")]
     fn unix_s(&self) -> Option<i64> {
-        let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).ok()?;
-        i64::try_from(since.as_secs()).ok()
+        Self::unix_s(self)
     }
 }
 

@@ -2,9 +2,10 @@
 
 use super::{Style, lines, printable};
 use comfy_table::Cell;
+use serde::Serialize;
 
 /// Over how many seeds a measurement was acceptable.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SeedShare {
     /// The plan.
     pub plan: String,

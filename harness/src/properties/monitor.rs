@@ -4,7 +4,7 @@ use super::always::{self, Judge};
 use super::seen::Seen;
 use super::senses::{Fact, Senses, Topic};
 use super::sometimes::Reached;
-use super::verdict::{Kind, PropertyVerdict};
+use super::verdict::{Kind, PropertyVerdict, Violation};
 use super::{Limits, Property};
 use wire::time::Timestamp;
 
@@ -64,6 +64,16 @@ impl Monitor {
             }
             self.reached.judge(&self.senses, fact);
         }
+    }
+
+    /// The properties that do not hold so far, and where each was first violated.
+    pub fn broken(&self) -> impl Iterator<Item = (&'static str, &Violation)> {
+        let always = self.properties.iter().filter_map(|property| match property {
+            Property::Always(always) => Some(always.name()),
+            Property::Sometimes(_) => None,
+        });
+        let judged = always.zip(&self.judges);
+        judged.filter_map(|(name, judge)| Some((name, judge.judgement().first_violation()?)))
     }
 
     /// What became of each property, in the order in which they were asked for. The run ends here, and

@@ -56,6 +56,11 @@ impl Judgement {
         self.margin = Some(self.margin.map_or(margin, |least| least.min(margin)));
     }
 
+    /// Where it was first violated.
+    pub(super) const fn first_violation(&self) -> Option<&Violation> {
+        self.first_violation.as_ref()
+    }
+
     /// The verdict on the always-property `name`.
     pub(super) fn verdict(self, name: &'static str) -> PropertyVerdict {
         PropertyVerdict {

@@ -6,7 +6,9 @@
 use super::header::Header;
 use super::writer::RecordWriter;
 use super::{Device, Record, RecordKind};
+use crate::properties::Violation;
 use std::io::{self, Write};
+use wire::can::CanFrame;
 use wire::time::{Span, Timestamp};
 
 /// How much of a run is kept.
@@ -38,6 +40,17 @@ pub trait RecordSink {
             self.record(Record { at, device, kind: RecordKind::Bytes(bytes.to_vec()) });
         }
     }
+
+    /// Takes a frame of the bus.
+    fn frame(&mut self, at: Timestamp, device: Device, frame: CanFrame) {
+        if self.level() == Level::Full {
+            self.record(Record { at, device, kind: RecordKind::Frame(frame.into()) });
+        }
+    }
+
+    /// Hears that a property does not hold, as often as somebody looks. The record has no place for it: a run is
+    /// judged by it at its end.
+    fn broken(&mut self, _name: &'static str, _violation: &Violation) {}
 
     /// What it keeps. Who finds [`Level::Events`] need not make what would be left out.
     fn level(&self) -> Level;
@@ -197,6 +210,8 @@ impl RecordSink for NullSink {
 
     fn bytes(&mut self, _: Timestamp, _: Device, _: &[u8]) {}
 
+    fn frame(&mut self, _: Timestamp, _: Device, _: CanFrame) {}
+
     fn level(&self) -> Level {
         Level::Events
     }
@@ -215,6 +230,14 @@ impl<S: RecordSink + ?Sized> RecordSink for Box<S> {
 
     fn bytes(&mut self, at: Timestamp, device: Device, bytes: &[u8]) {
         (**self).bytes(at, device, bytes);
+    }
+
+    fn frame(&mut self, at: Timestamp, device: Device, frame: CanFrame) {
+        (**self).frame(at, device, frame);
+    }
+
+    fn broken(&mut self, name: &'static str, violation: &Violation) {
+        (**self).broken(name, violation);
     }
 
     fn level(&self) -> Level {
@@ -243,6 +266,16 @@ impl<A: RecordSink, B: RecordSink> RecordSink for Both<A, B> {
     fn bytes(&mut self, at: Timestamp, device: Device, bytes: &[u8]) {
         self.0.bytes(at, device, bytes);
         self.1.bytes(at, device, bytes);
+    }
+
+    fn frame(&mut self, at: Timestamp, device: Device, frame: CanFrame) {
+        self.0.frame(at, device, frame);
+        self.1.frame(at, device, frame);
+    }
+
+    fn broken(&mut self, name: &'static str, violation: &Violation) {
+        self.0.broken(name, violation);
+        self.1.broken(name, violation);
     }
 
     fn level(&self) -> Level {

@@ -12,6 +12,7 @@ use crate::record::header::Header;
 use crate::record::sink::Level;
 use crate::report;
 use crate::run_folder::{JUNIT, RunFolder, RunFolderError};
+use crate::watch::{Feed, Watched};
 use crate::world::crossing::{Crossing, Memory};
 use crate::world::simulated::Progress;
 use std::path::Path;
@@ -70,10 +71,26 @@ pub fn run_to_folder_across(
     pulse: &mut impl FnMut(Progress) -> bool,
     wall_s: &impl Fn() -> f64,
 ) -> Result<Completed, RunFolderError> {
+    run_to_folder_watched(crossing, prepared, options, None, pulse, wall_s)
+}
+
+/// The same, shown to `feed` as it goes on. The record is the same whether anybody watches or not.
+///
+/// # Errors
+///
+/// When the run folder cannot be made or is somebody else's; nothing ran then.
+pub fn run_to_folder_watched(
+    crossing: impl Crossing,
+    prepared: &Prepared,
+    options: &Options<'_>,
+    feed: Option<&Feed>,
+    pulse: &mut impl FnMut(Progress) -> bool,
+    wall_s: &impl Fn() -> f64,
+) -> Result<Completed, RunFolderError> {
     let began_s = wall_s();
     let folder = RunFolder::create(options.out)?;
     let header = prepared.header(options.seed);
-    let mut sink = folder.record_sink(&header, options.level)?;
+    let mut sink = Watched::new(folder.record_sink(&header, options.level)?, feed);
     let bus = crossing.bus();
     let run = simulate_across(crossing, prepared, options.seed, &options.answers, &mut sink, pulse);
     drop(sink);

@@ -6,6 +6,7 @@ use crate::operator::{Operator, Person};
 use crate::record::sink::RecordSink;
 use crate::run::{Completed, Options, Prepared, finish, keep, summarise};
 use crate::run_folder::RunFolder;
+use crate::watch::{Feed, Watched};
 use crate::world::live::{
     DescribedLive, DeviceSetting, LATE_MAX_DEFAULT, LiveError, PlacementError, Player, Scheduling,
     player, usual_port,
@@ -50,13 +51,14 @@ pub(super) fn run_to_folder(
     options: &Options<'_>,
     setting: &LiveSetting<'_>,
     person: Option<Box<dyn Person>>,
+    feed: Option<&Feed>,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Result<Completed, LiveRunError> {
     let setting = setting.device(device.layout().medium())?;
     setting.reaches(&prepared.plan)?;
     let folder = RunFolder::create(options.out)?;
     let header = prepared.header(options.seed);
-    let mut sink = folder.record_sink(&header, options.level)?;
+    let mut sink = Watched::new(folder.record_sink(&header, options.level)?, feed);
     let operator = Operator::live(options.answers.clone(), person);
     let LiveRun { run, timing, ports } =
         carry_out(prepared, device, &setting, options.seed, operator, &mut sink, pulse)?;

@@ -269,6 +269,9 @@ impl LiveWorld {
         sink: &mut impl RecordSink,
         pulse: &mut impl FnMut(Progress) -> bool,
     ) {
+        if let Some(eyes) = &self.eyes {
+            eyes.tell(sink);
+        }
         look_up(&mut self.stage.engine, now, sink, pulse);
         self.stage.listen_to_operator(now, sink);
     }

@@ -232,6 +232,9 @@ impl<C: Crossing> SimulatedWorld<C> {
 
     /// Looks beyond the world; who is stopped may have something to say.
     fn look_up(&mut self, sink: &mut impl RecordSink, pulse: &mut impl FnMut(Progress) -> bool) {
+        if let Some(watch) = &self.watch {
+            watch.tell(sink);
+        }
         look_up(&mut self.stage.engine, self.now, sink, pulse);
         self.touched.engine |= self.stage.engine.is_ending();
     }

@@ -13,7 +13,6 @@ use crate::plan::Answer;
 use crate::record::sink::{Level, RecordSink};
 use crate::record::{Device, Record, RecordKind};
 use controller::mission::{Activity, Mission, Report};
-use wire::can::CanFrame;
 use wire::table::AnswerDecoder;
 use wire::time::{Span, Timestamp};
 
@@ -281,17 +280,5 @@ impl Stage {
         }
         let kind = RecordKind::Report(*report);
         sink.record(Record { at: now, device: Device::Controller, kind });
-    }
-}
-
-/// Keeps a frame in a full record.
-pub(super) fn record_frame(
-    sink: &mut impl RecordSink,
-    at: Timestamp,
-    device: Device,
-    frame: CanFrame,
-) {
-    if sink.level() == Level::Full {
-        sink.record(Record { at, device, kind: RecordKind::Frame(frame.into()) });
     }
 }

@@ -4,6 +4,7 @@ use super::bench::Carrier;
 use crate::engine::Action;
 use crate::properties::{Monitor, Seen, TRUTH_PERIOD, Truth};
 use crate::record::RecordKind;
+use crate::record::sink::RecordSink;
 use wire::time::Timestamp;
 
 /// A monitor, and when it was last shown the truth.
@@ -20,6 +21,13 @@ impl Watch {
 
     pub(super) fn into_monitor(self) -> Monitor {
         self.monitor
+    }
+
+    /// Tells `sink` of the properties that do not hold.
+    pub(super) fn tell(&self, sink: &mut impl RecordSink) {
+        for (name, violation) in self.monitor.broken() {
+            sink.broken(name, violation);
+        }
     }
 
     pub(super) fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {

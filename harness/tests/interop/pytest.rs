@@ -7,10 +7,7 @@ use std::process::{Command, Output};
 
 /// A Python that has pytest, and talks to emulated devices.
 fn python_of_pytest() -> Option<PathBuf> {
-    python_with(
-        "import can, cantools, pytest, serial",
-        "pytest, pyserial, python-can and cantools",
-    )
+    python_with("import can, cantools, pytest, serial", "pytest, pyserial, python-can and cantools")
 }
 
 /// Runs the tests in `folder`.

@@ -25,8 +25,8 @@ use crate::faults::FaultSummary;
 use crate::operator::{Answers, Operator};
 use crate::outcome::Outcome;
 use crate::plan::Plan;
-use crate::record::sink::{Level, RecordSink};
-use crate::record::{Device, Record, RecordKind};
+use crate::record::Device;
+use crate::record::sink::RecordSink;
 use described::{Description, Wired};
 use std::sync::Arc;
 use wire::time::{Span, Timestamp};
@@ -183,9 +183,6 @@ pub(super) fn record(sink: &mut impl RecordSink, now: Timestamp, from: End, what
     };
     match what {
         Wired::Bytes(packet) => sink.bytes(now, device, packet.as_slice()),
-        Wired::Frame(frame) if sink.level() == Level::Full => {
-            sink.record(Record { at: now, device, kind: RecordKind::Frame((*frame).into()) });
-        }
-        Wired::Frame(_) => {}
+        Wired::Frame(frame) => sink.frame(now, device, *frame),
     }
 }

@@ -7,6 +7,7 @@ use super::ports::{BASE, GYRO};
 use crate::engine::Action;
 use crate::properties::{Limits, Monitor, Property, PropertyVerdict, Seen, Sight, Unjudged, View};
 use crate::record::Device;
+use crate::record::sink::RecordSink;
 use crate::world::bench::Carrier;
 use crate::world::watch::Watch;
 use controller::mission::Report;
@@ -46,6 +47,13 @@ impl Eyes {
     pub(super) fn close(self) -> (Vec<PropertyVerdict>, Vec<Unjudged>) {
         let verdicts = self.watch.map(|watch| watch.into_monitor().verdicts());
         (verdicts.unwrap_or_default(), self.unjudged)
+    }
+
+    /// Tells `sink` of the properties that do not hold.
+    pub(super) fn tell(&self, sink: &mut impl RecordSink) {
+        if let Some(watch) = &self.watch {
+            watch.tell(sink);
+        }
     }
 
     pub(super) fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {

@@ -14,7 +14,7 @@ use crate::record::Device;
 use crate::record::sink::RecordSink;
 use crate::world::bench::Carrier;
 use crate::world::lines::{BaseLink, Node};
-use crate::world::stage::{Stage, record_frame};
+use crate::world::stage::Stage;
 use wire::base::Message;
 use wire::can::CanFrame;
 use wire::packet::Packet;
@@ -24,7 +24,7 @@ use wire::time::Timestamp;
 fn record(sink: &mut impl RecordSink, now: Timestamp, by: Device, crossed: Crossed) {
     match crossed {
         Crossed::Bytes(packet) => sink.bytes(now, by, packet.as_slice()),
-        Crossed::Frame(frame) => record_frame(sink, now, by, frame),
+        Crossed::Frame(frame) => sink.frame(now, by, frame),
     }
 }
 
@@ -121,7 +121,7 @@ impl LiveWorld {
             // It has had its time on the bus of the kernel, and concerns nobody here: among the frames that are
             // paced here it would only take their room.
             self.foreign.take(now, &frame);
-            record_frame(sink, now, Device::Controller, frame);
+            sink.frame(now, Device::Controller, frame);
             return;
         }
         // Frames of a base that is emulated are heard when it sends them, not from somebody else.
@@ -136,11 +136,11 @@ impl LiveWorld {
                 }
             }
             (true, true) => {
-                record_frame(sink, now, Device::Base, frame);
+                sink.frame(now, Device::Base, frame);
                 self.clash(now, sink, port, &frame);
             }
-            (false, true) => record_frame(sink, now, Device::Base, frame),
-            (false, false) => record_frame(sink, now, Device::Controller, frame),
+            (false, true) => sink.frame(now, Device::Base, frame),
+            (false, false) => sink.frame(now, Device::Controller, frame),
         }
     }
 
@@ -206,16 +206,16 @@ impl LiveWorld {
                     while let Some((from, frame)) = bus.arrived(now) {
                         match from {
                             Node::Controller => {
-                                record_frame(sink, now, Device::Controller, frame);
+                                sink.frame(now, Device::Controller, frame);
                                 emulator.receive_frame(now, &frame);
                             }
                             Node::Base => {
-                                record_frame(sink, now, Device::Base, frame);
+                                sink.frame(now, Device::Base, frame);
                                 watch(BASE, Crossed::Frame(frame));
                                 port.send_frame(now, &frame);
                             }
                             Node::Stranger => {
-                                record_frame(sink, now, Device::Plan, frame);
+                                sink.frame(now, Device::Plan, frame);
                                 emulator.receive_frame(now, &frame);
                                 watch(BASE, Crossed::Frame(frame));
                                 port.send_frame(now, &frame);

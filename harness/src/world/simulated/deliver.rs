@@ -9,7 +9,6 @@ use crate::world::bench::Carrier;
 use crate::world::crossing::{Crossing, Line, Toward};
 use crate::world::faults::Host;
 use crate::world::lines::{BaseLink, Node};
-use crate::world::stage::record_frame;
 use crate::world::watch::see;
 use controller::{Input, Port};
 use wire::can::CanFrame;
@@ -50,18 +49,18 @@ impl<C: Crossing> SimulatedWorld<C> {
                     }
                     match from {
                         Node::Controller => {
-                            record_frame(sink, now, Device::Controller, frame);
+                            sink.frame(now, Device::Controller, frame);
                             base.receive_frame(now, &frame);
                             touched.carrier = true;
                         }
                         Node::Base => {
-                            record_frame(sink, now, Device::Base, frame);
+                            sink.frame(now, Device::Base, frame);
                             see(watch, now, &Seen::BaseFrame(&frame));
                             hear_frame(controller, &mut host, now, frame);
                             touched.controller = true;
                         }
                         Node::Stranger => {
-                            record_frame(sink, now, Device::Plan, frame);
+                            sink.frame(now, Device::Plan, frame);
                             base.receive_frame(now, &frame);
                             see(watch, now, &Seen::BaseFrame(&frame));
                             hear_frame(controller, &mut host, now, frame);

@@ -1,0 +1,125 @@
+//! The robot on its square: where it was told to go, where it believes it is, where it is; and its gyro.
+
+use super::series::{POINTS_MAX, Series};
+use controller::mission::{Activity, Command, State};
+use wire::time::Timestamp;
+use wire::units::Pose;
+
+/// Who has gone so far drives. Assumption: beyond the noise of whatever stands or turns on the spot.
+const GONE_MIN_M: f64 = 0.05;
+/// Corners of the way that was ordered.
+const CORNERS_MAX: usize = 128;
+
+/// The robot, as far as anything is known of it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Robot {
+    /// The last state that it told.
+    pub state: Option<State>,
+    /// Where it believes to have been, m; at most [`POINTS_MAX`].
+    pub path: Vec<(f64, f64)>,
+    /// Where it was, m; empty where nobody knows. At most [`POINTS_MAX`].
+    pub truth: Vec<(f64, f64)>,
+    /// Where it was told to go, m.
+    pub commanded: Vec<(f64, f64)>,
+    /// Pose and heading as they are, where somebody knows.
+    pub true_pose: Option<Pose>,
+    /// Reference heading minus heading while a line is driven, deg.
+    pub heading_error: Series,
+    /// Heading that it believes minus the true one, deg.
+    pub true_error: Series,
+    /// Rate of the gyro less its bias, deg/s.
+    pub rate: Series,
+    /// Its temperature, degC.
+    pub temperature: Series,
+    target: Option<Pose>,
+}
+
+impl Robot {
+    /// There is a base that drives, so that there is a path.
+    pub fn drives(&self) -> bool {
+        let goes = |(x, y): (f64, f64)| x.hypot(y);
+        let away = |from: &(f64, f64), to: &(f64, f64)| goes((to.0 - from.0, to.1 - from.1));
+        let [first, ..] = &self.path[..] else { return self.commanded.len() > 1 };
+        self.commanded.len() > 1 || self.path.iter().any(|here| away(first, here) > GONE_MIN_M)
+    }
+
+    pub(super) fn command(&mut self, command: &Command) {
+        match command {
+            Command::SetPose(pose) => {
+                // A new lap, or somewhere else: what was driven before is another story.
+                self.path.clear();
+                self.truth.clear();
+                self.commanded.clear();
+                self.target = Some(*pose);
+                self.corner();
+            }
+            Command::Straight(straight) => {
+                let from = self.target.or_else(|| self.state.map(|state| state.pose));
+                let mut target = from.unwrap_or_default();
+                if self.commanded.is_empty() {
+                    self.target = Some(target);
+                    self.corner();
+                }
+                let (sin, cos) = target.heading.rad().sin_cos();
+                target.x += straight.distance * cos;
+                target.y += straight.distance * sin;
+                self.target = Some(target);
+                self.corner();
+            }
+            Command::Turn(turn) => {
+                let mut target = self.target.unwrap_or_default();
+                target.heading += turn.angle;
+                self.target = Some(target);
+            }
+            _ => {}
+        }
+    }
+
+    fn corner(&mut self) {
+        let Some(pose) = self.target else { return };
+        if self.commanded.len() == CORNERS_MAX {
+            self.commanded.remove(0);
+        }
+        self.commanded.push((pose.x.m(), pose.y.m()));
+    }
+
+    pub(super) fn state(&mut self, at: Timestamp, state: &State) {
+        let at_s = at.as_secs_f64();
+        self.rate.push(at_s, (state.raw_rate - state.bias).deg_per_s());
+        if let Some(temperature) = state.temperature {
+            self.temperature.push(at_s, temperature.celsius());
+        }
+        if let Some(error) = state.heading_error {
+            self.heading_error.push(at_s, error.deg());
+        }
+        if let Some(true_pose) = self.true_pose
+            && state.activity != Activity::Idle
+        {
+            let error = (state.pose.heading - true_pose.heading).wrapped();
+            self.true_error.push(at_s, error.deg());
+        }
+        if state.moving {
+            add(&mut self.path, state.pose);
+        }
+        self.state = Some(*state);
+    }
+
+    pub(super) fn truth(&mut self, pose: Pose) {
+        self.true_pose = Some(pose);
+        if self.state.is_some_and(|state| state.moving) {
+            add(&mut self.truth, pose);
+        }
+    }
+}
+
+/// Adds where something is; of a long path every other point goes.
+fn add(path: &mut Vec<(f64, f64)>, pose: Pose) {
+    if path.len() == POINTS_MAX {
+        let mut index = 0;
+        path.retain(|_| {
+            index += 1;
+            index % 2 == 1
+        });
+    }
+    path.push((pose.x.m(), pose.y.m()));
+}
