@@ -61,6 +61,7 @@
 //! * [`run_folder`]: what a run leaves behind. [`report`]: one page. [`junit`]: for a build server.
 //! * [`schema`]: what editors complete and check plans and other files by.
 //! * [`watch`](mod@watch): what is shown of a run while it goes on.
+//! * [`reading`]: long files that say how much of them was read.
 //! * [`console`]: tables. [`figures`]: how numbers are written. [`cli`]: the command `hil`.
 //!
 //! Without a folder, for whoever makes many runs:
@@ -120,6 +121,7 @@ pub mod plan;
 pub mod port;
 pub mod project;
 pub mod properties;
+pub mod reading;
 pub mod record;
 #[cfg(feature = "live")]
 pub mod replay;

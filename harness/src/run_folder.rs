@@ -15,6 +15,7 @@ pub use error::RunFolderError;
 pub use record_file::RecordFile;
 
 use crate::outcome::Summary;
+use crate::reading::{Teller, TellingFile};
 use crate::record::header::{Header, MAGIC};
 use crate::record::reader::{RecordError, RecordReader};
 use crate::record::sink::{FileSink, Level};
@@ -40,6 +41,7 @@ const SUMMARY_BYTES_MAX: u64 = 64 * 1024 * 1024;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RunFolder {
     path: PathBuf,
+    teller: Teller,
 }
 
 impl RunFolder {
@@ -48,7 +50,7 @@ impl RunFolder {
     /// # Errors
     /// [`RunFolderError::Foreign`] when there are files in it and no run.
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, RunFolderError> {
-        let folder = Self { path: path.into() };
+        let folder = Self { path: path.into(), teller: Teller::default() };
         let path = || folder.path.clone();
         fs::create_dir_all(&folder.path)
             .map_err(|source| RunFolderError::Write { path: path(), source })?;
@@ -70,9 +72,16 @@ impl RunFolder {
     /// # Errors
     /// [`RunFolderError::NoRun`] when there is none.
     pub fn open(path: impl Into<PathBuf>) -> Result<Self, RunFolderError> {
-        let folder = Self { path: path.into() };
+        let folder = Self { path: path.into(), teller: Teller::default() };
         let holds_any = [SUMMARY, RECORD].iter().any(|name| folder.path.join(name).is_file());
         if holds_any { Ok(folder) } else { Err(RunFolderError::NoRun { path: folder.path }) }
+    }
+
+    /// The same, and whenever its record is read `teller` hears how much of it was.
+    #[must_use]
+    pub fn telling(mut self, teller: Teller) -> Self {
+        self.teller = teller;
+        self
     }
 
     /// The folder.
@@ -98,9 +107,10 @@ impl RunFolder {
     }
 
     /// Opens the record.
-    pub fn records(&self) -> Result<RecordReader<File>, RunFolderError> {
+    pub fn records(&self) -> Result<RecordReader<TellingFile>, RunFolderError> {
         let path = self.file(RECORD);
-        let opened = File::open(&path).map_err(RecordError::Io).and_then(RecordReader::new);
+        let input = TellingFile::open(&path, self.teller.clone());
+        let opened = input.map_err(RecordError::Io).and_then(RecordReader::new);
         opened.map_err(|source| RunFolderError::Record { path, source })
     }
 

@@ -33,6 +33,7 @@ pub use entry::{
 };
 pub use error::{Defect, LogError, Place};
 
+use crate::reading::{Teller, TellingFile};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -94,11 +95,11 @@ pub enum Kept {
 #[derive(Debug)]
 pub enum LogReader {
     /// Of a candump log.
-    Candump(candump::Reader<File>),
+    Candump(candump::Reader<TellingFile>),
     /// Of an ASC file. Boxed: it keeps more than the others.
-    Asc(Box<asc::Reader<File>>),
+    Asc(Box<asc::Reader<TellingFile>>),
     /// Of a pcapng file.
-    Pcapng(Box<pcapng::Reader<File>>),
+    Pcapng(Box<pcapng::Reader<TellingFile>>),
 }
 
 impl LogReader {
@@ -107,7 +108,16 @@ impl LogReader {
     /// # Errors
     /// When it cannot be opened, or does not begin as such a file does.
     pub fn open(path: &Path, format: Format) -> Result<Self, LogError> {
-        let file = File::open(path).map_err(|source| LogError::unreadable(path, source))?;
+        Self::open_telling(path, format, Teller::default())
+    }
+
+    /// The same, and `teller` hears how much of it was read.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_telling(path: &Path, format: Format, teller: Teller) -> Result<Self, LogError> {
+        let file = TellingFile::open(path, teller);
+        let file = file.map_err(|source| LogError::unreadable(path, source))?;
         Ok(match format {
             Format::Candump => Self::Candump(candump::Reader::new(path, file)),
             Format::Asc => Self::Asc(Box::new(asc::Reader::new(path, file))),

@@ -51,7 +51,8 @@ impl CheckArguments {
     }
 
     fn check(&self, run: &Path, screen: &Screen) -> Result<Summary, Failure> {
-        let folder = RunFolder::open(run)?;
+        let name = run.display().to_string();
+        let folder = RunFolder::open(run)?.telling(screen.reading(&name));
         let was = match folder.file(SUMMARY).exists() {
             true => Some(folder.summary()?),
             false => None,

@@ -49,7 +49,8 @@ impl ImportArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         let plan = Arc::new(load_plan(&Library::beside(&self.plan), &self.plan)?);
         let format = format_of(&self.log, self.from, "--from")?;
-        let reader = LogReader::open(&self.log, format)?;
+        let name = self.log.display().to_string();
+        let reader = LogReader::open_telling(&self.log, format, screen.reading(&name))?;
         let imported = import_to_folder(&plan, reader, self.channel, &self.folder(&plan.name))?;
         let (summary, channel) = (imported.summary, imported.channel);
         screen.chat(&format!("{channel}: {} frames, {} moves", summary.events, imported.moves));

@@ -96,7 +96,8 @@ impl ConvertArguments {
     fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         let from = format_of(&self.input, self.from, "--from")?;
         let to = format_of(&self.output, self.to, "--to")?;
-        let mut reader = LogReader::open(&self.input, from)?;
+        let name = self.input.display().to_string();
+        let mut reader = LogReader::open_telling(&self.input, from, screen.reading(&name))?;
         if is_same(&self.input, &self.output) {
             return Err(Failure::arguments(
                 format!("{} would be written over itself", self.input.display()),

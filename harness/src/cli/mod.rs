@@ -137,7 +137,7 @@ impl Cli {
             #[cfg(feature = "nats")]
             Some(Command::Worker(arguments)) => arguments.execute(screen),
             Some(Command::Check(arguments)) => arguments.execute(screen),
-            Some(Command::Report(arguments)) => arguments.execute(),
+            Some(Command::Report(arguments)) => arguments.execute(screen),
             Some(Command::Show(arguments)) => arguments.execute(),
             Some(Command::List(arguments)) => arguments.execute(),
             Some(Command::Doctor(arguments)) => arguments.execute(),

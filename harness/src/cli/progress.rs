@@ -4,8 +4,9 @@ use super::stopwatch::Stopwatch;
 use crate::console::is_colour_wanted;
 use crate::figures;
 use crate::outcome::Summary;
+use crate::reading::Teller;
 use crate::world::simulated::Progress;
-use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -14,7 +15,7 @@ use tracing_subscriber::fmt::MakeWriter;
 /// The message takes what is left of the line, and no more: a bar that wraps cannot be redrawn.
 const PLAN_BAR: &str = "{prefix} {bar:20} {pos}/{len} steps, {wide_msg}";
 /// See [`PLAN_BAR`].
-const SHARE_BAR: &str = "{prefix} {bar:20} {percent} %, {wide_msg}";
+const SHARE_BAR: &str = "{prefix} {bar:20} {percent} %, {eta} left, {wide_msg}";
 /// Parts of a whole that [`SHARE_BAR`] shows.
 const SHARES: u64 = 1_000;
 /// See [`PLAN_BAR`].
@@ -22,6 +23,9 @@ const SEEDS_BAR: &str = "{prefix} {bar:20} {pos}/{len} seeds, {eta} left";
 
 /// See [`PLAN_BAR`].
 const CASES_BAR: &str = "{prefix} {bar:20} {pos}/{len} cases, {eta} left";
+
+/// See [`PLAN_BAR`].
+const READING_BAR: &str = "{prefix} {bar:20} {percent} %, {eta} left";
 
 /// Room for what is written while something else has the terminal; more is lost.
 const ASIDE_BYTES_MAX: usize = 64 * 1024;
@@ -159,6 +163,20 @@ impl Screen {
         ShareProgress { bar }
     }
 
+    /// Shows how much of a file was read, from 0 to 1, each time that it is read; until nobody holds it any more.
+    pub(super) fn reading(&self, name: &str) -> Teller {
+        let bar = self.bar(READING_BAR, name).with_finish(ProgressFinish::AndClear);
+        bar.set_length(SHARES);
+        Teller::new(move |share| {
+            // The cast saturates.
+            let position = (share * SHARES as f64) as u64;
+            if position < bar.position() {
+                bar.reset();
+            }
+            bar.set_position(position);
+        })
+    }
+
     fn bar(&self, template: &str, name: &str) -> ProgressBar {
         let style = ProgressStyle::with_template(template);
         let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
@@ -264,7 +282,7 @@ fn factor(bench_s: f64, wall_s: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{PLAN_BAR, SEEDS_BAR, SHARE_BAR, factor};
+    use super::{PLAN_BAR, READING_BAR, SEEDS_BAR, SHARE_BAR, factor};
     use indicatif::ProgressStyle;
 
     #[test]
@@ -272,6 +290,7 @@ mod tests {
         assert!(ProgressStyle::with_template(PLAN_BAR).is_ok());
         assert!(ProgressStyle::with_template(SEEDS_BAR).is_ok());
         assert!(ProgressStyle::with_template(SHARE_BAR).is_ok());
+        assert!(ProgressStyle::with_template(READING_BAR).is_ok());
     }
 
     #[test]

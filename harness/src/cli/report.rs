@@ -3,6 +3,7 @@
 use super::campaign::account::{self, is_campaign};
 use super::envelopes;
 use super::failure::Failure;
+use super::progress::Screen;
 use super::say;
 use crate::outcome::{Outcome, Summary};
 use crate::report::render;
@@ -24,14 +25,14 @@ pub(super) struct ReportArguments {
 }
 
 impl ReportArguments {
-    pub(super) fn execute(&self) -> Result<Outcome, Failure> {
+    pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         for run in &self.runs {
             let report = if is_campaign(run) {
                 account::draw(run)?
             } else if envelopes::are_in(run) {
                 envelopes::draw(run)?
             } else {
-                draw(run)?
+                draw(run, screen)?
             };
             say(&format!("{}\n", report.display()))?;
         }
@@ -39,8 +40,9 @@ impl ReportArguments {
     }
 }
 
-fn draw(run: &Path) -> Result<PathBuf, Failure> {
-    let folder = RunFolder::open(run)?;
+fn draw(run: &Path, screen: &Screen) -> Result<PathBuf, Failure> {
+    let name = run.display().to_string();
+    let folder = RunFolder::open(run)?.telling(screen.reading(&name));
     let summary = match folder.file(SUMMARY).exists() {
         true => folder.summary()?,
         false => killed(&folder)?,

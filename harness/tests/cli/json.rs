@@ -59,7 +59,17 @@ fn lists_campaigns_and_machines_are_told() {
     let topics: Vec<&String> = all.as_object().unwrap().keys().collect();
     assert_eq!(topics.len(), 8, "{topics:?}");
     assert!(all["plans"].as_array().unwrap().iter().any(|plan| plan["plan"] == "warm-up"));
-    let campaign = ["campaign", "straight-accuracy", "--cases", "3", "--shrink-max", "1", "--out", "found", "--json"];
+    let campaign = [
+        "campaign",
+        "straight-accuracy",
+        "--cases",
+        "3",
+        "--shrink-max",
+        "1",
+        "--out",
+        "found",
+        "--json",
+    ];
     let ran = hil.run(&campaign);
     assert_eq!(document(&ran)["cases"], 3);
     let ran = hil.run(&["doctor", "--json"]);

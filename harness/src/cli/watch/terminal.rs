@@ -106,3 +106,60 @@ impl Painter {
         Ok(true)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::take;
+    use rustix::fs::{Mode, OFlags};
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    use rustix::termios::{LocalModes, tcgetattr};
+    use std::fs::File;
+    use std::io::Read as _;
+    use std::process::{Command, Stdio};
+    use std::thread;
+
+    /// Leaves the other screen, in the words of xterm.
+    const LEAVE: &str = "\u{1b}[?1049l";
+
+    #[test]
+    #[ignore = "what a_panic_gives_the_terminal_back starts at a terminal of its own"]
+    fn somebody_panics() {
+        take().unwrap();
+        panic!("somebody panics");
+    }
+
+    #[test]
+    fn a_panic_gives_the_terminal_back() {
+        let keyboard = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+        grantpt(&keyboard).unwrap();
+        unlockpt(&keyboard).unwrap();
+        let path = ptsname(&keyboard, Vec::new()).unwrap();
+        let flags = OFlags::RDWR | OFlags::NOCTTY;
+        let terminal = File::from(rustix::fs::open(path, flags, Mode::empty()).unwrap());
+        let stdio = || Stdio::from(terminal.try_clone().unwrap());
+        let name = "cli::watch::terminal::tests::somebody_panics";
+        let mut child = Command::new(std::env::current_exe().unwrap())
+            .args([name, "--exact", "--ignored", "--nocapture", "--test-threads", "1"])
+            .env("TERM", "xterm")
+            .stdin(stdio())
+            .stderr(stdio())
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut output = File::from(keyboard);
+        let shown = thread::spawn(move || {
+            let mut shown = Vec::new();
+            // The terminal hangs up with an error once nobody holds it.
+            let _ = output.read_to_end(&mut shown);
+            (shown, output)
+        });
+        assert!(!child.wait().unwrap().success(), "it panicked");
+        let modes = tcgetattr(&terminal).unwrap().local_modes;
+        assert!(modes.contains(LocalModes::ICANON | LocalModes::ECHO), "left raw: {modes:?}");
+        drop(terminal);
+        let (shown, _) = shown.join().unwrap();
+        let shown = String::from_utf8_lossy(&shown);
+        let left = shown.find(LEAVE).expect("the other screen was left");
+        assert!(shown[left..].contains("somebody panics"), "told where it can be read: {shown:?}");
+    }
+}

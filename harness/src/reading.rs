@@ -1,0 +1,98 @@
+//! Files that say how much of them was read: for who waits while a long one is.
+
+use std::fmt;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+use std::sync::Arc;
+
+/// So many parts of a file are told of.
+const PARTS: u64 = 1_000;
+
+/// Who is told how much of a file was read, as a share of 0 to 1; nobody by default.
+#[derive(Clone, Default)]
+pub struct Teller(Option<Arc<dyn Fn(f64) + Send + Sync>>);
+
+impl Teller {
+    /// Whoever `tell` reaches.
+    pub fn new(tell: impl Fn(f64) + Send + Sync + 'static) -> Self {
+        Self(Some(Arc::new(tell)))
+    }
+}
+
+impl fmt::Debug for Teller {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Teller").field(&self.0.is_some()).finish()
+    }
+}
+
+/// Who is told is no part of what is read.
+impl PartialEq for Teller {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Eq for Teller {}
+
+/// A file, as it is read.
+#[derive(Debug)]
+pub struct TellingFile {
+    file: File,
+    length: u64,
+    read: u64,
+    next: u64,
+    teller: Teller,
+}
+
+impl TellingFile {
+    /// Opens a file for reading.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be opened.
+    pub fn open(path: &Path, teller: Teller) -> io::Result<Self> {
+        let file = File::open(path)?;
+        // Of what has no length nobody is told.
+        let length = file.metadata()?.len();
+        Ok(Self { file, length, read: 0, next: 0, teller })
+    }
+}
+
+impl Read for TellingFile {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.file.read(buffer)?;
+        self.read += count as u64;
+        if let Some(tell) = &self.teller.0
+            && self.read >= self.next
+            && self.length > 0
+        {
+            self.next = self.read + self.length / PARTS;
+            tell(self.read as f64 / self.length as f64);
+        }
+        Ok(count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Teller, TellingFile};
+    use std::io::Read as _;
+    use std::sync::{Arc, Mutex};
+
+    #[test]
+    fn shares_grow_to_the_whole() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("record");
+        std::fs::write(&path, vec![7; 100_000]).unwrap();
+        let shares = Arc::new(Mutex::new(Vec::new()));
+        let heard = Arc::clone(&shares);
+        let teller = Teller::new(move |share| heard.lock().unwrap().push(share));
+        let mut input = TellingFile::open(&path, teller).unwrap();
+        let mut piece = [0; 4_096];
+        while input.read(&mut piece).unwrap() > 0 {}
+        let shares = shares.lock().unwrap();
+        assert!(shares.len() > 10 && shares.is_sorted(), "{shares:?}");
+        assert_eq!(shares.last(), Some(&1.0));
+    }
+}
