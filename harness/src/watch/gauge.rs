@@ -1,6 +1,8 @@
 //! A quantity that the plan measures: what was seen of it, and where it is meant to lie.
 
 use super::series::Series;
+use crate::plan::quantities::during_tag;
+use crate::plan::{self, Check, Filter, Plan};
 use crate::record::Observation;
 use crate::record::header::{Band, Quantity};
 use wire::time::Timestamp;
@@ -12,16 +14,36 @@ pub struct Gauge {
     pub quantity: Quantity,
     /// Its values.
     pub series: Series,
-    /// Values outside a band that is meant for them.
+    /// Values outside a band in which each of them has to be.
     pub outside: u64,
     /// Least and greatest value.
     pub range: Option<(f64, f64)>,
+    strict: Vec<Strict>,
+}
+
+/// A band in which every value has to be: of a check that allows none outside.
+#[derive(Debug, Clone, PartialEq)]
+struct Strict {
+    filter: Filter,
+    during: Option<String>,
+    band: plan::Band,
 }
 
 impl Gauge {
-    pub(super) fn new(quantity: &Quantity) -> Self {
+    pub(super) fn new(quantity: &Quantity, plan: &Plan) -> Self {
         let quantity = quantity.clone();
-        Self { quantity, series: Series::default(), outside: 0, range: None }
+        let judges = plan.measurements.iter();
+        let judges = judges.filter(|declared| declared.quantity.as_str() == quantity.name);
+        let strict = judges.filter_map(|declared| {
+            let (band, during) = match &declared.check {
+                Check::AllWithin(band) => (*band, None),
+                Check::NeverOutside { band, during } => (*band, Some(during_tag(during))),
+                _ => return None,
+            };
+            Some(Strict { filter: declared.filter.clone(), during, band })
+        });
+        let strict = strict.collect();
+        Self { quantity, series: Series::default(), outside: 0, range: None, strict }
     }
 
     pub(super) fn take(&mut self, at: Timestamp, observation: &Observation) {
@@ -30,10 +52,10 @@ impl Gauge {
         self.range = Some(
             self.range.map_or((value, value), |(least, most)| (least.min(value), most.max(value))),
         );
-        let meant = self.quantity.bands.iter().filter(|band| {
-            band.tags.iter().all(|(name, wanted)| observation.tags.get(name) == Some(wanted))
-        });
-        if meant.into_iter().any(|band| !lies_within(band, value)) {
+        let has = |tag: &String| observation.tags.get(tag).is_some_and(|&value| value != 0.0);
+        let is_meant =
+            |one: &&Strict| one.during.as_ref().is_none_or(has) && one.filter.matches(observation);
+        if self.strict.iter().filter(is_meant).any(|one| !one.band.contains(value)) {
             self.outside += 1;
         }
     }
@@ -48,8 +70,4 @@ impl Gauge {
         let bands = &self.quantity.bands;
         bands.iter().find(|band| band.tags.is_empty()).or_else(|| bands.first())
     }
-}
-
-fn lies_within(band: &Band, value: f64) -> bool {
-    band.lower.is_none_or(|lower| value >= lower) && band.upper.is_none_or(|upper| value <= upper)
 }

@@ -88,7 +88,7 @@ impl Model {
             under_way: None,
             estimate: Estimate::new(plan),
             robot: Robot::default(),
-            gauges: header.quantities.iter().map(Gauge::new).collect(),
+            gauges: header.quantities.iter().map(|one| Gauge::new(one, plan)).collect(),
             traffic: Traffic::new(&header.lines),
             health: None,
             faults: Vec::new(),
