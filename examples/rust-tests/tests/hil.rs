@@ -29,6 +29,8 @@ fn there_is_room_to_the_band() -> Result<(), TrialError> {
 fn after_any_fault_of_its_line_it_works_again_or_says_so() -> Result<(), TrialError> {
     let findings = turns()?.campaign().faults(&["disconnect", "drop", "insert"]).cases(40).run()?;
     assert!(findings.held(), "{findings}");
+    // A property that is never judged would hold, too.
+    assert!(findings.campaign().tally.nearest.contains_key("recovers"), "{findings}");
     Ok(())
 }
 

@@ -109,7 +109,8 @@ fn bus(folder: &RunFolder, path: &Path, screen: &Screen) -> Result<Outcome, Fail
 
 impl ExportArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
-        let folder = RunFolder::open(&self.run)?;
+        let name = self.run.display().to_string();
+        let folder = RunFolder::open(&self.run)?.telling(screen.reading(&name));
         if let Some(path) = &self.bus {
             return bus(&folder, path, screen);
         }

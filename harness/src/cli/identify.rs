@@ -56,8 +56,9 @@ pub(super) struct IdentifyArguments {
 impl IdentifyArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         let model = self.model.as_deref().map(model).transpose()?;
-        let dataset = load(&self.data, model.as_ref().map(|model| model.kind))?;
-        let noise_from = self.noise_from.as_deref().map(|path| load(path, None)).transpose()?;
+        let dataset = load(&self.data, model.as_ref().map(|model| model.kind), screen)?;
+        let noise_from =
+            self.noise_from.as_deref().map(|path| load(path, None, screen)).transpose()?;
         tell(&dataset, screen);
         noise_from.iter().for_each(|noise| tell(noise, screen));
         // At most `EFFECTS_MAX`.

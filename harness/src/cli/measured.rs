@@ -14,12 +14,15 @@ use std::path::{Path, PathBuf};
 const FINDINGS: &str = "findings";
 
 /// The data set that `path` is: a data package, or a run folder made one.
-pub(super) fn load(path: &Path, kind: Option<Kind>) -> Result<Dataset, Failure> {
+pub(super) fn load(path: &Path, kind: Option<Kind>, screen: &Screen) -> Result<Dataset, Failure> {
     if path.is_file() || dataset::is_package(path) {
         return Ok(dataset::read(path)?);
     }
     match RunFolder::open(path) {
-        Ok(folder) => Ok(export(&folder, kind)?),
+        Ok(folder) => {
+            let name = path.display().to_string();
+            Ok(export(&folder.telling(screen.reading(&name)), kind)?)
+        }
         Err(_) => Err(Failure::arguments(
             format!("no data in {}: neither {} nor a run", path.display(), dataset::DESCRIPTOR),
             "a data set is a folder with a data package, or a run folder",

@@ -33,7 +33,7 @@ pub(super) struct PredictArguments {
 impl PredictArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         let model = model(&self.model)?;
-        let dataset = load(&self.data, Some(model.kind))?;
+        let dataset = load(&self.data, Some(model.kind), screen)?;
         tell(&dataset, screen);
         let prediction =
             predict(&dataset, &model).map_err(|error| Failure::identify(&dataset.name, error))?;
