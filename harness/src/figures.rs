@@ -6,6 +6,9 @@ const UNCERTAINTY_DIGITS: i32 = 2;
 /// Digits of a figure without uncertainty.
 const EXACT_DIGITS: i32 = 4;
 
+/// An uncertainty of less than this share of its value is what the arithmetic rounded, and not said.
+const ROUNDING: f64 = 1e-12;
+
 /// Beyond this many decimals a figure is written with an exponent.
 const DECIMALS_MAX: i32 = 9;
 
@@ -14,11 +17,15 @@ pub fn value(value: f64, uncertainty: f64) -> String {
     if !value.is_finite() {
         return value.to_string();
     }
-    if uncertainty > 0.0 && uncertainty.is_finite() {
+    if is_said(value, uncertainty) {
         let decimals = UNCERTAINTY_DIGITS - 1 - exponent(uncertainty);
         return rounded(value, decimals);
     }
     exact(value, EXACT_DIGITS)
+}
+
+fn is_said(value: f64, uncertainty: f64) -> bool {
+    uncertainty.is_finite() && uncertainty > ROUNDING * value.abs()
 }
 
 /// A value without uncertainty, to so many digits.
@@ -36,7 +43,7 @@ pub fn exact(value: f64, digits: i32) -> String {
 /// A value with its standard uncertainty, where it has one, and its unit.
 pub fn quantity(value: f64, uncertainty: f64, unit: &str) -> String {
     let mut text = self::value(value, uncertainty);
-    if uncertainty > 0.0 && uncertainty.is_finite() {
+    if is_said(value, uncertainty) {
         text += &format!(" ± {}", self::value(uncertainty, uncertainty));
     }
     with_unit(text, unit)
@@ -136,11 +143,13 @@ mod tests {
             (1.5e-12, 0.0, "1.50e-12"),
             (f64::NAN, 0.2, "NaN"),
             (1.25, f64::NAN, "1.25"),
+            (0.1, 6.84e-18, "0.1"),
         ] {
             assert_eq!(value(v, u), written, "{v} {u}");
         }
         assert_eq!(quantity(-0.52, 0.004, "deg/K"), "-0.5200 ± 0.0040 deg/K");
         assert_eq!(quantity(1.0, 0.0, "1"), "1");
+        assert_eq!(quantity(0.1, 6.84e-18, "s"), "0.1 s");
     }
 
     #[test]

@@ -28,6 +28,14 @@ pub struct EnvelopeSettings {
     pub threads: NonZeroUsize,
 }
 
+impl EnvelopeSettings {
+    /// Runs that an envelope takes at most: those without a fault, the ladder, the halvings, and what is asked for.
+    pub fn runs_max(&self) -> u64 {
+        let levels = 1 + LADDER + HALVINGS + usize::from(self.asked.is_some());
+        self.runs.saturating_mul(levels as u64)
+    }
+}
+
 /// Runs that pass at one severity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Level {

@@ -5,7 +5,7 @@ use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::progress::Screen;
 use super::say;
-use crate::campaign::{self, Envelope, EnvelopeSettings, Executor as _, Simulated};
+use crate::campaign::{self, Case, CaseResult, Envelope, EnvelopeSettings, Executor, Simulated};
 use crate::checks::confidence::{Z_95, trials_min};
 use crate::console::{self, Style};
 use crate::faults::{Fault, FaultKind};
@@ -16,6 +16,7 @@ use crate::report::envelopes::{Measured, page};
 use crate::run::Prepared;
 use crate::run_folder::{JUNIT, REPORT, RunFolderError};
 use clap::Args;
+use indicatif::ProgressBar;
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -188,10 +189,26 @@ impl Means<'_> {
             horizon,
             threads: self.threads,
         };
-        campaign::envelope(self.executor, &asked.fault, &settings, &mut |level| {
+        let bar = self.screen.runs_at_most(&asked.fault.to_string(), settings.runs_max());
+        let executor = Counting { executor: self.executor, bar };
+        campaign::envelope(&executor, &asked.fault, &settings, &mut |level| {
             self.screen.chat(&console::level_line(level, &asked.fault));
             !self.interrupt.requested()
         })
+    }
+}
+
+/// Carries cases out, and shows how many there were.
+struct Counting<'a> {
+    executor: &'a Simulated,
+    bar: ProgressBar,
+}
+
+impl Executor for Counting<'_> {
+    fn execute(&self, case: &Case) -> CaseResult {
+        let result = self.executor.execute(case);
+        self.bar.inc(1);
+        result
     }
 }
 

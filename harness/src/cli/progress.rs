@@ -22,6 +22,9 @@ const SHARES: u64 = 1_000;
 const SEEDS_BAR: &str = "{prefix} {bar:20} {pos}/{len} seeds, {eta} left";
 
 /// See [`PLAN_BAR`].
+const RUNS_BAR: &str = "{prefix} {bar:20} {pos} of at most {len} runs, {eta} left";
+
+/// See [`PLAN_BAR`].
 const CASES_BAR: &str = "{prefix} {bar:20} {pos}/{len} cases, {eta} left";
 
 /// See [`PLAN_BAR`].
@@ -156,6 +159,13 @@ impl Screen {
         bar
     }
 
+    /// Begins to show runs, of which there are so many at most.
+    pub(super) fn runs_at_most(&self, name: &str, runs: u64) -> ProgressBar {
+        let bar = self.bar(RUNS_BAR, name).with_finish(ProgressFinish::AndClear);
+        bar.set_length(runs);
+        bar
+    }
+
     /// Begins to show a share that grows from 0 to 1.
     pub(super) fn share(&self, name: &str) -> ShareProgress {
         let bar = self.bar(SHARE_BAR, name);
@@ -282,7 +292,7 @@ fn factor(bench_s: f64, wall_s: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{PLAN_BAR, READING_BAR, SEEDS_BAR, SHARE_BAR, factor};
+    use super::{CASES_BAR, PLAN_BAR, READING_BAR, RUNS_BAR, SEEDS_BAR, SHARE_BAR, factor};
     use indicatif::ProgressStyle;
 
     #[test]
@@ -291,6 +301,8 @@ mod tests {
         assert!(ProgressStyle::with_template(SEEDS_BAR).is_ok());
         assert!(ProgressStyle::with_template(SHARE_BAR).is_ok());
         assert!(ProgressStyle::with_template(READING_BAR).is_ok());
+        assert!(ProgressStyle::with_template(RUNS_BAR).is_ok());
+        assert!(ProgressStyle::with_template(CASES_BAR).is_ok());
     }
 
     #[test]
