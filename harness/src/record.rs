@@ -46,6 +46,19 @@ pub enum Device {
     Device,
 }
 
+impl Device {
+    /// Every one.
+    pub const ALL: [Self; 7] = [
+        Self::Plan,
+        Self::Controller,
+        Self::Gyro,
+        Self::Base,
+        Self::Table,
+        Self::Absolute,
+        Self::Device,
+    ];
+}
+
 /// One event.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {

@@ -165,9 +165,11 @@ pub fn main() -> ExitCode {
     let status = match cli.execute(&screen) {
         Ok(outcome) => outcome.exit_status(),
         Err(failure) => {
-            if !cli.json() || say_json(&failure.document()).is_err() {
-                screen.note(&failure.rendered(screen.fancy()));
+            if cli.json() {
+                // Who reads no document reads the status, and a person the message.
+                let _ = say_json(&failure.document());
             }
+            screen.note(&failure.rendered(screen.fancy()));
             failure.annotation().show(&screen);
             failure.exit_status()
         }
@@ -175,20 +177,18 @@ pub fn main() -> ExitCode {
     ExitCode::from(status)
 }
 
-/// What was typed cannot be understood, or asks for help: told to a person, or to the program that asked for JSON.
+/// What was typed cannot be understood, or asks for help: told to a person, and to the program that asked for JSON.
 fn misread(error: &clap::Error) -> ExitCode {
     let status = u8::try_from(error.exit_code()).unwrap_or(EXIT_BAD_INPUT);
     let is_json = error.use_stderr() && std::env::args_os().any(|argument| argument == "--json");
-    let told = is_json.then(|| {
+    if is_json {
         let text = error.render().to_string();
         let (what, help) = text.split_once("\n\n").unwrap_or((&text, ""));
         let what = what.trim().trim_start_matches("error: ");
-        say_json(&json!({ "error": what, "causes": [], "help": help.trim() }))
-    });
-    if !matches!(told, Some(Ok(()))) {
-        // With nobody to be told, the status has to do.
-        let _ = error.print();
+        let _ = say_json(&json!({ "error": what, "causes": [], "help": help.trim() }));
     }
+    // With nobody to be told, the status has to do.
+    let _ = error.print();
     ExitCode::from(status)
 }
 

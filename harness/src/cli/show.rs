@@ -10,16 +10,6 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-const DEVICES: [Device; 7] = [
-    Device::Plan,
-    Device::Controller,
-    Device::Gyro,
-    Device::Base,
-    Device::Table,
-    Device::Absolute,
-    Device::Device,
-];
-
 /// Prints the record of a run, one line an event: bench time in seconds, device, what happened.
 #[derive(Debug, Args)]
 pub(super) struct ShowArguments {
@@ -35,8 +25,8 @@ pub(super) struct ShowArguments {
 }
 
 fn device_parser() -> impl TypedValueParser<Value = Device> {
-    PossibleValuesParser::new(DEVICES.map(Device::name)).try_map(|name| {
-        DEVICES.into_iter().find(|device| device.name() == name).ok_or("no such device")
+    PossibleValuesParser::new(Device::ALL.map(Device::name)).try_map(|name| {
+        Device::ALL.into_iter().find(|device| device.name() == name).ok_or("no such device")
     })
 }
 

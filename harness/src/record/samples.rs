@@ -128,14 +128,6 @@ pub(crate) fn one_of_each() -> Vec<Record> {
 
 /// Any instant, device and kind; numbers are finite so that equality means the same bytes.
 pub(crate) fn any_record() -> impl Strategy<Value = Record> {
-    let devices = [
-        Device::Plan,
-        Device::Controller,
-        Device::Gyro,
-        Device::Base,
-        Device::Table,
-        Device::Absolute,
-    ];
     let number = || -1e9..1e9f64;
     let kind = prop_oneof![
         prop::collection::vec(any::<u8>(), 0..80).prop_map(RecordKind::Bytes),
@@ -159,6 +151,6 @@ pub(crate) fn any_record() -> impl Strategy<Value = Record> {
                 RecordKind::Observation(Observation { quantity, value, uncertainty, tags })
             }),
     ];
-    (any::<i64>(), prop::sample::select(devices.to_vec()), kind)
+    (any::<i64>(), prop::sample::select(Device::ALL.to_vec()), kind)
         .prop_map(|(at, device, kind)| Record { at: Timestamp::from_nanos(at), device, kind })
 }

@@ -8,16 +8,6 @@ use wire::time::{Span, Timestamp};
 
 /// Over so long is counted what counts as "a second" here.
 const WINDOW: Span = Span::from_secs(1);
-/// Everybody who can send.
-const SENDERS: [Device; 7] = [
-    Device::Plan,
-    Device::Controller,
-    Device::Gyro,
-    Device::Base,
-    Device::Table,
-    Device::Absolute,
-    Device::Device,
-];
 
 /// What one device has sent.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -42,7 +32,7 @@ pub struct Way {
 /// What crosses the bus and the lines.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Traffic {
-    ways: [Way; SENDERS.len()],
+    ways: [Way; Device::ALL.len()],
     since: Timestamp,
     /// Of the CAN bus without stuff bits, 0 to 1, in the last whole second.
     pub bus_load: Option<f64>,
@@ -101,14 +91,14 @@ impl Traffic {
 
     /// Everybody who has sent anything.
     pub fn senders(&self) -> impl Iterator<Item = (Device, &Way)> {
-        let all = SENDERS.into_iter().zip(&self.ways);
+        let all = Device::ALL.into_iter().zip(&self.ways);
         all.filter(|(_, way)| way.frames + way.bytes > 0)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{SENDERS, Traffic};
+    use super::Traffic;
     use crate::record::Device;
     use crate::record::header::Line;
     use wire::time::Timestamp;
@@ -127,7 +117,7 @@ mod tests {
 
     #[test]
     fn every_sender_has_its_place() {
-        for (place, device) in SENDERS.into_iter().enumerate() {
+        for (place, device) in Device::ALL.into_iter().enumerate() {
             assert_eq!(device as usize, place);
         }
     }

@@ -41,6 +41,7 @@ fn what_went_wrong_is_told_with_the_same_status_and_what_was_done_before_it() {
         let error = document(&told);
         assert!(error["error"].as_str().is_some_and(|text| !text.is_empty()), "{error}");
         assert!(error.get("help").is_some() && error["causes"].is_array(), "{error}");
+        assert!(!told.err.trim().is_empty(), "people are told, too");
         if !plain.contains(&"--watch") {
             hil.run(&plain).exits(2);
         }
