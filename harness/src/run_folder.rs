@@ -132,6 +132,11 @@ impl RunFolder {
         serde_json::from_slice(&json).map_err(|source| RunFolderError::Summary { path, source })
     }
 
+    /// Reads the summary; none where the run was killed before it had one.
+    pub fn summary_if_any(&self) -> Result<Option<Summary>, RunFolderError> {
+        self.file(SUMMARY).exists().then(|| self.summary()).transpose()
+    }
+
     /// Writes the verdicts for a build server.
     pub fn write_junit(&self, xml: &str) -> Result<(), RunFolderError> {
         self.replace(JUNIT, xml.as_bytes())

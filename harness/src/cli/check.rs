@@ -10,7 +10,7 @@ use crate::outcome::{Measurement, Outcome, Summary};
 use crate::plan::Plan;
 use crate::properties::Limits;
 use crate::run::{PrepareError, Subject, judge_again, load_plan, write_documents};
-use crate::run_folder::{RunFolder, SUMMARY};
+use crate::run_folder::RunFolder;
 use crate::world::bench::Bench;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -53,10 +53,7 @@ impl CheckArguments {
     fn check(&self, run: &Path, screen: &Screen) -> Result<Summary, Failure> {
         let name = run.display().to_string();
         let folder = RunFolder::open(run)?.telling(screen.reading(&name));
-        let was = match folder.file(SUMMARY).exists() {
-            true => Some(folder.summary()?),
-            false => None,
-        };
+        let was = folder.summary_if_any()?;
         let records = folder.records()?;
         let recorded = records.header().clone();
         let plan = match &self.plan {

@@ -8,7 +8,7 @@ use crate::outcome::Outcome;
 use crate::run::{PrepareError, Subject, load_plan};
 use crate::run_folder::{RECORD, RunFolder, RunFolderError};
 use crate::tables::survey::Survey;
-use crate::tables::{Ears, Format};
+use crate::tables::{Ears, Format, survey};
 use clap::ValueEnum;
 use std::path::Path;
 
@@ -39,8 +39,9 @@ pub(super) fn tables(
     plan: Option<&str>,
     screen: &Screen,
 ) -> Result<Outcome, Failure> {
-    let ears = ears(folder, plan, screen)?;
-    let exported = crate::tables::export(folder, out, format, ears)?;
+    let survey = survey(folder)?;
+    let ears = ears(&survey, plan, screen)?;
+    let exported = crate::tables::export(folder, survey, out, format, ears)?;
     for (table, rows) in &exported.tables {
         let file = out.join(format!("{}.{}", table.name(), format.name()));
         say(&format!("{}: {rows} rows\n", file.display()))?;
@@ -62,8 +63,9 @@ pub(super) fn mcap(
             "give --mcap a name that ends in .mcap",
         ));
     }
-    let ears = ears(folder, plan, screen)?;
-    let exported = crate::mcap::export(folder, path, ears)?;
+    let survey = survey(folder)?;
+    let ears = ears(&survey, plan, screen)?;
+    let exported = crate::mcap::export(folder, survey, path, ears)?;
     let messages: u64 = exported.topics.iter().map(|(_, messages)| messages).sum();
     let topics = exported.topics.len();
     say(&format!("{}: {messages} messages on {topics} topics\n", path.display()))?;
@@ -89,12 +91,12 @@ fn ended(folder: &RunFolder, survey: Survey, screen: &Screen) -> Result<Outcome,
 
 /// Who understands what crossed the lines: the plan that is named, or else the shipped one of that name, says whose
 /// messages they are.
-fn ears(folder: &RunFolder, plan: Option<&str>, screen: &Screen) -> Result<Ears, Failure> {
-    let recorded = folder.records()?.header().plan.clone();
+fn ears(survey: &Survey, plan: Option<&str>, screen: &Screen) -> Result<Ears, Failure> {
+    let recorded = &survey.header.plan;
     let (library, name) = match plan {
         Some(name) => (Library::beside(name), name),
-        None if names(Kind::Plan).contains(&recorded) => (Library::shipped(), recorded.as_str()),
-        None if crate::tables::survey(folder)?.of_device => {
+        None if names(Kind::Plan).contains(recorded) => (Library::shipped(), recorded.as_str()),
+        None if survey.of_device => {
             screen.note("messages are not decoded: name the plan of the run with --plan FILE");
             return Ok(Ears::deaf());
         }

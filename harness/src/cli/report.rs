@@ -8,7 +8,7 @@ use super::say;
 use crate::outcome::{Outcome, Summary};
 use crate::report::render;
 use crate::run::unfinished;
-use crate::run_folder::{REPORT, RunFolder, SUMMARY};
+use crate::run_folder::{REPORT, RunFolder};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use wire::time::Timestamp;
@@ -43,9 +43,9 @@ impl ReportArguments {
 fn draw(run: &Path, screen: &Screen) -> Result<PathBuf, Failure> {
     let name = run.display().to_string();
     let folder = RunFolder::open(run)?.telling(screen.reading(&name));
-    let summary = match folder.file(SUMMARY).exists() {
-        true => folder.summary()?,
-        false => killed(&folder)?,
+    let summary = match folder.summary_if_any()? {
+        Some(summary) => summary,
+        None => killed(&folder)?,
     };
     let records = folder.records()?;
     let header = records.header().clone();

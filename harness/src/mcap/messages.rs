@@ -17,7 +17,7 @@ use crate::tables::cell::{Cell, Column, Kind};
 use crate::tables::events::{self, Event, EventKind, Severity};
 use crate::tables::rows::{self, time};
 use crate::tables::survey::Survey;
-use crate::tables::{Ears, Heard, Row, Table, tagged};
+use crate::tables::{Ears, Heard, MessageForm, Row, Table, tagged};
 use controller::mission::Report;
 use mcap::McapResult;
 use std::collections::BTreeMap;
@@ -32,6 +32,8 @@ pub(super) struct Messages<W: Write + Seek> {
     ears: Ears,
     /// The fields of the observations of each quantity, made when the first comes.
     observed: BTreeMap<String, (Vec<Column>, Vec<String>)>,
+    /// How each message of the layout is written, made when the first comes.
+    spoken: BTreeMap<usize, Spoken>,
     topics: Topics,
     believed: Trail,
     truth: Trail,
@@ -47,16 +49,13 @@ impl<W: Write + Seek> Messages<W> {
             survey,
             ears,
             observed: BTreeMap::new(),
+            spoken: BTreeMap::new(),
             topics: Topics::default(),
             believed: Trail::default(),
             truth: Trail::default(),
             measured: Measured::default(),
             innermost: false,
         }
-    }
-
-    pub(super) const fn survey(&self) -> &Survey {
-        &self.survey
     }
 
     pub(super) fn into_parts(self) -> (Channels<W>, Survey) {
@@ -242,44 +241,54 @@ impl<W: Write + Seek> Messages<W> {
 
     fn hear(&mut self, record: &Record) -> McapResult<()> {
         let mut done = Ok(());
-        let Self { ears, channels, topics, .. } = self;
+        let Self { ears, channels, topics, spoken, .. } = self;
         ears.take(record, &mut |heard| {
             if done.is_ok() {
-                done = say(channels, topics.of("/messages", &heard.form.name), record.at, heard);
+                let one = spoken.entry(heard.index);
+                let one = one.or_insert_with(|| Spoken::new(heard.form, topics));
+                done = one.say(channels, record.at, heard);
             }
         });
         done
     }
 }
 
-/// A message that was understood, its signals as fields.
-fn say<W: Write + Seek>(
-    channels: &mut Channels<W>,
-    topic: &str,
-    at: Timestamp,
-    heard: &Heard<'_>,
-) -> McapResult<()> {
-    let [when, who, ..] = Table::Signals.fixed_columns() else { return Ok(()) };
-    let mut names = Names::default();
-    names.field(&when.name);
-    names.field(&who.name);
-    let signal = |signal: &crate::tables::SignalForm| {
-        let doc = if signal.doc.is_empty() { &signal.name } else { &signal.doc };
-        Column {
+/// How a message of a layout is written: its topic, and a field a signal.
+struct Spoken {
+    topic: String,
+    columns: Vec<Column>,
+}
+
+impl Spoken {
+    fn new(form: &MessageForm, topics: &mut Topics) -> Self {
+        let mut columns = Table::Signals.fixed_columns()[..2].to_vec();
+        let mut names = Names::default();
+        for column in &columns {
+            names.field(&column.name);
+        }
+        columns.extend(form.signals.iter().map(|signal| Column {
             name: names.field(&signal.name).into(),
             kind: Kind::Float,
             unit: signal.unit.clone().into(),
-            doc: doc.clone().into(),
-        }
-    };
-    let mut columns = vec![when.clone(), who.clone()];
-    columns.extend(heard.form.signals.iter().map(signal));
-    let mut row = vec![time(at), Cell::text(heard.device.name())];
-    row.extend(heard.values.iter().map(|value| Cell::maybe(*value)));
-    let schema = || {
-        Schema::of_columns(format!("hil.message.{}", heard.form.name), &heard.form.doc, &columns)
-    };
-    channels.send(topic, at, schema, &Fields(&columns, &row))
+            doc: if signal.doc.is_empty() { &signal.name } else { &signal.doc }.clone().into(),
+        }));
+        Self { topic: topics.of("/messages", &form.name).to_owned(), columns }
+    }
+
+    fn say<W: Write + Seek>(
+        &self,
+        channels: &mut Channels<W>,
+        at: Timestamp,
+        heard: &Heard<'_>,
+    ) -> McapResult<()> {
+        let mut row = vec![time(at), Cell::text(heard.device.name())];
+        row.extend(heard.values.iter().map(|value| Cell::maybe(*value)));
+        let schema = || {
+            let name = format!("hil.message.{}", heard.form.name);
+            Schema::of_columns(name, &heard.form.doc, &self.columns)
+        };
+        channels.send(&self.topic, at, schema, &Fields(&self.columns, &row))
+    }
 }
 
 const fn schema_name(table: Table) -> &'static str {

@@ -33,9 +33,9 @@ mod tests;
 mod trail;
 
 use crate::outcome::Summary;
-use crate::run_folder::{RECORD, RunFolder, RunFolderError, SUMMARY};
+use crate::run_folder::{RunFolder, RunFolderError, SUMMARY};
 use crate::tables::survey::Survey;
-use crate::tables::{Ears, summary, survey};
+use crate::tables::{Ears, each_record};
 use ::mcap::{McapError, McapResult};
 use channels::Channels;
 use messages::Messages;
@@ -85,28 +85,24 @@ pub struct Exported {
     pub survey: Survey,
 }
 
-/// Writes a run as an MCAP file. A record that is cut short gives the messages before the cut; the survey and the file's
+/// Writes a run, of which there is a survey, as an MCAP file. A record that is cut short gives the messages before the cut; the survey and the file's
 /// metadata say so.
 ///
 /// # Errors
 /// When the run cannot be opened, or the file cannot be written.
-pub fn export(folder: &RunFolder, path: &Path, ears: Ears) -> Result<Exported, McapExportError> {
-    let survey = survey(folder)?;
-    let summary = summary(folder)?;
+pub fn export(
+    folder: &RunFolder,
+    survey: Survey,
+    path: &Path,
+    ears: Ears,
+) -> Result<Exported, McapExportError> {
+    let summary = folder.summary_if_any()?;
     let failed = |source| McapExportError::write(path, source);
     let file = File::create(path).map_err(|source| failed(source.into()))?;
     let channels = Channels::new(BufWriter::new(file)).map_err(failed)?;
+    let is_cut = survey.cut.is_some();
     let mut messages = Messages::new(channels, survey, ears);
-    for record in folder.records()? {
-        match record {
-            Ok(record) => messages.take(&record).map_err(failed)?,
-            // Where the survey saw no damage there is one now: the file changed in between.
-            Err(source) if messages.survey().cut.is_none() => {
-                return Err(RunFolderError::Record { path: folder.file(RECORD), source }.into());
-            }
-            Err(_) => break,
-        }
-    }
+    each_record(folder, is_cut, &mut |record| messages.take(record).map_err(failed))?;
     if let Some(summary) = &summary {
         messages.finish(summary).map_err(failed)?;
     }
@@ -163,10 +159,7 @@ fn facts(survey: &Survey, summary: Option<&Summary>) -> BTreeMap<String, String>
         ("exported_by".to_owned(), concat!("hil ", env!("CARGO_PKG_VERSION")).to_owned()),
         ("epoch".to_owned(), "log time is bench time: nanoseconds since the run began".to_owned()),
         ("records".to_owned(), survey.records.to_string()),
-        (
-            "record".to_owned(),
-            survey.cut.as_ref().map_or_else(|| "whole".to_owned(), ToString::to_string),
-        ),
+        ("record".to_owned(), survey.wholeness()),
     ]);
     if let Some(summary) = summary {
         facts.extend([

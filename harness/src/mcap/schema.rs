@@ -1,6 +1,6 @@
 //! Messages that are rows of tables: their JSON Schemas and their JSON.
 
-use crate::tables::cell::{Cell, Column, Kind};
+use crate::tables::cell::{Cell, Column};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::{Map, Value, json};
 
@@ -18,12 +18,7 @@ impl Schema {
     pub fn of_columns(name: impl Into<String>, doc: &str, columns: &[Column]) -> Self {
         let name = name.into();
         let field = |column: &Column| {
-            let kind = match column.kind {
-                Kind::Float => "number",
-                Kind::Integer => "integer",
-                Kind::Bool => "boolean",
-                Kind::Text => "string",
-            };
+            let kind = column.kind.json_type();
             let schema = json!({ "type": kind, "description": column.described() });
             (column.name.to_string(), schema)
         };

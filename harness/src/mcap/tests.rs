@@ -9,7 +9,7 @@ use crate::record::sink::{Level, RecordSink};
 use crate::record::{Record, RecordKind};
 use crate::run::{self, Prepared, run_to_folder};
 use crate::run_folder::RunFolder;
-use crate::tables::Ears;
+use crate::tables::{Ears, survey};
 use ::mcap::{MessageStream, Summary};
 use controller::mission::Report;
 use jsonschema::Validator;
@@ -58,7 +58,7 @@ fn each_kind_of_record_has_its_messages() {
     let run = folder(&dir.path().join("run"), &one_of_each());
     run.write_summary(&summary()).unwrap();
     let file = dir.path().join("run.mcap");
-    let exported = export(&run, &file, Ears::of_base()).unwrap();
+    let exported = export(&run, survey(&run).unwrap(), &file, Ears::of_base()).unwrap();
     let bytes = fs::read(&file).unwrap();
     let topics = read(&bytes);
     let counts: Vec<_> =
@@ -100,7 +100,7 @@ fn driven(dir: &Path, name: &str) -> (RunFolder, Vec<u8>, Exported) {
     run_to_folder(&prepared, &options, &mut |_| true, &|| wall_s).unwrap();
     let folder = RunFolder::open(&out).unwrap();
     let file = dir.join(format!("{name}.mcap"));
-    let exported = export(&folder, &file, Ears::of_base()).unwrap();
+    let exported = export(&folder, survey(&folder).unwrap(), &file, Ears::of_base()).unwrap();
     (folder, fs::read(&file).unwrap(), exported)
 }
 
@@ -185,7 +185,7 @@ fn names_from_outside_break_nothing() {
     let dir = tempfile::tempdir().unwrap();
     let run = folder(&dir.path().join("run"), &records);
     let file = dir.path().join("run.mcap");
-    export(&run, &file, Ears::deaf()).unwrap();
+    export(&run, survey(&run).unwrap(), &file, Ears::deaf()).unwrap();
     let topics = read(&fs::read(&file).unwrap());
     assert_eq!(topics["/plan/notes"][0]["text"], text);
     assert_eq!(topics["/plan/steps"][0]["subject"], text);
@@ -202,7 +202,7 @@ proptest! {
         let dir = tempfile::tempdir().unwrap();
         let run = folder(&dir.path().join("run"), &records);
         let file = dir.path().join("run.mcap");
-        let exported = export(&run, &file, Ears::of_base()).unwrap();
+        let exported = export(&run, survey(&run).unwrap(), &file, Ears::of_base()).unwrap();
         let topics = read(&fs::read(&file).unwrap());
         prop_assert_eq!(topics.len(), exported.topics.len());
     }

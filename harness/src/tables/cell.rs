@@ -15,6 +15,18 @@ pub enum Kind {
     Text,
 }
 
+impl Kind {
+    /// Its name in JSON Schema and in Frictionless' table schema.
+    pub const fn json_type(self) -> &'static str {
+        match self {
+            Self::Float => "number",
+            Self::Integer => "integer",
+            Self::Bool => "boolean",
+            Self::Text => "string",
+        }
+    }
+}
+
 /// One value, of the kind of its column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell<'a> {

@@ -29,8 +29,8 @@ pub use heard::{Ears, Heard, MessageForm, SignalForm};
 pub use package::{PACKAGE, PROFILE};
 pub use rows::{Row, RowSink, Rows};
 
-use crate::outcome::Summary;
-use crate::run_folder::{RECORD, RunFolder, RunFolderError, SUMMARY};
+use crate::record::Record;
+use crate::run_folder::{RECORD, RunFolder, RunFolderError};
 use folder::Folder;
 use std::path::Path;
 use survey::Survey;
@@ -76,38 +76,42 @@ pub fn survey(folder: &RunFolder) -> Result<Survey, RunFolderError> {
     Ok(Survey::of(&header, records))
 }
 
-/// The summary of a run; none where it was killed before it had one.
-///
-/// # Errors
-/// When there is one that cannot be read.
-pub fn summary(folder: &RunFolder) -> Result<Option<Summary>, RunFolderError> {
-    folder.file(SUMMARY).exists().then(|| folder.summary()).transpose()
+/// Hands over the records again that a survey saw, in their order; `is_cut` where it could not read them to their end.
+pub(crate) fn each_record<E: From<RunFolderError>>(
+    folder: &RunFolder,
+    is_cut: bool,
+    take: &mut dyn FnMut(&Record) -> Result<(), E>,
+) -> Result<(), E> {
+    for record in folder.records()? {
+        match record {
+            Ok(record) => take(&record)?,
+            Err(_) if is_cut => break,
+            // Where the survey saw no damage there is one now: the file changed in between.
+            Err(source) => {
+                return Err(RunFolderError::Record { path: folder.file(RECORD), source }.into());
+            }
+        }
+    }
+    Ok(())
 }
 
-/// Writes the tables of a run into a folder. A record that is cut short gives the rows before the cut; the survey says so.
+/// Writes the tables of a run, of which there is a survey, into a folder. A record that is cut short gives the rows before
+/// the cut; the survey says so.
 ///
 /// # Errors
 /// When the run cannot be opened, or a table cannot be written.
 pub fn export(
     folder: &RunFolder,
+    survey: Survey,
     out: &Path,
     format: Format,
     ears: Ears,
 ) -> Result<Exported, TablesError> {
-    let survey = survey(folder)?;
-    let summary = summary(folder)?;
+    let summary = folder.summary_if_any()?;
     let mut sink = Folder::create(out, format, &survey)?;
+    let is_cut = survey.cut.is_some();
     let mut rows = Rows::new(survey, ears);
-    for record in folder.records()? {
-        match record {
-            Ok(record) => rows.take(&record, &mut sink)?,
-            // Where the survey saw no damage there is one now: the file changed in between.
-            Err(source) if rows.survey().cut.is_none() => {
-                return Err(RunFolderError::Record { path: folder.file(RECORD), source }.into());
-            }
-            Err(_) => break,
-        }
-    }
+    each_record(folder, is_cut, &mut |record| rows.take(record, &mut sink))?;
     if let Some(summary) = &summary {
         rows.finish(summary, &mut sink)?;
     }

@@ -2,7 +2,7 @@
 //! are, with `profile` = [`PROFILE`].
 
 use super::Format;
-use super::cell::{Column, Kind};
+use super::cell::Column;
 use super::columns::Table;
 use super::survey::Survey;
 use serde_json::{Value, json};
@@ -35,7 +35,7 @@ pub(super) fn package(survey: &Survey, format: Format, tables: &[(Table, u64)]) 
             "version": survey.header.harness,
             "plan": survey.header.plan,
             "seed": survey.header.seed,
-            "record": survey.cut.as_ref().map_or_else(|| "whole".to_owned(), ToString::to_string),
+            "record": survey.wholeness(),
         },
         "resources": tables.iter().map(resource).collect::<Vec<_>>(),
     })
@@ -53,11 +53,5 @@ pub(super) fn is_ours(path: &Path) -> bool {
 }
 
 fn field(column: &Column) -> Value {
-    let kind = match column.kind {
-        Kind::Float => "number",
-        Kind::Integer => "integer",
-        Kind::Bool => "boolean",
-        Kind::Text => "string",
-    };
-    json!({ "name": column.name, "type": kind, "unit": column.unit, "description": column.doc })
+    json!({ "name": column.name, "type": column.kind.json_type(), "unit": column.unit, "description": column.doc })
 }

@@ -11,6 +11,7 @@ use crate::record::text::{cause_names, name_of};
 use crate::record::{Device, Record, RecordKind};
 use controller::health::Health;
 use controller::mission::{Report, State};
+use data_encoding::HEXLOWER;
 use wire::can::{Id, RecordedFrame};
 use wire::time::Timestamp;
 use wire::units::{AngularRate, Pose};
@@ -186,7 +187,7 @@ pub(crate) fn of_frame<'a>(at: Timestamp, device: Device, recorded: RecordedFram
                 extended.into(),
                 frame.is_remote().into(),
                 Cell::Integer(embedded_can::Frame::dlc(&frame) as i64),
-                Cell::text(hex(frame.data())),
+                Cell::text(HEXLOWER.encode(frame.data())),
             ]);
         }
         None => row.extend(std::iter::repeat_n(Cell::Missing, 5)),
@@ -199,7 +200,7 @@ pub(crate) fn of_bytes<'a>(at: Timestamp, device: Device, bytes: &[u8]) -> Row<'
         time(at),
         Cell::text(device.name()),
         Cell::count(bytes.len() as u64),
-        Cell::text(hex(bytes)),
+        Cell::text(HEXLOWER.encode(bytes)),
     ]
 }
 
@@ -234,11 +235,4 @@ fn of_signals<'a>(at: Timestamp, heard: &'a Heard<'_>) -> impl Iterator<Item = R
             ]
         },
     )
-}
-
-/// Two lower-case digits a byte.
-fn hex(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 16] = b"0123456789abcdef";
-    let digit = |nibble: u8| char::from(DIGITS[usize::from(nibble & 0xf)]);
-    bytes.iter().flat_map(|byte| [digit(byte >> 4), digit(*byte)]).collect()
 }

@@ -75,6 +75,11 @@ impl Survey {
         }
     }
 
+    /// "whole", or why it could not be read to its end.
+    pub fn wholeness(&self) -> String {
+        self.cut.as_ref().map_or_else(|| "whole".to_owned(), ToString::to_string)
+    }
+
     /// The tags of all quantities, at most [`TAGS_MAX`] of them.
     pub fn tags(&self) -> Vec<&str> {
         let all: BTreeSet<&str> = self.quantities.values().flatten().map(String::as_str).collect();

@@ -4,7 +4,7 @@ use super::cell::{Cell, Column, Kind};
 use super::csv::CsvTable;
 use super::parquet::{COLUMNS_KEY, ParquetTable};
 use super::survey::Survey;
-use super::{Ears, Format, Row, RowSink, Rows, Table, export, tagged};
+use super::{Ears, Format, Row, RowSink, Rows, Table, export, survey, tagged};
 use crate::outcome::samples::summary;
 use crate::record::header::Header;
 use crate::record::samples::{any_record, observation, one_of_each, record};
@@ -186,9 +186,10 @@ fn an_export_replaces_its_own_files_and_no_others() {
     let dir = tempfile::tempdir().unwrap();
     let run = folder(&dir.path().join("run"), one_of_each(), true);
     let out = dir.path().join("tables");
-    export(&run, &out, Format::Csv, Ears::of_base()).unwrap();
+    export(&run, survey(&run).unwrap(), &out, Format::Csv, Ears::of_base()).unwrap();
     std::fs::write(out.join("notes.txt"), "mine").unwrap();
-    let exported = export(&run, &out, Format::Parquet, Ears::of_base()).unwrap();
+    let exported =
+        export(&run, survey(&run).unwrap(), &out, Format::Parquet, Ears::of_base()).unwrap();
     assert!(!out.join("states.csv").exists() && out.join("notes.txt").exists());
     let package = std::fs::read_to_string(out.join(super::PACKAGE)).unwrap();
     let package: serde_json::Value = serde_json::from_str(&package).unwrap();
@@ -200,7 +201,8 @@ fn an_export_replaces_its_own_files_and_no_others() {
     }
     // A data set is no package of tables.
     std::fs::write(out.join(super::PACKAGE), r#"{"profile": "data-package"}"#).unwrap();
-    let error = export(&run, &out, Format::Parquet, Ears::of_base()).unwrap_err();
+    let error =
+        export(&run, survey(&run).unwrap(), &out, Format::Parquet, Ears::of_base()).unwrap_err();
     assert!(error.is_bad_input() && error.to_string().starts_with("refused to replace"), "{error}");
 }
 
@@ -208,7 +210,9 @@ fn an_export_replaces_its_own_files_and_no_others() {
 fn what_is_left_of_a_record_is_exported_and_said() {
     let dir = tempfile::tempdir().unwrap();
     let run = folder(&dir.path().join("run"), one_of_each(), false);
-    let exported = export(&run, &dir.path().join("tables"), Format::Csv, Ears::deaf()).unwrap();
+    let exported =
+        export(&run, survey(&run).unwrap(), &dir.path().join("tables"), Format::Csv, Ears::deaf())
+            .unwrap();
     assert!(exported.survey.cut.is_some());
     assert_eq!(exported.survey.records, one_of_each().len() as u64);
     let package = std::fs::read_to_string(dir.path().join("tables/datapackage.json")).unwrap();
