@@ -6,7 +6,8 @@
 
 mod processor;
 
-use harness::campaign::{Case, Executor as _, Random, Search as _, Simulated, Space};
+use harness::campaign::{Case, Executor as _, Random, Search as _, Space};
+use harness::executors::Simulated;
 use harness::made::Made;
 use harness::operator::Answers;
 use harness::plan::Plan;

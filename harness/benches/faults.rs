@@ -5,8 +5,9 @@
 
 mod processor;
 
+use harness::faults::Chance;
 use harness::faults::{Fault, FaultKind, Schedule, Target, When};
-use harness::link::{Chance, SerialLine};
+use harness::link::SerialLine;
 use harness::made::Made;
 use harness::operator::Answers;
 use harness::record::sink::NullSink;

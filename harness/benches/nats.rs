@@ -84,7 +84,7 @@ fn measured(url: &str, workers: usize, threads: usize, cases: u64) -> (Duration,
                     place: Place::Virtual,
                     threads: NonZeroUsize::new(threads).expect("some"),
                     holder: Holder::named(format!("worker {number}")),
-                    version: harness::run::VERSION.to_owned(),
+                    version: harness::record::VERSION.to_owned(),
                     patience: Duration::ZERO,
                 };
                 let maker = Arc::new(move |_: &Package, _: &Place, _: Stopping| {

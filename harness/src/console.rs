@@ -1,8 +1,6 @@
 //! Tables for a terminal: paper against measured, how the seeds came out, what a machine lacks.
 
 mod campaign;
-#[cfg(feature = "live")]
-mod findings;
 mod markdown;
 mod seeds;
 
@@ -11,10 +9,8 @@ pub(crate) use campaign::tests::example;
 pub use campaign::{
     Again, campaign_json, campaign_table, envelope_table, envelopes_json, level_line,
 };
-#[cfg(feature = "live")]
-pub use findings::findings_table;
 pub use markdown::{campaign_markdown, envelopes_markdown, runs_markdown};
-pub use seeds::{SeedShare, seeds_markdown, seeds_table};
+pub use seeds::{seeds_markdown, seeds_table};
 
 use crate::figures;
 use crate::outcome::{Counts, Measurement, Outcome, Summary, Verdict};
@@ -65,7 +61,8 @@ impl Style {
         Self { width, colour: is_colour_wanted(is_terminal) }
     }
 
-    fn table(self, header: &[&str]) -> Table {
+    /// An empty table with this header.
+    pub fn table(self, header: &[&str]) -> Table {
         let mut table = Table::new();
         table
             .load_style(presets::NOTHING)
@@ -168,12 +165,12 @@ pub fn worst(summaries: &[Summary]) -> Outcome {
 }
 
 /// Text from outside, without what would move the cursor or break the row.
-fn printable(text: &str) -> String {
+pub fn printable(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }
 
 /// Breaks no cell of these columns, if that leaves room for the others.
-fn keep_whole(table: &mut Table, columns: &[usize], style: Style) {
+pub fn keep_whole(table: &mut Table, columns: &[usize], style: Style) {
     let widths = table.column_max_content_widths();
     let paddings = 2 * widths.len() as u16;
     let whole: u16 = columns.iter().filter_map(|&column| widths.get(column)).sum();
@@ -188,7 +185,7 @@ fn keep_whole(table: &mut Table, columns: &[usize], style: Style) {
 }
 
 /// The table without the blanks at the ends of its lines.
-fn lines(table: &Table) -> String {
+pub fn lines(table: &Table) -> String {
     let mut text = String::new();
     for line in table.lines() {
         text += line.trim_end();

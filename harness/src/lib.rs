@@ -100,6 +100,7 @@ pub mod doctor;
 #[cfg(feature = "live")]
 pub mod emulation;
 pub mod engine;
+pub mod executors;
 pub mod export;
 pub mod faults;
 pub mod figures;
@@ -132,6 +133,7 @@ pub mod run_folder;
 pub mod run_live;
 pub mod schema;
 pub mod seeds;
+mod stopwatch;
 pub mod tables;
 pub mod trial;
 pub mod watch;

@@ -1,7 +1,6 @@
 //! What plans make for later ones.
 
 use crate::calibrations;
-use crate::engine::Action;
 use crate::models;
 use crate::plan::Plan;
 use controller::calibration::Calibration;
@@ -30,20 +29,6 @@ pub struct Made {
 }
 
 impl Made {
-    /// Takes up what an engine asks to be kept.
-    pub fn keep(&mut self, action: &Action) {
-        match action {
-            Action::SaveCalibration { name, calibration } => {
-                self.calibrations.insert(name.clone(), calibration.clone());
-            }
-            Action::KeepFound { name, found } => {
-                self.models.insert(name.clone(), found.model.clone());
-                self.findings.insert(name.clone(), found.finding.clone());
-            }
-            _ => {}
-        }
-    }
-
     /// Takes for granted what `plan` will make: all that counts is that it has a name.
     pub fn promise(&mut self, plan: &Plan) {
         let calibrations = calibrations::made_by(plan).into_iter();

@@ -6,8 +6,7 @@ pub(crate) mod samples;
 
 pub use live::{Bin, PortSide, PortSummary, Spread, Timing};
 
-use crate::faults::FaultSummary;
-use crate::properties::{Kind, PropertyVerdict, Unjudged};
+use crate::record::FaultSummary;
 use serde::{Deserialize, Serialize};
 
 /// What a measurement came to.
@@ -156,35 +155,6 @@ pub struct PropertySummary {
     /// What was seen then.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub what: Option<String>,
-}
-
-impl From<&PropertyVerdict> for PropertySummary {
-    fn from(verdict: &PropertyVerdict) -> Self {
-        let violation = verdict.first_violation.as_ref();
-        Self {
-            name: verdict.name.to_owned(),
-            always: verdict.kind == Kind::Always,
-            held: Some(verdict.held),
-            not_judged: None,
-            margin: verdict.margin,
-            broken_s: violation.map(|violation| violation.at.as_secs_f64()),
-            what: violation.map(|violation| violation.what.clone()),
-        }
-    }
-}
-
-impl From<&Unjudged> for PropertySummary {
-    fn from(unjudged: &Unjudged) -> Self {
-        Self {
-            name: unjudged.name.to_owned(),
-            always: unjudged.kind == Kind::Always,
-            held: None,
-            not_judged: Some(unjudged.why.clone()),
-            margin: None,
-            broken_s: None,
-            what: None,
-        }
-    }
 }
 
 impl PropertySummary {

@@ -4,7 +4,9 @@
 //! * [`sink`]: where a running world puts its records. [`text`]: a record as one line to read.
 
 mod encoding;
+mod faults;
 pub mod header;
+mod progress;
 pub mod reader;
 mod reply;
 #[cfg(test)]
@@ -13,18 +15,25 @@ pub mod sink;
 #[cfg(test)]
 mod tests;
 pub mod text;
+mod violation;
 pub mod writer;
 
 pub use encoding::RECORD_BYTES_MAX;
+pub use faults::{FaultEvent, FaultRecord, FaultSummary};
+pub use progress::Progress;
 pub use reply::{Number, Reply, Through};
+pub use violation::Violation;
 
-use crate::faults::FaultRecord;
+use crate::faults::Target;
 pub use crate::observation::Observation;
 use controller::mission::{Command, Report};
 use serde::{Deserialize, Serialize};
 use wire::can::RecordedFrame;
 use wire::time::Timestamp;
 use wire::units::Pose;
+
+/// Version of the harness.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// Whose event it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -44,6 +53,20 @@ pub enum Device {
     Absolute,
     /// A device of the user's own.
     Device,
+}
+
+/// Whose event a fault is.
+impl From<Target> for Device {
+    fn from(target: Target) -> Self {
+        match target {
+            Target::Gyro => Self::Gyro,
+            Target::Base => Self::Base,
+            Target::Table => Self::Table,
+            Target::Host => Self::Controller,
+            Target::Operator => Self::Plan,
+            Target::Device => Self::Device,
+        }
+    }
 }
 
 impl Device {

@@ -22,7 +22,6 @@ pub use subject::{Subject, SubjectError, load_description};
 use crate::calibrations::{self, CalibrationError};
 use crate::checks::judge_all;
 use crate::engine::{Action, Ending, Engine};
-use crate::faults::FaultSummary;
 use crate::hosted::Hosting;
 use crate::library::{Kind, Library, LibraryError, Source};
 use crate::made::Made;
@@ -32,20 +31,19 @@ use crate::operator::Answers;
 use crate::outcome::{Measurement, Outcome};
 use crate::plan::{Plan, PlanError};
 use crate::properties::{Monitor, Property, PropertyVerdict, Unjudged};
+use crate::record::FaultSummary;
 use crate::record::header::Header;
 use crate::record::sink::{NullSink, RecordSink};
+use crate::record::{Progress, VERSION};
 use crate::world::bench::Bench;
 use crate::world::crossing::{Crossing, Memory};
-use crate::world::simulated::{Progress, SimulatedWorld};
+use crate::world::simulated::SimulatedWorld;
 use controller::calibration::Calibration;
 use emulators::device_file::Devices;
 use identification::model::Model;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::time::Timestamp;
-
-/// Version of the harness.
-pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// Why a plan cannot be run at all: bad input.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -291,7 +289,7 @@ fn go(
         world = world.with_monitor(properties);
     }
     let mut made = Made::default();
-    let mut keep = |action: &Action| made.keep(action);
+    let mut keep = |action: &Action| action.keep_in(&mut made);
     let mut ending = world.run(sink, &mut keep, pulse);
     finish(sink, &mut ending);
     let monitor = world.take_monitor();

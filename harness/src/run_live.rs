@@ -9,6 +9,7 @@ use crate::operator::{Operator, Person};
 use crate::outcome::{PortSummary, Timing};
 use crate::port::PortSpec;
 use crate::properties::Property;
+use crate::record::Progress;
 use crate::record::sink::RecordSink;
 use crate::run::{Completed, Options, Prepared, Simulated, Subject, finish, keep, summarise};
 use crate::run_folder::{RunFolder, RunFolderError};
@@ -18,7 +19,6 @@ use crate::world::live::{
     ATTACH_MAX_DEFAULT, DeviceUnderTest, LATE_MAX_DEFAULT, LiveEnd, LiveError, LiveWorld,
     OutOfReach, Placement, PlacementError, Scheduling, Setting,
 };
-use crate::world::simulated::Progress;
 use controller::config::Transport;
 use emulators::device_file::Devices;
 use std::path::Path;
@@ -125,7 +125,7 @@ pub(crate) fn carry_out(
         .with_faults(seed)
         .with_monitor(properties);
     let mut made = Made::default();
-    let mut keep_made = |action: &Action| made.keep(action);
+    let mut keep_made = |action: &Action| action.keep_in(&mut made);
     let mut end = world.run(log, sink, &mut keep_made, pulse)?;
     finish(sink, &mut end.ending);
     Ok(LiveRun::of(end, world.engine(), made))

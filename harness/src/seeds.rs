@@ -1,10 +1,9 @@
 //! The same for many seeds: one run is an anecdote, a share of many has an interval.
 
-use crate::checks::confidence::{Z_95, wilson};
-use crate::console::SeedShare;
-use crate::outcome::Outcome;
+use crate::outcome::{Measurement, Outcome};
 use crate::plan::Plan;
-use crate::run::Verdicts;
+use crate::plan::confidence::{Z_95, wilson};
+use serde::Serialize;
 use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::panic::resume_unwind;
@@ -67,21 +66,36 @@ pub struct SeedVerdicts {
 }
 
 impl SeedVerdicts {
-    /// Of one run.
-    pub fn of(verdicts: &Verdicts) -> Self {
-        let complete = verdicts.is_complete();
-        let measurements = verdicts.measurements.iter();
-        let ending = &verdicts.ending;
+    /// Of a run that ended like this, for this reason, with these measurements.
+    pub fn of(ended: Outcome, reason: Option<&str>, measurements: &[Measurement]) -> Self {
+        let complete = ended == Outcome::Passed;
+        let accepted = |one: &Measurement| complete && one.verdict.is_acceptable();
         Self {
-            broke_off: (!complete)
-                .then(|| (ending.outcome, ending.reason.clone().unwrap_or_default())),
-            accepted: measurements.map(|one| complete && one.verdict.is_acceptable()).collect(),
+            broke_off: (!complete).then(|| (ended, reason.unwrap_or_default().to_owned())),
+            accepted: measurements.iter().map(accepted).collect(),
         }
     }
 
     fn passed(&self) -> bool {
         self.accepted.iter().all(|accepted| *accepted) && self.broke_off.is_none()
     }
+}
+
+/// Over how many seeds a measurement was acceptable.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SeedShare {
+    /// The plan.
+    pub plan: String,
+    /// The measurement.
+    pub measurement: String,
+    /// Seeds whose run passed it, marginally or not.
+    pub passed: u64,
+    /// Seeds that ran.
+    pub seeds: u64,
+    /// 95 % Wilson interval of the share, lower and upper end, from 0 to 1.
+    pub interval: (f64, f64),
+    /// What the paper gives, with its place.
+    pub paper: Option<String>,
 }
 
 /// Over how many seeds each measurement of `plan` was acceptable, with the 95 % Wilson interval.

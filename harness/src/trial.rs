@@ -39,7 +39,6 @@ pub use campaign::{CASES, TrialCampaign};
 pub use error::TrialError;
 pub use run::TrialRun;
 
-use crate::cli::stopwatch::Stopwatch;
 use crate::faults::Fault;
 use crate::hosted::{HostedController, Hosting};
 use crate::library::{Kind, Library, Source};
@@ -48,6 +47,7 @@ use crate::operator::Answers;
 use crate::plan::{Plan, Property};
 use crate::record::sink::Level;
 use crate::run::{Options, Prepared, run_to_folder};
+use crate::stopwatch::Stopwatch;
 use controller::config::Config;
 use folder::Folder;
 use std::path::PathBuf;

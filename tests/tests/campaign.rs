@@ -4,9 +4,10 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use harness::campaign::{
-    Campaign, Case, EnvelopeSettings, Executor as _, Guided, Journal, Regression, Settings,
-    Simulated, Space, envelope, run,
+    Campaign, Case, EnvelopeSettings, Executor as _, Guided, Journal, Regression, Settings, Space,
+    envelope, run,
 };
+use harness::executors::Simulated;
 use harness::faults::{Fault, FaultKind, Schedule, Target, When};
 use harness::made::Made;
 use harness::operator::Answers;

@@ -144,7 +144,7 @@ pub enum AccountError {
 impl Account {
     /// Of a campaign that begins, of this version.
     pub fn new() -> Self {
-        Self { schema: SCHEMA, version: crate::run::VERSION.to_owned(), ..Self::default() }
+        Self { schema: SCHEMA, version: crate::record::VERSION.to_owned(), ..Self::default() }
     }
 
     /// Writes it into the folder of the campaign.

@@ -9,6 +9,8 @@ use std::fmt;
 
 /// The property that is broken by a controller that panics.
 pub const PANIC: &str = "no_panic";
+/// What is broken where a plan does not pass.
+pub const PASSES: &str = "passes";
 
 /// One run of a plan.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -28,7 +30,12 @@ pub struct CaseId(u128);
 impl Case {
     /// Its name among those of the plan with this text.
     pub fn id(&self, plan: &str) -> CaseId {
-        CaseId::of(&[crate::run::VERSION, plan, &self.seed.to_string(), &self.schedule.to_toml()])
+        CaseId::of(&[
+            crate::record::VERSION,
+            plan,
+            &self.seed.to_string(),
+            &self.schedule.to_toml(),
+        ])
     }
 }
 
@@ -107,8 +114,7 @@ impl CaseResult {
     }
 
     /// Nobody carried it out to its end, because somebody wants no more.
-    #[cfg(any(feature = "live", feature = "nats"))]
-    pub(super) fn given_up() -> Self {
+    pub fn given_up() -> Self {
         Self::ended(Outcome::Aborted.name())
     }
 

@@ -3,8 +3,8 @@
 use super::case::{Case, CaseResult};
 use super::executor::Executor;
 use super::space::severity;
-use crate::checks::confidence::{Z_95, wilson};
 use crate::faults::{Fault, Lasts, Schedule, When};
+use crate::plan::confidence::{Z_95, wilson};
 use emulators::random::RandomStream;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
@@ -86,6 +86,25 @@ impl Envelope {
     /// So much, and all less of it that was run, is tolerated.
     pub fn tolerates(&self, severity: f64) -> bool {
         self.tolerated.is_some_and(|most| most >= severity)
+    }
+}
+
+/// One envelope, and what it should have been.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// The plan that ran.
+    pub plan: String,
+    /// What was measured.
+    #[serde(flatten)]
+    pub envelope: Envelope,
+    /// The severity that must be tolerated, where one was asked for.
+    pub at_least: Option<f64>,
+}
+
+impl Measured {
+    /// What was asked for is tolerated; true where nothing was.
+    pub fn holds(&self) -> bool {
+        self.at_least.is_none_or(|least| self.envelope.tolerates(least))
     }
 }
 

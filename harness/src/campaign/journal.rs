@@ -116,7 +116,7 @@ impl Journal {
         let failed = |source| JournalError::Io { path: path.to_owned(), source };
         let head = Head {
             schema: SCHEMA,
-            version: crate::run::VERSION.to_owned(),
+            version: crate::record::VERSION.to_owned(),
             campaign: campaign.to_owned(),
             horizon,
         };

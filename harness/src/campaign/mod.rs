@@ -12,8 +12,8 @@
 //! * [`Space`]: which faults can strike a bench and a plan, and strategies (proptest) that draw them.
 //! * [`Search`]: which case is next: [`Random`], or [`Guided`]: evenly over the space, and along the margins of the
 //!   properties where that pays.
-//! * [`Executor`]: carries out one case; [`Simulated`] does in virtual time, `OnBench` in real time, where runs differ:
-//!   [`Repeatedly`] takes only what breaks again and again for broken.
+//! * [`Executor`]: carries out one case. In real time, where runs differ, [`Repeatedly`] takes only what breaks again
+//!   and again for broken.
 //! * [`shrink()`]: less faults, later, shorter, weaker, as long as the same property breaks.
 //! * [`Account`]: what a campaign was to do and what came of it, beside its journal: what a report is drawn from.
 //! * [`envelope()`]: the share of runs that pass over the severity of one kind.
@@ -27,9 +27,6 @@ mod journal;
 mod mutation;
 #[cfg(feature = "nats")]
 pub mod nats;
-#[cfg(feature = "live")]
-mod on_bench;
-mod passes;
 mod regression;
 mod repeat;
 mod run;
@@ -42,14 +39,11 @@ mod toy;
 mod window;
 
 pub use account::{ACCOUNT, Account, AccountError, End, FoundCase, Struck};
-pub use case::{Case, CaseId, CaseResult, PANIC, Violated};
-pub use envelope::{Envelope, EnvelopeSettings, Level, envelope};
-pub use executor::{Executor, Simulated};
+pub use case::{Case, CaseId, CaseResult, PANIC, PASSES, Violated};
+pub use envelope::{Envelope, EnvelopeSettings, Level, Measured, envelope};
+pub use executor::Executor;
 pub use guided::Guided;
 pub use journal::{Journal, JournalError, Line, each_line};
-#[cfg(feature = "live")]
-pub use on_bench::{Bench, OnBench, Site};
-pub use passes::PASSES;
 pub use regression::{Regression, RegressionError};
 pub use repeat::{
     BREAKS_AT_LEAST, CONFIDENCE, REPEATS, REPEATS_MAX, Repeated, Repeatedly, Repetition,

@@ -1,7 +1,6 @@
 //! The smallest failing case as a plan that anyone can run.
 
-use super::case::{Case, PANIC};
-use super::passes::PASSES;
+use super::case::{Case, PANIC, PASSES};
 use std::io;
 use std::path::{Path, PathBuf};
 

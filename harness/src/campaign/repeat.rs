@@ -9,8 +9,8 @@
 use super::case::{Case, CaseResult};
 use super::executor::Executor;
 use super::run::guarded;
-use crate::checks::confidence::clopper_pearson_lower;
 use crate::outcome::Outcome;
+use crate::plan::confidence::clopper_pearson_lower;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;

@@ -18,7 +18,6 @@
 //! An observation that is not finite fails every check that it belongs to, and a figure that cannot be
 //! formed is [`Verdict::Unset`]; the statistic says why. The order of observations is of no importance.
 
-pub mod confidence;
 mod each;
 mod figure;
 pub mod line;

@@ -20,9 +20,10 @@ use super::setup::LiveSetup;
 use super::setup::{Setup, SetupArguments};
 use crate::campaign::{
     self, Campaign, CaseResult, Executor, Guided, Journal, Random, Regression, Search, Settings,
-    Simulated, Space,
+    Space,
 };
 use crate::console::{self, Again, Style};
+use crate::executors::Simulated;
 use crate::faults::{FaultKind, Target};
 use crate::library::{Kind, Library};
 use crate::made::Made;

@@ -1,10 +1,10 @@
 //! Where the command line meets the buses of the kernel in virtual time.
 
 use super::failure::Failure;
+use crate::record::Progress;
 use crate::run::{Completed, Options, Prepared};
 use crate::watch::Feed;
 use crate::world::crossing::KernelBus;
-use crate::world::simulated::Progress;
 
 /// Opens and closes what each of the plans crosses, so that a bus that is missing does not cost the hours
 /// of those before it.

@@ -3,9 +3,9 @@
 use super::failure::Failure;
 use super::setup::{Controller, LiveSetup};
 use crate::operator::Person;
+use crate::record::Progress;
 use crate::run::{Completed, Options, Prepared};
 use crate::watch::Feed;
-use crate::world::simulated::Progress;
 
 /// The interface that `--bus vcan` means.
 #[cfg(feature = "live")]

@@ -45,7 +45,6 @@ mod seeds;
 mod series;
 mod setup;
 mod show;
-pub(crate) mod stopwatch;
 mod terminal;
 mod watch;
 #[cfg(feature = "nats")]

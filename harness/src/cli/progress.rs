@@ -1,11 +1,11 @@
 //! What is shown on the standard error while runs go on: bars on a terminal, a line a plan elsewhere.
 
-use super::stopwatch::Stopwatch;
 use crate::console::is_colour_wanted;
 use crate::figures;
 use crate::outcome::Summary;
 use crate::reading::Teller;
-use crate::world::simulated::Progress;
+use crate::record::Progress;
+use crate::stopwatch::Stopwatch;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};

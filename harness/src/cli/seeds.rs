@@ -121,7 +121,8 @@ fn one_seed(
         if interrupt.requested() {
             return None;
         }
-        done.push(SeedVerdicts::of(&run));
+        let ending = &run.ending;
+        done.push(SeedVerdicts::of(ending.outcome, ending.reason.as_deref(), &run.measurements));
         made.extend(run.made);
     }
     Some(Ok(done))

@@ -6,8 +6,9 @@ use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::nats::{CredentialArguments, stop, teller};
 use super::progress::Screen;
+use crate::campaign::Executor;
 use crate::campaign::nats::{Holder, Maker, Package, Place, Stopping, WorkerSettings, work};
-use crate::campaign::{Executor, Simulated};
+use crate::executors::Simulated;
 use crate::outcome::Outcome;
 use bench::BenchHand;
 use clap::Args;
@@ -80,7 +81,7 @@ impl WorkerArguments {
         let settings = WorkerSettings {
             threads,
             holder: Holder::this_process(),
-            version: crate::run::VERSION.to_owned(),
+            version: crate::record::VERSION.to_owned(),
             patience: Duration::from_secs(self.wait.into()),
             place,
         };

@@ -1,11 +1,11 @@
 //! What a campaign came to, and how much of a fault is tolerated.
 
 use super::{Style, lines, printable};
+use crate::campaign::Measured;
 use crate::campaign::{Campaign, Envelope, Level, Repeated};
 use crate::faults::Fault;
 use crate::figures;
 use crate::properties::Unjudged;
-use crate::report::envelopes::Measured;
 use comfy_table::Cell;
 use serde_json::{Value, json};
 use std::fmt::Write as _;

@@ -1,9 +1,9 @@
 //! What came of runs and campaigns as Markdown, for the summary of a build.
 
 use crate::campaign::Campaign;
+use crate::campaign::Measured;
 use crate::figures;
 use crate::outcome::{Counts, Measurement, Summary};
-use crate::report::envelopes::Measured;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 

@@ -1,53 +1,34 @@
 //! How many seeds pass: what one run cannot tell.
 
 use super::{Style, lines, printable};
+use crate::seeds::SeedShare;
 use comfy_table::Cell;
-use serde::Serialize;
-
-/// Over how many seeds a measurement was acceptable.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SeedShare {
-    /// The plan.
-    pub plan: String,
-    /// The measurement.
-    pub measurement: String,
-    /// Seeds whose run passed it, marginally or not.
-    pub passed: u64,
-    /// Seeds that ran.
-    pub seeds: u64,
-    /// 95 % Wilson interval of the share, lower and upper end, from 0 to 1.
-    pub interval: (f64, f64),
-    /// What the paper gives, with its place.
-    pub paper: Option<String>,
-}
 
 const HEADER: [&str; 5] = ["procedure", "measurement", "seeds that pass", "95 % interval", "paper"];
 
-impl SeedShare {
-    fn cells(&self) -> [String; HEADER.len()] {
-        let share = match self.seeds {
-            0 => "no seed ran".to_owned(),
-            seeds => {
-                let percent = 100.0 * self.passed as f64 / seeds as f64;
-                format!("{percent:.1} % ({} of {seeds})", self.passed)
-            }
-        };
-        let (lower, upper) = self.interval;
-        [
-            printable(&self.plan),
-            printable(&self.measurement),
-            share,
-            format!("{:.1} % to {:.1} %", 100.0 * lower, 100.0 * upper),
-            printable(self.paper.as_deref().unwrap_or("-")),
-        ]
-    }
+fn cells(one: &SeedShare) -> [String; HEADER.len()] {
+    let share = match one.seeds {
+        0 => "no seed ran".to_owned(),
+        seeds => {
+            let percent = 100.0 * one.passed as f64 / seeds as f64;
+            format!("{percent:.1} % ({} of {seeds})", one.passed)
+        }
+    };
+    let (lower, upper) = one.interval;
+    [
+        printable(&one.plan),
+        printable(&one.measurement),
+        share,
+        format!("{:.1} % to {:.1} %", 100.0 * lower, 100.0 * upper),
+        printable(one.paper.as_deref().unwrap_or("-")),
+    ]
 }
 
 /// The shares for a terminal.
 pub fn seeds_table(shares: &[SeedShare], style: Style) -> String {
     let mut table = style.table(&HEADER);
     for share in shares {
-        table.add_row(share.cells().map(Cell::new));
+        table.add_row(cells(share).map(Cell::new));
     }
     lines(&table)
 }
@@ -56,7 +37,7 @@ pub fn seeds_table(shares: &[SeedShare], style: Style) -> String {
 pub fn seeds_markdown(shares: &[SeedShare]) -> String {
     let mut text = markdown_row(HEADER.map(str::to_owned));
     text += &markdown_row(HEADER.map(|_| "---".to_owned()));
-    shares.iter().for_each(|share| text += &markdown_row(share.cells()));
+    shares.iter().for_each(|share| text += &markdown_row(cells(share)));
     text
 }
 

@@ -4,13 +4,13 @@ use super::finding::{Finding, joined};
 use super::interface::{self, CanInterface, CanState, is_vcan_name};
 use super::{Facts, Needs};
 use crate::bench_file::Medium;
-use crate::link::BIT_RATE;
 use rustix::net::{AddressFamily, Protocol, SocketType, socket};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroU32;
 use std::path::Path;
 use std::process::Command;
+use wire::can::BIT_RATE;
 
 /// The modules that matter: the raw protocol, virtual interfaces, adapters on a serial port.
 const MODULES: [&str; 3] = ["can_raw", "vcan", "slcan"];

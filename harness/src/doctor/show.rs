@@ -1,7 +1,8 @@
 //! Findings for a terminal, and for a program.
 
+use super::table::findings_table;
 use super::{Facts, Finding, Status, outcome};
-use crate::console::{Style, findings_table};
+use crate::console::Style;
 use serde::Serialize;
 use std::fmt::Write as _;
 

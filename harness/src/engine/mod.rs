@@ -19,7 +19,6 @@ mod signals;
 mod teardown;
 
 pub use action::Action;
-pub use phases::PhaseEvent;
 
 use crate::observation::Observation;
 use crate::outcome::Outcome;

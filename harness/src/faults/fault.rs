@@ -2,7 +2,6 @@
 
 use super::{FaultKind, Lasts, When};
 use crate::plan::number;
-use crate::record::Device;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 use std::fmt;
@@ -38,18 +37,6 @@ impl Target {
             Self::Host => "host",
             Self::Operator => "operator",
             Self::Device => "device",
-        }
-    }
-
-    /// Whose event a fault is in the record.
-    pub(crate) const fn device(self) -> Device {
-        match self {
-            Self::Gyro => Device::Gyro,
-            Self::Base => Device::Base,
-            Self::Table => Device::Table,
-            Self::Host => Device::Controller,
-            Self::Operator => Device::Plan,
-            Self::Device => Device::Device,
         }
     }
 }

@@ -17,23 +17,18 @@
 //! The controller knows of none.
 
 mod apart;
+mod chance;
 mod check;
 mod fault;
-mod injector;
 mod kind;
-mod ledger;
-mod record;
 mod schedule;
 pub mod table;
 mod when;
 
+pub use chance::Chance;
 pub use check::{BenchLines, Unfit};
 pub use fault::{Fault, Target, Toward};
-pub use injector::FaultSummary;
-pub(crate) use injector::{Change, makes_frames};
 pub(crate) use kind::schema::name as kind_name_schema;
 pub use kind::{FaultKind, KindInfo, KindParameter, Lasts, Reach, UnknownKind};
-pub(crate) use ledger::Ledger;
-pub use record::{FaultEvent, FaultRecord};
 pub use schedule::{FAULTS_MAX, Schedule};
 pub use when::When;

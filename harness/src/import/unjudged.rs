@@ -3,7 +3,7 @@
 use crate::outcome::PropertySummary;
 use crate::plan::Plan;
 use crate::plan::quantities::{self as q, OPERATOR_PREFIX, Quantity};
-use crate::properties::Unjudged;
+use crate::properties::{Kind, Unjudged};
 
 /// Quantities that the frames say.
 pub static FORMED: [&Quantity; 2] = [&q::STRAIGHT_STOP_ERROR, &q::POSE_WRITE_RETRIES];
@@ -54,7 +54,7 @@ pub(super) fn of_plan(plan: &Plan) -> Vec<(String, &'static str)> {
 pub(super) fn properties(plan: &Plan) -> Vec<PropertySummary> {
     let unjudged = plan.properties.iter().map(|property| Unjudged {
         name: property.name(),
-        kind: property.kind(),
+        kind: Kind::of(property),
         why: "a log holds frames alone: nobody watched the controller's reports and the gyro"
             .to_owned(),
     });

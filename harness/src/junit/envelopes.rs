@@ -1,7 +1,7 @@
 //! Envelopes as a suite: one case a fault, failing where less is tolerated than the plan wants.
 
+use crate::campaign::Measured;
 use crate::figures;
-use crate::report::envelopes::Measured;
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
 /// The document for the envelopes of `plan`.
@@ -42,7 +42,7 @@ fn said(Measured { envelope, at_least, .. }: &Measured) -> String {
 mod tests {
     use super::envelopes;
     use crate::campaign::Envelope;
-    use crate::report::envelopes::Measured;
+    use crate::campaign::Measured;
 
     #[test]
     fn less_than_wanted_fails() {

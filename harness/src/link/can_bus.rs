@@ -9,13 +9,11 @@ pub use confinement::{ErrorCounters, ErrorState};
 pub use nodes::StateChange;
 
 use faulty::Faulty;
-use wire::can::{CanFrame, Id};
+use wire::can::{BIT_RATE, CanFrame, Id};
 use wire::time::{Span, Timestamp};
 
 /// Frames that can wait for the bus; more are dropped and counted.
 pub const FRAMES_MAX: usize = 64;
-/// Bits per second: assumption, the usual rate of machine control (CiA 301 lists 500 kbit/s).
-pub const BIT_RATE: i64 = 500_000;
 /// Time of one bit.
 const BIT: Span = Span::from_nanos(1_000_000_000 / BIT_RATE);
 

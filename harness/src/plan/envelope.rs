@@ -12,8 +12,8 @@
 //! A run does not judge them: [`crate::campaign::envelope()`] measures them, with many.
 
 use super::validate::{Fault as Mistake, Segment};
-use crate::checks::confidence::{Z_95, trials_min};
 use crate::faults::{BenchLines, Fault, FaultKind, Schedule, Target, kind_name_schema};
+use crate::plan::confidence::{Z_95, trials_min};
 use schemars::JsonSchema;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};

@@ -35,6 +35,7 @@
 
 mod band;
 mod check;
+pub mod confidence;
 mod contradiction;
 pub(crate) mod device;
 mod envelope;
@@ -73,6 +74,7 @@ pub use measurement::Declared;
 pub use message::{Send, StopSending};
 pub use motion::{Direction, Lap, MeasurePose, Place, Straight, TableTurn, Turn};
 pub use name::{Name, ParameterName};
+pub use phases::PhaseEvent;
 pub use property::{Always, Property, Sometimes};
 pub use quantity::{Filter, OfDevice, QuantityName, TagMatch};
 pub use rest::{BiasResidual, BiasTest, Condition, Log, PowerCycle, SetParameter, Wait};

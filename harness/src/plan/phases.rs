@@ -8,6 +8,15 @@ use super::{Name, Plan};
 use controller::mission::Command;
 use std::collections::BTreeMap;
 
+/// A phase began or ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum PhaseEvent {
+    /// The phase of this name began.
+    Began(String),
+    /// The phase of this name ended; of several of one name the one that began last.
+    Ended(String),
+}
+
 /// The phase that a command to the controller is, where it is one.
 pub(crate) const fn of_command(command: &Command) -> Option<&'static str> {
     match command {

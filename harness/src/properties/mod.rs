@@ -42,7 +42,7 @@ pub use limits::{
 pub use monitor::Monitor;
 pub use seen::{Seen, Truth};
 pub use sight::{Sight, Unjudged, View};
-pub use verdict::{Kind, PropertyVerdict, Violation};
+pub use verdict::{Kind, PropertyVerdict};
 
 /// The truth is shown at least this often, as far as anything happens meanwhile, and whenever the controller says
 /// something: the period of a base's reports in motion.

@@ -4,8 +4,9 @@ use super::always::{self, Judge};
 use super::seen::Seen;
 use super::senses::{Fact, Senses, Topic};
 use super::sometimes::Reached;
-use super::verdict::{Kind, PropertyVerdict, Violation};
+use super::verdict::{Kind, PropertyVerdict};
 use super::{Limits, Property};
+use crate::record::Violation;
 use wire::time::Timestamp;
 
 /// Watches one run. Properties that are asked for twice are judged once, by the first.

@@ -3,6 +3,7 @@
 //! own is heard by nobody else.
 
 use super::{Always, Kind, Property, Sometimes};
+use crate::outcome::PropertySummary;
 use std::collections::BTreeMap;
 
 /// Something that a property is judged by.
@@ -39,6 +40,20 @@ pub struct Unjudged {
     pub why: String,
 }
 
+impl From<&Unjudged> for PropertySummary {
+    fn from(unjudged: &Unjudged) -> Self {
+        Self {
+            name: unjudged.name.to_owned(),
+            always: unjudged.kind == Kind::Always,
+            held: None,
+            not_judged: Some(unjudged.why.clone()),
+            margin: None,
+            broken_s: None,
+            what: None,
+        }
+    }
+}
+
 impl Sight {
     /// Of everything.
     pub fn whole() -> Self {
@@ -64,7 +79,7 @@ impl Sight {
             match self.missing(property) {
                 None => judged.push(*property),
                 Some(why) => {
-                    let (name, kind) = (property.name(), property.kind());
+                    let (name, kind) = (property.name(), Kind::of(property));
                     unjudged.push(Unjudged { name, kind, why });
                 }
             }
@@ -77,16 +92,6 @@ impl Sight {
         needs(property).iter().find_map(|view| {
             self.hidden.get(view).map(|why| format!("it is judged by {}: {why}", view.what()))
         })
-    }
-}
-
-impl Property {
-    /// Which kind.
-    pub const fn kind(&self) -> Kind {
-        match self {
-            Self::Always(_) => Kind::Always,
-            Self::Sometimes(_) => Kind::Sometimes,
-        }
     }
 }
 

@@ -1,5 +1,8 @@
 //! What became of a property, and how near it came to the other outcome.
 
+use crate::outcome::PropertySummary;
+use crate::plan::Property;
+use crate::record::Violation;
 use serde::Serialize;
 use wire::time::Timestamp;
 
@@ -13,13 +16,14 @@ pub enum Kind {
     Sometimes,
 }
 
-/// Where a property was first violated.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Violation {
-    /// When, in bench time.
-    pub at: Timestamp,
-    /// What was seen, and what was expected.
-    pub what: String,
+impl Kind {
+    /// That of a property.
+    pub const fn of(property: &Property) -> Self {
+        match property {
+            Property::Always(_) => Self::Always,
+            Property::Sometimes(_) => Self::Sometimes,
+        }
+    }
 }
 
 /// What became of one property in one run.
@@ -37,6 +41,21 @@ pub struct PropertyVerdict {
     /// in the run as a share of the limit; 1 far, 0 at the limit, negative beyond, within -1 to 1. None
     /// where the run held nothing to judge, and for what must come about sometimes.
     pub margin: Option<f64>,
+}
+
+impl From<&PropertyVerdict> for PropertySummary {
+    fn from(verdict: &PropertyVerdict) -> Self {
+        let violation = verdict.first_violation.as_ref();
+        Self {
+            name: verdict.name.to_owned(),
+            always: verdict.kind == Kind::Always,
+            held: Some(verdict.held),
+            not_judged: None,
+            margin: verdict.margin,
+            broken_s: violation.map(|violation| violation.at.as_secs_f64()),
+            what: violation.map(|violation| violation.what.clone()),
+        }
+    }
 }
 
 /// The least margin so far, and the first violation.

@@ -1,7 +1,7 @@
 //! Records for tests.
 
 use super::{Device, Number, Observation, Record, RecordKind, Reply, Through};
-use crate::faults::{FaultEvent, FaultRecord};
+use crate::record::{FaultEvent, FaultRecord};
 use controller::health::{Causes, Health};
 use controller::mission::{
     AbortReason, Activity, BiasTest, BiasTestResult, Command, MissionResult, Refusal, Report,

@@ -5,8 +5,7 @@
 
 use super::header::Header;
 use super::writer::RecordWriter;
-use super::{Device, Record, RecordKind};
-use crate::properties::Violation;
+use super::{Device, Record, RecordKind, Violation};
 use std::io::{self, Write};
 use wire::can::CanFrame;
 use wire::time::{Span, Timestamp};

@@ -4,13 +4,13 @@ use super::download::{ROWS_MAX, Table, number, place};
 use super::frame::{Axis, Frame, SCALE};
 use super::palette::CCW;
 use super::thin::{Point, extremes};
-use crate::link::BIT_RATE;
 use crate::record::header::Line;
 use crate::record::{Device, Record, RecordKind};
 use maud::{Markup, html};
 use plotters::element::PathElement;
 use plotters::style::Color;
 use std::collections::BTreeMap;
+use wire::can::BIT_RATE;
 
 /// The most seconds that are kept: two days.
 const SECONDS_MAX: usize = 172_800;

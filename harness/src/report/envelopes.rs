@@ -4,31 +4,11 @@ use super::download::{Table, number};
 use super::frame::{Axis, Drawn, Frame, SCALE};
 use super::page::{document, section};
 use super::palette::{BAND, CCW, OUTSIDE};
-use crate::campaign::{Envelope, Level};
+use crate::campaign::{Level, Measured};
 use crate::figures;
 use maud::{Markup, html};
 use plotters::element::{Circle, PathElement};
 use plotters::style::Color;
-use serde::{Deserialize, Serialize};
-
-/// One envelope, and what it should have been.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Measured {
-    /// The plan that ran.
-    pub plan: String,
-    /// What was measured.
-    #[serde(flatten)]
-    pub envelope: Envelope,
-    /// The severity that must be tolerated, where one was asked for.
-    pub at_least: Option<f64>,
-}
-
-impl Measured {
-    /// What was asked for is tolerated; true where nothing was.
-    pub fn holds(&self) -> bool {
-        self.at_least.is_none_or(|least| self.envelope.tolerates(least))
-    }
-}
 
 /// The page of the envelopes of a plan. The same arguments give the same bytes.
 pub fn page(plan: &str, all: &[Measured]) -> String {

@@ -1,7 +1,7 @@
 //! When each fault of the schedule was at work.
 
 use super::download::{Table, number, place, text};
-use crate::faults::{FaultEvent, FaultRecord};
+use crate::record::{FaultEvent, FaultRecord};
 use maud::{Markup, html};
 
 /// The most spans that are kept.
@@ -116,7 +116,7 @@ impl FaultSpans {
 #[cfg(test)]
 mod tests {
     use super::{FaultSpans, LANES_MAX, SPANS_MAX};
-    use crate::faults::{FaultEvent, FaultRecord};
+    use crate::record::{FaultEvent, FaultRecord};
 
     fn event(index: u32, event: FaultEvent) -> FaultRecord {
         FaultRecord { index, name: format!("drop {index}"), event }

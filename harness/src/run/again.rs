@@ -20,9 +20,9 @@
 //! record, so something happened to the record since, and the verdicts in the summary rest on more
 //! than what is left. That is also why they are left as they are.
 
+use super::header;
 use super::keep::{breach, worsen};
 use super::recorded_properties::Replayed;
-use super::{VERSION, header};
 use crate::checks::judge_all;
 use crate::engine::OBSERVATIONS_MAX;
 use crate::observation::Observation;
@@ -31,7 +31,7 @@ use crate::plan::Plan;
 use crate::properties::{Limits, Unjudged};
 use crate::record::header::Header;
 use crate::record::reader::RecordError;
-use crate::record::{Record, RecordKind};
+use crate::record::{Record, RecordKind, VERSION};
 use std::collections::BTreeMap;
 use wire::time::Timestamp;
 

@@ -6,10 +6,10 @@ use crate::operator::Answers;
 use crate::plan::device::unit_of;
 use crate::plan::{OfDevice, QuantityName};
 use crate::record::Device;
+use crate::record::Progress;
 use crate::record::header::{Header, Line};
 use crate::record::sink::RecordSink;
 use crate::world::described::DescribedWorld;
-use crate::world::simulated::Progress;
 use described::{Description, Medium};
 use std::sync::Arc;
 

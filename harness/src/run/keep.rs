@@ -1,6 +1,6 @@
 //! A run that leaves a run folder behind.
 
-use super::{Prepared, Simulated, Subject, VERSION, simulate_across};
+use super::{Prepared, Simulated, Subject, simulate_across};
 use crate::calibrations;
 use crate::checks::judge_all;
 use crate::junit;
@@ -10,11 +10,11 @@ use crate::operator::Answers;
 use crate::outcome::{Outcome, PropertySummary, Summary};
 use crate::record::header::Header;
 use crate::record::sink::Level;
+use crate::record::{Progress, VERSION};
 use crate::report;
 use crate::run_folder::{JUNIT, RunFolder, RunFolderError};
 use crate::watch::{Feed, Watched};
 use crate::world::crossing::{Crossing, Memory};
-use crate::world::simulated::Progress;
 use std::path::Path;
 
 /// How a run is to be carried out and kept.

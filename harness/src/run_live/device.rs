@@ -3,6 +3,7 @@
 use super::{LiveRun, LiveRunError, LiveSetting};
 use crate::made::Made;
 use crate::operator::{Operator, Person};
+use crate::record::Progress;
 use crate::record::sink::RecordSink;
 use crate::run::{Completed, Options, Prepared, finish, keep, summarise};
 use crate::run_folder::RunFolder;
@@ -11,7 +12,6 @@ use crate::world::live::{
     DescribedLive, DeviceSetting, LATE_MAX_DEFAULT, LiveError, PlacementError, Player, Scheduling,
     player, usual_port,
 };
-use crate::world::simulated::Progress;
 use described::{Description, Medium};
 use std::sync::Arc;
 

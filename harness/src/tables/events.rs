@@ -2,8 +2,8 @@
 
 use super::cell::Cell;
 use super::rows::{Row, time};
-use crate::faults::FaultEvent;
 use crate::outcome::{PropertySummary, Summary};
+use crate::record::FaultEvent;
 use crate::record::text::name_of;
 use crate::record::{Device, Record, RecordKind};
 use controller::mission::Report;

@@ -4,9 +4,9 @@ use super::broken::{Smallest, TrialFindings};
 use super::folder::Folder;
 use super::{Trial, TrialError};
 use crate::campaign::{
-    self, Case, CaseResult, Executor as _, Found, Guided, Journal, Regression, Settings, Simulated,
-    Space,
+    self, Case, CaseResult, Executor as _, Found, Guided, Journal, Regression, Settings, Space,
 };
+use crate::executors::Simulated;
 use crate::faults::FaultKind;
 use crate::outcome::Outcome;
 use crate::plan::Property;

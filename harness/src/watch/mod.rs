@@ -31,9 +31,9 @@ pub use sink::Watched;
 pub use traffic::{Traffic, Way};
 
 use crate::plan::Plan;
+use crate::record::Progress;
 use crate::record::Record;
 use crate::record::header::Header;
-use crate::world::simulated::Progress;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The model of a run that goes on. A clone is the same model.

@@ -1,9 +1,8 @@
 //! A record sink that shows what goes through it.
 
 use super::{Feed, Traffic};
-use crate::properties::Violation;
 use crate::record::sink::{Level, RecordSink};
-use crate::record::{Device, Record};
+use crate::record::{Device, Record, Violation};
 use std::io;
 use wire::can::CanFrame;
 use wire::time::Timestamp;

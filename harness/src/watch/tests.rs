@@ -4,10 +4,10 @@ use super::{Feed, Model, NewsKind, Watched};
 use crate::made::Made;
 use crate::operator::Answers;
 use crate::plan::Plan;
+use crate::record::Progress;
 use crate::record::RecordKind;
 use crate::record::sink::{Level, MemorySink, NullSink, RecordSink as _};
 use crate::run::{Prepared, Simulated, simulate};
-use crate::world::simulated::Progress;
 use wire::time::Timestamp;
 
 /// A lap on a square, and a fault on its way.

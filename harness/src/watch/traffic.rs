@@ -1,8 +1,8 @@
 //! What crosses the bus and the lines, by who sent it.
 
-use crate::link::BIT_RATE;
 use crate::record::Device;
 use crate::record::header::Line;
+use wire::can::BIT_RATE;
 use wire::can::CanFrame;
 use wire::time::{Span, Timestamp};
 

@@ -49,13 +49,14 @@ pub use verdict::LiveEnd;
 
 use super::bench::Bench;
 use super::faults::Faults;
-use super::simulated::{Progress, look_up};
+use super::simulated::look_up;
 use super::stage::Stage;
 use crate::engine::{Action, Engine};
 use crate::operator::Operator;
 use crate::outcome::PortSide;
 use crate::properties::{Limits, Property};
 use crate::record::Device;
+use crate::record::Progress;
 use crate::record::sink::RecordSink;
 pub(crate) use clock::Clock;
 pub use clock::SPIN_MAX;

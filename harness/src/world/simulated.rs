@@ -16,12 +16,12 @@ use super::lines::{BaseLink, Node};
 use super::stage::Stage;
 use super::watch::{Watch, see};
 use crate::engine::{Action, Ending, Engine};
-use crate::faults::FaultSummary;
 use crate::hosted::{Hosted, HostedController as _, Hosting};
 use crate::operator::{Answers, Operator};
 use crate::outcome::Outcome;
 use crate::properties::{Limits, Monitor, Property, Seen};
 use crate::record::sink::RecordSink;
+use crate::record::{FaultSummary, Progress};
 use controller::mission::Report;
 use controller::{Output, Port};
 use wire::time::Timestamp;
@@ -37,17 +37,6 @@ struct Touched {
     controller: bool,
     carrier: bool,
     engine: bool,
-}
-
-/// What a caller is told while a run goes on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
-    /// Bench time.
-    pub now: Timestamp,
-    /// Steps done.
-    pub steps_done: u64,
-    /// Steps in all.
-    pub steps: u64,
 }
 
 /// Looks beyond a world: does anybody want the run to stop, does the disk still take the record?

@@ -9,7 +9,7 @@ use harness::campaign::nats::{
 };
 use harness::campaign::{Case, CaseResult, Executor};
 use harness::operator::Answers;
-use harness::run::VERSION;
+use harness::record::VERSION;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};

@@ -5,7 +5,7 @@ use crate::hil::{Hil, Ran, cases, wait_for};
 use crate::server::{Server, cases_waiting, say};
 use harness::campaign::nats::{Holder, Package, Place, Stopping, WorkerSettings, work};
 use harness::campaign::{Case, CaseResult, Executor};
-use harness::run::VERSION;
+use harness::record::VERSION;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;

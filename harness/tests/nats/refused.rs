@@ -3,7 +3,7 @@
 use crate::hil::Hil;
 use crate::server::{Server, cases_waiting, say};
 use async_nats::jetstream::{self, stream};
-use harness::run::VERSION;
+use harness::record::VERSION;
 
 #[test]
 fn without_a_server_it_ends_and_says_what_to_do() {

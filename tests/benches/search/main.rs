@@ -10,7 +10,8 @@ mod plans;
 mod score;
 
 use controller::Mutant;
-use harness::campaign::{Case, Executor as _, Guided, Random, Search, Simulated, Space};
+use harness::campaign::{Case, Executor as _, Guided, Random, Search, Space};
+use harness::executors::Simulated;
 use harness::operator::Answers;
 use harness::seeds::for_each_seed;
 use score::{Score, cell, ratio_and_interval};

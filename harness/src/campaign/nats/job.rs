@@ -4,7 +4,7 @@ use crate::campaign::case::{Case, CaseId, CaseResult};
 use crate::campaign::executor::Executor;
 use crate::campaign::repeat::Repeated;
 use crate::campaign::run::caught;
-use crate::run::VERSION;
+use crate::record::VERSION;
 use serde::{Deserialize, Serialize};
 use wire::time::Span;
 

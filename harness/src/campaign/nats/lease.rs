@@ -26,7 +26,7 @@ impl Holder {
     pub fn this_process() -> Self {
         let host = rustix::system::uname();
         let host = host.nodename().to_string_lossy().into_owned();
-        Self(format!("hil {} on {host}, process {}", crate::run::VERSION, std::process::id()))
+        Self(format!("hil {} on {host}, process {}", crate::record::VERSION, std::process::id()))
     }
 
     /// By any name.

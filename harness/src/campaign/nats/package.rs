@@ -128,7 +128,8 @@ fn content(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::{NotHere, Package};
-    use crate::campaign::{Case, Executor as _, Repetition, Simulated};
+    use crate::campaign::{Case, Executor as _, Repetition};
+    use crate::executors::Simulated;
     use crate::made::Made;
     use crate::operator::Answers;
     use crate::run::Prepared;

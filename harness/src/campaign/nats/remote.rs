@@ -70,9 +70,10 @@ impl<E: Executor> Remote<E> {
         stop: impl Fn() -> bool + Send + 'static,
     ) -> Result<Self, NatsError> {
         let package_id = package.id();
-        let campaign = CaseId::of(&[crate::run::VERSION, &settings.what, &package_id]).to_string();
+        let campaign =
+            CaseId::of(&[crate::record::VERSION, &settings.what, &package_id]).to_string();
         let said = Said {
-            version: crate::run::VERSION.to_owned(),
+            version: crate::record::VERSION.to_owned(),
             campaign: campaign.clone(),
             package: package_id.clone(),
             lease: 0,

@@ -1,13 +1,13 @@
 //! `campaign.json`, `junit.xml` and `report.html` of a campaign's folder.
 
 use super::super::failure::Failure;
-use super::super::stopwatch::Stopwatch;
 use super::{CampaignArguments, JOURNAL, Task};
 use crate::campaign::{Account, Campaign, End, FoundCase, Space, Struck, each_line};
 use crate::console::Again;
 use crate::junit;
 use crate::report::campaign::{Gathered, page};
 use crate::run_folder::{JUNIT, REPORT};
+use crate::stopwatch::Stopwatch;
 use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};

@@ -4,13 +4,14 @@ use super::account::{Kept, Place};
 #[cfg(feature = "nats")]
 use super::over;
 use super::{Begun, CampaignArguments, JOURNAL, Task, states};
-use crate::campaign::{Bench, Executor, Journal, OnBench, Repeatedly, Repetition, Settings, Site};
+use crate::campaign::{Executor, Journal, Repeatedly, Repetition, Settings};
 use crate::cli::failure::Failure;
 use crate::cli::live;
 use crate::cli::setup::{LiveSetup, Setup};
 #[cfg(feature = "nats")]
 use crate::cli::worker::bench_place;
 use crate::console::Again;
+use crate::executors::{Bench, OnBench, Site};
 use crate::operator::{Answers, Person};
 use crate::outcome::Outcome;
 use crate::run_live::DEVICE_LOG;

@@ -1,7 +1,7 @@
 //! A run in plain lines, where nobody can draw: what happened and when, at most so many lines at once.
 
 use super::super::progress::Screen;
-use super::super::stopwatch::Stopwatch;
+use crate::stopwatch::Stopwatch;
 use crate::watch::{Feed, Piece};
 
 /// Between two looks at the run, in seconds.

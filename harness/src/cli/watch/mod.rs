@@ -17,8 +17,8 @@ use super::progress::Screen;
 use super::terminal::Terminal;
 use crate::operator::Person;
 use crate::outcome::Outcome;
+use crate::record::Progress;
 use crate::watch::Feed;
-use crate::world::simulated::Progress;
 use lines::Lines;
 
 /// How the plans of a series are shown.

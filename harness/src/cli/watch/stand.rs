@@ -1,7 +1,7 @@
 //! What the view shows beside the model of the run: the plans, what was noted, what is asked.
 
-use super::super::stopwatch::Stopwatch;
 use crate::outcome::Outcome;
+use crate::stopwatch::Stopwatch;
 use crate::watch::Feed;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -8,12 +8,13 @@ pub(super) use without::BenchHand;
 #[cfg(feature = "live")]
 mod on_bench {
     use crate::bench_file::BenchFile;
+    use crate::campaign::Repeatedly;
     use crate::campaign::nats::{Maker, Package, Place, Stopping};
-    use crate::campaign::{Bench, OnBench, Repeatedly, Site};
     use crate::cli::failure::Failure;
     use crate::cli::live;
     use crate::cli::setup::LiveSetup;
     use crate::cli::worker::bench_place;
+    use crate::executors::{Bench, OnBench, Site};
     use crate::run_live::DEVICE_LOG;
     use std::path::{Path, PathBuf};
     use std::sync::Arc;

@@ -5,8 +5,8 @@ use super::confinement::{ErrorCounters, ErrorState};
 use super::effect::{Effect, Passed};
 use super::nodes::{Nodes, StateChange};
 use super::{BIT, CanBus};
+use crate::faults::Chance;
 use crate::faults::FaultKind;
-use crate::link::chance::Chance;
 use wire::can::CanFrame;
 use wire::time::{Span, Timestamp};
 

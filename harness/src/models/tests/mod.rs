@@ -168,32 +168,3 @@ fn an_emulated_gyro_learns_what_a_controller_cannot_correct() {
     let noise = term("noise", "", "constant", &[("value", 1.0, "deg/h")]);
     assert!(learned(&model(&[&noise])).unwrap_err().to_string().contains("Noise"));
 }
-
-#[test]
-fn a_device_file_names_the_model_that_its_gyro_has_learned() {
-    use crate::library::Library;
-    use crate::world::bench::{DevicesError, load_devices};
-    let folder = tempfile::tempdir().unwrap();
-    for sub in ["devices", "models"] {
-        std::fs::create_dir(folder.path().join(sub)).unwrap();
-    }
-    let write = |path: &str, text: &str| std::fs::write(folder.path().join(path), text).unwrap();
-    write(
-        "devices/taught.toml",
-        "title = 'x'\nmount = 'table'\n[gyro]\nmodel = 'navigator'\nlearned = 'unit'\n\
-         [table]\nmodel = 'stepper'\n",
-    );
-    let library = Library::beside(folder.path().join("plan.toml").to_str().unwrap());
-    let of = |model: &Model| {
-        write("models/unit.toml", &super::to_toml(model, "by hand"));
-        load_devices(&library, "taught")
-    };
-    assert!(matches!(load_devices(&library, "taught"), Err(DevicesError::Library(_))));
-    let shupe = term("bias", "rate_of(coil)", "linear", &[("h", 1.0, "deg/s/(K/s)")]);
-    let delay = term("delay", "spin", "delay", &[("delay", 0.01, "s")]);
-    let gyro = of(&model(&[&shupe, &delay])).unwrap().gyro.1;
-    assert_eq!((gyro.terms.len(), gyro.latency_s), (1, 0.01));
-    let noise = term("noise", "", "constant", &[("value", 1.0, "deg/h")]);
-    let refused = of(&model(&[&noise])).unwrap_err().to_string();
-    assert!(refused.contains("term `t` cannot be carried"), "{refused}");
-}

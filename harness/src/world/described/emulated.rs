@@ -2,9 +2,9 @@
 
 use super::link::{DeviceLink, End};
 #[cfg(feature = "live")]
-use crate::faults::{FaultKind, Toward};
+use crate::faults::Chance;
 #[cfg(feature = "live")]
-use crate::link::Chance;
+use crate::faults::{FaultKind, Toward};
 use described::{Description, Wired};
 use std::sync::Arc;
 use wire::time::Timestamp;

@@ -1,10 +1,12 @@
 //! Faults of the line to a device of the user's own: what the schedule says is done to it.
 
 use super::link::{DeviceLink, node};
-use crate::engine::PhaseEvent;
-use crate::faults::{Change, FaultSummary, Ledger, Schedule};
-use crate::link::Chance;
+use crate::faults::Chance;
+use crate::faults::Schedule;
+use crate::plan::PhaseEvent;
+use crate::record::FaultSummary;
 use crate::record::sink::RecordSink;
+use crate::world::faults::{Change, Ledger};
 use wire::time::Timestamp;
 
 /// The faults of a run; one without any has none of this.

@@ -1,7 +1,8 @@
 //! The line or bus between the plan and a device of the user's own.
 
-use crate::faults::{FaultKind, Toward, makes_frames};
-use crate::link::{CanBus, Chance, SerialLine, StateChange};
+use crate::faults::{Chance, FaultKind, Toward};
+use crate::link::{CanBus, SerialLine, StateChange};
+use crate::world::faults::makes_frames;
 use described::{Medium, Wired};
 use wire::time::Timestamp;
 

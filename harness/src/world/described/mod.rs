@@ -19,13 +19,14 @@ pub(crate) use emulated::Emulated;
 pub(crate) use link::End;
 pub(super) use stage::DeviceStage;
 
-use super::simulated::{Progress, look_up};
+use super::simulated::look_up;
 use crate::engine::{Ending, Engine};
-use crate::faults::FaultSummary;
 use crate::operator::{Answers, Operator};
 use crate::outcome::Outcome;
 use crate::plan::Plan;
 use crate::record::Device;
+use crate::record::FaultSummary;
+use crate::record::Progress;
 use crate::record::sink::RecordSink;
 use described::{Description, Wired};
 use std::sync::Arc;

@@ -2,20 +2,25 @@
 //! hands it in: faults of its machine strike it alone.
 
 mod host;
+mod injector;
+mod ledger;
 mod slips;
 mod strike;
 #[cfg(test)]
 mod tests;
 
 pub(super) use host::Host;
+pub(super) use injector::{Change, makes_frames};
+pub(super) use ledger::Ledger;
 pub(super) use slips::Slips;
 
 use super::lines::{BaseLink, Node};
 use super::stage::Stage;
-use crate::engine::PhaseEvent;
-use crate::faults::{Change, FaultSummary, Ledger, Schedule};
+use crate::faults::Schedule;
 use crate::hosted::HostedController;
 use crate::link::ErrorState;
+use crate::plan::PhaseEvent;
+use crate::record::FaultSummary;
 use crate::record::sink::RecordSink;
 use wire::time::Timestamp;
 

@@ -1,7 +1,7 @@
 //! A person who answers in another unit, or with the wrong sign.
 
+use crate::faults::Chance;
 use crate::faults::FaultKind;
-use crate::link::Chance;
 use crate::record::Reply;
 
 /// The slips that are on.

@@ -3,12 +3,12 @@
 mod effects;
 mod kinds;
 
-use crate::faults::{FaultEvent, FaultRecord, FaultSummary};
 use crate::library::Library;
 use crate::operator::Answers;
 use crate::outcome::Outcome;
 use crate::plan::Plan;
 use crate::record::sink::{FileSink, Level, MemorySink};
+use crate::record::{FaultEvent, FaultRecord, FaultSummary};
 use crate::record::{Record, RecordKind};
 use crate::run::{Prepared, Simulated, Subject, simulate};
 use crate::world::bench::load_devices;

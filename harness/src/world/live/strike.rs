@@ -4,8 +4,8 @@
 use super::LiveWorld;
 use super::clock::Clock;
 use super::device_under_test::Running;
-use crate::faults::FaultSummary;
 use crate::properties::Seen;
+use crate::record::FaultSummary;
 use crate::record::sink::RecordSink;
 use crate::world::faults::Host;
 use wire::time::Timestamp;

@@ -6,9 +6,9 @@ use super::device_under_test::Running;
 use super::lateness::Lateness;
 use super::ports::{BASE, GYRO, Ports};
 use crate::engine::Ending;
-use crate::faults::FaultSummary;
 use crate::outcome::{Outcome, PortSide, PortSummary, Timing};
 use crate::properties::{PropertyVerdict, Unjudged};
+use crate::record::FaultSummary;
 use wire::time::Timestamp;
 
 /// What a live run ended with.
@@ -101,7 +101,8 @@ impl LiveWorld {
 #[cfg(test)]
 mod tests {
     use super::{Ending, Lateness, Outcome, PropertyVerdict, Timestamp, excuse};
-    use crate::properties::{Kind, Violation};
+    use crate::properties::Kind;
+    use crate::record::Violation;
     use wire::time::Span;
 
     #[test]

@@ -2,13 +2,13 @@
 
 use super::{Look, Panel, Scene, frame};
 use crate::figures;
-use crate::link::BIT_RATE;
 use crate::watch::{Gauge, Model, NewsKind};
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Rect};
 use ratatui::style::{Modifier, Style};
 use ratatui::text::Line;
 use ratatui::widgets::{Cell, Paragraph, Row, Table, Widget};
+use wire::can::BIT_RATE;
 
 /// Digits of a figure.
 const DIGITS: i32 = 4;

@@ -1,7 +1,7 @@
 //! What a machine has and lacks.
 
-use super::{Style, keep_whole, lines, printable};
-use crate::doctor::{Finding, Status};
+use super::{Finding, Status};
+use crate::console::{Style, keep_whole, lines, printable};
 use comfy_table::{Cell, Color};
 
 /// Subject and status: short, and ugly when broken.

@@ -1,4 +1,4 @@
-//! What a fault leaves in the record.
+//! What a fault leaves in the record, and in `summary.json`.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -40,6 +40,19 @@ pub enum FaultEvent {
         /// Receive error counter.
         rec: u16,
     },
+}
+
+/// What became of a fault, in `summary.json`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FaultSummary {
+    /// Its place in the schedule.
+    pub index: usize,
+    /// Its kind and target: `burst_loss of gyro`.
+    pub name: String,
+    /// It has begun.
+    pub begun: bool,
+    /// How often it changed anything: bytes, frames, outputs, commands, answers.
+    pub acted: u64,
 }
 
 /// `fault 0 begins: burst_loss of gyro`.

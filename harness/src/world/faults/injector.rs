@@ -1,23 +1,9 @@
 //! Keeps the schedule: which fault begins or ends at which time, and what it came to.
 
-use super::{Fault, FaultKind, Lasts, Schedule, When};
-use crate::engine::PhaseEvent;
-use crate::link::Chance;
-use serde::{Deserialize, Serialize};
+use crate::faults::{Chance, Fault, FaultKind, Lasts, Schedule, When};
+use crate::plan::PhaseEvent;
+use crate::record::FaultSummary;
 use wire::time::{Span, Timestamp};
-
-/// What became of a fault, in `summary.json`.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct FaultSummary {
-    /// Its place in the schedule.
-    pub index: usize,
-    /// Its kind and target: `burst_loss of gyro`.
-    pub name: String,
-    /// It has begun.
-    pub begun: bool,
-    /// How often it changed anything: bytes, frames, outputs, commands, answers.
-    pub acted: u64,
-}
 
 /// What is to be done now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

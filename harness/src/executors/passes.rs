@@ -1,13 +1,10 @@
 //! Of a device of the user's own nobody knows what must hold at every moment: what a campaign looks for is that its plan does
 //! not pass.
 
-use super::case::{CaseResult, Violated};
+use crate::campaign::{CaseResult, PASSES, Violated};
 use crate::outcome::{Measurement, Outcome};
 use crate::run::Simulated;
 use std::collections::BTreeMap;
-
-/// What is broken where a plan does not pass.
-pub const PASSES: &str = "passes";
 
 /// What a run came to.
 pub(super) fn result(run: &Simulated, measurements: &[Measurement], judged: Outcome) -> CaseResult {

@@ -1,11 +1,11 @@
 //! What becomes of a schedule in a run: told in the record as it happens, and summed up at the end.
 
 use super::injector::{Change, Injector};
-use super::{Fault, FaultEvent, FaultRecord, FaultSummary, Schedule};
-use crate::engine::PhaseEvent;
+use crate::faults::{Fault, Schedule};
 use crate::link::StateChange;
+use crate::plan::PhaseEvent;
 use crate::record::sink::RecordSink;
-use crate::record::{Record, RecordKind};
+use crate::record::{Device, FaultEvent, FaultRecord, FaultSummary, Record, RecordKind};
 use wire::time::Timestamp;
 
 /// The schedule of a run, and what each of its faults has done. Who has what is struck asks for [`change`](Self::change)s,
@@ -105,6 +105,6 @@ impl Ledger {
         let fault = self.fault(index);
         let record = FaultRecord { index: index as u32, name: fault.to_string(), event };
         let kind = RecordKind::Fault(Box::new(record));
-        sink.record(Record { at, device: fault.target.device(), kind });
+        sink.record(Record { at, device: Device::from(fault.target), kind });
     }
 }

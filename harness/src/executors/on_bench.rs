@@ -1,7 +1,7 @@
 //! Cases carried out in real time: emulated devices on ports, real ones, any device under test; one at a time.
 
-use super::case::{Case, CaseResult};
-use super::executor::{Executor, struck};
+use super::simulated::{result, struck};
+use crate::campaign::{Case, CaseResult, Executor};
 use crate::faults::{FaultKind, Target};
 use crate::operator::{Answers, Operator, Person};
 use crate::plan::Property;
@@ -52,7 +52,7 @@ impl fmt::Debug for Site {
 }
 
 /// Carries cases out on a bench in real time. What a case came to is not what it comes to the next time:
-/// [`Repeatedly`](super::Repeatedly) says what is to be believed.
+/// [`Repeatedly`](crate::campaign::Repeatedly) says what is to be believed.
 #[derive(Debug)]
 pub struct OnBench {
     prepared: Prepared,
@@ -111,7 +111,7 @@ impl OnBench {
         let operator = Operator::live(self.site.answers.clone(), person);
         match carry_out(order, operator, &mut NullSink, &mut |_| !(self.site.stop)()) {
             Ok(live) => {
-                let result = CaseResult::of(&prepared.plan, &live.run);
+                let result = result(&prepared.plan, &live.run);
                 (live.run.end - Timestamp::ZERO, result)
             }
             Err(error) => {
