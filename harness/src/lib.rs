@@ -87,11 +87,15 @@ pub use controller;
 /// Time, units, frames, and the bytes of gyros and bases.
 pub use wire;
 
-pub mod bench_file;
+pub use judge::{checks, properties};
+pub use plan;
+pub use plan::{bench_file, calibrations, faults, library, made, models, observation};
+#[cfg(feature = "live")]
+pub use ports as port;
+pub use record::{self, figures, outcome, reading, run_folder};
+
 pub mod bus_log;
-pub mod calibrations;
 pub mod campaign;
-pub mod checks;
 pub mod cli;
 pub mod console;
 pub mod dataset;
@@ -102,33 +106,19 @@ pub mod emulation;
 pub mod engine;
 pub mod executors;
 pub mod export;
-pub mod faults;
-pub mod figures;
 pub mod hosted;
 pub mod import;
 pub mod junit;
-pub mod library;
 pub mod link;
 #[cfg(feature = "live")]
 pub mod live;
-pub mod made;
 pub mod mcap;
-pub mod models;
-pub mod observation;
 pub mod operator;
-pub mod outcome;
-pub mod plan;
-#[cfg(feature = "live")]
-pub mod port;
 pub mod project;
-pub mod properties;
-pub mod reading;
-pub mod record;
 #[cfg(feature = "live")]
 pub mod replay;
 pub mod report;
 pub mod run;
-pub mod run_folder;
 #[cfg(feature = "live")]
 pub mod run_live;
 pub mod schema;
