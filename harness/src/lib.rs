@@ -87,6 +87,7 @@ pub use controller;
 /// Time, units, frames, and the bytes of gyros and bases.
 pub use wire;
 
+pub use dataset::{self, export};
 pub use judge::{checks, properties};
 pub use plan;
 pub use plan::{bench_file, calibrations, faults, library, made, models, observation};
@@ -98,14 +99,12 @@ pub mod bus_log;
 pub mod campaign;
 pub mod cli;
 pub mod console;
-pub mod dataset;
 #[cfg(feature = "live")]
 pub mod doctor;
 #[cfg(feature = "live")]
 pub mod emulation;
 pub mod engine;
 pub mod executors;
-pub mod export;
 pub mod hosted;
 pub mod import;
 pub mod junit;

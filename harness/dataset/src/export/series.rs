@@ -6,10 +6,10 @@
 
 use super::columns::{Columns, Field};
 use super::turns;
-use crate::observation::Observation;
-use crate::record::{Record, RecordKind};
 use controller::mission::{Report, State};
 use identification::dataset::{Role, Unit};
+use plan::observation::Observation;
+use record::{Record, RecordKind};
 
 const FIELDS: [Field; 4] = [
     ("time", Role::Time, Unit::Second),
@@ -22,8 +22,7 @@ const FIELDS: [Field; 4] = [
 const ROWS_MAX: usize = 20_000_000;
 
 /// How the titles of steps begin in which everything stands; see `plan::title`.
-pub(super) const AT_REST: [&str; 4] =
-    ["bias test of", "bias residual over", "log at rest", "wait "];
+const AT_REST: [&str; 4] = ["bias test of", "bias residual over", "log at rest", "wait "];
 
 /// A mean over the time between two states.
 #[derive(Debug)]
@@ -122,4 +121,41 @@ fn steady(end_s: f64, turn: &Observation) -> Option<Steady> {
         to_s,
         rate_deg_per_s: rate.copysign(angle),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::AT_REST;
+    use plan::Plan;
+
+    #[test]
+    fn titles_say_when_everything_stands() {
+        let plan = r#"
+name = "rest"
+title = "rest"
+devices = "paper"
+steps = [
+    { bias_test = { duration_s = 20 } },
+    { bias_residual = { duration_s = 20 } },
+    { log = { duration_s = 60, interval_s = 10 } },
+    { wait = { duration_s = 5 } },
+    { turn = { angle_deg = 90 } },
+]
+
+[[measurement]]
+name = "faults"
+doc = "Any"
+quantity = "health.fault"
+unit = "1"
+check = { all_within = [0, 0] }
+paper = "none"
+"#;
+        let plan = Plan::parse("rest.toml", plan).unwrap();
+        let at_rest: Vec<bool> = plan
+            .steps
+            .iter()
+            .map(|step| AT_REST.iter().any(|words| step.action.to_string().starts_with(words)))
+            .collect();
+        assert_eq!(at_rest, [true, true, true, true, false]);
+    }
 }

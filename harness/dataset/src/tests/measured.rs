@@ -1,11 +1,11 @@
 //! The measured sets that ship.
 
-use crate::dataset::read;
+use crate::read;
 use identification::dataset::{Axis, Dataset, Drive, Kind, Role, Unit};
 use std::path::Path;
 
 fn shipped(name: &str) -> Dataset {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../test-data/measured").join(name);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../test-data/measured").join(name);
     read(&folder).unwrap_or_else(|error| panic!("{error}"))
 }
 

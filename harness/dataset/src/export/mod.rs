@@ -11,22 +11,20 @@
 //! lap; a series is one recording, as it has no gaps. Nothing that only an emulator knows is read: neither [`RecordKind::Truth`]
 //! nor a swept parameter.
 
-pub(crate) mod columns;
-pub(crate) mod laps;
+pub mod columns;
+pub mod laps;
 mod odometry;
 mod series;
-#[cfg(test)]
-mod tests;
-pub(crate) mod turns;
+pub mod turns;
 
-use crate::dataset::DatasetError;
-use crate::observation::Observation;
-use crate::record::reader::RecordError;
-use crate::record::{Record, RecordKind};
-use crate::run_folder::{RECORD, RunFolder, RunFolderError};
+use crate::DatasetError;
 use controller::mission::{Command, HeadingSource};
 use identification::dataset::{Dataset, Drive, Kind};
 use odometry::Drives;
+use plan::observation::Observation;
+use record::reader::RecordError;
+use record::run_folder::{RECORD, RunFolder, RunFolderError};
+use record::{Record, RecordKind};
 use series::Course;
 use std::path::Path;
 

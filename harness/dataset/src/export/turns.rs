@@ -1,12 +1,12 @@
 //! Turns of the rotary table.
 
 use super::columns::{Columns, Field, middle};
-use crate::observation::Observation;
-use crate::plan::quantities::{self, Quantity};
 use identification::dataset::{Role, Unit};
+use plan::observation::Observation;
+use plan::quantities::{self, Quantity};
 
 /// The observation that stands for a turn: the angle by the gyro, without sign.
-pub(crate) static QUANTITY: &Quantity = &quantities::TABLE_ANGLE;
+pub static QUANTITY: &Quantity = &quantities::TABLE_ANGLE;
 
 const FIELDS: [Field; 9] = [
     ("time", Role::Time, Unit::Second),
@@ -21,7 +21,7 @@ const FIELDS: [Field; 9] = [
 ];
 
 /// A row a turn, angles counter-clockwise positive.
-pub(crate) fn columns(turns: &[Observation]) -> Columns {
+pub fn columns(turns: &[Observation]) -> Columns {
     let mut columns = Columns::new(&FIELDS);
     for turn in turns {
         let tag = |name: &str| turn.tags.get(name).copied();

@@ -1,6 +1,6 @@
 //! What is written is read back.
 
-use crate::dataset::{WriteOptions, read, write};
+use crate::{WriteOptions, read, write};
 use identification::dataset::{Axis, Column, Constant, Dataset, Drive, Kind, Role, Unit};
 use proptest::prelude::*;
 

@@ -1,21 +1,22 @@
 //! Runs of the simulated bench, made data sets.
 
-use super::series::AT_REST;
-use super::{ExportError, Recorded, export};
-use crate::dataset::{WriteOptions, read, write};
-use crate::operator::Answers;
-use crate::plan::Plan;
-use crate::record::RecordKind;
-use crate::record::sink::Level;
-use crate::run::{self, Prepared, run_to_folder};
-use crate::run_folder::RunFolder;
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use dataset::export::{ExportError, Recorded, export};
+use dataset::{WriteOptions, read, write};
+use harness::operator::Answers;
+use harness::run::{self, Prepared, run_to_folder};
 use identification::dataset::{Dataset, Drive, Kind, Role};
 use identification::identify::{Options, identify};
+use plan::made::Made;
+use record::RecordKind;
+use record::run_folder::RunFolder;
+use record::sink::Level;
 use std::collections::BTreeMap;
 use std::path::Path;
 
 fn run(plan: &str, out: &Path) -> RunFolder {
-    let prepared = Prepared::load(plan, &crate::made::Made::default()).unwrap();
+    let prepared = Prepared::load(plan, &Made::default()).unwrap();
     let options = run::Options { seed: 1, out, level: Level::Events, answers: Answers::default() };
     run_to_folder(&prepared, &options, &mut |_| true, &|| 0.0).unwrap();
     RunFolder::open(out).unwrap()
@@ -198,35 +199,4 @@ fn is_driven_as_the_laps_say(path: &Dataset, laps: &Dataset) {
         let way = value(Role::DriveDistance, last) - value(Role::DriveDistance, first);
         assert!((way - 8.0).abs() < 0.1, "four sides of 2 m: {way}");
     }
-}
-
-#[test]
-fn titles_say_when_everything_stands() {
-    let plan = r#"
-name = "rest"
-title = "rest"
-devices = "paper"
-steps = [
-    { bias_test = { duration_s = 20 } },
-    { bias_residual = { duration_s = 20 } },
-    { log = { duration_s = 60, interval_s = 10 } },
-    { wait = { duration_s = 5 } },
-    { turn = { angle_deg = 90 } },
-]
-
-[[measurement]]
-name = "faults"
-doc = "Any"
-quantity = "health.fault"
-unit = "1"
-check = { all_within = [0, 0] }
-paper = "none"
-"#;
-    let plan = Plan::parse("rest.toml", plan).unwrap();
-    let at_rest: Vec<bool> = plan
-        .steps
-        .iter()
-        .map(|step| AT_REST.iter().any(|words| step.action.to_string().starts_with(words)))
-        .collect();
-    assert_eq!(at_rest, [true, true, true, true, false]);
 }

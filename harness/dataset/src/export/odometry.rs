@@ -6,11 +6,11 @@
 //! state of the controller.
 
 use super::columns::{Columns, Field};
-use crate::observation::Observation;
-use crate::plan::quantities as q;
-use crate::record::{Record, RecordKind};
 use controller::mission::{Report, State};
 use identification::dataset::{Role, Unit};
+use plan::observation::Observation;
+use plan::quantities as q;
+use record::{Record, RecordKind};
 
 const FIELDS: [Field; 8] = [
     ("time", Role::Time, Unit::Second),

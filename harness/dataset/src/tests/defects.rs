@@ -204,7 +204,7 @@ fn the_place_in_the_descriptor_is_shown() {
 
 #[test]
 fn a_folder_that_is_not_there_is_named() {
-    let error = crate::dataset::read(Path::new("no/such/folder")).expect_err("it is not there");
+    let error = crate::read(Path::new("no/such/folder")).expect_err("it is not there");
     assert!(error.to_string().starts_with("no/such/folder: failed to read"), "{error}");
 }
 

@@ -7,9 +7,12 @@
 //! What is mended rather than refused is told in [`Dataset::notices`]: cells that are missing, rows that lack
 //! what the kind needs, runs of one sample, rows of a run that lie apart, channels that never change, text
 //! that becomes numbers.
+//!
+//! [`export`](mod@export): runs as such data.
 
 mod descriptor;
 mod error;
+pub mod export;
 mod package;
 mod publish;
 mod rows;

@@ -1,10 +1,10 @@
 //! Laps of a closed path.
 
 use super::columns::{Columns, Field, middle};
-use crate::observation::Observation;
-use crate::plan::quantities as q;
 use controller::mission::HeadingSource;
 use identification::dataset::{Role, Unit};
+use plan::observation::Observation;
+use plan::quantities as q;
 use std::collections::BTreeMap;
 
 const FIELDS: [Field; 13] = [
@@ -26,12 +26,13 @@ const FIELDS: [Field; 13] = [
 /// Degrees of a lap.
 const LAP_DEG: f64 = 360.0;
 
-pub(crate) fn is_of_lap(quantity: &str) -> bool {
+/// Whether rows of laps are made of that quantity.
+pub fn is_of_lap(quantity: &str) -> bool {
     q::find(quantity).is_some_and(|quantity| quantity.made_by == "lap")
 }
 
 /// A row a lap. Positions and headings are those at its end, seen from its start.
-pub(crate) fn columns(observations: &[(Observation, HeadingSource)]) -> Columns {
+pub fn columns(observations: &[(Observation, HeadingSource)]) -> Columns {
     let mut columns = Columns::new(&FIELDS);
     // What is observed of one lap has one time.
     for lap in
