@@ -3,11 +3,11 @@
 //!
 //! `cargo bench -p harness --bench nats`. It needs `nats-server` (Debian package of that name).
 
-use harness::campaign::nats::{
+use harness::campaign::{Case, CaseResult, Executor, Journal, Search, Settings, WINDOW, run};
+use harness::nats::{
     Credentials, Holder, Package, Place, Remote, RemoteSettings, Server, Stopping, WorkerSettings,
     work,
 };
-use harness::campaign::{Case, CaseResult, Executor, Journal, Search, Settings, WINDOW, run};
 use harness::operator::Answers;
 use std::collections::BTreeSet;
 use std::net::{TcpListener, TcpStream};

@@ -87,6 +87,7 @@ pub use controller;
 /// Time, units, frames, and the bytes of gyros and bases.
 pub use wire;
 
+pub use campaign::{self, seeds};
 pub use dataset::{self, export};
 pub use judge::{checks, properties};
 pub use plan;
@@ -96,7 +97,6 @@ pub use ports as port;
 pub use record::{self, figures, outcome, reading, run_folder};
 
 pub mod bus_log;
-pub mod campaign;
 pub mod cli;
 pub mod console;
 #[cfg(feature = "live")]
@@ -112,6 +112,8 @@ pub mod link;
 #[cfg(feature = "live")]
 pub mod live;
 pub mod mcap;
+#[cfg(feature = "nats")]
+pub mod nats;
 pub mod operator;
 pub mod project;
 #[cfg(feature = "live")]
@@ -121,7 +123,6 @@ pub mod run;
 #[cfg(feature = "live")]
 pub mod run_live;
 pub mod schema;
-pub mod seeds;
 mod stopwatch;
 pub mod tables;
 pub mod trial;

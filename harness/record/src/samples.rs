@@ -55,7 +55,8 @@ pub fn record(at_s: f64, device: Device, kind: RecordKind) -> Record {
 
 /// Each kind, and each report once.
 pub fn one_of_each() -> Vec<Record> {
-    let frame = CanFrame::new(StandardId::new(0x123).unwrap(), &[0xde, 0xad]).unwrap();
+    let frame =
+        CanFrame::new(StandardId::new(0x123).expect("11 bits"), &[0xde, 0xad]).expect("two bytes");
     let turn = Turn { angle: Angle::from_rad(1.5), rate: AngularRate::from_rad_per_s(0.5) };
     let bias = BiasTestResult {
         mean: AngularRate::from_rad_per_s(-0.000_012_1),
@@ -135,8 +136,9 @@ pub fn any_record() -> impl Strategy<Value = Record> {
     let kind = prop_oneof![
         prop::collection::vec(any::<u8>(), 0..80).prop_map(RecordKind::Bytes),
         prop::collection::vec(any::<u8>(), 0..=8).prop_map(|data| {
-            let id = StandardId::new(u16::from(data.first().copied().unwrap_or(0))).unwrap();
-            RecordKind::Frame(RecordedFrame::from(CanFrame::new(id, &data).unwrap()))
+            let id =
+                StandardId::new(u16::from(data.first().copied().unwrap_or(0))).expect("11 bits");
+            RecordKind::Frame(RecordedFrame::from(CanFrame::new(id, &data).expect("eight bytes")))
         }),
         any::<String>().prop_map(RecordKind::Note),
         (any::<String>(), any::<String>())

@@ -97,7 +97,7 @@ enum Cause {
     #[error(transparent)]
     #[diagnostic(transparent)]
     #[cfg(feature = "nats")]
-    Nats(crate::campaign::nats::NatsError),
+    Nats(crate::nats::NatsError),
     /// A case cannot be saved as a plan.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -418,8 +418,8 @@ impl From<RegressionError> for Failure {
 }
 
 #[cfg(feature = "nats")]
-impl From<crate::campaign::nats::NatsError> for Failure {
-    fn from(error: crate::campaign::nats::NatsError) -> Self {
+impl From<crate::nats::NatsError> for Failure {
+    fn from(error: crate::nats::NatsError) -> Self {
         Cause::Nats(error).into()
     }
 }

@@ -3,7 +3,7 @@
 use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::progress::Screen;
-use crate::campaign::nats::{Credentials, News, Server};
+use crate::nats::{Credentials, News, Server};
 use clap::Args;
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -3,11 +3,11 @@
 use crate::hil::{Hil, cases, wait_for};
 use crate::server::Server;
 use futures_util::StreamExt as _;
-use harness::campaign::nats::{
+use harness::campaign::{Case, CaseResult, Executor};
+use harness::nats::{
     Credentials, Holder, News, Package, Place, Remote, RemoteSettings, Stopping, WorkerSettings,
     work,
 };
-use harness::campaign::{Case, CaseResult, Executor};
 use harness::operator::Answers;
 use harness::record::VERSION;
 use std::num::NonZeroUsize;
@@ -42,8 +42,8 @@ impl Executor for Echo {
     }
 }
 
-pub fn server(url: &str) -> harness::campaign::nats::Server {
-    harness::campaign::nats::Server::new(&[url.to_owned()], Credentials::default()).unwrap()
+pub fn server(url: &str) -> harness::nats::Server {
+    harness::nats::Server::new(&[url.to_owned()], Credentials::default()).unwrap()
 }
 
 /// What was told, as text.

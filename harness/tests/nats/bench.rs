@@ -3,8 +3,8 @@
 use crate::away::{Told, remote_at, server};
 use crate::hil::{Hil, Ran, cases, wait_for};
 use crate::server::{Server, cases_waiting, say};
-use harness::campaign::nats::{Holder, Package, Place, Stopping, WorkerSettings, work};
 use harness::campaign::{Case, CaseResult, Executor};
+use harness::nats::{Holder, Package, Place, Stopping, WorkerSettings, work};
 use harness::record::VERSION;
 use serde_json::Value;
 use std::collections::BTreeSet;

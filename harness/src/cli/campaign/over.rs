@@ -1,12 +1,12 @@
 //! A campaign over a NATS server: `hil campaign --nats`.
 
-use crate::campaign::nats::{Holder, Package, Place, Remote, RemoteSettings, Server, StoredFile};
 use crate::campaign::{Campaign, Executor, WINDOW};
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::nats::{CredentialArguments, stop, teller};
 use crate::cli::progress::Screen;
 use crate::console::{self, Again};
+use crate::nats::{Holder, Package, Place, Remote, RemoteSettings, Server, StoredFile};
 use crate::operator::Answers;
 use clap::Args;
 use std::num::NonZeroUsize;

@@ -9,12 +9,12 @@ pub(super) use without::BenchHand;
 mod on_bench {
     use crate::bench_file::BenchFile;
     use crate::campaign::Repeatedly;
-    use crate::campaign::nats::{Maker, Package, Place, Stopping};
     use crate::cli::failure::Failure;
     use crate::cli::live;
     use crate::cli::setup::LiveSetup;
     use crate::cli::worker::bench_place;
     use crate::executors::{Bench, OnBench, Site};
+    use crate::nats::{Maker, Package, Place, Stopping};
     use crate::run_live::DEVICE_LOG;
     use std::path::{Path, PathBuf};
     use std::sync::Arc;
@@ -93,8 +93,8 @@ mod on_bench {
 
 #[cfg(not(feature = "live"))]
 mod without {
-    use crate::campaign::nats::{Maker, Place};
     use crate::cli::failure::Failure;
+    use crate::nats::{Maker, Place};
     use std::convert::Infallible;
     use std::path::Path;
 
