@@ -95,10 +95,12 @@ pub use plan::{bench_file, calibrations, faults, library, made, models, observat
 #[cfg(feature = "live")]
 pub use ports as port;
 pub use record::{self, figures, outcome, reading, run_folder};
+#[cfg(feature = "report")]
+pub use views::report;
+pub use views::{console, junit, watch};
 
 pub mod bus_log;
 pub mod cli;
-pub mod console;
 #[cfg(feature = "live")]
 pub mod doctor;
 #[cfg(feature = "live")]
@@ -107,7 +109,6 @@ pub mod engine;
 pub mod executors;
 pub mod hosted;
 pub mod import;
-pub mod junit;
 pub mod link;
 #[cfg(feature = "live")]
 pub mod live;
@@ -118,7 +119,6 @@ pub mod operator;
 pub mod project;
 #[cfg(feature = "live")]
 pub mod replay;
-pub mod report;
 pub mod run;
 #[cfg(feature = "live")]
 pub mod run_live;
@@ -126,5 +126,4 @@ pub mod schema;
 mod stopwatch;
 pub mod tables;
 pub mod trial;
-pub mod watch;
 pub mod world;

@@ -12,11 +12,12 @@ mod subject;
 
 pub(crate) use again::IMPORTED;
 pub use again::{JudgedAgain, judge_again, unfinished};
-pub use keep::{
-    Completed, Options, run_to_folder, run_to_folder_across, run_to_folder_watched, write_documents,
-};
 #[cfg(feature = "live")]
-pub(crate) use keep::{keep, summarise};
+pub(crate) use keep::keep;
+pub use keep::{
+    Completed, Options, run_to_folder, run_to_folder_across, run_to_folder_watched, summarise,
+    write_documents,
+};
 pub use subject::{Subject, SubjectError, load_description};
 
 use crate::calibrations::{self, CalibrationError};

@@ -11,6 +11,7 @@ use crate::outcome::{Outcome, PropertySummary, Summary};
 use crate::record::header::Header;
 use crate::record::sink::Level;
 use crate::record::{Progress, VERSION};
+#[cfg(feature = "report")]
 use crate::report;
 use crate::run_folder::{JUNIT, RunFolder, RunFolderError};
 use crate::watch::{Feed, Watched};
@@ -160,10 +161,20 @@ pub fn write_documents(
             source: std::io::Error::other(error),
         }),
     };
-    let drawn = folder
+    summarised.and(listed).and(draw(folder, summary, header))
+}
+
+#[cfg(feature = "report")]
+fn draw(folder: &RunFolder, summary: &Summary, header: &Header) -> Result<(), RunFolderError> {
+    folder
         .records()
-        .and_then(|records| folder.write_report(&report::render(summary, header, records)));
-    summarised.and(listed).and(drawn)
+        .and_then(|records| folder.write_report(&report::render(summary, header, records)))
+}
+
+/// Without the feature `report` there are no figures; `hil report` draws them later.
+#[cfg(not(feature = "report"))]
+fn draw(_: &RunFolder, _: &Summary, _: &Header) -> Result<(), RunFolderError> {
+    Ok(())
 }
 
 /// The run ends in error, unless it ended worse. What is known already comes first.
@@ -188,7 +199,7 @@ pub(super) fn worsen(summary: &mut Summary, outcome: Outcome, why: String) {
 }
 
 /// Judges a run, as one in virtual time; the live world says otherwise.
-pub(crate) fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
+pub fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
     let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
     let outcome = match run.ending.outcome {
         Outcome::Passed => judged,

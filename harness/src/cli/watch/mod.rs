@@ -1,8 +1,10 @@
 //! `hil run --watch`: the run as it goes. On a terminal a picture, elsewhere plain lines.
 
-#[cfg(feature = "watch")]
 mod draw;
 mod lines;
+#[cfg(feature = "watch")]
+#[cfg(test)]
+mod model_tests;
 #[cfg(feature = "watch")]
 mod person;
 #[cfg(feature = "watch")]

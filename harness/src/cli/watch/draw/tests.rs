@@ -1,11 +1,11 @@
 //! Pictures of a real run, and of what goes wrong in one.
 
 use super::{Look, Panel, Scene, scene};
+use crate::cli::watch::model_tests::{LAP, midway, prepared};
 use crate::cli::watch::stand::{SharedStand, Stage};
 use crate::outcome::Outcome;
 use crate::run::Prepared;
 use crate::watch::Model;
-use crate::watch::tests::{LAP, midway, prepared};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::KeyCode;
