@@ -89,6 +89,7 @@ pub use wire;
 
 pub use campaign::{self, seeds};
 pub use dataset::{self, export};
+pub use exchange::{bus_log, mcap, tables};
 pub use judge::{checks, properties};
 pub use plan;
 pub use plan::{bench_file, calibrations, faults, library, made, models, observation};
@@ -99,7 +100,6 @@ pub use record::{self, figures, outcome, reading, run_folder};
 pub use views::report;
 pub use views::{console, junit, watch};
 
-pub mod bus_log;
 pub mod cli;
 #[cfg(feature = "live")]
 pub mod doctor;
@@ -112,7 +112,6 @@ pub mod import;
 pub mod link;
 #[cfg(feature = "live")]
 pub mod live;
-pub mod mcap;
 #[cfg(feature = "nats")]
 pub mod nats;
 pub mod operator;
@@ -124,6 +123,5 @@ pub mod run;
 pub mod run_live;
 pub mod schema;
 mod stopwatch;
-pub mod tables;
 pub mod trial;
 pub mod world;

@@ -2,11 +2,11 @@
 
 use super::cell::Cell;
 use super::rows::{Row, time};
-use crate::outcome::{PropertySummary, Summary};
-use crate::record::FaultEvent;
-use crate::record::text::name_of;
-use crate::record::{Device, Record, RecordKind};
 use controller::mission::Report;
+use record::FaultEvent;
+use record::outcome::{PropertySummary, Summary};
+use record::text::name_of;
+use record::{Device, Record, RecordKind};
 use serde::Serialize;
 use serde_json::Value;
 use std::borrow::Cow;
@@ -214,7 +214,7 @@ pub fn of_summary(at: Timestamp, summary: &Summary) -> impl Iterator<Item = Even
     let verdicts = summary.measurements.iter().map(move |measurement| {
         let value = measurement.value.map_or_else(
             || "never measured".to_owned(),
-            |value| crate::figures::quantity(value, measurement.uncertainty, &measurement.unit),
+            |value| record::figures::quantity(value, measurement.uncertainty, &measurement.unit),
         );
         let verdict = measurement.verdict.name();
         let text = format!("{}: {verdict}, {value}", measurement.name);

@@ -33,7 +33,7 @@ pub use entry::{
 };
 pub use error::{Defect, LogError, Place};
 
-use crate::reading::{Teller, TellingFile};
+use record::reading::{Teller, TellingFile};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! What was said between the controller and the robot's base, by the codecs that they use themselves.
 
 use super::heard::{MessageForm, SignalForm};
-use crate::record::{Device, Record, RecordKind};
+use record::{Device, Record, RecordKind};
 use wire::base::can_link::{parse_reply, parse_request};
 use wire::base::serial_link::{self, DeviceEvent, HostEvent};
 use wire::base::{Message, Motion, Reply, Request};
@@ -166,7 +166,7 @@ mod tests {
     /// The layout has a file of its own.
     #[test]
     fn names_and_units_are_those_of_the_dbc() {
-        let dbc = include_str!("../../../wire/dbc/k2a.dbc");
+        let dbc = include_str!("../../../../wire/dbc/k2a.dbc");
         for form in forms() {
             let line = dbc.lines().position(|line| line.contains(&format!(" {}:", form.name)));
             let below = dbc.lines().skip(line.unwrap() + 1);

@@ -28,17 +28,15 @@ mod measured;
 mod messages;
 mod names;
 pub mod schema;
-#[cfg(test)]
-mod tests;
 mod trail;
 
-use crate::outcome::Summary;
-use crate::run_folder::{RunFolder, RunFolderError, SUMMARY};
 use crate::tables::survey::Survey;
 use crate::tables::{Ears, each_record};
 use ::mcap::{McapError, McapResult};
 use channels::Channels;
 use messages::Messages;
+use record::outcome::Summary;
+use record::run_folder::{RunFolder, RunFolderError, SUMMARY};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs::{self, File};

@@ -12,8 +12,8 @@
 //! the run began: a log that wants a date shows 1970.
 
 use super::{Channel, Direction, Entry, Payload};
-use crate::record::reader::RecordError;
-use crate::record::{Device, Record, RecordKind};
+use record::reader::RecordError;
+use record::{Device, Record, RecordKind};
 use std::collections::VecDeque;
 use wire::packet::{BYTES_MAX, Packet};
 
@@ -80,8 +80,8 @@ fn entries(record: &Record) -> Vec<Entry> {
 #[cfg(test)]
 mod tests {
     use super::{Channel, Direction, Payload, Recorded};
-    use crate::record::samples::{one_of_each, record};
-    use crate::record::{Device, RecordKind};
+    use record::samples::{one_of_each, record};
+    use record::{Device, RecordKind};
 
     #[test]
     fn frames_and_bytes_and_nothing_else() {

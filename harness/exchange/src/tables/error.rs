@@ -1,6 +1,6 @@
 //! What can go wrong with an export.
 
-use crate::run_folder::RunFolderError;
+use record::run_folder::RunFolderError;
 use std::path::PathBuf;
 
 /// Why a run is not exported, or not to its end.

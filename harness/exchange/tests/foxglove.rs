@@ -1,19 +1,22 @@
 //! The file is read back by the library that Foxglove's makers keep, and each message is held against its schema.
 
-use super::{Exported, export};
-use crate::operator::Answers;
-use crate::outcome::samples::summary;
-use crate::record::header::Header;
-use crate::record::samples::{any_record, one_of_each};
-use crate::record::sink::{Level, RecordSink};
-use crate::record::{Record, RecordKind};
-use crate::run::{self, Prepared, run_to_folder};
-use crate::run_folder::RunFolder;
-use crate::tables::{Ears, survey};
-use ::mcap::{MessageStream, Summary};
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use controller::mission::Report;
+use exchange::mcap::{Exported, export};
+use exchange::tables::{Ears, survey};
+use harness::operator::Answers;
+use harness::run::{self, Prepared, run_to_folder};
 use jsonschema::Validator;
+use mcap::{MessageStream, Summary};
+use plan::made::Made;
 use proptest::prelude::*;
+use record::header::Header;
+use record::outcome::samples::summary;
+use record::run_folder::RunFolder;
+use record::samples::{any_record, one_of_each};
+use record::sink::{Level, RecordSink};
+use record::{Record, RecordKind};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
@@ -91,7 +94,7 @@ check = { all_within = [-20, 20] }
 fn driven(dir: &Path, name: &str) -> (RunFolder, Vec<u8>, Exported) {
     let plan = dir.join("side.toml");
     fs::write(&plan, SIDE).unwrap();
-    let prepared = Prepared::load(plan.to_str().unwrap(), &crate::made::Made::default()).unwrap();
+    let prepared = Prepared::load(plan.to_str().unwrap(), &Made::default()).unwrap();
     let out = dir.join(name);
     let options =
         run::Options { seed: 3, out: &out, level: Level::Full, answers: Answers::default() };

@@ -29,9 +29,9 @@ pub use heard::{Ears, Heard, MessageForm, SignalForm};
 pub use package::{PACKAGE, PROFILE};
 pub use rows::{Row, RowSink, Rows};
 
-use crate::record::Record;
-use crate::run_folder::{RECORD, RunFolder, RunFolderError};
 use folder::Folder;
+use record::Record;
+use record::run_folder::{RECORD, RunFolder, RunFolderError};
 use std::path::Path;
 use survey::Survey;
 

@@ -1,8 +1,8 @@
 //! A first pass over a record: what there is in it, so that columns are known before the first row.
 
-use crate::record::header::Header;
-use crate::record::reader::RecordError;
-use crate::record::{Device, Record, RecordKind};
+use record::header::Header;
+use record::reader::RecordError;
+use record::{Device, Record, RecordKind};
 use std::collections::{BTreeMap, BTreeSet};
 use wire::time::Timestamp;
 
@@ -89,7 +89,7 @@ impl Survey {
     /// Unit of a quantity: as the record's plan declared it, else as it always is; empty where nobody knows.
     pub fn unit(&self, quantity: &str) -> &str {
         let declared = self.header.quantities.iter().find(|declared| declared.name == quantity);
-        let known = || crate::plan::quantities::find(quantity).map(|known| known.unit);
+        let known = || plan::quantities::find(quantity).map(|known| known.unit);
         declared
             .map(|declared| declared.unit.as_str())
             .filter(|unit| !unit.is_empty())
@@ -101,7 +101,7 @@ impl Survey {
     /// What a quantity is; empty where nobody said so.
     pub fn title(&self, quantity: &str) -> &str {
         let declared = self.header.quantities.iter().find(|declared| declared.name == quantity);
-        match crate::plan::quantities::find(quantity) {
+        match plan::quantities::find(quantity) {
             Some(known) => known.doc.trim_end_matches('.'),
             None => declared.map_or("", |declared| &declared.title),
         }

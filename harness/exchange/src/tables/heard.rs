@@ -5,8 +5,8 @@
 //! states and the observations.
 
 use super::base::{self, Overheard};
-use crate::record::{Device, Record, RecordKind};
 use described::{Decoded, Decoder, Description, Sender};
+use record::{Device, Record, RecordKind};
 use std::sync::Arc;
 
 /// A signal of a message.

@@ -3,7 +3,7 @@
 use super::cell::Kind::{Bool, Float, Integer, Text};
 use super::cell::{Column, Kind};
 use super::survey::Survey;
-use crate::plan::quantities::find_tag;
+use plan::quantities::find_tag;
 use std::collections::BTreeSet;
 
 /// A table of a run.

@@ -1,8 +1,8 @@
 //! Poses that the absolute measurement gives, one coordinate an observation.
 
 use super::foxglove::{BENCH, LAP_START};
-use crate::observation::Observation;
-use crate::plan::quantities::{
+use plan::observation::Observation;
+use plan::quantities::{
     LAP_RETURN_HEADING, LAP_RETURN_X, LAP_RETURN_Y, POSE_HEADING, POSE_X, POSE_Y, Quantity,
 };
 use wire::time::Timestamp;
