@@ -6,15 +6,15 @@
 
 mod processor;
 
-use harness::campaign::{Case, Executor as _, Random, Search as _, Space};
+use campaign::seeds::for_each_seed;
+use campaign::{Case, Executor as _, Random, Search as _, Space};
 use harness::executors::Simulated;
-use harness::made::Made;
 use harness::operator::Answers;
-use harness::plan::Plan;
-use harness::record::sink::NullSink;
 use harness::run::{Prepared, simulate, simulate_watched};
-use harness::seeds::for_each_seed;
+use plan::Plan;
+use plan::made::Made;
 use processor::{median, processor_s};
+use record::sink::NullSink;
 use std::hint::black_box;
 use std::num::NonZeroUsize;
 use std::sync::Arc;

@@ -10,8 +10,7 @@ mod keep;
 mod recorded_properties;
 mod subject;
 
-pub(crate) use again::IMPORTED;
-pub use again::{JudgedAgain, judge_again, unfinished};
+pub use again::{IMPORTED, JudgedAgain, judge_again, unfinished};
 #[cfg(feature = "live")]
 pub(crate) use keep::keep;
 pub use keep::{

@@ -4,15 +4,17 @@ use std::time::Instant;
 
 /// Runs since it was started.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Stopwatch(Instant);
+pub struct Stopwatch(Instant);
 
 impl Stopwatch {
+    /// From now on.
     #[expect(clippy::disallowed_methods, reason = "tells people how long a run took, nothing else")]
-    pub(crate) fn start() -> Self {
+    pub fn start() -> Self {
         Self(Instant::now())
     }
 
-    pub(crate) fn elapsed_s(self) -> f64 {
+    /// How long it has run, s.
+    pub fn elapsed_s(self) -> f64 {
         self.0.elapsed().as_secs_f64()
     }
 }

@@ -3,14 +3,14 @@
 mod at_rest;
 
 use emulators::device_file::Devices;
-use harness::calibrations;
-use harness::library::Library;
 use harness::operator::Answers;
-use harness::plan::Plan;
-use harness::record::header::Header;
-use harness::record::sink::{FileSink, Level, MemorySink};
-use harness::record::{Device, Record, RecordKind};
 use harness::run::{Prepared, Simulated, Subject, simulate};
+use plan::Plan;
+use plan::calibrations;
+use plan::library::Library;
+use record::header::Header;
+use record::sink::{FileSink, Level, MemorySink};
+use record::{Device, Record, RecordKind};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -106,7 +106,7 @@ impl Run {
 
     /// The values of what was observed under this name, in order.
     pub fn observed(&self, quantity: &str) -> Vec<f64> {
-        let of = |o: &&harness::observation::Observation| o.quantity == quantity;
+        let of = |o: &&plan::observation::Observation| o.quantity == quantity;
         self.simulated.observations.iter().filter(of).map(|o| o.value).collect()
     }
 }

@@ -1,9 +1,9 @@
 //! What an identification says of a gyro is what an emulated one can learn.
 
-use harness::library::Library;
-use harness::models::to_toml;
 use harness::world::bench::{DevicesError, load_devices};
 use identification::model::Model;
+use plan::library::Library;
+use plan::models::to_toml;
 
 /// A model of these terms, each written as the body of a `[[terms]]`.
 fn model(terms: &[&str]) -> Model {

@@ -36,7 +36,7 @@ use std::collections::BTreeMap;
 use wire::time::Timestamp;
 
 /// The clock of a run that was made of a bus log.
-pub(crate) const IMPORTED: &str = "recorded";
+pub const IMPORTED: &str = "recorded";
 
 /// What judging again came to.
 #[derive(Debug)]

@@ -37,7 +37,7 @@ mod verdict;
 
 pub(crate) use described::usual_port;
 pub use described::{DescribedLive, DeviceSetting};
-pub(crate) use device_under_test::our_program;
+pub use device_under_test::our_program;
 pub use device_under_test::{DeviceUnderTest, StartError};
 pub use journal::NOTES_MAX;
 pub use lateness::LATE_MAX_DEFAULT;
@@ -58,8 +58,7 @@ use crate::properties::{Limits, Property};
 use crate::record::Device;
 use crate::record::Progress;
 use crate::record::sink::RecordSink;
-pub(crate) use clock::Clock;
-pub use clock::SPIN_MAX;
+pub use clock::{Clock, SPIN_MAX};
 use device_under_test::{Heard, Running};
 use eyes::{Ear, Eyes};
 use flood::FloodWatch;

@@ -1,8 +1,8 @@
 //! A defect that takes four steps in order, for any search.
 
-use harness::campaign::{Case, CaseResult, Executor, Space, Violated};
-use harness::faults::{BenchLines, Fault, Target};
-use harness::plan::Plan;
+use campaign::{Case, CaseResult, Executor, Space, Violated};
+use plan::Plan;
+use plan::faults::{BenchLines, Fault, Target};
 use wire::time::Span;
 
 /// What has to go wrong, in this order; whatever goes wrong in between changes nothing.

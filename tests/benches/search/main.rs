@@ -9,11 +9,11 @@
 mod plans;
 mod score;
 
+use campaign::seeds::for_each_seed;
+use campaign::{Case, Executor as _, Guided, Random, Search, Space};
 use controller::Mutant;
-use harness::campaign::{Case, Executor as _, Guided, Random, Search, Space};
 use harness::executors::Simulated;
 use harness::operator::Answers;
-use harness::seeds::for_each_seed;
 use score::{Score, cell, ratio_and_interval};
 use std::collections::{BTreeSet, VecDeque};
 use std::num::NonZeroUsize;

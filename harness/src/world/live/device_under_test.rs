@@ -330,7 +330,7 @@ fn rate(spec: &PortSpec) -> String {
 }
 
 /// Beside this program, where a build puts it; else wherever PATH has it.
-pub(crate) fn our_program() -> PathBuf {
+pub fn our_program() -> PathBuf {
     let name = "k2a-controller";
     std::env::current_exe()
         .ok()
