@@ -81,15 +81,13 @@ pub use wire;
 
 use dataset::export;
 use judge::{checks, properties};
-#[cfg(feature = "live")]
-use plan::bench_file;
-use plan::{calibrations, library, made, models, observation};
+use plan::{bench_file, calibrations, library, made, models, observation};
 #[cfg(feature = "live")]
 use ports as port;
 use record::{figures, outcome, run_folder};
+use views::{console, watch};
 #[cfg(feature = "report")]
-use views::report;
-use views::{console, junit, watch};
+use views::{junit, report};
 
 #[cfg(feature = "live")]
 pub mod emulation;

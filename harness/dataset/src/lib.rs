@@ -13,6 +13,7 @@
 mod descriptor;
 mod error;
 pub mod export;
+mod gzip;
 mod package;
 mod publish;
 mod rows;

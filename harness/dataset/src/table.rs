@@ -1,9 +1,9 @@
 //! One table: from CSV, compressed or not, to columns.
 
 use super::error::{DatasetError, Defect, Row};
+use super::gzip::unpacked;
 use super::package::{Field, Table};
 use csv::{ErrorKind, ReaderBuilder, StringRecord};
-use flate2::bufread::MultiGzDecoder;
 use identification::dataset::Role;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -217,7 +217,7 @@ fn open(table: &Table) -> io::Result<Box<dyn Read>> {
     let packed = file.fill_buf()?.starts_with(&GZIP_MAGIC);
     let named_so = table.path.extension().is_some_and(|extension| extension == "gz");
     Ok(if packed || named_so {
-        Box::new(Limited { input: MultiGzDecoder::new(file), left: BYTES_MAX })
+        Box::new(Limited { input: unpacked(file)?, left: BYTES_MAX })
     } else {
         Box::new(Limited { input: file, left: BYTES_MAX })
     })

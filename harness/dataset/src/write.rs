@@ -1,12 +1,11 @@
 //! A data set out as a package that [`super::read`] reads back.
 
 use super::DESCRIPTOR;
+use super::gzip::packed;
 use super::publish::publish;
-use flate2::Compression;
-use flate2::write::GzEncoder;
 use identification::dataset::{Axis, Dataset, Drive, Role};
 use serde_json::{Map, Value, json};
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 
 /// Name of the field of runs, where no other has it.
@@ -64,13 +63,6 @@ fn table(dataset: &Dataset, run_field: &str) -> io::Result<Vec<u8>> {
         writer.write_record(&cells)?;
     }
     writer.into_inner().map_err(csv::IntoInnerError::into_error)
-}
-
-/// Without a time in its header, so that the same data are the same bytes.
-fn packed(bytes: &[u8]) -> io::Result<Vec<u8>> {
-    let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
-    encoder.write_all(bytes)?;
-    encoder.finish()
 }
 
 fn descriptor(dataset: &Dataset, run_field: &str, path: &str, options: &WriteOptions) -> Value {

@@ -3,6 +3,7 @@
 use super::{Prepared, Simulated, Subject, simulate_across};
 use crate::calibrations;
 use crate::checks::judge_all;
+#[cfg(feature = "report")]
 use crate::junit;
 use crate::made::Made;
 use crate::models;
@@ -13,7 +14,9 @@ use crate::record::sink::Level;
 use crate::record::{Progress, VERSION};
 #[cfg(feature = "report")]
 use crate::report;
-use crate::run_folder::{JUNIT, RunFolder, RunFolderError};
+#[cfg(feature = "report")]
+use crate::run_folder::JUNIT;
+use crate::run_folder::{RunFolder, RunFolderError};
 use crate::watch::{Feed, Watched};
 use crate::world::crossing::{Crossing, Memory};
 use std::path::Path;
@@ -154,6 +157,15 @@ pub fn write_documents(
     header: &Header,
 ) -> Result<(), RunFolderError> {
     let summarised = folder.write_summary(summary);
+    summarised.and(write_views(folder, summary, header))
+}
+
+#[cfg(feature = "report")]
+fn write_views(
+    folder: &RunFolder,
+    summary: &Summary,
+    header: &Header,
+) -> Result<(), RunFolderError> {
     let listed = match junit::document(summary, Some(folder.path())) {
         Ok(xml) => folder.write_junit(&xml),
         Err(error) => Err(RunFolderError::Write {
@@ -161,19 +173,15 @@ pub fn write_documents(
             source: std::io::Error::other(error),
         }),
     };
-    summarised.and(listed).and(draw(folder, summary, header))
-}
-
-#[cfg(feature = "report")]
-fn draw(folder: &RunFolder, summary: &Summary, header: &Header) -> Result<(), RunFolderError> {
-    folder
+    let drawn = folder
         .records()
-        .and_then(|records| folder.write_report(&report::render(summary, header, records)))
+        .and_then(|records| folder.write_report(&report::render(summary, header, records)));
+    listed.and(drawn)
 }
 
-/// Without the feature `report` there are no figures; `hil report` draws them later.
+/// Without the feature `report` the record and its summary are all; `hil report` draws the page later.
 #[cfg(not(feature = "report"))]
-fn draw(_: &RunFolder, _: &Summary, _: &Header) -> Result<(), RunFolderError> {
+fn write_views(_: &RunFolder, _: &Summary, _: &Header) -> Result<(), RunFolderError> {
     Ok(())
 }
 

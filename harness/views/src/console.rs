@@ -12,9 +12,9 @@ pub use campaign::{
 pub use markdown::{campaign_markdown, envelopes_markdown, runs_markdown};
 pub use seeds::{seeds_markdown, seeds_table};
 
-use comfy_table::{
-    Attribute, Cell, Color, ColumnConstraint, ContentArrangement, Row, Table, presets,
-};
+#[cfg(feature = "tty")]
+use comfy_table::{Attribute, Color};
+use comfy_table::{Cell, ColumnConstraint, ContentArrangement, Row, Table, presets};
 use record::figures;
 use record::outcome::{Counts, Measurement, Outcome, Summary, Verdict};
 use std::io::IsTerminal;
@@ -46,7 +46,7 @@ pub fn is_colour_wanted(is_terminal: bool) -> bool {
 pub struct Style {
     /// Columns that there are.
     pub width: u16,
-    /// Colours are wanted.
+    /// Colours are wanted; there are none without the feature `tty`.
     pub colour: bool,
 }
 
@@ -69,6 +69,7 @@ impl Style {
             .set_content_arrangement(ContentArrangement::Dynamic)
             .set_width(self.width.max(WIDTH_MIN))
             .set_header(header.iter().map(|name| self.dim(Cell::new(name))));
+        #[cfg(feature = "tty")]
         if self.colour {
             table.enforce_styling();
         } else {
@@ -77,10 +78,22 @@ impl Style {
         table
     }
 
+    #[cfg(not(feature = "tty"))]
+    const fn dim(self, cell: Cell) -> Cell {
+        cell
+    }
+
+    #[cfg(feature = "tty")]
     fn dim(self, cell: Cell) -> Cell {
         if self.colour { cell.add_attribute(Attribute::Dim) } else { cell }
     }
 
+    #[cfg(not(feature = "tty"))]
+    fn verdict(self, verdict: Verdict) -> Cell {
+        Cell::new(verdict.name())
+    }
+
+    #[cfg(feature = "tty")]
     fn verdict(self, verdict: Verdict) -> Cell {
         let cell = Cell::new(verdict.name());
         let colour = match verdict {
@@ -224,6 +237,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg(feature = "tty")]
     fn colours_come_only_when_wanted() {
         let coloured = measurements_table(&[summary()], Style { colour: true, ..Style::PLAIN });
         assert!(coloured.contains("\u{1b}["));

@@ -1,10 +1,11 @@
 //! What people and build servers are shown of a run, a campaign or an identification. Nothing here decides.
 //!
-//! * [`console`]: tables. [`junit`]: for a build server.
-//! * `report` (feature `report`): one page with its figures.
+//! * [`console`]: tables.
+//! * `report`, `junit` (feature `report`): one page with its figures, and a file for a build server.
 //! * [`watch`](mod@watch): a run while it goes on, as a model without a terminal.
 
 pub mod console;
+#[cfg(feature = "report")]
 pub mod junit;
 #[cfg(feature = "report")]
 pub mod report;
