@@ -79,6 +79,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "campaign",
             "exchange",
             "harness",
+            "hil",
         ],
     ),
     // What tests of any room may use.

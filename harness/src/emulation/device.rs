@@ -9,13 +9,14 @@ use crate::faults::FaultKind;
 use crate::port::PortSpec;
 use crate::world::described::{Emulated, End};
 use crate::world::live::Clock;
-use described::{Description, Medium, Wired};
+use described::{Description, Medium};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
+use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
 
 /// What is emulated, and where.
@@ -90,10 +91,10 @@ async fn run_in_runtime(
             () = clock.sleep_until(due) => late_max = late_max.max(clock.now() - due),
             heard = port.hear() => match heard {
                 Heard::Input(Output::Frame(frame)) => {
-                    served.emulated.receive(clock.now(), Wired::Frame(frame));
+                    served.emulated.receive(clock.now(), Transmit::Frame(frame));
                 }
                 Heard::Input(Output::Bytes(packet)) => {
-                    served.emulated.receive(clock.now(), Wired::Bytes(packet));
+                    served.emulated.receive(clock.now(), Transmit::Bytes(packet));
                 }
                 Heard::Nothing => {}
                 Heard::Changed(what) => warn(&what),
@@ -115,10 +116,10 @@ async fn run_in_runtime(
     say(&ended.to_string()).map_err(EmulationError::Output)
 }
 
-const fn output(what: &Wired) -> Output {
+const fn output(what: &Transmit) -> Output {
     match what {
-        Wired::Frame(frame) => Output::Frame(*frame),
-        Wired::Bytes(packet) => Output::Bytes(*packet),
+        Transmit::Frame(frame) => Output::Frame(*frame),
+        Transmit::Bytes(packet) => Output::Bytes(*packet),
     }
 }
 

@@ -7,7 +7,7 @@ use crate::models::{self, ModelError};
 use crate::record::RecordKind;
 use controller::config::{BaseConfig, Config, GyroConfig, MotionConfig, Transport};
 use emulators::absolute::AbsoluteMeasurement;
-use emulators::base::{self, BaseEmulator, BaseOutput};
+use emulators::base::{self, BaseEmulator};
 use emulators::device_file::{
     BaseModel, DeviceFile, DeviceFileError, Devices, GyroModel, Learned, ModelSource, Mount,
     TableModel,
@@ -15,6 +15,7 @@ use emulators::device_file::{
 use emulators::gyro::GyroEmulator;
 use emulators::table::TableEmulator;
 use wire::can::CanFrame;
+use wire::device::Transmit;
 use wire::gyro::GyroStream;
 use wire::packet::Packet;
 use wire::time::Timestamp;
@@ -285,8 +286,8 @@ impl Carrier {
     pub(super) fn transmit(&mut self) -> Option<Sent> {
         match self {
             Self::Base(base) => base.transmit().map(|output| match output {
-                BaseOutput::Frame(frame) => Sent::Frame(frame),
-                BaseOutput::Bytes(packet) => Sent::BaseBytes(packet),
+                Transmit::Frame(frame) => Sent::Frame(frame),
+                Transmit::Bytes(packet) => Sent::BaseBytes(packet),
             }),
             Self::Table(table) => table.transmit().map(Sent::TableBytes),
         }

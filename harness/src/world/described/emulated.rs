@@ -5,8 +5,9 @@ use super::link::{DeviceLink, End};
 use crate::faults::Chance;
 #[cfg(feature = "live")]
 use crate::faults::{FaultKind, Toward};
-use described::{Description, Wired};
+use described::Description;
 use std::sync::Arc;
+use wire::device::Transmit;
 use wire::time::Timestamp;
 
 /// The emulator, and the line up to its port.
@@ -29,17 +30,17 @@ impl Emulated {
     }
 
     /// Something came to the port.
-    pub(crate) fn receive(&mut self, now: Timestamp, what: Wired) {
+    pub(crate) fn receive(&mut self, now: Timestamp, what: Transmit) {
         self.link.send(now, End::Host, what);
     }
 
     /// The device takes what has come through its line; everything that has goes to `each`, with who sent it.
-    pub(crate) fn deliver(&mut self, now: Timestamp, each: &mut impl FnMut(End, &Wired)) {
+    pub(crate) fn deliver(&mut self, now: Timestamp, each: &mut impl FnMut(End, &Transmit)) {
         while let Some((from, what)) = self.link.arrived(now) {
             if from != End::Device {
                 match &what {
-                    Wired::Frame(frame) => self.device.receive_frame(now, frame),
-                    Wired::Bytes(packet) => self.device.receive_bytes(now, packet.as_slice()),
+                    Transmit::Frame(frame) => self.device.receive_frame(now, frame),
+                    Transmit::Bytes(packet) => self.device.receive_bytes(now, packet.as_slice()),
                 }
             }
             each(from, &what);

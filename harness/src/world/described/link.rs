@@ -3,7 +3,8 @@
 use crate::faults::{Chance, FaultKind, Toward};
 use crate::link::{CanBus, SerialLine, StateChange};
 use crate::world::faults::makes_frames;
-use described::{Medium, Wired};
+use described::Medium;
+use wire::device::Transmit;
 use wire::time::Timestamp;
 
 /// Who is at the line.
@@ -46,10 +47,10 @@ impl DeviceLink {
     }
 
     /// Puts something on the line; what is of another medium is none of this line's.
-    pub(in crate::world) fn send(&mut self, now: Timestamp, from: End, what: Wired) {
+    pub(in crate::world) fn send(&mut self, now: Timestamp, from: End, what: Transmit) {
         match (self, what) {
-            (Self::Can(bus), Wired::Frame(frame)) => bus.send(now, from, frame),
-            (Self::Serial { to_device, to_host }, Wired::Bytes(packet)) => match from {
+            (Self::Can(bus), Transmit::Frame(frame)) => bus.send(now, from, frame),
+            (Self::Serial { to_device, to_host }, Transmit::Bytes(packet)) => match from {
                 End::Device => to_host.send(now, packet),
                 End::Host | End::Stranger => to_device.send(now, packet),
             },
@@ -58,13 +59,13 @@ impl DeviceLink {
     }
 
     /// Something that is through by `now`, and who sent it.
-    pub(in crate::world) fn arrived(&mut self, now: Timestamp) -> Option<(End, Wired)> {
+    pub(in crate::world) fn arrived(&mut self, now: Timestamp) -> Option<(End, Transmit)> {
         match self {
-            Self::Can(bus) => bus.arrived(now).map(|(from, frame)| (from, Wired::Frame(frame))),
+            Self::Can(bus) => bus.arrived(now).map(|(from, frame)| (from, Transmit::Frame(frame))),
             Self::Serial { to_device, to_host } => {
                 let to_device = to_device.arrived(now).map(|packet| (End::Host, packet));
                 let either = to_device.or_else(|| Some((End::Device, to_host.arrived(now)?)));
-                either.map(|(from, packet)| (from, Wired::Bytes(packet)))
+                either.map(|(from, packet)| (from, Transmit::Bytes(packet)))
             }
         }
     }

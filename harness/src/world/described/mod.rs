@@ -28,8 +28,9 @@ use crate::record::Device;
 use crate::record::FaultSummary;
 use crate::record::Progress;
 use crate::record::sink::RecordSink;
-use described::{Description, Wired};
+use described::Description;
 use std::sync::Arc;
+use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
 
 /// Events at one instant; more means that two ends answer each other for ever.
@@ -177,13 +178,13 @@ impl DescribedWorld {
 }
 
 /// Keeps what crossed the line in a full record.
-pub(super) fn record(sink: &mut impl RecordSink, now: Timestamp, from: End, what: &Wired) {
+pub(super) fn record(sink: &mut impl RecordSink, now: Timestamp, from: End, what: &Transmit) {
     let device = match from {
         End::Device => Device::Device,
         End::Host | End::Stranger => Device::Plan,
     };
     match what {
-        Wired::Bytes(packet) => sink.bytes(now, device, packet.as_slice()),
-        Wired::Frame(frame) => sink.frame(now, device, *frame),
+        Transmit::Bytes(packet) => sink.bytes(now, device, packet.as_slice()),
+        Transmit::Frame(frame) => sink.frame(now, device, *frame),
     }
 }

@@ -3,9 +3,10 @@
 
 use crate::engine::Engine;
 use crate::plan::Send;
-use described::{Decoded, Decoder, Description, Message, Sender, Wired};
+use described::{Decoded, Decoder, Description, Message, Sender};
 use std::collections::VecDeque;
 use std::sync::Arc;
+use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
 
 /// Everybody on the line but the device.
@@ -17,7 +18,7 @@ pub(in crate::world) struct Tester {
     /// Of each message that is sent again and again, how often, and when next.
     again: Vec<Option<(Span, Timestamp)>>,
     decoder: Decoder,
-    outgoing: VecDeque<Wired>,
+    outgoing: VecDeque<Transmit>,
 }
 
 impl Tester {
@@ -87,16 +88,16 @@ impl Tester {
     }
 
     /// The next thing for the line.
-    pub(in crate::world) fn transmit(&mut self) -> Option<Wired> {
+    pub(in crate::world) fn transmit(&mut self) -> Option<Transmit> {
         self.outgoing.pop_front()
     }
 
     /// Reads what came from the device; `engine` takes each message.
-    pub(in crate::world) fn hear(&mut self, what: &Wired, now: Timestamp, engine: &mut Engine) {
+    pub(in crate::world) fn hear(&mut self, what: &Transmit, now: Timestamp, engine: &mut Engine) {
         let mut take = |decoded: Decoded| engine.message(now, decoded.message, &decoded.values);
         match what {
-            Wired::Frame(frame) => self.decoder.frame(frame).into_iter().for_each(take),
-            Wired::Bytes(packet) => self.decoder.bytes(packet.as_slice(), &mut take),
+            Transmit::Frame(frame) => self.decoder.frame(frame).into_iter().for_each(take),
+            Transmit::Bytes(packet) => self.decoder.bytes(packet.as_slice(), &mut take),
         }
     }
 

@@ -25,8 +25,9 @@ use crate::record::sink::RecordSink;
 use crate::record::{Device, Record, RecordKind};
 use crate::world::described::{DeviceStage, Emulated, End, record as record_crossed};
 use crate::world::simulated::look_up;
-use described::{Description, Medium, Wired};
+use described::{Description, Medium};
 use std::sync::Arc;
+use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
 
 /// Name of the role.
@@ -101,10 +102,10 @@ impl Ends {
     }
 }
 
-fn send(port: &mut RolePort, now: Timestamp, what: &Wired) {
+fn send(port: &mut RolePort, now: Timestamp, what: &Transmit) {
     match what {
-        Wired::Frame(frame) => port.send_frame(now, frame),
-        Wired::Bytes(packet) => port.send_bytes(packet.as_slice()),
+        Transmit::Frame(frame) => port.send_frame(now, frame),
+        Transmit::Bytes(packet) => port.send_bytes(packet.as_slice()),
     }
 }
 
@@ -238,8 +239,8 @@ impl DescribedLive {
         event: PortEvent,
     ) {
         let what = match event {
-            PortEvent::Bytes(packet) => Wired::Bytes(packet),
-            PortEvent::Frame(frame) => Wired::Frame(frame),
+            PortEvent::Bytes(packet) => Transmit::Bytes(packet),
+            PortEvent::Frame(frame) => Transmit::Frame(frame),
             event => {
                 let (port, side) = match (role, &ends.device) {
                     (EMULATED, Some(port)) => (port, PortSide::Bench),

@@ -11,19 +11,11 @@ use controller::config::Config;
 use controller::mission::{Mission, Report};
 use controller::{Controller, Input, Output, Port};
 use std::collections::VecDeque;
-use wire::can::CanFrame;
-use wire::packet::Packet;
+use wire::device::Transmit;
 use wire::time::Timestamp;
 
 /// Crossings that wait to be told; far more than one turn of the loop can bring. More are counted as dropped.
 const CROSSINGS_MAX: usize = 256;
-
-/// What crossed a port.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Crossed {
-    Bytes(Packet),
-    Frame(CanFrame),
-}
 
 /// Something crossed a port of the controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,7 +24,7 @@ pub(super) struct Crossing {
     pub(super) role: &'static str,
     /// Who sent it.
     pub(super) by: Device,
-    pub(super) crossed: Crossed,
+    pub(super) crossed: Transmit,
 }
 
 /// The controller and its ports. Where faults can strike its machine, `host` is that machine.
@@ -142,14 +134,14 @@ impl InProcess {
         let now = clock.now();
         match event {
             PortEvent::Bytes(packet) => {
-                self.keep(role, device(role), Crossed::Bytes(packet));
+                self.keep(role, device(role), Transmit::Bytes(packet));
                 match host.as_deref_mut() {
                     None => self.controller.receive(now, port, Input::Bytes(packet.as_slice())),
                     Some(host) => host.bytes(now, port, packet, &mut self.controller),
                 }
             }
             PortEvent::Frame(frame) => {
-                self.keep(role, device(role), Crossed::Frame(frame));
+                self.keep(role, device(role), Transmit::Frame(frame));
                 match host.as_deref_mut() {
                     None => self.controller.receive(now, port, Input::Frame(frame)),
                     Some(host) => host.frame(now, frame, &mut self.controller),
@@ -170,15 +162,15 @@ impl InProcess {
         let told = host.map_or(now, |host| host.told(now));
         while let Some(output) = self.controller.transmit(told) {
             let (role, crossed) = match output {
-                Output::Bytes(Port::Gyro, packet) => (GYRO, Crossed::Bytes(packet)),
-                Output::Bytes(Port::Base, packet) => (BASE, Crossed::Bytes(packet)),
-                Output::Frame(frame) => (BASE, Crossed::Frame(frame)),
+                Output::Bytes(Port::Gyro, packet) => (GYRO, Transmit::Bytes(packet)),
+                Output::Bytes(Port::Base, packet) => (BASE, Transmit::Bytes(packet)),
+                Output::Frame(frame) => (BASE, Transmit::Frame(frame)),
             };
             self.keep(role, Device::Controller, crossed);
             let port = if role == GYRO { Some(&mut self.gyro) } else { self.base.as_mut() };
             match (port, crossed) {
-                (Some(port), Crossed::Bytes(packet)) => port.send_bytes(packet.as_slice()),
-                (Some(port), Crossed::Frame(frame)) => port.send_frame(now, &frame),
+                (Some(port), Transmit::Bytes(packet)) => port.send_bytes(packet.as_slice()),
+                (Some(port), Transmit::Frame(frame)) => port.send_frame(now, &frame),
                 (None, _) => {}
             }
             if let Some(heard_at) = self.heard_at.take() {
@@ -187,7 +179,7 @@ impl InProcess {
         }
     }
 
-    fn keep(&mut self, role: &'static str, by: Device, crossed: Crossed) {
+    fn keep(&mut self, role: &'static str, by: Device, crossed: Transmit) {
         if self.crossings.len() < CROSSINGS_MAX {
             self.crossings.push_back(Crossing { role, by, crossed });
         } else {

@@ -2,7 +2,6 @@
 
 use super::clock::Clock;
 use super::device_under_test::Running;
-use super::in_process::Crossed;
 use super::ports::{BASE, GYRO, Ports, TABLE, TABLE_DEVICE, device};
 use super::role_port::PortEvent;
 use super::{LiveWorld, Player};
@@ -17,14 +16,15 @@ use crate::world::lines::{BaseLink, Node};
 use crate::world::stage::Stage;
 use wire::base::Message;
 use wire::can::CanFrame;
+use wire::device::Transmit;
 use wire::packet::Packet;
 use wire::time::Timestamp;
 
 /// Keeps what crossed a port in a full record.
-fn record(sink: &mut impl RecordSink, now: Timestamp, by: Device, crossed: Crossed) {
+fn record(sink: &mut impl RecordSink, now: Timestamp, by: Device, crossed: Transmit) {
     match crossed {
-        Crossed::Bytes(packet) => sink.bytes(now, by, packet.as_slice()),
-        Crossed::Frame(frame) => sink.frame(now, by, frame),
+        Transmit::Bytes(packet) => sink.bytes(now, by, packet.as_slice()),
+        Transmit::Frame(frame) => sink.frame(now, by, frame),
     }
 }
 
@@ -59,7 +59,7 @@ impl LiveWorld {
     }
 
     /// Something that the controller says, or hears, crossed a port of the harness.
-    fn watch_line(&mut self, now: Timestamp, role: &str, by: Device, crossed: Crossed) {
+    fn watch_line(&mut self, now: Timestamp, role: &str, by: Device, crossed: Transmit) {
         if let Some(eyes) = &mut self.eyes {
             eyes.line(now, role, by, crossed);
         }
@@ -76,7 +76,7 @@ impl LiveWorld {
     ) {
         match &event {
             PortEvent::Bytes(packet) if role == GYRO || role == BASE => {
-                self.watch_line(now, role, Device::Controller, Crossed::Bytes(*packet));
+                self.watch_line(now, role, Device::Controller, Transmit::Bytes(*packet));
             }
             PortEvent::Bus(event) if role == BASE && event.bus_off => self.see(now, &Seen::BusOff),
             _ => {}
@@ -127,7 +127,7 @@ impl LiveWorld {
         // Frames of a base that is emulated are heard when it sends them, not from somebody else.
         if !(self.base_is_emulated() && of_base) {
             let by = if of_base { Device::Base } else { Device::Controller };
-            self.watch_line(now, BASE, by, Crossed::Frame(frame));
+            self.watch_line(now, BASE, by, Transmit::Frame(frame));
         }
         match (self.base_is_emulated(), of_base) {
             (true, false) => {
@@ -185,7 +185,7 @@ impl LiveWorld {
         while let Some(packet) = lines.gyro.arrived(now) {
             if let Some(port) = &mut ports.gyro {
                 sink.bytes(now, Device::Gyro, packet.as_slice());
-                watch(GYRO, Crossed::Bytes(packet));
+                watch(GYRO, Transmit::Bytes(packet));
                 port.send_bytes(packet.as_slice());
             }
         }
@@ -198,7 +198,7 @@ impl LiveWorld {
                     }
                     while let Some(packet) = to_controller.arrived(now) {
                         sink.bytes(now, Device::Base, packet.as_slice());
-                        watch(BASE, Crossed::Bytes(packet));
+                        watch(BASE, Transmit::Bytes(packet));
                         port.send_bytes(packet.as_slice());
                     }
                 }
@@ -211,13 +211,13 @@ impl LiveWorld {
                             }
                             Node::Base => {
                                 sink.frame(now, Device::Base, frame);
-                                watch(BASE, Crossed::Frame(frame));
+                                watch(BASE, Transmit::Frame(frame));
                                 port.send_frame(now, &frame);
                             }
                             Node::Stranger => {
                                 sink.frame(now, Device::Plan, frame);
                                 emulator.receive_frame(now, &frame);
-                                watch(BASE, Crossed::Frame(frame));
+                                watch(BASE, Transmit::Frame(frame));
                                 port.send_frame(now, &frame);
                             }
                         }
