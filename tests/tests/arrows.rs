@@ -8,7 +8,8 @@ use toml::Table;
 /// Which rooms each room may depend on, by folder and by name. A room that is not here has no place in the house yet.
 const ARROWS: &[(&str, &[&str])] = &[
     ("wire", &[]),
-    ("controller", &["wire"]),
+    // Ports are for its process, not for its library.
+    ("controller", &["wire", "ports"]),
     ("emulators", &["wire"]),
     ("described", &["wire", "emulators"]),
     ("ports", &["wire"]),
@@ -199,6 +200,11 @@ fn what_runs_on_a_microcontroller_needs_no_std() {
         assert!(library.lines().any(|line| line == "#![no_std]"), "{room}");
         // `std` may be named in tests; `alloc` nowhere.
         assert!(!library.contains("extern crate alloc"), "{room} allocates");
+        let own = format!("{room}/src/");
+        for Source { path, text } in sources(&own, "rs") {
+            let of_process = path.starts_with("controller/src/bin/");
+            assert!(of_process || !text.contains("ports::"), "{path} knows ports");
+        }
     }
 }
 

@@ -230,7 +230,9 @@ mod tests {
         Cli::command().debug_assert();
     }
 
+    /// With every command that there is.
     #[test]
+    #[cfg(feature = "nats")]
     fn the_help_of_every_command() {
         let mut hil = Cli::command().term_width(100);
         hil.build();

@@ -80,7 +80,7 @@ pub struct BenchFile {
 #[serde(deny_unknown_fields)]
 pub struct AnswersSection {
     /// The file; in the bench file relative to its folder, after [`BenchFile::load`] to the working
-    /// directory. See `AnswerFile` for what it holds.
+    /// directory. See `crate::operator::AnswerFile` for what it holds.
     pub file: PathBuf,
 }
 
