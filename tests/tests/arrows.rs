@@ -144,9 +144,8 @@ fn dependencies(manifest: &Table, of_tests: bool) -> Vec<String> {
     for (key, value) in manifest {
         match value {
             toml::Value::Table(table) if key.ends_with("dependencies") => {
-                if key.starts_with("dev-") == of_tests {
-                    found.extend(table.keys().cloned());
-                }
+                let is_wanted = key.starts_with("dev-") == of_tests;
+                found.extend(table.keys().filter(|_| is_wanted).cloned());
             }
             toml::Value::Table(table) => found.extend(dependencies(table, of_tests)),
             _ => {}

@@ -1,5 +1,7 @@
 //! What an identification says of a gyro is what an emulated one can learn.
 
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use harness::world::bench::{DevicesError, load_devices};
 use identification::model::Model;
 use plan::library::Library;

@@ -3,7 +3,6 @@
 mod messages;
 mod parameters;
 mod read;
-mod sensor;
 mod source;
 mod states;
 mod variables;

@@ -1,8 +1,9 @@
 //! One message: its signals, and how it is carried.
 
 use super::checksum::Trailer;
+use super::printed::Match;
 use super::signal::{Carried, Signal};
-use super::text::{Match, Pattern};
+use super::text::Pattern;
 use super::{Decoded, EncodeError};
 use wire::can::{CanFrame, DATA_BYTES_MAX, Id};
 use wire::device::Transmit;

@@ -5,10 +5,9 @@ use super::error::NatsError;
 use super::job::Done;
 use super::lease::Lease;
 use super::message::{Again, CASES, Place, RESULTS, Said, id_of, result_subject};
-use super::publish::{Letter, PAUSE};
-use super::remote::StoredFile;
+use super::publish::Letter;
 use super::results;
-use super::room::Room;
+use super::room::{PAUSE, Room};
 use super::tray::{Asking, Read, Tray};
 use super::worker::LISTEN;
 use async_nats::jetstream::Message;
@@ -20,6 +19,15 @@ use tokio::select;
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
 use tokio::time::{interval, sleep, timeout};
+
+/// A file that the campaign leaves on the server.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StoredFile {
+    /// Its name among those of the campaign.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+}
 
 /// After so long without a result it is told who is waited for.
 const SILENCE: Duration = Duration::from_secs(10);

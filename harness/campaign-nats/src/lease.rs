@@ -2,7 +2,7 @@
 
 use super::connect::{News, Tell};
 use super::error::NatsError;
-use super::room::Room;
+use super::room::{LEASE, Room};
 use async_nats::jetstream::kv::{CreateErrorKind, Store, UpdateErrorKind};
 use std::fmt;
 use std::time::Duration;
@@ -10,8 +10,6 @@ use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use tokio::time::{sleep, timeout};
 
-/// How long a lease outlives its holder.
-pub(super) const LEASE: Duration = Duration::from_secs(10);
 /// How often it is renewed.
 const RENEWAL: Duration = Duration::from_millis(2_500);
 /// How often one that another holds is asked for again.

@@ -1,15 +1,11 @@
 //! Sending until the server has it: a server that is away is waited for.
 
 use super::error::NatsError;
-use super::room::Room;
+use super::room::{PAUSE, Room};
 use async_nats::HeaderMap;
 use async_nats::jetstream::context::{PublishError, PublishErrorKind};
 use async_nats::jetstream::message::PublishMessage;
 use async_nats::jetstream::publish::PublishAck;
-use std::time::Duration;
-
-/// Between two attempts.
-pub(super) const PAUSE: Duration = Duration::from_millis(300);
 
 /// One message for a stream.
 #[derive(Debug, Clone)]

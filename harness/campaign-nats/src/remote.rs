@@ -2,13 +2,13 @@
 
 use super::carry::package_object;
 use super::connect::{News, Server, Tell};
-use super::desk::{Ask, Desk};
+use super::desk::{Ask, Desk, StoredFile};
 use super::error::NatsError;
 use super::job::{Done, Job};
-use super::lease::{Holder, LEASE, Lease};
+use super::lease::{Holder, Lease};
 use super::message::{Place, Said};
 use super::package::Package;
-use super::room::Room;
+use super::room::{LEASE, Room};
 use campaign::Executor;
 use campaign::Repeated;
 use campaign::WINDOW;
@@ -32,15 +32,6 @@ pub struct RemoteSettings {
     pub place: Place,
     /// Who carries it on.
     pub holder: Holder,
-}
-
-/// A file that the campaign leaves on the server.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct StoredFile {
-    /// Its name among those of the campaign.
-    pub name: String,
-    /// Its text.
-    pub text: String,
 }
 
 /// Has cases carried out by the workers of a server. `E` says which can be.

@@ -1,7 +1,6 @@
 //! Results as they arrive at the coordinator.
 
-use super::publish::PAUSE;
-use super::room::Room;
+use super::room::{PAUSE, Room};
 use async_nats::jetstream::Message;
 use futures_util::StreamExt as _;
 use std::time::Duration;

@@ -2,9 +2,7 @@
 
 use super::connect::Link;
 use super::error::NatsError;
-use super::lease::LEASE;
 use super::message::{CASES, FORMAT, LEASES, OBJECTS, Place, RESULTS, results_subject};
-use super::publish::PAUSE;
 use async_nats::jetstream::consumer::{AckPolicy, PullConsumer, pull};
 use async_nats::jetstream::context::{CreateStreamErrorKind, GetStreamErrorKind};
 use async_nats::jetstream::kv;
@@ -16,6 +14,10 @@ use async_nats::jetstream::{self, Context};
 use std::time::Duration;
 use tokio::io::AsyncReadExt as _;
 
+/// How long a lease outlives its holder.
+pub(super) const LEASE: Duration = Duration::from_secs(10);
+/// Between two attempts.
+pub(super) const PAUSE: Duration = Duration::from_millis(300);
 /// How long a case belongs to a worker that says nothing: it is another's then.
 pub(super) const ACK_WAIT: Duration = Duration::from_secs(5);
 /// How often a worker says that it is still at it.

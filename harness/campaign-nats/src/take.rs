@@ -2,8 +2,7 @@
 
 use super::error::NatsError;
 use super::message::Place;
-use super::publish::PAUSE;
-use super::room::Room;
+use super::room::{PAUSE, Room};
 use async_nats::jetstream::Message;
 use async_nats::jetstream::consumer::PullConsumer;
 use async_nats::jetstream::consumer::pull::Batch;

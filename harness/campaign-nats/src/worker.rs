@@ -4,11 +4,10 @@ use super::carry::Hands;
 use super::connect::{News, Server, Tell};
 use super::error::NatsError;
 use super::lease::{Holder, Lease};
+use super::maker::Maker;
 use super::message::Place;
-use super::package::Package;
 use super::room::Room;
 use super::take::take;
-use campaign::Executor;
 use std::collections::VecDeque;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -25,26 +24,6 @@ pub(super) const LISTEN: Duration = Duration::from_millis(100);
 const TELL: Duration = Duration::from_secs(10);
 /// Threads beside those of the cases: for names of machines, and for what is unpacked.
 const THREADS_BESIDE: usize = 2;
-
-/// Makes who carries out the cases of a package at a place, and names its plan; or says why that cannot be. A case that
-/// is broken off (see [`CaseResult::is_given_up`](campaign::CaseResult::is_given_up)) is handed back, and the worker ends.
-pub type Maker = Arc<
-    dyn Fn(&Package, &Place, Stopping) -> Result<(String, Arc<dyn Executor + Send + Sync>), String>
-        + Send
-        + Sync,
->;
-
-/// Tells whether the worker is to end: it was asked to, or the bench is another's. What is quick is finished all the same; what
-/// takes minutes is broken off.
-#[derive(Debug, Clone)]
-pub struct Stopping(pub(super) watch::Receiver<bool>);
-
-impl Stopping {
-    /// Is it?
-    pub fn is_so(&self) -> bool {
-        *self.0.borrow()
-    }
-}
 
 /// What a worker is.
 #[derive(Debug, Clone)]

@@ -2,8 +2,7 @@
 //!
 //! It is written when a campaign begins and again when it ends: one that was killed is known as such by it.
 
-use super::case::Case;
-use super::repeat::Repeated;
+use super::case::{Case, Repeated};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io;

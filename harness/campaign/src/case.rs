@@ -1,6 +1,5 @@
 //! One case: a seed and what goes wrong; and what came of it.
 
-use super::repeat::Repeated;
 use plan::faults::Schedule;
 use record::outcome::Outcome;
 use serde::{Deserialize, Serialize};
@@ -122,6 +121,17 @@ impl CaseResult {
     pub fn breaks(&self, property: &str) -> bool {
         self.violated.iter().any(|violated| violated.property == property)
     }
+}
+
+/// What repetitions of one case came to, for one property.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Repeated {
+    /// How many broke it.
+    pub broke: u64,
+    /// Of how many.
+    pub of: u64,
+    /// At the confidence asked for it breaks in at least this share of all runs.
+    pub at_least: f64,
 }
 
 #[cfg(test)]

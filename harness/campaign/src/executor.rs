@@ -1,7 +1,6 @@
 //! Who carries out a case.
 
-use super::case::{Case, CaseResult};
-use super::repeat::Repeated;
+use super::case::{Case, CaseResult, Repeated};
 use record::outcome::Outcome;
 use wire::time::Span;
 

@@ -23,6 +23,7 @@ mod account;
 mod case;
 mod envelope;
 mod executor;
+mod guard;
 mod guided;
 mod journal;
 mod mutation;
@@ -39,17 +40,17 @@ pub mod toy;
 mod window;
 
 pub use account::{ACCOUNT, Account, AccountError, End, FoundCase, Struck};
-pub use case::{Case, CaseId, CaseResult, PANIC, PASSES, Violated};
+pub use case::{Case, CaseId, CaseResult, PANIC, PASSES, Repeated, Violated};
 pub use envelope::{Envelope, EnvelopeSettings, Level, Measured, envelope};
 pub use executor::Executor;
+pub use guard::caught;
 pub use guided::Guided;
 pub use journal::{Journal, JournalError, Line, each_line};
 pub use regression::{Regression, RegressionError};
 pub use repeat::{
-    BREAKS_AT_LEAST, CONFIDENCE, REPEATS, REPEATS_MAX, Repeated, Repeatedly, Repetition,
-    RepetitionError,
+    BREAKS_AT_LEAST, CONFIDENCE, REPEATS, REPEATS_MAX, Repeatedly, Repetition, RepetitionError,
 };
-pub use run::{Campaign, Found, Settings, Tally, caught, run};
+pub use run::{Campaign, Found, Settings, Tally, run};
 pub use search::{Random, Search};
 pub use shrink::{Shrunk, shrink};
 pub use space::Space;

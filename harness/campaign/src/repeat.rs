@@ -6,9 +6,9 @@
 //! asked for. So a case that breaks more rarely is taken for broken with a probability of at most 1 - confidence.
 //! Repetitions end as soon as it is decided, which changes no decision.
 
-use super::case::{Case, CaseResult};
+use super::case::{Case, CaseResult, Repeated};
 use super::executor::Executor;
-use super::run::guarded;
+use super::guard::guarded;
 use plan::confidence::clopper_pearson_lower;
 use record::outcome::Outcome;
 use serde::{Deserialize, Serialize};
@@ -96,17 +96,6 @@ pub enum RepetitionError {
         /// How many could.
         enough: u64,
     },
-}
-
-/// What repetitions of one case came to, for one property.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Repeated {
-    /// How many broke it.
-    pub broke: u64,
-    /// Of how many.
-    pub of: u64,
-    /// At the confidence asked for it breaks in at least this share of all runs.
-    pub at_least: f64,
 }
 
 impl Repetition {

@@ -31,7 +31,9 @@
 //! carries its unit; the parsed plan is SI. Nothing is guessed: an unknown key, a value out of bounds or
 //! a reference to nothing is a [`PlanError`] that shows its place in the file.
 //!
-//! Nothing in this module reads a file.
+//! Around it: what goes wrong on purpose ([`faults`]), which port plays which role ([`bench_file`]), what one plan makes
+//! and a later one uses ([`calibrations`], [`models`], [`made`]). [`library`] reads these files, and those that ship;
+//! nothing else here reads any.
 
 mod band;
 pub mod bench_file;
@@ -53,6 +55,7 @@ mod locate;
 pub mod made;
 mod measurement;
 mod message;
+mod mistake;
 pub mod models;
 mod motion;
 mod name;
@@ -233,7 +236,7 @@ impl Plan {
 }
 
 /// The place of what is wrong, in the file.
-fn located(file: &str, text: &str) -> impl Fn(validate::Fault) -> PlanError {
+fn located(file: &str, text: &str) -> impl Fn(mistake::Fault) -> PlanError {
     move |fault| {
         let at = locate::locate(text, &fault.path);
         PlanError::new(file, text, at, fault.message).with_help(fault.help)

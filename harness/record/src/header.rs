@@ -10,11 +10,9 @@
 //! `head -2` shows a person whose record it is; a program need not know this crate to read that.
 
 use super::Device;
-use super::reader::RecordError;
 use serde::{Deserialize, Serialize};
-use std::cmp::Ordering;
 use std::collections::BTreeMap;
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 
 /// The first bytes of every record file. The first is no text, so that nothing takes it for text;
 /// the last is changed by whatever mangles line ends.
@@ -104,40 +102,4 @@ impl Header {
         out.write_all(&length.to_le_bytes())?;
         out.write_all(&block)
     }
-
-    /// Reads magic, version and block, and leaves `input` at the first record.
-    pub(super) fn read(input: &mut impl Read) -> Result<Self, RecordError> {
-        let mut magic = [0; MAGIC.len()];
-        read_exact(input, &mut magic).map_err(|error| match error {
-            RecordError::HeaderCutShort => RecordError::NotARecord,
-            other => other,
-        })?;
-        if magic != MAGIC {
-            return Err(RecordError::NotARecord);
-        }
-        let mut version = [0; 2];
-        read_exact(input, &mut version)?;
-        let found = u16::from_le_bytes(version);
-        match found.cmp(&FORMAT_VERSION) {
-            Ordering::Greater => return Err(RecordError::NewerFormat { found }),
-            Ordering::Less => return Err(RecordError::OlderFormat { found }),
-            Ordering::Equal => {}
-        }
-        let mut length = [0; 4];
-        read_exact(input, &mut length)?;
-        let length = usize::try_from(u32::from_le_bytes(length)).unwrap_or(usize::MAX);
-        if length > HEADER_BYTES_MAX {
-            return Err(RecordError::HeaderTooLong { length });
-        }
-        let mut block = vec![0; length];
-        read_exact(input, &mut block)?;
-        serde_json::from_slice(&block).map_err(RecordError::Header)
-    }
-}
-
-fn read_exact(input: &mut impl Read, buffer: &mut [u8]) -> Result<(), RecordError> {
-    input.read_exact(buffer).map_err(|error| match error.kind() {
-        io::ErrorKind::UnexpectedEof => RecordError::HeaderCutShort,
-        _ => RecordError::Io(error),
-    })
 }

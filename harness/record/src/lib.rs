@@ -2,6 +2,8 @@
 //!
 //! * [`header`]: what a record file says about itself. [`writer`], [`reader`]: the file.
 //! * [`sink`]: where a running world puts its records. [`text`]: a record as one line to read.
+//! * [`outcome`]: how a run ended. [`run_folder`]: what it leaves behind. [`figures`]: how numbers are written.
+//! * [`reading`]: long files that say how much of them was read.
 
 mod encoding;
 mod faults;

@@ -2,7 +2,8 @@
 
 use super::Record;
 use super::encoding::{END_MARK, PREFIX_BYTES_MAX, RECORD_BYTES_MAX, decode};
-use super::header::{FORMAT_VERSION, Header};
+use super::header::{FORMAT_VERSION, HEADER_BYTES_MAX, Header, MAGIC};
+use std::cmp::Ordering;
 use std::io::{self, BufReader, Read};
 use wire::time::Timestamp;
 
@@ -87,7 +88,7 @@ impl<R: Read> RecordReader<R> {
     /// Anything but [`RecordError::CutShort`] and [`RecordError::Damaged`].
     pub fn new(input: R) -> Result<Self, RecordError> {
         let mut input = Counted { input: BufReader::with_capacity(BUFFER_BYTES, input), bytes: 0 };
-        let header = Header::read(&mut input)?;
+        let header = read_header(&mut input)?;
         Ok(Self {
             offset: input.bytes,
             input: input.input,
@@ -198,4 +199,40 @@ impl<R: Read> Read for Counted<R> {
         self.bytes += bytes as u64;
         Ok(bytes)
     }
+}
+
+/// Reads magic, version and block, and leaves `input` at the first record.
+fn read_header(input: &mut impl Read) -> Result<Header, RecordError> {
+    let mut magic = [0; MAGIC.len()];
+    read_exact(input, &mut magic).map_err(|error| match error {
+        RecordError::HeaderCutShort => RecordError::NotARecord,
+        other => other,
+    })?;
+    if magic != MAGIC {
+        return Err(RecordError::NotARecord);
+    }
+    let mut version = [0; 2];
+    read_exact(input, &mut version)?;
+    let found = u16::from_le_bytes(version);
+    match found.cmp(&FORMAT_VERSION) {
+        Ordering::Greater => return Err(RecordError::NewerFormat { found }),
+        Ordering::Less => return Err(RecordError::OlderFormat { found }),
+        Ordering::Equal => {}
+    }
+    let mut length = [0; 4];
+    read_exact(input, &mut length)?;
+    let length = usize::try_from(u32::from_le_bytes(length)).unwrap_or(usize::MAX);
+    if length > HEADER_BYTES_MAX {
+        return Err(RecordError::HeaderTooLong { length });
+    }
+    let mut block = vec![0; length];
+    read_exact(input, &mut block)?;
+    serde_json::from_slice(&block).map_err(RecordError::Header)
+}
+
+fn read_exact(input: &mut impl Read, buffer: &mut [u8]) -> Result<(), RecordError> {
+    input.read_exact(buffer).map_err(|error| match error.kind() {
+        io::ErrorKind::UnexpectedEof => RecordError::HeaderCutShort,
+        _ => RecordError::Io(error),
+    })
 }

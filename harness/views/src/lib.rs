@@ -1,6 +1,6 @@
 //! What people and build servers are shown of a run, a campaign or an identification. Nothing here decides.
 //!
-//! * [`console`]: tables.
+//! * [`console`]: tables for a terminal.
 //! * `report`, `junit` (feature `report`): one page with its figures, and a file for a build server.
 //! * [`watch`](mod@watch): a run while it goes on, as a model without a terminal.
 

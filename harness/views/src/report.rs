@@ -20,6 +20,7 @@ mod marks;
 mod measurements;
 mod median;
 mod observations;
+mod observed;
 mod page;
 mod palette;
 mod panel;
@@ -30,6 +31,7 @@ mod properties;
 #[cfg(test)]
 mod samples;
 mod scatter;
+mod steps;
 #[cfg(test)]
 mod tests;
 mod thin;

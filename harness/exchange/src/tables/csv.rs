@@ -1,7 +1,7 @@
 //! A table as CSV (RFC 4180): UTF-8, a head of names, line feeds.
 
 use super::cell::{Cell, Column};
-use super::rows::Row;
+use super::row::Row;
 use std::io::Write;
 
 /// Writes the rows of one table.

@@ -1,7 +1,7 @@
 //! What happened, in words: one row an event.
 
 use super::cell::Cell;
-use super::rows::{Row, time};
+use super::row::{Row, time};
 use controller::mission::Report;
 use record::FaultEvent;
 use record::outcome::{PropertySummary, Summary};

@@ -15,9 +15,11 @@ pub mod csv;
 mod error;
 pub(crate) mod events;
 mod folder;
+mod form;
 mod heard;
 mod package;
 pub mod parquet;
+pub(crate) mod row;
 pub(crate) mod rows;
 pub mod survey;
 #[cfg(test)]
@@ -25,9 +27,11 @@ mod tests;
 
 pub use columns::{Table, tagged};
 pub use error::TablesError;
-pub use heard::{Ears, Heard, MessageForm, SignalForm};
+pub use form::{MessageForm, SignalForm};
+pub use heard::{Ears, Heard};
 pub use package::{PACKAGE, PROFILE};
-pub use rows::{Row, RowSink, Rows};
+pub use row::Row;
+pub use rows::{RowSink, Rows};
 
 use folder::Folder;
 use record::Record;

@@ -4,7 +4,7 @@
 //! `{"x_m": {"unit": "m", "description": "..."}}`.
 
 use super::cell::{Cell, Column, Kind};
-use super::rows::Row;
+use super::row::Row;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType, ZstdLevel};
 use parquet::column::writer::ColumnWriter;
 use parquet::data_type::ByteArray;

@@ -4,6 +4,7 @@ use super::cell::Cell;
 use super::columns::Table;
 use super::events;
 use super::heard::{Ears, Heard};
+use super::row::{Row, time};
 use super::survey::Survey;
 use controller::health::Health;
 use controller::mission::{Report, State};
@@ -15,9 +16,6 @@ use record::{Device, Record, RecordKind};
 use wire::can::{Id, RecordedFrame};
 use wire::time::Timestamp;
 use wire::units::{AngularRate, Pose};
-
-/// One row, a cell a column.
-pub type Row<'a> = Vec<Cell<'a>>;
 
 /// Where rows go.
 pub trait RowSink {
@@ -123,11 +121,6 @@ impl Rows {
         row.extend(self.tags.iter().map(|tag| Cell::maybe(observation.tags.get(tag).copied())));
         row
     }
-}
-
-/// The instant of a row.
-pub(crate) fn time<'a>(at: Timestamp) -> Cell<'a> {
-    at.as_secs_f64().into()
 }
 
 pub(crate) fn of_state<'a>(at: Timestamp, state: &State) -> Row<'a> {

@@ -6,7 +6,8 @@ mod on_bench;
 mod over;
 
 use super::EXIT_STATUSES;
-use super::build_server::{Annotation, SummaryArguments};
+use super::annotation::Annotation;
+use super::build_server::SummaryArguments;
 use super::envelopes::{EnvelopeArguments, Means, kind};
 use super::failure::Failure;
 use super::interrupt::Interrupt;

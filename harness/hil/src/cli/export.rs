@@ -91,7 +91,7 @@ Examples:
 
 /// Writes the bus log of a run.
 fn bus(folder: &RunFolder, path: &Path, screen: &Screen) -> Result<Outcome, Failure> {
-    let format = super::log::format_of(path, None, "--bus")?;
+    let format = super::log_format::format_of(path, None, "--bus")?;
     let failure =
         |source| Failure::from(RunFolderError::Record { path: folder.file(RECORD), source });
     let mut entries = Recorded::new(folder.records()?).map(|entry| entry.map_err(failure));

@@ -1,6 +1,6 @@
 //! What keeps a command from doing its work, and the exit status of each.
 
-use super::build_server::Annotation;
+use super::annotation::Annotation;
 use crate::import::ImportError;
 use campaign::{AccountError, JournalError, RegressionError};
 use dataset::DatasetError;

@@ -1,7 +1,7 @@
 //! `hil import`: the log of a bench's CAN bus as a run folder.
 
 use super::failure::Failure;
-use super::log::{format_of, format_parser};
+use super::log_format::{format_of, format_parser};
 use super::measured::plain_name;
 use super::progress::Screen;
 use super::{EXIT_STATUSES, say};

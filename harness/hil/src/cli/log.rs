@@ -1,10 +1,10 @@
 //! `hil log`: bus logs from one format to another, and onto a port again.
 
 use super::failure::Failure;
+use super::log_format::{format_of, format_parser};
 use super::progress::Screen;
 use super::replay::ReplayArguments;
 use super::say;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 use exchange::bus_log::convert::{Converted, convert};
 use exchange::bus_log::{Format, LogReader, LogWriter};
@@ -49,29 +49,6 @@ struct ConvertArguments {
     /// What OUT is to be. [default: by the end of its name]
     #[arg(long, value_name = "FORMAT", value_parser = format_parser())]
     to: Option<Format>,
-}
-
-/// A format by its name.
-pub(super) fn format_parser() -> impl TypedValueParser<Value = Format> {
-    PossibleValuesParser::new(Format::ALL.map(Format::name)).try_map(|name| {
-        Format::ALL.into_iter().find(|format| format.name() == name).ok_or("no such format")
-    })
-}
-
-/// The format that was said, or that of the file's name. `argument` says what to change.
-pub(super) fn format_of(
-    path: &Path,
-    said: Option<Format>,
-    argument: &str,
-) -> Result<Format, Failure> {
-    said.or_else(|| Format::of_path(path)).ok_or_else(|| {
-        let message = format!("the name {} ends as no bus log does", path.display());
-        let help = match argument {
-            "--from" | "--to" => format!("say what it is: {argument} candump, asc or pcapng"),
-            _ => format!("give {argument} a name that ends in .log, .asc or .pcapng"),
-        };
-        Failure::arguments(message, help)
-    })
 }
 
 /// Says what was written, and what was not.

@@ -7,6 +7,7 @@
 //!
 //! What is absent: any judgement, any decision about devices, any clock but a stopwatch.
 
+mod annotation;
 mod build_server;
 mod campaign;
 mod check;
@@ -25,6 +26,7 @@ mod interrupt;
 mod list;
 mod live;
 mod log;
+mod log_format;
 mod man;
 #[cfg(all(test, feature = "nats"))]
 mod manual;

@@ -1,7 +1,7 @@
 //! `hil log replay`: a recorded bus onto a port, in real time.
 
 use super::failure::Failure;
-use super::log::{format_of, format_parser};
+use super::log_format::{format_of, format_parser};
 use super::progress::Screen;
 use super::say;
 use clap::Args;

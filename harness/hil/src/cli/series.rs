@@ -1,6 +1,7 @@
 //! Plans one after another: what one makes, the later ones use.
 
-use super::build_server::{Annotation, SummaryArguments};
+use super::annotation::Annotation;
+use super::build_server::SummaryArguments;
 use super::crossing;
 use super::failure::Failure;
 use super::interrupt::Interrupt;

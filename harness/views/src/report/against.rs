@@ -1,6 +1,6 @@
 //! What the observations of a quantity are drawn over: their natural axis.
 
-use super::collect::Sample;
+use super::observed::Sample;
 
 /// A temperature axis needs this span, in kelvin, to show anything. Assumption: twice the 0.5 K of
 /// which the paper's scale error makes 0.26 deg in a turn.
@@ -81,7 +81,7 @@ impl Against {
 #[cfg(test)]
 mod tests {
     use super::Against;
-    use crate::report::collect::{Direction, Sample};
+    use crate::report::observed::{Direction, Sample};
 
     fn sample(at_s: f64, temperature: Option<f64>, run: Option<f64>) -> Sample {
         let direction = Some(Direction::Cw);

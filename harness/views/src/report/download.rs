@@ -1,6 +1,6 @@
 //! The numbers behind a figure, as a file that the page itself holds.
 
-use super::collect::{Direction, Sample};
+use super::observed::{Direction, Sample};
 use super::panel::Group;
 use super::thin::{Point, extreme_indices};
 use maud::{Markup, html};
@@ -148,7 +148,7 @@ fn percent_encoded(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::{ROWS_MAX, Table, number, place, samples, text};
-    use crate::report::collect::Sample;
+    use crate::report::observed::Sample;
     use crate::report::panel::{Group, Look};
 
     #[test]

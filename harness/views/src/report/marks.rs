@@ -1,8 +1,8 @@
 //! Bands, bars and marks: what stands in a plot, and which mark is outside.
 
 use super::against::Against;
-use super::collect::{Direction, Sample};
 use super::frame::{Chart, Drawn, Frame, SCALE};
+use super::observed::{Direction, Sample};
 use super::palette::{BAND, REFERENCE};
 use super::thin::Point;
 use plotters::element::{Circle, PathElement, Rectangle, TriangleMarker};
@@ -97,7 +97,7 @@ pub(super) fn draw_marks(
 #[cfg(test)]
 mod tests {
     use super::is_outside;
-    use crate::report::collect::{Direction, Sample};
+    use crate::report::observed::{Direction, Sample};
     use record::header::Band;
     use std::collections::BTreeMap;
 

@@ -1,6 +1,6 @@
 //! Medians: of all observations, and along an axis.
 
-use super::collect::Sample;
+use super::observed::Sample;
 use super::thin::Point;
 use statrs::statistics::{Data, OrderStatistics};
 

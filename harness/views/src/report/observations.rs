@@ -1,10 +1,11 @@
 //! A plot for each quantity: its observations over their natural axis, and where they should lie.
 
 use super::against::Against;
-use super::collect::{Collected, Direction, Sample, Series};
+use super::collect::Collected;
 use super::download;
 use super::frame::{Axis, Frame, SCALE};
 use super::marks::{band_texts, draw_bands, draw_bars, draw_marks, is_outside};
+use super::observed::{Direction, Sample, Series};
 use super::palette::{CCW, CW, OUTSIDE};
 use super::panel::by_direction;
 use super::paper::Figures;

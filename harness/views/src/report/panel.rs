@@ -1,11 +1,11 @@
 //! Observations over an axis with all that they are compared with: the plan's band, what the paper gives, their median.
 
 use super::against::Against;
-use super::collect::{Direction, Sample};
 use super::download;
 use super::frame::{Axis, Chart, DrawError, Drawn, Frame, SCALE};
 use super::marks::{band_texts, draw_bands, draw_bars, draw_marks, is_outside};
 use super::median::{median, running};
+use super::observed::{Direction, Sample};
 use super::palette::{CCW, CW, INK, OUTSIDE, PAPER};
 use super::thin::{Point, extremes};
 use maud::{Markup, html};
@@ -303,7 +303,7 @@ pub(super) fn dashed(
 #[cfg(test)]
 mod tests {
     use super::by_direction;
-    use crate::report::collect::{Direction, Sample};
+    use crate::report::observed::{Direction, Sample};
 
     #[test]
     fn directions_are_told_apart() {

@@ -12,7 +12,8 @@ mod table_error;
 #[cfg(test)]
 mod tests;
 
-use super::collect::{Collected, Sample};
+use super::collect::Collected;
+use super::observed::Sample;
 use maud::{Markup, html};
 use record::header::{Band, Header};
 use std::collections::BTreeSet;

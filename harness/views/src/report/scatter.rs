@@ -1,10 +1,10 @@
 //! Return positions: two quantities that belong together, as a plan of the floor.
 
-use super::collect::{Direction, Sample};
 use super::download::{ROWS_MAX, Table, number, place};
 use super::frame::{Axis, Frame, SCALE};
 use super::marks::draw_marks;
 use super::median::median_of;
+use super::observed::{Direction, Sample};
 use super::palette::{INK, OUTSIDE, PAPER, REFERENCE};
 use super::panel::{DASH, Look, dashed};
 use super::thin::Point;
@@ -196,7 +196,7 @@ fn table(all: &[Position]) -> Table {
 #[cfg(test)]
 mod tests {
     use super::{Partner, Positions, medians, partner};
-    use crate::report::collect::{Direction, Sample};
+    use crate::report::observed::{Direction, Sample};
 
     fn series(samples: &[(f64, f64, Direction)]) -> Vec<Sample> {
         let sample = |&(run, value, direction): &(f64, f64, Direction)| Sample {

@@ -7,17 +7,9 @@ use super::collect::Collected;
 use super::decided::Mark;
 use super::download::{ROWS_MAX, Table, place, text};
 use super::fault_spans::Span;
+use super::steps::{Step, Steps};
 use maud::{Markup, html};
 use record::figures;
-
-/// The most steps that are kept.
-const STEPS_MAX: usize = 50_000;
-
-/// The deepest nesting that has a row of its own.
-const DEPTH_MAX: usize = 8;
-
-/// Steps narrower than this share of the line that begin as near to the last drawn are left out.
-const SHARE_MIN: f64 = 0.002;
 
 /// A character needs this share of the line.
 const CHARACTER_SHARE: f64 = 0.0062;
@@ -37,70 +29,6 @@ const AXIS_PX: usize = 26;
 
 /// Ticks on the time axis, at most.
 const TICKS_MAX: f64 = 7.0;
-
-#[derive(Debug)]
-struct Step {
-    path: String,
-    title: String,
-    depth: usize,
-    begin_s: f64,
-    end_s: Option<f64>,
-}
-
-/// The steps of a run, in the order in which they began.
-#[derive(Debug, Default)]
-pub(super) struct Steps {
-    all: Vec<Step>,
-    /// Indices of those that run, outermost first.
-    open: Vec<usize>,
-    overflowed: u64,
-}
-
-impl Steps {
-    pub(super) fn begin(&mut self, at_s: f64, path: &str, title: &str) {
-        if self.all.len() >= STEPS_MAX {
-            self.overflowed += 1;
-            return;
-        }
-        self.open.push(self.all.len());
-        self.all.push(Step {
-            path: path.to_owned(),
-            title: title.to_owned(),
-            depth: (self.open.len() - 1).min(DEPTH_MAX - 1),
-            begin_s: at_s,
-            end_s: None,
-        });
-    }
-
-    /// Ends the last step of this path that runs, and with it what ran inside.
-    pub(super) fn end(&mut self, at_s: f64, path: &str) {
-        let found = self.open.iter().rposition(|&index| self.all[index].path == path);
-        if let Some(position) = found {
-            for index in self.open.drain(position..) {
-                self.all[index].end_s = Some(at_s);
-            }
-        }
-    }
-
-    /// The title of the innermost step that had not ended.
-    pub(super) fn unfinished(&self) -> Option<&str> {
-        self.open.last().map(|&index| self.all[index].title.as_str())
-    }
-
-    fn shown(&self, end_s: f64) -> Vec<&Step> {
-        let mut last_begin = [f64::NEG_INFINITY; DEPTH_MAX];
-        let least = SHARE_MIN * end_s;
-        let is_shown = |step: &&Step| {
-            let wide = step.end_s.unwrap_or(end_s) - step.begin_s >= least;
-            let apart = step.begin_s - last_begin[step.depth] >= least;
-            if wide || apart {
-                last_begin[step.depth] = step.begin_s;
-            }
-            wide || apart
-        };
-        self.all.iter().filter(is_shown).collect()
-    }
-}
 
 /// The time line.
 pub(super) fn figure(collected: &Collected, marks: &[Mark]) -> Option<Markup> {
@@ -250,8 +178,9 @@ fn ticks(end_s: f64) -> Vec<(f64, String)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{STEPS_MAX, Steps, TICKS_MAX, figure, ticks};
+    use super::{Steps, TICKS_MAX, figure, ticks};
     use crate::report::collect::Collected;
+    use crate::report::steps::STEPS_MAX;
     use proptest::prelude::*;
 
     #[test]

@@ -3,7 +3,7 @@
 
 use super::super::download::{Table, number, place};
 use super::super::thin::Point;
-use super::ruler::{Ruler, placed};
+use super::ruler::{Ruler, ends, placed};
 
 /// So many points are drawn each.
 const MARKS_MAX: usize = 400;
@@ -198,12 +198,6 @@ pub(super) fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
     let place = share * sorted.len().checked_sub(1)? as f64;
     let (below, above) = (*sorted.get(place as usize)?, *sorted.get(place.ceil() as usize)?);
     Some(below + (above - below) * place.fract())
-}
-
-/// Lowest and highest finite value; infinite the wrong way round where there is none.
-pub(super) fn ends(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
-    let finite = values.into_iter().filter(|value| value.is_finite());
-    finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
 }
 
 #[cfg(test)]

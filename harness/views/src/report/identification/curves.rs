@@ -3,10 +3,10 @@
 use super::super::download::Table;
 use super::super::frame::{Frame, SCALE};
 use super::super::palette::REFERENCE;
-use super::cloud::{Cloud, ends, is_thinned, medians};
+use super::cloud::{Cloud, is_thinned, medians};
 use super::draw::{AFTER, draw_cloud, draw_dots, draw_line, draw_medians, draw_zero, shown_range};
 use super::meaning::{axis_name, title};
-use super::ruler::{Ruler, placed};
+use super::ruler::{Ruler, ends, placed};
 use identification::outcome::{BlockDiagnostics, EffectCurve};
 use maud::{Markup, html};
 

@@ -1,7 +1,7 @@
 //! What was added to the model, in words, with what else it could be.
 
-use super::cloud::ends;
 use super::meaning::{cause, meaning, title};
+use super::ruler::ends;
 use identification::dataset::Axis;
 use identification::finding::{Effect, Finding, Parameter, Rival};
 use identification::model::KNOT;

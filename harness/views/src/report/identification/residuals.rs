@@ -2,12 +2,12 @@
 
 use super::super::frame::Frame;
 use super::super::thin::Point;
-use super::cloud::{Cloud, ends, medians};
+use super::cloud::{Cloud, medians};
 use super::curves::thinned;
 use super::draw::{
     AFTER, BEFORE, draw_beyond, draw_cloud, draw_medians, draw_rings, draw_zero, shown_range,
 };
-use super::ruler::{Ruler, placed};
+use super::ruler::{Ruler, ends, placed};
 use identification::outcome::BlockDiagnostics;
 use maud::{Markup, html};
 use plotters::style::RGBColor;

@@ -2,7 +2,6 @@
 
 use super::super::frame::Axis;
 use super::super::thin::Point;
-use super::cloud::ends;
 use record::figures;
 
 /// Figures smaller or larger than these are drawn in another power of ten.
@@ -77,6 +76,12 @@ fn superscript(exponent: i32) -> String {
         digit => char::from_u32(0x2070 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
     };
     exponent.to_string().chars().map(raised).collect()
+}
+
+/// Lowest and highest finite value; infinite the wrong way round where there is none.
+pub(super) fn ends(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    let finite = values.into_iter().filter(|value| value.is_finite());
+    finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
 }
 
 #[cfg(test)]

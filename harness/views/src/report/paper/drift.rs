@@ -1,7 +1,7 @@
 //! As Fig. 2: rate and temperature at rest from power-up until steady.
 
 use super::super::against::Against;
-use super::super::collect::Sample;
+use super::super::observed::Sample;
 use super::super::panel::{Given, Group, Look, Medians, Panel};
 use super::{Figures, Source};
 

@@ -1,7 +1,7 @@
 //! As Fig. 3: the error of one turn over the temperature, before it is corrected.
 
 use super::super::against::Against;
-use super::super::collect::Sample;
+use super::super::observed::Sample;
 use super::super::panel::{Given, Medians, Panel, by_direction};
 use super::table_error::{QUANTITY, is_whole_turn};
 use super::{Figures, Source};

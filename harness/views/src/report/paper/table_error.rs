@@ -1,7 +1,7 @@
 //! As Fig. 6: the error of one turn after the scale was corrected for the temperature.
 
 use super::super::against::Against;
-use super::super::collect::Sample;
+use super::super::observed::Sample;
 use super::super::panel::{Given, Medians, Panel, by_direction};
 use super::{Figures, Source};
 
