@@ -11,7 +11,7 @@
 //!
 //! * A case is on the stream until what came of it is; what came of it is there until the coordinator's journal has it.
 //!   So neither a worker nor the server nor the coordinator loses one by going away, and each is counted once.
-//! * [`Remote`] is an [`Executor`](super::Executor): the campaign knows nothing of machines. The cases are those that
+//! * [`Remote`] is an [`Executor`](campaign::Executor): the campaign knows nothing of machines. The cases are those that
 //!   one process would have drawn, and so is what comes of them.
 //! * A [`Package`] is all that a worker needs of the coordinator's machine, by content.
 //! * On a bench runs differ: the worker repeats by the rule in the package, carries the plan out without faults first, and

@@ -1,5 +1,5 @@
 //! The command line `hil`: reads arguments, shows progress and tables, sets the exit status. What it
-//! does is done elsewhere: [`harness::run`], [`campaign::seeds`], [`views::report`].
+//! does is done elsewhere: [`harness::run`], [`::campaign::seeds`], [`views::report`].
 //!
 //! Tables and lists go to the standard output, everything else to the standard error, so that
 //! `hil ... > file` keeps what was asked for. A reader that has had enough (`hil show RUN | head`) is no
