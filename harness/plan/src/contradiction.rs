@@ -1,9 +1,9 @@
 //! Properties that cannot all hold: of one another, or of what the plan itself orders.
 
-use super::mistake::{Fault, Segment};
 use super::property::{Always, Property, Sometimes};
 use super::step::{Action, Step};
 use super::time_limits::{RAMP, TURN_RAMP};
+use super::validate::{Fault, Segment};
 use crate::faults::BenchLines;
 use controller::config::MotionConfig;
 use std::collections::BTreeMap;

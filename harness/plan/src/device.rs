@@ -3,11 +3,11 @@
 use super::Plan;
 use super::hint::proposal;
 use super::message::Send;
-use super::mistake::{Fault, Place, Segment};
 use super::name::ParameterName;
 use super::property::Property;
 use super::quantity::{OfDevice, QuantityName};
 use super::step::Action;
+use super::validate::{Fault, Place, Segment};
 use described::{Description, Layout, Sender, Signal};
 
 /// The role of a device of the user's own: in names of parameters, in bench files and as the target of faults.

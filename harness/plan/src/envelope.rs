@@ -11,7 +11,7 @@
 //!
 //! A run does not judge them: A campaign (`campaign::envelope`) measures them, with many.
 
-use super::mistake::{Fault as Mistake, Segment};
+use super::validate::{Fault as Mistake, Segment};
 use crate::confidence::{Z_95, trials_min};
 use crate::faults::{BenchLines, Fault, FaultKind, Schedule, Target, kind_name_schema};
 use schemars::JsonSchema;

@@ -55,7 +55,6 @@ mod locate;
 pub mod made;
 mod measurement;
 mod message;
-mod mistake;
 pub mod models;
 mod motion;
 mod name;
@@ -236,7 +235,7 @@ impl Plan {
 }
 
 /// The place of what is wrong, in the file.
-fn located(file: &str, text: &str) -> impl Fn(mistake::Fault) -> PlanError {
+fn located(file: &str, text: &str) -> impl Fn(validate::Fault) -> PlanError {
     move |fault| {
         let at = locate::locate(text, &fault.path);
         PlanError::new(file, text, at, fault.message).with_help(fault.help)

@@ -1,6 +1,6 @@
 //! From a path in a plan to its place in the file.
 
-use super::mistake::Segment;
+use super::validate::Segment;
 use std::ops::Range;
 use toml::de::{DeArray, DeTable, DeValue};
 

@@ -7,7 +7,6 @@ use super::fit::Fit;
 use super::hint::proposal;
 use super::identify::Identify;
 use super::measurement::Declared;
-use super::mistake::{Fault, Place, Segment};
 use super::quantities::{COMMON_TAGS, DURING_PREFIX, find_tag};
 use super::quantity::{Filter, QuantityName};
 use super::step::{Action, Step};
@@ -16,6 +15,23 @@ use crate::faults::Unfit;
 use crate::flow::Answer;
 use described::Description;
 use std::collections::BTreeMap;
+
+/// A step down into the document.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Segment {
+    /// Into the value of this key.
+    Key(&'static str),
+    /// Into this element.
+    Index(usize),
+}
+
+/// Something wrong, and where.
+#[derive(Debug)]
+pub(super) struct Fault {
+    pub(super) path: Vec<Segment>,
+    pub(super) message: String,
+    pub(super) help: Option<String>,
+}
 
 type Checked = Result<(), Fault>;
 
@@ -60,6 +76,17 @@ pub(super) fn misplaced(unfit: Unfit) -> Fault {
     let mut path = vec![Segment::Key("fault"), Segment::Index(unfit.index)];
     path.extend(unfit.keys.into_iter().map(Segment::Key));
     Fault { path, message: unfit.message, help: unfit.help }
+}
+
+/// Where something stands.
+pub(super) struct Place<'a> {
+    pub(super) root: &'a [Segment],
+}
+
+impl Place<'_> {
+    pub(super) fn fault(&self, rest: &[Segment], message: String, help: Option<String>) -> Fault {
+        Fault { path: [self.root, rest].concat(), message, help }
+    }
 }
 
 /// What the steps hold, for what refers to them.

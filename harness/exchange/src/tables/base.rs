@@ -1,6 +1,6 @@
 //! What was said between the controller and the robot's base, by the codecs that they use themselves.
 
-use super::form::{MessageForm, SignalForm};
+use super::heard::{MessageForm, SignalForm};
 use record::{Device, Record, RecordKind};
 use wire::base::can_link::{parse_reply, parse_request};
 use wire::base::serial_link::{self, DeviceEvent, HostEvent};

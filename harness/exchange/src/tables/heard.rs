@@ -5,10 +5,31 @@
 //! states and the observations.
 
 use super::base::{self, Overheard};
-use super::form::{MessageForm, SignalForm};
 use described::{Decoded, Decoder, Description, Sender};
 use record::{Device, Record, RecordKind};
 use std::sync::Arc;
+
+/// A signal of a message.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SignalForm {
+    /// Its name in the layout.
+    pub name: String,
+    /// Unit of its values; empty where it has none.
+    pub unit: String,
+    /// What it is.
+    pub doc: String,
+}
+
+/// A message of a layout.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MessageForm {
+    /// Its name in the layout.
+    pub name: String,
+    /// What it is.
+    pub doc: String,
+    /// Its signals.
+    pub signals: Vec<SignalForm>,
+}
 
 /// A message that was sent.
 #[derive(Debug, Clone, PartialEq)]

@@ -15,7 +15,6 @@ pub mod csv;
 mod error;
 pub(crate) mod events;
 mod folder;
-mod form;
 mod heard;
 mod package;
 pub mod parquet;
@@ -27,8 +26,8 @@ mod tests;
 
 pub use columns::{Table, tagged};
 pub use error::TablesError;
-pub use form::{MessageForm, SignalForm};
-pub use heard::{Ears, Heard};
+
+pub use heard::{Ears, Heard, MessageForm, SignalForm};
 pub use package::{PACKAGE, PROFILE};
 pub use row::Row;
 pub use rows::{RowSink, Rows};
