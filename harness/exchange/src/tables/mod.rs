@@ -26,7 +26,6 @@ mod tests;
 
 pub use columns::{Table, tagged};
 pub use error::TablesError;
-
 pub use heard::{Ears, Heard, MessageForm, SignalForm};
 pub use package::{PACKAGE, PROFILE};
 pub use row::Row;
