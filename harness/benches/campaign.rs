@@ -56,7 +56,7 @@ fn main() {
         let (horizon, result) = executor.without_faults(1);
         assert!(result.passed && result.violated.is_empty(), "{result:?}");
         println!("{devices}: a lap without faults goes on for {:.1} s", horizon.as_secs_f64());
-        let space = Space::new(&prepared.plan, prepared.subject.lines(), horizon, 3, &[]);
+        let space = Space::new(&prepared.plan, prepared.rig.struck(), horizon, 3, &[]);
         let mut search = Random::new(&space, 1);
         let cases: Vec<Case> = (0..CASES).map(|_| search.next()).collect();
         let plain: Vec<Case> = (0..CASES).map(|seed| Case { seed, ..Case::default() }).collect();

@@ -4,8 +4,9 @@ mod at_rest;
 
 use emulators::device_file::Devices;
 use harness::operator::Answers;
-use harness::run::{Prepared, Simulated, Subject, simulate};
+use harness::run::{Prepared, Simulated, simulate};
 use plan::Plan;
+use plan::Rig;
 use plan::calibrations;
 use plan::library::Library;
 use record::header::Header;
@@ -53,7 +54,7 @@ pub fn prepared(text: &str, devices: Devices) -> Prepared {
     let calibrations =
         calibrations::load(&plan, &Library::shipped(), &BTreeMap::new()).unwrap_or_default();
     let models = BTreeMap::new();
-    Prepared::new(Arc::new(plan), Subject::Robot(Box::new(devices)), calibrations, models)
+    Prepared::new(Arc::new(plan), Rig::of_robot(devices), calibrations, models)
 }
 
 /// A run and its full record.

@@ -86,6 +86,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     // What tests of any room may use.
     ("tests/skips", &[]),
     // As somebody else's crate would: through the harness alone.
+    ("examples/battery-pack", &["harness"]),
     ("examples/rust-tests", &["harness"]),
 ];
 

@@ -123,6 +123,12 @@ impl Description {
         Ok(Self { name, title, source, layout, parameters, notes, model })
     }
 
+    /// The same by another name, and so with other random numbers: of several devices of one description each has its own.
+    #[must_use]
+    pub fn named(&self, name: &str) -> Self {
+        Self { name: name.to_owned(), ..self.clone() }
+    }
+
     /// Its messages and their signals.
     pub const fn layout(&self) -> &Layout {
         &self.layout

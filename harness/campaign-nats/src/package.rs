@@ -145,7 +145,7 @@ mod tests {
         assert_eq!(there.id(), package.id());
         let (prepared, given) = there.prepare().unwrap();
         let here = Prepared::load("verification", &Made::default()).unwrap();
-        assert_eq!((&prepared.plan, prepared.subject.robot()), (&here.plan, here.subject.robot()));
+        assert_eq!((&prepared.plan, prepared.rig.robot), (&here.plan, here.rig.robot));
         assert_eq!((prepared.calibrations, prepared.models), (here.calibrations, here.models));
         assert_eq!(given, answers);
     }

@@ -1,6 +1,6 @@
 //! What can go wrong on one bench while one plan is carried out, and how it is drawn.
 
-use plan::faults::{BenchLines, Fault, FaultKind, Lasts, Schedule, Target, Toward, When};
+use plan::faults::{Fault, FaultKind, Lasts, Lines, Schedule, Target, Toward, When};
 use plan::{Name, Plan};
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -17,7 +17,7 @@ const NUMBERS_MAX: u64 = 100;
 #[derive(Debug, Clone)]
 pub struct Space {
     plan: Plan,
-    lines: BenchLines,
+    lines: Lines,
     kinds: Vec<(Target, FaultKind)>,
     phases: Vec<(Name, u32)>,
     horizon: Span,
@@ -29,7 +29,7 @@ impl Space {
     /// `horizon`. `only` names the kinds; without any, all of them.
     pub fn new(
         plan: &Plan,
-        lines: BenchLines,
+        lines: Lines,
         horizon: Span,
         faults_max: usize,
         only: &[String],
@@ -39,11 +39,11 @@ impl Space {
             if !only.is_empty() && !only.iter().any(|name| name == info.name) {
                 continue;
             }
-            for target in info.reach.targets() {
-                let schedule = Schedule { faults: vec![Fault::new(*target, info.typical)] };
+            for target in lines.targets(info.reach.targets()) {
+                let schedule = Schedule { faults: vec![Fault::new(target, info.typical)] };
                 // By itself: what is at odds with a fault of the plan may strike at another time.
-                if schedule.fits(plan, lines).is_ok() {
-                    kinds.push((*target, info.typical));
+                if schedule.fits(plan, &lines).is_ok() {
+                    kinds.push((target, info.typical));
                 }
             }
         }
@@ -88,7 +88,7 @@ impl Space {
 
     /// Can this schedule apply to the plan and the bench, beside the faults of the plan itself?
     pub fn takes(&self, schedule: &Schedule) -> bool {
-        schedule.beside(&self.plan.faults).fits(&self.plan, self.lines).is_ok()
+        schedule.beside(&self.plan.faults).fits(&self.plan, &self.lines).is_ok()
     }
 
     /// One fault: each kind is as likely as the others, its size is drawn over orders of magnitude.
@@ -166,7 +166,7 @@ pub(super) fn duration(horizon: Span, share: f64) -> Span {
 mod tests {
     use super::{Plan, Space, Span};
     use crate::toy;
-    use plan::faults::{BenchLines, Fault, FaultKind, Schedule, Target};
+    use plan::faults::{Fault, FaultKind, Lines, Schedule, Target};
 
     #[test]
     fn what_is_at_odds_with_a_fault_of_the_plan_is_not_taken() {
@@ -175,8 +175,7 @@ mod tests {
             faults: vec![Fault::new(Target::Gyro, FaultKind::typical("stuck").unwrap())],
         };
         let mut plan = toy::plan();
-        let space =
-            |plan: &Plan| Space::new(plan, BenchLines::CanBase, Span::from_secs(100), 4, &[]);
+        let space = |plan: &Plan| Space::new(plan, Lines::CAN_BASE, Span::from_secs(100), 4, &[]);
         assert!(space(&plan).takes(&stuck));
         plan.faults = Schedule { faults: vec![Fault::new(Target::Gyro, restart)] };
         assert!(!space(&plan).takes(&stuck));
@@ -186,7 +185,7 @@ mod tests {
     #[test]
     fn what_a_bench_cannot_suffer_is_not_drawn() {
         let plan = toy::plan();
-        let space = Space::new(&plan, BenchLines::CanBase, Span::from_secs(100), 4, &[]);
+        let space = Space::new(&plan, Lines::CAN_BASE, Span::from_secs(100), 4, &[]);
         let some = space.clone().within(|target, _| target != Target::Gyro);
         assert!(some.kinds().len() < space.kinds().len() && !some.kinds().is_empty());
         let mut search = crate::Random::new(&some, 1);

@@ -4,7 +4,7 @@ use super::case::{Case, CaseResult, Violated};
 use super::executor::Executor;
 use super::space::{Space, severities};
 use plan::Plan;
-use plan::faults::{BenchLines, Fault, When};
+use plan::faults::{Fault, Lines, When};
 use std::collections::BTreeMap;
 use wire::time::Span;
 
@@ -29,7 +29,7 @@ pub fn plan() -> Plan {
 
 /// Up to four faults of a base on CAN in 100 s.
 pub fn space() -> Space {
-    Space::new(&plan(), BenchLines::CanBase, Span::from_secs(100), 4, &[])
+    Space::new(&plan(), Lines::CAN_BASE, Span::from_secs(100), 4, &[])
 }
 
 /// Breaks `held` where two faults that begin at a time are worse than `worse` (as a share of the way to the

@@ -4,7 +4,7 @@ use super::property::{Always, Property, Sometimes};
 use super::step::{Action, Step};
 use super::time_limits::{RAMP, TURN_RAMP};
 use super::validate::{Fault, Segment};
-use crate::faults::BenchLines;
+use crate::faults::{LineKind, Lines, Ride};
 use controller::config::MotionConfig;
 use std::collections::BTreeMap;
 use wire::gyro::GyroStream;
@@ -57,7 +57,7 @@ impl Fastest {
 /// it, or a state of something that is not there.
 pub(super) fn of_bench(
     properties: &[Property],
-    lines: BenchLines,
+    lines: &Lines,
     gyro: GyroStream,
 ) -> Result<(), Fault> {
     for (index, property) in properties.iter().enumerate() {
@@ -90,9 +90,9 @@ pub(super) fn of_bench(
 }
 
 /// What a state is of that this bench does not have.
-const fn absent(state: Sometimes, lines: BenchLines) -> Option<(&'static str, &'static str)> {
-    match (state, lines) {
-        (Sometimes::BusOff, BenchLines::Table | BenchLines::SerialBase) => Some((
+fn absent(state: Sometimes, lines: &Lines) -> Option<(&'static str, &'static str)> {
+    match (state, lines.robot) {
+        (Sometimes::BusOff, Some(Ride::Table | Ride::Base(LineKind::Serial))) => Some((
             "CAN bus on this bench",
             "name a device file whose base is on CAN, or leave the property out",
         )),
@@ -101,7 +101,7 @@ const fn absent(state: Sometimes, lines: BenchLines) -> Option<(&'static str, &'
             | Sometimes::BaseNotReady
             | Sometimes::BaseStoppedItself
             | Sometimes::PoseNotWritten,
-            BenchLines::Table,
+            Some(Ride::Table),
         ) => Some(("base on this bench", "the gyro rides on a table here: leave the property out")),
         _ => None,
     }

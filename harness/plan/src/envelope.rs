@@ -13,7 +13,7 @@
 
 use super::validate::{Fault as Mistake, Segment};
 use crate::confidence::{Z_95, trials_min};
-use crate::faults::{BenchLines, Fault, FaultKind, Schedule, Target, kind_name_schema};
+use crate::faults::{Fault, FaultKind, Lines, Schedule, Target, kind_name_schema};
 use schemars::JsonSchema;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
@@ -58,12 +58,12 @@ fn kind<'de, D: Deserializer<'de>>(deserializer: D) -> Result<FaultKind, D::Erro
 }
 
 /// The first thing of a bench that a kind can strike, or `asked` if it can be struck.
-pub fn struck_by(kind: FaultKind, asked: Option<Target>, lines: BenchLines) -> Option<Target> {
-    let fits = |target: &&Target| {
-        let schedule = Schedule { faults: vec![Fault::new(**target, kind)] };
-        asked.is_none_or(|asked| asked == **target) && schedule.check_bench(lines).is_ok()
+pub fn struck_by(kind: FaultKind, asked: Option<Target>, lines: &Lines) -> Option<Target> {
+    let fits = |target: &Target| {
+        let schedule = Schedule { faults: vec![Fault::new(*target, kind)] };
+        asked.is_none_or(|asked| asked == *target) && schedule.check_bench(lines).is_ok()
     };
-    kind.info().reach.targets().iter().find(fits).copied()
+    lines.targets(kind.info().reach.targets()).into_iter().find(fits)
 }
 
 impl DeclaredEnvelope {
@@ -74,6 +74,7 @@ impl DeclaredEnvelope {
             Mistake { path, message, help: Some(help) }
         };
         if let Some(target) = self.target
+            && !matches!(target, Target::Node(_))
             && !self.kind.info().reach.targets().contains(&target)
         {
             let message = format!("`{}` cannot strike the {}", self.kind.name(), target.name());
@@ -101,7 +102,7 @@ impl DeclaredEnvelope {
     }
 
     /// That a bench has what it is to strike.
-    pub(super) fn check_bench(&self, index: usize, lines: BenchLines) -> Result<(), Mistake> {
+    pub(super) fn check_bench(&self, index: usize, lines: &Lines) -> Result<(), Mistake> {
         if struck_by(self.kind, self.target, lines).is_some() {
             return Ok(());
         }
@@ -115,7 +116,7 @@ impl DeclaredEnvelope {
 #[cfg(test)]
 mod tests {
     use super::{DeclaredEnvelope, struck_by};
-    use crate::faults::{BenchLines, FaultKind, Target};
+    use crate::faults::{FaultKind, Lines, Target};
 
     fn parsed(text: &str) -> Result<DeclaredEnvelope, String> {
         let envelope: DeclaredEnvelope =
@@ -127,9 +128,9 @@ mod tests {
     fn what_is_left_out_is_usual() {
         let envelope = parsed("fault = \"drop\"\nat_least = 0.5").unwrap();
         assert_eq!((envelope.target, envelope.share, envelope.runs), (None, 0.9, 100));
-        assert_eq!(struck_by(envelope.kind, None, BenchLines::CanBase), Some(Target::Gyro));
+        assert_eq!(struck_by(envelope.kind, None, &Lines::CAN_BASE), Some(Target::Gyro));
         let slip = FaultKind::typical("wheel_slip").unwrap();
-        assert_eq!(struck_by(slip, None, BenchLines::Table), None);
+        assert_eq!(struck_by(slip, None, &Lines::TABLE), None);
     }
 
     #[test]

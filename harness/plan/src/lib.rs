@@ -41,7 +41,6 @@ pub mod calibrations;
 mod check;
 pub mod confidence;
 mod contradiction;
-pub mod device;
 mod envelope;
 mod error;
 mod examples;
@@ -65,7 +64,11 @@ mod property;
 pub mod quantities;
 mod quantity;
 mod rest;
+pub mod rig;
+pub mod rig_build;
+pub(crate) mod speakers;
 mod step;
+mod subject;
 pub mod time_limits;
 pub(crate) mod timeline;
 mod title;
@@ -85,12 +88,13 @@ pub use motion::{Direction, Lap, MeasurePose, Place, Straight, TableTurn, Turn};
 pub use name::{Name, ParameterName};
 pub use phases::PhaseEvent;
 pub use property::{Always, Property, Sometimes};
-pub use quantity::{Filter, OfDevice, QuantityName, TagMatch};
+pub use quantity::{Filter, OfMessage, QuantityName, TagMatch};
 pub use rest::{BiasResidual, BiasTest, Condition, Log, PowerCycle, SetParameter, Wait};
+pub use rig::Rig;
+pub use speakers::{DEVICE, MessagePlace, Speaker, resolve, signal, unit, unit_of};
 pub use step::{Action, Step};
 
-use crate::faults::{BenchLines, Schedule};
-use described::Description;
+use crate::faults::{Lines, Schedule};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use wire::gyro::GyroStream;
@@ -108,7 +112,7 @@ pub const DEPTH_MAX: usize = 6;
 /// A plan that can be run.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{ "required": ["devices"] }, { "required": ["device"] }]))]
+#[schemars(extend("oneOf" = [{ "required": ["devices"] }, { "required": ["device"] }, { "required": ["rig"] }]))]
 pub struct Plan {
     /// Its name; the file's too.
     pub name: Name,
@@ -120,9 +124,12 @@ pub struct Plan {
     /// Name of the device file: a gyro on a robot or a table.
     #[serde(default)]
     pub devices: Option<Name>,
-    /// Name of the description of one device, of the user's own. A plan is of one or the other.
+    /// Name of the description of one device, of the user's own.
     #[serde(default)]
     pub device: Option<Name>,
+    /// Name of a rig: nodes on lines. A plan names one of the three.
+    #[serde(default)]
+    pub rig: Option<Name>,
     /// As it is written; see [`Plan::time_limit`] for what holds where it is not.
     #[serde(rename = "time_limit_s", default, deserialize_with = "number::duration_option")]
     #[schemars(schema_with = "number::schema::duration_option")]
@@ -178,58 +185,43 @@ impl Plan {
         validate::validate(self, None).map_err(located(file, text))
     }
 
-    /// It is of a device of the user's own.
-    pub const fn is_of_device(&self) -> bool {
-        self.device.is_some()
-    }
-
-    /// Checks that the device has every message, signal and parameter that the plan speaks of, and in which units;
-    /// `file` and `text` are those that the plan was read from.
-    ///
-    /// # Errors
-    ///
-    /// The first that it has not, with its place.
-    pub fn check_device(
-        &self,
-        file: &str,
-        text: &str,
-        device: &Description,
-    ) -> Result<(), PlanError> {
-        let lines = BenchLines::of_device(device);
-        let validated = validate::validate(self, Some(device));
-        let faults = |()| self.faults.check_bench(lines).map_err(validate::misplaced);
-        let mut envelopes = self.envelopes.iter().enumerate();
-        let envelopes = |()| envelopes.try_for_each(|(index, one)| one.check_bench(index, lines));
-        validated.and_then(faults).and_then(envelopes).map_err(located(file, text))
-    }
-
-    /// The properties that a campaign judges: those that are declared, or all; of a device of the user's own none, as it
-    /// has to pass.
-    pub fn judged(&self) -> Vec<Property> {
+    /// The properties that a campaign judges on `rig`: those that are declared, or all of the paper's robot. Where nobody
+    /// takes missions there are none: the plan has to pass.
+    pub fn judged(&self, rig: &Rig) -> Vec<Property> {
         match self.properties.as_slice() {
-            [] if self.is_of_device() => Vec::new(),
+            [] if rig.robot.is_none() => Vec::new(),
             [] => Property::all(),
             declared => declared.to_vec(),
         }
     }
 
-    /// Checks that a bench with these `lines` and this gyro has what the plan's faults are to strike, and what its
-    /// properties are of; `file` and `text` are those that the plan was read from.
+    /// Checks that `rig` has every node, message, signal and parameter that the plan speaks of, in which units, and what
+    /// its faults are to strike; `file` and `text` are those that the plan was read from.
     ///
     /// # Errors
     ///
-    /// The first fault or property of what there is none of, with its place.
-    pub fn check_bench(
+    /// The first that it has not, with its place.
+    pub fn check_rig(&self, file: &str, text: &str, rig: &Rig) -> Result<(), PlanError> {
+        validate::validate(self, Some(rig)).map_err(located(file, text))?;
+        let gyro = rig.robot.as_ref().map(|devices| devices.gyro.0);
+        self.check_lines(file, text, &rig.struck(), gyro)
+    }
+
+    /// Checks that a rig with these `lines` and this gyro has what faults are to strike, and what properties are of.
+    fn check_lines(
         &self,
         file: &str,
         text: &str,
-        lines: BenchLines,
-        gyro: GyroStream,
+        lines: &Lines,
+        gyro: Option<GyroStream>,
     ) -> Result<(), PlanError> {
         let faults = self.faults.check_bench(lines).map_err(validate::misplaced);
         let mut envelopes = self.envelopes.iter().enumerate();
         let envelopes = |()| envelopes.try_for_each(|(index, one)| one.check_bench(index, lines));
-        let properties = |()| contradiction::of_bench(&self.properties, lines, gyro);
+        let properties = |()| match gyro {
+            Some(gyro) => contradiction::of_bench(&self.properties, lines, gyro),
+            None => Ok(()),
+        };
         faults.and_then(envelopes).and_then(properties).map_err(located(file, text))
     }
 }

@@ -101,6 +101,8 @@ pub enum Kind {
     Model,
     /// A bench file: which port plays which role.
     Bench,
+    /// A rig: nodes on lines.
+    Rig,
     /// The description of a device of the user's own.
     Description,
     /// A file that such a description names.
@@ -119,6 +121,7 @@ impl Kind {
             Self::Calibration => "calibrations",
             Self::Model => "models",
             Self::Bench => "benches",
+            Self::Rig => "rigs",
         }
     }
 }
@@ -134,6 +137,7 @@ impl std::fmt::Display for Kind {
             Self::Calibration => "calibration",
             Self::Model => "identified model",
             Self::Bench => "bench",
+            Self::Rig => "rig",
             Self::Description => "description of a device",
             Self::DeviceData => "file of a device",
         })

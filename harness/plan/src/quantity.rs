@@ -5,6 +5,7 @@ mod schema;
 use super::band::Band;
 use super::name::Name;
 use super::quantities::{self, NAMES, OPERATOR_PREFIX, PERIOD, Quantity, SIGNAL};
+use super::speakers::DEVICE;
 use crate::observation::Observation;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{self, MapAccess, SeqAccess, Visitor};
@@ -12,8 +13,9 @@ use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// The name of a quantity: one of [`quantities::QUANTITIES`], `operator.<answer>`, or of a device of the user's own
-/// `signal.<signal>`, `signal.<message>.<signal>` and `period.<message>`.
+/// The name of a quantity: one of [`quantities::QUANTITIES`], `operator.<answer>`, or of the messages of a rig
+/// `<node>.<signal>`, `<node>.<message>.<signal>` and `period.<node>.<message>`. Where a plan has one device alone, that is
+/// `signal.<signal>` and `period.<message>`.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct QuantityName(String);
 
@@ -22,12 +24,13 @@ impl QuantityName {
     pub fn new(name: &str) -> Option<Self> {
         let operator = name.strip_prefix(OPERATOR_PREFIX).and_then(Name::new);
         let known = operator.is_some() || quantities::find(name).is_some();
-        (known || OfDevice::of(name).is_some()).then(|| Self(name.to_owned()))
+        (known || OfMessage::of(name).is_some()).then(|| Self(name.to_owned()))
     }
 
-    /// What of the device's layout it is.
-    pub fn of_device(&self) -> Option<OfDevice<'_>> {
-        OfDevice::of(&self.0)
+    /// What of a node's messages it is; none where the table has it, or an operator gives it.
+    pub fn of_message(&self) -> Option<OfMessage<'_>> {
+        let known = self.operator_answer().is_some() || self.entry().is_some();
+        if known { None } else { OfMessage::of(&self.0) }
     }
 
     /// The name.
@@ -46,24 +49,52 @@ impl QuantityName {
     }
 }
 
-/// A quantity that the layout of a device knows, and nobody else.
+/// A quantity that the messages of a node bring.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum OfDevice<'a> {
-    /// Each value that is received of this signal, `Signal` or `Message.Signal`, in the signal's unit.
-    Signal(&'a str),
+pub enum OfMessage<'a> {
+    /// Each value of this signal, `Signal` or `Message.Signal`, in the signal's unit.
+    Signal {
+        /// The node that sends it.
+        node: &'a str,
+        /// The signal.
+        name: &'a str,
+    },
     /// The time between two of this message, s.
-    Period(&'a str),
+    Period {
+        /// The node that sends it.
+        node: &'a str,
+        /// The message.
+        name: &'a str,
+    },
 }
 
-impl<'a> OfDevice<'a> {
+impl<'a> OfMessage<'a> {
     fn of(name: &'a str) -> Option<Self> {
-        let (kind, of) = name.split_once('.')?;
-        let one = match kind {
-            SIGNAL => Self::Signal(of),
-            PERIOD => Self::Period(of),
-            _ => return None,
+        let (first, rest) = name.split_once('.')?;
+        let one = match first {
+            SIGNAL => Self::Signal { node: DEVICE, name: rest },
+            PERIOD => match rest.split_once('.') {
+                None => Self::Period { node: DEVICE, name: rest },
+                Some((node, name)) => Self::Period { node, name },
+            },
+            node => Self::Signal { node, name: rest },
         };
-        of.split('.').all(is_identifier).then_some(one)
+        let (node, name) = (one.node(), one.name());
+        (Name::new(node).is_some() && name.split('.').all(is_identifier)).then_some(one)
+    }
+
+    /// The node that sends it.
+    pub const fn node(&self) -> &'a str {
+        match self {
+            Self::Signal { node, .. } | Self::Period { node, .. } => node,
+        }
+    }
+
+    /// The signal or the message.
+    pub const fn name(&self) -> &'a str {
+        match self {
+            Self::Signal { name, .. } | Self::Period { name, .. } => name,
+        }
     }
 }
 
@@ -200,7 +231,9 @@ mod tests {
     fn quantities_are_those_of_the_table_and_of_operators() {
         assert!(QuantityName::new("table.error").is_some());
         assert_eq!(QuantityName::new("operator.gap").unwrap().operator_answer(), Some("gap"));
-        assert!(QuantityName::new("table.eror").is_none());
+        assert!(QuantityName::new("table.eror").unwrap().of_message().is_some());
+        assert!(QuantityName::new("table.error").unwrap().of_message().is_none());
+        assert!(QuantityName::new("eror").is_none());
         assert!(QuantityName::new("operator.").is_none());
     }
 }

@@ -2,18 +2,18 @@
 
 use super::check::Check;
 use super::contradiction::contradictions;
-use super::device::Subject;
 use super::fit::Fit;
 use super::hint::proposal;
 use super::identify::Identify;
 use super::measurement::Declared;
 use super::quantities::{COMMON_TAGS, DURING_PREFIX, find_tag};
 use super::quantity::{Filter, QuantityName};
+use super::rig::Rig;
 use super::step::{Action, Step};
+use super::subject::Subject;
 use super::{DEPTH_MAX, Plan, STEPS_DONE_MAX, STEPS_MAX};
 use crate::faults::Unfit;
 use crate::flow::Answer;
-use described::Description;
 use std::collections::BTreeMap;
 
 /// A step down into the document.
@@ -35,9 +35,9 @@ pub(super) struct Fault {
 
 type Checked = Result<(), Fault>;
 
-/// The first thing that is wrong; units and names of the device's layout are checked where there is one.
-pub(super) fn validate(plan: &Plan, device: Option<&Description>) -> Checked {
-    let subject = Subject::of(plan, device)?;
+/// The first thing that is wrong; units and names of messages are checked where the rig is at hand.
+pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
+    let subject = Subject::of(plan, rig)?;
     let mut survey = Survey { subject, ..Survey::default() };
     let mut path = vec![Segment::Key("steps")];
     let done = survey.steps(&plan.steps, &mut path, 1)?;
@@ -267,8 +267,8 @@ impl<'a> Survey<'a> {
         here: &[Segment],
     ) -> Result<Option<String>, Fault> {
         self.subject.quantity(quantity, at, here)?;
-        if let Some(of_device) = quantity.of_device() {
-            return self.subject.unit(of_device, at, here);
+        if let Some(of_message) = quantity.of_message() {
+            return self.subject.unit(of_message, at, here);
         }
         if let Some(entry) = quantity.entry() {
             return Ok(Some(entry.unit.to_owned()));

@@ -36,6 +36,9 @@ pub struct Header {
     /// What the observations in it mean.
     #[serde(default)]
     pub quantities: Vec<Quantity>,
+    /// The nodes of a rig by their names, in the order of [`Device::Node`]; none where the plan names its only device.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub nodes: Vec<String>,
     /// The serial lines of the bench as its device file has them; none where nobody said so.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lines: Vec<Line>,
@@ -86,6 +89,14 @@ pub struct Band {
 }
 
 impl Header {
+    /// Whose event it is, by name.
+    pub fn name_of(&self, device: Device) -> &str {
+        match device {
+            Device::Node(place) => self.nodes.get(usize::from(place)).map_or("node", |name| name),
+            device => device.name(),
+        }
+    }
+
     /// Writes magic, version and block.
     pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
         let mut block = serde_json::to_vec(self)?;

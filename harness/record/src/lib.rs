@@ -57,8 +57,10 @@ pub enum Device {
     Table,
     /// The absolute measurement.
     Absolute,
-    /// A device of the user's own.
+    /// The only device of a plan.
     Device,
+    /// A node of a rig, by its place among those of the header.
+    Node(u8),
 }
 
 /// Whose event a fault is.
@@ -70,13 +72,13 @@ impl From<Target> for Device {
             Target::Table => Self::Table,
             Target::Host => Self::Controller,
             Target::Operator => Self::Plan,
-            Target::Device => Self::Device,
+            Target::Device | Target::Node(_) => Self::Device,
         }
     }
 }
 
 impl Device {
-    /// Every one.
+    /// Every one, but for the nodes of rigs.
     pub const ALL: [Self; 7] = [
         Self::Plan,
         Self::Controller,

@@ -15,9 +15,9 @@ use wire::units::Pose;
 const DEVICE_WIDTH: usize = 10;
 const SECONDS_WIDTH: usize = 16;
 
-/// The line of a record, without its end.
+/// The line of a record, without its end, and whose it is by name.
 #[derive(Debug, Clone, Copy)]
-pub struct Line<'a>(pub &'a Record);
+pub struct Line<'a>(pub &'a Record, pub &'a str);
 
 impl Device {
     /// The name, as in plans and reports.
@@ -30,15 +30,17 @@ impl Device {
             Self::Table => "table",
             Self::Absolute => "absolute",
             Self::Device => "device",
+            // Which it is, the header says.
+            Self::Node(_) => "node",
         }
     }
 }
 
 impl fmt::Display for Line<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Record { at, device, kind } = self.0;
+        let Record { at, kind, .. } = self.0;
         let seconds = Seconds(at.as_nanos()).to_string();
-        write!(f, "{seconds:>SECONDS_WIDTH$} {:<DEVICE_WIDTH$} ", device.name())?;
+        write!(f, "{seconds:>SECONDS_WIDTH$} {:<DEVICE_WIDTH$} ", self.1)?;
         match kind {
             RecordKind::Bytes(bytes) => {
                 write!(f, "bytes")?;
@@ -180,7 +182,10 @@ mod tests {
 
     #[test]
     fn each_kind_has_its_line() {
-        let lines: Vec<_> = one_of_each().iter().map(|record| Line(record).to_string()).collect();
+        let lines: Vec<_> = one_of_each()
+            .iter()
+            .map(|record| Line(record, record.device.name()).to_string())
+            .collect();
         insta::assert_snapshot!(lines.join("\n"));
     }
 
@@ -189,7 +194,7 @@ mod tests {
         use crate::{Device, Record, RecordKind};
         let kind = RecordKind::Note("two\nlines\u{1b}[2J".into());
         let record = Record { at: wire::time::Timestamp::ZERO, device: Device::Base, kind };
-        let line = Line(&record).to_string();
+        let line = Line(&record, record.device.name()).to_string();
         assert!(line.ends_with(r"note two\nlines\u{1b}[2J"), "{line}");
     }
 }

@@ -66,7 +66,7 @@ impl OnBench {
     /// Of a plan on the bench that `setting` describes. Properties are those of the plan, or all where it declares
     /// none, as far as this bench can judge them.
     pub fn new(prepared: Prepared, setting: Setting, site: Site) -> Self {
-        let (properties, unjudged) = setting.sight().divide(&prepared.plan.judged());
+        let (properties, unjudged) = setting.sight().divide(&prepared.plan.judged(&prepared.rig));
         Self { prepared, setting, properties, unjudged, site }
     }
 
@@ -96,12 +96,9 @@ impl OnBench {
         if broken.is_some() || (self.site.stop)() {
             return not_run();
         }
-        // Whose setting is one of a robot has none of another subject.
-        let Some(devices) = self.prepared.subject.robot() else { return not_run() };
         let prepared = struck(&self.prepared, case);
         let order = LiveOrder {
             prepared: &prepared,
-            devices,
             seed: case.seed,
             setting: &self.setting,
             properties: &self.properties,
@@ -111,7 +108,7 @@ impl OnBench {
         let operator = Operator::live(self.site.answers.clone(), person);
         match carry_out(order, operator, &mut NullSink, &mut |_| !(self.site.stop)()) {
             Ok(live) => {
-                let result = result(&prepared.plan, &live.run);
+                let result = result(&prepared, &live.run);
                 (live.run.end - Timestamp::ZERO, result)
             }
             Err(error) => {
@@ -134,7 +131,7 @@ impl Executor for OnBench {
     fn takes(&self, case: &Case) -> bool {
         let plan = &self.prepared.plan;
         let all = case.schedule.beside(&plan.faults);
-        let lines = self.prepared.subject.lines();
-        all.fits(plan, lines).is_ok() && self.setting.reaches(&all).is_ok()
+        let lines = self.prepared.rig.struck();
+        all.fits(plan, &lines).is_ok() && self.setting.reaches(&all).is_ok()
     }
 }

@@ -5,7 +5,6 @@ use crate::campaign::{Case, CaseResult, Executor, Violated};
 use crate::checks::judge_all;
 use crate::operator::Answers;
 use crate::outcome::Outcome;
-use crate::plan::Plan;
 use crate::properties::{Kind, PropertyVerdict};
 use crate::record::sink::NullSink;
 use crate::run::{self, Prepared, simulate_watched};
@@ -46,7 +45,7 @@ impl Simulated {
             let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
             passes::result(&run, &measurements, judged)
         } else {
-            result(&prepared.plan, &run)
+            result(&prepared, &run)
         };
         (run.end - Timestamp::ZERO, result)
     }
@@ -61,9 +60,9 @@ pub(super) fn struck(prepared: &Prepared, case: &Case) -> Prepared {
 }
 
 /// What a run came to.
-pub(super) fn result(plan: &Plan, run: &run::Simulated) -> CaseResult {
-    let (measurements, judged) = judge_all(&plan.measurements, &run.observations);
-    if plan.is_of_device() {
+pub(super) fn result(prepared: &Prepared, run: &run::Simulated) -> CaseResult {
+    let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
+    if prepared.rig.robot.is_none() {
         return passes::result(run, &measurements, judged);
     }
     let verdicts = &run.properties;
@@ -104,7 +103,7 @@ impl Executor for Simulated {
 
     fn takes(&self, case: &Case) -> bool {
         let plan = &self.prepared.plan;
-        let lines = self.prepared.subject.lines();
-        case.schedule.beside(&plan.faults).fits(plan, lines).is_ok()
+        let lines = self.prepared.rig.struck();
+        case.schedule.beside(&plan.faults).fits(plan, &lines).is_ok()
     }
 }

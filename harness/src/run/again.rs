@@ -67,7 +67,7 @@ pub fn judge_again(
     let mut header = Header {
         harness: recorded.harness.clone(),
         lines: recorded.lines.clone(),
-        ..header(plan, recorded.seed)
+        ..header(plan, recorded.seed, &[])
     };
     for quantity in header.quantities.iter_mut().filter(|quantity| quantity.unit.is_empty()) {
         // The layout of a device of the user's own is not at hand; the record says what its plan knew.

@@ -1,6 +1,6 @@
 //! A run that leaves a run folder behind.
 
-use super::{Prepared, Simulated, Subject, simulate_across};
+use super::{Prepared, Simulated, simulate_across};
 use crate::calibrations;
 use crate::checks::judge_all;
 #[cfg(feature = "report")]
@@ -222,10 +222,7 @@ pub fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
         seed,
         clock: "virtual".to_owned(),
         bus: "memory".to_owned(),
-        device_under_test: match &prepared.subject {
-            Subject::Robot(_) => "in-process".to_owned(),
-            Subject::Device(device) => format!("{}, emulated", device.name),
-        },
+        device_under_test: prepared.device_under_test(),
         simulated_s: run.end.as_secs_f64(),
         wall_s: 0.0,
         events: run.events,

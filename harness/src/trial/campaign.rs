@@ -103,7 +103,7 @@ impl TrialCampaign {
         if clean.outcome != Outcome::Passed.name() {
             return Err(TrialError::Unfinished { plan: name(), outcome: clean.outcome });
         }
-        let lines = prepared.subject.lines();
+        let lines = prepared.rig.struck();
         let space = Space::new(plan, lines, horizon, FAULTS_MAX, &self.faults);
         if space.kinds().is_empty() {
             return Err(TrialError::NothingToStrike { plan: name() });
@@ -113,7 +113,11 @@ impl TrialCampaign {
 
     /// What must come about sometimes. A test does not fail for want of it; the findings say it.
     fn states(&self) -> BTreeSet<String> {
-        let judged = if self.must_pass { Vec::new() } else { self.trial.prepared.plan.judged() };
+        let judged = if self.must_pass {
+            Vec::new()
+        } else {
+            self.trial.prepared.plan.judged(&self.trial.prepared.rig)
+        };
         let sometimes = judged.iter().filter(|one| matches!(one, Property::Sometimes(_)));
         sometimes.map(|property| property.name().to_owned()).collect()
     }

@@ -7,11 +7,6 @@
 
 pub mod bench;
 pub mod crossing;
-pub mod described;
-mod faults;
-mod lines;
 #[cfg(feature = "live")]
 pub mod live;
-pub mod simulated;
-mod stage;
-mod watch;
+pub(crate) mod watch;

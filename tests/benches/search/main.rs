@@ -64,7 +64,7 @@ impl Hunt {
         let without = Simulated::new(sound.clone(), Answers::default());
         let (horizon, result) = without.without_faults(1);
         assert!(result.passed && result.violated.is_empty(), "{result:?}");
-        let lines = sound.subject.lines();
+        let lines = sound.rig.struck();
         let space = Space::new(&sound.plan, lines, horizon, FAULTS_MAX, &[]);
         Self { with: Simulated::new(mistaken, Answers::default()), without, space }
     }

@@ -55,9 +55,12 @@ impl<I: Iterator<Item = Result<Record, RecordError>>> Iterator for Recorded<I> {
 fn entries(record: &Record) -> Vec<Entry> {
     let direction = Some(match record.device {
         Device::Controller | Device::Plan => Direction::Tx,
-        Device::Gyro | Device::Base | Device::Table | Device::Absolute | Device::Device => {
-            Direction::Rx
-        }
+        Device::Gyro
+        | Device::Base
+        | Device::Table
+        | Device::Absolute
+        | Device::Device
+        | Device::Node(_) => Direction::Rx,
     });
     let entry = |channel, payload| Entry { at: record.at, channel, direction, payload };
     match &record.kind {

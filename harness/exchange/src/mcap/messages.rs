@@ -65,6 +65,7 @@ impl<W: Write + Seek> Messages<W> {
 
     pub(super) fn take(&mut self, record: &Record) -> McapResult<()> {
         let at = record.at;
+        let who = self.survey.header.name_of(record.device).to_owned();
         match &record.kind {
             RecordKind::Report(Report::State(state)) => {
                 self.row("/controller/state", Table::States, &rows::of_state(at, state), at)?;
@@ -99,12 +100,12 @@ impl<W: Write + Seek> Messages<W> {
                 self.row(
                     "/can/frames",
                     Table::Frames,
-                    &rows::of_frame(at, record.device, *frame),
+                    &rows::of_frame(at, &who, *frame),
                     at,
                 )?;
             }
             RecordKind::Bytes(bytes) => {
-                let row = rows::of_bytes(at, record.device, bytes);
+                let row = rows::of_bytes(at, &who, bytes);
                 self.row("/serial/packets", Table::Packets, &row, at)?;
             }
             RecordKind::StepBegan { .. } => {
@@ -282,7 +283,7 @@ impl Spoken {
         at: Timestamp,
         heard: &Heard<'_>,
     ) -> McapResult<()> {
-        let mut row = vec![time(at), Cell::text(heard.device.name())];
+        let mut row = vec![time(at), Cell::text(heard.who)];
         row.extend(heard.values.iter().map(|value| Cell::maybe(*value)));
         let schema = || {
             let name = format!("hil.message.{}", heard.form.name);

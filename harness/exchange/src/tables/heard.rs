@@ -5,7 +5,8 @@
 //! states and the observations.
 
 use super::base::{self, Overheard};
-use described::{Decoded, Decoder, Description, Sender};
+use described::{Decoded, Decoder, Description, Layout, Sender};
+use plan::Rig;
 use record::{Device, Record, RecordKind};
 use std::sync::Arc;
 
@@ -36,6 +37,8 @@ pub struct MessageForm {
 pub struct Heard<'a> {
     /// Who sent it.
     pub device: Device,
+    /// The same, by name.
+    pub who: &'a str,
     /// Its place among [`Ears::forms`].
     pub index: usize,
     /// Which message it is.
@@ -44,11 +47,36 @@ pub struct Heard<'a> {
     pub values: Vec<Option<f64>>,
 }
 
+/// The messages of a layout.
+fn forms(layout: &Layout) -> Vec<MessageForm> {
+    let signal = |signal: &described::Signal| SignalForm {
+        name: signal.name.clone(),
+        unit: signal.unit.clone(),
+        doc: signal.doc.clone(),
+    };
+    let form = |message: &described::Message| MessageForm {
+        name: message.name.clone(),
+        doc: message.doc.clone(),
+        signals: message.signals.iter().map(signal).collect(),
+    };
+    layout.messages().iter().map(form).collect()
+}
+
 /// Understands what crosses the lines of a run.
 #[derive(Debug)]
 pub struct Ears {
     forms: Vec<MessageForm>,
     hearing: Hearing,
+}
+
+/// A node of a rig that says something.
+#[derive(Debug)]
+struct Voice {
+    device: Device,
+    name: String,
+    /// Where its messages begin among the forms.
+    first: usize,
+    decoder: Decoder,
 }
 
 #[derive(Debug)]
@@ -59,6 +87,8 @@ enum Hearing {
     Base(Box<Overheard>),
     /// A device of the user's own: what it sends, and what is sent to it.
     Device { device: Box<Decoder>, host: Box<Decoder> },
+    /// Nodes of a rig.
+    Rig(Vec<Voice>),
 }
 
 impl Ears {
@@ -75,24 +105,29 @@ impl Ears {
     /// Understands a device by its layout.
     pub fn of_device(description: &Arc<Description>) -> Self {
         let layout = description.layout();
-        let signal = |signal: &described::Signal| SignalForm {
-            name: signal.name.clone(),
-            unit: signal.unit.clone(),
-            doc: signal.doc.clone(),
-        };
-        let form = |message: &described::Message| MessageForm {
-            name: message.name.clone(),
-            doc: message.doc.clone(),
-            signals: message.signals.iter().map(signal).collect(),
-        };
         let decoder = |sender| Box::new(layout.decoder_for(sender));
         Self {
-            forms: layout.messages().iter().map(form).collect(),
+            forms: forms(layout),
             hearing: Hearing::Device {
                 device: decoder(Sender::Device),
                 host: decoder(Sender::Host),
             },
         }
+    }
+
+    /// Understands the nodes of a rig.
+    pub fn of_rig(rig: &Rig) -> Self {
+        let mut all = Vec::new();
+        let mut decoders = Vec::new();
+        for speaker in &rig.speakers {
+            let place = rig.nodes.iter().position(|node| node.name == speaker.node);
+            let Some(place) = place.and_then(|place| u8::try_from(place).ok()) else { continue };
+            let decoder = speaker.layout.decoder_for(speaker.sender);
+            let (device, name, first) = (Device::Node(place), speaker.node.clone(), all.len());
+            decoders.push(Voice { device, name, first, decoder });
+            all.extend(forms(&speaker.layout));
+        }
+        Self { forms: all, hearing: Hearing::Rig(decoders) }
     }
 
     /// All messages that may be heard.
@@ -103,29 +138,42 @@ impl Ears {
     /// Hands over each message that a record completes.
     pub fn take(&mut self, record: &Record, each: &mut dyn FnMut(&Heard<'_>)) {
         let forms = &self.forms;
-        let mut told = |index: usize, values: Vec<Option<f64>>| {
+        let device = record.device;
+        let mut told = |who: &str, index: usize, values: Vec<Option<f64>>| {
             if let Some(form) = forms.get(index) {
-                each(&Heard { device: record.device, index, form, values });
+                each(&Heard { device, who, index, form, values });
             }
         };
         match &mut self.hearing {
             Hearing::None => {}
-            Hearing::Base(base) => base.take(record, &mut told),
-            Hearing::Device { device, host } => {
-                let decoder = if record.device == Device::Device { device } else { host };
-                let mut decoded = |decoded: Decoded| told(decoded.message, decoded.values);
-                match &record.kind {
-                    RecordKind::Frame(frame) => {
-                        frame
-                            .frame()
-                            .and_then(|frame| decoder.frame(&frame))
-                            .into_iter()
-                            .for_each(decoded);
-                    }
-                    RecordKind::Bytes(bytes) => decoder.bytes(bytes, &mut decoded),
-                    _ => {}
+            Hearing::Base(base) => {
+                base.take(record, &mut |index, values| told(device.name(), index, values));
+            }
+            Hearing::Device { device: of_device, host } => {
+                let decoder = if device == Device::Device { of_device } else { host };
+                decode(decoder, record, &mut |decoded| {
+                    told(device.name(), decoded.message, decoded.values);
+                });
+            }
+            Hearing::Rig(voices) => {
+                for voice in voices.iter_mut().filter(|voice| voice.device == record.device) {
+                    decode(&mut voice.decoder, record, &mut |decoded| {
+                        told(&voice.name, voice.first + decoded.message, decoded.values);
+                    });
                 }
             }
         }
+    }
+}
+
+/// The messages that a record completes.
+fn decode(decoder: &mut Decoder, record: &Record, each: &mut impl FnMut(Decoded)) {
+    match &record.kind {
+        RecordKind::Frame(frame) => {
+            let decoded = frame.frame().and_then(|frame| decoder.frame(&frame));
+            decoded.into_iter().for_each(each);
+        }
+        RecordKind::Bytes(bytes) => decoder.bytes(bytes, each),
+        _ => {}
     }
 }

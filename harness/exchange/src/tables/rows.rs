@@ -12,7 +12,7 @@ use data_encoding::HEXLOWER;
 use plan::observation::Observation;
 use record::outcome::{Measurement, Summary};
 use record::text::{cause_names, name_of};
-use record::{Device, Record, RecordKind};
+use record::{Record, RecordKind};
 use wire::can::{Id, RecordedFrame};
 use wire::time::Timestamp;
 use wire::units::{AngularRate, Pose};
@@ -73,12 +73,14 @@ impl Rows {
             RecordKind::Observation(observation) => {
                 sink.row(Table::Observations, &self.of_observation(at, observation))?;
             }
-            RecordKind::Frame(frame) => {
-                sink.row(Table::Frames, &of_frame(at, record.device, *frame))?
-            }
-            RecordKind::Bytes(bytes) => {
-                sink.row(Table::Packets, &of_bytes(at, record.device, bytes))?
-            }
+            RecordKind::Frame(frame) => sink.row(
+                Table::Frames,
+                &of_frame(at, self.survey.header.name_of(record.device), *frame),
+            )?,
+            RecordKind::Bytes(bytes) => sink.row(
+                Table::Packets,
+                &of_bytes(at, self.survey.header.name_of(record.device), bytes),
+            )?,
             _ => {}
         }
         if let Some(event) = events::of(record) {
@@ -167,8 +169,8 @@ pub(crate) fn of_health<'a>(at: Timestamp, health: &Health) -> Row<'a> {
 }
 
 /// A frame that no bus could carry has neither identifier nor data.
-pub(crate) fn of_frame<'a>(at: Timestamp, device: Device, recorded: RecordedFrame) -> Row<'a> {
-    let mut row = vec![time(at), Cell::text(device.name())];
+pub(crate) fn of_frame(at: Timestamp, who: &str, recorded: RecordedFrame) -> Row<'_> {
+    let mut row = vec![time(at), Cell::text(who)];
     match recorded.frame() {
         Some(frame) => {
             let (id, extended) = match frame.id() {
@@ -188,10 +190,10 @@ pub(crate) fn of_frame<'a>(at: Timestamp, device: Device, recorded: RecordedFram
     row
 }
 
-pub(crate) fn of_bytes<'a>(at: Timestamp, device: Device, bytes: &[u8]) -> Row<'a> {
+pub(crate) fn of_bytes<'a>(at: Timestamp, who: &'a str, bytes: &[u8]) -> Row<'a> {
     vec![
         time(at),
-        Cell::text(device.name()),
+        Cell::text(who),
         Cell::count(bytes.len() as u64),
         Cell::text(HEXLOWER.encode(bytes)),
     ]
@@ -220,7 +222,7 @@ fn of_signals<'a>(at: Timestamp, heard: &'a Heard<'_>) -> impl Iterator<Item = R
         move |(signal, value)| {
             vec![
                 time(at),
-                Cell::text(heard.device.name()),
+                Cell::text(heard.who),
                 Cell::text(&heard.form.name),
                 Cell::text(&signal.name),
                 Cell::maybe(*value),

@@ -143,6 +143,7 @@ impl CampaignArguments {
         let source = library.open(Kind::Plan, &self.plan)?;
         let prepared = Prepared::load(&self.plan, &Made::default())?;
         let setup = self.setup.setup()?;
+        self.setup.fits(std::slice::from_ref(&prepared))?;
         let interrupt = Interrupt::install(screen)?;
         let live = match &setup {
             Setup::Simulated => None,
@@ -178,7 +179,7 @@ impl CampaignArguments {
             }
             let clean = executor.without_faults(self.seed);
             let space = self.space(&task, clean, |_, _| true)?;
-            let states = states(&prepared.plan.judged());
+            let states = states(&prepared.plan.judged(&prepared.rig));
             let settings =
                 Settings { cases: self.cases, threads, shrink_max: self.shrink_max(SHRINK_MAX) };
             let (folder, what) = (self.opened(&prepared)?, self.what(&task, ""));
@@ -229,7 +230,7 @@ impl CampaignArguments {
         (horizon, clean): (Span, CaseResult),
         can_suffer: impl Fn(Target, FaultKind) -> bool,
     ) -> Result<Space, Failure> {
-        let (plan, lines) = (&task.prepared.plan, task.prepared.subject.lines());
+        let (plan, lines) = (&task.prepared.plan, task.prepared.rig.struck());
         if let Some(violated) = clean.violated.first() {
             return Err(Failure::arguments(
                 format!("{}: breaks {} without any fault", plan.name, violated.property),

@@ -5,7 +5,7 @@ use super::failure::Failure;
 use super::progress::Screen;
 use super::series::tell;
 use clap::Args;
-use harness::run::{PrepareError, Subject, judge_again, load_plan, write_documents};
+use harness::run::{PrepareError, judge_again, load_plan, load_rig, write_documents};
 use harness::world::bench::Bench;
 use judge::properties::Limits;
 use plan::Plan;
@@ -62,12 +62,10 @@ impl CheckArguments {
         };
         let before = was.as_ref().map(|summary| summary.measurements.clone());
         let library = self.plan.as_deref().map_or_else(Library::shipped, Library::beside);
-        let limits = match Subject::of(&library, &plan).map_err(PrepareError::from)? {
-            Subject::Robot(devices) => {
-                Some(Limits::of(&Bench::new(*devices, recorded.seed).controller_config()))
-            }
-            Subject::Device(_) => None,
-        };
+        let rig = load_rig(&library, &plan).map_err(PrepareError::from)?;
+        let limits = rig
+            .robot
+            .map(|devices| Limits::of(&Bench::new(*devices, recorded.seed).controller_config()));
         let judged = judge_again(&plan, limits.as_ref(), was, &recorded, records);
         for one in &judged.kept {
             screen.note(&format!(

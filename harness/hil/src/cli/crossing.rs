@@ -41,18 +41,6 @@ fn opened(
     bus: KernelBus,
     prepared: &Prepared,
 ) -> Result<harness::world::crossing::Kernel, Failure> {
-    use harness::world::bench::Bench;
     use harness::world::crossing::Kernel;
-    // What it is built with says how its base is connected; no number is drawn.
-    let devices = prepared.subject.robot().ok_or_else(|| {
-        Failure::arguments(
-            format!(
-                "{} is of a device of your own, which crosses no kernel in virtual time",
-                prepared.plan.name
-            ),
-            "leave out --bus, or add --clock real",
-        )
-    })?;
-    let bench = Bench::new(devices.clone(), 0);
-    Ok(Kernel::open(bus, bench.base_transport())?)
+    Ok(Kernel::open(bus, &prepared.crossed_lines())?)
 }

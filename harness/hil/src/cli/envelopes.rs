@@ -144,7 +144,7 @@ impl EnvelopeArguments {
         let asked = self.target.as_ref().map(named);
         let target = match asked {
             Some(None) => None,
-            asked => struck_by(kind, asked.flatten(), prepared.subject.lines()),
+            asked => struck_by(kind, asked.flatten(), &prepared.rig.struck()),
         };
         target.map(|target| Fault::new(target, kind)).ok_or_else(|| {
             let known: Vec<&str> = targets.iter().map(|target| target.name()).collect();
@@ -170,11 +170,11 @@ fn declared(prepared: &Prepared) -> Result<Vec<Asked>, Failure> {
             "[[envelope]] in the plan: fault = \"drop\", at_least = 0.1; or --envelope KIND",
         ));
     }
-    let lines = prepared.subject.lines();
+    let lines = prepared.rig.struck();
     let asked = |declared: &DeclaredEnvelope| {
         let &DeclaredEnvelope { kind, target, at_least, share, runs } = declared;
         // The plan was checked against its bench.
-        let fault = Fault::new(struck_by(kind, target, lines)?, kind);
+        let fault = Fault::new(struck_by(kind, target, &lines)?, kind);
         Some(Asked { fault, at_least: Some(at_least), share, runs })
     };
     Ok(plan.envelopes.iter().filter_map(asked).collect())

@@ -6,7 +6,7 @@ use super::say;
 use clap::ValueEnum;
 use exchange::tables::survey::Survey;
 use exchange::tables::{Ears, Format, survey};
-use harness::run::{PrepareError, Subject, load_plan};
+use harness::run::{PrepareError, load_plan, load_rig};
 use plan::library::{Kind, Library, names};
 use record::outcome::Outcome;
 use record::run_folder::{RECORD, RunFolder, RunFolderError};
@@ -103,8 +103,10 @@ fn ears(survey: &Survey, plan: Option<&str>, screen: &Screen) -> Result<Ears, Fa
         None => return Ok(Ears::of_base()),
     };
     let plan = load_plan(&library, name)?;
-    Ok(match Subject::of(&library, &plan).map_err(PrepareError::from)? {
-        Subject::Robot(_) => Ears::of_base(),
-        Subject::Device(description) => Ears::of_device(&description),
+    let rig = load_rig(&library, &plan).map_err(PrepareError::from)?;
+    Ok(match rig.device() {
+        Some(description) => Ears::of_device(description),
+        None if rig.robot.is_some() => Ears::of_base(),
+        None => Ears::of_rig(&rig),
     })
 }

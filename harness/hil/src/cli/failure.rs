@@ -229,7 +229,7 @@ impl Failure {
             Cause::Replay(crate::replay::ReplayError::Port(ports::PortError::WrongKind {
                 ..
             })) => EXIT_BAD_INPUT,
-            Cause::Kernel(harness::world::crossing::KernelError::NoFrames) => EXIT_BAD_INPUT,
+            Cause::Kernel(harness::world::crossing::KernelError::NoFrames { .. }) => EXIT_BAD_INPUT,
             Cause::Live(_) | Cause::Kernel(_) | Cause::Emulation(_) | Cause::Replay(_) => {
                 Outcome::Error.exit_status()
             }

@@ -37,13 +37,7 @@ pub(super) fn setting(
     prepared: &Prepared,
     setup: &LiveSetup,
 ) -> Result<harness::world::live::Setting, Failure> {
-    let devices = prepared.subject.robot().ok_or_else(|| {
-        Failure::arguments(
-            format!("{} is of a device of your own, and campaigns in real time are of robots and tables", prepared.plan.name),
-            "leave out --clock: the device is emulated in virtual time",
-        )
-    })?;
-    Ok(asked(setup).resolve(harness::world::bench::base_transport(devices))?)
+    Ok(asked(setup).resolve(&prepared.rig)?)
 }
 
 /// What the command line asks for.

@@ -4,7 +4,7 @@ use super::failure::Failure;
 use super::say;
 use crate::project::{self, ProjectFile, Template};
 use clap::Args;
-use harness::run::{PrepareError, SubjectError};
+use harness::run::{PrepareError, RigError};
 use plan::Name;
 use plan::library::Source;
 use record::outcome::Outcome;
@@ -78,7 +78,7 @@ impl NewArguments {
         };
         let source = Source::of_file(dbc).map_err(PrepareError::from)?;
         let files = project::from_dbc(name, &source.origin, &source.text, node);
-        files.map_err(|error| PrepareError::from(SubjectError::from(error)).into())
+        files.map_err(|error| PrepareError::from(RigError::from(error)).into())
     }
 }
 

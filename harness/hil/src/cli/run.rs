@@ -87,6 +87,7 @@ impl RunArguments {
         let setup = self.setup.setup()?;
         let plans: Vec<&str> = self.plans.iter().map(String::as_str).collect();
         let prepared = prepare_all(&plans)?;
+        self.setup.fits(&prepared)?;
         let declared: Vec<&Plan> = prepared.iter().map(|one| &*one.plan).collect();
         let asked = declared.iter().copied();
         let (answers, person) = self.operator.collect(&setup, asked, screen)?;

@@ -2,6 +2,7 @@
 
 use super::failure::Failure;
 use clap::{Args, ValueEnum};
+use harness::run::Prepared;
 use harness::world::crossing::KernelBus;
 use plan::bench_file::BenchFile;
 use std::path::PathBuf;
@@ -177,6 +178,40 @@ impl SetupArguments {
             ));
         }
         Ok(bench)
+    }
+
+    /// Checks that these plans can be tested so.
+    ///
+    /// # Errors
+    ///
+    /// Where a controller is named that a plan has no place for, or a program would have to keep virtual time.
+    pub(super) fn fits(&self, plans: &[Prepared]) -> Result<(), Failure> {
+        for Prepared { plan, rig, .. } in plans {
+            let name = plan.name.as_str();
+            if self.controller.is_some() && rig.robot.is_none() {
+                let help = match rig.is_short {
+                    true => {
+                        "describe a rig in which your program is a node: `under_test = { command = [...] }`"
+                    }
+                    false => {
+                        "the rig file names what is under test: `under_test = { command = [...] }`"
+                    }
+                };
+                let what = format!(
+                    "--controller has no meaning for {name}: no controller of a robot is in it"
+                );
+                return Err(Failure::arguments(what, help));
+            }
+            if let (Clock::Virtual, Some((node, _))) = (self.clock, rig.under_test().next()) {
+                let what = format!(
+                    "`{}` of {name} is under test as a program, which keeps real time",
+                    node.name
+                );
+                let help = "add --clock real; Rust code plays it in virtual time in a test: `Trial::with_node`";
+                return Err(Failure::arguments(what, help));
+            }
+        }
+        Ok(())
     }
 
     /// A setup in virtual time.

@@ -35,7 +35,9 @@ impl ShowArguments {
         let folder = RunFolder::open(&self.run)?;
         let mut out = BufWriter::new(io::stdout().lock());
         let mut left = self.limit.unwrap_or(u64::MAX);
-        for record in folder.records()? {
+        let records = folder.records()?;
+        let header = records.header().clone();
+        for record in records {
             if left == 0 {
                 break;
             }
@@ -48,7 +50,7 @@ impl ShowArguments {
                 continue;
             }
             left -= 1;
-            match writeln!(out, "{}", Line(&record)) {
+            match writeln!(out, "{}", Line(&record, header.name_of(record.device))) {
                 Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {
                     return Ok(Outcome::Passed);
                 }

@@ -5,7 +5,7 @@ use described::Medium;
 use emulators::base::Transport;
 use emulators::device_file::Mount;
 use harness::operator::{AnswerFile, Answers, Attendance, RealRoles, asks_a_person};
-use harness::run::{Prepared, Subject};
+use harness::run::Prepared;
 use miette::Diagnostic;
 use plan::bench_file::{self, BenchFile, ROLES, Role};
 use plan::made::Made;
@@ -54,8 +54,8 @@ fn comment(text: &str) -> String {
 
 /// The roles that a plan needs, and what each is connected by where there is a choice.
 fn needed(prepared: &Prepared) -> Vec<(&'static str, Option<&'static str>)> {
-    match &prepared.subject {
-        Subject::Robot(devices) => {
+    match (&prepared.rig.robot, prepared.rig.device()) {
+        (Some(devices), _) => {
             let carrier = match (devices.mount, &devices.base) {
                 (Mount::Base, Some((Transport::Can, _))) => ("base", Some(ON_CAN)),
                 (Mount::Base, Some((Transport::Serial, _))) => ("base", Some(ON_A_SERIAL_LINE)),
@@ -63,10 +63,12 @@ fn needed(prepared: &Prepared) -> Vec<(&'static str, Option<&'static str>)> {
             };
             vec![("gyro", None), carrier]
         }
-        Subject::Device(device) => match device.layout().medium() {
+        (None, Some(device)) => match device.layout().medium() {
             Medium::Can => vec![("device", Some(ON_CAN))],
             Medium::Serial(_) => vec![("device", Some(ON_A_SERIAL_LINE))],
         },
+        // Its lines have ports, and no roles.
+        (None, None) => Vec::new(),
     }
 }
 

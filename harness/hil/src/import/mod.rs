@@ -83,7 +83,7 @@ pub fn import_to_folder(
         scribe.take(&entry, &mut NullSink);
     };
     let folder = RunFolder::create(out)?;
-    let header = header(plan, 0);
+    let header = header(plan, 0, &[]);
     let mut sink = folder.record_sink(&header, Level::Full)?;
     scribe.take(&first, &mut sink);
     for entry in entries {

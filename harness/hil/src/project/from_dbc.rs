@@ -4,7 +4,7 @@
 use super::{ProjectFile, Template, with_schemas};
 use described::{Carried, DescriptionError, Layout, Message, Sender, Signal};
 use plan::Name;
-use plan::device::unit_of;
+use plan::unit_of;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use wire::time::Span;

@@ -38,6 +38,7 @@ pub use timing::{ATTACH_S_MAX_MAX, LATE_MS_MAX_MAX, Timing};
 use crate::library::{Kind, Library, LibraryError};
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Names of the roles of a robot or a table that a bench gives to ports. That of a device of the user's own is `device`.
@@ -66,6 +67,9 @@ pub struct BenchFile {
     #[serde(default, deserialize_with = "role::anywhere")]
     #[schemars(schema_with = "role::schema")]
     pub device: Option<Role>,
+    /// Ports of a rig's lines, by their names.
+    #[serde(rename = "line", default)]
+    pub lines: BTreeMap<String, LineSection>,
     /// The device under test; what the command line says where it is absent.
     pub controller: Option<ControllerSection>,
     /// What real time may do.
@@ -73,6 +77,15 @@ pub struct BenchFile {
     pub timing: Timing,
     /// What a person would be asked for.
     pub answers: Option<AnswersSection>,
+}
+
+/// Where a line of a rig is: `[line.can0] port = "can:can0"`.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LineSection {
+    /// The port at which the nodes are that this process emulates.
+    #[schemars(with = "String")]
+    pub port: PortText,
 }
 
 /// Where the answers of a person are written down.

@@ -1,9 +1,12 @@
 //! What cannot apply: to any plan, to this plan, or to this bench.
 
 use super::apart::{Meeting, meeting};
-use super::{FAULTS_MAX, Fault, FaultKind, Lasts, Reach, Schedule, Target, Toward, When};
+use super::{
+    FAULTS_MAX, Fault, FaultKind, Lasts, LineKind, Lines, Reach, Ride, Schedule, Target, Toward,
+    When,
+};
+use crate::speakers::whose;
 use crate::{Plan, hint};
-use described::{Description, Medium};
 use std::collections::BTreeMap;
 
 /// Why a schedule cannot apply, and where that stands: in the fault at `index`, below `keys`.
@@ -19,31 +22,6 @@ pub struct Unfit {
     pub help: Option<String>,
 }
 
-/// What a bench has for faults to strike.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BenchLines {
-    /// A table that turns the gyro, on a serial line.
-    Table,
-    /// A base on a serial line.
-    SerialBase,
-    /// A base on CAN.
-    CanBase,
-    /// A device of the user's own, on a serial line.
-    SerialDevice,
-    /// A device of the user's own, on CAN.
-    CanDevice,
-}
-
-impl BenchLines {
-    /// Those of a device of the user's own.
-    pub fn of_device(device: &Description) -> Self {
-        match device.layout().medium() {
-            Medium::Can => Self::CanDevice,
-            Medium::Serial(_) => Self::SerialDevice,
-        }
-    }
-}
-
 type Checked = Result<(), (Vec<&'static str>, String, Option<String>)>;
 
 impl Schedule {
@@ -52,7 +30,7 @@ impl Schedule {
     /// # Errors
     ///
     /// As [`check`](Self::check) and [`check_bench`](Self::check_bench).
-    pub fn fits(&self, plan: &Plan, lines: BenchLines) -> Result<(), Unfit> {
+    pub fn fits(&self, plan: &Plan, lines: &Lines) -> Result<(), Unfit> {
         self.check(plan).and_then(|()| self.check_bench(lines))
     }
 
@@ -96,38 +74,54 @@ impl Schedule {
     /// # Errors
     ///
     /// The first fault that strikes what there is none of.
-    pub fn check_bench(&self, lines: BenchLines) -> Result<(), Unfit> {
+    pub fn check_bench(&self, lines: &Lines) -> Result<(), Unfit> {
         for (index, fault) in self.faults.iter().enumerate() {
             let kind = fault.what.name();
-            let (message, help) = match (fault.target, lines, fault.what.info().reach) {
-                (Target::Device, BenchLines::CanDevice, Reach::SerialLine) => (
-                    format!("`{kind}` is of a serial line, and the device is on CAN"),
+            let (reach, target) = (fault.what.info().reach, fault.target);
+            let (message, help) = match (target, lines.robot, lines.of(target), reach) {
+                (_, _, Some(LineKind::Can), Reach::SerialLine) => (
+                    format!("`{kind}` is of a serial line, and {} is on CAN", whose(target.name())),
                     "see `hil list faults`",
                 ),
-                (Target::Device, BenchLines::SerialDevice, Reach::CanBus) => (
-                    format!("`{kind}` is of a CAN bus, and the device is on a serial line"),
+                (_, _, Some(LineKind::Serial), Reach::CanBus) => (
+                    format!(
+                        "`{kind}` is of a CAN bus, and {} is on a serial line",
+                        whose(target.name())
+                    ),
                     "see `hil list faults`",
                 ),
-                (Target::Device, BenchLines::CanDevice | BenchLines::SerialDevice, _) => continue,
-                (target, BenchLines::CanDevice | BenchLines::SerialDevice, _) => (
-                    format!("no {} on this bench", target.name()),
-                    "faults of a device of your own strike its line: `target = \"device\"`",
-                ),
-                (Target::Device, ..) => (
+                (_, _, Some(_), _) => continue,
+                (Target::Node(name), ..) => {
+                    let known: Vec<&str> =
+                        lines.nodes.iter().map(|(target, _)| target.name()).collect();
+                    let message = format!("no node and no line `{}` in this rig", name.as_str());
+                    let help = Some(hint::proposal(name.as_str(), &known));
+                    return Err(Unfit { index, keys: vec!["target"], message, help });
+                }
+                (Target::Device, Some(_), ..) => (
                     "no device of your own on this bench".to_owned(),
                     "the plan names a device file: strike the gyro, the base or the table",
                 ),
-                (Target::Table, BenchLines::SerialBase | BenchLines::CanBase, _) => {
+                (target, None, ..) => (
+                    format!("no {} on this bench", target.name()),
+                    match lines.of(Target::Device) {
+                        Some(_) => {
+                            "faults of a device of your own strike its line: `target = \"device\"`"
+                        }
+                        None => "faults strike nodes and lines of the rig by their names",
+                    },
+                ),
+                (Target::Table, Some(Ride::Base(_)), ..) => {
                     ("no table on this bench".to_owned(), "the gyro rides on a base here")
                 }
-                (Target::Base, BenchLines::Table, _) => {
+                (Target::Base, Some(Ride::Table), ..) => {
                     ("no base on this bench".to_owned(), "the gyro rides on a table here")
                 }
-                (Target::Base, BenchLines::SerialBase, Reach::CanBus) => (
+                (Target::Base, Some(Ride::Base(LineKind::Serial)), _, Reach::CanBus) => (
                     format!("`{kind}` is of a CAN bus, and the base is on a serial line"),
                     "name a device file whose base is on CAN, or see `hil list faults`",
                 ),
-                (Target::Base, BenchLines::CanBase, Reach::SerialLine) => (
+                (Target::Base, Some(Ride::Base(LineKind::Can)), _, Reach::SerialLine) => (
                     format!("`{kind}` is of a serial line, and the base is on CAN"),
                     "name a device file whose base is on a serial line, or see `hil list faults`",
                 ),
@@ -156,7 +150,12 @@ fn values(kind: &FaultKind) -> Checked {
 /// Target, direction and duration go with the kind.
 fn form(fault: &Fault) -> Checked {
     let info = fault.what.info();
-    if !info.reach.targets().contains(&fault.target) {
+    // A node is struck as the only device is.
+    let target = match fault.target {
+        Target::Node(_) => Target::Device,
+        target => target,
+    };
+    if !info.reach.targets().contains(&target) {
         let known: Vec<_> = info.reach.targets().iter().map(|target| target.name()).collect();
         let message = format!("no `{}` strikes the {}", info.name, fault.target.name());
         return Err((vec!["target"], message, Some(hint::proposal("", &known))));

@@ -1,17 +1,16 @@
 //! One fault: what goes wrong, where, when and how likely.
 
 use super::{FaultKind, Lasts, When};
+use crate::Name;
 use crate::number;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use wire::time::Span;
 
 /// What a fault strikes.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
-)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Target {
     /// The gyro or its line.
     Gyro,
@@ -23,13 +22,51 @@ pub enum Target {
     Host,
     /// The person who answers questions.
     Operator,
-    /// A device of the user's own, or its line or bus.
+    /// The only device of a plan, or its line or bus.
     Device,
+    /// What a node of a rig sends and is sent, or all that crosses a line, by its name.
+    Node(NodeName),
+}
+
+/// The name of a node or of a line, small enough to be copied.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct NodeName {
+    length: u8,
+    bytes: [u8; Self::LEN_MAX],
+}
+
+impl NodeName {
+    /// The longest.
+    pub const LEN_MAX: usize = 31;
+
+    /// `None` where `text` is no [`Name`], or too long.
+    pub fn new(text: &str) -> Option<Self> {
+        let name = Name::new(text)?;
+        let mut bytes = [0; Self::LEN_MAX];
+        bytes.get_mut(..text.len())?.copy_from_slice(name.as_str().as_bytes());
+        Some(Self { length: text.len() as u8, bytes })
+    }
+
+    /// The name.
+    pub fn as_str(&self) -> &str {
+        // It was made from text.
+        str::from_utf8(&self.bytes[..usize::from(self.length)]).unwrap_or_default()
+    }
+}
+
+impl fmt::Debug for NodeName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(self.as_str(), f)
+    }
 }
 
 impl Target {
+    /// Those that every rig of the paper or of one device has; others are names of nodes and lines.
+    const KNOWN: [Self; 6] =
+        [Self::Gyro, Self::Base, Self::Table, Self::Host, Self::Operator, Self::Device];
+
     /// As in a plan.
-    pub const fn name(self) -> &'static str {
+    pub fn name(&self) -> &str {
         match self {
             Self::Gyro => "gyro",
             Self::Base => "base",
@@ -37,7 +74,47 @@ impl Target {
             Self::Host => "host",
             Self::Operator => "operator",
             Self::Device => "device",
+            Self::Node(name) => name.as_str(),
         }
+    }
+
+    /// The target of that name; `None` where no node can be called so.
+    pub fn named(name: &str) -> Option<Self> {
+        let known = Self::KNOWN.into_iter().find(|known| known.name() == name);
+        known.or_else(|| NodeName::new(name).map(Self::Node))
+    }
+}
+
+impl Serialize for Target {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for Target {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        Self::named(&name).ok_or_else(|| {
+            let known = Self::KNOWN.map(|known| format!("`{}`", known.name())).join(", ");
+            D::Error::custom(format_args!(
+                "unknown variant `{name}`, expected one of {known}, or the name of a node or a line"
+            ))
+        })
+    }
+}
+
+impl JsonSchema for Target {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Target".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let known: Vec<String> = Self::KNOWN.iter().map(|known| known.name().to_owned()).collect();
+        schemars::json_schema!({
+            "type": "string",
+            "description": "What a fault strikes: one of these, or a node or a line of the rig by its name.",
+            "anyOf": [{ "enum": known }, { "pattern": "^[a-z][a-z0-9_-]{0,30}$" }],
+        })
     }
 }
 

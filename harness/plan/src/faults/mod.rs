@@ -21,14 +21,17 @@ mod chance;
 mod check;
 mod fault;
 mod kind;
+mod lines;
 mod schedule;
 pub mod table;
 mod when;
 
 pub use chance::Chance;
-pub use check::{BenchLines, Unfit};
+pub use check::Unfit;
+pub use fault::NodeName;
 pub use fault::{Fault, Target, Toward};
 pub(crate) use kind::schema::name as kind_name_schema;
 pub use kind::{FaultKind, KindInfo, KindParameter, Lasts, Reach, UnknownKind};
+pub use lines::{LineKind, Lines, Ride};
 pub use schedule::{FAULTS_MAX, Schedule};
 pub use when::When;

@@ -34,12 +34,12 @@ it true.
 ";
 
 /// What a kind strikes, in words.
-pub fn strikes(info: &KindInfo) -> &'static str {
+pub fn strikes(info: &'static KindInfo) -> &'static str {
     match info.reach {
         Reach::Line => "a serial line or bus",
         Reach::SerialLine => "a serial line",
         Reach::CanBus => "a CAN bus",
-        Reach::Only(target) => target.name(),
+        Reach::Only(ref target) => target.name(),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Plans of a device of the user's own.
 
-use crate::Plan;
+use crate::{Plan, Rig};
 use described::Description;
 
 const PLAN: &str = include_str!("device.toml");
@@ -29,9 +29,10 @@ expression = \"0\"
 period_s = 0.1
 ";
 
-fn description() -> Description {
+fn rig() -> Rig {
     let read = &mut |_: &str| Ok(DBC.to_owned());
-    Description::parse("oven.toml", DESCRIPTION, read).unwrap_or_else(|error| panic!("{error:?}"))
+    let description = Description::parse("oven.toml", DESCRIPTION, read);
+    Rig::of_device(description.unwrap_or_else(|error| panic!("{error:?}")).into())
 }
 
 /// The error of the plan with `from` replaced, as a person sees it.
@@ -39,7 +40,7 @@ fn refused(from: &str, to: &str) -> String {
     assert!(PLAN.contains(from), "{from}");
     let text = PLAN.replace(from, to);
     let checked = Plan::parse("oven-settles.toml", &text)
-        .and_then(|plan| plan.check_device("oven-settles.toml", &text, &description()));
+        .and_then(|plan| plan.check_rig("oven-settles.toml", &text, &rig()));
     let Err(error) = checked else { panic!("taken: {to}") };
     let report = miette::Report::new(error);
     let mut out = String::new();
@@ -51,8 +52,8 @@ fn refused(from: &str, to: &str) -> String {
 #[test]
 fn a_plan_speaks_of_what_its_device_has() {
     let plan = Plan::parse("oven-settles.toml", PLAN).unwrap();
-    plan.check_device("oven-settles.toml", PLAN, &description()).unwrap();
-    assert!(plan.is_of_device() && plan.judged().is_empty());
+    plan.check_rig("oven-settles.toml", PLAN, &rig()).unwrap();
+    assert!(plan.judged(&rig()).is_empty());
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::errors::rendered;
 use crate::Plan;
-use crate::faults::BenchLines;
+use crate::faults::Lines;
 use wire::gyro::{GyroFormat, GyroStream, OutputMode};
 
 const PLAN: &str = r#"name = "p"
@@ -89,12 +89,12 @@ const NAVIGATOR: GyroStream =
 #[test]
 fn a_property_of_what_the_bench_has_not_is_shown_in_place() {
     let cases = [
-        ("no bus", "sometimes = \"bus_off\"", BenchLines::SerialBase),
-        ("no base", "sometimes = \"base_silent\"", BenchLines::Table),
+        ("no bus", "sometimes = \"bus_off\"", Lines::SERIAL_BASE),
+        ("no base", "sometimes = \"base_silent\"", Lines::TABLE),
         (
             "a heading of the future",
             "always = { fresh_heading = { age_s_max = 0.001 } }",
-            BenchLines::CanBase,
+            Lines::CAN_BASE,
         ),
     ];
     let shown: Vec<String> = cases
@@ -102,7 +102,7 @@ fn a_property_of_what_the_bench_has_not_is_shown_in_place() {
         .map(|(title, property, lines)| {
             let text = format!("{PLAN}\n[[property]]\n{property}\n");
             let plan = Plan::parse("p.toml", &text).unwrap();
-            let error = plan.check_bench("p.toml", &text, *lines, NAVIGATOR).expect_err(title);
+            let error = plan.check_lines("p.toml", &text, lines, Some(NAVIGATOR)).expect_err(title);
             format!("## {title}\n{}", rendered(&error))
         })
         .collect();
@@ -112,21 +112,17 @@ fn a_property_of_what_the_bench_has_not_is_shown_in_place() {
 #[test]
 fn what_the_bench_has_not_is_shown_in_place() {
     let cases = [
-        ("a base", "target = \"base\"\nwhat = { drop = { loss_percent = 1 } }", BenchLines::Table),
-        (
-            "a table",
-            "target = \"table\"\nwhat = { lost_steps = { steps = 8 } }",
-            BenchLines::CanBase,
-        ),
+        ("a base", "target = \"base\"\nwhat = { drop = { loss_percent = 1 } }", Lines::TABLE),
+        ("a table", "target = \"table\"\nwhat = { lost_steps = { steps = 8 } }", Lines::CAN_BASE),
         (
             "a bus",
             "target = \"base\"\nwhat = { babble = { frames_per_s = 1 } }",
-            BenchLines::SerialBase,
+            Lines::SERIAL_BASE,
         ),
         (
             "a serial line",
             "target = \"base\"\nwhat = { flip = { flip_percent = 1 } }",
-            BenchLines::CanBase,
+            Lines::CAN_BASE,
         ),
     ];
     let shown: Vec<String> = cases
@@ -134,7 +130,7 @@ fn what_the_bench_has_not_is_shown_in_place() {
         .map(|(title, fault, lines)| {
             let text = with(fault);
             let plan = Plan::parse("p.toml", &text).unwrap();
-            let error = plan.check_bench("p.toml", &text, *lines, NAVIGATOR).expect_err(title);
+            let error = plan.check_lines("p.toml", &text, lines, Some(NAVIGATOR)).expect_err(title);
             format!("## {title}\n{}", rendered(&error))
         })
         .collect();

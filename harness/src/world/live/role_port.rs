@@ -44,7 +44,7 @@ pub(super) enum PortEvent {
 
 /// What crosses a role's port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Traffic {
+pub(crate) enum Traffic {
     /// Bytes, usually at these settings.
     Bytes(SerialSettings),
     /// Frames.

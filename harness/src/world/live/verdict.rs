@@ -63,7 +63,8 @@ impl LiveWorld {
     pub(super) fn judge(&self, ending: Ending, end: Timestamp, ports: &Ports) -> Ending {
         let ending = self.journal.explain(ending, end);
         let late = self.lateness.verdict();
-        let miswired = ports.miswired(self.stage.bench.gyro_stream().format);
+        let gyro = self.rig.robot().map(|robot| robot.bench.gyro_stream().format);
+        let miswired = ports.miswired(gyro);
         let why = match ending.outcome {
             Outcome::Passed => late,
             Outcome::Failed | Outcome::Timeout => {
@@ -91,7 +92,7 @@ impl LiveWorld {
         let mut summaries = ports.summaries(&self.journal);
         for role in [GYRO, BASE] {
             if let Some(port) = device.in_process().and_then(|here| here.port(role)) {
-                summaries.push(self.journal.summary((role, PortSide::Controller), port));
+                summaries.push(self.journal.summary((role.into(), PortSide::Controller), port));
             }
         }
         summaries

@@ -79,7 +79,7 @@ impl Model {
             plan: header.plan.clone(),
             title: plan.title.clone(),
             seed: header.seed,
-            is_of_device: plan.is_of_device(),
+            is_of_device: plan.devices.is_none(),
             now: Timestamp::ZERO,
             steps_done: 0,
             steps: 0,

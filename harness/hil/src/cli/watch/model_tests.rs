@@ -138,7 +138,7 @@ fn an_estimate_of_the_papers_plans_is_near() {
 #[test]
 fn a_plan_in_memory_has_a_model_before_it_runs() {
     let plan = Plan::parse("lap.toml", LAP).unwrap();
-    let header = harness::run::header(&plan, 7);
+    let header = harness::run::header(&plan, 7, &[]);
     let model = Model::new(&plan, &header);
     assert_eq!((model.plan.as_str(), model.seed, model.steps), ("lap", 7, 0));
     assert_eq!(model.estimate.share(model.now), Some(0.0));

@@ -76,7 +76,7 @@ impl Reach {
             Self::Only(Target::Table) => &[Target::Table],
             Self::Only(Target::Host) => &[Target::Host],
             Self::Only(Target::Operator) => &[Target::Operator],
-            Self::Only(Target::Device) => &[Target::Device],
+            Self::Only(Target::Device | Target::Node(_)) => &[Target::Device],
         }
     }
 
