@@ -104,7 +104,7 @@ const LINES_MAX: usize = 800;
 const CLOCKS: [&str; 4] = ["std::time", "Instant::", "SystemTime", "thread::sleep"];
 
 /// Folders and files where time is an argument.
-const TIMELESS: [&str; 17] = [
+const TIMELESS: [&str; 15] = [
     "wire/src/",
     "controller/src/",
     "emulators/src/",
@@ -119,9 +119,7 @@ const TIMELESS: [&str; 17] = [
     "harness/src/link/",
     "harness/src/run.rs",
     "harness/src/world/bench.rs",
-    "harness/src/world/described/",
-    "harness/src/world/lines.rs",
-    "harness/src/world/simulated.rs",
+    "harness/src/rig/",
 ];
 
 /// They have a clock: the controller's shell, and a test that takes the time of something.

@@ -89,7 +89,12 @@ pub(super) fn add(rig: &mut Rig, declared: &Declared, own: &OwnDevices, seed: u6
             ends[*line].push(end(at, port, who(declared, place), &node.name));
         }
     }
-    for (line, ends) in ends.into_iter().enumerate() {
+    for (line, mut ends) in ends.into_iter().enumerate() {
+        let of_rig = line.checked_sub(of_robot).and_then(|line| declared.lines.get(line));
+        if of_rig.is_some_and(|line| line.medium != Medium::Can) && ends.len() == 1 {
+            let nobody = rig.node(Node::new("nobody", Part::Away));
+            ends.push(end(nobody, PortId(0), Device::Plan, "nobody"));
+        }
         match line.checked_sub(of_robot).and_then(|line| declared.lines.get(line)) {
             None => ends.into_iter().for_each(|end| rig.join(line, end)),
             Some(declared) => _ = rig.line(&declared.name, line_of(declared, ends)),
@@ -102,11 +107,10 @@ fn line_of(declared: &RigLine, mut ends: Vec<End>) -> Line {
     match declared.medium {
         Medium::Can => Line::can(declared.bit_rate, ends),
         Medium::Serial(settings) => {
-            // Nobody is at the other end of a line with one end.
             let second = ends.pop();
-            let first = ends.pop().or_else(|| second.clone());
-            match (first, second) {
+            match (ends.pop(), second) {
                 (Some(first), Some(second)) => Line::serial(settings, [first, second]),
+                // Nobody is on it.
                 _ => Line::can(None, Vec::new()),
             }
         }

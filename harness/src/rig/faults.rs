@@ -199,7 +199,10 @@ impl Rig {
         let name = target.name();
         let of_name = |line: usize| {
             let ends = self.lines[line].ends();
-            ends.iter().position(|end| &*end.name == name).map(|end| (line, EndId::of(end)))
+            let at = ends.iter().position(|end| &*end.name == name).map(EndId::of);
+            // All that crosses a line of this name: what everybody sends is sent to nobody in particular.
+            let all = (*self.line_names[line] == *name).then_some(EndId::STRANGER);
+            at.or(all).map(|end| (line, end))
         };
         (0..self.lines.len()).filter_map(of_name).collect()
     }

@@ -244,10 +244,9 @@ impl Rig {
     ) {
         for (place, node) in self.nodes.iter_mut().enumerate() {
             match &mut node.part {
-                Part::Controller(machine) => {
-                    if machine.wake(now) {
-                        reached(place);
-                    }
+                Part::Controller(machine) if machine.is_due(now) => {
+                    machine.wake(now);
+                    reached(place);
                 }
                 Part::Own(device) if device.next_wakeup() <= now => {
                     device.wake(now);

@@ -179,12 +179,15 @@ impl Machine {
         }
     }
 
-    pub(crate) fn wake(&mut self, now: Timestamp) -> bool {
-        let runs = self.due <= now && !self.is_stalled();
-        if runs {
-            self.controller.wake(self.told(now));
-        }
-        runs
+    /// It wants to be woken by now, and its machine runs.
+    #[inline]
+    pub(crate) fn is_due(&self, now: Timestamp) -> bool {
+        self.due <= now && !self.is_stalled()
+    }
+
+    #[inline]
+    pub(crate) fn wake(&mut self, now: Timestamp) {
+        self.controller.wake(self.told(now));
     }
 
     pub(crate) fn next_wakeup(&self) -> Timestamp {

@@ -63,10 +63,10 @@ impl Robot {
             if gyro.feels_motors() {
                 gyro.set_motor_current(carrier.motor_current_at(at));
             }
-            if let Some(packet) = gyro.wake(at, heading) {
-                if !self.gyro_is_real {
-                    return Some((at, Transmit::Bytes(packet)));
-                }
+            if let Some(packet) = gyro.wake(at, heading)
+                && !self.gyro_is_real
+            {
+                return Some((at, Transmit::Bytes(packet)));
             }
         }
         None

@@ -188,7 +188,7 @@ fn what_the_parser_refuses_the_schema_refuses() {
         (
             "an unknown target",
             plan(WAIT, "pose.x")
-                + "[[fault]]\ntarget = \"sun\"\nwhat = { drop = { loss_percent = 1 } }\n",
+                + "[[fault]]\ntarget = \"Sun!\"\nwhat = { drop = { loss_percent = 1 } }\n",
         ),
     ] {
         assert!(Plan::parse("p.toml", &text).is_err(), "the parser takes {what}");

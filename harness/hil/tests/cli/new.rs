@@ -90,5 +90,12 @@ fn mistakes_are_bad_input_and_shown_in_place() {
     assert!(ran.err.contains("did you mean `temperature`?"), "{}", ran.err);
     edit(&hil.path("oven/devices/oven.toml"), "temperatur > Setpoint", "temperature > Setpoint");
     let ran = within(&hil, &["run", "noisy-bus.toml", "--bus", "pty"]).exits(2);
-    assert!(ran.err.contains("add --clock real"), "{}", ran.err);
+    assert!(ran.err.contains("--bus slcan carries its frames"), "{}", ran.err);
+    within(&hil, &["run", "noisy-bus.toml", "--bus", "slcan", "--out", "across"]).exits(0);
+    let ran =
+        within(&hil, &["run", "safe-alone.toml", "--controller", "/no/such/program"]).exits(2);
+    assert!(ran.err.contains("needs the controller in the process"), "{}", ran.err);
+    let real = ["run", "safe-alone.toml", "--clock", "real", "--controller", "/no/such/program"];
+    let ran = within(&hil, &real).exits(2);
+    assert!(ran.err.contains("--controller has no meaning for safe-alone"), "{}", ran.err);
 }

@@ -82,6 +82,7 @@ macro_rules! guides {
 
 guides! {
     first_run: "first-run",
+    your_controller: "your-controller",
     first_bench: "first-bench",
     writing_a_plan: "writing-a-plan",
     reading_a_verdict: "reading-a-verdict",

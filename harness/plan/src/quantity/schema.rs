@@ -10,6 +10,19 @@ use std::borrow::Cow;
 /// As a DBC names messages and signals.
 const IDENTIFIER: &str = "[A-Za-z_][A-Za-z0-9_]*";
 
+/// As a rig names nodes.
+const NODE: &str = "[a-z][a-z0-9_-]{0,63}";
+
+/// What the names of the table begin with: no node is called so.
+fn families() -> Vec<&'static str> {
+    let first = |name: &'static str| name.split('.').next().unwrap_or_default();
+    let mut families: Vec<&str> = QUANTITIES.iter().map(|quantity| first(quantity.name)).collect();
+    families.extend([SIGNAL, PERIOD, "operator"]);
+    families.sort_unstable();
+    families.dedup();
+    families
+}
+
 impl JsonSchema for QuantityName {
     fn schema_name() -> Cow<'static, str> {
         "Quantity".into()
@@ -29,8 +42,12 @@ impl JsonSchema for QuantityName {
                 "Each value that is received of this signal of the device, in its unit.",
             ),
             (
-                format!(r"^{PERIOD}\.{IDENTIFIER}(\.{IDENTIFIER})*$"),
-                "The time between two of this message of the device, s.",
+                format!(r"^{PERIOD}\.({NODE}\.)?{IDENTIFIER}$"),
+                "The time between two of this message, s; of a rig by node and message.",
+            ),
+            (
+                format!(r"^(?!({})\.){NODE}(\.{IDENTIFIER}){{1,2}}$", families().join("|")),
+                "Each value of this signal that this node of the rig sends, in its unit.",
             ),
         ];
         let patterns =

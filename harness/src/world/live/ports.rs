@@ -232,7 +232,13 @@ impl Ports {
         let summary = |open: &OpenPort| {
             journal.summary((Arc::clone(&open.plan.role), open.plan.side), &open.port)
         };
-        self.open.iter().map(summary).collect()
+        // The plan's side of a port is told before the device's.
+        let mut order: Vec<usize> = (0..self.open.len()).collect();
+        order.sort_by_key(|place| {
+            let far_of = self.open[*place].plan.far_of;
+            (far_of.unwrap_or(*place), far_of.is_none())
+        });
+        order.into_iter().map(|place| summary(&self.open[place])).collect()
     }
 }
 

@@ -66,6 +66,6 @@ pub(super) struct Series {
     pub samples: Vec<Sample>,
     /// Not finite, or too far from zero to be a value.
     pub not_numbers: u64,
-    /// Beyond [`SAMPLES_MAX`].
+    /// Beyond the most that are kept of one.
     pub overflowed: u64,
 }
