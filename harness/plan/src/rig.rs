@@ -199,6 +199,15 @@ pub struct Rig {
     pub is_short: bool,
 }
 
+/// What the gyro of these devices rides on.
+pub fn ride(devices: &Devices) -> Ride {
+    match (devices.mount, &devices.base) {
+        (Mount::Base, Some((Transport::Can, _))) => Ride::Base(LineKind::Can),
+        (Mount::Base, Some((Transport::Serial, _))) => Ride::Base(LineKind::Serial),
+        _ => Ride::Table,
+    }
+}
+
 impl Rig {
     /// The paper's robot or table alone.
     pub fn of_robot(devices: Devices) -> Self {
@@ -239,12 +248,7 @@ impl Rig {
 
     /// What the gyro of the robot rides on.
     pub fn ride(&self) -> Option<Ride> {
-        let devices = self.robot.as_ref()?;
-        Some(match (devices.mount, &devices.base) {
-            (Mount::Base, Some((Transport::Can, _))) => Ride::Base(LineKind::Can),
-            (Mount::Base, Some((Transport::Serial, _))) => Ride::Base(LineKind::Serial),
-            _ => Ride::Table,
-        })
+        self.robot.as_deref().map(ride)
     }
 
     /// What there is for faults to strike.

@@ -4,10 +4,11 @@ use crate::engine::BenchFacts;
 use crate::faults::{LineKind, Ride};
 use crate::library::{Kind, Library, LibraryError};
 use crate::models::{self, ModelError};
+use crate::plan::rig::ride;
 use crate::record::RecordKind;
 use controller::config::{BaseConfig, Config, GyroConfig, MotionConfig, Transport};
 use emulators::absolute::AbsoluteMeasurement;
-use emulators::base::{self, BaseEmulator};
+use emulators::base::BaseEmulator;
 use emulators::device_file::{
     BaseModel, DeviceFile, DeviceFileError, Devices, GyroModel, Learned, ModelSource, Mount,
     TableModel,
@@ -94,15 +95,6 @@ pub fn load_devices(library: &Library, name: &str) -> Result<Devices, DevicesErr
         DeviceFileError::Model { source, .. } => source,
         error => DevicesError::Unfit { origin, message: error.to_string() },
     })
-}
-
-/// What the gyro of these devices rides on.
-pub fn ride(devices: &Devices) -> Ride {
-    match (devices.mount, &devices.base) {
-        (Mount::Base, Some((base::Transport::Can, _))) => Ride::Base(LineKind::Can),
-        (Mount::Base, Some((base::Transport::Serial, _))) => Ride::Base(LineKind::Serial),
-        _ => Ride::Table,
-    }
 }
 
 /// How the base of these devices is connected; none on a table.
