@@ -16,13 +16,13 @@ pub use keep::{
     Completed, Options, run_to_folder, run_to_folder_across, run_to_folder_watched, summarise,
     write_documents,
 };
-pub use rig_of::{RigError, load_description, load_rig};
+pub use rig_of::{RigError, load_description, load_recorded, load_rig};
 
 use crate::calibrations::{self, CalibrationError};
 use crate::checks::judge_all;
 use crate::engine::{Ending, Engine};
 use crate::hosted::{Hosting, OwnDevices};
-use crate::library::{Kind, Library, LibraryError, Source};
+use crate::library::{Kind, Library, LibraryError, PLAN, Pack, Source};
 use crate::made::Made;
 use crate::models::{self, ModelError};
 use crate::observation::Observation;
@@ -33,7 +33,7 @@ use crate::outcome::{Measurement, Outcome};
 use crate::plan::{Plan, PlanError, Rig, Speaker};
 use crate::properties::{Limits, Monitor, Property, PropertyVerdict, Unjudged};
 use crate::record::FaultSummary;
-use crate::record::header::Header;
+use crate::record::header::{FILES_BYTES_MAX, Header};
 use crate::record::sink::{NullSink, RecordSink};
 use crate::record::{Progress, VERSION};
 #[cfg(feature = "live")]
@@ -49,7 +49,8 @@ use controller::calibration::Calibration;
 use emulators::device_file::Devices;
 use identification::model::Model;
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::mem;
+use std::sync::{Arc, PoisonError};
 use wire::time::Timestamp;
 
 /// Why a plan cannot be run at all: bad input.
@@ -88,6 +89,8 @@ pub struct Prepared {
     pub calibrations: BTreeMap<String, Calibration>,
     /// The identified models that it uses.
     pub models: BTreeMap<String, Model>,
+    /// The files that all this is from; none where the plan was made in code.
+    pub files: Arc<Pack>,
     /// Whose controller is tested in virtual time.
     pub hosting: Hosting,
     /// What plays nodes under test in virtual time.
@@ -127,7 +130,11 @@ impl Prepared {
         made: &Made,
     ) -> Result<Self, PrepareError> {
         let plan = Plan::parse(&source.origin, &source.text)?;
-        Self::of_plan(library, plan, source, made)
+        let (library, opened) = library.clone().packing();
+        let prepared = Self::of_plan(&library, plan, source, made)?;
+        let mut files = mem::take(&mut *opened.lock().unwrap_or_else(PoisonError::into_inner));
+        files.add(Kind::Plan, PLAN, source);
+        Ok(Self { files: Arc::new(files), ..prepared })
     }
 
     /// A plan that was checked by itself, with what it names from `library`; mistakes are shown in `source`.
@@ -160,6 +167,7 @@ impl Prepared {
             rig,
             calibrations,
             models,
+            files: Arc::default(),
             hosting: Hosting::default(),
             own: OwnDevices::default(),
             #[cfg(feature = "mutants")]
@@ -275,7 +283,11 @@ impl Prepared {
             false => self.rig.nodes.iter().map(|node| node.name.clone()).collect(),
         };
         let lines = lines.unwrap_or_default();
-        Header { nodes, lines, ..header(&self.plan, seed, &self.rig.speakers) }
+        let files = match self.files.bytes() {
+            0..=FILES_BYTES_MAX => Arc::clone(&self.files),
+            _ => Arc::default(),
+        };
+        Header { nodes, lines, files, ..header(&self.plan, seed, &self.rig.speakers) }
     }
 }
 
@@ -296,8 +308,7 @@ pub fn header(plan: &Plan, seed: u64, speakers: &[Speaker]) -> Header {
         plan: plan.name.as_str().to_owned(),
         seed,
         quantities: declared::quantities(plan, speakers),
-        nodes: Vec::new(),
-        lines: Vec::new(),
+        ..Header::default()
     }
 }
 

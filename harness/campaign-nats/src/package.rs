@@ -4,20 +4,17 @@ use campaign::CaseId;
 use campaign::Repetition;
 use harness::operator::Answers;
 use harness::run::{PrepareError, Prepared};
-use plan::library::{Kind, Library, Pack};
+use plan::library::{Library, PLAN, Pack};
 use plan::made::Made;
 use serde::{Deserialize, Serialize};
-use std::sync::{Arc, PoisonError};
-
-/// The name of the plan within a package.
-const PLAN: &str = "plan";
+use std::sync::Arc;
 
 /// A plan, the files that it names, and what a person would be asked.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Package {
     /// The plan and what it names.
-    files: Pack,
+    files: Arc<Pack>,
     /// Answers to what the plan asks for.
     answers: Answers,
     /// On a bench: which, and when a case counts as broken there.
@@ -63,13 +60,7 @@ impl Package {
     ///
     /// When anything is missing or not right.
     pub fn of(plan: &str, answers: &Answers) -> Result<Self, PrepareError> {
-        let (library, opened) = Library::beside(plan).packing();
-        Prepared::load_from(&library, plan, &Made::default())?;
-        let mut files = opened.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        // A path says something about this machine alone.
-        for file in files.0.iter_mut().filter(|file| file.kind == Kind::Plan) {
-            file.name = PLAN.to_owned();
-        }
+        let files = Prepared::load(plan, &Made::default())?.files;
         Ok(Self { files, answers: answers.clone(), bench: None })
     }
 
@@ -99,7 +90,7 @@ impl Package {
     ///
     /// When anything is missing or not right.
     pub fn prepare(&self) -> Result<(Prepared, Answers), PrepareError> {
-        let library = Library::packed(Arc::new(self.files.clone()));
+        let library = Library::packed(Arc::clone(&self.files));
         let prepared = Prepared::load_from(&library, PLAN, &Made::default())?;
         Ok((prepared, self.answers.clone()))
     }

@@ -6,7 +6,7 @@
 
 mod pack;
 
-pub use pack::{Pack, PackedFile};
+pub use pack::{PLAN, Pack, PackedFile};
 
 use crate::hint;
 use include_dir::{Dir, include_dir};

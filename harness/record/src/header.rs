@@ -10,9 +10,11 @@
 //! `head -2` shows a person whose record it is; a program need not know this crate to read that.
 
 use super::Device;
+use plan::library::Pack;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
+use std::sync::Arc;
 
 /// The first bytes of every record file. The first is no text, so that nothing takes it for text;
 /// the last is changed by whatever mangles line ends.
@@ -21,8 +23,11 @@ pub const MAGIC: [u8; 8] = *b"\x89hilrec\n";
 /// The version that this crate writes, and the only one that it reads: there was none before it.
 pub const FORMAT_VERSION: u16 = 1;
 
-/// The longest block: hundreds of quantities fit.
-pub const HEADER_BYTES_MAX: usize = 1024 * 1024;
+/// The longest block: the layouts of several vehicles fit.
+pub const HEADER_BYTES_MAX: usize = 16 * 1024 * 1024;
+
+/// Longer texts of [`Header::files`] are left out: escaped, they still fit into the block.
+pub const FILES_BYTES_MAX: usize = HEADER_BYTES_MAX / 4;
 
 /// What a record file says about itself.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -42,6 +47,14 @@ pub struct Header {
     /// The serial lines of the bench as its device file has them; none where nobody said so.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lines: Vec<Line>,
+    /// The plan and what it names, as they were read: the rig with its layouts, calibrations and models. Empty where the plan
+    /// was made in code, where its files are longer than [`FILES_BYTES_MAX`], and in records of before.
+    #[serde(default, skip_serializing_if = "is_empty")]
+    pub files: Arc<Pack>,
+}
+
+fn is_empty(files: &Arc<Pack>) -> bool {
+    files.0.is_empty()
 }
 
 /// A serial line.

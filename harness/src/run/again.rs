@@ -27,11 +27,12 @@ use crate::checks::judge_all;
 use crate::engine::OBSERVATIONS_MAX;
 use crate::observation::Observation;
 use crate::outcome::{Outcome, Summary};
-use crate::plan::Plan;
+use crate::plan::{Plan, Rig};
 use crate::properties::{Limits, Unjudged};
 use crate::record::header::Header;
 use crate::record::reader::RecordError;
 use crate::record::{Record, RecordKind, VERSION};
+use crate::world::bench::Bench;
 use std::collections::BTreeMap;
 use wire::time::Timestamp;
 
@@ -54,31 +55,20 @@ pub struct JudgedAgain {
     pub rewrite: bool,
 }
 
-/// Judges `records` by `plan`, and its properties by `limits` where they state none; without limits there are none to be
-/// judged. `summary` is that of the run;
-/// `recorded` is the record's header.
+/// Judges `records` by `plan` on `rig`. `summary` is that of the run; `recorded` is the record's header.
 pub fn judge_again(
     plan: &Plan,
-    limits: Option<&Limits>,
+    rig: &Rig,
     summary: Option<Summary>,
     recorded: &Header,
     records: impl IntoIterator<Item = Result<Record, RecordError>>,
 ) -> JudgedAgain {
-    let mut header = Header {
-        harness: recorded.harness.clone(),
-        lines: recorded.lines.clone(),
-        ..header(plan, recorded.seed, &[])
-    };
-    for quantity in header.quantities.iter_mut().filter(|quantity| quantity.unit.is_empty()) {
-        // The layout of a device of the user's own is not at hand; the record says what its plan knew.
-        if let Some(known) = recorded.quantities.iter().find(|known| known.name == quantity.name) {
-            quantity.unit.clone_from(&known.unit);
-            quantity.title.clone_from(&known.title);
-        }
-    }
-    let header = header;
-    let limits = limits.filter(|_| !plan.properties.is_empty());
-    let mut replayed = limits.map(|limits| Replayed::new(&plan.properties, limits));
+    let of_plan = header(plan, recorded.seed, &rig.speakers);
+    let header = Header { quantities: of_plan.quantities, ..recorded.clone() };
+    let robot = rig.robot.as_deref().filter(|_| !plan.properties.is_empty());
+    let limits = robot
+        .map(|robot| Limits::of(&Bench::new(robot.clone(), recorded.seed).controller_config()));
+    let mut replayed = limits.as_ref().map(|limits| Replayed::new(&plan.properties, limits));
     let read = Read::of(records, &header, &mut |record| {
         if let Some(replayed) = &mut replayed {
             replayed.take(record);
@@ -99,7 +89,7 @@ pub fn judge_again(
     let summary = summary.unwrap_or_else(|| unfinished(recorded, &plan.title, read.last));
     let real = summary.clock == "real";
     let before = &summary.properties;
-    let (properties, kept) = match replayed.zip(limits) {
+    let (properties, kept) = match replayed.zip(limits.as_ref()) {
         // What was made of a bus log holds no report of the controller.
         Some(_) if summary.clock == IMPORTED => (before.clone(), Vec::new()),
         Some((replayed, limits)) => replayed.judge(&plan.properties, limits, real, before),
@@ -206,11 +196,12 @@ impl Read {
 
 #[cfg(test)]
 mod tests {
+    use super::super::load_rig;
     use super::{JudgedAgain, judge_again};
+    use crate::library::Library;
     use crate::outcome::samples::summary;
     use crate::outcome::{Outcome, Summary, Verdict};
     use crate::plan::Plan;
-    use crate::properties::Limits;
     use crate::record::header::Header;
     use crate::record::reader::RecordError;
     use crate::record::samples::observation;
@@ -231,14 +222,6 @@ mod tests {
         check = { all_within = [-1, 1] }
     "#;
 
-    fn limits() -> Limits {
-        use controller::config::{Config, GyroConfig, MotionConfig};
-        use wire::gyro::{GyroFormat, GyroStream, OutputMode};
-        let (format, mode) = (GyroFormat::Navigator, OutputMode::default());
-        let stream = GyroStream { format, mode, reversed: false };
-        Limits::of(&Config::new(GyroConfig::new(stream), None, MotionConfig::default()))
-    }
-
     fn again(was: Option<Summary>, value: f64, end: Option<RecordError>) -> JudgedAgain {
         let plan = Plan::parse("turns.toml", PLAN).unwrap();
         let kind = observation("turn.stop_error", value, &[]);
@@ -246,7 +229,8 @@ mod tests {
         let record = Record { at, device: Device::Plan, kind };
         let records = [Ok(record)].into_iter().chain(end.map(Err));
         let header = Header { plan: "turns".into(), seed: 7, ..Header::default() };
-        judge_again(&plan, Some(&limits()), was, &header, records)
+        let rig = load_rig(&Library::shipped(), &plan).unwrap();
+        judge_again(&plan, &rig, was, &header, records)
     }
 
     fn ended(outcome: Outcome, reason: Option<&str>) -> Option<Summary> {

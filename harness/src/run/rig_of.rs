@@ -1,8 +1,10 @@
 //! The rig that a plan names, read and checked.
 
-use crate::library::{Kind, Library, LibraryError, Source};
+use super::{PrepareError, load_plan};
+use crate::library::{Kind, Library, LibraryError, PLAN, Source, names};
 use crate::models::learned;
 use crate::plan::{Plan, Rig, rig_build};
+use crate::record::header::Header;
 use crate::world::bench::{DevicesError, load_devices};
 use described::{Description, DescriptionError, Files, Layout};
 use emulators::device_file::Devices;
@@ -42,6 +44,30 @@ pub fn load_rig(library: &Library, plan: &Plan) -> Result<Rig, RigError> {
     }
     let name = plan.devices.as_ref().map_or("", |name| name.as_str());
     Ok(Rig::of_robot(load_devices(library, name)?))
+}
+
+/// The plan and the rig of a recorded run: those of the plan `named`, else those that the record holds, else of the
+/// shipped plan that was run. None where there is no such plan.
+///
+/// # Errors
+///
+/// When the plan or its rig is missing or not right.
+pub fn load_recorded(
+    recorded: &Header,
+    named: Option<&str>,
+) -> Result<Option<(Plan, Rig)>, PrepareError> {
+    let (library, name) = match named {
+        Some(name) => (Library::beside(name), name),
+        None if recorded.files.has_plan() => (Library::packed(Arc::clone(&recorded.files)), PLAN),
+        // The name comes from a file: it is not taken for a path.
+        None if names(Kind::Plan).contains(&recorded.plan) => {
+            (Library::shipped(), recorded.plan.as_str())
+        }
+        None => return Ok(None),
+    };
+    let plan = load_plan(&library, name)?;
+    let rig = load_rig(&library, &plan)?;
+    Ok(Some((plan, rig)))
 }
 
 /// Reads what a rig file names.

@@ -5,17 +5,13 @@ use super::failure::Failure;
 use super::progress::Screen;
 use super::series::tell;
 use clap::Args;
-use harness::run::{PrepareError, judge_again, load_plan, load_rig, write_documents};
-use harness::world::bench::Bench;
-use judge::properties::Limits;
-use plan::Plan;
-use plan::library::{Kind, Library, names};
-use record::outcome::{Measurement, Outcome, Summary};
+use harness::run::{judge_again, load_recorded, write_documents};
+use record::outcome::{Outcome, Summary};
 use record::run_folder::RunFolder;
 use std::path::{Path, PathBuf};
 use views::console;
 
-/// Judges recorded runs again, by their plans as they are now.
+/// Judges recorded runs again: by their plans as they were run, or by another with --plan.
 ///
 /// Properties are judged again as far as the record holds what they are judged by; the others keep their verdicts, and are
 /// named. Summary, junit.xml and report.html are written anew from a whole record. A record that is cut short is
@@ -26,7 +22,7 @@ pub(super) struct CheckArguments {
     /// Run folders.
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
-    /// Plan to judge by, name or path. [default: the shipped one of the name that the run has]
+    /// Plan to judge by, name or path. [default: the one that the record holds]
     #[arg(long, value_name = "PLAN")]
     plan: Option<String>,
     /// Print one JSON document and nothing else: the summaries as in summary.json.
@@ -56,34 +52,21 @@ impl CheckArguments {
         let was = folder.summary_if_any()?;
         let records = folder.records()?;
         let recorded = records.header().clone();
-        let plan = match &self.plan {
-            Some(name) => load_plan(&Library::beside(name), name)?,
-            None => shipped(was.as_ref().map_or(&recorded.plan, |summary| &summary.plan))?,
+        let Some((plan, rig)) = load_recorded(&recorded, self.plan.as_deref())? else {
+            let message = format!(
+                "the record of {name} holds no plan, and none that ships is called \"{}\"",
+                recorded.plan.escape_debug()
+            );
+            let help = "say where the plan of the run is: --plan FILE";
+            return Err(Failure::arguments(message, help));
         };
-        let before = was.as_ref().map(|summary| summary.measurements.clone());
-        let library = self.plan.as_deref().map_or_else(Library::shipped, Library::beside);
-        let rig = load_rig(&library, &plan).map_err(PrepareError::from)?;
-        let limits = rig
-            .robot
-            .map(|devices| Limits::of(&Bench::new(*devices, recorded.seed).controller_config()));
-        let judged = judge_again(&plan, limits.as_ref(), was, &recorded, records);
+        let judged = judge_again(&plan, &rig, was, &recorded, records);
         for one in &judged.kept {
             screen.note(&format!(
                 "{}: {} keeps the verdict of the run: {}",
                 run.display(),
                 one.name,
                 one.why
-            ));
-        }
-        if let Some(before) = before
-            && self.plan.is_none()
-            && !same_bands(&before, &judged.summary.measurements)
-        {
-            screen.note(&format!(
-                "{}: the shipped plan {} declares other measurements or bands than the run was judged \
-                 by; --plan takes another",
-                run.display(),
-                plan.name
             ));
         }
         if let Some(error) = &judged.record_error {
@@ -95,19 +78,4 @@ impl CheckArguments {
         }
         Ok(judged.summary)
     }
-}
-
-/// The shipped plan of the name that a run has. The name comes from a file: it is not taken for a path.
-fn shipped(name: &str) -> Result<Plan, Failure> {
-    if !names(Kind::Plan).iter().any(|shipped| shipped == name) {
-        let message = format!("no plan that ships is called \"{}\"", name.escape_debug());
-        return Err(Failure::arguments(message, "say where the plan of the run is: --plan FILE"));
-    }
-    Ok(load_plan(&Library::shipped(), name)?)
-}
-
-/// Do both declare the same?
-fn same_bands(before: &[Measurement], after: &[Measurement]) -> bool {
-    let key = |one: &Measurement| (one.name.clone(), one.lower, one.upper, one.unit.clone());
-    before.iter().map(key).eq(after.iter().map(key))
 }

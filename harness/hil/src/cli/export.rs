@@ -74,7 +74,7 @@ pub(super) struct ExportArguments {
     /// An MCAP file to write instead, for Foxglove: FILE.mcap.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables"])]
     mcap: Option<PathBuf>,
-    /// With --tables or --mcap of a device of your own: the plan of the run, whose device says what its messages mean.
+    /// With --tables or --mcap: the plan whose rig says what the messages mean. [default: the one that the record holds]
     #[arg(long, value_name = "PLAN", conflicts_with_all = ["out", "kind", "gzip", "bus"])]
     plan: Option<String>,
 }
@@ -84,7 +84,7 @@ Examples:
   hil export runs/laps-corrected-seed1 --tables tables
   hil export runs/laps-corrected-seed1 --tables tables --format csv
   hil export runs/laps-corrected-seed1 --mcap laps.mcap
-  hil export runs/settles-seed1 --mcap settles.mcap --plan settles.toml
+  hil export runs/settles-seed1 --mcap settles.mcap
   hil export runs/laps-corrected-seed1 --bus laps.pcapng
   hil export runs/laps-corrected-seed1 --kind odometry
 ";

@@ -6,8 +6,7 @@ use super::say;
 use clap::ValueEnum;
 use exchange::tables::survey::Survey;
 use exchange::tables::{Ears, Format, survey};
-use harness::run::{PrepareError, load_plan, load_rig};
-use plan::library::{Kind, Library, names};
+use harness::run::load_recorded;
 use record::outcome::Outcome;
 use record::run_folder::{RECORD, RunFolder, RunFolderError};
 use std::path::Path;
@@ -89,21 +88,15 @@ fn ended(folder: &RunFolder, survey: Survey, screen: &Screen) -> Result<Outcome,
     }
 }
 
-/// Who understands what crossed the lines: the plan that is named, or else the shipped one of that name, says whose
-/// messages they are.
+/// Who understands what crossed the lines: the plan that is named, or else that of the record, says whose messages they are.
 fn ears(survey: &Survey, plan: Option<&str>, screen: &Screen) -> Result<Ears, Failure> {
-    let recorded = &survey.header.plan;
-    let (library, name) = match plan {
-        Some(name) => (Library::beside(name), name),
-        None if names(Kind::Plan).contains(recorded) => (Library::shipped(), recorded.as_str()),
-        None if survey.of_device => {
+    let Some((_, rig)) = load_recorded(&survey.header, plan)? else {
+        if survey.of_device {
             screen.note("messages are not decoded: name the plan of the run with --plan FILE");
             return Ok(Ears::deaf());
         }
-        None => return Ok(Ears::of_base()),
+        return Ok(Ears::of_base());
     };
-    let plan = load_plan(&library, name)?;
-    let rig = load_rig(&library, &plan).map_err(PrepareError::from)?;
     Ok(match rig.device() {
         Some(description) => Ears::of_device(description),
         None if rig.robot.is_some() => Ears::of_base(),

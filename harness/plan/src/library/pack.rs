@@ -18,13 +18,18 @@ pub struct PackedFile {
     pub text: String,
 }
 
+/// The name of the plan in every pack: where it lay says something about one machine alone.
+pub const PLAN: &str = "plan";
+
 /// Files by kind and name, in the order in which they were opened first.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Pack(pub Vec<PackedFile>);
 
 impl Pack {
-    pub(super) fn add(&mut self, kind: Kind, name: &str, source: &Source) {
+    /// Adds a file, unless there is one of this kind and name.
+    pub fn add(&mut self, kind: Kind, name: &str, source: &Source) {
+        let name = if kind == Kind::Plan { PLAN } else { name };
         if self.file(kind, name).is_some() {
             return;
         }
@@ -50,6 +55,16 @@ impl Pack {
         }
     }
 
+    /// Bytes of text in all.
+    pub fn bytes(&self) -> usize {
+        self.0.iter().map(|file| file.text.len()).sum()
+    }
+
+    /// It holds a plan.
+    pub fn has_plan(&self) -> bool {
+        self.file(Kind::Plan, PLAN).is_some()
+    }
+
     fn names(&self, kind: Kind) -> Vec<&str> {
         let of_kind = self.0.iter().filter(|file| file.kind == kind);
         of_kind.map(|file| file.name.as_str()).collect()
@@ -58,6 +73,7 @@ impl Pack {
 
 #[cfg(test)]
 mod tests {
+    use super::PLAN;
     use crate::library::{Kind, Library};
     use std::sync::Arc;
 
@@ -75,7 +91,7 @@ mod tests {
         assert_eq!(pack.0.len(), 2);
         drop(folder);
         let there = Library::packed(Arc::new(pack));
-        let source = there.open(Kind::Plan, &plan).unwrap();
+        let source = there.open(Kind::Plan, PLAN).unwrap();
         assert_eq!((source.text, source.origin.as_str()), (mine.text, "mine.toml"));
         assert_eq!(there.open(Kind::Devices, "paper").unwrap().text, shipped.text);
         let error = there.open(Kind::Devices, "paper-robot").unwrap_err();
