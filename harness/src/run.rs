@@ -16,7 +16,7 @@ pub use keep::{
     Completed, Options, run_to_folder, run_to_folder_across, run_to_folder_watched, summarise,
     write_documents,
 };
-pub use rig_of::{RigError, load_description, load_recorded, load_rig};
+pub use rig_of::{RigError, load_description, load_recorded, load_rig, load_rig_named};
 
 use crate::calibrations::{self, CalibrationError};
 use crate::checks::judge_all;

@@ -73,6 +73,11 @@ impl Device {
         device
     }
 
+    /// The file that says what it does.
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
     /// A frame was on the bus.
     pub fn receive_frame(&mut self, now: Timestamp, frame: &CanFrame) {
         if !self.on {

@@ -177,6 +177,16 @@ impl Library {
         Self { folder, ..Self::default() }
     }
 
+    /// As [`Self::beside`], for a rig: what its nodes name is where a plan of its project finds it.
+    pub fn beside_rig(rig: &str) -> Self {
+        let Self { folder, .. } = Self::beside(rig);
+        let folder = folder.map(|folder| match folder.ends_with(Kind::Rig.folder()) {
+            true => folder.parent().map(Path::to_owned).unwrap_or_default(),
+            false => folder,
+        });
+        Self { folder, ..Self::default() }
+    }
+
     /// The file that `name` means.
     ///
     /// # Errors

@@ -1,11 +1,9 @@
 //! What can be asked of emulated devices while they run, a JSON line each. `docs/emulators.md` has
 //! every key.
 
-use super::Role;
-use super::link::LinkFault;
-use emulators::parameters::ParameterError;
+use crate::faults::{FaultKind, Toward};
 use serde::Deserialize;
-use serde::de::DeserializeOwned;
+use serde::de::IgnoredAny;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -13,13 +11,6 @@ use wire::time::Span;
 
 /// The longest line that is read as a request: dozens of parameters.
 pub const LINE_BYTES_MAX: usize = 16 * 1_024;
-/// Share of bytes or frames that `drop` loses where none is said (assumption: hurts, and is survived).
-pub const SHARE_USUAL: f64 = 0.01;
-/// How much later outputs come where it is not said, s. Assumption: the latency timer of a USB adapter that is set
-/// to its most, 255 ms.
-const DELAY_USUAL_S: f64 = 0.255;
-/// The most that outputs may come later, s: a stream of 10 Hz then has 100 outputs on their way.
-const DELAY_MAX_S: f64 = 10.0;
 /// Fastest that a gyro alone can be turned, deg/s. Assumption: beyond what any of the gyros measures.
 pub const RATE_MAX_DEG_PER_S: f64 = 1_000.0;
 
@@ -29,63 +20,54 @@ pub enum Request {
     /// Set parameters of a device by name: all of them, or none.
     Set {
         /// Which device; needed where there are several.
-        device: Option<Role>,
+        device: Option<String>,
         /// Values by the parameters' names.
         values: BTreeMap<String, f64>,
     },
-    /// Tell something.
-    Get(Get),
+    /// Tell something, of this device where it is about one.
+    Get(Option<String>, Get),
     /// Turn a gyro that nothing carries, counter-clockwise positive, in deg/s.
     Turn(f64),
+    /// Switch a device off or on.
+    Power {
+        /// Which device; needed where there are several.
+        device: Option<String>,
+        /// On.
+        on: bool,
+    },
     /// Let something go wrong.
     Fault {
-        /// Which device; needed where there are several.
-        device: Option<Role>,
+        /// Which device or line; needed where there are several devices.
+        device: Option<String>,
         /// What.
         fault: Fault,
-        /// For how long; until told otherwise where it is absent.
-        duration: Option<Span>,
     },
+    /// Nothing goes wrong any more.
+    NoFault,
     /// Tell devices, parameters and faults.
     List,
 }
 
 /// What can be told.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Get {
     /// What is true of all devices now.
     Truth,
     /// What has been counted.
     Counters,
+    /// States, signals and parameters of a device that a file describes; all parameters where none is named.
+    Values(Vec<String>),
 }
 
-/// What can go wrong.
+/// What goes wrong, as in a plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Fault {
-    /// All that the device sends.
-    Link(LinkFault),
-    /// The base's emergency stop is pressed.
-    EmergencyStop,
-    /// A drive of the base reports a fault.
-    DriveFault,
-    /// Nothing any more.
-    None,
-}
-
-impl Fault {
-    /// Its name in requests.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Link(LinkFault::Silent) => "silent",
-            Self::Link(LinkFault::Stuck) => "stuck",
-            Self::Link(LinkFault::Drop { .. }) => "drop",
-            Self::Link(LinkFault::Delay { .. }) => "delay",
-            Self::EmergencyStop => "emergency_stop",
-            Self::DriveFault => "drive_fault",
-            Self::None => "none",
-        }
-    }
+pub struct Fault {
+    /// What.
+    pub kind: FaultKind,
+    /// Which way, on a line.
+    pub toward: Toward,
+    /// For how long; until told otherwise where it is absent.
+    pub duration: Option<Span>,
 }
 
 /// Why a request was not carried out.
@@ -95,7 +77,9 @@ pub enum RequestError {
     #[error("failed to read the request: {0}")]
     Malformed(String),
     /// None or several of the keys that say what to do.
-    #[error("failed to tell what to do: give exactly one of set, get, rate_deg_per_s, fault, list")]
+    #[error(
+        "failed to tell what to do: give exactly one of set, get, rate_deg_per_s, power, fault, no_fault, list"
+    )]
     NotOne,
     /// A key that belongs to another request.
     #[error("failed to read the request: \"{key}\" goes with {with} only")]
@@ -125,35 +109,13 @@ pub enum RequestError {
     #[error("failed to find the {device}: emulated here: {there}")]
     NoDevice {
         /// The device asked for.
-        device: Role,
+        device: String,
         /// Those there are.
         there: String,
     },
-    /// A parameter that does not exist, or a value that it may not take.
-    #[error("failed to set {device}.{parameter}: {error}; {{\"list\":true}} names all")]
-    Parameter {
-        /// The device.
-        device: Role,
-        /// The name asked for.
-        parameter: String,
-        /// What is wrong.
-        error: ParameterError,
-    },
-    /// The gyro is turned by what carries it.
-    #[error("failed to turn the gyro: {0}")]
-    NotTurned(&'static str),
-    /// This device cannot fail in this way.
-    #[error("failed to make the {device} fail by \"{fault}\": {why}; it can by {known}")]
-    CannotFail {
-        /// The device.
-        device: Role,
-        /// The fault asked for.
-        fault: &'static str,
-        /// Why not.
-        why: &'static str,
-        /// The faults that it knows.
-        known: String,
-    },
+    /// The device cannot do that.
+    #[error("{0}")]
+    Refused(String),
 }
 
 #[derive(Deserialize)]
@@ -161,38 +123,31 @@ pub enum RequestError {
 struct Keys {
     #[serde(rename = "id")]
     _id: Option<Value>,
-    device: Option<Role>,
+    device: Option<String>,
     set: Option<BTreeMap<String, f64>>,
-    get: Option<Get>,
+    get: Option<Value>,
     rate_deg_per_s: Option<f64>,
-    fault: Option<FaultName>,
-    for_s: Option<f64>,
-    share: Option<f64>,
-    delay_s: Option<f64>,
+    power: Option<bool>,
+    fault: Option<Value>,
+    toward: Option<Toward>,
+    duration_s: Option<f64>,
+    no_fault: Option<IgnoredAny>,
     list: Option<bool>,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum FaultName {
-    Silent,
-    Stuck,
-    Drop,
-    Delay,
-    EmergencyStop,
-    DriveFault,
-    None,
 }
 
 /// Reads a line: the `id` that its answer carries, `null` where there is none to be read, and the
 /// request.
 pub fn read(line: &[u8]) -> (Value, Result<Request, RequestError>) {
     let (id, keys) = keys(line);
-    (id, keys.and_then(of_keys).and_then(understand))
+    let request = keys.and_then(|keys| {
+        let read = serde_json::from_value(Value::Object(keys));
+        understand(read.map_err(|error| RequestError::Malformed(error.to_string()))?)
+    });
+    (id, request)
 }
 
 /// The `id` of a line, and all of its keys.
-pub(super) fn keys(line: &[u8]) -> (Value, Result<Map<String, Value>, RequestError>) {
+fn keys(line: &[u8]) -> (Value, Result<Map<String, Value>, RequestError>) {
     let malformed = |error: String| (Value::Null, Err(RequestError::Malformed(error)));
     if line.len() > LINE_BYTES_MAX {
         return malformed(format!("it is longer than {LINE_BYTES_MAX} bytes"));
@@ -203,12 +158,6 @@ pub(super) fn keys(line: &[u8]) -> (Value, Result<Map<String, Value>, RequestErr
         Ok(_) => malformed("expected an object, such as {\"get\":\"truth\"}".to_owned()),
         Err(error) => malformed(error.to_string()),
     }
-}
-
-/// What these keys say.
-pub(super) fn of_keys<T: DeserializeOwned>(keys: Map<String, Value>) -> Result<T, RequestError> {
-    let read = serde_json::from_value(Value::Object(keys));
-    read.map_err(|error| RequestError::Malformed(error.to_string()))
 }
 
 /// The answer to a request as a line, without its end.
@@ -225,30 +174,34 @@ fn understand(keys: Keys) -> Result<Request, RequestError> {
         keys.set.is_some(),
         keys.get.is_some(),
         keys.rate_deg_per_s.is_some(),
+        keys.power.is_some(),
         keys.fault.is_some(),
+        keys.no_fault.is_some(),
         keys.list.is_some(),
     ];
     if said.into_iter().filter(|said| *said).count() != 1 {
         return Err(RequestError::NotOne);
     }
     let stray = |key, with| Err(RequestError::Stray { key, with });
-    if keys.for_s.is_some() && keys.fault.is_none() {
-        return stray("for_s", "\"fault\"");
+    if keys.duration_s.is_some() && keys.fault.is_none() {
+        return stray("duration_s", "\"fault\"");
     }
-    if keys.share.is_some() && keys.fault != Some(FaultName::Drop) {
-        return stray("share", "\"fault\":\"drop\"");
+    if keys.toward.is_some() && keys.fault.is_none() {
+        return stray("toward", "\"fault\"");
     }
-    if keys.delay_s.is_some() && keys.fault != Some(FaultName::Delay) {
-        return stray("delay_s", "\"fault\":\"delay\"");
+    let of_all = keys.rate_deg_per_s.is_some() || keys.no_fault.is_some() || keys.list.is_some();
+    if keys.device.is_some() && of_all {
+        return stray("device", "\"set\", \"get\", \"power\" and \"fault\"");
     }
-    if keys.device.is_some() && keys.set.is_none() && keys.fault.is_none() {
-        return stray("device", "\"set\" and \"fault\"");
-    }
+    let device = keys.device;
     if let Some(values) = keys.set {
-        return Ok(Request::Set { device: keys.device, values });
+        return Ok(Request::Set { device, values });
     }
     if let Some(get) = keys.get {
-        return Ok(Request::Get(get));
+        return Ok(Request::Get(device, what_to_tell(get)?));
+    }
+    if let Some(on) = keys.power {
+        return Ok(Request::Power { device, on });
     }
     if let Some(value) = keys.rate_deg_per_s {
         if value.abs() > RATE_MAX_DEG_PER_S {
@@ -257,31 +210,32 @@ fn understand(keys: Keys) -> Result<Request, RequestError> {
         }
         return Ok(Request::Turn(value));
     }
-    let Some(name) = keys.fault else { return Ok(Request::List) };
-    let share = keys.share.unwrap_or(SHARE_USUAL);
-    if !(share > 0.0 && share <= 1.0) {
-        let expected = "more than 0 and at most 1";
-        return Err(RequestError::Number { key: "share", value: share, expected });
-    }
-    let delay_s = keys.delay_s.unwrap_or(DELAY_USUAL_S);
-    if !(delay_s > 0.0 && delay_s <= DELAY_MAX_S) {
-        let expected = "more than 0 and at most 10";
-        return Err(RequestError::Number { key: "delay_s", value: delay_s, expected });
-    }
-    if let Some(value) = keys.for_s.filter(|seconds| *seconds <= 0.0) {
-        return Err(RequestError::Number { key: "for_s", value, expected: "more than 0" });
-    }
-    let fault = match name {
-        FaultName::Silent => Fault::Link(LinkFault::Silent),
-        FaultName::Stuck => Fault::Link(LinkFault::Stuck),
-        FaultName::Drop => Fault::Link(LinkFault::Drop { share }),
-        FaultName::Delay => Fault::Link(LinkFault::Delay { by: Span::from_secs_f64(delay_s) }),
-        FaultName::EmergencyStop => Fault::EmergencyStop,
-        FaultName::DriveFault => Fault::DriveFault,
-        FaultName::None => Fault::None,
+    let Some(fault) = keys.fault else {
+        return Ok(if keys.no_fault.is_some() { Request::NoFault } else { Request::List });
     };
-    let duration = keys.for_s.map(Span::from_secs_f64);
-    Ok(Request::Fault { device: keys.device, fault, duration })
+    let kind = match fault {
+        Value::String(name) => FaultKind::named(&name)
+            .map_err(|unknown| RequestError::Malformed(format!("{unknown}; {}", unknown.help)))?,
+        table => serde_json::from_value(table)
+            .map_err(|error| RequestError::Malformed(error.to_string()))?,
+    };
+    if let Some(value) = keys.duration_s.filter(|seconds| *seconds <= 0.0) {
+        return Err(RequestError::Number { key: "duration_s", value, expected: "more than 0" });
+    }
+    let duration = keys.duration_s.map(Span::from_secs_f64);
+    let fault = Fault { kind, toward: keys.toward.unwrap_or_default(), duration };
+    Ok(Request::Fault { device, fault })
+}
+
+fn what_to_tell(get: Value) -> Result<Get, RequestError> {
+    match get.as_str() {
+        Some("truth") => Ok(Get::Truth),
+        Some("counters") => Ok(Get::Counters),
+        _ => serde_json::from_value(get).map(Get::Values).map_err(|_| {
+            let expected = "expected \"truth\", \"counters\" or a list of names";
+            RequestError::Malformed(format!("\"get\": {expected}"))
+        }),
+    }
 }
 
 #[cfg(test)]
@@ -298,10 +252,12 @@ mod tests {
             r#"{"get":"truth"}"#,
             r#"{"get":"counters"}"#,
             r#"{"rate_deg_per_s":-10}"#,
-            r#"{"fault":"drop","share":0.5,"for_s":2}"#,
-            r#"{"fault":"delay","delay_s":0.5}"#,
+            r#"{"fault":"drop","duration_s":2}"#,
+            r#"{"fault":{"delay":{"by_s":0.5}},"toward":"host","device":"can0"}"#,
             r#"{"fault":"emergency_stop","device":"base"}"#,
-            r#"{"fault":"none"}"#,
+            r#"{"no_fault":{}}"#,
+            r#"{"power":false,"device":"oven"}"#,
+            r#"{"get":["temperature"]}"#,
             r#"{"list":true}"#,
             "",
             "[1]",
@@ -310,15 +266,13 @@ mod tests {
             r#"{"id":7,"sett":{}}"#,
             r#"{"id":7,"get":"pose"}"#,
             r#"{"id":7,"fault":"smoke"}"#,
-            r#"{"id":7,"device":"laser","set":{}}"#,
+            r#"{"id":7,"device":1,"set":{}}"#,
             r#"{"id":7,"set":{"bias_deg_per_h":"much"}}"#,
-            r#"{"id":7,"get":"truth","for_s":1}"#,
-            r#"{"id":7,"fault":"stuck","share":0.1}"#,
+            r#"{"id":7,"get":"truth","duration_s":1}"#,
+            r#"{"id":7,"fault":{"drop":{"share":0.1}}}"#,
             r#"{"id":7,"device":"gyro","list":true}"#,
-            r#"{"id":7,"fault":"drop","share":0}"#,
-            r#"{"id":7,"fault":"delay","delay_s":11}"#,
-            r#"{"id":7,"fault":"stuck","delay_s":1}"#,
-            r#"{"id":7,"fault":"silent","for_s":-1}"#,
+            r#"{"id":7,"list":true,"toward":"host"}"#,
+            r#"{"id":7,"fault":"drop","duration_s":-1}"#,
             r#"{"id":7,"rate_deg_per_s":1e4}"#,
             r#"{"id":7,"rate_deg_per_s":1e999}"#,
         ];

@@ -1,28 +1,28 @@
 //! The shell around emulated devices: the real clock, ports, requests, signals.
 
-use super::bench::{EmulatedBench, Parts};
+use super::build::What;
 use super::control::{Asked, Control, ControlError};
-use super::link::Pace;
-use super::ports::{Crosses, Heard, RolePort, RolePorts, pace};
-use super::request;
-use super::{Role, tell};
+use super::emulated::Emulated;
+use super::{request, tell};
 use crate::port::{PortError, PortSpec};
+use crate::world::live::ports::{OpenPort, Ports};
+use crate::world::live::role_port::PortEvent;
 use crate::world::live::Clock;
-use serde_json::json;
+use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io;
 use std::path::PathBuf;
 use tokio::signal::unix::{Signal, SignalKind, signal};
-use wire::serial::SerialSettings;
+use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
 
 /// What is emulated, and where.
 #[derive(Debug, Clone)]
 pub struct Setup {
     /// The devices.
-    pub parts: Parts,
-    /// Their ports; a device without one is there, and nobody talks to it.
-    pub ports: BTreeMap<Role, PortSpec>,
+    pub what: What,
+    /// Ports of lines by name; a line without one is there, and nobody from outside is on it.
+    pub ports: Vec<(String, PortSpec)>,
     /// A socket for requests, besides the standard input.
     pub control: Option<PathBuf>,
     /// Seed of all random numbers.
@@ -59,18 +59,11 @@ pub fn run(
     say: &mut impl FnMut(&str) -> io::Result<()>,
     warn: &mut impl FnMut(&str),
 ) -> Result<(), EmulationError> {
-    in_runtime(run_in_runtime(setup, say, warn))
-}
-
-/// Carries out what waits for ports and clocks.
-pub(super) fn in_runtime(
-    emulation: impl Future<Output = Result<(), EmulationError>>,
-) -> Result<(), EmulationError> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
         .map_err(EmulationError::Runtime)?;
-    runtime.block_on(emulation)
+    runtime.block_on(run_in_runtime(setup, say, warn))
 }
 
 async fn run_in_runtime(
@@ -79,75 +72,81 @@ async fn run_in_runtime(
     warn: &mut impl FnMut(&str),
 ) -> Result<(), EmulationError> {
     let mut stop = Stop::install().map_err(EmulationError::Runtime)?;
-    let mut opened = Vec::new();
-    for (role, spec) in &setup.ports {
-        let crosses = match role {
-            Role::Base if spec.carries_frames() => Crosses::Frames,
-            role => Crosses::Bytes(settings(&setup.parts, *role)),
-        };
-        opened.push((*role, RolePort::open(role.name(), spec, crosses).await?));
-    }
-    let mut ports = RolePorts::new(opened);
+    let (mut emulated, plans) = Emulated::new(setup);
+    let mut ports = Ports::open(plans).await?;
     let mut control = Control::open(setup.control.as_deref())?;
     let clock = Clock::start();
-    let mut bench = EmulatedBench::new(setup.parts.clone(), &paces(setup), setup.seed);
-    for port in ports.iter() {
-        say(&port.ready().to_string()).map_err(EmulationError::Output)?;
+    for port in &ports.open {
+        say(&ready(port).to_string()).map_err(EmulationError::Output)?;
     }
 
     let mut late_max = Span::ZERO;
     loop {
         let now = clock.now();
-        bench.wake(now);
-        while let Some((role, output)) = bench.transmit() {
-            ports.send(now, role, &output);
+        emulated.wake(now);
+        while let Some((line, from, what)) = emulated.transmit() {
+            let elsewhere = ports.of_line(line).filter(|open| open.plan.end != from);
+            elsewhere.for_each(|open| open.send(now, &what));
         }
-        let due = bench.next_wakeup();
+        let due = emulated.next_wakeup();
         tokio::select! {
             () = clock.sleep_until(due) => late_max = late_max.max(clock.now() - due),
-            (role, heard) = ports.hear() => match heard {
-                Heard::Input(input) => bench.receive(clock.now(), role, input),
-                Heard::Nothing => {}
-                Heard::Changed(what) => warn(&what),
-                Heard::GivenUp(error) => return Err(error.into()),
-            },
+            (place, event) = ports.next() => {
+                let OpenPort { plan, port, .. } = &ports.open[place];
+                let what = format!("the {} on {}", plan.role, port.name());
+                let at = (plan.line, plan.end);
+                match event {
+                    PortEvent::Bytes(bytes) => {
+                        emulated.receive(clock.now(), at, Transmit::Bytes(bytes));
+                    }
+                    PortEvent::Frame(frame) => {
+                        emulated.receive(clock.now(), at, Transmit::Frame(frame));
+                    }
+                    PortEvent::Lost(lost) => warn(&format!("lost {what}: {lost}")),
+                    PortEvent::Back => warn(&format!("{what} is back")),
+                    PortEvent::Away(error) => return Err(error.into()),
+                    PortEvent::Break | PortEvent::Bus(_) | PortEvent::Down | PortEvent::Up
+                    | PortEvent::Opened | PortEvent::Closed => {}
+                }
+            }
             asked = control.next() => {
-                let answered = answer(&mut bench, clock.now(), &asked.line);
-                reply(asked, answered, say)?;
+                let (id, request) = request::read(&asked.line);
+                let told = request.and_then(|request| emulated.request(clock.now(), &request));
+                reply(asked, request::answer(id, told), say)?;
             }
             () = stop.requested() => break,
         }
     }
+    let counted = ports.open.iter().map(|open| (open.plan.role.to_string(), open.counted()));
     let ended = json!({ "ended": {
         "after_s": (clock.now() - Timestamp::ZERO).as_secs_f64(),
         "late_ms_max": late_max.as_secs_f64() * 1e3,
-        "ports": ports.counters(),
-        "counters": tell::counters(&bench),
+        "ports": counted.collect::<BTreeMap<_, _>>(),
+        "counters": tell::counters(&emulated),
     }});
     say(&ended.to_string()).map_err(EmulationError::Output)
 }
 
-/// The settings of a device's line.
-fn settings(parts: &Parts, role: Role) -> SerialSettings {
-    match (role, &parts.gyro) {
-        (Role::Gyro, Some((stream, _))) => stream.format.serial(),
-        (Role::Gyro, None) | (Role::Base, _) => wire::base::serial_link::SETTINGS,
-        (Role::Table, _) => wire::table::SETTINGS,
+/// What another program needs to know to use a port: `ready`, `port`, and `link` where there is one.
+fn ready(open: &OpenPort) -> Value {
+    let spec = &open.plan.spec;
+    let link = match spec {
+        PortSpec::Pty { link } | PortSpec::SlcanPty { link } => link.as_ref(),
+        _ => None,
+    };
+    let target = link.and_then(|link| std::fs::read_link(link).ok());
+    let target = target.map(|target| target.to_string_lossy().into_owned());
+    let named = target.or_else(|| open.port.far_path().map(str::to_owned));
+    let mut told = Map::new();
+    told.insert("ready".to_owned(), json!(&*open.plan.role));
+    told.insert("port".to_owned(), json!(named.unwrap_or_else(|| spec.to_string())));
+    if let Some(link) = link {
+        told.insert("link".to_owned(), json!(link.to_string_lossy()));
     }
+    Value::Object(told)
 }
 
-fn paces(setup: &Setup) -> BTreeMap<Role, Pace> {
-    let pace =
-        |(role, spec): (&Role, &PortSpec)| (*role, pace(spec, settings(&setup.parts, *role)));
-    setup.ports.iter().map(pace).collect()
-}
-
-fn answer(bench: &mut EmulatedBench, now: Timestamp, line: &[u8]) -> String {
-    let (id, request) = request::read(line);
-    request::answer(id, request.and_then(|request| bench.request(now, &request)))
-}
-
-pub(super) fn reply(
+fn reply(
     asked: Asked,
     answered: String,
     say: &mut impl FnMut(&str) -> io::Result<()>,
@@ -163,20 +162,20 @@ pub(super) fn reply(
 }
 
 /// SIGINT and SIGTERM.
-pub(super) struct Stop {
+struct Stop {
     interrupt: Signal,
     terminate: Signal,
 }
 
 impl Stop {
-    pub(super) fn install() -> io::Result<Self> {
+    fn install() -> io::Result<Self> {
         Ok(Self {
             interrupt: signal(SignalKind::interrupt())?,
             terminate: signal(SignalKind::terminate())?,
         })
     }
 
-    pub(super) async fn requested(&mut self) {
+    async fn requested(&mut self) {
         tokio::select! {
             _ = self.interrupt.recv() => {}
             _ = self.terminate.recv() => {}

@@ -14,7 +14,7 @@ use controller::config::Transport;
 use described::Medium;
 use wire::device::PortId;
 
-pub(super) fn end(node: usize, port: PortId, who: Device, name: &str) -> End {
+pub(crate) fn end(node: usize, port: PortId, who: Device, name: &str) -> End {
     End { node, port, who, name: name.into() }
 }
 

@@ -20,7 +20,7 @@ use ports::PortSpec;
 use std::sync::Arc;
 use wire::device::PortId;
 
-fn port(
+pub(crate) fn port(
     role: &str,
     spec: &PortSpec,
     traffic: Traffic,
@@ -172,9 +172,35 @@ pub(crate) fn rig(
     own: &OwnDevices,
     seed: u64,
 ) -> (Rig, PortPlans) {
-    let (mut rig, mut plans) = (Rig::default(), PortPlans::default());
+    let mut rig = Rig::default();
     add(&mut rig, declared, own, seed);
     listen(&mut rig, declared);
+    let plans = at_ports(&mut rig, declared, sites);
+    (rig, plans)
+}
+
+/// The devices of a rig that files describe, for whoever is at these ports of its lines: nobody else is here.
+pub(crate) fn emulated(
+    declared: &Declared,
+    ports: &[(String, PortSpec)],
+    seed: u64,
+) -> (Rig, PortPlans) {
+    let mut rig = Rig::default();
+    add(&mut rig, declared, &OwnDevices::default(), seed);
+    for node in rig.nodes.iter_mut().filter(|node| !node.is_emulated()) {
+        node.part = Part::Away;
+    }
+    let site = |(name, spec): &(String, PortSpec)| {
+        let line = declared.lines.iter().position(|line| line.name == *name)?;
+        Some(LineSite { line, spec: spec.clone() })
+    };
+    let sites: Vec<LineSite> = ports.iter().filter_map(site).collect();
+    let plans = at_ports(&mut rig, declared, &sites);
+    (rig, plans)
+}
+
+fn at_ports(rig: &mut Rig, declared: &Declared, sites: &[LineSite]) -> PortPlans {
+    let mut plans = PortPlans::default();
     for LineSite { line, spec } in sites {
         let is_away = |end: &End| matches!(rig.nodes[end.node].part, Part::Away);
         let place = rig.lines[*line].ends().iter().position(is_away);
@@ -189,7 +215,7 @@ pub(crate) fn rig(
         let traffic = traffic(declared.lines[*line].medium);
         plans.ports.push(port(name, spec, traffic, (*line, EndId::of(place)), who));
     }
-    (rig, plans)
+    plans
 }
 
 /// An emulated device and its line, at whose first end is a port; the line.

@@ -7,7 +7,7 @@ use super::ledger::Ledger;
 use super::line::EndId;
 use super::node::{Machine, Part};
 use crate::faults::Chance;
-use crate::faults::{FaultKind, Schedule, Target};
+use crate::faults::{FaultKind, Schedule, Target, Toward};
 use crate::link::ErrorState;
 use crate::plan::PhaseEvent;
 use crate::record::FaultSummary;
@@ -126,41 +126,18 @@ impl Faults {
     fn begin(&mut self, now: Timestamp, index: usize, (rig, director, here): Struck<'_>) {
         let fault = self.ledger.fault(index).clone();
         let kind = fault.what;
-        if kind.info().reach.is_line() {
-            let chance = |way: &str| Chance::new(self.seed, &format!("{index} {way}"));
-            for (line, end) in rig.lines_of(fault.target) {
-                rig.lines[line].begin_fault(now, (index, &kind), (end, fault.toward), chance);
-            }
-            return;
-        }
-        let chance = Chance::new(self.seed, &index.to_string());
         match kind {
             FaultKind::SchedulerStall { .. } | FaultKind::ClockStep { .. } => {
                 rig.machines().chain(here).for_each(|machine| machine.begin_fault(&kind));
             }
             FaultKind::WrongUnit { .. } | FaultKind::WrongSign { .. } => {
-                director.slips.begin(index, kind, chance);
+                director.slips.begin(index, kind, Chance::new(self.seed, &index.to_string()));
             }
             _ => {
-                let Some(robot) = rig.robot_mut() else { return };
-                if let Some(of_gyro) = gyro_fault(&kind) {
-                    return robot.bench.gyro.begin_fault(index, of_gyro, chance.into_stream());
-                }
-                match (kind, &mut robot.bench.carrier) {
-                    (FaultKind::EncoderJump { angle_deg }, Carrier::Base(base)) => {
-                        base.jump_encoder(now, Angle::from_deg(angle_deg));
-                        self.ledger.acted(index, 1);
-                    }
-                    (FaultKind::LostSteps { steps }, Carrier::Table(table)) => {
-                        table.lose_steps(now, steps);
-                        self.ledger.acted(index, 1);
-                    }
-                    (_, Carrier::Base(base)) => {
-                        if let Some(of_base) = base_fault(&kind) {
-                            base.begin_fault(now, index, of_base, chance.into_stream());
-                        }
-                    }
-                    (_, Carrier::Table(_)) => {}
+                let struck = (fault.target, fault.toward, &kind);
+                match rig.begin_fault(now, index, struck, self.seed) {
+                    0 => {}
+                    acted => self.ledger.acted(index, acted),
                 }
             }
         }
@@ -170,30 +147,79 @@ impl Faults {
     fn end(&mut self, now: Timestamp, index: usize, (rig, director, here): Struck<'_>) -> u64 {
         let fault = self.ledger.fault(index).clone();
         let kind = fault.what;
-        if kind.info().reach.is_line() {
-            let lines = rig.lines_of(fault.target);
-            return lines.iter().map(|(line, _)| rig.lines[*line].end_fault(now, index)).sum();
-        }
         match kind {
             FaultKind::SchedulerStall { .. } | FaultKind::ClockStep { .. } => {
                 rig.machines().chain(here).map(|machine| machine.end_fault(now, &kind)).sum()
             }
             FaultKind::WrongUnit { .. } | FaultKind::WrongSign { .. } => director.slips.end(index),
-            _ => {
-                let Some(robot) = rig.robot_mut() else { return 0 };
-                if gyro_fault(&kind).is_some() {
-                    return robot.bench.gyro.end_fault(index);
-                }
-                match &mut robot.bench.carrier {
-                    Carrier::Base(base) => base.end_fault(now, index),
-                    Carrier::Table(_) => 0,
-                }
-            }
+            _ => rig.end_fault(now, index, (fault.target, &kind)),
         }
     }
 }
 
 impl Rig {
+    /// Switches a fault of a line or of an emulated device on, by its number; how often it has acted where it is over in an
+    /// instant. Its random numbers are from `seed` and the number.
+    pub(crate) fn begin_fault(
+        &mut self,
+        now: Timestamp,
+        number: usize,
+        (target, toward, kind): (Target, Toward, &FaultKind),
+        seed: u64,
+    ) -> u64 {
+        if kind.info().reach.is_line() {
+            let chance = |way: &str| Chance::new(seed, &format!("{number} {way}"));
+            for (line, end) in self.lines_of(target) {
+                self.lines[line].begin_fault(now, (number, kind), (end, toward), chance);
+            }
+            return 0;
+        }
+        let chance = Chance::new(seed, &number.to_string());
+        let Some(robot) = self.robots_mut().find(|robot| robot.has(target)) else { return 0 };
+        if let Some(of_gyro) = gyro_fault(kind) {
+            robot.bench.gyro.begin_fault(number, of_gyro, chance.into_stream());
+            return 0;
+        }
+        match (*kind, &mut robot.bench.carrier) {
+            (FaultKind::EncoderJump { angle_deg }, Carrier::Base(base)) => {
+                base.jump_encoder(now, Angle::from_deg(angle_deg));
+                1
+            }
+            (FaultKind::LostSteps { steps }, Carrier::Table(table)) => {
+                table.lose_steps(now, steps);
+                1
+            }
+            (_, Carrier::Base(base)) => {
+                if let Some(of_base) = base_fault(kind) {
+                    base.begin_fault(now, number, of_base, chance.into_stream());
+                }
+                0
+            }
+            (_, Carrier::Table(_) | Carrier::Turning(_)) => 0,
+        }
+    }
+
+    /// Switches a fault off; how often it has acted.
+    pub(crate) fn end_fault(
+        &mut self,
+        now: Timestamp,
+        number: usize,
+        (target, kind): (Target, &FaultKind),
+    ) -> u64 {
+        if kind.info().reach.is_line() {
+            let lines = self.lines_of(target);
+            return lines.iter().map(|(line, _)| self.lines[*line].end_fault(now, number)).sum();
+        }
+        let Some(robot) = self.robots_mut().find(|robot| robot.has(target)) else { return 0 };
+        if gyro_fault(kind).is_some() {
+            return robot.bench.gyro.end_fault(number);
+        }
+        match &mut robot.bench.carrier {
+            Carrier::Base(base) => base.end_fault(now, number),
+            Carrier::Table(_) | Carrier::Turning(_) => 0,
+        }
+    }
+
     /// The lines that a fault of this target strikes, and the end that is the target's.
     fn lines_of(&self, target: Target) -> Vec<(usize, EndId)> {
         let name = target.name();

@@ -200,20 +200,22 @@ impl Rig {
     /// The gyro's outputs up to `now`, each at its own instant, onto its line.
     #[inline]
     pub(crate) fn wake_gyro(&mut self, now: Timestamp, place: usize) {
-        let Some(route) = self.nodes[place].route(robot::GYRO) else { return };
+        let route = self.nodes[place].route(robot::GYRO);
         let Part::Robot(robot) = &mut self.nodes[place].part else { return };
         while let Some((at, what)) = robot.gyro_output(now) {
-            self.lines[route.line].send(at, route.end, what);
+            if let Some(Route { line, end }) = route {
+                self.lines[line].send(at, end, what);
+            }
         }
     }
 
-    /// Wakes the emulated devices that are due; `reached` is told who.
+    /// Wakes the emulated devices that are due; `reached` is told who, `answered` that one has been switched on again.
     #[inline]
     pub(crate) fn wake_emulated(
         &mut self,
         now: Timestamp,
-        engine: &mut Engine,
         mut reached: impl FnMut(usize),
+        mut answered: impl FnMut(),
     ) {
         for place in 0..self.nodes.len() {
             match &mut self.nodes[place].part {
@@ -225,7 +227,7 @@ impl Rig {
                 }
                 Part::Described(described) if described.next_wakeup() <= now => {
                     if described.wake(now) {
-                        engine.answered(now);
+                        answered();
                     }
                     reached(place);
                 }
@@ -292,15 +294,25 @@ impl Rig {
 
     /// The gyro and what turns it.
     pub(crate) fn robot(&self) -> Option<&Robot> {
-        self.nodes.iter().find_map(|node| match &node.part {
+        self.robots().next()
+    }
+
+    /// See [`Self::robot`].
+    pub(crate) fn robot_mut(&mut self) -> Option<&mut Robot> {
+        self.robots_mut().next()
+    }
+
+    /// The gyro and what turns it, and what turns nothing.
+    pub(crate) fn robots(&self) -> impl Iterator<Item = &Robot> {
+        self.nodes.iter().filter_map(|node| match &node.part {
             Part::Robot(robot) => Some(&**robot),
             _ => None,
         })
     }
 
-    /// See [`Self::robot`].
-    pub(crate) fn robot_mut(&mut self) -> Option<&mut Robot> {
-        self.nodes.iter_mut().find_map(|node| match &mut node.part {
+    /// See [`Self::robots`].
+    pub(crate) fn robots_mut(&mut self) -> impl Iterator<Item = &mut Robot> {
+        self.nodes.iter_mut().filter_map(|node| match &mut node.part {
             Part::Robot(robot) => Some(&mut **robot),
             _ => None,
         })

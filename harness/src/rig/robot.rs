@@ -1,5 +1,6 @@
 //! The paper's robot or table as a node: a gyro that rides on a base or a table.
 
+use crate::faults::Target;
 use crate::world::bench::{Bench, Carrier};
 use wire::device::{PortId, Transmit};
 use wire::time::Timestamp;
@@ -27,6 +28,17 @@ impl Robot {
         Self { bench, carrier_due: Timestamp::ZERO, gyro_is_real, carrier_is_real }
     }
 
+    /// The device of that name is part of it.
+    pub(crate) fn has(&self, device: Target) -> bool {
+        match (device, &self.bench.carrier) {
+            (Target::Gyro, _) => !self.gyro_is_real,
+            (Target::Base, Carrier::Base(_)) | (Target::Table, Carrier::Table(_)) => {
+                !self.carrier_is_real
+            }
+            _ => false,
+        }
+    }
+
     #[inline]
     pub(super) fn receive(&mut self, now: Timestamp, port: PortId, what: &Transmit) {
         let Bench { gyro, carrier, .. } = &mut self.bench;
@@ -39,7 +51,7 @@ impl Robot {
                 table.receive(now, packet.as_slice());
             }
             (Transmit::Frame(frame), Carrier::Base(base)) => base.receive_frame(now, frame),
-            (Transmit::Frame(_), Carrier::Table(_)) => {}
+            (Transmit::Frame(_), Carrier::Table(_)) | (_, Carrier::Turning(_)) => {}
         }
     }
 

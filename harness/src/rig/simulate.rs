@@ -289,7 +289,8 @@ impl<C: Crossing> Simulation<C> {
     fn wake(&mut self) {
         let Self { now, rig, director, touched, .. } = self;
         let now = *now;
-        rig.wake_emulated(now, &mut director.engine, |place| touched.node(place));
+        let engine = &mut director.engine;
+        rig.wake_emulated(now, |place| touched.node(place), || engine.answered(now));
         rig.wake_others(now, &mut director.engine, |place| touched.node(place));
         let was_reached = self.touched.0 & Touched::PLAN != 0;
         if self.plan_due <= now || (was_reached && director.engine.next_wakeup() <= now) {

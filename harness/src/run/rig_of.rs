@@ -37,13 +37,22 @@ pub enum RigError {
 /// When it is missing or not right.
 pub fn load_rig(library: &Library, plan: &Plan) -> Result<Rig, RigError> {
     if let Some(name) = &plan.rig {
-        return rig_build::load(library, name.as_str(), &mut Reader(library));
+        return load_rig_named(library, name.as_str());
     }
     if let Some(name) = &plan.device {
         return Ok(Rig::of_device(Arc::new(load_description(library, name.as_str())?)));
     }
     let name = plan.devices.as_ref().map_or("", |name| name.as_str());
     Ok(Rig::of_robot(load_devices(library, name)?))
+}
+
+/// The rig of that name or path.
+///
+/// # Errors
+///
+/// When it is missing or not right.
+pub fn load_rig_named(library: &Library, name: &str) -> Result<Rig, RigError> {
+    rig_build::load(library, name, &mut Reader(library))
 }
 
 /// The plan and the rig of a recorded run: those of the plan `named`, else those that the record holds, else of the

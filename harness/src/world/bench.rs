@@ -18,7 +18,7 @@ use emulators::table::TableEmulator;
 use wire::device::Transmit;
 use wire::gyro::GyroStream;
 use wire::time::Timestamp;
-use wire::units::{Angle, Pose};
+use wire::units::{Angle, AngularRate, Pose};
 
 /// What turns the gyro.
 #[derive(Debug)]
@@ -27,6 +27,27 @@ pub enum Carrier {
     Base(Box<BaseEmulator>),
     /// The rotary table.
     Table(Box<TableEmulator>),
+    /// A rate that is set.
+    Turning(Turning),
+}
+
+/// What carries a gyro that nothing else carries.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Turning {
+    since: Timestamp,
+    from: Angle,
+    rate: AngularRate,
+}
+
+impl Turning {
+    /// Turns at this rate from now on.
+    pub fn turn(&mut self, now: Timestamp, rate: AngularRate) {
+        *self = Self { since: now, from: self.angle_at(now), rate };
+    }
+
+    fn angle_at(&self, at: Timestamp) -> Angle {
+        self.from + Angle::from_rad(self.rate.rad_per_s() * (at - self.since).as_secs_f64())
+    }
 }
 
 /// The emulated devices of one run.
@@ -174,7 +195,7 @@ impl Bench {
                 base.wake(now);
                 Some(self.absolute.measure(base.truth_at(now).pose))
             }
-            Carrier::Table(_) => None,
+            Carrier::Table(_) | Carrier::Turning(_) => None,
         }
     }
 
@@ -220,7 +241,7 @@ impl Bench {
                 base.wake(now);
                 base.truth_at(now).pose
             }
-            Carrier::Table(table) => Pose { heading: table.angle_at(now), ..Pose::default() },
+            carrier => Pose { heading: carrier.heading_at(now), ..Pose::default() },
         };
         RecordKind::Truth {
             pose,
@@ -235,6 +256,7 @@ impl Carrier {
         match self {
             Self::Base(base) => base.next_wakeup(),
             Self::Table(table) => table.next_wakeup(),
+            Self::Turning(_) => None,
         }
         .unwrap_or(Timestamp::MAX)
     }
@@ -243,6 +265,7 @@ impl Carrier {
         match self {
             Self::Base(base) => base.wake(now),
             Self::Table(table) => table.wake(now),
+            Self::Turning(_) => {}
         }
     }
 
@@ -251,6 +274,7 @@ impl Carrier {
         match self {
             Self::Base(base) => base.turret_heading_at(now),
             Self::Table(table) => table.angle_at(now),
+            Self::Turning(turning) => turning.angle_at(now),
         }
     }
 
@@ -258,7 +282,7 @@ impl Carrier {
     pub(crate) fn motor_current_at(&self, now: Timestamp) -> f64 {
         match self {
             Self::Base(base) => base.motor_current_at(now),
-            Self::Table(_) => 0.0,
+            Self::Table(_) | Self::Turning(_) => 0.0,
         }
     }
 
@@ -266,6 +290,7 @@ impl Carrier {
         match self {
             Self::Base(base) => base.transmit(),
             Self::Table(table) => table.transmit().map(Transmit::Bytes),
+            Self::Turning(_) => None,
         }
     }
 
@@ -279,7 +304,9 @@ impl Carrier {
                     Err("the robot moves and cannot be carried")
                 }
             }
-            Self::Table(_) => Err("this bench has no robot that could be carried"),
+            Self::Table(_) | Self::Turning(_) => {
+                Err("this bench has no robot that could be carried")
+            }
         }
     }
 }

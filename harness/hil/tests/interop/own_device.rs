@@ -34,7 +34,8 @@ fn python_can_commands_it_through_an_adapter() {
     // Asked while it runs: what is true, and what can be set.
     let truth = device.ask(json!({ "get": ["temperature", "heater"] }))["ok"].take();
     assert!((19.9..22.0).contains(&number(&truth["temperature"])), "{truth}");
-    assert_eq!(device.ask(json!({ "set": { "ambient": 30 } }))["ok"]["ambient"], 30.0);
+    assert_eq!(device.ask(json!({ "set": { "ambient": 30 } }))["ok"]["set"], 1);
+    assert_eq!(device.ask(json!({ "get": [] }))["ok"]["ambient"], 30.0);
     let refused = device.ask(json!({ "set": { "ambient": 300 } }));
     assert!(refused["error"].as_str().unwrap().contains("ambient"), "{refused}");
     let drop = json!({ "fault": { "drop": { "loss_percent": 100 } } });

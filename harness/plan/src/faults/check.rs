@@ -134,6 +134,20 @@ impl Schedule {
     }
 }
 
+impl Fault {
+    /// Checks it by itself, and that there is what it strikes.
+    ///
+    /// # Errors
+    ///
+    /// What is not right with it.
+    pub fn check(&self, lines: &Lines) -> Result<(), Unfit> {
+        let at = |(keys, message, help)| Unfit { index: 0, keys, message, help };
+        values(&self.what).map_err(at)?;
+        form(self).map_err(at)?;
+        Schedule { faults: vec![self.clone()] }.check_bench(lines)
+    }
+}
+
 fn values(kind: &FaultKind) -> Checked {
     let info = kind.info();
     for (parameter, value) in info.parameters.iter().zip(kind.values()) {

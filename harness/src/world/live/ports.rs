@@ -14,6 +14,7 @@ use std::collections::BTreeMap;
 use std::future::Future as _;
 use std::sync::Arc;
 use std::task::Poll;
+use wire::device::Transmit;
 use wire::gyro::GyroFormat;
 use wire::time::{Span, Timestamp};
 
@@ -75,16 +76,16 @@ pub(crate) struct PortPlans {
 
 /// A port that is open.
 #[derive(Debug)]
-pub(super) struct OpenPort {
-    pub(super) plan: PortPlan,
-    pub(super) port: RolePort,
+pub(crate) struct OpenPort {
+    pub(crate) plan: PortPlan,
+    pub(crate) port: RolePort,
     rate: RateWatch,
 }
 
 /// The ports of the harness.
 #[derive(Debug)]
-pub(super) struct Ports {
-    pub(super) open: Vec<OpenPort>,
+pub(crate) struct Ports {
+    pub(crate) open: Vec<OpenPort>,
     real: Vec<(Arc<str>, PortSpec)>,
     /// Which is asked first, in turn: one that never falls silent keeps no other waiting.
     first: usize,
@@ -106,13 +107,28 @@ impl Wiring {
     }
 }
 
+impl OpenPort {
+    /// Hands something to it at once; what finds no room is counted.
+    pub(crate) fn send(&mut self, now: Timestamp, what: &Transmit) {
+        match what {
+            Transmit::Bytes(packet) => self.port.send_bytes(packet.as_slice()),
+            Transmit::Frame(frame) => self.port.send_frame(now, frame),
+        }
+    }
+
+    /// What has crossed it, what is zero left out.
+    pub(crate) fn counted(&self) -> BTreeMap<&'static str, u64> {
+        self.port.counters().rows().into_iter().filter(|(_, n)| *n > 0).collect()
+    }
+}
+
 impl Ports {
     /// Opens what the harness needs.
     ///
     /// # Errors
     ///
     /// The first port that cannot be opened.
-    pub(super) async fn open(plans: PortPlans) -> Result<Self, PortError> {
+    pub(crate) async fn open(plans: PortPlans) -> Result<Self, PortError> {
         let mut ports = Self { open: Vec::new(), real: plans.real, first: 0 };
         for mut plan in plans.ports {
             let far = plan.far_of.and_then(|near| ports.open.get(near));
@@ -170,7 +186,7 @@ impl Ports {
     }
 
     /// Waits for what any of them tells, and says which. May be called off without losing anything.
-    pub(super) async fn next(&mut self) -> (usize, PortEvent) {
+    pub(crate) async fn next(&mut self) -> (usize, PortEvent) {
         let count = self.open.len();
         if count == 0 {
             return std::future::pending().await;
@@ -198,7 +214,7 @@ impl Ports {
     }
 
     /// The places of the ports that lead to that line.
-    pub(super) fn of_line(&mut self, line: usize) -> impl Iterator<Item = &mut OpenPort> {
+    pub(crate) fn of_line(&mut self, line: usize) -> impl Iterator<Item = &mut OpenPort> {
         self.open.iter_mut().filter(move |open| open.plan.line == line)
     }
 

@@ -17,7 +17,7 @@ const BIT_RATE: BitRate = BitRate::Kbit500;
 
 /// What a port of a run tells.
 #[derive(Debug)]
-pub(super) enum PortEvent {
+pub(crate) enum PortEvent {
     /// Bytes of a serial line.
     Bytes(Packet),
     /// The line was held low.
@@ -53,7 +53,7 @@ pub(crate) enum Traffic {
 
 /// A port and its name.
 #[derive(Debug)]
-pub(super) struct RolePort {
+pub(crate) struct RolePort {
     name: String,
     medium: AnyPort,
     /// It is gone, and was told to be.
@@ -83,12 +83,12 @@ impl RolePort {
     }
 
     /// As a bench file names it.
-    pub(super) fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
     /// What the other side opens; `None` where it is a device.
-    pub(super) fn far_path(&self) -> Option<&str> {
+    pub(crate) fn far_path(&self) -> Option<&str> {
         self.medium.far_path()
     }
 

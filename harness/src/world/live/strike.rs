@@ -29,7 +29,7 @@ impl LiveWorld {
             return;
         };
         // What was due before has happened before.
-        self.rig.wake_emulated(now, &mut self.director.engine, |_| {});
+        self.rig.wake_emulated(now, |_| {}, || self.director.engine.answered(now));
         let machine = device.machine();
         if faults.strike(now, &mut self.rig, &mut self.director, machine, sink) {
             device.struck(clock, now);

@@ -183,7 +183,8 @@ impl LiveWorld {
         }
         rig.hand_over(now, line, from, what, |_| {});
         let is_away = |end: EndId| rig.is_away(line, end);
-        for OpenPort { plan, port, .. } in ports.of_line(line) {
+        for open in ports.of_line(line) {
+            let plan = &open.plan;
             // One port may stand for several nodes of a bus: it does not get back what came from it.
             let came_from_it = from == plan.end || (is_away(from) && is_away(plan.end));
             if plan.listens || came_from_it {
@@ -192,10 +193,7 @@ impl LiveWorld {
             if let Some(eyes) = eyes {
                 eyes.line(now, &plan.role, who, *what);
             }
-            match what {
-                Transmit::Bytes(packet) => port.send_bytes(packet.as_slice()),
-                Transmit::Frame(frame) => port.send_frame(now, frame),
-            }
+            open.send(now, what);
         }
         if !is_recorded {
             return;
@@ -208,7 +206,7 @@ impl LiveWorld {
 
     pub(super) fn wake(&mut self, now: Timestamp) {
         let Self { rig, director, .. } = self;
-        rig.wake_emulated(now, &mut director.engine, |_| {});
+        rig.wake_emulated(now, |_| {}, || director.engine.answered(now));
         rig.wake_others(now, &mut director.engine, |_| {});
         if director.engine.next_wakeup() <= now {
             director.engine.wake(now);

@@ -1,0 +1,253 @@
+//! What is emulated, from the arguments.
+
+use super::{CommonArguments, EmulateArguments, Mode, PortArguments, Stream, What};
+use crate::cli::failure::Failure;
+use described::Medium;
+use emulators::base::{BaseParameters, Transport};
+use emulators::device_file::Devices;
+use emulators::gyro::GyroParameters;
+use harness::emulation::{self, Parts, Setup};
+use harness::run::{PrepareError, load_description, load_rig_named};
+use harness::world::bench::load_devices;
+use plan::Rig;
+use plan::library::Library;
+use ports::PortSpec;
+use std::sync::Arc;
+use wire::gyro::{GyroFormat, GyroStream, OutputMode};
+
+const GYRO: &str = "gyro";
+const BASE: &str = "base";
+const TABLE: &str = "table";
+
+impl EmulateArguments {
+    pub(super) fn setup(&self) -> Result<Setup, Failure> {
+        match &self.what {
+            What::Device { description, can, port, control, seed } => {
+                let (rig, port) = device(description, can.as_deref(), port)?;
+                let ports = vec![(plan::DEVICE.to_owned(), port)];
+                let what = emulation::What::Rig(Box::new(rig));
+                Ok(Setup { what, ports, control: control.clone(), seed: *seed })
+            }
+            What::Rig { rig, lines, control, seed } => {
+                let (rig, ports) = of_rig(rig, lines)?;
+                let what = emulation::What::Rig(Box::new(rig));
+                Ok(Setup { what, ports, control: control.clone(), seed: *seed })
+            }
+            What::Gyro { stream, mode, port, common } => {
+                let described = devices(common)?.map(|devices| devices.gyro);
+                let parts =
+                    Parts { gyro: Some(gyro(described, *stream, *mode)?), ..Parts::default() };
+                common.with(parts, vec![(GYRO, port.spec()?)])
+            }
+            What::Base { can, port, common } => {
+                let spec = match can {
+                    Some(interface) => parse(&format!("can:{interface}"))?,
+                    None => port.spec()?,
+                };
+                let described = match devices(common)? {
+                    Some(devices) => section(devices.base, BASE)?.1,
+                    None => BaseParameters::default(),
+                };
+                let base = Some((transport(&spec), described));
+                let parts = Parts { base, ..Parts::default() };
+                common.with(parts, vec![(BASE, spec)])
+            }
+            What::Table { port, common } => {
+                let table = match devices(common)? {
+                    Some(devices) => section(devices.table, TABLE)?,
+                    None => Default::default(),
+                };
+                let parts = Parts { table: Some(table), ..Parts::default() };
+                common.with(parts, vec![(TABLE, port.spec()?)])
+            }
+            What::Bench { gyro, base, table, common } => {
+                bench([(GYRO, gyro), (BASE, base), (TABLE, table)], common)
+            }
+        }
+    }
+}
+
+/// The device of that description, and where it is.
+fn device(
+    description: &str,
+    can: Option<&str>,
+    port: &PortArguments,
+) -> Result<(Rig, PortSpec), Failure> {
+    let library = Library::beside(description);
+    let description = load_description(&library, description).map_err(PrepareError::from)?;
+    let medium = description.layout().medium();
+    let port = match (can, medium) {
+        (Some(interface), _) => parse(&format!("can:{interface}"))?,
+        // Frames do not cross a pty as they are: an adapter is played there.
+        (None, Medium::Can) if port.port.is_none() => {
+            PortSpec::SlcanPty { link: port.pty.clone().flatten().map(Into::into) }
+        }
+        (None, _) => port.spec()?,
+    };
+    fits(&description.name, &port, medium)?;
+    Ok((Rig::of_device(Arc::new(description)), port))
+}
+
+/// A port carries what its line does.
+fn fits(name: &str, port: &PortSpec, medium: Medium) -> Result<(), Failure> {
+    if port.carries_frames() == (medium == Medium::Can) {
+        return Ok(());
+    }
+    Err(Failure::arguments(
+        format!("failed to put {name} on {port}: its layout is of another medium"),
+        "messages of a DBC need a CAN port: can:INTERFACE, slcan-pty; bytes a serial one: pty, /dev/ttyUSB0",
+    ))
+}
+
+/// The rig of that name or path, and the ports of its lines.
+fn of_rig(name: &str, lines: &[String]) -> Result<(Rig, Vec<(String, PortSpec)>), Failure> {
+    let rig = load_rig_named(&Library::beside_rig(name), name).map_err(PrepareError::from)?;
+    if rig.robot.is_some() || rig.described_names().is_empty() {
+        return Err(Failure::arguments(
+            format!("the rig {name} has no device that a file describes"),
+            "the paper's devices: hil emulate bench --devices paper --gyro pty --base slcan-pty",
+        ));
+    }
+    let mut ports = Vec::new();
+    for text in lines {
+        let known = || {
+            let names: Vec<&str> = rig.lines.iter().map(|line| line.name.as_str()).collect();
+            format!("lines of the rig: {}", names.join(", "))
+        };
+        let named = text.split_once('=').and_then(|(line, port)| {
+            Some((rig.lines.iter().find(|known| known.name == line)?, port))
+        });
+        let Some((line, port)) = named else {
+            let message = format!("`{text}` is not the name of a line, `=` and its port");
+            return Err(Failure::arguments(message, known()));
+        };
+        let port = parse(port)?;
+        fits(&line.name, &port, line.medium)?;
+        ports.push((line.name.clone(), port));
+    }
+    Ok((rig, ports))
+}
+
+fn bench(
+    named: [(&'static str, &Option<String>); 3],
+    common: &CommonArguments,
+) -> Result<Setup, Failure> {
+    let devices = devices(common)?.ok_or_else(|| {
+        Failure::arguments(
+            "a bench needs a device file, which says what carries the gyro",
+            "add --devices, such as --devices paper; `hil list devices` lists those that ship",
+        )
+    })?;
+    let mut ports = Vec::new();
+    for (role, text) in named {
+        if let Some(text) = text {
+            ports.push((role, parse(text)?));
+        }
+    }
+    let port = |role| ports.iter().find(|(known, _)| *known == role).map(|(_, spec)| spec);
+    let mut base = devices.base;
+    match (port(BASE), &mut base) {
+        // The transport is what the port carries: the same devices serve any.
+        (Some(spec), Some((by, _))) => *by = transport(spec),
+        (Some(_), None) => return Err(missing(BASE)),
+        (None, _) => {}
+    }
+    if port(TABLE).is_some() && devices.table.is_none() {
+        return Err(missing(TABLE));
+    }
+    let parts = Parts {
+        gyro: Some(devices.gyro),
+        base,
+        table: devices.table,
+        mount: Some(devices.mount),
+    };
+    common.with(parts, ports)
+}
+
+impl CommonArguments {
+    fn with(
+        &self,
+        parts: Parts,
+        ports: Vec<(&'static str, PortSpec)>,
+    ) -> Result<Setup, Failure> {
+        for (role, spec) in &ports {
+            if *role != BASE && spec.carries_frames() {
+                return Err(Failure::arguments(
+                    format!("failed to put the {role} on {spec}: it is on a serial line"),
+                    "name a pty or a serial port: pty, /dev/ttyUSB0",
+                ));
+            }
+        }
+        let ports = ports.into_iter().map(|(role, spec)| (role.to_owned(), spec)).collect();
+        let what = emulation::What::Parts(Box::new(parts));
+        Ok(Setup { what, ports, control: self.control.clone(), seed: self.seed })
+    }
+}
+
+impl PortArguments {
+    fn spec(&self) -> Result<PortSpec, Failure> {
+        match (&self.port, &self.pty) {
+            (Some(text), _) => parse(text),
+            (None, Some(Some(link))) => Ok(PortSpec::Pty { link: Some(link.into()) }),
+            (None, Some(None) | None) => Ok(PortSpec::Pty { link: None }),
+        }
+    }
+}
+
+fn parse(text: &str) -> Result<PortSpec, Failure> {
+    text.parse().map_err(|error: ports::spec::SpecError| {
+        Failure::arguments(error.to_string(), "`hil emulate --help` lists the ports")
+    })
+}
+
+const fn transport(spec: &PortSpec) -> Transport {
+    if spec.carries_frames() { Transport::Can } else { Transport::Serial }
+}
+
+fn devices(common: &CommonArguments) -> Result<Option<Devices>, Failure> {
+    let Some(name) = &common.devices else { return Ok(None) };
+    Ok(Some(load_devices(&Library::beside(name), name)?))
+}
+
+fn section<T>(section: Option<T>, role: &str) -> Result<T, Failure> {
+    section.ok_or_else(|| missing(role))
+}
+
+fn missing(role: &str) -> Failure {
+    Failure::arguments(
+        format!("the device file has no {role}"),
+        format!("add a section [{role}] to it, or choose another"),
+    )
+}
+
+fn gyro(
+    described: Option<(GyroStream, GyroParameters)>,
+    stream: Option<Stream>,
+    mode: Option<Mode>,
+) -> Result<(GyroStream, GyroParameters), Failure> {
+    let ideal =
+        GyroStream { format: GyroFormat::Navigator, mode: OutputMode::Rate, reversed: false };
+    let (mut set_up, parameters) = described.unwrap_or((ideal, GyroParameters::default()));
+    if let Some(stream) = stream {
+        set_up.format = match stream {
+            Stream::Navigator => GyroFormat::Navigator,
+            Stream::Ecore2000 => GyroFormat::Ecore2000,
+            Stream::Dsp3000Ascii => GyroFormat::Dsp3000Ascii,
+            Stream::Dsp3000Binary => GyroFormat::Dsp3000Binary,
+        };
+    }
+    match mode {
+        Some(Mode::Rate) => set_up.mode = OutputMode::Rate,
+        Some(Mode::Increment) => set_up.mode = OutputMode::Increment,
+        Some(Mode::Integrated) => set_up.mode = OutputMode::Integrated,
+        None if !set_up.format.carries(set_up.mode) => set_up.mode = OutputMode::Rate,
+        None => {}
+    }
+    if set_up.format.carries(set_up.mode) {
+        return Ok((set_up, parameters));
+    }
+    Err(Failure::arguments(
+        "this stream carries rates only",
+        "leave --mode out, or choose --stream dsp3000-ascii or dsp3000-binary",
+    ))
+}
