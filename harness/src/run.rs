@@ -16,6 +16,8 @@ pub use keep::{
     Completed, Options, run_to_folder, run_to_folder_across, run_to_folder_watched, summarise,
     write_documents,
 };
+#[cfg(feature = "logs")]
+pub use rig_of::logged;
 pub use rig_of::{RigError, load_description, load_recorded, load_rig, load_rig_named};
 
 use crate::calibrations::{self, CalibrationError};
@@ -30,10 +32,11 @@ use crate::observation::Observation;
 use crate::operator::RealRoles;
 use crate::operator::{Answers, Operator};
 use crate::outcome::{Measurement, Outcome};
+use crate::plan::rig::{NodePart, RigNode};
 use crate::plan::{Plan, PlanError, Rig, Speaker};
 use crate::properties::{Limits, Monitor, Property, PropertyVerdict, Unjudged};
 use crate::record::FaultSummary;
-use crate::record::header::{FILES_BYTES_MAX, Header};
+use crate::record::header::{FILES_BYTES_MAX, Header, Node};
 use crate::record::sink::{NullSink, RecordSink};
 use crate::record::{Progress, VERSION};
 #[cfg(feature = "live")]
@@ -185,16 +188,17 @@ impl Prepared {
 
     /// Who carries the plan out, from time zero on; on `bench` where there is one.
     fn engine(&self, bench: Option<&Bench>) -> Engine {
-        let (plan, calibrations) = (Arc::clone(&self.plan), self.calibrations.clone());
-        let facts = bench.map(Bench::facts).unwrap_or_default();
-        let engine = Engine::new(plan, calibrations, facts, Timestamp::ZERO)
-            .with_models(self.models.clone())
-            .hearing(&self.rig.speakers);
-        if bench.is_some() {
-            return engine;
+        let engine =
+            Engine::new(Arc::clone(&self.plan), Timestamp::ZERO).hearing(&self.rig.speakers);
+        if let Some(bench) = bench {
+            let (calibrations, models) = (self.calibrations.clone(), self.models.clone());
+            return engine.with_robot(bench.facts(), calibrations, models);
         }
-        let under_test = self.rig.under_test().map(|(node, _)| node.name.clone());
-        engine.without_controller(under_test.collect())
+        // What does not happen in time does not happen: in a log as under test.
+        let awaited =
+            |node: &&RigNode| matches!(node.part, NodePart::UnderTest(_) | NodePart::Replayed(_));
+        let awaited = self.rig.nodes.iter().filter(awaited).map(|node| node.name.clone());
+        engine.awaiting(awaited.collect())
     }
 
     /// The rig at work in the run with `seed`, who gives orders on it, and who watches over `properties`.
@@ -280,7 +284,13 @@ impl Prepared {
         }
         let nodes = match self.rig.is_short {
             true => Vec::new(),
-            false => self.rig.nodes.iter().map(|node| node.name.clone()).collect(),
+            false => {
+                let node = |(place, line): (usize, usize)| Node {
+                    name: self.rig.nodes[place].name.clone(),
+                    line: self.rig.line_name(line).to_owned(),
+                };
+                self.rig.ends().map(node).collect()
+            }
         };
         let lines = lines.unwrap_or_default();
         let files = match self.files.bytes() {

@@ -26,6 +26,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         "harness/views",
         &["wire", "controller", "identification", "plan", "record", "judge", "campaign"],
     ),
+    ("harness/bus-log", &["wire", "record"]),
     ("harness/exchange", &["wire", "controller", "described", "plan", "record"]),
     // Runs.
     (
@@ -43,6 +44,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "dataset",
             "campaign",
             "views",
+            "bus-log",
         ],
     ),
     ("harness/campaign-nats", &["wire", "plan", "record", "campaign", "harness"]),
@@ -61,6 +63,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "dataset",
             "campaign",
             "views",
+            "bus-log",
             "exchange",
             "campaign-nats",
             "harness",
@@ -78,6 +81,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "judge",
             "dataset",
             "campaign",
+            "bus-log",
             "exchange",
             "harness",
             "hil",

@@ -13,7 +13,7 @@
 #[path = "../../benches/processor/mod.rs"]
 mod processor;
 
-use exchange::bus_log::{Channel, Entry, Format, LogWriter, Payload};
+use bus_log::{Channel, Entry, Format, LogWriter, Payload};
 use harness::link::CanBus;
 use ports::{ByteEvent, BytePort, FrameEvent, FramePort, PortSpec};
 use processor::{median, processor_s};

@@ -29,6 +29,8 @@ mod measured;
 mod new;
 #[path = "cli/operator.rs"]
 mod operator;
+#[path = "cli/own_log.rs"]
+mod own_log;
 #[path = "cli/own_sensor.rs"]
 mod own_sensor;
 #[cfg(unix)]

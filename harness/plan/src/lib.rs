@@ -63,6 +63,7 @@ pub mod phases;
 mod property;
 pub mod quantities;
 mod quantity;
+pub mod replayed;
 mod rest;
 pub mod rig;
 pub mod rig_build;

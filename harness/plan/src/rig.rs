@@ -27,13 +27,14 @@
 //! |---|---|
 //! | `devices` | the paper's robot or table of this device file, with its controller; its lines are `gyro` and `base` or `table` |
 //! | `[[line]]` | `can = { bit_rate, dbc }`, or `serial = {}`, whose settings are those of the device on it |
-//! | `[[node]]` | `at`: a line, or several; one of `emulate`, `under_test` and `tester` |
+//! | `[[node]]` | `at`: a line, or several; one of `emulate`, `under_test`, `tester` and `replay = { log, channel }` |
 //! | `dbc_node` | the node's name in the DBC, where that is another one |
 //!
 //! `devices = "paper"` and `device = "oven"` in a plan are short for a rig of that alone.
 
 use crate::faults::{LineKind, Lines, NodeName, Ride, Target};
 use crate::name::Name;
+use crate::replayed::Replayed;
 use crate::speakers::{DEVICE, Speaker};
 use described::{Description, Layout, Medium, Sender};
 use emulators::base::Transport;
@@ -114,9 +115,23 @@ pub struct NodeTable {
     /// The plan itself speaks here.
     #[serde(default)]
     pub tester: Option<bool>,
+    /// A log of its bus plays its part.
+    #[serde(default)]
+    pub replay: Option<ReplayTable>,
     /// Its name in the DBC of its line; its own, whatever the case of its letters, where this is absent.
     #[serde(default)]
     pub dbc_node: Option<String>,
+}
+
+/// The log that plays a node's part, as it is written.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ReplayTable {
+    /// The log, beside the rig file: candump (`.log`) or Vector ASC (`.asc`).
+    pub log: String,
+    /// Its channel in the log; the one of the line's name, or the only one, where it says nothing.
+    #[serde(default)]
+    pub channel: Option<String>,
 }
 
 /// Where a node is.
@@ -171,6 +186,8 @@ pub enum NodePart {
     UnderTest(UnderTest),
     /// The plan speaks as it.
     Tester(Layout, Sender),
+    /// A log plays its part.
+    Replayed(Replayed),
 }
 
 /// A node.
@@ -238,6 +255,24 @@ impl Rig {
             ],
             speakers: vec![speaker(DEVICE, Sender::Device)],
             is_short: true,
+        }
+    }
+
+    /// The nodes on their lines, by their places: as a record tells who spoke where.
+    pub fn ends(&self) -> impl Iterator<Item = (usize, usize)> {
+        let of = |(place, node): (usize, &RigNode)| {
+            node.lines.iter().map(move |line| (place, *line)).collect::<Vec<_>>()
+        };
+        self.nodes.iter().enumerate().flat_map(of)
+    }
+
+    /// The name of a line.
+    pub fn line_name(&self, line: usize) -> &str {
+        match line.checked_sub(self.robot_lines()) {
+            Some(place) => self.lines.get(place).map_or("", |line| &line.name),
+            None if line == 0 => "gyro",
+            None if matches!(self.ride(), Some(Ride::Table)) => "table",
+            None => "base",
         }
     }
 

@@ -1,7 +1,10 @@
 //! A rig from its file: what is wrong is said with its place.
 
 use crate::library::{Kind, Library, LibraryError, Source};
-use crate::rig::{LINES_MAX, NODES_MAX, NodePart, NodeTable, Rig, RigFile, RigLine, RigNode};
+use crate::replayed::{Logged, channel_of, said_on};
+use crate::rig::{
+    LINES_MAX, NODES_MAX, NodePart, NodeTable, ReplayTable, Rig, RigFile, RigLine, RigNode,
+};
 use crate::speakers::{DEVICE, Speaker};
 use crate::{hint, quantities};
 use described::{Description, Layout, Medium, Sender};
@@ -39,6 +42,13 @@ pub trait Parts {
         file: &Source,
         is_ours: &dyn Fn(&str) -> bool,
     ) -> Result<Layout, Self::Error>;
+
+    /// What a bus log has.
+    ///
+    /// # Errors
+    ///
+    /// When it is none that can be read.
+    fn log(&mut self, file: &Source) -> Result<Vec<Logged>, Self::Error>;
 }
 
 /// Reads the rig of that name or path.
@@ -237,11 +247,19 @@ impl Builder<'_> {
         parts: &mut P,
     ) -> Result<NodePart, P::Error> {
         let node = &file.nodes[number];
-        let said = [node.emulate.is_some(), node.under_test.is_some(), node.tester.is_some()];
+        let said = [
+            node.emulate.is_some(),
+            node.under_test.is_some(),
+            node.tester.is_some(),
+            node.replay.is_some(),
+        ];
         if said.iter().filter(|said| **said).count() != 1 {
-            let message =
-                format!("`{}` is not exactly one of emulated, under test and tester", node.name);
-            let help = "write one of `emulate`, `under_test` and `tester = true`".to_owned();
+            let message = format!(
+                "`{}` is not exactly one of emulated, under test, tester and replayed",
+                node.name
+            );
+            let help =
+                "write one of `emulate`, `under_test`, `tester = true` and `replay`".to_owned();
             return Err(self.mistake(("node", number, "name"), message, Some(help)).into());
         }
         if let Some(name) = &node.emulate {
@@ -253,6 +271,9 @@ impl Builder<'_> {
             tester.get_or_insert((layout.clone(), sender));
             self.speak(node, *line, layout, sender);
         }
+        if let Some(replay) = &node.replay {
+            return self.replayed(number, replay, (node, lines), parts);
+        }
         match (&node.under_test, tester) {
             (Some(how), _) => Ok(NodePart::UnderTest(how.clone())),
             (None, Some((layout, sender))) => Ok(NodePart::Tester(layout, sender)),
@@ -263,6 +284,40 @@ impl Builder<'_> {
                 Err(self.mistake(("node", number, "at"), message, Some(help)).into())
             }
         }
+    }
+
+    fn replayed<P: Parts>(
+        &self,
+        number: usize,
+        replay: &ReplayTable,
+        (node, lines): (&NodeTable, &[usize]),
+        parts: &mut P,
+    ) -> Result<NodePart, P::Error> {
+        let source = self.library.open_beside(self.source, &replay.log)?;
+        let log = parts.log(&source)?;
+        let mut said = Vec::new();
+        for (port, line) in lines.iter().enumerate() {
+            let Some(declared) = self.line(*line) else { continue };
+            let named = replay.channel.as_deref();
+            let channel = channel_of(&log, &declared.name, declared.medium, named);
+            let channel = channel.map_err(|known| {
+                let line = &declared.name;
+                let message = format!("which channel of {} is the line `{line}`?", source.origin);
+                let help = format!("`channel = ...`, one of: {}", known.join(", "));
+                self.mistake(("node", number, "replay"), message, Some(help))
+            })?;
+            let speaks = |one: &&Speaker| one.node == node.name.as_str() && one.line == *line;
+            let words = self.rig.speakers.iter().find(speaks);
+            let words = words.map(|speaker| (&speaker.layout, speaker.sender));
+            let port = u8::try_from(port).unwrap_or(u8::MAX);
+            said.extend(said_on(&log, channel, words).map(|(at, what)| (at, port, what)));
+        }
+        if said.is_empty() {
+            let message = format!("`{}` says nothing in {}", node.name, source.origin);
+            return Err(self.mistake(("node", number, "replay"), message, None).into());
+        }
+        said.sort_by_key(|(at, ..)| *at);
+        Ok(NodePart::Replayed(said.into()))
     }
 
     fn emulated<P: Parts>(

@@ -41,9 +41,10 @@ pub struct Header {
     /// What the observations in it mean.
     #[serde(default)]
     pub quantities: Vec<Quantity>,
-    /// The nodes of a rig by their names, in the order of [`Device::Node`]; none where the plan names its only device.
+    /// The nodes of a rig on their lines, in the order of [`Device::Node`]; none where the plan names its only device. A node
+    /// on several lines stands here once for each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub nodes: Vec<String>,
+    pub nodes: Vec<Node>,
     /// The serial lines of the bench as its device file has them; none where nobody said so.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lines: Vec<Line>,
@@ -55,6 +56,15 @@ pub struct Header {
 
 fn is_empty(files: &Arc<Pack>) -> bool {
     files.0.is_empty()
+}
+
+/// A node on a line of a rig.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Node {
+    /// Its name.
+    pub name: String,
+    /// The name of the line.
+    pub line: String,
 }
 
 /// A serial line.
@@ -105,9 +115,15 @@ impl Header {
     /// Whose event it is, by name.
     pub fn name_of(&self, device: Device) -> &str {
         match device {
-            Device::Node(place) => self.nodes.get(usize::from(place)).map_or("node", |name| name),
+            Device::Node(_) => self.node(device).map_or("node", |node| &node.name),
             device => device.name(),
         }
+    }
+
+    /// The node of a rig, and the line that it spoke on.
+    pub fn node(&self, device: Device) -> Option<&Node> {
+        let Device::Node(place) = device else { return None };
+        self.nodes.get(usize::from(place))
     }
 
     /// Writes magic, version and block.

@@ -94,11 +94,8 @@ fn paper(parts: &Parts, setup: &Setup) -> (Rig, PortPlans, Lines) {
 
 /// The gyro and what carries it, then what carries nothing.
 fn robots(parts: &Parts, seed: u64) -> Vec<Robot> {
-    let ideal = GyroStream {
-        format: GyroFormat::Navigator,
-        mode: OutputMode::default(),
-        reversed: false,
-    };
+    let ideal =
+        GyroStream { format: GyroFormat::Navigator, mode: OutputMode::default(), reversed: false };
     let devices = |mount| Devices {
         mount,
         gyro: parts.gyro.clone().unwrap_or((ideal, GyroParameters::default())),
@@ -106,10 +103,8 @@ fn robots(parts: &Parts, seed: u64) -> Vec<Robot> {
         table: parts.table.clone(),
         absolute: AbsoluteParameters::default(),
     };
-    let there = [
-        parts.base.as_ref().map(|_| Mount::Base),
-        parts.table.as_ref().map(|_| Mount::Table),
-    ];
+    let there =
+        [parts.base.as_ref().map(|_| Mount::Base), parts.table.as_ref().map(|_| Mount::Table)];
     let there = there.into_iter().flatten();
     let carries = parts.mount.filter(|mount| there.clone().any(|one| one == *mount));
     let mut robots = Vec::new();

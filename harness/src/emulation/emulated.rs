@@ -161,7 +161,9 @@ impl Emulated {
             Request::Power { device, on } => {
                 let name = self.choose(device.as_deref())?;
                 let Some(device) = self.described(&name) else {
-                    let why = format!("failed to switch the {name}: it has no switch; restart the gyro by a fault");
+                    let why = format!(
+                        "failed to switch the {name}: it has no switch; restart the gyro by a fault"
+                    );
                     return Err(RequestError::Refused(why));
                 };
                 device.power(now, *on);
@@ -193,11 +195,8 @@ impl Emulated {
         for node in &self.rig.nodes {
             match &node.part {
                 Part::Robot(robot) => {
-                    const PARTS: [(Target, &str); 3] = [
-                        (Target::Gyro, GYRO),
-                        (Target::Base, BASE),
-                        (Target::Table, TABLE),
-                    ];
+                    const PARTS: [(Target, &str); 3] =
+                        [(Target::Gyro, GYRO), (Target::Base, BASE), (Target::Table, TABLE)];
                     let there = PARTS.iter().filter(|(target, _)| robot.has(*target));
                     names.extend(there.map(|(_, name)| *name));
                 }
@@ -279,11 +278,14 @@ impl Emulated {
         Err(RequestError::Refused(format!("failed to turn the gyro: {why}")))
     }
 
-    fn begin_fault(&mut self, now: Timestamp, name: &str, fault: &Fault) -> Result<(), RequestError> {
-        let no_device = || RequestError::NoDevice {
-            device: name.to_owned(),
-            there: self.names().join(", "),
-        };
+    fn begin_fault(
+        &mut self,
+        now: Timestamp,
+        name: &str,
+        fault: &Fault,
+    ) -> Result<(), RequestError> {
+        let no_device =
+            || RequestError::NoDevice { device: name.to_owned(), there: self.names().join(", ") };
         let target = Target::named(name).ok_or_else(no_device)?;
         let declared = crate::faults::Fault {
             toward: fault.toward,
@@ -312,7 +314,6 @@ impl Emulated {
         }
     }
 }
-
 
 #[cfg(test)]
 mod tests;

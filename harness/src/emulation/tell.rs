@@ -67,7 +67,8 @@ pub(super) fn truth(emulated: &mut Emulated, now: Timestamp) -> Value {
     for name in described(emulated) {
         let Some(device) = emulated.described(&name) else { continue };
         let states: Vec<String> = device.description().states().map(str::to_owned).collect();
-        let values = states.iter().filter_map(|state| Some((state.clone(), json!(device.value(state)?))));
+        let values =
+            states.iter().filter_map(|state| Some((state.clone(), json!(device.value(state)?))));
         tell(&name, Value::Object(values.collect()));
     }
     Value::Object(told)
@@ -83,8 +84,7 @@ pub(super) fn values(
         return Err(format!("failed to tell values of the {name}: ask for its \"truth\""));
     };
     let parameters = device.description().parameters().map(|(name, ..)| name.to_owned());
-    let names: Vec<String> =
-        if names.is_empty() { parameters.collect() } else { names.to_vec() };
+    let names: Vec<String> = if names.is_empty() { parameters.collect() } else { names.to_vec() };
     let value = |name: &String| match device.value(name) {
         Some(value) => Ok((name.clone(), json!(value))),
         None => Err(format!("nothing is called {name}")),

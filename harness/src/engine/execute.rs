@@ -2,6 +2,7 @@
 
 use super::op::{Op, expand};
 use super::program::Next;
+use super::rest_watch::Window;
 use super::{Action, Engine, StepAction, Waiting, fit, holds};
 use crate::outcome::Outcome;
 use crate::plan::quantities as q;
@@ -34,7 +35,7 @@ impl Engine {
                 self.end_residual(now);
             }
             Waiting::Log { until, interval, due } if now >= due => {
-                if let Some(window) = self.rest.close() {
+                if let Some(window) = self.close_window() {
                     self.observe(now, |collector| collector.log(&window));
                 }
                 self.waiting = if now >= until {
@@ -63,7 +64,7 @@ impl Engine {
         let is_over = |action: &StepAction| match action {
             StepAction::Repeat(repeat) => {
                 let until = repeat.until.as_ref();
-                until.is_some_and(|until| holds(&self.signals, &self.rest, until))
+                until.is_some_and(|until| holds(&self.signals, self.robot.as_deref(), until))
             }
             _ => false,
         };
@@ -96,7 +97,8 @@ impl Engine {
                 });
                 self.phases.step_began(&self.program, &mut self.actions);
                 self.step = Some((step.action.clone(), now));
-                match expand(&step, &self.calibrations, self.facts.table_step) {
+                let robot = self.robot.as_deref();
+                match expand(&step, robot) {
                     Ok(ops) => self.ops.extend(ops),
                     Err(why) => {
                         let reason = format!("{}: {why}", self.place());
@@ -110,12 +112,13 @@ impl Engine {
     fn begin(&mut self, now: Timestamp, op: Op) {
         match op {
             Op::Mission(command) => self.send(now, *command),
-            Op::StateBefore => {
-                self.ends.state_before = None;
-                self.send(now, Command::RequestState);
-            }
-            Op::StateAfter => {
-                self.ends.state_after = None;
+            Op::StateBefore | Op::StateAfter => {
+                if let Some(robot) = &mut self.robot {
+                    match op {
+                        Op::StateBefore => robot.ends.state_before = None,
+                        _ => robot.ends.state_after = None,
+                    }
+                }
                 self.send(now, Command::RequestState);
             }
             Op::AbsoluteBefore | Op::AbsoluteAfter | Op::AbsoluteNamed => {
@@ -125,20 +128,21 @@ impl Engine {
             Op::Pause(span) => self.waiting = Waiting::Until(now + span),
             Op::PauseUntil(at) => self.waiting = Waiting::Until(at),
             Op::Log { duration, interval } => {
-                self.rest.open();
+                self.open_window();
                 let until = now + duration;
                 let due = (now + interval).min(until);
                 self.waiting = Waiting::Log { until, interval, due };
             }
             Op::Residual(duration) => {
-                self.rest.open();
+                self.open_window();
                 self.waiting = Waiting::Residual(now + duration);
             }
             Op::Condition => self.waiting = Waiting::Condition,
             Op::Send(send) => self.actions.push_back(Action::Send(send)),
             Op::StopSending(message) => self.actions.push_back(Action::StopSending(message)),
             Op::Rest => {
-                if self.state.is_some_and(|state| state.moving) {
+                let state = self.robot.as_ref().and_then(|robot| robot.state);
+                if state.is_some_and(|state| state.moving) {
                     self.waiting = Waiting::Rest;
                 }
             }
@@ -151,12 +155,14 @@ impl Engine {
                 self.waiting = Waiting::TableRest { ask_at: now + TABLE_POLL };
             }
             Op::ObserveLap(direction) => {
-                let (ends, facts) = (self.ends, self.facts);
+                let Some(robot) = &self.robot else { return };
+                let (ends, facts) = (robot.ends, robot.facts);
                 self.observe(now, |collector| collector.lap(&ends, direction, &facts));
             }
             Op::ObserveTableTurn(turn) => {
-                let (ends, facts, heading) = (self.ends, self.facts, self.table_heading);
-                self.table_heading += turn.angle;
+                let Some(robot) = &mut self.robot else { return };
+                let (ends, facts, heading) = (robot.ends, robot.facts, robot.table_heading);
+                robot.table_heading += turn.angle;
                 self.observe(now, |collector| {
                     collector.table_turn(&ends, &turn, heading, &facts);
                 });
@@ -187,16 +193,17 @@ impl Engine {
     }
 
     pub(super) fn send(&mut self, now: Timestamp, command: Command) {
-        let id = self.next_id;
-        self.next_id = self.next_id.wrapping_add(1);
+        let Some(robot) = &mut self.robot else { return };
+        let id = robot.next_id;
+        robot.next_id = robot.next_id.wrapping_add(1);
         match &command {
-            Command::SetHeadingSource(source) => self.heading_source = *source,
+            Command::SetHeadingSource(source) => robot.heading_source = *source,
             Command::SetCalibration(calibration) => {
-                if *calibration != self.calibration {
-                    self.calibration_since = now;
+                if *calibration != robot.calibration {
+                    robot.calibration_since = now;
                 }
-                self.calibration = calibration.clone();
-                self.model = None;
+                robot.calibration = calibration.clone();
+                robot.model = None;
             }
             _ => {}
         }
@@ -206,16 +213,27 @@ impl Engine {
         self.waiting = Waiting::Mission(id);
     }
 
+    fn open_window(&mut self) {
+        if let Some(robot) = &mut self.robot {
+            robot.rest.open();
+        }
+    }
+
+    fn close_window(&mut self) -> Option<Window> {
+        self.robot.as_mut()?.rest.close()
+    }
+
     fn end_residual(&mut self, now: Timestamp) {
-        let Some(window) = self.rest.close() else {
+        let Some(window) = self.close_window() else {
             let reason = format!("{}: no gyro sample came at rest", self.place());
             self.end(now, Outcome::Failed, Some(reason));
             return;
         };
-        let test = self.bias_test;
+        let Some(robot) = &self.robot else { return };
+        let test = robot.bias_test;
         let table = window
             .temperature
-            .and_then(|t: Temperature| self.calibration.table_bias(t))
+            .and_then(|t: Temperature| robot.calibration.table_bias(t))
             .map(|bias| bias.deg_per_s());
         self.observe(now, |collector| {
             let test = test.as_ref().map(|(at, result)| (result, (now - *at).as_secs_f64()));
@@ -230,7 +248,9 @@ impl Engine {
             Ok(fitted) => {
                 let (name, note) = (step.name.as_str().to_owned(), fitted.to_string());
                 self.record(RecordKind::Note(format!("fit {name}: {note}")));
-                self.fits.insert(name, fitted);
+                if let Some(robot) = &mut self.robot {
+                    robot.fits.insert(name, fitted);
+                }
             }
             Err(why) => {
                 let reason = format!("{}: {why}", self.place());
@@ -241,11 +261,12 @@ impl Engine {
 
     fn save_calibration(&mut self, now: Timestamp) {
         let Some((StepAction::SaveCalibration(step), _)) = &self.step else { return };
-        let fits = step.from.iter().filter_map(|name| self.fits.get(name.as_str()));
+        let Some(robot) = &mut self.robot else { return };
+        let fits = step.from.iter().filter_map(|name| robot.fits.get(name.as_str()));
         match fit::calibration(fits) {
             Ok(calibration) => {
                 let name = step.name.as_str().to_owned();
-                self.calibrations.insert(name.clone(), calibration.clone());
+                robot.calibrations.insert(name.clone(), calibration.clone());
                 self.actions.push_back(Action::SaveCalibration { name, calibration });
             }
             Err(why) => {

@@ -28,7 +28,9 @@ impl Engine {
                 self.record(RecordKind::Note(note));
                 self.observe_finding(now, step.from, &found.finding);
                 let name = step.name.as_str().to_owned();
-                self.models.insert(name.clone(), found.model.clone());
+                if let Some(robot) = &mut self.robot {
+                    robot.models.insert(name.clone(), found.model.clone());
+                }
                 self.actions.push_back(Action::KeepFound { name, found: Box::new(found) });
             }
             Err(why) => {
@@ -39,30 +41,19 @@ impl Engine {
     }
 
     fn found(&self, step: &Identify) -> Result<Found, String> {
+        let robot = self.robot.as_ref().ok_or("there is no robot here")?;
         let selection = Selection {
             source: step.from,
             over: step.over.as_ref().map(|over| over.as_str()),
-            since_s: (self.calibration_since - self.began).as_secs_f64(),
-            heading_source: self.heading_source,
+            since_s: (robot.calibration_since - self.began).as_secs_f64(),
+            heading_source: robot.heading_source,
         };
         let name = format!("{}-{}", self.plan.name, step.name);
         let swept = swept(&self.plan.steps);
         let dataset = gathered::dataset(&self.observations, &selection, &swept, &name)?;
         let found = identify(&dataset, None, &Options::default(), &mut |_, _| {})
             .map_err(|error| error.to_string())?;
-        Ok(Found { finding: found.finding, model: self.on_top(found.model) })
-    }
-
-    /// What was read under a model shows what that leaves: the whole model is both. Two scales that
-    /// follow each other are taken as their sum, which is off by their product.
-    fn on_top(&self, mut found: Model) -> Model {
-        if let Some(in_force) = &self.model {
-            found.terms = in_force.terms.iter().cloned().chain(found.terms).collect();
-            for (field, role) in &in_force.fields {
-                found.fields.entry(field.clone()).or_insert(*role);
-            }
-        }
-        found
+        Ok(Found { finding: found.finding, model: on_top(robot.model.as_ref(), found.model) })
     }
 
     fn observe_finding(&mut self, now: Timestamp, source: Source, finding: &Finding) {
@@ -83,7 +74,8 @@ impl Engine {
 
     /// Has the controller correct by the model of that name, or by none any more.
     pub(super) fn use_model(&mut self, now: Timestamp, name: Option<&str>) {
-        let model = match name.map(|name| (name, self.models.get(name))) {
+        let Some(robot) = &self.robot else { return };
+        let model = match name.map(|name| (name, robot.models.get(name))) {
             None => None,
             Some((_, Some(model))) => Some(model.clone()),
             Some((name, None)) => {
@@ -93,7 +85,7 @@ impl Engine {
                 return;
             }
         };
-        let mut calibration = self.calibration.clone();
+        let mut calibration = robot.calibration.clone();
         calibration.corrections.clear();
         let calibration = match &model {
             None => Ok(calibration),
@@ -102,7 +94,9 @@ impl Engine {
         match calibration {
             Ok(calibration) => {
                 self.send(now, Command::SetCalibration(calibration));
-                self.model = model;
+                if let Some(robot) = &mut self.robot {
+                    robot.model = model;
+                }
             }
             Err(refused) => {
                 let reason = format!("{}: {refused}", self.place());
@@ -110,6 +104,18 @@ impl Engine {
             }
         }
     }
+}
+
+/// What was read under a model shows what that leaves: the whole model is both. Two scales that
+/// follow each other are taken as their sum, which is off by their product.
+fn on_top(in_force: Option<&Model>, mut found: Model) -> Model {
+    if let Some(in_force) = in_force {
+        found.terms = in_force.terms.iter().cloned().chain(found.terms).collect();
+        for (field, role) in &in_force.fields {
+            found.fields.entry(field.clone()).or_insert(*role);
+        }
+    }
+    found
 }
 
 /// Quantities that the plan's identifications are made from.

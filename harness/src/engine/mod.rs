@@ -15,6 +15,7 @@ mod op;
 mod phases;
 pub mod program;
 mod rest_watch;
+mod robot;
 mod signals;
 mod teardown;
 
@@ -24,33 +25,22 @@ use crate::observation::Observation;
 use crate::outcome::Outcome;
 use crate::plan::{Action as StepAction, Answer, Condition, Plan, Speaker, Step, quantities as q};
 use crate::record::{Device, RecordKind};
-use controller::calibration::Calibration;
-use controller::health::Level;
-use controller::mission::{BiasTestResult, HeadingSource, MissionId, MissionResult, Report, State};
-use fit::Fitted;
-use identification::model::Model;
-use observe::{Collector, Ends, Tags};
+use controller::mission::MissionId;
+use observe::{Collector, Tags};
 use op::Op;
 use phases::Phases;
 use program::Program;
-use rest_watch::RestWatch;
+use robot::Robot;
 use signals::Signals;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
-use teardown::Teardown;
-use wire::base::HEADING_STEP;
-use wire::table;
 use wire::time::{Span, Timestamp};
-use wire::units::{Angle, Pose};
+use wire::units::Angle;
 
 /// A quantity is kept at most this often; a plan that makes more of one is cut off there, and the
 /// record says so. 16 hours of 1 Hz are 57,600; the heading errors of 80 laps 130,000.
 pub const OBSERVATIONS_MAX: usize = 1_000_000;
-/// The first mission's number; the others follow in the order in which they are recorded.
-pub(crate) const FIRST_MISSION: MissionId = 1;
-
-/// What is said of a run after whose end nobody could see the base at rest.
-const NO_REST: &str = "the controller never confirmed that the base stands still";
+pub(crate) use robot::FIRST_MISSION;
 
 /// What the engine must know of the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -105,7 +95,6 @@ enum Waiting {
 #[derive(Debug)]
 pub struct Engine {
     plan: Arc<Plan>,
-    facts: BenchFacts,
     program: Program,
     ops: VecDeque<Op>,
     waiting: Waiting,
@@ -114,22 +103,13 @@ pub struct Engine {
     step_deadline: Timestamp,
     plan_deadline: Timestamp,
     began: Timestamp,
-    next_id: MissionId,
-    state: Option<State>,
-    ends: Ends,
-    /// Sum of the angles that the table was told to turn by.
-    table_heading: Angle,
-    rest: RestWatch,
     /// What nodes said.
     signals: Signals,
-    /// A controller is there that takes missions: it has to be heard before the first step, and brings the base to rest at
-    /// the end.
-    has_controller: bool,
-    /// Other nodes that are under test.
+    /// What a robot adds: whoever takes missions has to be heard before the first step, and brings it to rest at the end. None
+    /// where nobody takes missions.
+    robot: Option<Box<Robot>>,
+    /// Nodes that are under test, but for the robot's controller.
     under_test: Vec<String>,
-    bias_test: Option<(Timestamp, BiasTestResult)>,
-    calibration: Calibration,
-    heading_source: HeadingSource,
     tags: Tags,
     /// Rounds of the innermost repeats and sweeps begun, and whether one has begun since the last step.
     rounds: u64,
@@ -137,67 +117,33 @@ pub struct Engine {
     /// Quantities that a measurement or a fit of the plan asks for.
     wanted: BTreeSet<String>,
     observations: BTreeMap<String, Vec<Observation>>,
-    calibrations: BTreeMap<String, Calibration>,
-    /// Since when the calibration is in force.
-    calibration_since: Timestamp,
-    /// Models that can be used by name, and the one in force.
-    models: BTreeMap<String, Model>,
-    model: Option<Model>,
-    fits: BTreeMap<String, Fitted>,
-    times_degraded: u32,
-    times_fault: u32,
-    level: Level,
-    teardown: Option<Teardown>,
     ending: Option<Ending>,
     actions: VecDeque<Action>,
     phases: Phases,
 }
 
 impl Engine {
-    /// An engine that begins `plan` at `now`. `calibrations` are those that can be used by name.
-    pub fn new(
-        plan: Arc<Plan>,
-        calibrations: BTreeMap<String, Calibration>,
-        facts: BenchFacts,
-        now: Timestamp,
-    ) -> Self {
+    /// An engine that begins `plan` at `now`, of a rig in which nobody takes missions.
+    pub fn new(plan: Arc<Plan>, now: Timestamp) -> Self {
         let plan_deadline = now + plan.time_limit();
         Self {
             program: Program::new(Arc::clone(&plan), now, plan_deadline),
             wanted: wanted(&plan),
             phases: Phases::new(!plan.faults.is_empty()),
             plan,
-            facts,
             ops: VecDeque::new(),
             waiting: Waiting::Nothing,
             step: None,
             step_deadline: Timestamp::MAX,
             plan_deadline,
             began: now,
-            next_id: FIRST_MISSION,
-            state: None,
-            ends: Ends::default(),
-            table_heading: Angle::ZERO,
-            rest: RestWatch::default(),
             signals: Signals::default(),
-            has_controller: true,
+            robot: None,
             under_test: Vec::new(),
-            bias_test: None,
-            calibration: Calibration::default(),
-            heading_source: HeadingSource::default(),
             tags: Tags::new(),
             rounds: 0,
             round_begun: false,
             observations: BTreeMap::new(),
-            calibrations,
-            calibration_since: now,
-            models: BTreeMap::new(),
-            model: None,
-            fits: BTreeMap::new(),
-            times_degraded: 0,
-            times_fault: 0,
-            level: Level::Starting,
-            teardown: None,
             ending: None,
             actions: VecDeque::new(),
         }
@@ -210,10 +156,9 @@ impl Engine {
         self
     }
 
-    /// Of a rig in which nobody takes missions; these nodes are under test.
+    /// These nodes are under test: what they do not do in time, they do not do.
     #[must_use]
-    pub fn without_controller(mut self, under_test: Vec<String>) -> Self {
-        self.has_controller = false;
+    pub fn awaiting(mut self, under_test: Vec<String>) -> Self {
         self.under_test = under_test;
         self
     }
@@ -221,13 +166,6 @@ impl Engine {
     /// A node under test is gone: it did not do what it should, and nothing broke but itself.
     pub fn lost_node(&mut self, now: Timestamp, node: &str, how: &str) {
         self.end(now, Outcome::Failed, Some(format!("`{node}` is under test and ended: {how}")));
-    }
-
-    /// With identified models that can be used by name.
-    #[must_use]
-    pub fn with_models(mut self, models: BTreeMap<String, Model>) -> Self {
-        self.models = models;
-        self
     }
 
     /// The plan.
@@ -240,14 +178,9 @@ impl Engine {
         &self.observations
     }
 
-    /// The last state that the controller reported.
-    pub const fn state(&self) -> Option<&State> {
-        self.state.as_ref()
-    }
-
     /// How it ended; `None` while it runs.
     pub fn ending(&self) -> Option<&Ending> {
-        self.ending.as_ref().filter(|_| self.teardown.is_none())
+        self.ending.as_ref().filter(|_| self.teardown().is_none())
     }
 
     /// It has come to an end, though the base may not have been stopped yet.
@@ -267,7 +200,7 @@ impl Engine {
 
     /// When [`Self::wake`] has something to do, if nothing arrives before.
     pub fn next_wakeup(&self) -> Timestamp {
-        if let Some(teardown) = &self.teardown {
+        if let Some(teardown) = self.teardown() {
             return teardown.next_wakeup();
         }
         if self.ending.is_some() {
@@ -275,7 +208,9 @@ impl Engine {
         }
         let due = match self.waiting {
             // The first step waits for the controller to be heard; see `report`.
-            Waiting::Nothing if self.state.is_some() || !self.has_controller => Timestamp::ZERO,
+            Waiting::Nothing if self.robot.as_ref().is_none_or(|robot| robot.is_heard()) => {
+                Timestamp::ZERO
+            }
             Waiting::Until(at) | Waiting::Residual(at) | Waiting::TableRest { ask_at: at } => at,
             Waiting::Log { until, due, .. } => until.min(due),
             _ => Timestamp::MAX,
@@ -285,7 +220,7 @@ impl Engine {
 
     /// Does what is due `now`.
     pub fn wake(&mut self, now: Timestamp) {
-        if self.teardown.is_some() {
+        if self.teardown().is_some() {
             self.step_teardown(now);
             return;
         }
@@ -323,49 +258,6 @@ impl Engine {
         self.end(now, Outcome::Error, Some(why.to_owned()));
     }
 
-    /// The controller is gone: nothing can be confirmed any more, and nobody is left to stop the base
-    /// but its own command time-out.
-    pub fn lost_controller(&mut self, now: Timestamp, how: &str) {
-        self.broke(now, &format!("lost the device under test: {how}"));
-        self.teardown = None;
-    }
-
-    /// Takes a report of the controller.
-    pub fn report(&mut self, now: Timestamp, report: &Report) {
-        if let Some(teardown) = &mut self.teardown {
-            teardown.report(now, report);
-            self.step_teardown(now);
-            return;
-        }
-        match report {
-            Report::State(state) => self.take_state(now, state),
-            Report::Health(health) => {
-                self.times_degraded +=
-                    u32::from(health.level >= Level::Degraded && self.level < Level::Degraded);
-                self.times_fault +=
-                    u32::from(health.level == Level::Fault && self.level < Level::Fault);
-                self.level = health.level;
-            }
-            Report::Done { id, result } if self.waiting == Waiting::Mission(*id) => {
-                self.phases.mission_ended(&mut self.actions);
-                self.take_result(now, result);
-                self.waiting = Waiting::Nothing;
-                self.advance(now);
-            }
-            Report::Refused { id, reason } if self.waiting == Waiting::Mission(*id) => {
-                let reason = format!("{}: the controller refused: {}", self.place(), words(reason));
-                self.end(now, Outcome::Failed, Some(reason));
-            }
-            Report::Aborted { id, reason } if self.waiting == Waiting::Mission(*id) => {
-                let reason =
-                    format!("{}: the controller broke off: {}", self.place(), words(reason));
-                self.end(now, Outcome::Failed, Some(reason));
-            }
-            // An answer to a mission that nobody waits for any more.
-            Report::Done { .. } | Report::Refused { .. } | Report::Aborted { .. } => {}
-        }
-    }
-
     /// Takes a message: its speaker and its place in that one's layout, and the values of its signals as far as it carries
     /// them.
     pub fn message(&mut self, now: Timestamp, which: (usize, usize), values: &[Option<f64>]) {
@@ -389,42 +281,11 @@ impl Engine {
     fn ends_wait(&mut self) -> bool {
         let holds = self.waiting == Waiting::Condition
             && matches!(&self.step, Some((StepAction::WaitUntil(condition), _))
-                if holds(&self.signals, &self.rest, condition));
+                if holds(&self.signals, self.robot.as_deref(), condition));
         if holds {
             self.waiting = Waiting::Nothing;
         }
         holds
-    }
-
-    /// Takes the table's answer.
-    pub fn table(&mut self, now: Timestamp, answer: table::Answer) {
-        match (&self.waiting, answer) {
-            (Waiting::TableWord, table::Answer::Done(_))
-            | (Waiting::TableRest { .. }, table::Answer::State { moving: false, .. }) => {
-                self.waiting = Waiting::Nothing;
-            }
-            (Waiting::TableWord | Waiting::TableRest { .. }, table::Answer::Refused(_)) => {
-                let reason = format!("{}: the table refused a command", self.place());
-                self.end(now, Outcome::Error, Some(reason));
-            }
-            _ => {}
-        }
-        self.advance(now);
-    }
-
-    /// Takes what the absolute measurement found.
-    pub fn absolute(&mut self, now: Timestamp, pose: Pose) {
-        let Waiting::Absolute(op) = &self.waiting else { return };
-        match op {
-            Op::AbsoluteBefore => self.ends.pose_before = Some(pose),
-            Op::AbsoluteAfter => self.ends.pose_after = Some(pose),
-            _ => {
-                let facts = self.facts;
-                self.observe(now, |collector| collector.pose(&pose, &facts));
-            }
-        }
-        self.waiting = Waiting::Nothing;
-        self.advance(now);
     }
 
     /// Takes the world's confirmation that something is done.
@@ -458,48 +319,6 @@ impl Engine {
         match &self.step {
             Some((action, _)) => format!("{} ({action})", self.program.place()),
             None => self.program.place(),
-        }
-    }
-
-    fn take_state(&mut self, now: Timestamp, state: &State) {
-        let first = self.state.replace(*state).is_none();
-        self.ends.take(now, state);
-        self.rest.take(now, state);
-        if let Some(error) = state.heading_error
-            && self.wanted.contains(q::STRAIGHT_HEADING_ERROR.name)
-        {
-            self.observe(now, |collector| {
-                collector.add(&q::STRAIGHT_HEADING_ERROR, -error.deg(), 0.0, &[]);
-            });
-        }
-        self.ends_wait();
-        if self.waiting == Waiting::Rest && !state.moving {
-            self.waiting = Waiting::Nothing;
-        }
-        if first || self.waiting == Waiting::Nothing {
-            self.advance(now);
-        }
-    }
-
-    fn take_result(&mut self, now: Timestamp, result: &MissionResult) {
-        // By the gyro the resolution is far below its drift in a few seconds; by the odometry it is a
-        // step of 0.3 deg (uniform).
-        let heading_u_deg = match self.heading_source {
-            HeadingSource::Gyro => 0.0,
-            HeadingSource::Odometry => HEADING_STEP.deg() / 12f64.sqrt(),
-        };
-        match result {
-            MissionResult::BiasTest(result) => {
-                self.bias_test = Some((now, *result));
-                self.observe(now, |collector| collector.bias_test(result));
-            }
-            MissionResult::Straight(result) => {
-                self.observe(now, |collector| collector.straight(result, heading_u_deg));
-            }
-            MissionResult::Turn(result) => {
-                self.observe(now, |collector| collector.turn(result, heading_u_deg));
-            }
-            MissionResult::Applied => {}
         }
     }
 
@@ -538,59 +357,15 @@ impl Engine {
         self.phases.all_ended(&mut self.actions);
         // What is sent last is what the plan says.
         self.actions.extend(self.plan.finally.iter().cloned().map(Action::Send));
-        if !self.has_controller {
-            // Nobody would confirm that anything stands still.
-            return;
-        }
-        self.teardown = Some(Teardown::begin(now));
-        self.step_teardown(now);
-    }
-
-    /// What is known of the run as a whole.
-    fn observe_whole_run(&mut self, now: Timestamp) {
-        let (degraded, fault) = (self.times_degraded, self.times_fault);
-        let state = self.state;
-        self.observe(now, |collector| {
-            collector.add(&q::HEALTH_DEGRADED, f64::from(degraded), 0.0, &[]);
-            collector.add(&q::HEALTH_FAULT, f64::from(fault), 0.0, &[]);
-            let Some(state) = state else { return };
-            collector.add(&q::SAMPLES_USED, state.samples as f64, 0.0, &[]);
-            collector.add(&q::SAMPLES_LOST, state.samples_lost as f64, 0.0, &[]);
-            let overflows = f64::from(u8::from(state.health.causes.overflow));
-            collector.add(&q::QUEUE_OVERFLOWS, overflows, 0.0, &[]);
-            if let Some(ratio) = state.clock_ratio {
-                collector.add(&q::CLOCK_RATIO, ratio, 0.0, &[]);
-            }
-        });
-    }
-
-    fn step_teardown(&mut self, now: Timestamp) {
-        let Some(teardown) = &mut self.teardown else { return };
-        if !teardown.step(now, &mut self.next_id, &mut self.actions) {
-            return;
-        }
-        let at_rest = teardown.at_rest();
-        self.teardown = None;
-        if !at_rest && let Some(ending) = &mut self.ending {
-            // A failure or a time-out says more than that the bench fell silent afterwards.
-            if ending.outcome == Outcome::Passed {
-                ending.outcome = Outcome::Error;
-            }
-            self.actions
-                .push_back(Action::Record(Device::Plan, RecordKind::Note(NO_REST.to_owned())));
-            ending.reason = Some(match ending.reason.take() {
-                Some(reason) => format!("{reason}; {NO_REST}"),
-                None => NO_REST.to_owned(),
-            });
-        }
+        self.begin_teardown(now);
     }
 }
 
 /// Does this hold by what was heard last: in messages of nodes, or from the controller?
-fn holds(signals: &Signals, rest: &RestWatch, condition: &Condition) -> bool {
+fn holds(signals: &Signals, robot: Option<&Robot>, condition: &Condition) -> bool {
     match condition.quantity().of_message() {
         Some(_) => signals.holds(condition),
-        None => rest.holds(condition),
+        None => robot.is_some_and(|robot| robot.rest.holds(condition)),
     }
 }
 
@@ -615,12 +390,4 @@ fn wanted(plan: &Plan) -> BTreeSet<String> {
     fitted(&plan.steps, &mut names);
     identify::needed(&plan.steps, &mut names);
     names
-}
-
-/// An enumerator of the mission protocol as it stands in JSON, with spaces for underscores.
-fn words(reason: &impl serde::Serialize) -> String {
-    serde_json::to_value(reason)
-        .ok()
-        .and_then(|value| value.as_str().map(|text| text.replace('_', " ")))
-        .unwrap_or_default()
 }

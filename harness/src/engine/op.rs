@@ -1,9 +1,9 @@
 //! Steps of a plan, broken down to what the engine does one after another.
 
+use super::robot::Robot;
 use crate::plan::{Action, Answer, Direction, Lap, Name, Send, Step, TableTurn};
 use controller::calibration::Calibration;
 use controller::mission::{self, Command};
-use std::collections::BTreeMap;
 use wire::table::Command as TableCommand;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, Pose};
@@ -76,11 +76,7 @@ impl Op {
 }
 
 /// What a step is broken down to, or why it cannot be.
-pub(super) fn expand(
-    step: &Step,
-    calibrations: &BTreeMap<String, Calibration>,
-    table_step: Angle,
-) -> Result<Vec<Op>, String> {
+pub(super) fn expand(step: &Step, robot: Option<&Robot>) -> Result<Vec<Op>, String> {
     let mission = |command| vec![Op::mission(command)];
     let at_rest = |command| vec![Op::Rest, Op::mission(command)];
     Ok(match &step.action {
@@ -99,7 +95,9 @@ pub(super) fn expand(
             speed: straight.speed,
         })),
         Action::Lap(lap) => lap_ops(lap),
-        Action::TableTurn(turn) => table_ops(turn, table_step),
+        Action::TableTurn(turn) => {
+            table_ops(turn, robot.map_or(Angle::TURN, |robot| robot.facts.table_step))
+        }
         Action::Place(place) => {
             let pose = Pose { x: place.x, y: place.y, heading: place.heading };
             vec![Op::Place(pose), Op::mission(Command::SetPose(pose))]
@@ -111,7 +109,7 @@ pub(super) fn expand(
         Action::SaveCalibration(_) => vec![Op::SaveCalibration],
         Action::UseCalibration(wanted) => match wanted.name().map(Name::as_str) {
             None => at_rest(Command::SetCalibration(Calibration::default())),
-            Some(name) => match calibrations.get(name) {
+            Some(name) => match robot.and_then(|robot| robot.calibrations.get(name)) {
                 Some(calibration) => at_rest(Command::SetCalibration(calibration.clone())),
                 None => return Err(format!("no calibration \"{name}\" has been made or found")),
             },

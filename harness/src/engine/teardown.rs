@@ -80,7 +80,8 @@ const fn now_plus(now: Timestamp) -> Timestamp {
 #[cfg(test)]
 mod tests {
     use super::{Action, REST_WAIT, Timestamp};
-    use crate::engine::{BenchFacts, Engine, NO_REST};
+    use crate::engine::robot::NO_REST;
+    use crate::engine::{BenchFacts, Engine};
     use crate::plan::Plan;
     use crate::record::RecordKind;
     use std::collections::BTreeMap;
@@ -94,7 +95,9 @@ mod tests {
     #[test]
     fn a_base_that_nobody_saw_at_rest_is_said_in_the_reason_and_in_the_record() {
         let plan = Arc::new(Plan::parse("still.toml", PLAN).expect("a plan"));
-        let mut engine = Engine::new(plan, BTreeMap::new(), BenchFacts::default(), Timestamp::ZERO);
+        let (facts, none) = (BenchFacts::default(), BTreeMap::new());
+        let mut engine =
+            Engine::new(plan, Timestamp::ZERO).with_robot(facts, none, BTreeMap::new());
         engine.abort(Timestamp::ZERO);
         assert_eq!(engine.ending(), None, "the base may still move");
         engine.wake(Timestamp::ZERO + REST_WAIT);

@@ -3,15 +3,17 @@
 use super::Rig;
 use super::line::{End, EndId, Line};
 use super::node::{BASE, Described, GYRO, Machine, Node, Part};
+use super::replayed::Replaying;
 use super::robot::{CARRIER, Robot};
 use super::tester::Tester;
 use crate::hosted::{Hosting, OwnDevices};
-use crate::plan::Rig as Declared;
 use crate::plan::rig::{NodePart, RigLine};
+use crate::plan::{DEVICE, Rig as Declared};
 use crate::record::Device;
 use crate::world::bench::Bench;
 use controller::config::Transport;
 use described::Medium;
+use std::sync::Arc;
 use wire::device::PortId;
 
 pub(crate) fn end(node: usize, port: PortId, who: Device, name: &str) -> End {
@@ -50,14 +52,14 @@ pub(crate) fn paper(bench: Bench, hosting: Option<&Hosting>) -> Rig {
     rig
 }
 
-/// As whose the record has what a node sends: by its place among the declared nodes.
-pub(crate) fn who(declared: &Declared, place: usize) -> Device {
-    let node = &declared.nodes[place];
-    match (&node.part, declared.is_short) {
-        (NodePart::Tester(..), true) => Device::Plan,
-        (_, true) => Device::Device,
-        _ => Device::Node(u8::try_from(place).unwrap_or(u8::MAX)),
+/// As whose the record has what a node sends on a line: by its place among the ends of the declared rig.
+pub(crate) fn who(declared: &Declared, place: usize, line: usize) -> Device {
+    if declared.is_short {
+        let is_device = declared.nodes[place].name == DEVICE;
+        return if is_device { Device::Device } else { Device::Plan };
     }
+    let end = declared.ends().position(|end| end == (place, line));
+    Device::Node(end.and_then(|end| u8::try_from(end).ok()).unwrap_or(u8::MAX))
 }
 
 /// The declared nodes and their lines beside what is there. What is under test is what `own` brings; where that has nothing
@@ -74,6 +76,7 @@ pub(super) fn add(rig: &mut Rig, declared: &Declared, own: &OwnDevices, seed: u6
             NodePart::Tester(layout, sender) => {
                 Part::Tester(Box::new(Tester::new(layout.clone(), *sender)))
             }
+            NodePart::Replayed(said) => Part::Replayed(Replaying::new(Arc::clone(said))),
             NodePart::UnderTest(_) => match own.start(&node.name) {
                 Some(device) => Part::Own(device),
                 None => Part::Away,
@@ -86,7 +89,7 @@ pub(super) fn add(rig: &mut Rig, declared: &Declared, own: &OwnDevices, seed: u6
         }
         for (port, line) in node.lines.iter().enumerate() {
             let port = PortId(u8::try_from(port).unwrap_or(u8::MAX));
-            ends[*line].push(end(at, port, who(declared, place), &node.name));
+            ends[*line].push(end(at, port, who(declared, place, *line), &node.name));
         }
     }
     for (line, mut ends) in ends.into_iter().enumerate() {

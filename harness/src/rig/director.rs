@@ -103,6 +103,11 @@ impl Director {
                     Err(why) => self.engine.broke(now, why),
                 }
             }
+            Action::SetParameter { device, .. } | Action::PowerCycle { device, .. }
+                if is_replayed(rig, &device) =>
+            {
+                self.engine.answered(now);
+            }
             Action::SetParameter { device, parameter, value } => {
                 match set_parameter(rig, now, &device, &parameter, value) {
                     Ok(()) => self.engine.answered(now),
@@ -227,6 +232,11 @@ impl Director {
     }
 }
 
+/// A log plays its part, so that what was done to it then has been done.
+fn is_replayed(rig: &Rig, device: &str) -> bool {
+    rig.find(device).is_some_and(|place| matches!(rig.nodes[place].part, Part::Replayed(_)))
+}
+
 fn place_of_plan(rig: &Rig) -> Option<usize> {
     rig.nodes.iter().position(|node| matches!(node.part, Part::Plan))
 }
@@ -257,6 +267,9 @@ fn send_message(rig: &mut Rig, now: Timestamp, send: &Send) -> Result<(), String
     let speaks = |part: &Part| matches!(part, Part::Tester(tester) if tester.knows(&send.message));
     let place = rig.nodes.iter().position(|node| speaks(&node.part));
     let Some(place) = place else {
+        if rig.nodes.iter().any(|node| matches!(node.part, Part::Replayed(_))) {
+            return Ok(());
+        }
         return Err(format!("nobody on this bench sends `{}`", send.message));
     };
     if let Part::Tester(tester) = &mut rig.nodes[place].part {

@@ -23,6 +23,7 @@ mod injector;
 mod ledger;
 pub(crate) mod line;
 pub(crate) mod node;
+mod replayed;
 pub(crate) mod robot;
 pub mod simulate;
 mod slips;
@@ -250,6 +251,7 @@ impl Rig {
                     machine.wake(now);
                     reached(place);
                 }
+                Part::Replayed(replaying) if replaying.next_wakeup() <= now => reached(place),
                 Part::Own(device) if device.next_wakeup() <= now => {
                     device.wake(now);
                     reached(place);
@@ -279,6 +281,10 @@ impl Rig {
                     None => return,
                 },
                 Part::Own(device) => match device.transmit(now) {
+                    Some(sent) => sent,
+                    None => return,
+                },
+                Part::Replayed(replaying) => match replaying.transmit(now) {
                     Some(sent) => sent,
                     None => return,
                 },

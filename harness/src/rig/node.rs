@@ -1,6 +1,7 @@
 //! A node: who is at the lines of a rig.
 
 use super::host::Host;
+use super::replayed::Replaying;
 use super::robot::Robot;
 use super::tester::Tester;
 use crate::faults::FaultKind;
@@ -43,6 +44,8 @@ pub(crate) enum Part {
     Own(Box<dyn Device>),
     /// The plan speaks here, in messages.
     Tester(Box<Tester>),
+    /// A log plays its part.
+    Replayed(Replaying),
     /// The plan's own port at the table.
     Plan,
     /// At a port of this machine: a process, or a real device.
@@ -71,7 +74,7 @@ impl Node {
             Part::Described(described) => described.receive(now, what),
             Part::Own(device) => device.receive(now, port, what),
             // They read what crosses the line with everybody else's words.
-            Part::Tester(_) | Part::Plan | Part::Away => {}
+            Part::Tester(_) | Part::Replayed(_) | Part::Plan | Part::Away => {}
         }
     }
 
@@ -82,6 +85,7 @@ impl Node {
             Part::Described(described) => described.next_wakeup(),
             Part::Own(device) => device.next_wakeup(),
             Part::Tester(tester) => tester.next_wakeup(),
+            Part::Replayed(replaying) => replaying.next_wakeup(),
             Part::Plan | Part::Away => Timestamp::MAX,
         }
     }

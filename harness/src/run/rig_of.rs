@@ -3,6 +3,7 @@
 use super::{PrepareError, load_plan};
 use crate::library::{Kind, Library, LibraryError, PLAN, Source, names};
 use crate::models::learned;
+use crate::plan::replayed::Logged;
 use crate::plan::{Plan, Rig, rig_build};
 use crate::record::header::Header;
 use crate::world::bench::{DevicesError, load_devices};
@@ -11,7 +12,13 @@ use emulators::device_file::Devices;
 use emulators::gyro::terms::SensorErrors;
 use identification::finding::SCHEMA;
 use identification::model::Model;
+#[cfg(feature = "logs")]
+use std::collections::BTreeMap;
 use std::sync::Arc;
+#[cfg(feature = "logs")]
+use wire::device::Transmit;
+#[cfg(feature = "logs")]
+use wire::time::Span;
 
 /// Why a rig cannot be used.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -28,6 +35,18 @@ pub enum RigError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Description(#[from] Box<DescriptionError>),
+    /// A bus log that plays a node's part is not right.
+    #[cfg(feature = "logs")]
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Log(#[from] bus_log::LogError),
+    /// A bus log in a format that a rig does not take.
+    #[error("{origin} is no candump log (.log) and no Vector ASC (.asc)")]
+    #[diagnostic(help("hil log convert {origin} drive.log"))]
+    LogFormat {
+        /// The file.
+        origin: String,
+    },
 }
 
 /// The rig that `plan` names.
@@ -100,6 +119,52 @@ impl rig_build::Parts for Reader<'_> {
     ) -> Result<Layout, RigError> {
         Ok(Layout::from_dbc_of(&file.origin, &file.text, is_ours).map_err(Box::new)?)
     }
+
+    #[cfg(feature = "logs")]
+    fn log(&mut self, file: &Source) -> Result<Vec<Logged>, RigError> {
+        use bus_log::{Format, asc, candump};
+        let path = std::path::Path::new(&file.origin);
+        let text = file.text.as_bytes();
+        match Format::of_path(path) {
+            Some(Format::Candump) => Ok(logged(candump::Reader::new(path, text))?),
+            Some(Format::Asc) => Ok(logged(asc::Reader::new(path, text))?),
+            _ => Err(RigError::LogFormat { origin: file.origin.clone() }),
+        }
+    }
+
+    /// Who builds without the feature `logs` reads none.
+    #[cfg(not(feature = "logs"))]
+    fn log(&mut self, file: &Source) -> Result<Vec<Logged>, RigError> {
+        Err(RigError::LogFormat { origin: file.origin.clone() })
+    }
+}
+
+/// What a log has, from its first entry on. CAN FD frames and error frames are left out.
+///
+/// # Errors
+///
+/// When it cannot be read to its end.
+#[cfg(feature = "logs")]
+pub fn logged(
+    entries: impl IntoIterator<Item = Result<bus_log::Entry, bus_log::LogError>>,
+) -> Result<Vec<Logged>, bus_log::LogError> {
+    let mut log = Vec::new();
+    let (mut origin, mut last) = (None, Span::ZERO);
+    let mut channels: BTreeMap<bus_log::Channel, Arc<str>> = BTreeMap::new();
+    for entry in entries {
+        let entry = entry?;
+        let what = match entry.payload {
+            bus_log::Payload::Frame(frame) => Transmit::Frame(frame),
+            bus_log::Payload::Serial(packet) => Transmit::Bytes(packet),
+            bus_log::Payload::Fd(_) | bus_log::Payload::Error(_) => continue,
+        };
+        // Two interfaces of one log may be a little out of order; time goes on.
+        last = last.max(entry.at.since(*origin.get_or_insert(entry.at)));
+        let channel =
+            channels.entry(entry.channel).or_insert_with(|| entry.channel.as_str().into());
+        log.push(Logged { at: last, channel: Arc::clone(channel), what });
+    }
+    Ok(log)
 }
 
 /// The description of that name or path. Files that it names are beside it.

@@ -1,10 +1,10 @@
 //! Entries as rows of text that a referee prints alike: `micros channel kind identifier flags dlc data
 //! direction`. An error frame has its time alone: not every format says more of it.
 
-use embedded_can::Frame as _;
-use exchange::bus_log::{
+use bus_log::{
     Channel, Direction, Entry, ErrorFrame, FdFlags, FdFrame, Format, LogReader, LogWriter, Payload,
 };
+use embedded_can::Frame as _;
 use std::fmt::Write as _;
 use std::path::Path;
 use wire::can::{CanFrame, ExtendedId, Id, StandardId};

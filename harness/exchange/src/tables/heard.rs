@@ -120,7 +120,10 @@ impl Ears {
         let mut all = Vec::new();
         let mut decoders = Vec::new();
         for speaker in &rig.speakers {
-            let place = rig.nodes.iter().position(|node| node.name == speaker.node);
+            let is_its = |(node, line): (usize, usize)| {
+                rig.nodes[node].name == speaker.node && line == speaker.line
+            };
+            let place = rig.ends().position(is_its);
             let Some(place) = place.and_then(|place| u8::try_from(place).ok()) else { continue };
             let decoder = speaker.layout.decoder_for(speaker.sender);
             let (device, name, first) = (Device::Node(place), speaker.node.clone(), all.len());

@@ -5,12 +5,12 @@ use super::failure::Failure;
 use super::measured::{plain_name, tell};
 use super::progress::Screen;
 use super::say;
+use bus_log::LogWriter;
+use bus_log::convert::convert;
+use bus_log::recorded::Recorded;
 use clap::{Args, ValueEnum};
 use dataset::export::export;
 use dataset::{WriteOptions, write};
-use exchange::bus_log::LogWriter;
-use exchange::bus_log::convert::convert;
-use exchange::bus_log::recorded::Recorded;
 use identification::dataset::Kind;
 use record::outcome::Outcome;
 use record::run_folder::{RECORD, RunFolder, RunFolderError};
@@ -94,7 +94,9 @@ fn bus(folder: &RunFolder, path: &Path, screen: &Screen) -> Result<Outcome, Fail
     let format = super::log_format::format_of(path, None, "--bus")?;
     let failure =
         |source| Failure::from(RunFolderError::Record { path: folder.file(RECORD), source });
-    let mut entries = Recorded::new(folder.records()?).map(|entry| entry.map_err(failure));
+    let records = folder.records()?;
+    let mut entries =
+        Recorded::new(records.header().clone(), records).map(|entry| entry.map_err(failure));
     // Nothing is made of a run that holds nothing.
     let Some(first) = entries.next() else {
         return Err(Failure::arguments(

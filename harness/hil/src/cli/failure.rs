@@ -2,10 +2,10 @@
 
 use super::annotation::Annotation;
 use crate::import::ImportError;
+use bus_log::LogError;
 use campaign::{AccountError, JournalError, RegressionError};
 use dataset::DatasetError;
 use dataset::export::ExportError;
-use exchange::bus_log::LogError;
 use exchange::mcap::McapExportError;
 use exchange::tables::TablesError;
 use harness::operator::AnswersError;

@@ -5,22 +5,24 @@ use super::log_format::{format_of, format_parser};
 use super::measured::plain_name;
 use super::progress::Screen;
 use super::{EXIT_STATUSES, say};
-use crate::import::import_to_folder;
+use crate::import::{import_rig_to_folder, import_to_folder};
+use bus_log::{Channel, Format, LogReader};
 use clap::Args;
-use exchange::bus_log::{Channel, Format, LogReader};
-use harness::run::load_plan;
-use plan::library::Library;
+use harness::run::Prepared;
+use plan::made::Made;
 use record::outcome::Outcome;
 use std::path::PathBuf;
-use std::sync::Arc;
 use views::console::{self, Style};
 
 /// Makes a run folder of the log of a bench's CAN bus, and judges it by a plan.
 ///
-/// The frames of the base are told by their identifiers. They say how far each straight line went and how
+/// Of a rig, or of a device of your own, every node says what it says in the log, and the plan listens: its steps wait and
+/// hold as in a run, and what it would send or set is taken to be in the log. Channels of the log are lines by their names.
+///
+/// Of the paper's robot the frames of the base are told by their identifiers. They say how far each straight line went and how
 /// often a pose was written: straight.stop_error and pose_write.retries are formed from them. What rests
 /// on the gyro, the table, the absolute measurement or the controller's own word is not on the bus: such
-/// a measurement is unset, and fails. `hil check RUN --plan PLAN` judges the folder again.
+/// a measurement is unset, and fails. `hil check RUN` judges the folder again.
 #[derive(Debug, Args)]
 #[command(after_help = EXIT_STATUSES)]
 pub(super) struct ImportArguments {
@@ -36,7 +38,7 @@ pub(super) struct ImportArguments {
     /// What LOG is. [default: by the end of its name]
     #[arg(long, value_name = "FORMAT", value_parser = format_parser())]
     from: Option<Format>,
-    /// The bus that the base is on. [default: that of its first frame]
+    /// Channel of the log that is meant. [default: that of the line's name, the only one, or that of the base's first frame]
     #[arg(long, value_name = "NAME", value_parser = channel)]
     channel: Option<Channel>,
 }
@@ -47,11 +49,18 @@ fn channel(name: &str) -> Result<Channel, &'static str> {
 
 impl ImportArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
-        let plan = Arc::new(load_plan(&Library::beside(&self.plan), &self.plan)?);
+        let prepared = Prepared::load(&self.plan, &Made::default())?;
         let format = format_of(&self.log, self.from, "--from")?;
         let name = self.log.display().to_string();
         let reader = LogReader::open_telling(&self.log, format, screen.reading(&name))?;
-        let imported = import_to_folder(&plan, reader, self.channel, &self.folder(&plan.name))?;
+        let folder = self.folder(&prepared.plan.name);
+        if prepared.rig.robot.is_none() {
+            let summary = import_rig_to_folder(&prepared, reader, self.channel, &folder)?;
+            let outcome = summary.outcome;
+            say(&console::measurements_table(&[summary], Style::of_stdout()))?;
+            return Ok(outcome);
+        }
+        let imported = import_to_folder(&prepared.plan, reader, self.channel, &folder)?;
         let (summary, channel) = (imported.summary, imported.channel);
         screen.chat(&format!("{channel}: {} frames, {} moves", summary.events, imported.moves));
         if imported.left_out != crate::import::LeftOut::default() {

@@ -5,9 +5,9 @@ use super::log_format::{format_of, format_parser};
 use super::progress::Screen;
 use super::replay::ReplayArguments;
 use super::say;
+use bus_log::convert::{Converted, convert};
+use bus_log::{Format, LogReader, LogWriter};
 use clap::{Args, Subcommand};
-use exchange::bus_log::convert::{Converted, convert};
-use exchange::bus_log::{Format, LogReader, LogWriter};
 use record::outcome::Outcome;
 use std::path::{Path, PathBuf};
 

@@ -1,8 +1,8 @@
 //! The format of a bus log: as it is said, or by the name of its file.
 
 use super::failure::Failure;
+use bus_log::Format;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use exchange::bus_log::Format;
 use std::path::Path;
 
 /// A format by its name.

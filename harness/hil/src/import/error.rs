@@ -1,6 +1,6 @@
 //! Why a log makes no run.
 
-use exchange::bus_log::LogError;
+use bus_log::LogError;
 use record::run_folder::RunFolderError;
 
 /// Why a log makes no run.
@@ -22,6 +22,15 @@ pub enum ImportError {
     NothingMoves {
         /// The plan.
         plan: String,
+    },
+    /// A line of the rig that is not in the log.
+    #[error("which channel of the log is the line `{line}`?")]
+    #[diagnostic(help("--channel names it, one of: {known}"))]
+    NoLine {
+        /// The line.
+        line: String,
+        /// Channels of the log that carry what the line does.
+        known: String,
     },
     /// No frame of a base.
     #[error("failed to find a base in the log: no frame has an identifier of the K2A command set")]

@@ -31,8 +31,10 @@ pub use error::ImportError;
 pub use scribe::LeftOut;
 pub use unjudged::{FORMED, why_not};
 
-use exchange::bus_log::{Channel, Entry, LogError};
+use bus_log::{Channel, Entry, LogError};
+use harness::operator::Answers;
 use harness::run::{IMPORTED, header, write_documents};
+use harness::run::{Options, Prepared, logged, run_to_folder};
 use judge::checks::judge_all;
 use plan::Plan;
 use record::VERSION;
@@ -56,6 +58,36 @@ pub struct Imported {
     pub left_out: LeftOut,
     /// Measurements of the plan that no log of a CAN bus can make, and why not.
     pub unjudged: Vec<(String, &'static str)>,
+}
+
+/// Makes a run folder of a log of a rig and judges it by its plan: every node says what it says in the log, and the plan
+/// listens. What the plan itself would do to the rig is taken to be in the log.
+///
+/// # Errors
+/// When the log cannot be read, does not hold the lines of the rig, or the folder cannot be written.
+pub fn import_rig_to_folder(
+    prepared: &Prepared,
+    entries: impl IntoIterator<Item = Result<Entry, LogError>>,
+    channel: Option<Channel>,
+    out: &Path,
+) -> Result<Summary, ImportError> {
+    let log = logged(entries)?;
+    let named = channel.as_ref().map(Channel::as_str);
+    let rig = prepared.rig.clone().replayed_by(&log, named);
+    let rig = rig.map_err(|(line, known)| ImportError::NoLine { line, known: known.join(", ") })?;
+    let mut plan = Plan::clone(&prepared.plan);
+    plan.faults.faults.clear();
+    let prepared = Prepared { rig, plan: Arc::new(plan), ..prepared.clone() };
+    let (seed, level, answers) = (0, Level::Full, Answers::default());
+    let options = Options { seed, out, level, answers };
+    let done = run_to_folder(&prepared, &options, &mut |_| true, &|| 0.0)?;
+    let mut summary = done.summary;
+    IMPORTED.clone_into(&mut summary.clock);
+    summary.bus = "can".to_owned();
+    summary.device_under_test = "unknown".to_owned();
+    summary.wall_s = summary.simulated_s;
+    write_documents(&RunFolder::open(out)?, &summary, &prepared.header(seed))?;
+    Ok(summary)
 }
 
 /// Makes a run folder of a log and judges it by `plan`. Without a `channel` it is the one on which the

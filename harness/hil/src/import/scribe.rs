@@ -2,7 +2,7 @@
 
 use super::follow::{Legs, Words, follow};
 use super::moves::{Move, MoveWatch};
-use exchange::bus_log::{Channel, Entry, Payload};
+use bus_log::{Channel, Entry, Payload};
 use harness::engine::OBSERVATIONS_MAX;
 use harness::engine::observe::DISPLACEMENT_U_M;
 use plan::Plan;

@@ -1,7 +1,7 @@
 //! Logs of a bench that does what the plan says, and of one that does not.
 
 use super::{ImportError, Imported, import_to_folder};
-use exchange::bus_log::{Channel, Direction, Entry, Payload};
+use bus_log::{Channel, Direction, Entry, Payload};
 use plan::Plan;
 use record::outcome::{Outcome, Verdict};
 use std::sync::Arc;

@@ -2,9 +2,9 @@
 
 use super::late::LateTimes;
 use super::replayed::{Ending, Replayed};
-use exchange::bus_log::playable::Playable;
-use exchange::bus_log::replay::Replay;
-use exchange::bus_log::{Entry, LogError, Payload};
+use bus_log::playable::Playable;
+use bus_log::replay::Replay;
+use bus_log::{Entry, LogError, Payload};
 use harness::world::live::Clock;
 use ports::{FrameEvent, FramePort, PortError, PortLost, PortSpec};
 use std::future::Future;

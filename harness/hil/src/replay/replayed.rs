@@ -1,8 +1,8 @@
 //! What came of a replay, in words and as JSON.
 
 use super::Late;
-use exchange::bus_log::LogError;
-use exchange::bus_log::playable::LeftOut;
+use bus_log::LogError;
+use bus_log::playable::LeftOut;
 use ports::{Counters, PortLost};
 use serde_json::{Map, Value, json};
 use std::fmt;

@@ -1,8 +1,8 @@
 //! Logs played onto an adapter on a pty, and onto one that goes away.
 
 use super::{Ending, Replayed, Setup, play};
-use exchange::bus_log::playable::Playable;
-use exchange::bus_log::{Channel, Entry, LogError, Payload};
+use bus_log::playable::Playable;
+use bus_log::{Channel, Entry, LogError, Payload};
 use ports::{FrameEvent, FramePort, PortLost, PortSpec};
 use std::future::{Future, pending, ready};
 use std::time::Duration;

@@ -2,8 +2,8 @@
 
 use crate::link::Link;
 use crate::{frame, heard, opened, run};
-use exchange::bus_log::playable::Playable;
-use exchange::bus_log::{Channel, Entry, LogError, Payload};
+use bus_log::playable::Playable;
+use bus_log::{Channel, Entry, LogError, Payload};
 use hil::replay::{Ending, Setup, play};
 use ports::{PortLost, PortSpec};
 use std::future::pending;

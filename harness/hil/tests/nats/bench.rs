@@ -89,11 +89,14 @@ fn said(ran: &Ran) -> (BTreeSet<String>, Value) {
     (names, end)
 }
 
-/// Where this machine is late, nothing is shown and a run says so: then once more.
+/// Where this machine is late, nothing is shown and a run says so: then once more, a few times.
 fn patiently(attempt: impl Fn(usize) -> Ran) -> Ran {
-    let ran = attempt(0);
-    if ran.status == Some(1) { ran } else { attempt(1).exits(1) }
+    let found = (0..ATTEMPTS).map(&attempt).find(|ran| ran.status == Some(1));
+    found.unwrap_or_else(|| attempt(ATTEMPTS).exits(1))
 }
+
+/// How often a machine that others use may be late.
+const ATTEMPTS: usize = 4;
 
 #[test]
 fn what_breaks_on_a_workers_bench_is_what_breaks_on_ones_own() {
@@ -112,12 +115,13 @@ fn what_breaks_on_a_workers_bench_is_what_breaks_on_ones_own() {
     let second = hil.start("second", &worker(&url, "./window.toml"));
     second.wait_until_it_says("holds the bench window");
 
-    let alone = patiently(|n| hil.start("alone", &slips(["alone", "alone1"][n], &[])).ends());
+    // One after the other: both are in real time.
     let over = over.ends();
     let over = match over.status {
         Some(1) => over,
         _ => patiently(|_| hil.start("again", &slips("again", &["--nats", &url])).ends()),
     };
+    let alone = patiently(|n| hil.start("alone", &slips(&format!("alone{n}"), &[])).ends());
     let ((there, end), (here, _)) = (said(&over), said(&alone));
     assert_eq!(there, here, "the same is said wherever the bench is");
     assert_eq!((&end["confidence"], &end["stopped"]), (&0.7.into(), &false.into()));

@@ -20,6 +20,7 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitStatus;
+use std::process::Stdio;
 use std::time::Duration;
 use tokio::process::{Child, Command};
 use tokio::sync::mpsc;
@@ -148,107 +149,68 @@ pub struct DeviceProcess {
 }
 
 impl DeviceProcess {
-    /// Starts the program that is the first of `words` with the others as arguments. Its stderr goes
-    /// into `log_file`, which is replaced. Called within a tokio runtime that has IO enabled.
+    /// Starts the program that is the first of `words` with the others as arguments. It takes missions on its stdin and
+    /// reports on its stdout; its stderr goes into `log_file`, which is replaced. Called within a tokio runtime that has IO
+    /// enabled.
     ///
     /// # Errors
     /// When the file cannot be made or the program not be started.
     pub fn spawn(words: &[String], log_file: &Path) -> Result<Self, SpawnError> {
-        let (program, arguments) =
-            words.split_first().map_or(("", &[][..]), |(p, a)| (p.as_str(), a));
-        let log_error = |source| SpawnError::Log { path: log_file.to_owned(), source };
-        let file = std::fs::File::create(log_file).map_err(log_error)?;
-        let start = || {
-            let (stdin, missions) = io::pipe()?;
-            let (reports, stdout) = io::pipe()?;
-            let (messages, stderr) = io::pipe()?;
-            let child = Command::new(program)
-                .args(arguments)
-                .stdin(stdin)
-                .stdout(stdout)
-                .stderr(stderr)
-                .process_group(0)
-                .kill_on_drop(true)
-                .spawn()?;
-            // The command is dropped by now, and with it our copies of the process's ends.
-            Ok((child, missions, reports, messages))
-        };
-        let error = |source| SpawnError::program(program, source);
-        let (child, missions, reports, messages) = start().map_err(error)?;
-        let group = child.id().and_then(|id| Pid::from_raw(i32::try_from(id).ok()?));
-        // From here on dropping it ends the process.
-        let (sender, events) = mpsc::channel(pipes::EVENTS_MAX);
-        let process = Self {
-            child,
-            group,
-            missions: Some(MissionSender::spawn(missions).map_err(error)?),
-            missions_lost: 0,
-            events,
-            stdout_open: true,
-            log: Log::spawn(messages, file).map_err(error)?,
-            exit: None,
-        };
-        pipes::spawn_report_reader(reports, sender).map_err(error)?;
-        Ok(process)
+        Self::start(words, log_file, true)
     }
 
-    /// As [`spawn`](Self::spawn), for a program that takes no missions: what it writes to stdout is kept in the file too,
-    /// and its stdin is empty.
+    /// The same, for a program that takes no missions: its stdin is empty, and what it writes to stdout is kept in the file
+    /// too.
     ///
     /// # Errors
     /// When the file cannot be made or the program not be started.
     pub fn spawn_plain(words: &[String], log_file: &Path) -> Result<Self, SpawnError> {
+        Self::start(words, log_file, false)
+    }
+
+    fn start(words: &[String], log_file: &Path, talks: bool) -> Result<Self, SpawnError> {
         let (program, arguments) =
             words.split_first().map_or(("", &[][..]), |(p, a)| (p.as_str(), a));
         let log_error = |source| SpawnError::Log { path: log_file.to_owned(), source };
         let file = std::fs::File::create(log_file).map_err(log_error)?;
         let start = || {
+            let mut command = Command::new(program);
             let (messages, stderr) = io::pipe()?;
-            let stdout = stderr.try_clone()?;
-            let child = Command::new(program)
-                .args(arguments)
-                .stdin(std::process::Stdio::null())
-                .stdout(stdout)
-                .stderr(stderr)
-                .process_group(0)
-                .kill_on_drop(true)
-                .spawn()?;
-            Ok((child, messages))
+            let pipes = if talks {
+                let (stdin, missions) = io::pipe()?;
+                let (reports, stdout) = io::pipe()?;
+                command.stdin(stdin).stdout(stdout);
+                Some((missions, reports))
+            } else {
+                command.stdin(Stdio::null()).stdout(stderr.try_clone()?);
+                None
+            };
+            command.args(arguments).stderr(stderr).process_group(0).kill_on_drop(true);
+            let child = command.spawn()?;
+            // The command is dropped by now, and with it our copies of the process's ends.
+            Ok((child, pipes, messages))
         };
         let error = |source| SpawnError::program(program, source);
-        let (child, messages) = start().map_err(error)?;
+        let (child, pipes, messages) = start().map_err(error)?;
         let group = child.id().and_then(|id| Pid::from_raw(i32::try_from(id).ok()?));
-        let (_, events) = mpsc::channel(1);
-        Ok(Self {
+        // From here on dropping it ends the process.
+        let (sender, events) = mpsc::channel(pipes::EVENTS_MAX);
+        let log = Log::spawn(messages, file).map_err(error)?;
+        let mut process = Self {
             child,
             group,
             missions: None,
             missions_lost: 0,
             events,
-            stdout_open: false,
-            log: Log::spawn(messages, file).map_err(error)?,
+            stdout_open: talks,
+            log,
             exit: None,
-        })
-    }
-
-    /// Ends a program that nobody told to end: SIGTERM, then SIGKILL.
-    pub async fn end_plain(mut self) -> ProcessEnd {
-        let steps = [
-            (EndedBy::Terminated, Signal::TERM, TERMINATE_WAIT),
-            (EndedBy::Killed, Signal::KILL, KILL_WAIT),
-        ];
-        let mut end = ProcessEnd { by: EndedBy::Itself, exit: self.exit.unwrap_or(Exit::Unknown) };
-        for (by, signal, limit) in steps {
-            if self.exit.is_some() {
-                break;
-            }
-            self.signal_group(signal);
-            if let Ok(exit) = timeout(limit, self.drain(&mut |_| {})).await {
-                end = ProcessEnd { by, exit };
-            }
+        };
+        if let Some((missions, reports)) = pipes {
+            process.missions = Some(MissionSender::spawn(missions).map_err(error)?);
+            pipes::spawn_report_reader(reports, sender).map_err(error)?;
         }
-        self.log.finish(REST_WAIT).await;
-        end
+        Ok(process)
     }
 
     /// Gives it a mission. `false`, and counted, when it does not take any.
@@ -298,18 +260,17 @@ impl DeviceProcess {
         }
     }
 
-    /// Ends it in order: closes its stdin, waits, sends SIGTERM, waits, sends SIGKILL. What it still
-    /// tells goes to `take`.
+    /// Ends it in order: closes the stdin of one that takes missions, waits, sends SIGTERM, waits, sends SIGKILL. What it
+    /// still tells goes to `take`.
     pub async fn end(mut self, mut take: impl FnMut(ProcessEvent)) -> ProcessEnd {
+        let close = self.missions.take().map(|_| (EndedBy::StdinClosed, None, CLOSE_WAIT));
         let steps = [
-            (EndedBy::StdinClosed, None, CLOSE_WAIT),
             (EndedBy::Terminated, Some(Signal::TERM), TERMINATE_WAIT),
             (EndedBy::Killed, Some(Signal::KILL), KILL_WAIT),
         ];
         let ended_before = self.exit.is_some();
-        self.missions = None;
         let mut end = ProcessEnd { by: EndedBy::Killed, exit: Exit::Unknown };
-        for (by, signal, limit) in steps {
+        for (by, signal, limit) in close.into_iter().chain(steps) {
             if let Some(signal) = signal {
                 self.signal_group(signal);
             }

@@ -341,7 +341,7 @@ impl Running {
             Self::InProcess(_) | Self::Device => {}
             Self::Programs(programs) => {
                 for (_, process, _) in programs {
-                    _ = process.end_plain().await;
+                    _ = process.end(|_| {}).await;
                 }
             }
             Self::Process { process, .. } => _ = process.end(|_| {}).await,

@@ -155,21 +155,13 @@ fn bench(
     if port(TABLE).is_some() && devices.table.is_none() {
         return Err(missing(TABLE));
     }
-    let parts = Parts {
-        gyro: Some(devices.gyro),
-        base,
-        table: devices.table,
-        mount: Some(devices.mount),
-    };
+    let parts =
+        Parts { gyro: Some(devices.gyro), base, table: devices.table, mount: Some(devices.mount) };
     common.with(parts, ports)
 }
 
 impl CommonArguments {
-    fn with(
-        &self,
-        parts: Parts,
-        ports: Vec<(&'static str, PortSpec)>,
-    ) -> Result<Setup, Failure> {
+    fn with(&self, parts: Parts, ports: Vec<(&'static str, PortSpec)>) -> Result<Setup, Failure> {
         for (role, spec) in &ports {
             if *role != BASE && spec.carries_frames() {
                 return Err(Failure::arguments(

@@ -7,11 +7,14 @@
 //! | bytes of gyro, base or table | the device's name | received |
 //! | bytes of controller or plan | the device's name | sent |
 //!
-//! A record says who sent bytes and not on which line: those of a controller that talks to a gyro and to
-//! a base on a serial line are together on the channel `controller`. Times are those of the bench, since
+//! | frames and bytes of the nodes of a rig | the name of their line | received |
+//!
+//! Of the paper's robot a record says who sent bytes and not on which line: those of a controller that talks to a gyro
+//! and to a base on a serial line are together on the channel `controller`. Times are those of the bench, since
 //! the run began: a log that wants a date shows 1970.
 
-use super::{Channel, Direction, Entry, Payload};
+use super::{CHANNEL_BYTES_MAX, Channel, Direction, Entry, Payload};
+use record::header::Header;
 use record::reader::RecordError;
 use record::{Device, Record, RecordKind};
 use std::collections::VecDeque;
@@ -24,14 +27,15 @@ pub const CAN: Channel = Channel::CAN0;
 #[derive(Debug)]
 pub struct Recorded<I> {
     records: I,
+    header: Header,
     /// The rest of a record that makes several entries.
     waiting: VecDeque<Entry>,
 }
 
 impl<I: Iterator<Item = Result<Record, RecordError>>> Recorded<I> {
-    /// The entries in `records`.
-    pub fn new(records: impl IntoIterator<IntoIter = I>) -> Self {
-        Self { records: records.into_iter(), waiting: VecDeque::new() }
+    /// The entries in `records`, of which `header` says who is who.
+    pub fn new(header: Header, records: impl IntoIterator<IntoIter = I>) -> Self {
+        Self { records: records.into_iter(), header, waiting: VecDeque::new() }
     }
 }
 
@@ -44,7 +48,7 @@ impl<I: Iterator<Item = Result<Record, RecordError>>> Iterator for Recorded<I> {
                 return Some(Ok(entry));
             }
             match self.records.next()? {
-                Ok(record) => self.waiting.extend(entries(&record)),
+                Ok(record) => self.waiting.extend(entries(&self.header, &record)),
                 Err(error) => return Some(Err(error)),
             }
         }
@@ -52,7 +56,7 @@ impl<I: Iterator<Item = Result<Record, RecordError>>> Iterator for Recorded<I> {
 }
 
 /// Bytes that came together and are more than a packet holds become several, at the same instant.
-fn entries(record: &Record) -> Vec<Entry> {
+fn entries(header: &Header, record: &Record) -> Vec<Entry> {
     let direction = Some(match record.device {
         Device::Controller | Device::Plan => Direction::Tx,
         Device::Gyro
@@ -63,16 +67,24 @@ fn entries(record: &Record) -> Vec<Entry> {
         | Device::Node(_) => Direction::Rx,
     });
     let entry = |channel, payload| Entry { at: record.at, channel, direction, payload };
+    let node = header.node(record.device);
+    let line = node.map(|node| node.line.as_str()).filter(|line| *line != Device::Base.name());
+    let line = line.map(|line| Channel::new(line.get(..CHANNEL_BYTES_MAX).unwrap_or(line)));
+    let line = line.flatten();
     match &record.kind {
         RecordKind::Frame(frame) => {
             // A frame of the plan's is one that a fault put on the bus: all others heard it.
             let heard = (record.device == Device::Plan).then_some(Direction::Rx);
             let frame = frame.frame().map(Payload::Frame);
-            let entry = |frame| Entry { direction: heard.or(direction), ..entry(CAN, frame) };
+            let entry = |frame| Entry {
+                direction: heard.or(direction),
+                ..entry(line.unwrap_or(CAN), frame)
+            };
             frame.map(entry).into_iter().collect()
         }
         RecordKind::Bytes(bytes) => {
-            let Some(line) = Channel::new(record.device.name()) else { return Vec::new() };
+            let named = || Channel::new(record.device.name());
+            let Some(line) = line.or_else(named) else { return Vec::new() };
             let packets = bytes.chunks(BYTES_MAX).filter_map(Packet::from_slice);
             packets.map(|packet| entry(line, Payload::Serial(packet))).collect()
         }
@@ -83,6 +95,7 @@ fn entries(record: &Record) -> Vec<Entry> {
 #[cfg(test)]
 mod tests {
     use super::{Channel, Direction, Payload, Recorded};
+    use record::header::Header;
     use record::samples::{one_of_each, record};
     use record::{Device, RecordKind};
 
@@ -90,8 +103,9 @@ mod tests {
     fn frames_and_bytes_and_nothing_else() {
         let mut records = one_of_each();
         records.push(record(1.0, Device::Controller, RecordKind::Bytes(vec![7; 65])));
-        let entries: Vec<_> =
-            Recorded::new(records.into_iter().map(Ok)).map(Result::unwrap).collect();
+        let entries: Vec<_> = Recorded::new(Header::default(), records.into_iter().map(Ok))
+            .map(Result::unwrap)
+            .collect();
         let seen: Vec<_> = entries
             .iter()
             .map(|entry| {

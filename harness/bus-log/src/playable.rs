@@ -114,7 +114,7 @@ impl<I: Iterator<Item = Result<Entry, LogError>>> Iterator for Playable<I> {
 #[cfg(test)]
 mod tests {
     use super::{Channel, LeftOut, Playable};
-    use crate::bus_log::candump;
+    use crate::candump;
 
     const LOG: &str = "\
 (1.000000) can0 20000080#0000000000000000

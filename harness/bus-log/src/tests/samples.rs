@@ -1,9 +1,9 @@
 //! Entries for tests.
 
-use crate::bus_log::{
+use crate::{
     Channel, Direction, Entry, ErrorFrame, Format, LogError, LogReader, LogWriter, Payload,
 };
-use crate::bus_log::{FdFlags, FdFrame};
+use crate::{FdFlags, FdFrame};
 use embedded_can::Frame as _;
 use proptest::prelude::*;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! What is written is read, as far as the format has a place for it; and no bytes make a reader panic.
 
 use super::samples::{any_entry, any_frame, read, written};
-use crate::bus_log::{Channel, Direction, Entry, ErrorFrame, Format, Payload};
+use crate::{Channel, Direction, Entry, ErrorFrame, Format, Payload};
 use proptest::prelude::*;
 use wire::time::Timestamp;
 
@@ -91,7 +91,7 @@ proptest! {
 
 #[test]
 fn a_channel_too_many_is_left_out() {
-    use crate::bus_log::{Kept, LogWriter};
+    use crate::{Kept, LogWriter};
     let path = std::path::Path::new("bus.log");
     for (format, most) in [(Format::Asc, 32), (Format::Pcapng, 256)] {
         let mut writer = LogWriter::new(path, Vec::new(), format).unwrap();

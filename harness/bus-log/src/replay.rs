@@ -95,7 +95,7 @@ impl<I: Iterator<Item = Result<Entry, LogError>>> Replay<I> {
 #[cfg(test)]
 mod tests {
     use super::{Entry, LogError, Replay, Timestamp};
-    use crate::bus_log::{Channel, Direction, Payload};
+    use crate::{Channel, Direction, Payload};
     use wire::can::{CanFrame, StandardId};
 
     const START: Timestamp = Timestamp::from_nanos(1_000_000);

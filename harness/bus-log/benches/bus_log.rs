@@ -9,10 +9,8 @@
 #[path = "../../benches/processor/mod.rs"]
 mod processor;
 
+use bus_log::{Channel, Direction, Entry, FdFlags, FdFrame, Format, LogReader, LogWriter, Payload};
 use embedded_can::Frame as _;
-use exchange::bus_log::{
-    Channel, Direction, Entry, FdFlags, FdFrame, Format, LogReader, LogWriter, Payload,
-};
 use processor::{median, processor_s};
 use std::hint::black_box;
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! What is understood of files of other tools, and what is said of those that are not.
 
 use super::samples::{read, written};
-use crate::bus_log::{Entry, Format, Payload};
-use crate::bus_log::{FdFlags, FdFrame};
+use crate::{Entry, Format, Payload};
+use crate::{FdFlags, FdFrame};
 use miette::Diagnostic;
 use std::fmt::Write;
 use wire::can::StandardId;
@@ -109,7 +109,7 @@ fn a_capture_that_is_cut_short_is_good_up_to_there() {
     let id = StandardId::new(0x123).unwrap();
     let entry = Entry {
         at: wire::time::Timestamp::from_nanos(7),
-        channel: crate::bus_log::Channel::CAN0,
+        channel: crate::Channel::CAN0,
         direction: None,
         payload: Payload::Fd(FdFrame::new(id, FdFlags::default(), &[1; 64]).unwrap()),
     };
@@ -123,12 +123,12 @@ fn a_capture_that_is_cut_short_is_good_up_to_there() {
 #[test]
 fn there_is_nothing_before_1970() {
     let at = wire::time::Timestamp::from_nanos(-1);
-    let channel = crate::bus_log::Channel::CAN0;
-    let payload = Payload::Error(crate::bus_log::ErrorFrame::BUS_ERROR);
+    let channel = crate::Channel::CAN0;
+    let payload = Payload::Error(crate::ErrorFrame::BUS_ERROR);
     let entry = Entry { at, channel, direction: None, payload };
     for format in Format::ALL {
         let path = std::path::Path::new("bus.log");
-        let mut writer = crate::bus_log::LogWriter::new(path, Vec::new(), format).unwrap();
+        let mut writer = crate::LogWriter::new(path, Vec::new(), format).unwrap();
         let message = writer.write(&entry).unwrap_err().to_string();
         let end = format!("an entry before 1970 has no place in {}", format.name());
         assert!(message.ends_with(&end), "{message}");

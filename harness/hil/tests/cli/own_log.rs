@@ -1,0 +1,92 @@
+//! Logs of a bus with devices of the user's own: as runs that a plan judges, and in the place of a node.
+
+use super::hil::{Hil, Ran};
+use std::fs;
+
+/// `hil` with these arguments, in the project.
+fn within(hil: &Hil, arguments: &[&str]) -> Ran {
+    Ran::of(hil.command(arguments).current_dir(hil.path("oven")).output().unwrap())
+}
+
+/// The project of an oven, with a run of it and the log of its bus.
+fn recorded() -> Hil {
+    let hil = Hil::new();
+    hil.run(&["new", "oven"]).exits(0);
+    within(&hil, &["run", "settles.toml", "--out", "run", "--record", "full"]).exits(0);
+    within(&hil, &["export", "run", "--bus", "rigs/oven.log"]).exits(3);
+    fs::create_dir(hil.path("oven/rigs")).unwrap();
+    within(&hil, &["export", "run", "--bus", "rigs/oven.log"]).exits(0);
+    hil
+}
+
+/// Name, value and observations of each measurement.
+fn figures(hil: &Hil, run: &str) -> Vec<(String, Option<f64>, u64)> {
+    let summary = fs::read(hil.path("oven").join(run).join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+    let of = |one: &serde_json::Value| {
+        let name = one["name"].as_str().unwrap().to_owned();
+        (name, one["value"].as_f64(), one["observations"].as_u64().unwrap())
+    };
+    summary["measurements"].as_array().unwrap().iter().map(of).collect()
+}
+
+#[test]
+fn a_log_of_a_run_is_judged_as_the_run_was() {
+    let hil = recorded();
+    let import = ["import", "rigs/oven.log", "--plan", "settles.toml", "--out", "again"];
+    within(&hil, &import).exits(0);
+    let (was, is) = (figures(&hil, "run"), figures(&hil, "again"));
+    assert!(!was.is_empty() && was.len() == is.len());
+    for (was, is) in was.iter().zip(&is) {
+        assert_eq!(was.0, is.0);
+        // A frame at the edge of a step may fall on its other side: it goes over a line once more.
+        assert!(was.2.abs_diff(is.2) <= 1, "{}: {} and {}", was.0, was.2, is.2);
+        let (was, is) = (was.1.unwrap(), is.1.unwrap());
+        assert!((was - is).abs() <= 0.02 * was.abs().max(1.0), "{was} {is}");
+    }
+    within(&hil, &["check", "again"]).exits(0);
+    let shown = within(&hil, &["show", "again", "--device", "device", "--limit", "1"]).exits(0);
+    assert!(shown.out.contains("frame"), "{}", shown.out);
+    // Half of the log is half of the plan.
+    let log = fs::read_to_string(hil.path("oven/rigs/oven.log")).unwrap();
+    let half: Vec<&str> = log.lines().take(log.lines().count() / 20).collect();
+    fs::write(hil.path("oven/half.log"), half.join("\n")).unwrap();
+    let ran = within(&hil, &["import", "half.log", "--plan", "settles.toml", "--out", "half"]);
+    let ran = ran.exits(1);
+    assert!(ran.out.contains("took longer than its limit"), "{}", ran.out);
+}
+
+#[test]
+fn a_log_plays_the_part_of_a_node() {
+    let hil = recorded();
+    let dbc = fs::read_to_string(hil.path("oven/devices/oven.dbc")).unwrap();
+    fs::write(hil.path("oven/rigs/oven.dbc"), dbc).unwrap();
+    let rig = |replay: &str| {
+        let rig = format!(
+            "[[line]]\nname = \"can0\"\ncan = {{ dbc = \"oven.dbc\" }}\n\
+             [[node]]\nname = \"oven\"\nat = \"can0\"\nreplay = {replay}\n\
+             [[node]]\nname = \"tester\"\nat = \"can0\"\ntester = true\n"
+        );
+        fs::write(hil.path("oven/rigs/replayed.toml"), rig).unwrap();
+    };
+    let plan = "name = \"warm\"\ntitle = \"It gets warm in the log\"\nrig = \"replayed\"\n\
+        steps = [{ wait_until = { above = { quantity = \"oven.Temperature\", limit = 50 } } }]\n\
+        [[measurement]]\nname = \"warmest\"\ndoc = \"The warmest that it was\"\n\
+        quantity = \"oven.Temperature\"\nunit = \"degC\"\ncheck = { all_within = { at_most = 61 } }\n";
+    fs::write(hil.path("oven/warm.toml"), plan).unwrap();
+    rig("{ log = \"oven.log\" }");
+    within(&hil, &["run", "warm.toml", "--out", "warm", "--record", "full"]).exits(0);
+    // What the tester of the log said is not the oven's.
+    let shown = within(&hil, &["show", "warm"]).exits(0);
+    assert!(!shown.out.lines().any(|line| line.contains(" tester ") && line.contains("frame")));
+    rig("{ log = \"oven.log\", channel = \"can7\" }");
+    let wrong = within(&hil, &["run", "warm.toml"]).exits(2);
+    assert!(wrong.err.contains("which channel of") && wrong.err.contains("can0"), "{}", wrong.err);
+    rig("{ log = \"none.log\" }");
+    assert!(within(&hil, &["run", "warm.toml"]).exits(2).err.contains("none.log"));
+    fs::write(hil.path("oven/rigs/bad.log"), "what is this\n").unwrap();
+    rig("{ log = \"bad.log\" }");
+    assert!(within(&hil, &["run", "warm.toml"]).exits(2).err.contains("bad.log"));
+    rig("{ log = \"oven.dbc\" }");
+    assert!(within(&hil, &["run", "warm.toml"]).exits(2).err.contains("hil log convert"));
+}
