@@ -106,7 +106,7 @@ fn what_is_wrong_with_a_rig_is_refused() {
         ),
         (
             node("name = \"extra\"\nat = \"can0\""),
-            "not exactly one of emulated, under test and tester",
+            "not exactly one of emulated, under test, tester and replayed",
         ),
         (PACK.replace("250_000", "12"), "expected 10,000 to 1,000,000 bits per second"),
         (node("name = \"extra\"\nat = \"can0\"\nemulate = \"scale\""), "on the other kind of line"),
