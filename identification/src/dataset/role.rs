@@ -25,6 +25,10 @@ pub enum Drive {
     Differential,
     /// All wheels steered and driven together.
     Synchro,
+    /// Wheels of each side turn together and slip in turns; kinematics of a differential drive with an effective track.
+    Skid,
+    /// One steered wheel, which also drives, and an axle behind it.
+    Tricycle,
 }
 
 /// Axis of a sensor.

@@ -1,6 +1,6 @@
 //! What the contract asks of fields and of kinds: names, units that a role can have, roles that a kind needs.
 
-use super::{Dimension, Kind, Role};
+use super::{Dimension, Drive, Kind, Role};
 
 macro_rules! named {
     ($enum:ident: $($variant:ident = $name:literal),* $(,)?) => {
@@ -22,6 +22,10 @@ macro_rules! named {
 }
 
 named! { Kind: Turns = "turns", Series = "series", Odometry = "odometry", Laps = "laps" }
+
+named! { Drive:
+    Differential = "differential", Synchro = "synchro", Skid = "skid", Tricycle = "tricycle",
+}
 
 named! { Role:
     Time = "time", Run = "run", Direction = "direction", GyroAngle = "gyro_angle", GyroRate = "gyro_rate",
