@@ -178,6 +178,13 @@ pub fn summary(finding: &identification::finding::Finding) -> String {
         let rivals: Vec<String> = effect.rivals.iter().map(|rival| format!("{} {:.2}", rival.name, rival.probability)).collect();
         let _ = writeln!(text, " rivals {rivals:?}");
     }
+    for model in &finding.path {
+        let _ = write!(text, "  path {}", if model.chosen { "->" } else { "  " });
+        for (name, error) in &model.held_out {
+            let _ = write!(text, " {name} {:.5}+-{:.5}", error.value, error.standard_error);
+        }
+        let _ = writeln!(text, " {:?}", model.effects);
+    }
     for left in &finding.left {
         let _ = writeln!(text, "  left {:?} {} {:.4}", left.drivers, left.shape, left.share_of_residual_variance);
     }

@@ -1,13 +1,14 @@
 //! The entry: data and a model in, finding and a better model out.
 
-use crate::dataset::{Dataset, Kind};
+use crate::dataset::Dataset;
 use crate::experiment::{self, Doubt, Experiment};
-use crate::finding::{Figure, Finding, Left, SCHEMA, Verdict};
+use crate::finding::{Figure, Finding, HeldOut, Left, SCHEMA, Verdict};
 use crate::model::{Acts, KNOT, Model, Shape, Term, exposure};
 use crate::noise::{self, Layout, NoiseModel};
-use crate::outcome::{self, Diagnostics, Errors};
+use crate::judge::{Judge, Metric};
+use crate::outcome::{self, Diagnostics};
 use crate::problem::{Aggregate, Block, Known, Problem};
-use crate::select::{BlockFit, Data, Found, fit_terms, identify_block, without_rounding};
+use crate::select::{Asked, BlockFit, Data, Found, fit_terms, identify_block, without_rounding};
 
 pub use crate::outcome::predict;
 
@@ -60,8 +61,22 @@ struct Done<'a> {
     data: Data<'a>,
     plain: Vec<Found>,
     fit: BlockFit,
-    before: Errors,
-    after: Errors,
+    judge: Judge<'a>,
+}
+
+impl Done<'_> {
+    /// Held-out errors of the model given, and with what was found.
+    fn errors(&self) -> (&[Metric], &[Metric]) {
+        let of = |index: usize| self.fit.path[index].metrics.as_slice();
+        (of(0), of(self.fit.chosen))
+    }
+
+    /// Held-out errors without an effect.
+    fn without(&self, effect: usize) -> Vec<Metric> {
+        let mut shapes = self.fit.shapes();
+        shapes.remove(self.fit.base.len() + effect);
+        self.judge.judge(&shapes, &self.fit.noise, &self.fit.left_out)
+    }
 }
 
 /// Finds what `model` (by default the plain model of the kind) lacks to explain `dataset`.
@@ -87,7 +102,7 @@ pub fn identify(
     let mut working = Vec::new();
     for block in &problem.blocks {
         let base = base_terms(model, block, &problem)?;
-        match without_rounding(block, &problem.channels, &base) {
+        match without_rounding(block, problem.channels_of(block), &base) {
             Some((corrected, step)) => {
                 notices.push(format!(
                     "`{}` is rounded to steps of {:.3e} {}, coarser than its noise; the mean rounding error is taken out",
@@ -107,49 +122,28 @@ pub fn identify(
     let count = problem.blocks.len();
     let mut done = Vec::new();
     for (index, (block, layout)) in working.iter().zip(&layouts).enumerate() {
-        let data = Data { block, channels: &problem.channels, layout };
+        let data = Data { block, channels: problem.channels_of(block), layout };
         let base = base_terms(model, block, &problem)?;
         let known = noises.as_ref().and_then(|noises| matching(noises, block));
         let mut report = |share: f64| {
             progress((index as f64 + share) / count as f64, &block.label);
         };
-        let fit = identify_block(
-            data,
-            base.clone(),
-            1.0 / count as f64,
-            options.max_effects,
-            known,
-            &mut report,
-        );
-        let plain = fit_terms(data, &base, &fit.noise, &fit.left_out);
         // Errors are of the readings as they are.
         let read = Data { block: &problem.blocks[index], ..data };
-        let before = block_errors(&problem, read, &base, &fit.noise, &fit.left_out);
-        let after = block_errors(&problem, read, &fit.shapes(), &fit.noise, &fit.left_out);
-        done.push(Done { data, plain, fit, before, after });
+        let judge = Judge { data: read, path: problem.path.as_ref() };
+        let asked = Asked {
+            share: 1.0 / count as f64,
+            effects_max: options.max_effects,
+            noise: known,
+        };
+        let fit = identify_block(data, &judge, base.clone(), asked, &mut report);
+        let plain = fit_terms(data, &base, &fit.noise, &fit.left_out);
+        done.push(Done { data, judge, plain, fit });
     }
     progress(1.0, "done");
     let mut identified = assemble(dataset, &problem, &done, options.seed);
     identified.finding.notices.extend(notices);
     Ok(identified)
-}
-
-/// Errors of `shapes` over held-out runs: of the final position, where a path was driven.
-fn block_errors(
-    problem: &Problem,
-    data: Data<'_>,
-    shapes: &[Shape],
-    noise: &NoiseModel,
-    left_out: &[bool],
-) -> Errors {
-    if data.block.aggregate == Aggregate::Pose
-        && let Some(path) = &problem.path
-        && let Some((positions, _)) =
-            outcome::path_errors(path, &[(data, shapes.to_vec(), noise, left_out)])
-    {
-        return positions;
-    }
-    data.held_out(shapes, noise, left_out)
 }
 
 /// What the model has for a block: the terms given, or what the plain model of the kind fits.
@@ -168,8 +162,8 @@ fn base_terms(
         let mine = term.axis.is_none() || block.axis.is_none() || term.axis == block.axis;
         let here = term.quantity.is_none() || term.quantity == block.apart;
         if mine && here && exposure(block, term.term).is_some() {
-            let (shape, _) = term.to_shape(&problem.channels).map_err(IdentifyError::Model)?;
-            if shape.observed(block, &problem.channels).is_none() {
+            let (shape, _) = term.to_shape(problem.channels_of(block)).map_err(IdentifyError::Model)?;
+            if shape.observed(block, problem.channels_of(block)).is_none() {
                 return Err(IdentifyError::Model(format!(
                     "term `{}` needs what the data do not have",
                     term.name
@@ -183,12 +177,12 @@ fn base_terms(
 
 /// When the observations of a block were made, and how noise adds up in them.
 fn layout(block: &Block, problem: &Problem, base: &[Shape]) -> Layout {
-    let plain = Layout::new(block, &problem.channels);
+    let plain = Layout::new(block, problem.channels_of(block));
     let Some(bias) = block.exposure(Acts::Bias) else {
         return plain;
     };
     let durations: Vec<f64> = block.rows.iter().map(|&row| bias.per_row[row]).collect();
-    let data = Data { block, channels: &problem.channels, layout: &plain };
+    let data = Data { block, channels: problem.channels_of(block), layout: &plain };
     let columns = data.all_columns(base);
     noise::likeliest_layout(plain, &durations, &block.residual, &columns)
 }
@@ -200,8 +194,8 @@ fn static_noises(dataset: &Dataset) -> Result<Vec<(Block, NoiseModel)>, Identify
         .blocks
         .iter()
         .map(|block| {
-            let layout = Layout::new(block, &problem.channels);
-            let data = Data { block, channels: &problem.channels, layout: &layout };
+            let layout = Layout::new(block, problem.channels_of(block));
+            let data = Data { block, channels: problem.channels_of(block), layout: &layout };
             let base: Vec<Shape> = block
                 .constants
                 .iter()
@@ -231,9 +225,6 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
     let mut diagnostics =
         Diagnostics { blocks: Vec::new(), run_labels: dataset.run_labels.clone() };
     for one in done {
-        // Errors of a path are in metres.
-        let unit =
-            if one.data.block.aggregate == Aggregate::Pose { 1.0 } else { one.data.block.unit.si };
         for found in &one.plain {
             plain.push(outcome::term(one.data, found));
         }
@@ -246,14 +237,11 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
             }));
             terms.push(term);
         }
-        let shapes = one.fit.shapes();
         for (index, found) in one.fit.effects.iter().enumerate() {
-            let mut without = shapes.clone();
-            without.remove(one.fit.base.len() + index);
-            let before =
-                block_errors(problem, one.data, &without, &one.fit.noise, &one.fit.left_out).rmse();
-            let after = one.after.rmse();
-            let mut effect = outcome::effect(one.data, found, before / unit, after / unit);
+            let (_, after) = one.errors();
+            let without = one.without(index);
+            let of = |metrics: &[Metric]| metrics[0].errors.rmse() / metrics[0].unit.si;
+            let mut effect = outcome::effect(one.data, found, of(&without), of(after));
             if found.shape.acts == Acts::Axis && sees_little(&one.fit.base) {
                 effect.name = "wrong_axis".to_owned();
             }
@@ -275,6 +263,9 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
                     .min(1.0),
             });
         }
+        if let Some(goes) = &one.fit.goes {
+            left.push(goes.left(&one.data.block.label));
+        }
         match outcome::whiteness(one.data, &one.fit) {
             Some(found) => {
                 notices.push(found.notice(one.data, done.len()));
@@ -291,13 +282,13 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
             one.data,
             &one.plain,
             &one.fit,
-            (&one.before, &one.after),
+            (&one.errors().0[0].errors, &one.errors().1[0].errors),
         ));
     }
     effects.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut effects: Vec<_> = effects.into_iter().map(|(_, effect)| effect).collect();
     outcome::lines_before_their_zero(&mut effects);
-    let (held_out, held_out_also) = errors(problem, done, seed);
+    let (held_out, held_out_also) = errors(done, seed);
     let verdict = if !left.is_empty() {
         Verdict::StructureLeft
     } else if effects.is_empty() {
@@ -339,6 +330,7 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
             held_out_also,
             base,
             effects,
+            path: outcome::path(&done.iter().map(|one| &one.fit).collect::<Vec<_>>()),
             left,
             next_experiment: None,
             notices,
@@ -383,60 +375,21 @@ fn main_block(done: &[Done<'_>]) -> usize {
     best
 }
 
-/// Held-out errors: where a robot was driven, of its final position first.
-fn errors(
-    problem: &Problem,
-    done: &[Done<'_>],
-    seed: u64,
-) -> (crate::finding::HeldOut, Vec<crate::finding::HeldOut>) {
-    let mut all = Vec::new();
-    if problem.kind == Kind::Odometry
-        && let Some(path) = &problem.path
-    {
-        let driven = |after: bool| {
-            let blocks: Vec<_> = done
-                .iter()
-                .filter(|one| one.data.block.label == "pose")
-                .map(|one| {
-                    let shapes = if after {
-                        one.fit.shapes()
-                    } else {
-                        one.plain.iter().map(|found| found.shape.clone()).collect()
-                    };
-                    (one.data, shapes, &one.fit.noise, one.fit.left_out.as_slice())
-                })
-                .collect();
-            outcome::path_errors(path, &blocks)
-        };
-        if let (Some(before), Some(after)) = (driven(false), driven(true)) {
-            all.push(outcome::held_out(
-                &before.0,
-                &after.0,
-                ("m", 1.0),
-                Some("final_position"),
-                seed,
-            ));
-            let degree = crate::dataset::Unit::Degree.si();
-            all.push(outcome::held_out(
-                &before.1,
-                &after.1,
-                ("deg", degree),
-                Some("final_heading"),
-                seed,
-            ));
-        }
-    }
+/// Held-out errors in every metric: where a robot was driven, of its final position first.
+fn errors(done: &[Done<'_>], seed: u64) -> (HeldOut, Vec<HeldOut>) {
     let main = main_block(done);
-    let order = std::iter::once(main).chain((0..done.len()).filter(|index| *index != main));
-    for index in order {
-        let one = &done[index];
-        if one.data.block.aggregate == Aggregate::Pose && !all.is_empty() {
-            continue;
-        }
-        let unit = &one.data.block.unit;
-        let quantity = (done.len() > 1).then_some(one.data.block.label.as_str());
-        all.push(outcome::held_out(&one.before, &one.after, (&unit.text, unit.si), quantity, seed));
-    }
+    let is_pose = |index: &usize| done[*index].data.block.aggregate == Aggregate::Pose;
+    let mut order: Vec<usize> = (0..done.len()).filter(is_pose).collect();
+    order.extend((0..done.len()).filter(|index| *index == main && !is_pose(index)));
+    order.extend((0..done.len()).filter(|index| *index != main && !is_pose(index)));
+    let several = done.iter().map(|one| one.errors().0.len()).sum::<usize>() > 1;
+    let mut all: Vec<HeldOut> = order
+        .into_iter()
+        .flat_map(|index| {
+            let (before, after) = done[index].errors();
+            after.iter().zip(before).map(move |(after, before)| after.held_out(before, several, seed))
+        })
+        .collect();
     let first = all.remove(0);
     (first, all)
 }

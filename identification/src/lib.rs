@@ -13,6 +13,7 @@ pub mod dataset;
 pub mod experiment;
 pub mod finding;
 pub mod identify;
+mod judge;
 mod lattice;
 mod linear;
 pub mod model;

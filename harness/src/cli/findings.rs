@@ -98,7 +98,7 @@ fn words(effect: &Effect) -> String {
 }
 
 fn parameter(parameter: &Parameter) -> String {
-    let Parameter { name, value, standard_error, unit } = parameter;
+    let Parameter { name, value, standard_error, unit, .. } = parameter;
     let error = standard_error.map_or(String::new(), |error| format!(" ± {}", number(error)));
     let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
     format!("{name} = {}{error}{unit}", number(*value))

@@ -146,6 +146,7 @@ pub fn products(block: &Block, channels: &Channels) -> Vec<Candidate> {
 pub fn pairs(block: &Block, channels: &Channels) -> Vec<Candidate> {
     let drivers: Vec<(Driver, Vec<f64>)> = drivers(channels)
         .into_iter()
+        .filter(|driver| driver.wrap != Wrap::Trend || super::lasts(channels))
         .filter_map(|driver| {
             let values = see(channels, &driver, &Vec::new())?;
             let knots = quantile_knots(&values, SURFACE_KNOTS);

@@ -1,6 +1,6 @@
 //! What a report draws of a block.
 
-use super::held_out::Errors;
+use crate::judge::Errors;
 use super::residual;
 use crate::finding::Parameter;
 use crate::model::{exposure, place_unit, see};
@@ -270,6 +270,7 @@ fn noise(data: Data<'_>, fit: &BlockFit) -> Vec<Parameter> {
         value,
         standard_error: None,
         unit,
+        range: None,
     };
     let mut found = vec![parameter("white".to_owned(), fit.floor / unit.si, unit.text.clone())];
     let scale = fit.floor / fit.noise.white.sqrt();

@@ -2,7 +2,7 @@
 
 mod diagnostics;
 mod effects;
-mod held_out;
+mod path;
 mod predict;
 mod whiteness;
 
@@ -10,9 +10,9 @@ use crate::select::{Data, Found, combine};
 pub(crate) use diagnostics::diagnose;
 pub use diagnostics::{BlockDiagnostics, Diagnostics, EffectCurve, RunError, Series};
 pub(crate) use effects::{effect, lines_before_their_zero, term};
-pub(crate) use held_out::{Errors, held_out, path_errors};
+pub(crate) use path::path;
 pub use predict::predict;
-pub(crate) use whiteness::whiteness;
+pub(crate) use whiteness::{of_innovations, stretches, whiteness};
 pub use whiteness::{WHITENESS_LEVEL, Whiteness};
 
 /// What `found` leaves of a block, in SI.

@@ -1,6 +1,6 @@
 //! A model applied to other data.
 
-use super::held_out::add_driven;
+use crate::judge::add_driven;
 use crate::dataset::Dataset;
 use crate::finding::{PredictedQuantity, Prediction, RmsePair, SCHEMA};
 use crate::identify::IdentifyError;
@@ -23,8 +23,8 @@ fn of_block(
         if !mine || !here || exposure(block, term.term).is_none() {
             continue;
         }
-        let (shape, values) = term.to_shape(&problem.channels).map_err(IdentifyError::Model)?;
-        if shape.observed(block, &problem.channels).is_none() {
+        let (shape, values) = term.to_shape(problem.channels_of(block)).map_err(IdentifyError::Model)?;
+        if shape.observed(block, problem.channels_of(block)).is_none() {
             let drivers: Vec<String> = term.drivers.iter().map(ToString::to_string).collect();
             return Err(IdentifyError::Model(format!(
                 "term `{}` needs {}, which the data do not have",
@@ -79,8 +79,8 @@ pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyE
     let zero = || [vec![0.0; rows], vec![0.0; rows]];
     let (mut corrections, mut plain_corrections) = (zero(), zero());
     for block in &problem.blocks {
-        let layout = Layout::new(block, &problem.channels);
-        let data = Data { block, channels: &problem.channels, layout: &layout };
+        let layout = Layout::new(block, problem.channels_of(block));
+        let data = Data { block, channels: problem.channels_of(block), layout: &layout };
         let all = of_block(&model.terms, block, &problem)?;
         let plain = of_block(&model.plain, block, &problem)?;
         if block.aggregate == Aggregate::Pose {

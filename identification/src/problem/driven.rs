@@ -1,7 +1,8 @@
 //! A driven path: the heading and the distance that the wheels tell, against the reference.
 
 use super::channels::Channels;
-use super::gyro::{self, missing};
+use super::gyro::missing;
+use super::series;
 use super::path::Path;
 use super::wheels::{self, Motion};
 use super::{Aggregate, Block, Component, DisplayUnit, Exposure, Pose, Problem, wrap};
@@ -50,7 +51,7 @@ pub(super) fn odometry(
     if blocks[0].rows.len() < 3 * path.runs.len() + 8 {
         return Err(missing("reference in enough rows"));
     }
-    blocks.extend(gyro::beside_odometry(dataset, &mut channels));
+    blocks.extend(series::beside_odometry(dataset, &mut channels));
     Ok(Problem {
         kind: dataset.kind,
         channels,
@@ -233,5 +234,6 @@ fn pose_block(path: &Path, true_heading: &[f64], activity: &[f64]) -> Block {
         activity: Some(activity.to_vec()),
         pose: Some(pose),
         closing: None,
+        own: None,
     }
 }

@@ -9,12 +9,14 @@ mod laps;
 mod path;
 mod pose;
 mod segments;
+mod series;
 mod turning;
 mod wheels;
 
 use crate::dataset::{Axis, Dataset, Kind};
 use crate::identify::IdentifyError;
 use crate::model::{Acts, Driver};
+use std::rc::Rc;
 pub use channels::{Channel, Channels};
 pub use closing::Closing;
 pub use path::{Path, PathError};
@@ -102,6 +104,8 @@ pub struct Block {
     pub pose: Option<Pose>,
     /// How readings go together, for the ends of laps.
     pub closing: Option<Closing>,
+    /// What effects of this block see, where it is not what those of all others do: the rotation about its own axis.
+    pub own: Option<Rc<Channels>>,
 }
 
 /// What a model brings to data beside its terms.
@@ -142,7 +146,7 @@ impl Problem {
         let channels = Channels::new(dataset);
         match dataset.kind {
             Kind::Turns => gyro::turns(dataset, channels),
-            Kind::Series => gyro::series(dataset, channels, known.counts_per_unit),
+            Kind::Series => series::series(dataset, channels, known.counts_per_unit),
             Kind::Odometry => driven::odometry(dataset, channels),
             Kind::Laps => laps::laps(dataset, channels, known),
         }
@@ -150,6 +154,11 @@ impl Problem {
 }
 
 impl Problem {
+    /// What effects of `block` see.
+    pub fn channels_of<'a>(&'a self, block: &'a Block) -> &'a Channels {
+        block.own.as_deref().unwrap_or(&self.channels)
+    }
+
     /// What a model of these data has to bring to others.
     pub const fn known(&self) -> Known {
         Known { counts_per_unit: self.counts_per_unit, closing_lever_m: self.closing_lever_m }

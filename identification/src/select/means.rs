@@ -163,6 +163,7 @@ impl Equations {
             activity: None,
             pose: None,
             closing: None,
+            own: None,
         };
         Self { block, channels: means }
     }

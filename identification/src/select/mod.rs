@@ -4,16 +4,21 @@ mod block;
 mod choose;
 mod cross;
 mod data;
+mod finish;
 mod held_back;
+mod material;
 mod means;
 mod period;
 mod record;
 mod refine;
 mod rivals;
+mod rounding;
 mod scene;
 mod simplify;
+mod state;
 
-pub use block::{BlockFit, Found, fit_terms, identify_block, without_rounding};
+pub use block::{Asked, BlockFit, Found, Waypoint, fit_terms, identify_block};
+pub use rounding::without_rounding;
 pub use cross::folds;
 pub use data::{Data, combine};
 #[cfg(test)]

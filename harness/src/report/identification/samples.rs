@@ -9,7 +9,7 @@ use identification::outcome::{BlockDiagnostics, Diagnostics, EffectCurve, RunErr
 use std::collections::BTreeMap;
 
 fn parameter(name: &str, value: f64, unit: &str) -> Parameter {
-    Parameter { name: name.into(), value, standard_error: Some(value / 10.0), unit: unit.into() }
+    Parameter { name: name.into(), value, standard_error: Some(value / 10.0), unit: unit.into(), range: None }
 }
 
 pub(super) fn effect(name: &str, drivers: &[&str]) -> Effect {
@@ -60,6 +60,7 @@ pub(super) fn finding() -> Finding {
         held_out_also: Vec::new(),
         base: vec![parameter("scale_factor", 0.001, "1")],
         effects: vec![Effect { rivals: vec![rival], ..effect("shupe", &["rate_of(temperature)"]) }],
+        path: path(),
         left: vec![Left {
             drivers: vec!["trend(time)".into()],
             shape: "bias_ageing".into(),

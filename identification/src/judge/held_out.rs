@@ -1,88 +1,58 @@
-//! Errors on whole runs that took no part in the fit, in the unit of the data.
+//! Errors on whole runs that took no part in the fit.
 
-use crate::finding::HeldOut;
-use crate::linear::solve;
+use super::Errors;
+use crate::linear::Normal;
 use crate::model::{Acts, Shape, exposure};
 use crate::noise::{NoiseModel, Whitener};
 use crate::problem::{Aggregate, Path};
 use crate::select::{Data, combine, folds};
-use rand::{RngExt, SeedableRng};
 
-/// Draws of the bootstrap over runs.
-const DRAWS: usize = 400;
-
-/// Squared errors, run by run.
-#[derive(Debug, Clone, Default)]
-pub struct Errors {
-    /// For each run that has any: its index, the sum of squared errors and their number.
-    pub runs: Vec<(usize, f64, f64)>,
-    /// In how many folds they were had.
-    pub folds: usize,
-}
-
-impl Errors {
-    /// Root of the mean square.
-    pub fn rmse(&self) -> f64 {
-        let (sum, count) = self.runs.iter().fold((0.0, 0.0), |(s, c), run| (s + run.1, c + run.2));
-        if count > 0.0 { (sum / count).sqrt() } else { 0.0 }
-    }
-
-    fn add(&mut self, run: usize, square: f64) {
-        match self.runs.iter_mut().find(|(index, _, _)| *index == run) {
-            Some((_, sum, count)) => {
-                *sum += square;
-                *count += 1.0;
-            }
-            None => self.runs.push((run, square, 1.0)),
-        }
-    }
-
-    /// 95 % interval of the root mean square, from drawing runs with replacement.
-    fn interval(&self, seed: u64) -> [f64; 2] {
-        let n = self.runs.len();
-        if n < 2 {
-            let value = self.rmse();
-            return [value, value];
-        }
-        let mut random = chacha20::ChaCha8Rng::seed_from_u64(seed);
-        let mut draws: Vec<f64> = (0..DRAWS)
-            .map(|_| {
-                let (sum, count) = (0..n).fold((0.0, 0.0), |(s, c), _| {
-                    let run = &self.runs[random.random_range(0..n)];
-                    (s + run.1, c + run.2)
-                });
-                (sum / count).sqrt()
-            })
-            .collect();
-        draws.sort_by(f64::total_cmp);
-        let at = |share: f64| draws[(share * (DRAWS - 1) as f64).round() as usize];
-        [at(0.025), at(0.975)]
-    }
-}
-
-/// Columns of the terms and the residual, whitened.
+/// Columns of the terms and the residual, whitened, as normal equations of stretches that the same folds use.
 struct White {
-    columns: Vec<Vec<f64>>,
-    residual: Vec<f64>,
+    stretches: Vec<(Vec<bool>, Normal)>,
+    width: usize,
 }
 
 impl White {
-    fn new(data: Data<'_>, columns: &[Vec<f64>], noise: &NoiseModel, left_out: &[bool]) -> Self {
+    /// `train` says of each fold which observations it uses.
+    fn new(
+        data: Data<'_>,
+        columns: &[Vec<f64>],
+        noise: &NoiseModel,
+        left_out: &[bool],
+        train: &[Vec<bool>],
+    ) -> Self {
         let whitener = Whitener::new(data.layout, noise, left_out);
         let residual = whitener.apply(&data.block.residual);
-        Self { columns: whitener.apply_all(columns), residual }
+        let columns = whitener.apply_all(columns);
+        let uses = |i: usize| -> Vec<bool> { train.iter().map(|train| train[i]).collect() };
+        let mut stretches: Vec<(Vec<bool>, Normal)> = Vec::new();
+        let mut start = 0;
+        for i in 1..=residual.len() {
+            let ends =
+                i == residual.len() || train.iter().any(|train| train[i] != train[i - 1]);
+            if !ends {
+                continue;
+            }
+            let mine = uses(start);
+            let at = stretches.iter().position(|(uses, _)| *uses == mine).unwrap_or_else(|| {
+                stretches.push((mine, Normal::new(columns.len())));
+                stretches.len() - 1
+            });
+            stretches[at].1.add(&columns, &residual, start..i);
+            start = i;
+        }
+        Self { stretches, width: columns.len() }
     }
 
-    /// Coefficients from the observations of `train`.
-    fn train(&self, train: &[bool]) -> Vec<f64> {
-        let columns: Vec<Vec<f64>> =
-            self.columns.iter().map(|column| masked(column, train)).collect();
-        solve(&columns, &masked(&self.residual, train)).coefficients
+    /// Coefficients from the observations that fold `number` uses.
+    fn train(&self, number: usize) -> Vec<f64> {
+        let mut all = Normal::new(self.width);
+        for (_, normal) in self.stretches.iter().filter(|(uses, _)| uses[number]) {
+            all.join(normal);
+        }
+        all.solve()
     }
-}
-
-fn masked(column: &[f64], keep: &[bool]) -> Vec<f64> {
-    column.iter().zip(keep).map(|(value, keep)| if *keep { *value } else { 0.0 }).collect()
 }
 
 impl Data<'_> {
@@ -94,15 +64,16 @@ impl Data<'_> {
         left_out: &[bool],
     ) -> Errors {
         let columns = self.all_columns(terms);
-        let white = White::new(*self, &columns, noise, left_out);
         let folds = folds(&self.layout.run);
+        let train: Vec<Vec<bool>> = folds.iter().map(|fold| fold.train.clone()).collect();
+        let white = White::new(*self, &columns, noise, left_out, &train);
         let mut errors = Errors { folds: folds.len(), ..Errors::default() };
         let run = &self.layout.run;
         let alone = run.iter().all(|other| *other == run[0]);
         for (number, fold) in folds.iter().enumerate() {
             // Of one run alone, each fold stands for itself.
             let of = |run: usize| if alone { number } else { run };
-            let coefficients = white.train(&fold.train);
+            let coefficients = white.train(number);
             let fitted = combine(&columns, &coefficients);
             let error = |i: usize| self.block.residual[i] - fitted.get(i).copied().unwrap_or(0.0);
             let mut start = None;
@@ -152,14 +123,17 @@ pub(crate) fn path_errors(
     let white: Vec<White> = blocks
         .iter()
         .map(|(data, terms, noise, left_out)| {
-            White::new(*data, &data.all_columns(terms), noise, left_out)
+            let train: Vec<Vec<bool>> = row_folds
+                .iter()
+                .map(|fold| data.block.rows.iter().map(|&row| fold.train[row]).collect())
+                .collect();
+            White::new(*data, &data.all_columns(terms), noise, left_out, &train)
         })
         .collect();
-    for fold in &row_folds {
+    for (number, fold) in row_folds.iter().enumerate() {
         let (mut turn, mut distance) = (vec![0.0; n], vec![0.0; n]);
         for ((data, terms, _, _), white) in blocks.iter().zip(&white) {
-            let keep: Vec<bool> = data.block.rows.iter().map(|&row| fold.train[row]).collect();
-            let coefficients = white.train(&keep);
+            let coefficients = white.train(number);
             add_driven(*data, terms, &coefficients, &mut turn, &mut distance);
         }
         for (index, rows) in path.runs.iter().enumerate() {
@@ -202,22 +176,3 @@ pub(crate) fn add_driven(
     }
 }
 
-/// As the contract writes it.
-pub(crate) fn held_out(
-    before: &Errors,
-    after: &Errors,
-    unit: (&str, f64),
-    quantity: Option<&str>,
-    seed: u64,
-) -> HeldOut {
-    let interval = after.interval(seed);
-    HeldOut {
-        metric: "rmse".to_owned(),
-        quantity: quantity.map(str::to_owned),
-        unit: unit.0.to_owned(),
-        before: before.rmse() / unit.1,
-        after: after.rmse() / unit.1,
-        ci95: interval.map(|value| value / unit.1),
-        folds: after.folds,
-    }
-}
