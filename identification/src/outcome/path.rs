@@ -10,7 +10,7 @@ pub(crate) fn path(fits: &[&BlockFit]) -> Vec<PathModel> {
     let mut models = Vec::new();
     let chosen: Vec<usize> = fits.iter().map(|fit| fit.chosen).collect();
     let ends: Vec<usize> = fits.iter().map(|fit| fit.path.len() - 1).collect();
-    for goal in [&chosen, &ends] {
+    for (goal, is_last) in [(&chosen, false), (&ends, true)] {
         loop {
             let is_chosen = at == chosen;
             models.push(model(fits, &at, is_chosen));
@@ -19,7 +19,8 @@ pub(crate) fn path(fits: &[&BlockFit]) -> Vec<PathModel> {
             let Some(next) = ahead.max_by(|a, b| fall(a).total_cmp(&fall(b))) else { break };
             at[next] += 1;
         }
-        if goal == &chosen {
+        if !is_last {
+            // The chosen one is where the rest begins.
             models.pop();
         }
     }

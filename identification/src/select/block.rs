@@ -93,7 +93,8 @@ pub(super) struct Step<'a> {
 }
 
 impl<'a> Step<'a> {
-    fn new(state: State<'a>, judge: &Judge<'_>) -> Self {
+    /// Judged.
+    pub fn new(state: State<'a>, judge: &Judge<'_>) -> Self {
         let metrics = judge.judge(&state.terms, &state.noise, &state.left_out);
         Self { state, metrics }
     }
@@ -134,7 +135,7 @@ pub fn identify_block(
     // Where what is left knows the input or has a memory that no noise has, it is no noise, and no probability that
     // takes it for noise means anything: then what matters to the user is looked for, whatever the rest is.
     let mut is_noise = remains(&state).is_noise();
-    let mut rough = path.clone();
+    let mut rough = vec![Step::new(material.fitted(state.clone()), judge)];
     if !is_noise {
         material.extend(&mut rough, judge, asked);
         let mut last = rough[rough.len() - 1].state.clone();
@@ -175,11 +176,16 @@ pub fn identify_block(
     } else {
         path = rough;
     }
-    reported(path, left, asked)
+    reported(path, left, asked, &material)
 }
 
 /// The model of the path that is reported, with the path.
-fn reported(path: Vec<Step<'_>>, left: Vec<Contender>, asked: Asked<'_>) -> BlockFit {
+fn reported(
+    path: Vec<Step<'_>>,
+    left: Vec<Contender>,
+    asked: Asked<'_>,
+    material: &Material<'_>,
+) -> BlockFit {
     let richest = &path[path.len() - 1].state;
     let is_noise = remains(richest).is_noise();
     let standings: Vec<Standing<'_>> = path
@@ -205,12 +211,15 @@ fn reported(path: Vec<Step<'_>>, left: Vec<Contender>, asked: Asked<'_>) -> Bloc
         })
         .collect();
     let mut state = path[chosen].state.clone();
-    if asked.noise.is_none() && chosen + 1 < path.len() {
-        state.fit_noise(true);
-    }
-    let goes = remains(&state).goes;
-    let mut fit = finish(&state, left);
-    (fit.path, fit.chosen, fit.goes) = (waypoints, chosen, goes);
+    let mut fit = if is_noise {
+        if asked.noise.is_none() && chosen + 1 < path.len() {
+            state.fit_noise(true);
+        }
+        finish(&state, left)
+    } else {
+        material.finish(&state, &path[chosen].metrics)
+    };
+    (fit.path, fit.chosen, fit.goes) = (waypoints, chosen, remains(&state).goes);
     fit
 }
 

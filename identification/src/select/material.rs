@@ -30,6 +30,9 @@ pub(super) struct Material<'a> {
     candidates: Vec<Candidate>,
 }
 
+/// How many classes there are.
+const CLASSES: usize = 3;
+
 /// What the user would do first goes first.
 fn class(shape: &Shape) -> usize {
     let is_alignment = matches!(shape.form, Form::Delay) || shape.acts == crate::model::Acts::Axis;
@@ -55,8 +58,7 @@ impl<'a> Material<'a> {
     /// Goes on from the last model of `path`, one term at a time.
     pub fn extend<'s>(&self, path: &mut Vec<Step<'s>>, judge: &Judge<'_>, asked: Asked<'_>) {
         let Some(last) = path.last() else { return };
-        let mut now = self.fitted(last.state.clone());
-        let mut metrics = judge.judge(&now.terms, &now.noise, &now.left_out);
+        let Step { state: mut now, mut metrics } = Step::new(self.fitted(last.state.clone()), judge);
         while now.terms.len() < now.base + asked.effects_max {
             let Some((next, judged)) = self.step(&now, &metrics) else { break };
             (now, metrics) = (next, judged);
@@ -65,9 +67,14 @@ impl<'a> Material<'a> {
     }
 
     /// With the noise that weighs all rows alike; of levels, the noise stays.
-    fn fitted<'s>(&self, mut state: State<'s>) -> State<'s> {
+    pub fn fitted<'s>(&self, mut state: State<'s>) -> State<'s> {
         if self.data.layout.is_level() {
             state.left_out = Vec::new();
+            // Errors of levels that are alike, and a walk that brings as much over a step.
+            state.noise = NoiseModel {
+                walk: self.data.layout.mean_activity().max(f64::MIN_POSITIVE).recip(),
+                ..NoiseModel::white(self.data.layout.runs())
+            };
             return state;
         }
         state.noise = NoiseModel::white(self.data.layout.runs());
@@ -91,55 +98,79 @@ impl<'a> Material<'a> {
 
     /// The model with the term that brings most, of the first class that has one that matters.
     fn step<'s>(&self, state: &State<'s>, before: &[Metric]) -> Option<(State<'s>, Vec<Metric>)> {
+        let scored = self.scored(state);
+        (0..CLASSES).find_map(|class| {
+            let mut best: Option<(f64, (State<'s>, Vec<Metric>))> = None;
+            for (next, after) in self.judged(state, &scored, class) {
+                let fall = fall(before, &after);
+                if matters(before, &after) && best.as_ref().is_none_or(|(most, _)| fall > *most) {
+                    best = Some((fall, (next, after)));
+                }
+            }
+            best.map(|(_, found)| found)
+        })
+    }
+
+    /// The strongest candidates of each class beside `state`, judged.
+    pub fn contenders<'s>(&self, state: &State<'s>) -> Vec<(State<'s>, Vec<Metric>)> {
+        let scored = self.scored(state);
+        (0..CLASSES).flat_map(|class| self.judged(state, &scored, class)).collect()
+    }
+
+    /// Candidates by how much of what `state` leaves they explain, the most first. Constants are always among them: a
+    /// small share of what is left from row to row can be much at the end of a path.
+    fn scored(&self, state: &State<'_>) -> Vec<Candidate> {
         let sample = Sample::new(self.data, state);
         let mut scored: Vec<(f64, &Candidate)> = self
             .candidates
             .iter()
             .filter(|candidate| !state.terms.contains(&candidate.shape))
             .map(|candidate| (sample.share(&candidate.shape), candidate))
-            .filter(|(share, _)| *share > SHARE_MIN)
+            .filter(|(share, candidate)| {
+                *share > SHARE_MIN || candidate.shape.drivers.is_empty()
+            })
             .collect();
         scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for class_now in 0..3 {
-            let mut labels: Vec<String> = Vec::new();
-            let mut best: Option<(f64, State<'s>, Vec<Metric>)> = None;
-            for (_, candidate) in
-                scored.iter().filter(|(_, candidate)| class(&candidate.shape) == class_now)
-            {
-                let label = candidate.shape.label();
-                if labels.contains(&label) {
-                    continue;
-                }
-                labels.push(label);
-                if labels.len() > JUDGED {
-                    break;
-                }
-                let Some(tried) = self.with(state, candidate, &sample) else { continue };
-                let after = self.judge.judge(&tried.terms, &tried.noise, &tried.left_out);
-                let fall = fall(before, &after);
-                if matters(before, &after)
-                    && best.as_ref().is_none_or(|(most, _, _)| fall > *most)
-                {
-                    best = Some((fall, tried, after));
-                }
+        let refined = |candidate: &Candidate| {
+            Candidate { shape: sample.refined(&candidate.shape), family: candidate.family }
+        };
+        let mut labels: Vec<(String, usize)> = Vec::new();
+        let mut found = Vec::new();
+        for (_, candidate) in scored {
+            let (label, class) = (candidate.shape.label(), class(&candidate.shape));
+            let known = labels.iter().any(|(known, _)| *known == label);
+            if known || labels.iter().filter(|(_, its)| *its == class).count() == JUDGED {
+                continue;
             }
-            if let Some((_, state, metrics)) = best {
-                return Some((state, metrics));
-            }
+            labels.push((label, class));
+            found.push(refined(candidate));
         }
-        None
+        found
+    }
+
+    /// Those of a class, each beside `state`.
+    fn judged<'s>(
+        &self,
+        state: &State<'s>,
+        scored: &[Candidate],
+        of_class: usize,
+    ) -> Vec<(State<'s>, Vec<Metric>)> {
+        scored
+            .iter()
+            .filter(|candidate| class(&candidate.shape) == of_class)
+            .filter_map(|candidate| {
+                let next = self.with(state, candidate)?;
+                let judged = self.judge.judge(&next.terms, &next.noise, &next.left_out);
+                Some((next, judged))
+            })
+            .collect()
     }
 
     /// `state` with `candidate`, its numbers at their best; `None` where that is outside physics or balances another
     /// term.
-    fn with<'s>(
-        &self,
-        state: &State<'s>,
-        candidate: &Candidate,
-        sample: &Sample<'_>,
-    ) -> Option<State<'s>> {
+    fn with<'s>(&self, state: &State<'s>, candidate: &Candidate) -> Option<State<'s>> {
         let mut tried = state.clone();
-        tried.terms.push(sample.refined(&candidate.shape));
+        tried.terms.push(candidate.shape.clone());
         tried.families.push(candidate.family);
         for _ in 0..SWEEPS {
             if !settle_delays(self.data, &mut tried) {

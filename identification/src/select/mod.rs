@@ -12,6 +12,7 @@ mod period;
 mod record;
 mod refine;
 mod rivals;
+mod roughly;
 mod rounding;
 mod scene;
 mod simplify;
