@@ -256,7 +256,12 @@ fn measured(folder: &Path, only: Option<&str>) -> io::Result<()> {
         match guarded(|| identify::identify(&dataset, None, &Options::default(), &mut |_, _| {})) {
             Err(error) => println!("== {}: {error}", dataset.name),
             Ok(found) => {
-                println!("== {} read {:.1} s, identified {:.1} s", dataset.name, read - start, seconds() - read);
+                println!(
+                    "== {} read {:.1} s, identified {:.1} s",
+                    dataset.name,
+                    read - start,
+                    seconds() - read
+                );
                 println!("{}", evaluation::measured::summary(&found.finding));
             }
         }

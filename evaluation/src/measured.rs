@@ -84,7 +84,13 @@ pub fn read(folder: &Path) -> Result<Dataset, String> {
             _ => None,
         };
         let values = numbers(cells.iter().map(|row| row[at].as_str()));
-        columns.push(Column { name: field.name.clone(), role, axis, unit: unit(&field.unit)?, values });
+        columns.push(Column {
+            name: field.name.clone(),
+            role,
+            axis,
+            unit: unit(&field.unit)?,
+            values,
+        });
     }
     let kind = Kind::parse(&package.hil.kind)
         .ok_or_else(|| format!("kind `{}` is not known", package.hil.kind))?;
@@ -139,8 +145,9 @@ fn numbers<'a>(cells: impl Iterator<Item = &'a str>) -> Vec<f64> {
 /// Without rows that lack a measured value. `run_labels` holds the run of each row on the way in.
 fn of_whole_rows(mut dataset: Dataset) -> Dataset {
     let needed = |column: &&Column| !column.role.is_reference() && column.role != Role::Auxiliary;
-    let is_whole =
-        |row: &usize| dataset.columns.iter().filter(needed).all(|column| column.values[*row].is_finite());
+    let is_whole = |row: &usize| {
+        dataset.columns.iter().filter(needed).all(|column| column.values[*row].is_finite())
+    };
     let keep: Vec<usize> = (0..dataset.run_labels.len()).filter(is_whole).collect();
     for column in &mut dataset.columns {
         column.values = keep.iter().map(|&row| column.values[row]).collect();
@@ -163,19 +170,60 @@ fn of_whole_rows(mut dataset: Dataset) -> Dataset {
 /// A finding in some lines.
 pub fn summary(finding: &identification::finding::Finding) -> String {
     use std::fmt::Write;
-    let mut text = format!("{:?}, floor {:.3e} {}\n", finding.verdict, finding.noise_floor.value, finding.noise_floor.unit);
+    let mut text = format!(
+        "{:?}, floor {:.3e} {}\n",
+        finding.verdict, finding.noise_floor.value, finding.noise_floor.unit
+    );
     for one in std::iter::once(&finding.held_out).chain(&finding.held_out_also) {
-        let _ = writeln!(text, "  {} {:.5} -> {:.5} {} [{:.4} {:.4}]", one.quantity.as_deref().unwrap_or("-"), one.before, one.after, one.unit, one.ci95[0], one.ci95[1]);
+        let _ = writeln!(
+            text,
+            "  {} {:.5} -> {:.5} {} [{:.4} {:.4}]",
+            one.quantity.as_deref().unwrap_or("-"),
+            one.before,
+            one.after,
+            one.unit,
+            one.ci95[0],
+            one.ci95[1]
+        );
     }
     for parameter in &finding.base {
-        let _ = writeln!(text, "  base {} {:.5} +- {:.5} {}", parameter.name, parameter.value, parameter.standard_error.unwrap_or(f64::NAN), parameter.unit);
+        let _ = writeln!(
+            text,
+            "  base {} {:.5} +- {:.5} {}",
+            parameter.name,
+            parameter.value,
+            parameter.standard_error.unwrap_or(f64::NAN),
+            parameter.unit
+        );
     }
     for effect in &finding.effects {
-        let _ = write!(text, "  * {} {} {:?} {:?} {} p {:.1e} ho {:.5} -> {:.5}:", effect.name, effect.term, effect.axis, effect.drivers, effect.form, effect.p_value, effect.held_out_before, effect.held_out_after);
+        let _ = write!(
+            text,
+            "  * {} {} {:?} {:?} {} p {:.1e} ho {:.5} -> {:.5}:",
+            effect.name,
+            effect.term,
+            effect.axis,
+            effect.drivers,
+            effect.form,
+            effect.p_value,
+            effect.held_out_before,
+            effect.held_out_after
+        );
         for parameter in effect.parameters.iter().take(6) {
-            let _ = write!(text, " {} {:.4}+-{:.4} {}", parameter.name, parameter.value, parameter.standard_error.unwrap_or(f64::NAN), parameter.unit);
+            let _ = write!(
+                text,
+                " {} {:.4}+-{:.4} {}",
+                parameter.name,
+                parameter.value,
+                parameter.standard_error.unwrap_or(f64::NAN),
+                parameter.unit
+            );
         }
-        let rivals: Vec<String> = effect.rivals.iter().map(|rival| format!("{} {:.2}", rival.name, rival.probability)).collect();
+        let rivals: Vec<String> = effect
+            .rivals
+            .iter()
+            .map(|rival| format!("{} {:.2}", rival.name, rival.probability))
+            .collect();
         let _ = writeln!(text, " rivals {rivals:?}");
     }
     for model in &finding.path {
@@ -186,7 +234,11 @@ pub fn summary(finding: &identification::finding::Finding) -> String {
         let _ = writeln!(text, " {:?}", model.effects);
     }
     for left in &finding.left {
-        let _ = writeln!(text, "  left {:?} {} {:.4}", left.drivers, left.shape, left.share_of_residual_variance);
+        let _ = writeln!(
+            text,
+            "  left {:?} {} {:.4}",
+            left.drivers, left.shape, left.share_of_residual_variance
+        );
     }
     for notice in &finding.notices {
         let _ = writeln!(text, "  note {notice}");

@@ -3,9 +3,9 @@
 use crate::dataset::Dataset;
 use crate::experiment::{self, Doubt, Experiment};
 use crate::finding::{Figure, Finding, HeldOut, Left, SCHEMA, Verdict};
+use crate::judge::{Holding, Judge, Metric};
 use crate::model::{Acts, KNOT, Model, Shape, Term, exposure};
 use crate::noise::{self, Layout, NoiseModel};
-use crate::judge::{Judge, Metric};
 use crate::outcome::{self, Diagnostics};
 use crate::problem::{Aggregate, Block, Known, Problem};
 use crate::select::{Asked, BlockFit, Data, Found, fit_terms, identify_block, without_rounding};
@@ -65,10 +65,16 @@ struct Done<'a> {
 }
 
 impl Done<'_> {
-    /// Held-out errors of the model given, and with what was found.
+    /// Held-out errors of the model given, and with what was found; these without what the choice saw of a run.
     fn errors(&self) -> (&[Metric], &[Metric]) {
-        let of = |index: usize| self.fit.path[index].metrics.as_slice();
-        (of(0), of(self.fit.chosen))
+        (&self.fit.path[0].metrics, &self.fit.nested)
+    }
+
+    /// Held-out error over the white noise of a reading, where readings are alone.
+    fn error_over_white(&self) -> Option<f64> {
+        let is_row = self.data.block.aggregate == Aggregate::Row;
+        let error = self.errors().1.first()?.errors.rmse();
+        (is_row && self.fit.floor > 0.0).then(|| error / self.fit.floor)
     }
 
     /// Held-out errors without an effect.
@@ -130,18 +136,15 @@ pub fn identify(
         };
         // Errors are of the readings as they are.
         let read = Data { block: &problem.blocks[index], ..data };
-        let judge = Judge { data: read, path: problem.path.as_ref() };
-        let asked = Asked {
-            share: 1.0 / count as f64,
-            effects_max: options.max_effects,
-            noise: known,
-        };
+        let judge = Judge { data: read, path: problem.path.as_ref(), holding: Holding::Spread };
+        let asked =
+            Asked { share: 1.0 / count as f64, effects_max: options.max_effects, noise: known };
         let fit = identify_block(data, &judge, base.clone(), asked, &mut report);
         let plain = fit_terms(data, &base, &fit.noise, &fit.left_out);
         done.push(Done { data, judge, plain, fit });
     }
     progress(1.0, "done");
-    let mut identified = assemble(dataset, &problem, &done, options.seed);
+    let mut identified = assemble(dataset, &problem, &done, options);
     identified.finding.notices.extend(notices);
     Ok(identified)
 }
@@ -162,7 +165,8 @@ fn base_terms(
         let mine = term.axis.is_none() || block.axis.is_none() || term.axis == block.axis;
         let here = term.quantity.is_none() || term.quantity == block.apart;
         if mine && here && exposure(block, term.term).is_some() {
-            let (shape, _) = term.to_shape(problem.channels_of(block)).map_err(IdentifyError::Model)?;
+            let (shape, _) =
+                term.to_shape(problem.channels_of(block)).map_err(IdentifyError::Model)?;
             if shape.observed(block, problem.channels_of(block)).is_none() {
                 return Err(IdentifyError::Model(format!(
                     "term `{}` needs what the data do not have",
@@ -214,7 +218,13 @@ fn matching<'a>(noises: &'a [(Block, NoiseModel)], block: &Block) -> Option<&'a 
         .map(|(_, noise)| noise)
 }
 
-fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) -> Identified {
+fn assemble(
+    dataset: &Dataset,
+    problem: &Problem,
+    done: &[Done<'_>],
+    options: &Options,
+) -> Identified {
+    let (seed, noise_is_known) = (options.seed, options.noise_from.is_some());
     let mut effects = Vec::new();
     let mut terms: Vec<Term> = Vec::new();
     let mut plain = Vec::new();
@@ -238,7 +248,7 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
             terms.push(term);
         }
         for (index, found) in one.fit.effects.iter().enumerate() {
-            let (_, after) = one.errors();
+            let after = &one.fit.path[one.fit.chosen].metrics;
             let without = one.without(index);
             let of = |metrics: &[Metric]| metrics[0].errors.rmse() / metrics[0].unit.si;
             let mut effect = outcome::effect(one.data, found, of(&without), of(after));
@@ -263,8 +273,17 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
                     .min(1.0),
             });
         }
+        if let Some(slow) = above_white(one, noise_is_known) {
+            left.push(slow);
+        }
         if let Some(goes) = &one.fit.goes {
             left.push(goes.left(&one.data.block.label));
+        }
+        if let Some(ratio) = one.error_over_white() {
+            notices.push(format!(
+                "the held-out error of `{}` is {ratio:.1} times the white noise of a reading",
+                one.data.block.label
+            ));
         }
         match outcome::whiteness(one.data, &one.fit) {
             Some(found) => {
@@ -354,6 +373,19 @@ fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) 
     identified
 }
 
+/// An error this many times the white noise from row to row is no noise by itself.
+const ABOVE_WHITE_MAX: f64 = 5.0;
+
+/// What is left so far above the white noise that something slow is in it, which no cause explains.
+fn above_white(one: &Done<'_>, noise_is_known: bool) -> Option<Left> {
+    let ratio = one.error_over_white()?;
+    (ratio > ABOVE_WHITE_MAX && !noise_is_known).then(|| Left {
+        drivers: vec![one.data.channels.time_name.clone()],
+        shape: format!("error of {} at {ratio:.0} times its white noise", one.data.block.label),
+        share_of_residual_variance: 1.0 - ratio.powi(-2),
+    })
+}
+
 /// Does the gyro see less than half of the rotation that it should measure?
 fn sees_little(base: &[Found]) -> bool {
     base.iter()
@@ -387,7 +419,10 @@ fn errors(done: &[Done<'_>], seed: u64) -> (HeldOut, Vec<HeldOut>) {
         .into_iter()
         .flat_map(|index| {
             let (before, after) = done[index].errors();
-            after.iter().zip(before).map(move |(after, before)| after.held_out(before, several, seed))
+            after
+                .iter()
+                .zip(before)
+                .map(move |(after, before)| after.held_out(before, several, seed))
         })
         .collect();
     let first = all.remove(0);

@@ -226,11 +226,8 @@ impl Normal {
             let mut row = vec![0.0; i + 1];
             for j in 0..i {
                 let sum: f64 = (0..j).map(|l| row[l] * lower[j][l]).sum();
-                row[j] = if lower[j][j] > 0.0 {
-                    (self.products[i][j] - sum) / lower[j][j]
-                } else {
-                    0.0
-                };
+                row[j] =
+                    if lower[j][j] > 0.0 { (self.products[i][j] - sum) / lower[j][j] } else { 0.0 };
             }
             let own = self.products[i][i];
             let left = own - row[..i].iter().map(|value| value * value).sum::<f64>();
@@ -260,7 +257,8 @@ mod tests {
     fn normal_equations_add_up_to_the_fit_of_all_rows() {
         let x: Vec<f64> = (0..9).map(|i| f64::from(i * i % 7)).collect();
         let columns = vec![vec![1.0; 9], x.clone(), x.iter().map(|x| 3.0 * x).collect()];
-        let y: Vec<f64> = x.iter().enumerate().map(|(i, x)| 2.0 - 0.3 * x + (i as f64).sin()).collect();
+        let y: Vec<f64> =
+            x.iter().enumerate().map(|(i, x)| 2.0 - 0.3 * x + (i as f64).sin()).collect();
         let whole = solve(&columns, &y).coefficients;
         let mut normal = Normal::new(3);
         normal.add(&columns, &y, 0..4);

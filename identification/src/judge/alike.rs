@@ -38,8 +38,7 @@ const END: f64 = 0.25;
 /// where one does not count.
 pub fn goes_with(white: &[f64], inputs: &[Beside<'_>]) -> Option<Goes> {
     let stride = white.len().div_ceil(RANKED_MAX).max(1);
-    let at: Vec<usize> =
-        (0..white.len()).step_by(stride).filter(|&i| white[i] != 0.0).collect();
+    let at: Vec<usize> = (0..white.len()).step_by(stride).filter(|&i| white[i] != 0.0).collect();
     if at.len() < RANKED_MIN {
         return None;
     }
@@ -127,7 +126,8 @@ mod tests {
     fn noise_that_is_louder_in_motion_is_found_with_its_input() {
         let speed: Vec<f64> = (0..2000).map(|i| (f64::from(i) * 0.01).sin().abs()).collect();
         let other: Vec<f64> = (0..2000).map(|i| (f64::from(i) * 0.037).cos().abs()).collect();
-        let loud: Vec<f64> = noise(2000, 3).iter().zip(&speed).map(|(e, v)| e * (0.3 + v)).collect();
+        let loud: Vec<f64> =
+            noise(2000, 3).iter().zip(&speed).map(|(e, v)| e * (0.3 + v)).collect();
         let inputs =
             [Beside { name: "other", input: &other }, Beside { name: "speed", input: &speed }];
         let found = goes_with(&loud, &inputs).map(|goes| goes.with);

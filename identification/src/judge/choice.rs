@@ -1,7 +1,7 @@
 //! Which model of a path is reported: the simplest that is as good as the best (Breiman, Friedman, Olshen and Stone
 //! 1984, section 3.4.3, the rule of one standard error), in every metric.
 
-use super::Metric;
+use super::{Errors, Metric};
 
 /// A model on the path, from plain to rich, with its held-out errors.
 pub(crate) struct Standing<'a> {
@@ -41,8 +41,9 @@ fn is_worse(rich: &Standing<'_>, simple: &Standing<'_>) -> bool {
 /// Index of the model to report.
 pub(crate) fn choose(path: &[Standing<'_>], is_noise: bool) -> usize {
     let Some(first) = path.first() else { return 0 };
-    let simpler =
-        |index: usize| (0..path.len()).filter(move |&other| path[other].numbers < path[index].numbers);
+    let simpler = |index: usize| {
+        (0..path.len()).filter(move |&other| path[other].numbers < path[index].numbers)
+    };
     let is_sound = |index: usize| !simpler(index).any(|other| is_worse(&path[index], &path[other]));
     let mut order: Vec<usize> = (0..path.len()).collect();
     order.sort_by_key(|&index| (path[index].numbers, index));
@@ -60,11 +61,47 @@ pub(crate) fn choose(path: &[Standing<'_>], is_noise: bool) -> usize {
     // simpler one; and of those that are about as good as it, the simplest.
     let fall = |index: usize| -> f64 {
         let pairs = path[index].metrics.iter().zip(first.metrics);
-        pairs.map(|(one, plain)| (plain.errors.rmse() / one.errors.rmse().max(f64::MIN_POSITIVE)).ln()).sum()
+        pairs
+            .map(|(one, plain)| {
+                (plain.errors.rmse() / one.errors.rmse().max(f64::MIN_POSITIVE)).ln()
+            })
+            .sum()
     };
     let sound: Vec<usize> = order.into_iter().filter(|&index| is_sound(index)).collect();
     let most = sound.iter().map(|&index| fall(index)).fold(0.0, f64::max);
     sound.into_iter().find(|&index| fall(index) >= FALL_SHARE * most).unwrap_or(0)
+}
+
+/// Errors of the choice itself: of each run, those of the model that would be chosen without the fold that held the run
+/// out.
+pub(crate) fn nested(path: &[Standing<'_>], is_noise: bool) -> Vec<Metric> {
+    let Some(first) = path.first() else { return Vec::new() };
+    let folds = first.metrics.iter().map(|metric| metric.errors.folds).max().unwrap_or(0);
+    let mut found: Vec<Metric> = first
+        .metrics
+        .iter()
+        .map(|metric| Metric { errors: Errors::default(), ..metric.clone() })
+        .collect();
+    for fold in 0..folds {
+        let part = |held_out: bool| -> Vec<Vec<Metric>> {
+            let metric = |metric: &Metric| Metric {
+                errors: metric.errors.part(fold, held_out),
+                ..metric.clone()
+            };
+            path.iter().map(|one| one.metrics.iter().map(metric).collect()).collect()
+        };
+        let seen = part(false);
+        let standings: Vec<Standing<'_>> = path
+            .iter()
+            .zip(&seen)
+            .map(|(one, metrics)| Standing { numbers: one.numbers, metrics })
+            .collect();
+        let chosen = choose(&standings, is_noise);
+        for (sum, held_out) in found.iter_mut().zip(part(true).swap_remove(chosen)) {
+            sum.errors.join(held_out.errors);
+        }
+    }
+    found
 }
 
 /// Share of the largest fall that is enough where metrics disagree.
@@ -72,7 +109,7 @@ const FALL_SHARE: f64 = 0.95;
 
 #[cfg(test)]
 mod tests {
-    use super::{Standing, choose, is_worse};
+    use super::{Standing, choose, is_worse, nested};
     use crate::judge::{Errors, Metric};
     use crate::problem::DisplayUnit;
     use proptest::prelude::*;
@@ -82,7 +119,11 @@ mod tests {
         Metric {
             name: "any".to_owned(),
             unit: DisplayUnit::new("m", 1.0),
-            errors: Errors { runs, folds: 5 },
+            errors: Errors {
+                held_by: (0..squares.len()).map(|run| run % 5).collect(),
+                runs,
+                folds: 5,
+            },
         }
     }
 
@@ -116,6 +157,25 @@ mod tests {
         ];
         assert_eq!(chosen(&path, true), 1);
         assert_eq!(chosen(&path, false), 1);
+    }
+
+    #[test]
+    fn errors_of_the_choice_are_those_of_models_that_did_not_see_the_run() {
+        // The second model is better in all runs but the last.
+        let path =
+            [vec![metric(&[4.0, 4.2, 3.8, 4.1, 3.9])], vec![metric(&[1.0, 1.1, 0.9, 1.0, 8.0])]];
+        let standings: Vec<Standing<'_>> = path
+            .iter()
+            .enumerate()
+            .map(|(numbers, metrics)| Standing { numbers, metrics })
+            .collect();
+        let errors = &nested(&standings, true)[0].errors;
+        let last = errors.runs.iter().find(|run| run.0 == 4).map(|run| run.1);
+        assert_eq!(
+            (errors.runs.len(), last),
+            (5, Some(8.0)),
+            "chosen without the run that it fails in"
+        );
     }
 
     proptest! {

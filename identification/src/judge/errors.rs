@@ -10,6 +10,8 @@ const DRAWS: usize = 400;
 pub struct Errors {
     /// For each run that has any: its index, the sum of squared errors and their number.
     pub runs: Vec<(usize, f64, f64)>,
+    /// The fold of each of them that held it out.
+    pub held_by: Vec<usize>,
     /// In how many folds they were had.
     pub folds: usize,
 }
@@ -21,14 +23,36 @@ impl Errors {
         if count > 0.0 { (sum / count).sqrt() } else { 0.0 }
     }
 
-    pub(super) fn add(&mut self, run: usize, square: f64) {
+    pub(super) fn add(&mut self, run: usize, square: f64, fold: usize) {
         match self.runs.iter_mut().find(|(index, _, _)| *index == run) {
             Some((_, sum, count)) => {
                 *sum += square;
                 *count += 1.0;
             }
-            None => self.runs.push((run, square, 1.0)),
+            None => {
+                self.runs.push((run, square, 1.0));
+                self.held_by.push(fold);
+            }
         }
+    }
+
+    /// Those of the runs that a fold held out, or of all others.
+    pub fn part(&self, fold: usize, held_out: bool) -> Self {
+        let mut part = Self { folds: self.folds, ..Self::default() };
+        for (run, held_by) in self.runs.iter().zip(&self.held_by) {
+            if (*held_by == fold) == held_out {
+                part.runs.push(*run);
+                part.held_by.push(*held_by);
+            }
+        }
+        part
+    }
+
+    /// With the runs of `other`.
+    pub fn join(&mut self, other: Self) {
+        self.runs.extend(other.runs);
+        self.held_by.extend(other.held_by);
+        self.folds = other.folds;
     }
 
     /// Mean square.
@@ -38,7 +62,8 @@ impl Errors {
 
     /// Standard error of the mean square, runs being drawn at random.
     pub fn standard_error(&self) -> f64 {
-        let zero = Self { runs: self.runs.iter().map(|run| (run.0, 0.0, run.2)).collect(), folds: 0 };
+        let runs = self.runs.iter().map(|run| (run.0, 0.0, run.2)).collect();
+        let zero = Self { runs, ..Self::default() };
         self.beyond(&zero).1
     }
 
@@ -68,9 +93,10 @@ impl Errors {
 
     /// In what share of the runs the error is above that of `other`.
     pub fn share_above(&self, other: &Self) -> f64 {
-        let above = self.runs.iter().filter(|run| {
-            other.runs.iter().any(|one| one.0 == run.0 && run.1 > one.1)
-        });
+        let above = self
+            .runs
+            .iter()
+            .filter(|run| other.runs.iter().any(|one| one.0 == run.0 && run.1 > one.1));
         above.count() as f64 / self.runs.len().max(1) as f64
     }
 
@@ -97,14 +123,14 @@ impl Errors {
     }
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::Errors;
 
     fn errors(squares: &[f64]) -> Errors {
-        let runs = squares.iter().enumerate().map(|(run, square)| (run, 2.0 * square, 2.0)).collect();
-        Errors { runs, folds: 5 }
+        let runs =
+            squares.iter().enumerate().map(|(run, square)| (run, 2.0 * square, 2.0)).collect();
+        Errors { runs, folds: 5, ..Errors::default() }
     }
 
     #[test]

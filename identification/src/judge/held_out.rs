@@ -5,7 +5,7 @@ use crate::linear::Normal;
 use crate::model::{Acts, Shape, exposure};
 use crate::noise::{NoiseModel, Whitener};
 use crate::problem::{Aggregate, Path};
-use crate::select::{Data, combine, folds};
+use crate::select::{Data, Fold, combine, folds};
 
 /// Columns of the terms and the residual, whitened, as normal equations of stretches that the same folds use.
 struct White {
@@ -29,8 +29,7 @@ impl White {
         let mut stretches: Vec<(Vec<bool>, Normal)> = Vec::new();
         let mut start = 0;
         for i in 1..=residual.len() {
-            let ends =
-                i == residual.len() || train.iter().any(|train| train[i] != train[i - 1]);
+            let ends = i == residual.len() || train.iter().any(|train| train[i] != train[i - 1]);
             if !ends {
                 continue;
             }
@@ -55,9 +54,32 @@ impl White {
     }
 }
 
+/// How runs are held out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Holding {
+    /// Every so many runs together.
+    Spread,
+    /// Runs that follow one another together, since what is slow goes on from one to the next.
+    Together,
+}
+
+/// Stretches that count as one where runs are held out together.
+const STRETCHES: usize = 15;
+
+impl Holding {
+    /// The folds of observations in these runs, and what counts as one of each observation.
+    fn folds(self, run: &[usize]) -> (Vec<Fold>, Vec<usize>) {
+        if self == Self::Spread {
+            return (folds(run), run.to_vec());
+        }
+        let one = vec![0; run.len()];
+        (folds(&one), (0..run.len()).map(|i| i * STRETCHES / run.len()).collect())
+    }
+}
+
 impl Data<'_> {
-    /// Errors of `terms` over held-out observations.
-    pub(crate) fn held_out(
+    /// Squares of what is new in held-out observations, with `terms`: the loss under the noise.
+    pub(crate) fn innovations_held_out(
         &self,
         terms: &[Shape],
         noise: &NoiseModel,
@@ -67,12 +89,40 @@ impl Data<'_> {
         let folds = folds(&self.layout.run);
         let train: Vec<Vec<bool>> = folds.iter().map(|fold| fold.train.clone()).collect();
         let white = White::new(*self, &columns, noise, left_out, &train);
-        let mut errors = Errors { folds: folds.len(), ..Errors::default() };
+        let whitener = Whitener::new(self.layout, noise, left_out);
+        let columns = whitener.apply_all(&columns);
+        let target = whitener.apply(&self.block.residual);
         let run = &self.layout.run;
         let alone = run.iter().all(|other| *other == run[0]);
+        let mut errors = Errors { folds: folds.len(), ..Errors::default() };
+        for (number, fold) in folds.iter().enumerate() {
+            let fitted = combine(&columns, &white.train(number));
+            for i in (0..run.len()).filter(|&i| fold.test[i] && target[i] != 0.0) {
+                let error = target[i] - fitted.get(i).copied().unwrap_or(0.0);
+                errors.add(if alone { number } else { run[i] }, error.powi(2), number);
+            }
+        }
+        errors
+    }
+
+    /// Errors of `terms` over held-out observations.
+    pub(crate) fn held_out(
+        &self,
+        terms: &[Shape],
+        noise: &NoiseModel,
+        left_out: &[bool],
+        holding: Holding,
+    ) -> Errors {
+        let columns = self.all_columns(terms);
+        let (folds, clusters) = holding.folds(&self.layout.run);
+        let train: Vec<Vec<bool>> = folds.iter().map(|fold| fold.train.clone()).collect();
+        let white = White::new(*self, &columns, noise, left_out, &train);
+        let mut errors = Errors { folds: folds.len(), ..Errors::default() };
+        let run = &self.layout.run;
+        let alone = clusters.iter().all(|other| *other == clusters[0]);
         for (number, fold) in folds.iter().enumerate() {
             // Of one run alone, each fold stands for itself.
-            let of = |run: usize| if alone { number } else { run };
+            let of = |i: usize| if alone { number } else { clusters[i] };
             let coefficients = white.train(number);
             let fitted = combine(&columns, &coefficients);
             let error = |i: usize| self.block.residual[i] - fitted.get(i).copied().unwrap_or(0.0);
@@ -83,7 +133,7 @@ impl Data<'_> {
                     continue;
                 }
                 if self.block.aggregate == Aggregate::Row {
-                    errors.add(of(run[i]), error(i).powi(2));
+                    errors.add(of(i), error(i).powi(2), number);
                 } else {
                     // A level counts from where its stretch begins.
                     let key =
@@ -95,7 +145,7 @@ impl Data<'_> {
                     match start {
                         Some((from, first)) if from == key => {
                             let first: f64 = first;
-                            errors.add(of(run[i]), (error(i) - first).powi(2));
+                            errors.add(of(i), (error(i) - first).powi(2), number);
                         }
                         _ => start = Some((key, error(i))),
                     }
@@ -140,8 +190,8 @@ pub(crate) fn path_errors(
             if fold.test[rows.start]
                 && let Some(error) = path.error(index, &turn, &distance)
             {
-                positions.add(index, error.position.powi(2));
-                headings.add(index, error.heading.powi(2));
+                positions.add(index, error.position.powi(2), number);
+                headings.add(index, error.heading.powi(2), number);
             }
         }
     }
@@ -175,4 +225,3 @@ pub(crate) fn add_driven(
         }
     }
 }
-

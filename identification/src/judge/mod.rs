@@ -12,10 +12,10 @@ use crate::noise::NoiseModel;
 use crate::problem::{Aggregate, DisplayUnit, Path};
 use crate::select::Data;
 pub(crate) use alike::{Beside, Goes, goes_with};
-pub(crate) use choice::{Standing, best, choose, margin};
+pub(crate) use choice::{Standing, best, choose, margin, nested};
 pub(crate) use errors::Errors;
-pub(crate) use held_out::add_driven;
 use held_out::path_errors;
+pub(crate) use held_out::{Holding, add_driven};
 
 /// Held-out errors of one quantity.
 #[derive(Debug, Clone)]
@@ -35,6 +35,8 @@ pub struct Judge<'a> {
     pub data: Data<'a>,
     /// The path, where one was driven.
     pub path: Option<&'a Path>,
+    /// How runs are held out.
+    pub holding: Holding,
 }
 
 impl Judge<'_> {
@@ -62,8 +64,17 @@ impl Judge<'_> {
         vec![Metric {
             name: block.label.clone(),
             unit: block.unit.clone(),
-            errors: self.data.held_out(terms, noise, left_out),
+            errors: self.data.held_out(terms, noise, left_out, self.holding),
         }]
+    }
+
+    /// The error from one reading to the next: what says most where what is left is noise.
+    pub fn innovation(&self, terms: &[Shape], noise: &NoiseModel, left_out: &[bool]) -> Metric {
+        Metric {
+            name: "innovation".to_owned(),
+            unit: DisplayUnit::new("1", 1.0),
+            errors: self.data.innovations_held_out(terms, noise, left_out),
+        }
     }
 }
 

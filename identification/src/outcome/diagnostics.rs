@@ -1,8 +1,8 @@
 //! What a report draws of a block.
 
-use crate::judge::Errors;
 use super::residual;
 use crate::finding::Parameter;
+use crate::judge::Errors;
 use crate::model::{exposure, place_unit, see};
 use crate::noise::Whitener;
 use crate::problem::Aggregate;

@@ -12,8 +12,8 @@ pub use diagnostics::{BlockDiagnostics, Diagnostics, EffectCurve, RunError, Seri
 pub(crate) use effects::{effect, lines_before_their_zero, term};
 pub(crate) use path::path;
 pub use predict::predict;
-pub(crate) use whiteness::{of_innovations, stretches, whiteness};
 pub use whiteness::{WHITENESS_LEVEL, Whiteness};
+pub(crate) use whiteness::{of_innovations, stretches, whiteness};
 
 /// What `found` leaves of a block, in SI.
 fn residual(data: Data<'_>, found: &[Found]) -> Vec<f64> {

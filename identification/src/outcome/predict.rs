@@ -1,9 +1,9 @@
 //! A model applied to other data.
 
-use crate::judge::add_driven;
 use crate::dataset::Dataset;
 use crate::finding::{PredictedQuantity, Prediction, RmsePair, SCHEMA};
 use crate::identify::IdentifyError;
+use crate::judge::add_driven;
 use crate::model::{Model, Shape, Term, exposure};
 use crate::noise::Layout;
 use crate::problem::{Aggregate, Block, Closing, Path, PathError, Problem};
@@ -23,7 +23,8 @@ fn of_block(
         if !mine || !here || exposure(block, term.term).is_none() {
             continue;
         }
-        let (shape, values) = term.to_shape(problem.channels_of(block)).map_err(IdentifyError::Model)?;
+        let (shape, values) =
+            term.to_shape(problem.channels_of(block)).map_err(IdentifyError::Model)?;
         if shape.observed(block, problem.channels_of(block)).is_none() {
             let drivers: Vec<String> = term.drivers.iter().map(ToString::to_string).collect();
             return Err(IdentifyError::Model(format!(

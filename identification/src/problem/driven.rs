@@ -2,8 +2,8 @@
 
 use super::channels::Channels;
 use super::gyro::missing;
-use super::series;
 use super::path::Path;
+use super::series;
 use super::wheels::{self, Motion};
 use super::{Aggregate, Block, Component, DisplayUnit, Exposure, Pose, Problem, wrap};
 use crate::dataset::{Dataset, Role, Unit};

@@ -16,11 +16,11 @@ mod wheels;
 use crate::dataset::{Axis, Dataset, Kind};
 use crate::identify::IdentifyError;
 use crate::model::{Acts, Driver};
-use std::rc::Rc;
 pub use channels::{Channel, Channels};
 pub use closing::Closing;
 pub use path::{Path, PathError};
 pub use pose::{Component, Pose};
+use std::rc::Rc;
 pub use turning::{Over, Turning};
 
 /// How rows add up to observations.

@@ -8,7 +8,9 @@ use super::record::Record;
 use super::rivals::RivalFound;
 use super::scene::robust_fit;
 use super::state::State;
-use crate::judge::{Beside, Goes, Judge, Metric, Standing, best, choose, goes_with, margin};
+use crate::judge::{
+    Beside, Goes, Holding, Judge, Metric, Standing, best, choose, goes_with, margin, nested,
+};
 use crate::model::{Acts, Shape};
 use crate::noise::{NoiseModel, Whitener};
 use crate::outcome::{Whiteness, of_innovations, stretches};
@@ -50,6 +52,8 @@ pub struct BlockFit {
     pub path: Vec<Waypoint>,
     /// Which of them was chosen.
     pub chosen: usize,
+    /// Held-out errors of the choice: of each run, those of the model that would be chosen without it.
+    pub nested: Vec<Metric>,
     /// The input that what is left goes with, if it does: then it is no noise.
     pub goes: Option<Goes>,
 }
@@ -169,14 +173,16 @@ pub fn identify_block(
                 }
             }
         }
-        // Coloured noise can swallow what is sparse: what is left is looked at as it is, too.
-        if state.noise.is_coloured() {
-            material.extend(&mut path, judge, asked);
+        // Coloured noise can swallow what is sparse: what is left is looked at as it is, too. What is slow goes on from
+        // run to run and must not help to predict the next.
+        if asked.noise.is_none() && is_swallowing(&state, &path[path.len() - 1].metrics) {
+            let together = Judge { holding: Holding::Together, ..*judge };
+            Material::new(data, &together).extend(&mut path, judge, asked);
         }
     } else {
         path = rough;
     }
-    reported(path, left, asked, &material)
+    reported(path, left, asked, judge, &material)
 }
 
 /// The model of the path that is reported, with the path.
@@ -184,6 +190,7 @@ fn reported(
     path: Vec<Step<'_>>,
     left: Vec<Contender>,
     asked: Asked<'_>,
+    judge: &Judge<'_>,
     material: &Material<'_>,
 ) -> BlockFit {
     let richest = &path[path.len() - 1].state;
@@ -192,7 +199,23 @@ fn reported(
         .iter()
         .map(|step| Standing { numbers: step.numbers(), metrics: &step.metrics })
         .collect();
-    let chosen = choose(&standings, is_noise);
+    // Where what is left is noise, what is new from one reading to the next says most of all.
+    let innovations: Vec<Metric> = path
+        .iter()
+        .filter(|_| is_noise)
+        .map(|step| judge.innovation(&step.state.terms, &richest.noise, &richest.left_out))
+        .collect();
+    let all: Vec<Vec<Metric>> = path
+        .iter()
+        .enumerate()
+        .map(|(i, step)| step.metrics.iter().chain(innovations.get(i)).cloned().collect())
+        .collect();
+    let among: Vec<Standing<'_>> = path
+        .iter()
+        .zip(&all)
+        .map(|(step, metrics)| Standing { numbers: step.numbers(), metrics })
+        .collect();
+    let chosen = choose(&among, is_noise);
     let waypoints = path
         .iter()
         .map(|step| {
@@ -220,7 +243,20 @@ fn reported(
         material.finish(&state, &path[chosen].metrics)
     };
     (fit.path, fit.chosen, fit.goes) = (waypoints, chosen, remains(&state).goes);
+    fit.nested = nested(&among, is_noise);
+    fit.nested.truncate(standings[0].metrics.len());
     fit
+}
+
+/// Coloured noise this many times the white noise may hide a cause.
+const SWALLOWING: f64 = 5.0;
+
+/// Is the error so far above the white noise that its colour may be a cause?
+fn is_swallowing(state: &State<'_>, metrics: &[Metric]) -> bool {
+    let scene = state.scene(&state.terms);
+    let floor = scene.scale * state.noise.white.sqrt();
+    state.noise.is_coloured()
+        && metrics.iter().any(|metric| metric.errors.rmse() > SWALLOWING * floor)
 }
 
 /// What a model leaves.

@@ -86,6 +86,7 @@ pub(super) fn finish(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
         left_out: state.left_out.clone(),
         path: Vec::new(),
         chosen: 0,
+        nested: Vec::new(),
         goes: None,
     }
 }

@@ -58,11 +58,12 @@ impl<'a> Material<'a> {
     /// Goes on from the last model of `path`, one term at a time.
     pub fn extend<'s>(&self, path: &mut Vec<Step<'s>>, judge: &Judge<'_>, asked: Asked<'_>) {
         let Some(last) = path.last() else { return };
-        let Step { state: mut now, mut metrics } = Step::new(self.fitted(last.state.clone()), judge);
+        let Step { state: mut now, mut metrics } =
+            Step::new(self.fitted(last.state.clone()), self.judge);
         while now.terms.len() < now.base + asked.effects_max {
             let Some((next, judged)) = self.step(&now, &metrics) else { break };
             (now, metrics) = (next, judged);
-            path.push(Step { state: now.clone(), metrics: metrics.clone() });
+            path.push(Step::new(now.clone(), judge));
         }
     }
 
@@ -85,8 +86,7 @@ impl<'a> Material<'a> {
             let whitener = Whitener::new(self.data.layout, &state.noise, &left_out);
             let fit = solve(&whitener.apply_all(&columns), &whitener.apply(residual));
             let fitted = combine(&columns, &fit.coefficients);
-            let error =
-                |i: usize| residual[i] - fitted.get(i).copied().unwrap_or(0.0);
+            let error = |i: usize| residual[i] - fitted.get(i).copied().unwrap_or(0.0);
             let errors: Vec<f64> =
                 (0..residual.len()).filter(|&i| !left_out[i]).map(error).collect();
             let limit = GROSS * root_mean_square(&errors);
@@ -126,13 +126,12 @@ impl<'a> Material<'a> {
             .iter()
             .filter(|candidate| !state.terms.contains(&candidate.shape))
             .map(|candidate| (sample.share(&candidate.shape), candidate))
-            .filter(|(share, candidate)| {
-                *share > SHARE_MIN || candidate.shape.drivers.is_empty()
-            })
+            .filter(|(share, candidate)| *share > SHARE_MIN || candidate.shape.drivers.is_empty())
             .collect();
         scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let refined = |candidate: &Candidate| {
-            Candidate { shape: sample.refined(&candidate.shape), family: candidate.family }
+        let refined = |candidate: &Candidate| Candidate {
+            shape: sample.refined(&candidate.shape),
+            family: candidate.family,
         };
         let mut labels: Vec<(String, usize)> = Vec::new();
         let mut found = Vec::new();
@@ -280,14 +279,8 @@ impl<'a> Sample<'a> {
         let n = data.block.residual.len();
         let stride = n.div_ceil(SAMPLE).max(1);
         let at: Vec<usize> = (0..n).step_by(stride).collect();
-        let mut found = Self {
-            data,
-            at,
-            whitener,
-            basis: Basis::default(),
-            left: Vec::new(),
-            total: 0.0,
-        };
+        let mut found =
+            Self { data, at, whitener, basis: Basis::default(), left: Vec::new(), total: 0.0 };
         let columns = found.picked(&data.all_columns(&state.terms));
         found.basis.extend(columns);
         let mut left = found.picked(std::slice::from_ref(&data.block.residual)).remove(0);

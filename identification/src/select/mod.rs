@@ -19,8 +19,8 @@ mod simplify;
 mod state;
 
 pub use block::{Asked, BlockFit, Found, Waypoint, fit_terms, identify_block};
-pub use rounding::without_rounding;
-pub use cross::folds;
+pub use cross::{Fold, folds};
 pub use data::{Data, combine};
 #[cfg(test)]
 pub use rivals::RivalFound;
+pub use rounding::without_rounding;

@@ -55,9 +55,7 @@ fn covariance(
     }
     let factor = count as f64 / (count as f64 - 1.0).max(1.0);
     let times = |a: &[Vec<f64>], b: &[Vec<f64>]| -> Vec<Vec<f64>> {
-        (0..k)
-            .map(|i| (0..k).map(|j| (0..k).map(|l| a[i][l] * b[l][j]).sum()).collect())
-            .collect()
+        (0..k).map(|i| (0..k).map(|j| (0..k).map(|l| a[i][l] * b[l][j]).sum()).collect()).collect()
     };
     let mut found = times(&times(inverse, &meat), inverse);
     found.iter_mut().flatten().for_each(|value| *value *= factor);
@@ -88,8 +86,9 @@ impl Material<'_> {
         let mut found = Vec::new();
         for (index, shape) in state.terms.iter().enumerate() {
             let width = data.columns(shape).len();
-            let coefficients: Vec<(f64, f64)> =
-                (at..at + width).map(|i| (first.coefficients[i], covariance[i][i].sqrt())).collect();
+            let coefficients: Vec<(f64, f64)> = (at..at + width)
+                .map(|i| (first.coefficients[i], covariance[i][i].sqrt()))
+                .collect();
             at += width;
             let numbers = derivatives
                 .iter()
@@ -106,8 +105,7 @@ impl Material<'_> {
                 .filter(|square| square.is_finite())
                 .fold(0.0, f64::max);
             let free = count as f64 - 1.0;
-            let strength =
-                (surprise(wald, 1.0, free) - (width.max(1) as f64).ln()).max(0.0);
+            let strength = (surprise(wald, 1.0, free) - (width.max(1) as f64).ln()).max(0.0);
             let rivals =
                 if index < state.base { Vec::new() } else { self.rivals(state, index, metrics) };
             found.push(Found { shape: shape.clone(), coefficients, numbers, strength, rivals });
@@ -122,6 +120,7 @@ impl Material<'_> {
             left_out: state.left_out.clone(),
             path: Vec::new(),
             chosen: 0,
+            nested: Vec::new(),
             goes: None,
         }
     }

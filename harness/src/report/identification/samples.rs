@@ -9,7 +9,13 @@ use identification::outcome::{BlockDiagnostics, Diagnostics, EffectCurve, RunErr
 use std::collections::BTreeMap;
 
 fn parameter(name: &str, value: f64, unit: &str) -> Parameter {
-    Parameter { name: name.into(), value, standard_error: Some(value / 10.0), unit: unit.into(), range: None }
+    Parameter {
+        name: name.into(),
+        value,
+        standard_error: Some(value / 10.0),
+        unit: unit.into(),
+        range: None,
+    }
 }
 
 pub(super) fn effect(name: &str, drivers: &[&str]) -> Effect {
