@@ -13,6 +13,9 @@ pub(super) fn summary(finding: &Finding) -> String {
         Verdict::StructureLeft => "structure is left",
     };
     let mut out = format!("{dataset}: {verdict} ({} of {rows} rows, {runs} runs)\n", kind.name());
+    for sentence in finding.in_words() {
+        line(&mut out, &sentence);
+    }
     for held_out in std::iter::once(&finding.held_out).chain(&finding.held_out_also) {
         line(&mut out, &errors(held_out));
     }

@@ -40,6 +40,10 @@ pub fn library(block: &Block, channels: &Channels) -> Vec<Candidate> {
     if block.exposure(Acts::Bias).is_some() {
         builder.rate_errors();
     }
+    if block.exposure(Acts::Reference).is_some() {
+        let shape = Shape::constant(constant(Acts::Reference), Acts::Reference);
+        builder.push(Family::Library, shape);
+    }
     if block.exposure(Acts::Drive).is_some() {
         builder.slip();
     }
@@ -63,6 +67,10 @@ impl Builder<'_> {
                     self.push(Family::Library, shape);
                 }
             }
+            return;
+        }
+        if channel.role == Role::SteerAngle {
+            self.over_steering(on, channel);
             return;
         }
         if channel.role == Role::ReferenceRate {
@@ -124,6 +132,19 @@ impl Builder<'_> {
                 self.push(Family::Memory, shape);
             }
         }
+    }
+
+    /// A steering angle that is read wrong by a factor turns the robot by it over the way.
+    fn over_steering(&mut self, on: Acts, channel: &Channel) {
+        let driver = Driver::plain(&channel.name);
+        let shape = match on {
+            Acts::Curvature => Shape::new("steer_scale", on, driver, Form::Linear),
+            Acts::Drive => {
+                Shape::new("distance_scale_over_steer_angle", on, driver, Form::Quadratic)
+            }
+            _ => return,
+        };
+        self.push(Family::Library, shape.with("origin", 0.0));
     }
 
     /// A rotation about another axis that leaks in.

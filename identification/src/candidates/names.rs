@@ -68,6 +68,7 @@ pub(super) fn constant(on: Acts) -> &'static str {
         Acts::Curvature => "unequal_wheels",
         Acts::Drive => "distance_scale",
         Acts::Scale => "scale_factor",
+        Acts::Reference => "reference_ahead_of_axle",
         _ => "bias",
     }
 }

@@ -98,6 +98,10 @@ fn experiment(
     found.rivals =
         rivals.iter().map(|shape| RivalFound { shape: shape.clone(), behind: 0.5 }).collect();
     let fit = BlockFit {
+        path: Vec::new(),
+        chosen: 0,
+        nested: Vec::new(),
+        goes: None,
         base,
         effects: vec![found],
         noise,

@@ -2,9 +2,9 @@
 
 use super::Errors;
 use crate::linear::Normal;
-use crate::model::{Acts, Shape, exposure};
+use crate::model::{Shape, exposure};
 use crate::noise::{NoiseModel, Whitener};
-use crate::problem::{Aggregate, Path};
+use crate::problem::{Added, Aggregate, Moves, Path};
 use crate::select::{Data, Fold, combine, folds};
 
 /// Columns of the terms and the residual, whitened, as normal equations of stretches that the same folds use.
@@ -181,14 +181,14 @@ pub(crate) fn path_errors(
         })
         .collect();
     for (number, fold) in row_folds.iter().enumerate() {
-        let (mut turn, mut distance) = (vec![0.0; n], vec![0.0; n]);
+        let mut added = Added::nothing(n);
         for ((data, terms, _, _), white) in blocks.iter().zip(&white) {
             let coefficients = white.train(number);
-            add_driven(*data, terms, &coefficients, &mut turn, &mut distance);
+            add_driven(*data, terms, &coefficients, &mut added);
         }
         for (index, rows) in path.runs.iter().enumerate() {
-            if fold.test[rows.start]
-                && let Some(error) = path.error(index, &turn, &distance)
+            if fold.test[rows.clone()].iter().all(|test| *test)
+                && let Some(error) = path.error(index, &added)
             {
                 positions.add(index, error.position.powi(2), number);
                 headings.add(index, error.heading.powi(2), number);
@@ -200,18 +200,11 @@ pub(crate) fn path_errors(
     Some((positions, headings))
 }
 
-/// Adds what `terms` say of the turn and the distance of each row.
-pub(crate) fn add_driven(
-    data: Data<'_>,
-    terms: &[Shape],
-    coefficients: &[f64],
-    turn: &mut [f64],
-    distance: &mut [f64],
-) {
+/// Adds what `terms` say of each row.
+pub(crate) fn add_driven(data: Data<'_>, terms: &[Shape], coefficients: &[f64], added: &mut Added) {
     let mut at = 0;
     for term in terms {
-        let to =
-            if matches!(term.acts, Acts::Drive | Acts::Slip) { &mut *distance } else { &mut *turn };
+        let to = added.of(Moves::of(term.acts));
         let Some(exposed) = exposure(data.block, term.acts) else { continue };
         if data.columns(term).is_empty() {
             continue;

@@ -19,6 +19,8 @@ pub fn range(acts: Acts) -> Option<[f64; 2]> {
         Acts::Slip => [-1.0, 1.0],
         // A clock of ceramic or RC is within some per cent (data sheets of microcontrollers).
         Acts::Clock => [-0.05, 0.05],
+        // A sensor sits on the robot.
+        Acts::Reference => [-5.0, 5.0],
         // Whoever is later than a second is another recording.
         Acts::Delay => [-1.0, 1.0],
         // The share of a rotation about another axis: the sine of an angle, a little more where it is scaled.

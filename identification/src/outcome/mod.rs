@@ -5,6 +5,7 @@ mod effects;
 mod path;
 mod predict;
 mod whiteness;
+mod words;
 
 use crate::select::{Data, Found, combine};
 pub(crate) use diagnostics::diagnose;

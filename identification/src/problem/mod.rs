@@ -18,8 +18,8 @@ use crate::identify::IdentifyError;
 use crate::model::{Acts, Driver};
 pub use channels::{Channel, Channels};
 pub use closing::Closing;
-pub use path::{Path, PathError};
-pub use pose::{Component, Pose};
+pub use path::{Added, Path, PathError};
+pub use pose::{Component, Moves, Pose};
 use std::rc::Rc;
 pub use turning::{Over, Turning};
 
@@ -180,8 +180,8 @@ impl Block {
     pub fn observe(&self, acts: Acts, per_row: Vec<f64>, runs: &[usize]) -> Vec<f64> {
         match self.aggregate {
             Aggregate::Pose => {
-                let travels = matches!(acts, Acts::Drive | Acts::Slip);
-                self.pose.as_ref().map_or_else(Vec::new, |pose| pose.observe(&per_row, travels))
+                let moves = Moves::of(acts);
+                self.pose.as_ref().map_or_else(Vec::new, |pose| pose.observe(&per_row, moves))
             }
             Aggregate::Row if self.rows.iter().copied().eq(0..per_row.len()) => per_row,
             Aggregate::Row => self.rows.iter().map(|&row| per_row[row]).collect(),

@@ -55,6 +55,13 @@ impl<'a> Material<'a> {
         Self { data, judge, candidates }
     }
 
+    /// Models from `state` on, one term at a time.
+    pub fn path<'s>(&self, state: &State<'s>, asked: Asked<'_>) -> Vec<Step<'s>> {
+        let mut path = vec![Step::new(self.fitted(state.clone()), self.judge)];
+        self.extend(&mut path, self.judge, asked);
+        path
+    }
+
     /// Goes on from the last model of `path`, one term at a time.
     pub fn extend<'s>(&self, path: &mut Vec<Step<'s>>, judge: &Judge<'_>, asked: Asked<'_>) {
         let Some(last) = path.last() else { return };

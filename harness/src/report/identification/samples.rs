@@ -2,7 +2,8 @@
 
 use identification::dataset::Kind;
 use identification::finding::{
-    Effect, Figure, Finding, HeldOut, Left, NextExperiment, Parameter, Rival, SCHEMA, Verdict,
+    Effect, Figure, Finding, HeldOut, Left, NextExperiment, Parameter, PathError, PathModel, Rival,
+    SCHEMA, Verdict,
 };
 use identification::model::{Acts, Driver, Form, Model, Term};
 use identification::outcome::{BlockDiagnostics, Diagnostics, EffectCurve, RunError, Series};
@@ -34,6 +35,19 @@ pub(super) fn effect(name: &str, drivers: &[&str]) -> Effect {
         held_out_after: 0.06,
         rivals: Vec::new(),
     }
+}
+
+/// Two models of which the second is chosen.
+fn path() -> Vec<PathModel> {
+    let model = |effects: &[&str], value, chosen| {
+        let error = PathError { value, standard_error: value / 10.0, unit: "deg".into() };
+        PathModel {
+            effects: effects.iter().map(ToString::to_string).collect(),
+            held_out: BTreeMap::from([("gyro_angle".to_owned(), error)]),
+            chosen,
+        }
+    };
+    vec![model(&[], 0.21, false), model(&["shupe"], 0.06, true)]
 }
 
 /// One of everything that a finding can say.
