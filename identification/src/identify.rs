@@ -1,14 +1,16 @@
 //! The entry: data and a model in, finding and a better model out.
 
+use crate::align::{Aligned, align};
+use crate::assemble::{Done, assemble};
 use crate::dataset::Dataset;
-use crate::experiment::{self, Doubt, Experiment};
-use crate::finding::{Figure, Finding, HeldOut, Left, SCHEMA, Verdict};
-use crate::judge::{Holding, Judge, Metric};
-use crate::model::{Acts, KNOT, Model, Shape, Term, exposure};
+use crate::experiment::Experiment;
+use crate::finding::Finding;
+use crate::judge::{Holding, Judge};
+use crate::model::{Acts, Model, Shape, exposure};
 use crate::noise::{self, Layout, NoiseModel};
-use crate::outcome::{self, Diagnostics};
-use crate::problem::{Aggregate, Block, Known, Problem};
-use crate::select::{Asked, BlockFit, Data, Found, fit_terms, identify_block, without_rounding};
+use crate::outcome::Diagnostics;
+use crate::problem::{Block, Known, Problem};
+use crate::select::{Asked, Data, fit_terms, identify_block, without_rounding};
 
 pub use crate::outcome::predict;
 
@@ -56,35 +58,6 @@ pub enum IdentifyError {
 /// How far it is: a share from 0 to 1 and what is being done.
 pub type Progress<'a> = &'a mut dyn FnMut(f64, &str);
 
-/// One block with what came of it.
-struct Done<'a> {
-    data: Data<'a>,
-    plain: Vec<Found>,
-    fit: BlockFit,
-    judge: Judge<'a>,
-}
-
-impl Done<'_> {
-    /// Held-out errors of the model given, and with what was found; these without what the choice saw of a run.
-    fn errors(&self) -> (&[Metric], &[Metric]) {
-        (&self.fit.path[0].metrics, &self.fit.nested)
-    }
-
-    /// Held-out error over the white noise of a reading, where readings are alone.
-    fn error_over_white(&self) -> Option<f64> {
-        let is_row = self.data.block.aggregate == Aggregate::Row;
-        let error = self.errors().1.first()?.errors.rmse();
-        (is_row && self.fit.floor > 0.0).then(|| error / self.fit.floor)
-    }
-
-    /// Held-out errors without an effect.
-    fn without(&self, effect: usize) -> Vec<Metric> {
-        let mut shapes = self.fit.shapes();
-        shapes.remove(self.fit.base.len() + effect);
-        self.judge.judge(&shapes, &self.fit.noise, &self.fit.left_out)
-    }
-}
-
 /// Finds what `model` (by default the plain model of the kind) lacks to explain `dataset`.
 ///
 /// # Errors
@@ -102,7 +75,12 @@ pub fn identify(
         return Err(IdentifyError::Model("the model is of another kind than the data".to_owned()));
     }
     progress(0.0, "reading");
-    let problem = Problem::new(dataset, model.map(Model::known).unwrap_or_default())?;
+    let mut problem = Problem::new(dataset, model.map(Model::known).unwrap_or_default())?;
+    // A model that is given has set right what there was to.
+    let is_plain = model.is_none();
+    let aligned: Vec<Option<Aligned>> =
+        problem.blocks.iter_mut().map(|block| if is_plain { align(block) } else { None }).collect();
+    let problem = problem;
     let noises = options.noise_from.as_ref().map(static_noises).transpose()?;
     let mut notices = Vec::new();
     let mut working = Vec::new();
@@ -141,7 +119,7 @@ pub fn identify(
             Asked { share: 1.0 / count as f64, effects_max: options.max_effects, noise: known };
         let fit = identify_block(data, &judge, base.clone(), asked, &mut report);
         let plain = fit_terms(data, &base, &fit.noise, &fit.left_out);
-        done.push(Done { data, judge, plain, fit });
+        done.push(Done { data, judge, plain, fit, aligned: aligned[index].clone() });
     }
     progress(1.0, "done");
     let mut identified = assemble(dataset, &problem, &done, options);
@@ -216,215 +194,4 @@ fn matching<'a>(noises: &'a [(Block, NoiseModel)], block: &Block) -> Option<&'a 
         .iter()
         .find(|(other, _)| other.aggregate == block.aggregate && other.axis == block.axis)
         .map(|(_, noise)| noise)
-}
-
-fn assemble(
-    dataset: &Dataset,
-    problem: &Problem,
-    done: &[Done<'_>],
-    options: &Options,
-) -> Identified {
-    let (seed, noise_is_known) = (options.seed, options.noise_from.is_some());
-    let mut effects = Vec::new();
-    let mut terms: Vec<Term> = Vec::new();
-    let mut plain = Vec::new();
-    let mut base = Vec::new();
-    let mut left = Vec::new();
-    let mut notices: Vec<String> =
-        dataset.notices.iter().chain(&problem.notices).cloned().collect();
-    let mut diagnostics =
-        Diagnostics { blocks: Vec::new(), run_labels: dataset.run_labels.clone() };
-    for one in done {
-        for found in &one.plain {
-            plain.push(outcome::term(one.data, found));
-        }
-        for found in &one.fit.base {
-            let term = outcome::term(one.data, found);
-            let numbers = term.parameters.iter().filter(|one| !KNOT.contains(&one.name.as_str()));
-            base.extend(numbers.cloned().map(|mut parameter| {
-                parameter.name.clone_from(&term.name);
-                parameter
-            }));
-            terms.push(term);
-        }
-        for (index, found) in one.fit.effects.iter().enumerate() {
-            let after = &one.fit.path[one.fit.chosen].metrics;
-            let without = one.without(index);
-            let of = |metrics: &[Metric]| metrics[0].errors.rmse() / metrics[0].unit.si;
-            let mut effect = outcome::effect(one.data, found, of(&without), of(after));
-            if found.shape.acts == Acts::Axis && sees_little(&one.fit.base) {
-                effect.name = "wrong_axis".to_owned();
-            }
-            effects.push((found.strength, effect));
-            terms.push(outcome::term(one.data, found));
-        }
-        for contender in &one.fit.left {
-            left.push(Left {
-                drivers: contender
-                    .candidate
-                    .shape
-                    .drivers
-                    .iter()
-                    .map(ToString::to_string)
-                    .collect(),
-                shape: contender.candidate.shape.name.clone(),
-                share_of_residual_variance: (contender.score.statistic
-                    / one.data.block.rows.len().max(1) as f64)
-                    .min(1.0),
-            });
-        }
-        if let Some(slow) = above_white(one, noise_is_known) {
-            left.push(slow);
-        }
-        if let Some(goes) = &one.fit.goes {
-            left.push(goes.left(&one.data.block.label));
-        }
-        if let Some(ratio) = one.error_over_white() {
-            notices.push(format!(
-                "the held-out error of `{}` is {ratio:.1} times the white noise of a reading",
-                one.data.block.label
-            ));
-        }
-        match outcome::whiteness(one.data, &one.fit) {
-            Some(found) => {
-                notices.push(found.notice(one.data, done.len()));
-                if !found.is_white(done.len()) {
-                    left.push(found.left(one.data, done.len()));
-                }
-            }
-            None => notices.push(format!(
-                "`{}` has too few observations to judge whether what is left is white",
-                one.data.block.label
-            )),
-        }
-        diagnostics.blocks.push(outcome::diagnose(
-            one.data,
-            &one.plain,
-            &one.fit,
-            (&one.errors().0[0].errors, &one.errors().1[0].errors),
-        ));
-    }
-    effects.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut effects: Vec<_> = effects.into_iter().map(|(_, effect)| effect).collect();
-    outcome::lines_before_their_zero(&mut effects);
-    let (held_out, held_out_also) = errors(done, seed);
-    let verdict = if !left.is_empty() {
-        Verdict::StructureLeft
-    } else if effects.is_empty() {
-        Verdict::NothingMissing
-    } else if held_out.after < held_out.before
-        || held_out_also.iter().any(|also| also.after < also.before)
-    {
-        Verdict::Explained
-    } else {
-        Verdict::StructureLeft
-    };
-    let main = main_block(done);
-    let runs = dataset.run_labels.len();
-    let mut fields = std::collections::BTreeMap::new();
-    for term in &terms {
-        for driver in &term.drivers {
-            if let Some(column) = dataset.named(&driver.field) {
-                fields.insert(driver.field.clone(), column.role);
-            }
-        }
-    }
-    let doubts: Vec<Doubt<'_>> =
-        done.iter().map(|one| Doubt { data: one.data, fit: &one.fit }).collect();
-    let experiment = experiment::next(dataset, problem, &doubts);
-    let mut identified = Identified {
-        finding: Finding {
-            schema: SCHEMA,
-            dataset: dataset.name.clone(),
-            kind: dataset.kind,
-            rows: dataset.rows(),
-            runs,
-            seed,
-            verdict,
-            noise_floor: Figure {
-                value: done[main].fit.floor / done[main].data.block.unit.si,
-                unit: done[main].data.block.unit.text.clone(),
-            },
-            held_out,
-            held_out_also,
-            base,
-            effects,
-            path: outcome::path(&done.iter().map(|one| &one.fit).collect::<Vec<_>>()),
-            left,
-            next_experiment: None,
-            notices,
-        },
-        model: Model {
-            schema: SCHEMA,
-            kind: dataset.kind,
-            dataset: Some(dataset.name.clone()),
-            fields,
-            counts_per_rad_per_s: problem.counts_per_unit,
-            closing_lever_m: problem.closing_lever_m,
-            terms,
-            plain,
-        },
-        diagnostics,
-        experiment,
-    };
-    if let Some(experiment) = &identified.experiment {
-        experiment.note(&mut identified.finding);
-    }
-    identified
-}
-
-/// An error this many times the white noise from row to row is no noise by itself.
-const ABOVE_WHITE_MAX: f64 = 5.0;
-
-/// What is left so far above the white noise that something slow is in it, which no cause explains.
-fn above_white(one: &Done<'_>, noise_is_known: bool) -> Option<Left> {
-    let ratio = one.error_over_white()?;
-    (ratio > ABOVE_WHITE_MAX && !noise_is_known).then(|| Left {
-        drivers: vec![one.data.channels.time_name.clone()],
-        shape: format!("error of {} at {ratio:.0} times its white noise", one.data.block.label),
-        share_of_residual_variance: 1.0 - ratio.powi(-2),
-    })
-}
-
-/// Does the gyro see less than half of the rotation that it should measure?
-fn sees_little(base: &[Found]) -> bool {
-    base.iter()
-        .find(|found| found.shape.acts == Acts::Scale && found.shape.drivers.is_empty())
-        .and_then(|found| found.coefficients.first())
-        .is_some_and(|(scale, _)| *scale < -0.5)
-}
-
-/// The block that the headline is about: the one with the strongest effect.
-fn main_block(done: &[Done<'_>]) -> usize {
-    let strength =
-        |one: &Done<'_>| one.fit.effects.iter().map(|found| found.strength).fold(0.0, f64::max);
-    let mut best = 0;
-    for index in 1..done.len() {
-        if strength(&done[index]) > strength(&done[best]) {
-            best = index;
-        }
-    }
-    best
-}
-
-/// Held-out errors in every metric: where a robot was driven, of its final position first.
-fn errors(done: &[Done<'_>], seed: u64) -> (HeldOut, Vec<HeldOut>) {
-    let main = main_block(done);
-    let is_pose = |index: &usize| done[*index].data.block.aggregate == Aggregate::Pose;
-    let mut order: Vec<usize> = (0..done.len()).filter(is_pose).collect();
-    order.extend((0..done.len()).filter(|index| *index == main && !is_pose(index)));
-    order.extend((0..done.len()).filter(|index| *index != main && !is_pose(index)));
-    let several = done.iter().map(|one| one.errors().0.len()).sum::<usize>() > 1;
-    let mut all: Vec<HeldOut> = order
-        .into_iter()
-        .flat_map(|index| {
-            let (before, after) = done[index].errors();
-            after
-                .iter()
-                .zip(before)
-                .map(move |(after, before)| after.held_out(before, several, seed))
-        })
-        .collect();
-    let first = all.remove(0);
-    (first, all)
 }

@@ -8,6 +8,8 @@
 )]
 #![expect(clippy::needless_range_loop, reason = "loops go over several columns at once")]
 
+mod align;
+mod assemble;
 mod candidates;
 pub mod dataset;
 pub mod experiment;

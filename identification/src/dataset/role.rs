@@ -15,6 +15,8 @@ pub enum Kind {
     Odometry,
     /// One lap of a closed path.
     Laps,
+    /// One sample of any sensor.
+    Sensor,
 }
 
 /// How a robot is driven.
@@ -74,6 +76,8 @@ pub enum Role {
     OdometryX,
     OdometryY,
     OdometryHeading,
+    Measured,
+    Reference,
     Auxiliary,
     Ignore,
 }

@@ -219,7 +219,7 @@ impl Shape {
     /// Which harmonic it is.
     fn order(&self) -> f64 {
         match self.drivers.first().map(|driver| driver.wrap) {
-            Some(Wrap::Harmonic2) => 2.0,
+            Some(Wrap::Harmonic(order)) => f64::from(order),
             _ => 1.0,
         }
     }

@@ -20,7 +20,9 @@ pub struct Fitted {
 
 /// Does a coefficient say by itself how much the term does, so that the range of the term is its own?
 fn told_by_itself(shape: &Shape) -> bool {
-    matches!(shape.form, Form::Constant | Form::Delay) || shape.acts == Acts::Axis
+    let set_right = ["reversed", "degrees_for", "radians_for"];
+    let is_fault = set_right.iter().any(|start| shape.name.starts_with(start));
+    (matches!(shape.form, Form::Constant | Form::Delay) || shape.acts == Acts::Axis) && !is_fault
 }
 
 /// Names of the coefficients of a shape.

@@ -43,15 +43,15 @@ impl Finding {
                     falls.join(", the ")
                 ));
             }
-            said.push(self.beyond());
+            said.extend(self.beyond());
         }
         said
     }
 
     /// What the richest model of the path would still bring.
-    fn beyond(&self) -> String {
-        let chosen = self.path.iter().position(|model| model.chosen).unwrap_or(0);
-        let Some(model) = self.path.get(chosen) else { return String::new() };
+    fn beyond(&self) -> Option<String> {
+        let chosen = self.path.iter().position(|model| model.chosen)?;
+        let model = &self.path[chosen];
         let mut more: Vec<String> = Vec::new();
         for (name, error) in &model.held_out {
             let best = self.path[chosen..]
@@ -64,12 +64,12 @@ impl Finding {
             }
         }
         if more.is_empty() {
-            return "No further cause that was tried lowers it.".to_owned();
+            return Some("No further cause that was tried lowers it.".to_owned());
         }
-        format!(
+        Some(format!(
             "What else was tried lowers the error of {}, which is within what is not known.",
             more.join(", of ")
-        )
+        ))
     }
 }
 
@@ -99,6 +99,10 @@ fn cause(effect: &Effect) -> String {
         |more: &'static str, less: &'static str| if value > 0.0 { more } else { less };
     let is_constant = effect.form == "constant";
     match (effect.term.as_str(), effect.name.as_str()) {
+        ("scale", "reversed_sign") => format!("What is measured{of} has the wrong sign."),
+        ("scale", name) if name.ends_with("for_radians") || name.ends_with("for_degrees") => {
+            format!("What is measured{of} is in another unit than its file says: {}.", plain(name))
+        }
         ("turn", _) if is_constant && value > -1.0 => format!(
             "The robot turns as if its wheels stood {} times as far apart as the package says.",
             short(1.0 / (1.0 + value))

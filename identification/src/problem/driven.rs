@@ -38,9 +38,14 @@ pub(super) fn odometry(
         on_the_axle(&mut reference, ahead);
     }
     let mut notices = Vec::new();
+    let is_known = |row: usize| reference.iter().all(|values| values[row].is_finite());
+    let known = (0..dataset.rows()).filter(|&row| is_known(row)).count();
+    let is_dense = 2 * known >= dataset.rows();
+    let judged = runs(&channels.run);
+    let judged = if is_dense { windows(&channels, judged, &mut notices) } else { judged };
     let path = Path {
         reference,
-        runs: windows(&channels, runs(&channels.run), &mut notices),
+        runs: judged,
         distance: motion.distance.clone(),
         turn: motion.turn.clone(),
     };

@@ -9,6 +9,7 @@ mod laps;
 mod path;
 mod pose;
 mod segments;
+mod sensor;
 mod series;
 mod turning;
 mod wheels;
@@ -149,6 +150,7 @@ impl Problem {
             Kind::Series => series::series(dataset, channels, known.counts_per_unit),
             Kind::Odometry => driven::odometry(dataset, channels),
             Kind::Laps => laps::laps(dataset, channels, known),
+            Kind::Sensor => sensor::sensor(dataset, channels),
         }
     }
 }

@@ -210,8 +210,8 @@ fn against_rate(
     }
 }
 
-/// The rotation at every row: the reference where it is dense, else the gyro's own, corrected to it.
-fn bridged(channels: &Channels, reference: &[f64], measured: &[f64]) -> Vec<f64> {
+/// The rotation, or whatever is measured, at every row: the reference where it is dense, else the gyro's own, corrected to it.
+pub(super) fn bridged(channels: &Channels, reference: &[f64], measured: &[f64]) -> Vec<f64> {
     let present = reference.iter().filter(|value| value.is_finite()).count();
     if 2 * present > reference.len() {
         channels.by_segment(reference, |times, values| {

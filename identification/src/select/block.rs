@@ -14,6 +14,7 @@ use crate::judge::{
 use crate::model::{Acts, Shape};
 use crate::noise::{NoiseModel, Whitener};
 use crate::outcome::{Whiteness, of_innovations, stretches};
+use crate::problem::Aggregate;
 
 /// The risk of a false alarm that is taken for a whole data set.
 pub const RISK: f64 = 0.005;
@@ -180,11 +181,13 @@ pub fn identify_block(
     if !remains(&state).is_noise() {
         return reported(material.path(&base, asked), left, asked, judge, &material);
     }
-    // Coloured noise can swallow what is sparse: what is left is looked at as it is, too. What is slow goes on from
+    // Noise can swallow what is sparse, as its colour or as its outliers: what is left is looked at as it is, too. What is slow goes on from
     // run to run and must not help to predict the next.
     if asked.noise.is_none() && is_swallowing(&state, &path[path.len() - 1].metrics) {
         let together = Judge { holding: Holding::Together, ..*judge };
-        Material::new(data, &together).extend(&mut path, judge, asked);
+        let material = Material::new(data, &together);
+        material.look_again(&mut path, judge);
+        material.extend(&mut path, judge, asked);
     }
     reported(path, left, asked, judge, &material)
 }
@@ -252,15 +255,15 @@ fn reported(
     fit
 }
 
-/// Coloured noise this many times the white noise may hide a cause.
+/// An error this many times the white noise may hide a cause, which counts as colour or as outliers of the noise.
 const SWALLOWING: f64 = 5.0;
 
-/// Is the error so far above the white noise that its colour may be a cause?
+/// Is the error of readings so far above the white noise that there may be a cause in it?
 fn is_swallowing(state: &State<'_>, metrics: &[Metric]) -> bool {
     let scene = state.scene(&state.terms);
     let floor = scene.scale * state.noise.white.sqrt();
-    state.noise.is_coloured()
-        && metrics.iter().any(|metric| metric.errors.rmse() > SWALLOWING * floor)
+    let is_row = state.data.block.aggregate == Aggregate::Row;
+    is_row && metrics.iter().any(|metric| metric.errors.rmse() > SWALLOWING * floor)
 }
 
 /// What a model leaves.

@@ -21,6 +21,8 @@ const SHARE_MIN: f64 = 0.002;
 const CORRELATION_MAX: f64 = 0.98;
 /// A reading this many times the root mean square off has no say.
 const GROSS: f64 = 6.0;
+/// By so much the logarithm of an error falls where a model is clearly better.
+const BETTER: f64 = 0.05;
 /// Rounds in which the numbers of a term are brought to their best.
 const SWEEPS: usize = 4;
 /// Looks for causes by what they bring to the user.
@@ -60,6 +62,16 @@ impl<'a> Material<'a> {
         let mut path = vec![Step::new(self.fitted(state.clone()), self.judge)];
         self.extend(&mut path, self.judge, asked);
         path
+    }
+
+    /// The last model of `path` again, with a say for the readings that counted as outliers of its noise, where that
+    /// predicts better.
+    pub fn look_again<'s>(&self, path: &mut Vec<Step<'s>>, judge: &Judge<'_>) {
+        let Some(last) = path.last() else { return };
+        let again = Step::new(self.fitted(last.state.clone()), judge);
+        if fall(&last.metrics, &again.metrics) > BETTER {
+            path.push(again);
+        }
     }
 
     /// Goes on from the last model of `path`, one term at a time.
