@@ -3,7 +3,7 @@
 
 Usage: peers.py FOLDER DBC
 
-FOLDER holds messages.log of `peers figures FOLDER` (harness/benches/peers.rs): the same messages are decoded.
+FOLDER holds messages.log of `peers figures FOLDER` (harness/hil/benches/peers.rs): the same messages are decoded.
 Each figure is the median of RUNS runs.
 """
 

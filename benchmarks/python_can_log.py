@@ -3,7 +3,7 @@
 
 Usage: python_can_log.py FOLDER
 
-FOLDER holds rows.log and rows.asc of `cargo bench -p harness --bench bus_log -- FOLDER`. The same files are
+FOLDER holds rows.log and rows.asc of `cargo bench -p exchange --bench bus_log -- FOLDER`. The same files are
 read, and what was read is written again. Each figure is the median of RUNS runs.
 """
 

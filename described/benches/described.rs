@@ -3,9 +3,10 @@
 //! A full bus of 1 Mbit/s carries some 9,000 frames of eight bytes a second.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use described::{Description, Device, Layout, Wired};
+use described::{Description, Device, Layout};
 use std::hint::black_box;
 use std::sync::Arc;
+use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
 
 const SERIAL: &str = r#"
@@ -34,14 +35,14 @@ fn codecs(criterion: &mut Criterion) {
     group.bench_function("encode a frame of nine signals", |bencher| {
         bencher.iter(|| base.encode(motion, black_box(&values)));
     });
-    let Ok(Wired::Frame(frame)) = base.encode(motion, &values) else { panic!("on CAN") };
+    let Ok(Transmit::Frame(frame)) = base.encode(motion, &values) else { panic!("on CAN") };
     let mut decoder = base.decoder();
     group.bench_function("decode a frame of nine signals", |bencher| {
         bencher.iter(|| decoder.frame(black_box(&frame)));
     });
     let meter = Description::parse("meter.toml", SERIAL, &mut |_| Err(String::new()))
         .expect("the file is a description");
-    let Ok(Wired::Bytes(packet)) = meter.layout().encode(0, &[20.0, 1000.0, 0.5]) else {
+    let Ok(Transmit::Bytes(packet)) = meter.layout().encode(0, &[20.0, 1000.0, 0.5]) else {
         panic!("on a serial line")
     };
     let mut decoder = meter.layout().decoder();

@@ -127,7 +127,7 @@ pub use error::DescriptionError;
 pub use files::Files;
 pub use layout::{
     ByteOrder, Carried, Decoded, Decoder, EncodeError, Layout, Medium, Message, SIGNAL_BITS_MAX,
-    Sender, Signal, SignalName, Wired,
+    Sender, Signal, SignalName,
 };
 
 /// The JSON Schema of a description, in either of its forms, for editors.

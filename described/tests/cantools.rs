@@ -1,7 +1,8 @@
 //! Somebody else's codec: frames that cantools encoded, over random layouts of either byte order, signed and
 //! unsigned, and floats. `data/encode_with_cantools.py` wrote both files (cantools 41.4.3).
 
-use described::{Layout, Wired};
+use described::Layout;
+use wire::device::Transmit;
 
 const DBC: &str = include_str!("data/cantools.dbc");
 const FRAMES: &str = include_str!("data/cantools.csv");
@@ -23,7 +24,7 @@ fn frames_are_those_of_cantools() {
             .map(|value| value.split_once('=').expect("name=value").1)
             .map(|value| value.parse().expect("a number"))
             .collect();
-        let Ok(Wired::Frame(frame)) = layout.encode(message, &values) else {
+        let Ok(Transmit::Frame(frame)) = layout.encode(message, &values) else {
             panic!("{row} is not encoded");
         };
         let hex: String = frame.data().iter().map(|byte| format!("{byte:02x}")).collect();

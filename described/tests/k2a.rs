@@ -1,10 +1,11 @@
 //! The layout of `wire/dbc/k2a.dbc`, and the hand-written codec of the same messages.
 
-use described::{Layout, Sender, Wired};
+use described::{Layout, Sender};
 use proptest::prelude::*;
 use std::sync::LazyLock;
 use wire::base::can_link::{parse_reply, parse_request, reply_frame, request_frame};
 use wire::base::{Motion, PoseWriteResult, Reply, Request};
+use wire::device::Transmit;
 use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Pose, Speed};
 
 static LAYOUT: LazyLock<Layout> = LazyLock::new(|| {
@@ -15,8 +16,8 @@ static LAYOUT: LazyLock<Layout> = LazyLock::new(|| {
 fn encode(message: &str, values: &[f64]) -> wire::can::CanFrame {
     let index = LAYOUT.find(message).expect("it is in the file");
     match LAYOUT.encode(index, values).expect("they are in range") {
-        Wired::Frame(frame) => frame,
-        Wired::Bytes(_) => panic!("{message} is on CAN"),
+        Transmit::Frame(frame) => frame,
+        Transmit::Bytes(_) => panic!("{message} is on CAN"),
     }
 }
 

@@ -6,14 +6,15 @@
 
 mod processor;
 
-use harness::campaign::{Case, Executor as _, Random, Search as _, Simulated, Space};
-use harness::made::Made;
+use campaign::seeds::for_each_seed;
+use campaign::{Case, Executor as _, Random, Search as _, Space};
+use harness::executors::Simulated;
 use harness::operator::Answers;
-use harness::plan::Plan;
-use harness::record::sink::NullSink;
 use harness::run::{Prepared, simulate, simulate_watched};
-use harness::seeds::for_each_seed;
+use plan::Plan;
+use plan::made::Made;
 use processor::{median, processor_s};
+use record::sink::NullSink;
 use std::hint::black_box;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -55,7 +56,7 @@ fn main() {
         let (horizon, result) = executor.without_faults(1);
         assert!(result.passed && result.violated.is_empty(), "{result:?}");
         println!("{devices}: a lap without faults goes on for {:.1} s", horizon.as_secs_f64());
-        let space = Space::new(&prepared.plan, prepared.subject.lines(), horizon, 3, &[]);
+        let space = Space::new(&prepared.plan, prepared.rig.struck(), horizon, 3, &[]);
         let mut search = Random::new(&space, 1);
         let cases: Vec<Case> = (0..CASES).map(|_| search.next()).collect();
         let plain: Vec<Case> = (0..CASES).map(|seed| Case { seed, ..Case::default() }).collect();

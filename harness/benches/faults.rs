@@ -5,13 +5,14 @@
 
 mod processor;
 
-use harness::faults::{Fault, FaultKind, Schedule, Target, When};
-use harness::link::{Chance, SerialLine};
-use harness::made::Made;
+use harness::link::SerialLine;
 use harness::operator::Answers;
-use harness::record::sink::NullSink;
 use harness::run::{Prepared, simulate};
+use plan::faults::Chance;
+use plan::faults::{Fault, FaultKind, Schedule, Target, When};
+use plan::made::Made;
 use processor::{median, processor_s};
+use record::sink::NullSink;
 use std::hint::black_box;
 use std::sync::Arc;
 use wire::packet::Packet;

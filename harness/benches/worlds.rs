@@ -5,12 +5,12 @@
 
 mod processor;
 
-use harness::made::Made;
 use harness::operator::Answers;
-use harness::record::sink::{Level, NullSink, RecordSink};
 use harness::run::{Prepared, simulate};
-use harness::run_folder::RunFolder;
+use plan::made::Made;
 use processor::{RUNS, processor_s};
+use record::run_folder::RunFolder;
+use record::sink::{Level, NullSink, RecordSink};
 
 fn main() {
     // `cargo test --benches` only asks whether it starts.

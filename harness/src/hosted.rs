@@ -6,8 +6,10 @@
 use controller::config::Config;
 use controller::mission::{Mission, Report};
 use controller::{Controller, Input, Output, Port};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
+use wire::device::Device;
 use wire::time::Timestamp;
 
 /// A controller without IO and without a clock: it is fed and emptied, and time is an argument.
@@ -92,6 +94,38 @@ impl Hosting {
 impl fmt::Debug for Hosting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(if self.0.is_some() { "Hosting(own)" } else { "Hosting(ours)" })
+    }
+}
+
+/// Devices of a test's own, in this process: what plays a node of a rig that is under test, by the node's name.
+#[derive(Clone, Default)]
+pub struct OwnDevices(BTreeMap<String, Arc<StartDevice>>);
+
+type StartDevice = dyn Fn() -> Box<dyn Device> + Send + Sync;
+
+impl OwnDevices {
+    /// Adds what plays `node`; `start` makes one for each run, at time zero.
+    pub fn add<D: Device + 'static>(
+        &mut self,
+        node: &str,
+        start: impl Fn() -> D + Send + Sync + 'static,
+    ) {
+        self.0.insert(node.to_owned(), Arc::new(move || Box::new(start())));
+    }
+
+    /// Somebody plays this node.
+    pub fn has(&self, node: &str) -> bool {
+        self.0.contains_key(node)
+    }
+
+    pub(crate) fn start(&self, node: &str) -> Option<Box<dyn Device>> {
+        self.0.get(node).map(|start| start())
+    }
+}
+
+impl fmt::Debug for OwnDevices {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_set().entries(self.0.keys()).finish()
     }
 }
 

@@ -37,38 +37,25 @@
 //! bytes are those of real lines. What happens is recorded, and the record is all that checks and
 //! reports read. The same plan, seed and version give the same record, byte for byte.
 //!
-//! From file to verdict:
-//! * [`plan`]: what a plan file may say. [`library`]: plans, device files and calibrations that ship.
-//! * [`calibrations`], [`models`], [`made`]: what one plan makes and a later one uses.
+//! What there is before a run and after it are crates of their own:
+//! * [`plan`]: what a plan file may say, and the files that it names. [`faults`]: what goes wrong on purpose.
+//! * [`record`]: everything that happened, how it ended, and what a run leaves behind.
+//! * [`judge`]: verdicts, each with the measurement's own uncertainty, and what must hold at every moment.
+//! * [`campaign`]: cases, searches, the smallest case, envelopes.
+//!
+//! From plan to record:
 //! * [`engine`]: the steps of a plan, without IO and without a clock.
 //! * [`world`]: where plan, controller and devices meet. [`link`]: the lines between them.
-//! * [`operator`]: what a plan asks a person. [`faults`]: what goes wrong on purpose.
-//! * [`observation`], [`record`]: what was measured, and everything that happened.
-//! * [`bus_log`]: logs of CAN buses and serial lines, in the formats of other tools.
-//! * [`dataset`]: measured data, for the identification. [`export`]: runs as such data.
-//! * [`tables`], [`mcap`]: runs for notebooks and for Foxglove.
-//! * [`import`]: the log of a bench's CAN bus as a run.
-//! * [`properties`]: what must hold at every moment of a run, judged as it goes.
-//! * [`checks`]: verdicts, each with the measurement's own uncertainty. [`outcome`]: what they come to.
-//! * [`run`]: all of that in order. [`seeds`]: the same for many seeds on all cores. [`hosted`]: whose controller is tested.
-//! * [`bench_file`]: which port plays which role, and which device is tested.
+//! * [`operator`]: what a plan asks a person. [`hosted`]: whose controller is tested.
+//! * [`run`]: all of that in order. [`executors`]: the same for the cases of a campaign.
 //! * `live`, `run_live` (feature `live`): the real clock, and a device under test that is a process of its
-//!   own. `port`: ptys, serial ports, CAN interfaces and adapters in one shape. `doctor`: what a machine
-//!   and a bench lack. `emulation`: emulated devices on ports, for anybody's controller.
-//!   `replay`: a recorded bus onto a port.
-//!
-//! For people and for machines:
-//! * [`run_folder`]: what a run leaves behind. [`report`]: one page. [`junit`]: for a build server.
-//! * [`schema`]: what editors complete and check plans and other files by.
-//! * [`watch`](mod@watch): what is shown of a run while it goes on.
-//! * [`reading`]: long files that say how much of them was read.
-//! * [`console`]: tables. [`figures`]: how numbers are written. [`cli`]: the command `hil`.
+//!   own. `emulation`: emulated devices on ports, for anybody's controller.
 //!
 //! Without a folder, for whoever makes many runs:
 //!
 //! ```
 //! use harness::run::{Prepared, verdicts};
-//! use harness::made::Made;
+//! use harness::plan::made::Made;
 //! use harness::operator::Answers;
 //!
 //! let prepared = Prepared::load("straight-accuracy", &Made::default())?;
@@ -82,57 +69,39 @@
 
 pub use crate::hosted::HostedController;
 pub use crate::trial::{Trial, TrialCampaign, TrialError, TrialFindings, TrialRun};
+pub use campaign;
 /// The code under test, and the missions and reports that any controller in its place speaks.
 pub use controller;
+pub use judge;
+pub use plan;
+pub use plan::faults;
+pub use record;
 /// Time, units, frames, and the bytes of gyros and bases.
 pub use wire;
 
-pub mod bench_file;
-pub mod bus_log;
-pub mod calibrations;
-pub mod campaign;
-pub mod checks;
-pub mod cli;
-pub mod console;
-pub mod dataset;
+use dataset::export;
+use judge::{checks, properties};
+use plan::{bench_file, calibrations, library, made, models, observation};
 #[cfg(feature = "live")]
-pub mod doctor;
+use ports as port;
+use record::{figures, outcome, run_folder};
+use views::{console, watch};
+#[cfg(feature = "report")]
+use views::{junit, report};
+
 #[cfg(feature = "live")]
 pub mod emulation;
 pub mod engine;
-pub mod export;
-pub mod faults;
-pub mod figures;
+pub mod executors;
 pub mod hosted;
-pub mod import;
-pub mod junit;
-pub mod library;
 pub mod link;
 #[cfg(feature = "live")]
 pub mod live;
-pub mod made;
-pub mod mcap;
-pub mod models;
-pub mod observation;
 pub mod operator;
-pub mod outcome;
-pub mod plan;
-#[cfg(feature = "live")]
-pub mod port;
-pub mod project;
-pub mod properties;
-pub mod reading;
-pub mod record;
-#[cfg(feature = "live")]
-pub mod replay;
-pub mod report;
+pub mod rig;
 pub mod run;
-pub mod run_folder;
 #[cfg(feature = "live")]
 pub mod run_live;
-pub mod schema;
-pub mod seeds;
-pub mod tables;
+pub mod stopwatch;
 pub mod trial;
-pub mod watch;
 pub mod world;

@@ -5,47 +5,52 @@
 
 mod again;
 mod declared;
-mod device;
 mod keep;
 mod recorded_properties;
-mod subject;
+mod rig_of;
 
-pub(crate) use again::IMPORTED;
-pub use again::{JudgedAgain, judge_again, unfinished};
-pub use keep::{
-    Completed, Options, run_to_folder, run_to_folder_across, run_to_folder_watched, write_documents,
-};
+pub use again::{IMPORTED, JudgedAgain, judge_again, unfinished};
 #[cfg(feature = "live")]
-pub(crate) use keep::{keep, summarise};
-pub use subject::{Subject, SubjectError, load_description};
+pub(crate) use keep::keep;
+pub use keep::{
+    Completed, Options, run_to_folder, run_to_folder_across, run_to_folder_watched, summarise,
+    write_documents,
+};
+pub use rig_of::{RigError, load_description, load_rig};
 
 use crate::calibrations::{self, CalibrationError};
 use crate::checks::judge_all;
-use crate::engine::{Action, Ending, Engine};
-use crate::faults::FaultSummary;
-use crate::hosted::Hosting;
+use crate::engine::{Ending, Engine};
+use crate::hosted::{Hosting, OwnDevices};
 use crate::library::{Kind, Library, LibraryError, Source};
 use crate::made::Made;
 use crate::models::{self, ModelError};
 use crate::observation::Observation;
-use crate::operator::Answers;
+#[cfg(feature = "live")]
+use crate::operator::RealRoles;
+use crate::operator::{Answers, Operator};
 use crate::outcome::{Measurement, Outcome};
-use crate::plan::{Plan, PlanError};
-use crate::properties::{Monitor, Property, PropertyVerdict, Unjudged};
+use crate::plan::{Plan, PlanError, Rig, Speaker};
+use crate::properties::{Limits, Monitor, Property, PropertyVerdict, Unjudged};
+use crate::record::FaultSummary;
 use crate::record::header::Header;
 use crate::record::sink::{NullSink, RecordSink};
+use crate::record::{Progress, VERSION};
+#[cfg(feature = "live")]
+use crate::rig::build_live;
+use crate::rig::director::Director;
+use crate::rig::simulate::Simulation;
+use crate::rig::{self, build};
 use crate::world::bench::Bench;
-use crate::world::crossing::{Crossing, Memory};
-use crate::world::simulated::{Progress, SimulatedWorld};
+use crate::world::crossing::{CrossedLine, Crossing, Memory};
+#[cfg(feature = "live")]
+use crate::world::live::{PortPlans, Setting, Site};
 use controller::calibration::Calibration;
 use emulators::device_file::Devices;
 use identification::model::Model;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::time::Timestamp;
-
-/// Version of the harness.
-pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// Why a plan cannot be run at all: bad input.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -61,7 +66,7 @@ pub enum PrepareError {
     /// The device file, or the description of a device, is not right.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    Subject(#[from] SubjectError),
+    Rig(#[from] RigError),
     /// A calibration is missing or not right.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -78,13 +83,15 @@ pub struct Prepared {
     /// The plan.
     pub plan: Arc<Plan>,
     /// What it is carried out on.
-    pub subject: Subject,
+    pub rig: Rig,
     /// The calibrations that it uses.
     pub calibrations: BTreeMap<String, Calibration>,
     /// The identified models that it uses.
     pub models: BTreeMap<String, Model>,
     /// Whose controller is tested in virtual time.
     pub hosting: Hosting,
+    /// What plays nodes under test in virtual time.
+    pub own: OwnDevices,
     /// The mistake that the controller makes; see [`controller::Mutant`].
     #[cfg(feature = "mutants")]
     pub mutant: Option<controller::Mutant>,
@@ -134,26 +141,27 @@ impl Prepared {
         source: &Source,
         made: &Made,
     ) -> Result<Self, PrepareError> {
-        let subject = Subject::of(library, &plan)?;
-        subject.check(&plan, &source.origin, &source.text)?;
+        let rig = load_rig(library, &plan)?;
+        plan.check_rig(&source.origin, &source.text, &rig)?;
         let calibrations = calibrations::load(&plan, library, &made.calibrations)?;
         let models = models::load(&plan, library, &made.models)?;
-        Ok(Self::new(Arc::new(plan), subject, calibrations, models))
+        Ok(Self::new(Arc::new(plan), rig, calibrations, models))
     }
 
     /// A plan with what it names.
     pub fn new(
         plan: Arc<Plan>,
-        subject: Subject,
+        rig: Rig,
         calibrations: BTreeMap<String, Calibration>,
         models: BTreeMap<String, Model>,
     ) -> Self {
         Self {
             plan,
-            subject,
+            rig,
             calibrations,
             models,
             hosting: Hosting::default(),
+            own: OwnDevices::default(),
             #[cfg(feature = "mutants")]
             mutant: None,
         }
@@ -167,21 +175,107 @@ impl Prepared {
         bench
     }
 
-    /// Who carries the plan out on `bench`, from time zero on.
-    pub(crate) fn engine(&self, bench: &Bench) -> Engine {
+    /// Who carries the plan out, from time zero on; on `bench` where there is one.
+    fn engine(&self, bench: Option<&Bench>) -> Engine {
         let (plan, calibrations) = (Arc::clone(&self.plan), self.calibrations.clone());
-        Engine::new(plan, calibrations, bench.facts(), Timestamp::ZERO)
+        let facts = bench.map(Bench::facts).unwrap_or_default();
+        let engine = Engine::new(plan, calibrations, facts, Timestamp::ZERO)
             .with_models(self.models.clone())
+            .hearing(&self.rig.speakers);
+        if bench.is_some() {
+            return engine;
+        }
+        let under_test = self.rig.under_test().map(|(node, _)| node.name.clone());
+        engine.without_controller(under_test.collect())
+    }
+
+    /// The rig at work in the run with `seed`, who gives orders on it, and who watches over `properties`.
+    fn simulated(
+        &self,
+        seed: u64,
+        answers: &Answers,
+        properties: Option<&[Property]>,
+    ) -> (rig::Rig, Director, Option<Monitor>) {
+        let operator = Operator::simulated(answers.clone());
+        let bench = self.rig.robot.as_ref().map(|devices| self.bench(devices, seed));
+        let monitor = bench.as_ref().zip(properties).map(|(bench, properties)| {
+            Monitor::new(properties, &Limits::of(&bench.controller_config()))
+        });
+        let mut engine = self.engine(bench.as_ref());
+        let hosts = (&self.hosting, &self.own);
+        let (rig, away) = build::simulated(&self.rig, bench, hosts, seed);
+        if let Some(node) = away.first().and_then(|place| rig.nodes.get(*place)) {
+            let why = format!(
+                "`{}` is under test, and nothing plays it in virtual time: add `--clock real`, or bring it as Rust code",
+                node.name
+            );
+            engine.broke(Timestamp::ZERO, &why);
+        }
+        (rig, Director::new(engine, operator), monitor)
+    }
+
+    /// The rig at ports of this machine, and who gives orders on it.
+    #[cfg(feature = "live")]
+    pub(crate) fn live(
+        &self,
+        seed: u64,
+        setting: &Setting,
+        operator: Operator,
+    ) -> ((rig::Rig, PortPlans), Director) {
+        let bench = self.rig.robot.as_ref().map(|devices| self.bench(devices, seed));
+        let engine = self.engine(bench.as_ref());
+        let (built, real) = match (&setting.site, bench, self.rig.device()) {
+            (Site::Robot(placement), Some(bench), _) => {
+                (build_live::paper(bench, placement), placement.real_roles())
+            }
+            (Site::Device(player), _, Some(device)) => {
+                let real = RealRoles { device: !player.is_emulated(), ..RealRoles::default() };
+                (build_live::device(device, player, seed), real)
+            }
+            (Site::Lines(lines), ..) => {
+                (build_live::rig(&self.rig, lines, &self.own, seed), RealRoles::default())
+            }
+            // A site is resolved from the rig; of another there is nothing here.
+            _ => Default::default(),
+        };
+        let mut director = Director::new(engine, operator);
+        director.real = real;
+        (built, director)
+    }
+
+    /// What its lines cross where they go through the kernel.
+    pub fn crossed_lines(&self) -> Vec<CrossedLine> {
+        self.simulated(0, &Answers::default(), None).0.crossed_lines()
+    }
+
+    /// What is tested in virtual time, as a summary names it.
+    pub(crate) fn device_under_test(&self) -> String {
+        if self.rig.robot.is_some() {
+            return "in-process".to_owned();
+        }
+        if let Some(device) = self.rig.device() {
+            return format!("{}, emulated", device.name);
+        }
+        let under_test: Vec<&str> =
+            self.rig.under_test().map(|(node, _)| node.name.as_str()).collect();
+        match under_test.as_slice() {
+            [] => format!("{}, emulated", self.rig.described_names().join(", ")),
+            names => format!("{}, in-process", names.join(", ")),
+        }
     }
 
     /// What the record says about itself.
     pub fn header(&self, seed: u64) -> Header {
-        let mut header = header(&self.plan, seed);
-        match &self.subject {
-            Subject::Robot(devices) => header.lines = declared::lines(devices),
-            Subject::Device(device) => device::name(&mut header, device),
+        let mut lines = self.rig.robot.as_ref().map(|devices| declared::lines(devices));
+        if let Some(device) = self.rig.device() {
+            lines = Some(declared::line_of(device));
         }
-        header
+        let nodes = match self.rig.is_short {
+            true => Vec::new(),
+            false => self.rig.nodes.iter().map(|node| node.name.clone()).collect(),
+        };
+        let lines = lines.unwrap_or_default();
+        Header { nodes, lines, ..header(&self.plan, seed, &self.rig.speakers) }
     }
 }
 
@@ -195,13 +289,14 @@ pub fn load_plan(library: &Library, name: &str) -> Result<Plan, PrepareError> {
     Ok(Plan::parse(&source.origin, &source.text)?)
 }
 
-/// What a record of `plan` says about itself.
-pub fn header(plan: &Plan, seed: u64) -> Header {
+/// What a record of `plan` says about itself, beside the lines of its rig.
+pub fn header(plan: &Plan, seed: u64, speakers: &[Speaker]) -> Header {
     Header {
         harness: VERSION.to_owned(),
         plan: plan.name.as_str().to_owned(),
         seed,
-        quantities: declared::quantities(plan),
+        quantities: declared::quantities(plan, speakers),
+        nodes: Vec::new(),
         lines: Vec::new(),
     }
 }
@@ -275,35 +370,21 @@ fn go(
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Simulated {
-    let devices = match &prepared.subject {
-        Subject::Robot(devices) => devices,
-        Subject::Device(device) => {
-            return device::simulate(prepared, device, seed, answers, sink, pulse);
-        }
-    };
-    let bench = prepared.bench(devices, seed);
-    let engine = prepared.engine(&bench);
-    let mut world = SimulatedWorld::across(crossing, bench, engine)
-        .with_controller(&prepared.hosting)
-        .with_answers(answers.clone())
-        .with_faults(seed);
-    if let Some(properties) = watched {
-        world = world.with_monitor(properties);
-    }
+    let (rig, director, monitor) = prepared.simulated(seed, answers, watched);
+    let mut simulation = Simulation::new(crossing, rig, director, seed).with_monitor(monitor);
     let mut made = Made::default();
-    let mut keep = |action: &Action| made.keep(action);
-    let mut ending = world.run(sink, &mut keep, pulse);
-    finish(sink, &mut ending);
-    let monitor = world.take_monitor();
+    let mut end = simulation.run(sink, &mut |action| action.keep_in(&mut made), pulse);
+    finish(sink, &mut end.ending);
+    let observations = simulation.director.engine.observations();
     Simulated {
-        ending,
-        end: world.now(),
-        events: world.events(),
-        observations: world.engine().observations().values().flatten().cloned().collect(),
+        ending: end.ending,
+        end: end.at,
+        events: end.events,
+        observations: observations.values().flatten().cloned().collect(),
         made,
-        dropped: world.dropped(),
-        faults: world.faults().to_vec(),
-        properties: monitor.map(Monitor::verdicts).unwrap_or_default(),
+        dropped: end.dropped,
+        faults: end.faults,
+        properties: end.monitor.map(Monitor::verdicts).unwrap_or_default(),
         unjudged: Vec::new(),
     }
 }

@@ -1,26 +1,27 @@
 //! Runs plans in the live world, judges them and writes their run folders.
 
-mod device;
-
 use crate::bench_file::{BenchFile, ControllerSection};
 use crate::engine::{Action, Engine};
 use crate::made::Made;
 use crate::operator::{Operator, Person};
 use crate::outcome::{PortSummary, Timing};
+use crate::plan::DEVICE;
+use crate::plan::Rig;
+use crate::plan::rig::{RigNode, UnderTest};
 use crate::port::PortSpec;
 use crate::properties::Property;
+use crate::record::Progress;
 use crate::record::sink::RecordSink;
-use crate::run::{Completed, Options, Prepared, Simulated, Subject, finish, keep, summarise};
+use crate::run::{Completed, Options, Prepared, Simulated, finish, keep, summarise};
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::watch::{Feed, Watched};
 use crate::world::bench::base_transport;
 use crate::world::live::{
-    ATTACH_MAX_DEFAULT, DeviceUnderTest, LATE_MAX_DEFAULT, LiveEnd, LiveError, LiveWorld,
-    OutOfReach, Placement, PlacementError, Scheduling, Setting,
+    ATTACH_MAX_DEFAULT, DeviceUnderTest, LATE_MAX_DEFAULT, LineSite, LiveEnd, LiveError, LiveWorld,
+    OutOfReach, Placement, PlacementError, Player, Program, Scheduling, Setting, Site, line_port,
+    player, usual_port,
 };
-use crate::world::simulated::Progress;
-use controller::config::Transport;
-use emulators::device_file::Devices;
+use described::Medium;
 use std::path::Path;
 
 /// Name of the file that keeps what the device under test wrote to stderr.
@@ -61,27 +62,104 @@ pub struct LiveSetting<'a> {
 }
 
 impl LiveSetting<'_> {
-    /// What they come to for a plan whose base is on `transport`: the bench file goes first.
+    /// What they come to for a plan on `rig`: the bench file goes first.
     ///
     /// # Errors
     ///
     /// When the bench does not fit the plan.
-    pub fn resolve(&self, transport: Option<Transport>) -> Result<Setting, PlacementError> {
+    pub fn resolve(&self, rig: &Rig) -> Result<Setting, PlacementError> {
         let timing = &self.bench.timing;
+        let (site, device_under_test) = match (&rig.robot, rig.device()) {
+            (Some(_), _) if !rig.is_short => return Err(PlacementError::RobotAndNodes),
+            (Some(devices), _) => {
+                let placement = Placement::new(self.bench, base_transport(devices), &self.can)?;
+                let device_under_test = match &self.bench.controller {
+                    Some(ControllerSection::Command(command)) => {
+                        DeviceUnderTest::Command(command.clone())
+                    }
+                    Some(ControllerSection::InProcess) => DeviceUnderTest::InProcess,
+                    Some(ControllerSection::Attach(place)) => {
+                        DeviceUnderTest::Attached(place.clone())
+                    }
+                    None => self.device_under_test.clone(),
+                };
+                (Site::Robot(placement), device_under_test)
+            }
+            (None, Some(device)) => {
+                let player = self.device(device.layout().medium())?;
+                let name = match &player {
+                    Player::Real(spec) => format!("{} at {spec}", device.name),
+                    Player::Emulated(_) => format!("{}, emulated", device.name),
+                };
+                (Site::Device(player), DeviceUnderTest::Device(name))
+            }
+            (None, None) => (Site::Lines(self.lines(rig)?), self.programs(rig)),
+        };
         Ok(Setting {
-            device_under_test: match &self.bench.controller {
-                Some(ControllerSection::Command(command)) => {
-                    DeviceUnderTest::Command(command.clone())
-                }
-                Some(ControllerSection::InProcess) => DeviceUnderTest::InProcess,
-                Some(ControllerSection::Attach(place)) => DeviceUnderTest::Attached(place.clone()),
-                None => self.device_under_test.clone(),
-            },
-            placement: Placement::new(self.bench, transport, &self.can)?,
+            device_under_test,
+            site,
             attach_max: timing.attach_max.unwrap_or(ATTACH_MAX_DEFAULT),
             late_max: timing.late_max.unwrap_or(LATE_MAX_DEFAULT),
             scheduling: if timing.realtime { Scheduling::RealTime } else { self.scheduling },
         })
+    }
+
+    /// What is under test, and how it is started.
+    fn programs(&self, rig: &Rig) -> DeviceUnderTest {
+        let program = |(node, how): (&RigNode, &UnderTest)| Program {
+            node: node.name.clone(),
+            words: match how {
+                UnderTest::Command(words) => words.clone(),
+                UnderTest::InProcess(_) | UnderTest::Attached(_) => Vec::new(),
+            },
+        };
+        let programs: Vec<Program> = rig.under_test().map(program).collect();
+        match programs.is_empty() {
+            true => {
+                DeviceUnderTest::Device(format!("{}, emulated", rig.described_names().join(", ")))
+            }
+            false => DeviceUnderTest::Programs(programs),
+        }
+    }
+
+    /// The ports of the lines that somebody is at who is not in this process.
+    fn lines(&self, rig: &Rig) -> Result<Vec<LineSite>, PlacementError> {
+        let mut sites = Vec::new();
+        for (place, line) in rig.lines.iter().enumerate() {
+            let is_away = |(node, how): (&RigNode, &UnderTest)| {
+                node.lines.contains(&place) && !matches!(how, UnderTest::InProcess(_))
+            };
+            let named = self.bench.lines.get(line.name.as_str());
+            if !rig.under_test().any(is_away) && named.is_none() {
+                continue;
+            }
+            let spec = match named {
+                Some(section) => line_port(&line.name, &section.port)?,
+                None => usual_port(line.medium, &self.can),
+            };
+            let (wanted, fits) = match line.medium {
+                Medium::Can => ("CAN frames", spec.carries_frames()),
+                Medium::Serial(_) => ("serial bytes", !spec.carries_frames()),
+            };
+            if !fits {
+                return Err(PlacementError::DeviceMedium { port: spec.to_string(), wanted });
+            }
+            sites.push(LineSite { line: place, spec });
+        }
+        Ok(sites)
+    }
+
+    /// Where a device of this medium is.
+    fn device(&self, medium: Medium) -> Result<Player, PlacementError> {
+        let player = player(DEVICE, &self.bench.role(DEVICE), &usual_port(medium, &self.can))?;
+        let (wanted, fits) = match medium {
+            Medium::Can => ("CAN frames", player.spec().carries_frames()),
+            Medium::Serial(_) => ("serial bytes", !player.spec().carries_frames()),
+        };
+        if fits {
+            return Ok(player);
+        }
+        Err(PlacementError::DeviceMedium { port: player.spec().to_string(), wanted })
     }
 }
 
@@ -89,8 +167,6 @@ impl LiveSetting<'_> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LiveOrder<'a> {
     pub(crate) prepared: &'a Prepared,
-    /// What it is carried out on.
-    pub(crate) devices: &'a Devices,
     pub(crate) seed: u64,
     pub(crate) setting: &'a Setting,
     /// What is judged as it goes on.
@@ -118,14 +194,11 @@ pub(crate) fn carry_out(
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Result<LiveRun, LiveError> {
-    let LiveOrder { prepared, devices, seed, setting, properties, log } = order;
-    let bench = prepared.bench(devices, seed);
-    let engine = prepared.engine(&bench);
-    let mut world = LiveWorld::new(bench, engine, operator, setting.clone())
-        .with_faults(seed)
-        .with_monitor(properties);
+    let LiveOrder { prepared, seed, setting, properties, log } = order;
+    let (rig, director) = prepared.live(seed, setting, operator);
+    let mut world = LiveWorld::new(rig, director, setting.clone(), seed).with_monitor(properties);
     let mut made = Made::default();
-    let mut keep_made = |action: &Action| made.keep(action);
+    let mut keep_made = |action: &Action| action.keep_in(&mut made);
     let mut end = world.run(log, sink, &mut keep_made, pulse)?;
     finish(sink, &mut end.ending);
     Ok(LiveRun::of(end, world.engine(), made))
@@ -179,13 +252,7 @@ pub fn run_live_to_folder_watched(
     feed: Option<&Feed>,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Result<Completed, LiveRunError> {
-    let devices = match &prepared.subject {
-        Subject::Robot(devices) => devices,
-        Subject::Device(device) => {
-            return device::run_to_folder(prepared, device, options, setting, person, feed, pulse);
-        }
-    };
-    let setting = setting.resolve(base_transport(devices))?;
+    let setting = setting.resolve(&prepared.rig)?;
     setting.reaches(&prepared.plan.faults)?;
     let folder = RunFolder::create(options.out)?;
     let header = prepared.header(options.seed);
@@ -193,12 +260,12 @@ pub fn run_live_to_folder_watched(
     let operator = Operator::live(options.answers.clone(), person);
     let log = folder.file(DEVICE_LOG);
     let (seed, properties) = (options.seed, &prepared.plan.properties);
-    let order = LiveOrder { prepared, devices, seed, setting: &setting, properties, log: &log };
+    let order = LiveOrder { prepared, seed, setting: &setting, properties, log: &log };
     let live = carry_out(order, operator, &mut sink, pulse)?;
     drop(sink);
     let mut summary = summarise(prepared, options.seed, &live.run);
     "real".clone_into(&mut summary.clock);
-    summary.bus = setting.placement.bus();
+    summary.bus = setting.site.bus();
     summary.timing = Some(live.timing);
     summary.ports = live.ports;
     summary.device_under_test = setting.device_under_test.to_string();

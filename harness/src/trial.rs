@@ -24,6 +24,9 @@
 //!
 //! # A controller of one's own
 //!
+//! In a [rig](crate::plan::rig) any [`Device`] plays a node that is under test: [`Trial::with_node`]. It hears bytes and
+//! frames, sends bytes and frames, and is woken when it wants to be; `examples/battery-pack` has one, and its tests.
+//!
 //! [`Trial::with_controller`] puts any [`HostedController`] in the place of ours: it hears bytes and
 //! frames, sends bytes and frames, takes missions and reports. `examples/rust-tests` is a crate with such a
 //! controller and its tests. A controller that is a process is tested by `hil run --clock real --controller`.
@@ -39,7 +42,6 @@ pub use campaign::{CASES, TrialCampaign};
 pub use error::TrialError;
 pub use run::TrialRun;
 
-use crate::cli::stopwatch::Stopwatch;
 use crate::faults::Fault;
 use crate::hosted::{HostedController, Hosting};
 use crate::library::{Kind, Library, Source};
@@ -48,10 +50,12 @@ use crate::operator::Answers;
 use crate::plan::{Plan, Property};
 use crate::record::sink::Level;
 use crate::run::{Options, Prepared, run_to_folder};
+use crate::stopwatch::Stopwatch;
 use controller::config::Config;
 use folder::Folder;
 use std::path::PathBuf;
 use std::sync::Arc;
+use wire::device::Device;
 
 /// The seed where none is given, as of `hil run`.
 pub const SEED: u64 = 1;
@@ -142,6 +146,17 @@ impl Trial {
         self
     }
 
+    /// With a device of one's own in the place of a node of the rig that is under test. `start` makes one for each run, at
+    /// time zero; its ports are the lines that the rig file has the node on, in their order.
+    pub fn with_node<D: Device + 'static>(
+        mut self,
+        node: &str,
+        start: impl Fn() -> D + Send + Sync + 'static,
+    ) -> Self {
+        self.prepared.own.add(node, start);
+        self
+    }
+
     /// With these faults behind those of the plan.
     pub fn with_faults(mut self, faults: impl IntoIterator<Item = Fault>) -> Self {
         self.text = None;
@@ -198,10 +213,10 @@ impl Trial {
     /// What was added in code fits the plan and its bench, as what is written was checked to do.
     fn check(&self) -> Result<(), TrialError> {
         if self.text.is_none() {
-            let Prepared { plan, subject, .. } = &self.prepared;
+            let Prepared { plan, rig, .. } = &self.prepared;
             let wrong = crate::run::PrepareError::from;
             plan.check(IN_CODE, "").map_err(wrong)?;
-            subject.check(plan, IN_CODE, "").map_err(wrong)?;
+            plan.check_rig(IN_CODE, "", rig).map_err(wrong)?;
         }
         Ok(())
     }

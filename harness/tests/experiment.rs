@@ -1,13 +1,13 @@
 //! The plans that the identification proposes can be read, and carried out on the shipped benches.
 
-use harness::made::Made;
 use harness::operator::Answers;
-use harness::outcome::Outcome;
-use harness::plan::{Action, Plan, Step};
-use harness::record::sink::NullSink;
 use harness::run::{Prepared, simulate};
 use identification::dataset::Kind;
 use identification::experiment::plans;
+use plan::made::Made;
+use plan::{Action, Plan, Step};
+use record::outcome::Outcome;
+use record::sink::NullSink;
 use std::sync::Arc;
 use wire::time::Span;
 

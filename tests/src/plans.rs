@@ -3,14 +3,15 @@
 mod at_rest;
 
 use emulators::device_file::Devices;
-use harness::calibrations;
-use harness::library::Library;
 use harness::operator::Answers;
-use harness::plan::Plan;
-use harness::record::header::Header;
-use harness::record::sink::{FileSink, Level, MemorySink};
-use harness::record::{Device, Record, RecordKind};
-use harness::run::{Prepared, Simulated, Subject, simulate};
+use harness::run::{Prepared, Simulated, simulate};
+use plan::Plan;
+use plan::Rig;
+use plan::calibrations;
+use plan::library::Library;
+use record::header::Header;
+use record::sink::{FileSink, Level, MemorySink};
+use record::{Device, Record, RecordKind};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -53,7 +54,7 @@ pub fn prepared(text: &str, devices: Devices) -> Prepared {
     let calibrations =
         calibrations::load(&plan, &Library::shipped(), &BTreeMap::new()).unwrap_or_default();
     let models = BTreeMap::new();
-    Prepared::new(Arc::new(plan), Subject::Robot(Box::new(devices)), calibrations, models)
+    Prepared::new(Arc::new(plan), Rig::of_robot(devices), calibrations, models)
 }
 
 /// A run and its full record.
@@ -106,7 +107,7 @@ impl Run {
 
     /// The values of what was observed under this name, in order.
     pub fn observed(&self, quantity: &str) -> Vec<f64> {
-        let of = |o: &&harness::observation::Observation| o.quantity == quantity;
+        let of = |o: &&plan::observation::Observation| o.quantity == quantity;
         self.simulated.observations.iter().filter(of).map(|o| o.value).collect()
     }
 }

@@ -22,7 +22,7 @@ use emulators::base::{self, BaseEmulator};
 use emulators::device_file::Devices;
 use emulators::gyro::GyroEmulator;
 use emulators::table::TableEmulator;
-use harness::properties::Seen;
+use judge::properties::Seen;
 use links::{Arrived, Links};
 use std::collections::BTreeMap;
 use watch::Watch;

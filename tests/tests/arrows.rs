@@ -5,21 +5,97 @@ use std::collections::BTreeMap;
 use tests::rooms::{Source, root, sources};
 use toml::Table;
 
-/// Which rooms each room may depend on. A room that is not here has no place in the house yet.
+/// Which rooms each room may depend on, by folder and by name. A room that is not here has no place in the house yet.
 const ARROWS: &[(&str, &[&str])] = &[
     ("wire", &[]),
-    ("controller", &["wire"]),
+    // Ports are for its process, not for its library.
+    ("controller", &["wire", "ports"]),
     ("emulators", &["wire"]),
     ("described", &["wire", "emulators"]),
+    ("ports", &["wire"]),
     ("identification", &["wire"]),
     ("evaluation", &["identification"]),
-    ("harness", &["wire", "controller", "emulators", "described", "identification"]),
-    ("tests", &["wire", "controller", "emulators", "described", "identification", "harness"]),
+    // What is said before a run, and what happened in it.
+    ("harness/plan", &["wire", "controller", "emulators", "described", "identification", "ports"]),
+    ("harness/record", &["wire", "controller", "plan"]),
+    // What is made of a record.
+    ("harness/judge", &["wire", "controller", "plan", "record"]),
+    ("harness/dataset", &["controller", "identification", "plan", "record"]),
+    ("harness/campaign", &["wire", "emulators", "plan", "record"]),
+    (
+        "harness/views",
+        &["wire", "controller", "identification", "plan", "record", "judge", "campaign"],
+    ),
+    ("harness/exchange", &["wire", "controller", "described", "plan", "record"]),
+    // Runs.
+    (
+        "harness",
+        &[
+            "wire",
+            "controller",
+            "emulators",
+            "described",
+            "identification",
+            "ports",
+            "plan",
+            "record",
+            "judge",
+            "dataset",
+            "campaign",
+            "views",
+        ],
+    ),
+    ("harness/campaign-nats", &["wire", "plan", "record", "campaign", "harness"]),
+    (
+        "harness/hil",
+        &[
+            "wire",
+            "controller",
+            "emulators",
+            "described",
+            "identification",
+            "ports",
+            "plan",
+            "record",
+            "judge",
+            "dataset",
+            "campaign",
+            "views",
+            "exchange",
+            "campaign-nats",
+            "harness",
+        ],
+    ),
+    (
+        "tests",
+        &[
+            "wire",
+            "controller",
+            "emulators",
+            "identification",
+            "plan",
+            "record",
+            "judge",
+            "dataset",
+            "campaign",
+            "exchange",
+            "harness",
+            "hil",
+        ],
+    ),
     // What tests of any room may use.
     ("tests/skips", &[]),
     // As somebody else's crate would: through the harness alone.
+    ("examples/battery-pack", &["harness"]),
     ("examples/rust-tests", &["harness"]),
 ];
+
+/// What tests of a room may use beyond what the room knows: runs to read back.
+const ARROWS_OF_TESTS: &[(&str, &str)] =
+    &[("harness/dataset", "harness"), ("harness/exchange", "harness")];
+
+/// Rooms that know the controller and what is emulated.
+const WITH_BOTH: [&str; 4] = ["harness/plan", "harness", "harness/hil", "tests"];
 
 /// A file that a person can no longer hold in mind.
 const LINES_MAX: usize = 800;
@@ -33,21 +109,21 @@ const TIMELESS: [&str; 15] = [
     "controller/src/",
     "emulators/src/",
     "described/src/",
-    "harness/src/checks/",
+    "harness/judge/src/",
+    "harness/plan/src/",
+    "harness/record/src/",
+    "harness/views/src/report/",
+    "harness/campaign/src/space.rs",
+    "harness/campaign/src/shrink.rs",
     "harness/src/engine/",
     "harness/src/link/",
-    "harness/src/plan/",
-    "harness/src/record/",
-    "harness/src/report/",
     "harness/src/run.rs",
     "harness/src/world/bench.rs",
-    "harness/src/world/described/",
-    "harness/src/world/lines.rs",
-    "harness/src/world/simulated.rs",
+    "harness/src/rig/",
 ];
 
 /// They have a clock: the controller's shell, and a test that takes the time of something.
-const WITH_A_CLOCK: [&str; 2] = ["controller/src/bin/", "harness/src/record/tests.rs"];
+const WITH_A_CLOCK: [&str; 2] = ["controller/src/bin/", "harness/record/src/tests.rs"];
 
 fn manifest(folder: &str) -> Table {
     let path = root().join(folder).join("Cargo.toml");
@@ -61,19 +137,25 @@ fn members() -> Vec<String> {
     members.iter().map(|member| member.as_str().expect("a path").to_owned()).collect()
 }
 
-/// Every crate that a manifest names, for whatever purpose and on whatever target.
-fn dependencies(manifest: &Table) -> Vec<String> {
+/// Every crate that a manifest names on whatever target, for tests alone or for more.
+fn dependencies(manifest: &Table, of_tests: bool) -> Vec<String> {
     let mut found = Vec::new();
     for (key, value) in manifest {
         match value {
             toml::Value::Table(table) if key.ends_with("dependencies") => {
-                found.extend(table.keys().cloned());
+                let is_wanted = key.starts_with("dev-") == of_tests;
+                found.extend(table.keys().filter(|_| is_wanted).cloned());
             }
-            toml::Value::Table(table) => found.extend(dependencies(table)),
+            toml::Value::Table(table) => found.extend(dependencies(table, of_tests)),
             _ => {}
         }
     }
     found
+}
+
+/// A room by its folder is called like it.
+fn name(folder: &str) -> &str {
+    folder.rsplit('/').next().unwrap_or(folder)
 }
 
 #[test]
@@ -84,22 +166,27 @@ fn rooms_know_only_the_rooms_below_them() {
         let Some(allowed) = allowed.get(room.as_str()) else {
             panic!("the room {room} has no arrows here");
         };
-        for dependency in dependencies(&manifest(room)) {
-            let is_room = members.contains(&dependency);
-            assert!(
-                !is_room || allowed.contains(&dependency.as_str()),
-                "{room} must not know {dependency}"
-            );
+        for of_tests in [false, true] {
+            for dependency in dependencies(&manifest(room), of_tests) {
+                let is_room = members.iter().any(|member| name(member) == dependency);
+                let is_allowed = allowed.contains(&dependency.as_str())
+                    || (of_tests && is_of_tests(room, &dependency));
+                assert!(!is_room || is_allowed, "{room} must not know {dependency}");
+            }
         }
     }
 }
 
+fn is_of_tests(room: &str, dependency: &str) -> bool {
+    ARROWS_OF_TESTS.contains(&(room, dependency)) || dependency == "skips"
+}
+
 #[test]
-fn only_the_harness_and_its_tests_see_truth_and_belief_together() {
+fn truth_and_belief_are_seen_together_where_they_must_be() {
     for room in members() {
-        let known = dependencies(&manifest(&room));
+        let known = dependencies(&manifest(&room), false);
         let both = ["emulators", "controller"].iter().all(|name| known.iter().any(|k| k == name));
-        assert_eq!(both, room == "harness" || room == "tests", "{room}");
+        assert_eq!(both, WITH_BOTH.contains(&room.as_str()), "{room}");
     }
 }
 
@@ -111,6 +198,11 @@ fn what_runs_on_a_microcontroller_needs_no_std() {
         assert!(library.lines().any(|line| line == "#![no_std]"), "{room}");
         // `std` may be named in tests; `alloc` nowhere.
         assert!(!library.contains("extern crate alloc"), "{room} allocates");
+        let own = format!("{room}/src/");
+        for Source { path, text } in sources(&own, "rs") {
+            let of_process = path.starts_with("controller/src/bin/");
+            assert!(of_process || !text.contains("ports::"), "{path} knows ports");
+        }
     }
 }
 

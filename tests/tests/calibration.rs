@@ -1,10 +1,10 @@
 //! The calibration that ships is the one that its plan makes.
 
-use harness::calibrations::to_toml;
-use harness::library::{Kind, Library};
-use harness::made::Made;
 use harness::operator::Answers;
 use harness::run::{Prepared, verdicts};
+use plan::calibrations::to_toml;
+use plan::library::{Kind, Library};
+use plan::made::Made;
 
 #[test]
 fn the_shipped_temperature_calibration_is_that_of_seed_1() {

@@ -3,15 +3,16 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use harness::campaign::{
-    Campaign, Case, EnvelopeSettings, Executor as _, Guided, Journal, Regression, Settings,
-    Simulated, Space, envelope, run,
+use campaign::{
+    Campaign, Case, EnvelopeSettings, Executor as _, Guided, Journal, Regression, Settings, Space,
+    envelope, run,
 };
-use harness::faults::{Fault, FaultKind, Schedule, Target, When};
-use harness::made::Made;
+use harness::executors::Simulated;
 use harness::operator::Answers;
-use harness::plan::Plan;
 use harness::run::Prepared;
+use plan::Plan;
+use plan::faults::{Fault, FaultKind, Schedule, Target, When};
+use plan::made::Made;
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -32,7 +33,7 @@ fn campaign(cases: u64, threads: usize) -> Campaign {
     let executor = executor(prepared.clone());
     let (horizon, clean) = executor.without_faults(1);
     assert!(clean.passed && clean.violated.is_empty(), "{clean:?}");
-    let space = Space::new(&prepared.plan, prepared.subject.lines(), horizon, 4, &[]);
+    let space = Space::new(&prepared.plan, prepared.rig.struck(), horizon, 4, &[]);
     let folder = tempfile::tempdir().unwrap();
     let mut journal = Journal::open(&folder.path().join("cases.jsonl"), "test").unwrap();
     let threads = NonZeroUsize::new(threads).unwrap();
@@ -52,7 +53,7 @@ fn a_seed_gives_the_same_campaign_on_any_number_of_threads() {
 fn on_the_way(kind: &str, severity: f64) -> Case {
     let fault = Fault {
         when: When::Step {
-            phase: harness::plan::Name::new("straight").unwrap(),
+            phase: plan::Name::new("straight").unwrap(),
             number: 1,
             after: Span::from_secs(2),
         },
@@ -68,7 +69,7 @@ fn the_smallest_case_is_a_plan_that_shows_the_same() {
     let case = on_the_way("wheel_slip", 20.0);
     let result = simulated.execute(&case);
     assert!(result.breaks("no_silent_wrong"), "{result:?}");
-    let shrunk = harness::campaign::shrink(&simulated, &case, &result, "no_silent_wrong", 200);
+    let shrunk = campaign::shrink(&simulated, &case, &result, "no_silent_wrong", 200);
     let mut violated = shrunk.result.violated.clone();
     violated.retain(|violated| violated.property == "no_silent_wrong");
     let regression = Regression {
@@ -129,7 +130,7 @@ fn a_gyro_that_is_gone_for_long_is_not_tolerated_and_a_short_one_is() {
     };
     let found = envelope(&simulated, &fault, &settings, &mut |_| true);
     let at = |severity: f64| {
-        let near = |level: &&harness::campaign::Level| level.severity >= severity;
+        let near = |level: &&campaign::Level| level.severity >= severity;
         found.levels.iter().find(near).unwrap()
     };
     assert_eq!(at(10.0).passed, 0, "{found:?}");

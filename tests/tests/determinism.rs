@@ -2,10 +2,10 @@
 //! noise.
 
 use emulators::device_file::Devices;
-use harness::library::{Kind, names};
-use harness::made::Made;
-use harness::record::Device;
 use harness::run::Prepared;
+use plan::library::{Kind, names};
+use plan::made::Made;
+use record::Device;
 use tests::devices::shipped;
 use tests::plans::{Run, plan_measuring, plan_of, prepared, record_file, run};
 

@@ -3,11 +3,11 @@
 
 use controller::mission::{Command, Report};
 use emulators::device_file::Devices;
-use harness::models;
-use harness::outcome::Outcome;
-use harness::record::RecordKind;
 use identification::dataset::Role;
 use identification::model::{Acts, Model};
+use plan::models;
+use record::RecordKind;
+use record::outcome::Outcome;
 use tests::devices::{NAVIGATOR, ideal_table};
 use tests::plans::{Run, prepared, run};
 

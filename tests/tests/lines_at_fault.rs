@@ -1,7 +1,7 @@
 //! What is always true stays so when lines drop, repeat, corrupt or hold back what crosses them.
 
 use emulators::base::Transport;
-use harness::properties::{Kind, PropertyVerdict};
+use judge::properties::{Kind, PropertyVerdict};
 use proptest::prelude::*;
 use tests::devices::{TRANSPORTS, ideal};
 use tests::rig::{Direction, Piece, Rig};

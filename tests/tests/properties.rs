@@ -1,12 +1,12 @@
 //! Properties of the plans that ship: our controller keeps them all, and to watch it changes nothing.
 
-use harness::made::Made;
 use harness::operator::Answers;
-use harness::outcome::Outcome;
-use harness::properties::{Kind, PropertyVerdict};
-use harness::record::header::Header;
-use harness::record::sink::{FileSink, Level, NullSink};
 use harness::run::{Prepared, simulate_watched};
+use judge::properties::{Kind, PropertyVerdict};
+use plan::made::Made;
+use record::header::Header;
+use record::outcome::Outcome;
+use record::sink::{FileSink, Level, NullSink};
 use std::fmt::Write as _;
 use tests::plans::record_file;
 

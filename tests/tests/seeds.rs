@@ -3,9 +3,9 @@
 
 use emulators::base::Transport;
 use emulators::device_file::Devices;
-use harness::made::Made;
 use harness::operator::Answers;
 use harness::run::{Prepared, verdicts};
+use plan::made::Made;
 use tests::devices::{NAVIGATOR, ideal, ideal_table};
 use tests::plans::{plan_measuring, plan_of, prepared, record_file, run};
 

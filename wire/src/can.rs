@@ -6,6 +6,9 @@ use serde::{Deserialize, Serialize};
 /// The most data a classic frame carries.
 pub const DATA_BYTES_MAX: usize = 8;
 
+/// Bits per second of the base's bus: assumption, the usual rate of machine control (CiA 301 lists 500 kbit/s).
+pub const BIT_RATE: i64 = 500_000;
+
 /// A classic CAN frame: an identifier and up to eight bytes, or a remote request for as many.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CanFrame {

@@ -7,6 +7,7 @@
 //! * [`base`]: the command set of a K2A-style mobile base, once, on two transports (CAN and serial).
 //! * [`table`]: the line protocol of a stepper-driven rotary table.
 //! * [`slcan`]: CAN frames as ASCII lines, the host's end and the adapter's.
+//! * [`device`]: what every end of a line does, and what it sends.
 //! * [`serial`]: what a serial port is set to, and how long a byte takes.
 //!
 //! No IO, no allocation, no `std`; no bytes from outside make any of it panic.
@@ -19,6 +20,7 @@ extern crate std;
 pub mod base;
 pub mod can;
 pub mod can_error;
+pub mod device;
 pub mod gyro;
 pub mod packet;
 pub mod serial;

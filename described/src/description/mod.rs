@@ -3,7 +3,6 @@
 mod messages;
 mod parameters;
 mod read;
-mod sensor;
 mod source;
 mod states;
 mod variables;
@@ -122,6 +121,12 @@ impl Description {
         let model = Model { step, variables, states, order, sent, heard };
         let (name, title, source) = (said.name, said.title, said.source);
         Ok(Self { name, title, source, layout, parameters, notes, model })
+    }
+
+    /// The same by another name, and so with other random numbers: of several devices of one description each has its own.
+    #[must_use]
+    pub fn named(&self, name: &str) -> Self {
+        Self { name: name.to_owned(), ..self.clone() }
     }
 
     /// Its messages and their signals.

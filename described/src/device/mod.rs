@@ -6,12 +6,13 @@ mod sending;
 mod tests;
 
 use crate::description::{Description, Model, Source};
-use crate::layout::{Decoded, Decoder, Sender, Wired};
+use crate::layout::{Decoded, Decoder, Sender};
 use dynamics::{Dynamics, finite};
 use sending::Sending;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use wire::can::CanFrame;
+use wire::device::Transmit;
 use wire::time::Timestamp;
 
 /// Messages that wait to be sent; what comes on top is dropped and counted. Assumption: no device has as
@@ -39,7 +40,7 @@ pub struct Device {
     lost: Vec<Timestamp>,
     /// Answers that wait: when, and the place of the message among those that are sent.
     answers: VecDeque<(Timestamp, usize)>,
-    queue: VecDeque<Wired>,
+    queue: VecDeque<Transmit>,
     dropped: u64,
     clipped: u64,
     not_finite: u64,
@@ -106,7 +107,7 @@ impl Device {
     }
 
     /// What it sends next.
-    pub fn transmit(&mut self) -> Option<Wired> {
+    pub fn transmit(&mut self) -> Option<Transmit> {
         self.queue.pop_front()
     }
 

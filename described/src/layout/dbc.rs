@@ -29,23 +29,49 @@ impl Layout {
     /// Where the text is no DBC, has no such node, and for what is not supported, by name: messages of
     /// more than 8 bytes, multiplexed multiplexers, and signals that overlap.
     pub fn from_dbc(file: &str, text: &str, node: &str) -> Result<Self, DescriptionError> {
-        let dbc = Dbc::try_from(text).map_err(|error| not_parsed(file, text, &error))?;
+        let dbc = parsed(file, text)?;
         let nodes: Vec<&str> = dbc.nodes.iter().map(|known| known.0.as_str()).collect();
         if !nodes.contains(&node) {
             let at = line_with(text, |line| line.starts_with("BU_")).unwrap_or(0..0);
             return Err(DescriptionError::new(file, text, at, format!("no node `{node}`"))
                 .with_help(Some(hint::proposal(node, &nodes))));
         }
+        Self::of_dbc(file, text, &dbc, &|of| of == node)
+    }
+
+    /// The layout of a DBC for somebody who sends the messages of several nodes, or of none that has a name: of those that
+    /// `is_ours` says yes to.
+    ///
+    /// # Errors
+    /// As [`Layout::from_dbc`], but for the node.
+    pub fn from_dbc_of(
+        file: &str,
+        text: &str,
+        is_ours: &dyn Fn(&str) -> bool,
+    ) -> Result<Self, DescriptionError> {
+        Self::of_dbc(file, text, &parsed(file, text)?, is_ours)
+    }
+
+    fn of_dbc(
+        file: &str,
+        text: &str,
+        dbc: &Dbc,
+        is_ours: &dyn Fn(&str) -> bool,
+    ) -> Result<Self, DescriptionError> {
         let mut messages: Vec<Message> = Vec::new();
         for message in dbc.messages.iter().filter(|message| message.name != ORPHANS) {
             let converted = written_id(text, &message.name)
-                .and_then(|written| convert(&dbc, message, written, node))
+                .and_then(|written| convert(dbc, message, written, is_ours))
                 .and_then(|converted| distinct(&messages, converted))
                 .map_err(|refusal| refusal.located(file, text, message))?;
             messages.push(converted);
         }
         Ok(Self::new(Medium::Can, messages))
     }
+}
+
+fn parsed(file: &str, text: &str) -> Result<Dbc, DescriptionError> {
+    Dbc::try_from(text).map_err(|error| not_parsed(file, text, &error))
 }
 
 /// Why a message is not taken.
@@ -117,7 +143,7 @@ fn convert(
     dbc: &Dbc,
     message: &can_dbc::Message,
     written: u32,
-    node: &str,
+    is_ours: &dyn Fn(&str) -> bool,
 ) -> Result<Message, Refusal> {
     let name = &message.name;
     let id = match message.id {
@@ -142,8 +168,8 @@ fn convert(
     let also_sent = dbc
         .message_transmitters
         .iter()
-        .any(|also| also.message_id == message.id && also.transmitter.iter().any(|n| n == node));
-    let sent = message.transmitter.as_deref() == Some(node) || also_sent;
+        .any(|also| also.message_id == message.id && also.transmitter.iter().any(|of| is_ours(of)));
+    let sent = message.transmitter.as_deref().is_some_and(is_ours) || also_sent;
     let signals = message
         .signals
         .iter()

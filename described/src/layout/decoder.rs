@@ -2,7 +2,7 @@
 
 use super::message::{Carrier, Found, Message};
 use super::{Decoded, Layout, Sender};
-use wire::can::CanFrame;
+use wire::can::{CanFrame, Id};
 use wire::packet::BYTES_MAX;
 
 /// Finds messages in what is received.
@@ -25,6 +25,12 @@ impl Decoder {
     pub(super) fn new(layout: Layout, sender: Option<Sender>) -> Self {
         let buffer = Vec::with_capacity(BYTES_MAX);
         Self { layout, sender, buffer, line_begins: true, damaged: 0, checksum_failures: 0 }
+    }
+
+    /// A frame of this identifier is a message that is heard.
+    pub fn takes(&self, id: Id) -> bool {
+        let index = self.layout.by_id.get(&id);
+        index.is_some_and(|index| hears(self.sender, &self.layout.messages[*index]))
     }
 
     /// The message in a CAN frame; `None` where no message has its identifier, for a remote request,

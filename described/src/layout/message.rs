@@ -1,10 +1,12 @@
 //! One message: its signals, and how it is carried.
 
 use super::checksum::Trailer;
+use super::printed::Match;
 use super::signal::{Carried, Signal};
-use super::text::{Match, Pattern};
-use super::{Decoded, EncodeError, Wired};
+use super::text::Pattern;
+use super::{Decoded, EncodeError};
 use wire::can::{CanFrame, DATA_BYTES_MAX, Id};
+use wire::device::Transmit;
 use wire::packet::{BYTES_MAX, Packet};
 use wire::time::Span;
 
@@ -67,7 +69,7 @@ impl Message {
         })
     }
 
-    pub(super) fn encode(&self, values: &[f64]) -> Result<Wired, EncodeError> {
+    pub(super) fn encode(&self, values: &[f64]) -> Result<Transmit, EncodeError> {
         if values.len() != self.signals.len() {
             return Err(EncodeError::Count {
                 message: self.name.clone(),
@@ -81,7 +83,7 @@ impl Message {
                 self.put(values, &mut data)?;
                 let data = data.get(..*length);
                 let frame = data.and_then(|data| CanFrame::new(*id, data));
-                frame.map(Wired::Frame).ok_or_else(|| self.too_long())
+                frame.map(Transmit::Frame).ok_or_else(|| self.too_long())
             }
             Carrier::Packet { start, length, trailer } => {
                 let mut data = [0; BYTES_MAX];
@@ -93,7 +95,7 @@ impl Message {
                 if let Some(trailer) = trailer {
                     trailer.seal(data);
                 }
-                Packet::from_slice(data).map(Wired::Bytes).ok_or_else(|| self.too_long())
+                Packet::from_slice(data).map(Transmit::Bytes).ok_or_else(|| self.too_long())
             }
             Carrier::Line(pattern) => {
                 let mut printed = Vec::with_capacity(values.len());
@@ -102,7 +104,7 @@ impl Message {
                     printed.push(number.ok_or_else(|| self.out_of_range(signal, *value))?);
                 }
                 let line = pattern.write(|index| printed[index]);
-                line.map(Wired::Bytes).ok_or_else(|| self.too_long())
+                line.map(Transmit::Bytes).ok_or_else(|| self.too_long())
             }
         }
     }

@@ -18,6 +18,7 @@ pub use bits::{ByteOrder, SIGNAL_BITS_MAX};
 pub use decoder::Decoder;
 pub use message::{Message, Sender};
 pub use signal::{Carried, Signal};
+use wire::device::Transmit;
 
 use crate::error::Mistake;
 use crate::hint;
@@ -25,8 +26,7 @@ use miette::Diagnostic;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use thiserror::Error;
-use wire::can::{CanFrame, Id};
-use wire::packet::Packet;
+use wire::can::Id;
 use wire::serial::SerialSettings;
 
 /// What carries the messages of a layout.
@@ -44,15 +44,6 @@ pub struct Layout {
     medium: Medium,
     messages: Arc<[Message]>,
     by_id: Arc<BTreeMap<Id, usize>>,
-}
-
-/// A message as it goes over the wire.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wired {
-    /// On CAN.
-    Frame(CanFrame),
-    /// On a serial line.
-    Bytes(Packet),
 }
 
 /// A message that was received.
@@ -226,7 +217,7 @@ impl Layout {
 
     /// The message with these values, one a signal and in its unit. Values of signals that a
     /// multiplexed frame does not carry are not looked at.
-    pub fn encode(&self, message: usize, values: &[f64]) -> Result<Wired, EncodeError> {
+    pub fn encode(&self, message: usize, values: &[f64]) -> Result<Transmit, EncodeError> {
         let found = self.messages.get(message).ok_or(EncodeError::NoMessage(message))?;
         found.encode(values)
     }

@@ -1,6 +1,5 @@
 //! Numbers as digits: how one is printed, and where one ends that is read.
 
-use super::text::Match;
 use std::fmt::Write as _;
 use wire::packet::{BYTES_MAX, Packet};
 
@@ -12,6 +11,17 @@ const DECIMALS_UNSAID: usize = 9;
 
 /// Beyond this a double has no decimals.
 const WHOLE_FROM: f64 = 1e15;
+
+/// What bytes are to a pattern.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Match {
+    /// The first so many bytes are the line.
+    Whole(usize),
+    /// They may become the line.
+    Partial,
+    /// They are not the line, whatever comes.
+    No,
+}
 
 /// How a number is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -4,10 +4,11 @@ use super::bits::BitField;
 use super::message::{Carrier, Message, Sender};
 use super::number::{Coding, Scale};
 use super::signal::{Carried, Signal, Storage};
-use super::{ByteOrder, Decoded, EncodeError, Layout, Medium, SignalName, Wired};
+use super::{ByteOrder, Decoded, EncodeError, Layout, Medium, SignalName};
 use crate::Description;
 use proptest::prelude::*;
 use wire::can::{CanFrame, Id, StandardId};
+use wire::device::Transmit;
 use wire::packet::BYTES_MAX;
 
 /// Packets in both directions and a line.
@@ -47,10 +48,10 @@ fn serial() -> Layout {
     described(SERIAL).layout().clone()
 }
 
-fn bytes(wired: Wired) -> Vec<u8> {
+fn bytes(wired: Transmit) -> Vec<u8> {
     match wired {
-        Wired::Bytes(packet) => packet.as_slice().to_vec(),
-        Wired::Frame(frame) => frame.data().to_vec(),
+        Transmit::Bytes(packet) => packet.as_slice().to_vec(),
+        Transmit::Frame(frame) => frame.data().to_vec(),
     }
 }
 
@@ -215,7 +216,7 @@ proptest! {
             .zip(&parts)
             .map(|(signal, part)| signal.minimum + part * (signal.maximum - signal.minimum))
             .collect();
-        let Wired::Frame(frame) = layout.encode(0, &values).unwrap() else { panic!("on CAN") };
+        let Transmit::Frame(frame) = layout.encode(0, &values).unwrap() else { panic!("on CAN") };
         let decoded = layout.decoder().frame(&frame).unwrap();
         for ((signal, value), found) in signals.iter().zip(&values).zip(&decoded.values) {
             let error = (found.unwrap() - value).abs();
@@ -223,7 +224,7 @@ proptest! {
         }
         // And what is on the wire goes there again.
         let again: Vec<f64> = decoded.values.into_iter().flatten().collect();
-        prop_assert_eq!(layout.encode(0, &again).unwrap(), Wired::Frame(frame));
+        prop_assert_eq!(layout.encode(0, &again).unwrap(), Transmit::Frame(frame));
     }
 
     #[test]
@@ -306,7 +307,7 @@ fn a_dbc_says_all_of_a_signal() {
     assert_eq!((rich.signals[1].minimum, rich.signals[1].maximum), (-1014.0, 1033.5));
 
     let page = |values: &[f64]| {
-        let Wired::Frame(frame) = layout.encode(0, values).unwrap() else { panic!("on CAN") };
+        let Transmit::Frame(frame) = layout.encode(0, values).unwrap() else { panic!("on CAN") };
         assert!(matches!(frame.id(), Id::Extended(_)));
         (frame.data().to_vec(), layout.decoder().frame(&frame).unwrap().values)
     };

@@ -4,7 +4,7 @@
 //! stand, each optional: `+` (a sign always), `0` (filled with zeros instead of blanks), the width, and
 //! the number of decimals behind a point. `{{` and `}}` are braces themselves.
 
-use super::printed::{Format, number_length};
+use super::printed::{Format, Match, number_length};
 use thiserror::Error;
 use wire::packet::Packet;
 
@@ -28,17 +28,6 @@ pub(crate) struct Field {
 pub(crate) struct Pattern {
     parts: Vec<Part>,
     pub(crate) fields: Vec<Field>,
-}
-
-/// What bytes are to a pattern.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Match {
-    /// The first so many bytes are the line.
-    Whole(usize),
-    /// They may become the line.
-    Partial,
-    /// They are not the line, whatever comes.
-    No,
 }
 
 /// Why a text is no pattern.

@@ -35,6 +35,7 @@ mod track;
 pub use fault::BaseFault;
 pub use parameters::{BaseParameters, Wheel};
 pub use reports::{MOTION_PERIOD_AT_REST, MOTION_PERIOD_IN_MOTION, OUTPUTS_MAX, POSE_PERIOD};
+use wire::device::Transmit;
 
 use crate::fault::Switches;
 use crate::parameters::{ParameterError, Parameters as _};
@@ -48,7 +49,6 @@ use track::TrackModel;
 use wire::base::serial_link::{Device, DeviceEvent, write_answer};
 use wire::base::{Message, Motion, Reply, Request, can_link};
 use wire::can::CanFrame;
-use wire::packet::Packet;
 use wire::time::Timestamp;
 use wire::units::{Angle, AngularRate, Length, Pose, Speed};
 
@@ -60,15 +60,6 @@ pub enum Transport {
     Can,
     /// A serial line; the base answers.
     Serial,
-}
-
-/// What a base sends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BaseOutput {
-    /// On [`Transport::Can`].
-    Frame(CanFrame),
-    /// On [`Transport::Serial`].
-    Bytes(Packet),
 }
 
 /// What is true of a base at one instant.
@@ -172,7 +163,7 @@ impl BaseEmulator {
     }
 
     /// The next thing to send, if any; call until there is none after each receive and wake.
-    pub fn transmit(&mut self) -> Option<BaseOutput> {
+    pub fn transmit(&mut self) -> Option<Transmit> {
         self.reports.transmit()
     }
 

@@ -1,8 +1,9 @@
 //! What a base sends, and when.
 
-use super::{BaseOutput, Transport};
+use super::Transport;
 use std::collections::VecDeque;
 use wire::base::{Motion, Reply, can_link};
+use wire::device::Transmit;
 use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
 use wire::units::Pose;
@@ -24,7 +25,7 @@ pub(super) struct Reports {
     transport: Transport,
     motion_at: Timestamp,
     pose_at: Timestamp,
-    outputs: VecDeque<BaseOutput>,
+    outputs: VecDeque<Transmit>,
     dropped: u64,
 }
 
@@ -60,19 +61,19 @@ impl Reports {
     pub(super) fn send_motion(&mut self, now: Timestamp, motion: Motion) {
         let period = if motion.moving { MOTION_PERIOD_IN_MOTION } else { MOTION_PERIOD_AT_REST };
         self.motion_at = now + period;
-        self.push(BaseOutput::Frame(can_link::reply_frame(&Reply::Motion(motion))));
+        self.push(Transmit::Frame(can_link::reply_frame(&Reply::Motion(motion))));
     }
 
     pub(super) fn send_pose(&mut self, now: Timestamp, pose: Pose) {
         self.pose_at = now + POSE_PERIOD;
-        self.push(BaseOutput::Frame(can_link::reply_frame(&Reply::Pose(pose))));
+        self.push(Transmit::Frame(can_link::reply_frame(&Reply::Pose(pose))));
     }
 
     pub(super) fn answer(&mut self, packet: Packet) {
-        self.push(BaseOutput::Bytes(packet));
+        self.push(Transmit::Bytes(packet));
     }
 
-    pub(super) fn transmit(&mut self) -> Option<BaseOutput> {
+    pub(super) fn transmit(&mut self) -> Option<Transmit> {
         self.outputs.pop_front()
     }
 
@@ -84,7 +85,7 @@ impl Reports {
         self.transport == Transport::Can
     }
 
-    fn push(&mut self, output: BaseOutput) {
+    fn push(&mut self, output: Transmit) {
         if self.outputs.len() < OUTPUTS_MAX {
             self.outputs.push_back(output);
         } else {

@@ -7,13 +7,14 @@ use super::Role;
 use super::link::{Link, LinkFault, Output, Pace};
 use super::request::{Fault, Get, Request, RequestError};
 use super::tell;
-use emulators::base::{BaseEmulator, BaseOutput, BaseParameters, Transport};
+use emulators::base::{BaseEmulator, BaseParameters, Transport};
 use emulators::device_file::Mount;
 use emulators::gyro::{GyroEmulator, GyroParameters};
 use emulators::parameters::Parameters;
 use emulators::table::{TableEmulator, TableParameters};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use wire::device::Transmit;
 use wire::gyro::GyroStream;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate};
@@ -292,8 +293,8 @@ impl EmulatedBench {
                 link.send(
                     now,
                     match output {
-                        BaseOutput::Frame(frame) => Output::Frame(frame),
-                        BaseOutput::Bytes(packet) => Output::Bytes(packet),
+                        Transmit::Frame(frame) => Output::Frame(frame),
+                        Transmit::Bytes(packet) => Output::Bytes(packet),
                     },
                 );
             }

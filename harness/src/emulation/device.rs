@@ -5,18 +5,26 @@ use super::link::Output;
 use super::ports::{Crosses, Heard, RolePort};
 use super::request;
 use super::run::{EmulationError, Stop, in_runtime, reply};
-use crate::faults::FaultKind;
+use crate::faults::{Chance, FaultKind, Toward};
 use crate::port::PortSpec;
-use crate::world::described::{Emulated, End};
+use crate::rig::line::EndId;
+use crate::rig::node::Part;
+use crate::rig::{Rig, build_live};
 use crate::world::live::Clock;
-use described::{Description, Medium, Wired};
+use described::{Description, Medium};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
+use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
+
+/// The end of its line where the port is.
+const HOST: EndId = EndId(0);
+/// The end where the device is.
+const DEVICE_END: EndId = EndId(1);
 
 /// What is emulated, and where.
 #[derive(Debug, Clone)]
@@ -72,28 +80,29 @@ async fn run_in_runtime(
     let mut port = RolePort::open("device", &setup.port, crosses).await?;
     let mut control = Control::open(setup.control.as_deref())?;
     let clock = Clock::start();
-    let mut served =
-        Served { emulated: Emulated::new(&setup.description, setup.seed), faults: 0, setup };
+    let mut rig = Rig::default();
+    let line = build_live::alone(&mut rig, &setup.description, setup.seed);
+    let mut served = Served { rig, line, faults: 0, setup };
     say(&port.ready().to_string()).map_err(EmulationError::Output)?;
     let mut late_max = Span::ZERO;
     loop {
         let now = clock.now();
-        served.emulated.deliver(now, &mut |from, what| {
-            if from != End::Host {
-                port.send(now, &output(what));
+        while let Some((from, what)) = served.rig.lines[line].arrived(now) {
+            served.rig.hand_over(now, line, from, &what, |_| {});
+            if from != HOST {
+                port.send(now, &output(&what));
             }
-        });
-        served.emulated.wake(now);
-        served.emulated.transmit(now);
-        let due = served.emulated.next_due();
+        }
+        served.wake(now);
+        let due = served.rig.next_arrival().min(served.rig.next_wakeup());
         tokio::select! {
             () = clock.sleep_until(due) => late_max = late_max.max(clock.now() - due),
             heard = port.hear() => match heard {
                 Heard::Input(Output::Frame(frame)) => {
-                    served.emulated.receive(clock.now(), Wired::Frame(frame));
+                    served.rig.lines[line].send(clock.now(), HOST, Transmit::Frame(frame));
                 }
                 Heard::Input(Output::Bytes(packet)) => {
-                    served.emulated.receive(clock.now(), Wired::Bytes(packet));
+                    served.rig.lines[line].send(clock.now(), HOST, Transmit::Bytes(packet));
                 }
                 Heard::Nothing => {}
                 Heard::Changed(what) => warn(&what),
@@ -110,27 +119,47 @@ async fn run_in_runtime(
         "after_s": (clock.now() - Timestamp::ZERO).as_secs_f64(),
         "late_ms_max": late_max.as_secs_f64() * 1e3,
         "ports": { "device": port.counted() },
-        "dropped": served.emulated.dropped(),
+        "dropped": served.rig.dropped(),
     }});
     say(&ended.to_string()).map_err(EmulationError::Output)
 }
 
-const fn output(what: &Wired) -> Output {
+const fn output(what: &Transmit) -> Output {
     match what {
-        Wired::Frame(frame) => Output::Frame(*frame),
-        Wired::Bytes(packet) => Output::Bytes(*packet),
+        Transmit::Frame(frame) => Output::Frame(*frame),
+        Transmit::Bytes(packet) => Output::Bytes(*packet),
     }
 }
 
 /// The device, and who is asked about it.
 struct Served<'a> {
-    emulated: Emulated,
+    rig: Rig,
+    line: usize,
     /// Faults so far; each has its number.
     faults: usize,
     setup: &'a DeviceSetup,
 }
 
 impl Served<'_> {
+    fn device(&mut self) -> Option<&mut described::Device> {
+        self.rig.nodes.iter_mut().find_map(|node| match &mut node.part {
+            Part::Described(described) => Some(&mut described.device),
+            _ => None,
+        })
+    }
+
+    /// The device does what is due, and what it has to say goes onto its line.
+    fn wake(&mut self, now: Timestamp) {
+        if let Some(device) = self.device()
+            && device.next_wakeup() <= now
+        {
+            device.wake(now);
+        }
+        for place in 0..self.rig.nodes.len() {
+            self.rig.empty(now, place);
+        }
+    }
+
     fn answer(&mut self, now: Timestamp, line: &[u8]) -> String {
         let (id, keys) = request::keys(line);
         let request = keys.and_then(|mut keys| {
@@ -148,8 +177,10 @@ impl Served<'_> {
                 for (name, value) in &values {
                     description.check_parameter(name, *value)?;
                 }
-                for (name, value) in &values {
-                    self.emulated.device.set_parameter(now, name, *value);
+                if let Some(device) = self.device() {
+                    values.iter().for_each(|(name, value)| {
+                        device.set_parameter(now, name, *value);
+                    });
                 }
                 Ok(json!(values))
             }
@@ -160,29 +191,35 @@ impl Served<'_> {
             }
             Request::Get(names) => self.values(&names),
             Request::Power(on) => {
-                self.emulated.device.power(now, on);
+                if let Some(device) = self.device() {
+                    device.power(now, on);
+                }
                 Ok(json!({ "power": on }))
             }
             Request::Fault(kind) => {
                 if !kind.info().reach.is_line() {
                     return Err(format!("`{}` is of no line", kind.name()));
                 }
-                self.emulated.begin_fault(now, self.faults, &kind, self.setup.seed);
+                let (number, seed) = (self.faults, self.setup.seed);
+                let chance = |way: &str| Chance::new(seed, &format!("{number} {way}"));
+                let line = &mut self.rig.lines[self.line];
+                line.begin_fault(now, (number, &kind), (DEVICE_END, Toward::Both), chance);
                 self.faults += 1;
                 Ok(json!({ "fault": kind.name() }))
             }
             Request::NoFault {} => {
                 for number in 0..self.faults {
-                    self.emulated.end_fault(now, number);
+                    self.rig.lines[self.line].end_fault(now, number);
                 }
                 Ok(json!({ "fault": null }))
             }
         }
     }
 
-    fn values(&self, names: &[String]) -> Result<Value, String> {
+    fn values(&mut self, names: &[String]) -> Result<Value, String> {
+        let Some(device) = self.device() else { return Ok(Value::Null) };
         let value = |name: &String| {
-            let value = self.emulated.device.value(name);
+            let value = device.value(name);
             value
                 .map(|value| (name.clone(), json!(value)))
                 .ok_or_else(|| format!("nothing is called {name}"))

@@ -1,8 +1,7 @@
 //! What the engine asks of the world.
 
-use super::PhaseEvent;
-use crate::made::Found;
-use crate::plan::{Answer, Send};
+use crate::made::{Found, Made};
+use crate::plan::{Answer, PhaseEvent, Send};
 use crate::record::{Device, RecordKind};
 use controller::calibration::Calibration;
 use controller::mission::Mission;
@@ -67,4 +66,20 @@ pub enum Action {
     Phase(PhaseEvent),
     /// Write this into the record.
     Record(Device, RecordKind),
+}
+
+impl Action {
+    /// Puts what is to be kept into `made`.
+    pub fn keep_in(&self, made: &mut Made) {
+        match self {
+            Self::SaveCalibration { name, calibration } => {
+                made.calibrations.insert(name.clone(), calibration.clone());
+            }
+            Self::KeepFound { name, found } => {
+                made.models.insert(name.clone(), found.model.clone());
+                made.findings.insert(name.clone(), found.finding.clone());
+            }
+            _ => {}
+        }
+    }
 }

@@ -10,25 +10,23 @@ mod execute;
 mod fit;
 mod gathered;
 mod identify;
-pub(crate) mod observe;
+pub mod observe;
 mod op;
 mod phases;
-pub(crate) mod program;
+pub mod program;
 mod rest_watch;
 mod signals;
 mod teardown;
 
 pub use action::Action;
-pub use phases::PhaseEvent;
 
 use crate::observation::Observation;
 use crate::outcome::Outcome;
-use crate::plan::{Action as StepAction, Answer, Condition, Plan, Step, quantities as q};
+use crate::plan::{Action as StepAction, Answer, Condition, Plan, Speaker, Step, quantities as q};
 use crate::record::{Device, RecordKind};
 use controller::calibration::Calibration;
 use controller::health::Level;
 use controller::mission::{BiasTestResult, HeadingSource, MissionId, MissionResult, Report, State};
-use described::Layout;
 use fit::Fitted;
 use identification::model::Model;
 use observe::{Collector, Ends, Tags};
@@ -122,8 +120,13 @@ pub struct Engine {
     /// Sum of the angles that the table was told to turn by.
     table_heading: Angle,
     rest: RestWatch,
-    /// Of a device of the user's own; then there is no controller.
-    signals: Option<Signals>,
+    /// What nodes said.
+    signals: Signals,
+    /// A controller is there that takes missions: it has to be heard before the first step, and brings the base to rest at
+    /// the end.
+    has_controller: bool,
+    /// Other nodes that are under test.
+    under_test: Vec<String>,
     bias_test: Option<(Timestamp, BiasTestResult)>,
     calibration: Calibration,
     heading_source: HeadingSource,
@@ -176,7 +179,9 @@ impl Engine {
             ends: Ends::default(),
             table_heading: Angle::ZERO,
             rest: RestWatch::default(),
-            signals: None,
+            signals: Signals::default(),
+            has_controller: true,
+            under_test: Vec::new(),
             bias_test: None,
             calibration: Calibration::default(),
             heading_source: HeadingSource::default(),
@@ -198,11 +203,24 @@ impl Engine {
         }
     }
 
-    /// An engine that begins a plan of a device of the user's own, which talks as `layout` says. There is no controller:
-    /// the device is what is tested.
-    pub fn of_device(plan: Arc<Plan>, layout: &Layout, now: Timestamp) -> Self {
-        let signals = Some(Signals::of(&plan, layout));
-        Self { signals, ..Self::new(plan, BTreeMap::new(), BenchFacts::default(), now) }
+    /// With what these speakers say.
+    #[must_use]
+    pub fn hearing(mut self, speakers: &[Speaker]) -> Self {
+        self.signals = Signals::of(&self.plan, speakers);
+        self
+    }
+
+    /// Of a rig in which nobody takes missions; these nodes are under test.
+    #[must_use]
+    pub fn without_controller(mut self, under_test: Vec<String>) -> Self {
+        self.has_controller = false;
+        self.under_test = under_test;
+        self
+    }
+
+    /// A node under test is gone: it did not do what it should, and nothing broke but itself.
+    pub fn lost_node(&mut self, now: Timestamp, node: &str, how: &str) {
+        self.end(now, Outcome::Failed, Some(format!("`{node}` is under test and ended: {how}")));
     }
 
     /// With identified models that can be used by name.
@@ -257,7 +275,7 @@ impl Engine {
         }
         let due = match self.waiting {
             // The first step waits for the controller to be heard; see `report`.
-            Waiting::Nothing if self.state.is_some() || self.signals.is_some() => Timestamp::ZERO,
+            Waiting::Nothing if self.state.is_some() || !self.has_controller => Timestamp::ZERO,
             Waiting::Until(at) | Waiting::Residual(at) | Waiting::TableRest { ask_at: at } => at,
             Waiting::Log { until, due, .. } => until.min(due),
             _ => Timestamp::MAX,
@@ -288,7 +306,10 @@ impl Engine {
                 _ => "",
             };
             let reason = format!("{} took longer than its limit{why}", self.place());
-            self.end(now, Outcome::Timeout, Some(reason));
+            // What a node under test does not do in time, it does not do.
+            let awaited = self.waiting == Waiting::Condition && !self.under_test.is_empty();
+            let outcome = if awaited { Outcome::Failed } else { Outcome::Timeout };
+            self.end(now, outcome, Some(reason));
         }
     }
 
@@ -345,10 +366,13 @@ impl Engine {
         }
     }
 
-    /// Takes a message of the device: its place in the layout, and the values of its signals as far as it carries them.
-    pub fn message(&mut self, now: Timestamp, message: usize, values: &[Option<f64>]) {
-        let Some(signals) = self.signals.as_mut().filter(|_| self.ending.is_none()) else { return };
-        let brought = signals.take(now, message, values);
+    /// Takes a message: its speaker and its place in that one's layout, and the values of its signals as far as it carries
+    /// them.
+    pub fn message(&mut self, now: Timestamp, which: (usize, usize), values: &[Option<f64>]) {
+        if self.ending.is_some() {
+            return;
+        }
+        let brought = self.signals.take(now, which, values);
         if !brought.is_empty() {
             self.observe(now, |collector| {
                 for (name, value) in &brought {
@@ -512,9 +536,10 @@ impl Engine {
         self.observe_whole_run(now);
         self.ops.clear();
         self.phases.all_ended(&mut self.actions);
-        if self.signals.is_some() {
-            // Nobody would confirm anything: what is sent last is what the plan says.
-            self.actions.extend(self.plan.finally.iter().cloned().map(Action::Send));
+        // What is sent last is what the plan says.
+        self.actions.extend(self.plan.finally.iter().cloned().map(Action::Send));
+        if !self.has_controller {
+            // Nobody would confirm that anything stands still.
             return;
         }
         self.teardown = Some(Teardown::begin(now));
@@ -561,10 +586,10 @@ impl Engine {
     }
 }
 
-/// Does this hold by what was heard last: from the device of the user's own where there is one, else from the controller?
-fn holds(signals: &Option<Signals>, rest: &RestWatch, condition: &Condition) -> bool {
-    match signals {
-        Some(signals) => signals.holds(condition),
+/// Does this hold by what was heard last: in messages of nodes, or from the controller?
+fn holds(signals: &Signals, rest: &RestWatch, condition: &Condition) -> bool {
+    match condition.quantity().of_message() {
+        Some(_) => signals.holds(condition),
         None => rest.holds(condition),
     }
 }

@@ -11,7 +11,7 @@ use wire::time::Timestamp;
 use wire::units::{Angle, Pose, Temperature};
 
 /// Resolution of the base's displacement, 0.1 mm on the wire, as a standard uncertainty in m.
-pub(crate) const DISPLACEMENT_U_M: f64 = 0.000_1 / 3.464_101_615_137_754_6;
+pub const DISPLACEMENT_U_M: f64 = 0.000_1 / 3.464_101_615_137_754_6;
 
 /// What stands at both ends of a lap or of a turn of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -52,7 +52,7 @@ impl Ends {
 }
 
 /// Tags that go with every observation of the moment.
-pub(crate) type Tags = BTreeMap<String, f64>;
+pub type Tags = BTreeMap<String, f64>;
 
 /// Collects observations with common tags.
 pub(super) struct Collector<'a> {

@@ -1,18 +1,9 @@
 //! Says when phases of the plan begin and end, for a plan whose faults wait for them.
 
 use super::{Action, Program};
-use crate::plan::phases;
+use crate::plan::phases::{self, PhaseEvent};
 use controller::mission::Command;
 use std::collections::VecDeque;
-
-/// A phase began or ended.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum PhaseEvent {
-    /// The phase of this name began.
-    Began(String),
-    /// The phase of this name ended; of several of one name the one that began last.
-    Ended(String),
-}
 
 /// A level of the plan: which step of its list, and in which round.
 type Place = Vec<(usize, u64)>;

@@ -20,7 +20,7 @@ struct Level {
 
 /// What comes next.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Next {
+pub enum Next {
     /// This step, which holds no others.
     Step(Box<Step>),
     /// A round begins; for a sweep, with this value of its parameter.
@@ -38,7 +38,7 @@ pub(crate) enum Next {
 
 /// The place in the plan.
 #[derive(Debug, Clone)]
-pub(crate) struct Program {
+pub struct Program {
     plan: Arc<Plan>,
     levels: Vec<Level>,
     done: u64,
@@ -46,14 +46,15 @@ pub(crate) struct Program {
 }
 
 impl Program {
-    pub(crate) fn new(plan: Arc<Plan>, now: Timestamp, deadline: Timestamp) -> Self {
+    /// At the first step of `plan`, which has to be done by `deadline`.
+    pub fn new(plan: Arc<Plan>, now: Timestamp, deadline: Timestamp) -> Self {
         let total = leaves(&plan.steps);
         let level = Level { index: 0, round: 0, began: now, deadline };
         Self { plan, levels: vec![level], done: 0, total }
     }
 
     /// Steps done and steps in all, repetitions counted.
-    pub(crate) const fn progress(&self) -> (u64, u64) {
+    pub const fn progress(&self) -> (u64, u64) {
         (self.done, self.total)
     }
 
@@ -71,7 +72,7 @@ impl Program {
     }
 
     /// Repeats and sweeps around the current step, outermost first, with the round each is in.
-    pub(crate) fn around(&self) -> Vec<(&Step, u64)> {
+    pub fn around(&self) -> Vec<(&Step, u64)> {
         let mut steps = self.plan.steps.as_slice();
         let mut around = Vec::new();
         for pair in self.levels.windows(2) {
@@ -85,7 +86,7 @@ impl Program {
 
     /// The current step and what is around it, outermost first, each with a place that no other step or
     /// round has.
-    pub(crate) fn phases(&self) -> Vec<(Vec<(usize, u64)>, &Step)> {
+    pub fn phases(&self) -> Vec<(Vec<(usize, u64)>, &Step)> {
         let place = |depth: usize| -> Vec<(usize, u64)> {
             self.levels.iter().take(depth).map(|level| (level.index, level.round)).collect()
         };
@@ -98,7 +99,7 @@ impl Program {
     }
 
     /// The current step, as messages call it: `steps[2].repeat[0] (round 7 of 40)`.
-    pub(crate) fn place(&self) -> String {
+    pub fn place(&self) -> String {
         let mut place = String::from("steps");
         for (depth, level) in self.levels.iter().enumerate() {
             place.push_str(&format!("[{}]", level.index));
@@ -117,7 +118,7 @@ impl Program {
 
     /// What is observed during `step` with these tags: the step, what is around it, and the values of
     /// sweeps. `rounds` counts the rounds of the innermost repeats and sweeps so far.
-    pub(crate) fn tags(&self, step: &Action, label: Option<&str>, rounds: u64) -> Tags {
+    pub fn tags(&self, step: &Action, label: Option<&str>, rounds: u64) -> Tags {
         let mut tags = Tags::new();
         let mut during = vec![step.name().to_owned()];
         during.extend(label.map(str::to_owned));
@@ -137,12 +138,12 @@ impl Program {
     }
 
     /// The nearest limit of the repeats and sweeps around the current step.
-    pub(crate) fn deadline(&self) -> Timestamp {
+    pub fn deadline(&self) -> Timestamp {
         self.levels.iter().map(|level| level.deadline).min().unwrap_or(Timestamp::MAX)
     }
 
     /// The current step is complete.
-    pub(crate) fn step_done(&mut self) {
+    pub fn step_done(&mut self) {
         self.done += 1;
         if let Some(level) = self.levels.last_mut() {
             level.index += 1;
@@ -150,7 +151,7 @@ impl Program {
     }
 
     /// Where to go from here. `holds` says whether the condition that ends a repeat holds.
-    pub(crate) fn next(&mut self, now: Timestamp, holds: impl Fn(&Action) -> bool) -> Next {
+    pub fn next(&mut self, now: Timestamp, holds: impl Fn(&Action) -> bool) -> Next {
         loop {
             if let Some(step) = self.here() {
                 if step.action.steps().is_empty() {

@@ -1,7 +1,6 @@
-//! What a device of the user's own says: observations of its signals, and conditions to wait for.
+//! What nodes say: observations of their signals, and conditions to wait for.
 
-use crate::plan::{Action, Condition, OfDevice, Plan, QuantityName, Step};
-use described::Layout;
+use crate::plan::{Action, Condition, MessagePlace, Plan, QuantityName, Speaker, Step, resolve};
 use std::collections::{BTreeMap, VecDeque};
 use wire::time::{Span, Timestamp};
 
@@ -11,12 +10,9 @@ pub const HISTORY_MAX: usize = 1_000_000;
 /// The quantities of a plan by what brings them.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Signals {
-    /// By message and signal of the layout.
-    of_signal: BTreeMap<(usize, usize), Vec<String>>,
-    /// By message of the layout.
-    of_period: BTreeMap<usize, Vec<String>>,
-    /// When each message came last.
-    last: BTreeMap<usize, Timestamp>,
+    wanted: BTreeMap<MessagePlace, Vec<String>>,
+    /// When each message came last, by speaker and message.
+    last: BTreeMap<(usize, usize), Timestamp>,
     /// The recent past of what conditions are about, as far back as they look.
     past: BTreeMap<String, Past>,
 }
@@ -28,58 +24,55 @@ struct Past {
 }
 
 impl Signals {
-    /// What `plan` wants of a device of this layout.
-    pub(super) fn of(plan: &Plan, layout: &Layout) -> Self {
+    /// What `plan` wants of these speakers.
+    pub(super) fn of(plan: &Plan, speakers: &[Speaker]) -> Self {
         let mut signals = Self::default();
         let mut conditions = Vec::new();
         conditions_of(&plan.steps, &mut conditions);
         for condition in conditions {
             let past = signals.past.entry(condition.quantity().as_str().to_owned()).or_default();
             past.span = past.span.max(condition.window());
-            signals.want(condition.quantity(), layout);
+            signals.want(condition.quantity(), speakers);
         }
         for declared in &plan.measurements {
-            signals.want(&declared.quantity, layout);
+            signals.want(&declared.quantity, speakers);
             declared
                 .check
                 .second_quantity()
                 .into_iter()
-                .for_each(|(_, name)| signals.want(name, layout));
+                .for_each(|(_, name)| signals.want(name, speakers));
         }
         signals
     }
 
-    fn want(&mut self, quantity: &QuantityName, layout: &Layout) {
-        let names = match quantity.of_device() {
-            Some(OfDevice::Signal(name)) => {
-                layout.signal(name).map(|place| self.of_signal.entry(place).or_default())
-            }
-            Some(OfDevice::Period(name)) => {
-                layout.find(name).map(|place| self.of_period.entry(place).or_default())
-            }
-            None => None,
-        };
+    fn want(&mut self, quantity: &QuantityName, speakers: &[Speaker]) {
+        let place = quantity.of_message().and_then(|of| resolve(speakers, of).ok());
+        let Some(place) = place else { return };
+        let names = self.wanted.entry(place).or_default();
         let name = quantity.as_str();
-        if let Some(names) = names.filter(|names| names.iter().all(|known| known != name)) {
+        if names.iter().all(|known| known != name) {
             names.push(name.to_owned());
         }
     }
 
-    /// Takes a message; `values` are those of its signals, as far as it carries them. What it brings, by quantity.
+    /// Takes a message of a speaker; `values` are those of its signals, as far as it carries them. What it brings, by
+    /// quantity.
     pub(super) fn take(
         &mut self,
         now: Timestamp,
-        message: usize,
+        (speaker, message): (usize, usize),
         values: &[Option<f64>],
     ) -> Vec<(String, f64)> {
         let mut brought = Vec::new();
-        let before = self.last.insert(message, now);
-        if let (Some(names), Some(before)) = (self.of_period.get(&message), before) {
-            let period_s = (now - before).as_secs_f64();
-            brought.extend(names.iter().map(|name| (name.clone(), period_s)));
-        }
-        for (&(_, signal), names) in self.of_signal.range((message, 0)..(message + 1, 0)) {
-            let Some(value) = values.get(signal).copied().flatten() else { continue };
+        let before = self.last.insert((speaker, message), now);
+        let first = MessagePlace { speaker, message, signal: None };
+        let beyond = MessagePlace { speaker, message: message + 1, signal: None };
+        for (place, names) in self.wanted.range(first..beyond) {
+            let value = match place.signal {
+                None => before.map(|before| (now - before).as_secs_f64()),
+                Some(signal) => values.get(signal).copied().flatten(),
+            };
+            let Some(value) = value else { continue };
             brought.extend(names.iter().map(|name| (name.clone(), value)));
         }
         for (name, value) in &brought {

@@ -9,19 +9,17 @@ pub use confinement::{ErrorCounters, ErrorState};
 pub use nodes::StateChange;
 
 use faulty::Faulty;
-use wire::can::{CanFrame, Id};
+use wire::can::{BIT_RATE, CanFrame, Id};
 use wire::time::{Span, Timestamp};
 
 /// Frames that can wait for the bus; more are dropped and counted.
 pub const FRAMES_MAX: usize = 64;
-/// Bits per second: assumption, the usual rate of machine control (CiA 301 lists 500 kbit/s).
-pub const BIT_RATE: i64 = 500_000;
-/// Time of one bit.
-const BIT: Span = Span::from_nanos(1_000_000_000 / BIT_RATE);
 
 /// A bus that every node hears; `from` tells who sent.
 #[derive(Debug)]
 pub struct CanBus<Node> {
+    /// Time of one bit.
+    bit: Span,
     waiting: Vec<(Node, CanFrame)>,
     on_bus: Option<(Timestamp, Node, CanFrame)>,
     dropped: u64,
@@ -29,9 +27,19 @@ pub struct CanBus<Node> {
 }
 
 impl<Node: Copy + PartialEq> CanBus<Node> {
-    /// A bus that is idle.
+    /// A bus of the [usual rate](BIT_RATE) that is idle.
     pub const fn new() -> Self {
-        Self { waiting: Vec::new(), on_bus: None, dropped: 0, faulty: None }
+        Self::of(BIT_RATE)
+    }
+
+    /// One of this rate, bits per second.
+    pub fn at(bit_rate: u32) -> Self {
+        Self::of(i64::from(bit_rate.max(1)))
+    }
+
+    const fn of(bit_rate: i64) -> Self {
+        let bit = Span::from_nanos(1_000_000_000 / bit_rate);
+        Self { bit, waiting: Vec::new(), on_bus: None, dropped: 0, faulty: None }
     }
 
     /// A node wants to send. Its frame goes at once if the bus is idle, else it takes part in the next
@@ -76,7 +84,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         let winner = (0..self.waiting.len()).min_by_key(|&index| priority(&self.waiting[index].1));
         if let Some(index) = winner {
             let (from, frame) = self.waiting.remove(index);
-            self.on_bus = Some((now + frame_time(&frame), from, frame));
+            self.on_bus = Some((now + frame_time(self.bit, &frame), from, frame));
         }
     }
 }
@@ -88,8 +96,8 @@ impl<Node: Copy + PartialEq> Default for CanBus<Node> {
 }
 
 /// How long a frame takes, the gap behind it included.
-fn frame_time(frame: &CanFrame) -> Span {
-    BIT * i64::from(frame.bits_unstuffed())
+fn frame_time(bit: Span, frame: &CanFrame) -> Span {
+    bit * i64::from(frame.bits_unstuffed())
 }
 
 /// Lower wins. A standard identifier beats an extended one with the same leading bits.

@@ -1,6 +1,6 @@
 //! Losses in bursts: the model of Gilbert and Elliott, with netem's order of parameters.
 
-use crate::link::chance::Chance;
+use crate::faults::Chance;
 
 /// A channel that is good or bad, and loses with another probability in each state.
 ///

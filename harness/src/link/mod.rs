@@ -1,11 +1,9 @@
 //! Links of the simulated bench: bytes take their time on a serial line, frames on a CAN bus.
 
 mod can_bus;
-mod chance;
 mod gilbert_elliott;
 mod serial_line;
 
-pub use can_bus::{BIT_RATE, CanBus, ErrorCounters, ErrorState, FRAMES_MAX, StateChange};
-pub use chance::Chance;
+pub use can_bus::{CanBus, ErrorCounters, ErrorState, FRAMES_MAX, StateChange};
 pub use gilbert_elliott::GilbertElliott;
 pub use serial_line::{PACKETS_MAX, SerialLine};

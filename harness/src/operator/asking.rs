@@ -1,6 +1,6 @@
 //! What plans ask for, and how to say what is missing.
 
-use super::answers::{AnswersError, Attendance};
+use super::attendance::{AnswersError, Attendance};
 use super::by_hand::{self, RealRoles};
 use super::number::in_unit;
 use crate::plan::{Action, Answer, Plan, Step};

@@ -11,6 +11,7 @@
 
 pub mod answers;
 mod asking;
+mod attendance;
 pub mod by_hand;
 pub mod file;
 pub mod number;
@@ -18,7 +19,8 @@ pub mod question;
 #[cfg(test)]
 mod tests;
 
-pub use answers::{Answers, AnswersError, Attendance, GivenAnswer};
+pub use answers::{Answers, GivenAnswer};
+pub use attendance::{AnswersError, Attendance};
 pub use by_hand::RealRoles;
 pub use file::AnswerFile;
 

@@ -20,9 +20,9 @@
 //! record, so something happened to the record since, and the verdicts in the summary rest on more
 //! than what is left. That is also why they are left as they are.
 
+use super::header;
 use super::keep::{breach, worsen};
 use super::recorded_properties::Replayed;
-use super::{VERSION, header};
 use crate::checks::judge_all;
 use crate::engine::OBSERVATIONS_MAX;
 use crate::observation::Observation;
@@ -31,12 +31,12 @@ use crate::plan::Plan;
 use crate::properties::{Limits, Unjudged};
 use crate::record::header::Header;
 use crate::record::reader::RecordError;
-use crate::record::{Record, RecordKind};
+use crate::record::{Record, RecordKind, VERSION};
 use std::collections::BTreeMap;
 use wire::time::Timestamp;
 
 /// The clock of a run that was made of a bus log.
-pub(crate) const IMPORTED: &str = "recorded";
+pub const IMPORTED: &str = "recorded";
 
 /// What judging again came to.
 #[derive(Debug)]
@@ -67,7 +67,7 @@ pub fn judge_again(
     let mut header = Header {
         harness: recorded.harness.clone(),
         lines: recorded.lines.clone(),
-        ..header(plan, recorded.seed)
+        ..header(plan, recorded.seed, &[])
     };
     for quantity in header.quantities.iter_mut().filter(|quantity| quantity.unit.is_empty()) {
         // The layout of a device of the user's own is not at hand; the record says what its plan knew.

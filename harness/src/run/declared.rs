@@ -1,8 +1,9 @@
 //! What a plan and its bench declare, as a record's header says it.
 
-use crate::plan::Plan;
+use crate::plan::{Plan, QuantityName, Speaker, resolve, signal, unit};
 use crate::record::Device;
 use crate::record::header::{Band, Line, Quantity};
+use ::described::{Description, Medium};
 use emulators::base::Transport;
 use emulators::device_file::Devices;
 
@@ -21,8 +22,29 @@ pub(super) fn lines(devices: &Devices) -> Vec<Line> {
     .collect()
 }
 
-/// The quantities that the plan judges, with the bands for single values.
-pub(super) fn quantities(plan: &Plan) -> Vec<Quantity> {
+/// The serial line of a device that a file describes.
+pub(super) fn line_of(device: &Description) -> Vec<Line> {
+    let Medium::Serial(settings) = device.layout().medium() else { return Vec::new() };
+    let (baud, bits_per_byte) = (settings.baud, settings.bits_per_byte());
+    vec![Line { device: Device::Device, baud, bits_per_byte }]
+}
+
+/// Unit and title of a quantity: as the table has them, or the layout of who brings it.
+fn described(name: &QuantityName, speakers: &[Speaker]) -> (String, String) {
+    if let Some(entry) = name.entry() {
+        return (entry.unit.to_owned(), entry.doc.to_owned());
+    }
+    let place = name.of_message().and_then(|of| resolve(speakers, of).ok());
+    let Some(place) = place else { return Default::default() };
+    let title = match signal(speakers, place) {
+        Some(signal) => signal.doc.clone(),
+        None => "Time from one message to the next.".to_owned(),
+    };
+    (unit(speakers, place), title)
+}
+
+/// The quantities that the plan judges, with the bands for single values. `speakers` have what is in messages.
+pub(super) fn quantities(plan: &Plan, speakers: &[Speaker]) -> Vec<Quantity> {
     let mut quantities: Vec<Quantity> = Vec::new();
     for declared in &plan.measurements {
         let names = std::iter::once(&declared.quantity)
@@ -33,11 +55,11 @@ pub(super) fn quantities(plan: &Plan) -> Vec<Quantity> {
                 known.judged_by.push(judged_by);
                 continue;
             }
-            let entry = name.entry();
+            let (unit, title) = described(name, speakers);
             quantities.push(Quantity {
                 name: name.as_str().to_owned(),
-                unit: entry.map_or_else(String::new, |entry| entry.unit.to_owned()),
-                title: entry.map_or_else(String::new, |entry| entry.doc.to_owned()),
+                unit,
+                title,
                 bands: Vec::new(),
                 judged_by: vec![judged_by],
             });

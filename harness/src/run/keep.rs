@@ -1,8 +1,9 @@
 //! A run that leaves a run folder behind.
 
-use super::{Prepared, Simulated, Subject, VERSION, simulate_across};
+use super::{Prepared, Simulated, simulate_across};
 use crate::calibrations;
 use crate::checks::judge_all;
+#[cfg(feature = "report")]
 use crate::junit;
 use crate::made::Made;
 use crate::models;
@@ -10,11 +11,14 @@ use crate::operator::Answers;
 use crate::outcome::{Outcome, PropertySummary, Summary};
 use crate::record::header::Header;
 use crate::record::sink::Level;
+use crate::record::{Progress, VERSION};
+#[cfg(feature = "report")]
 use crate::report;
-use crate::run_folder::{JUNIT, RunFolder, RunFolderError};
+#[cfg(feature = "report")]
+use crate::run_folder::JUNIT;
+use crate::run_folder::{RunFolder, RunFolderError};
 use crate::watch::{Feed, Watched};
 use crate::world::crossing::{Crossing, Memory};
-use crate::world::simulated::Progress;
 use std::path::Path;
 
 /// How a run is to be carried out and kept.
@@ -153,6 +157,15 @@ pub fn write_documents(
     header: &Header,
 ) -> Result<(), RunFolderError> {
     let summarised = folder.write_summary(summary);
+    summarised.and(write_views(folder, summary, header))
+}
+
+#[cfg(feature = "report")]
+fn write_views(
+    folder: &RunFolder,
+    summary: &Summary,
+    header: &Header,
+) -> Result<(), RunFolderError> {
     let listed = match junit::document(summary, Some(folder.path())) {
         Ok(xml) => folder.write_junit(&xml),
         Err(error) => Err(RunFolderError::Write {
@@ -163,7 +176,13 @@ pub fn write_documents(
     let drawn = folder
         .records()
         .and_then(|records| folder.write_report(&report::render(summary, header, records)));
-    summarised.and(listed).and(drawn)
+    listed.and(drawn)
+}
+
+/// Without the feature `report` the record and its summary are all; `hil report` draws the page later.
+#[cfg(not(feature = "report"))]
+fn write_views(_: &RunFolder, _: &Summary, _: &Header) -> Result<(), RunFolderError> {
+    Ok(())
 }
 
 /// The run ends in error, unless it ended worse. What is known already comes first.
@@ -188,7 +207,7 @@ pub(super) fn worsen(summary: &mut Summary, outcome: Outcome, why: String) {
 }
 
 /// Judges a run, as one in virtual time; the live world says otherwise.
-pub(crate) fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
+pub fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
     let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
     let outcome = match run.ending.outcome {
         Outcome::Passed => judged,
@@ -203,10 +222,7 @@ pub(crate) fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summ
         seed,
         clock: "virtual".to_owned(),
         bus: "memory".to_owned(),
-        device_under_test: match &prepared.subject {
-            Subject::Robot(_) => "in-process".to_owned(),
-            Subject::Device(device) => format!("{}, emulated", device.name),
-        },
+        device_under_test: prepared.device_under_test(),
         simulated_s: run.end.as_secs_f64(),
         wall_s: 0.0,
         events: run.events,

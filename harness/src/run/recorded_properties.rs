@@ -2,10 +2,10 @@
 //! alone has seen: its verdict stays.
 
 use crate::engine::FIRST_MISSION;
-use crate::faults::FaultEvent;
 use crate::outcome::PropertySummary;
 use crate::plan::Property;
 use crate::properties::{Limits, Monitor, Seen, Sight, Unjudged, View};
+use crate::record::FaultEvent;
 use crate::record::{Device, Record, RecordKind};
 use controller::mission::{Mission, MissionId};
 use controller::{Output, Port};

@@ -4,9 +4,9 @@ use super::broken::{Smallest, TrialFindings};
 use super::folder::Folder;
 use super::{Trial, TrialError};
 use crate::campaign::{
-    self, Case, CaseResult, Executor as _, Found, Guided, Journal, Regression, Settings, Simulated,
-    Space,
+    self, Case, CaseResult, Executor as _, Found, Guided, Journal, Regression, Settings, Space,
 };
+use crate::executors::Simulated;
 use crate::faults::FaultKind;
 use crate::outcome::Outcome;
 use crate::plan::Property;
@@ -103,7 +103,7 @@ impl TrialCampaign {
         if clean.outcome != Outcome::Passed.name() {
             return Err(TrialError::Unfinished { plan: name(), outcome: clean.outcome });
         }
-        let lines = prepared.subject.lines();
+        let lines = prepared.rig.struck();
         let space = Space::new(plan, lines, horizon, FAULTS_MAX, &self.faults);
         if space.kinds().is_empty() {
             return Err(TrialError::NothingToStrike { plan: name() });
@@ -113,7 +113,11 @@ impl TrialCampaign {
 
     /// What must come about sometimes. A test does not fail for want of it; the findings say it.
     fn states(&self) -> BTreeSet<String> {
-        let judged = if self.must_pass { Vec::new() } else { self.trial.prepared.plan.judged() };
+        let judged = if self.must_pass {
+            Vec::new()
+        } else {
+            self.trial.prepared.plan.judged(&self.trial.prepared.rig)
+        };
         let sometimes = judged.iter().filter(|one| matches!(one, Property::Sometimes(_)));
         sometimes.map(|property| property.name().to_owned()).collect()
     }

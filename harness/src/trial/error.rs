@@ -3,11 +3,8 @@
 use crate::campaign::{JournalError, RegressionError};
 use crate::run::PrepareError;
 use crate::run_folder::RunFolderError;
-use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
+use miette::Diagnostic;
 use std::{fmt, io};
-
-/// Columns of a message, as of those of `hil`.
-const WIDTH: usize = 100;
 
 /// Why a trial cannot be carried out. As a test that ends in an error prints it (`Debug`), it shows the place in the
 /// file and says what to do.
@@ -74,9 +71,22 @@ pub enum TrialError {
 /// With its place in the file and what to do, in plain ASCII.
 impl fmt::Debug for TrialError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let theme = GraphicalTheme::none();
-        let handler = GraphicalReportHandler::new_themed(theme).with_width(WIDTH).with_links(false);
         f.write_str("\n")?;
-        handler.render_report(f, self)
+        shown(f, self)
     }
+}
+
+#[cfg(feature = "fancy")]
+fn shown(f: &mut fmt::Formatter<'_>, error: &TrialError) -> fmt::Result {
+    use miette::{GraphicalReportHandler, GraphicalTheme};
+    /// Columns of a message, as of those of `hil`.
+    const WIDTH: usize = 100;
+    let theme = GraphicalTheme::none();
+    let handler = GraphicalReportHandler::new_themed(theme).with_width(WIDTH).with_links(false);
+    handler.render_report(f, error)
+}
+
+#[cfg(not(feature = "fancy"))]
+fn shown(f: &mut fmt::Formatter<'_>, error: &TrialError) -> fmt::Result {
+    miette::NarratableReportHandler::new().render_report(f, error)
 }

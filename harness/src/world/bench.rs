@@ -1,22 +1,22 @@
 //! The emulated devices of a run, and what the controller and the engine must know of them.
 
 use crate::engine::BenchFacts;
-use crate::faults::BenchLines;
+use crate::faults::{LineKind, Ride};
 use crate::library::{Kind, Library, LibraryError};
 use crate::models::{self, ModelError};
+use crate::plan::rig::ride;
 use crate::record::RecordKind;
 use controller::config::{BaseConfig, Config, GyroConfig, MotionConfig, Transport};
 use emulators::absolute::AbsoluteMeasurement;
-use emulators::base::{self, BaseEmulator, BaseOutput};
+use emulators::base::BaseEmulator;
 use emulators::device_file::{
     BaseModel, DeviceFile, DeviceFileError, Devices, GyroModel, Learned, ModelSource, Mount,
     TableModel,
 };
 use emulators::gyro::GyroEmulator;
 use emulators::table::TableEmulator;
-use wire::can::CanFrame;
+use wire::device::Transmit;
 use wire::gyro::GyroStream;
-use wire::packet::Packet;
 use wire::time::Timestamp;
 use wire::units::{Angle, Pose};
 
@@ -29,22 +29,11 @@ pub enum Carrier {
     Table(Box<TableEmulator>),
 }
 
-/// What a carrier sends.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Sent {
-    /// The base, on CAN.
-    Frame(CanFrame),
-    /// The base, on its serial line.
-    BaseBytes(Packet),
-    /// The table, on its serial line.
-    TableBytes(Packet),
-}
-
 /// The emulated devices of one run.
 #[derive(Debug)]
 pub struct Bench {
-    pub(super) gyro: GyroEmulator,
-    pub(super) carrier: Carrier,
+    pub(crate) gyro: GyroEmulator,
+    pub(crate) carrier: Carrier,
     absolute: AbsoluteMeasurement,
     devices: Devices,
     #[cfg(feature = "mutants")]
@@ -108,21 +97,12 @@ pub fn load_devices(library: &Library, name: &str) -> Result<Devices, DevicesErr
     })
 }
 
-/// What a bench of these devices has for faults to strike.
-pub fn bench_lines(devices: &Devices) -> BenchLines {
-    match (devices.mount, &devices.base) {
-        (Mount::Base, Some((base::Transport::Can, _))) => BenchLines::CanBase,
-        (Mount::Base, Some((base::Transport::Serial, _))) => BenchLines::SerialBase,
-        _ => BenchLines::Table,
-    }
-}
-
 /// How the base of these devices is connected; none on a table.
 pub fn base_transport(devices: &Devices) -> Option<Transport> {
-    match bench_lines(devices) {
-        BenchLines::CanBase => Some(Transport::Can),
-        BenchLines::SerialBase => Some(Transport::Serial),
-        BenchLines::Table | BenchLines::SerialDevice | BenchLines::CanDevice => None,
+    match ride(devices) {
+        Ride::Base(LineKind::Can) => Some(Transport::Can),
+        Ride::Base(LineKind::Serial) => Some(Transport::Serial),
+        Ride::Table => None,
     }
 }
 
@@ -251,7 +231,7 @@ impl Bench {
 }
 
 impl Carrier {
-    pub(super) fn next_wakeup(&self) -> Timestamp {
+    pub(crate) fn next_wakeup(&self) -> Timestamp {
         match self {
             Self::Base(base) => base.next_wakeup(),
             Self::Table(table) => table.next_wakeup(),
@@ -259,7 +239,7 @@ impl Carrier {
         .unwrap_or(Timestamp::MAX)
     }
 
-    pub(super) fn wake(&mut self, now: Timestamp) {
+    pub(crate) fn wake(&mut self, now: Timestamp) {
         match self {
             Self::Base(base) => base.wake(now),
             Self::Table(table) => table.wake(now),
@@ -267,7 +247,7 @@ impl Carrier {
     }
 
     /// True heading of what carries the gyro, not wrapped.
-    pub(super) fn heading_at(&self, now: Timestamp) -> Angle {
+    pub(crate) fn heading_at(&self, now: Timestamp) -> Angle {
         match self {
             Self::Base(base) => base.turret_heading_at(now),
             Self::Table(table) => table.angle_at(now),
@@ -275,20 +255,17 @@ impl Carrier {
     }
 
     /// Current of the motors that the gyro rides on. The table's stands aside, behind its gear.
-    pub(super) fn motor_current_at(&self, now: Timestamp) -> f64 {
+    pub(crate) fn motor_current_at(&self, now: Timestamp) -> f64 {
         match self {
             Self::Base(base) => base.motor_current_at(now),
             Self::Table(_) => 0.0,
         }
     }
 
-    pub(super) fn transmit(&mut self) -> Option<Sent> {
+    pub(crate) fn transmit(&mut self) -> Option<Transmit> {
         match self {
-            Self::Base(base) => base.transmit().map(|output| match output {
-                BaseOutput::Frame(frame) => Sent::Frame(frame),
-                BaseOutput::Bytes(packet) => Sent::BaseBytes(packet),
-            }),
-            Self::Table(table) => table.transmit().map(Sent::TableBytes),
+            Self::Base(base) => base.transmit(),
+            Self::Table(table) => table.transmit().map(Transmit::Bytes),
         }
     }
 

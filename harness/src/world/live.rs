@@ -18,7 +18,6 @@
 //! only ones in the harness.
 
 mod clock;
-mod described;
 mod device_under_test;
 mod eyes;
 mod flood;
@@ -27,38 +26,38 @@ mod in_process;
 mod journal;
 mod lateness;
 mod placement;
-mod ports;
+pub(crate) mod ports;
 mod realtime;
-mod role_port;
+pub(crate) mod role_port;
 mod setting;
 mod strike;
 mod traffic;
 mod verdict;
 
-pub(crate) use described::usual_port;
-pub use described::{DescribedLive, DeviceSetting};
-pub(crate) use device_under_test::our_program;
-pub use device_under_test::{DeviceUnderTest, StartError};
+pub use device_under_test::our_program;
+pub use device_under_test::{DeviceUnderTest, Program, StartError};
 pub use journal::NOTES_MAX;
 pub use lateness::LATE_MAX_DEFAULT;
-pub(crate) use placement::player;
 pub use placement::{Placement, PlacementError, Player};
+pub(crate) use placement::{line_port, player, usual_port};
+pub(crate) use ports::{BASE, GYRO, PortPlan, PortPlans, TABLE, base_traffic};
 pub use realtime::Scheduling;
-pub use setting::{LiveError, OutOfReach, Setting};
+pub(crate) use role_port::Traffic;
+pub use setting::{LineSite, LiveError, OutOfReach, Setting, Site};
 pub use verdict::LiveEnd;
 
-use super::bench::Bench;
-use super::faults::Faults;
-use super::simulated::{Progress, look_up};
-use super::stage::Stage;
-use crate::engine::{Action, Engine};
-use crate::operator::Operator;
+use crate::engine::{Action, Ending, Engine};
 use crate::outcome::PortSide;
 use crate::properties::{Limits, Property};
 use crate::record::Device;
+use crate::record::Progress;
 use crate::record::sink::RecordSink;
-pub(crate) use clock::Clock;
-pub use clock::SPIN_MAX;
+use crate::rig::Rig;
+use crate::rig::director::Director;
+use crate::rig::faults::Faults;
+use crate::rig::simulate::look_up;
+pub use clock::{Clock, SPIN_MAX};
+use controller::config::Config;
 use device_under_test::{Heard, Running};
 use eyes::{Ear, Eyes};
 use flood::FloodWatch;
@@ -74,14 +73,20 @@ use wire::time::{Span, Timestamp};
 pub const ATTACH_MAX_DEFAULT: Span = Span::from_secs(60);
 /// One that is started here must be heard within this. Assumption: the slowest interpreter starts in 2 s.
 const START_LIMIT: Span = Span::from_secs(10);
+/// What is sent last has so long to leave. Assumption: a message of 64 bytes takes 67 ms at 9,600 baud.
+const LAST_WORDS: Span = Span::from_millis(100);
 /// Between two looks beyond the world.
 const PULSE_PERIOD: Span = Span::from_millis(100);
 
-/// A bench in real time.
+/// A rig in real time.
 #[derive(Debug)]
 pub struct LiveWorld {
-    stage: Stage,
+    rig: Rig,
+    director: Director,
     setting: Setting,
+    plans: PortPlans,
+    /// What a controller is told; none where nobody takes missions.
+    config: Option<Config>,
     journal: Journal,
     lateness: Lateness,
     /// Frames of an emulated device that somebody else has sent.
@@ -97,39 +102,41 @@ pub struct LiveWorld {
 /// What the loop waited for.
 enum Awaited {
     Due,
-    Port(&'static str, PortEvent),
+    Port(usize, PortEvent),
     Device(Heard),
 }
 
 impl LiveWorld {
-    /// A live world; `operator` answers what the plan asks a person.
-    pub fn new(bench: Bench, engine: Engine, operator: Operator, setting: Setting) -> Self {
-        let mut stage = Stage::new(bench, engine);
-        stage.operator = operator;
-        stage.real = setting.placement.real_roles();
+    /// A rig at these ports; the plan's faults draw from `seed`. [`Setting::reaches`] says before which of them cannot be
+    /// injected.
+    pub(crate) fn new(
+        (mut rig, plans): (Rig, PortPlans),
+        director: Director,
+        setting: Setting,
+        seed: u64,
+    ) -> Self {
+        let faults = Faults::of(&director.engine.plan().faults, seed, &mut rig);
+        let config = rig.robot().map(|robot| robot.bench.controller_config());
         let lateness = Lateness::new(setting.late_max);
         Self {
-            stage,
+            rig,
+            director,
             setting,
+            plans,
+            config,
             journal: Journal::default(),
             lateness,
             clashes: 0,
             foreign: FloodWatch::default(),
-            faults: None,
+            faults,
             eyes: None,
         }
     }
 
-    /// With the faults of the plan, their random numbers from `seed`. [`Setting::reaches`] says before which
-    /// of them cannot be injected.
-    pub fn with_faults(mut self, seed: u64) -> Self {
-        self.faults = Faults::of(&self.stage.engine.plan().faults, seed);
-        self
-    }
-
     /// These properties are judged as the run goes on, as far as this bench shows what they are judged by.
     pub fn with_monitor(mut self, properties: &[Property]) -> Self {
-        let limits = Limits::of(&self.stage.bench.controller_config());
+        let Some(config) = &self.config else { return self };
+        let limits = Limits::of(config);
         let ear = match self.setting.device_under_test {
             DeviceUnderTest::InProcess => Ear::Controller,
             _ => Ear::Lines,
@@ -141,7 +148,7 @@ impl LiveWorld {
 
     /// Everything observed and made is the engine's.
     pub const fn engine(&self) -> &Engine {
-        &self.stage.engine
+        &self.director.engine
     }
 
     /// Runs the plan to its end. What the device under test writes to stderr goes into `log`.
@@ -167,15 +174,13 @@ impl LiveWorld {
         keep: &mut impl FnMut(&Action),
         pulse: &mut impl FnMut(Progress) -> bool,
     ) -> Result<LiveEnd, LiveError> {
-        let gyro = self.stage.bench.gyro_stream().format.serial();
-        let transport = self.stage.bench.base_transport();
-        let mut ports = Ports::open(&self.setting.placement, gyro, transport).await?;
+        let mut ports = Ports::open(std::mem::take(&mut self.plans)).await?;
         let clock = Clock::start();
         let mut device = self.start(log, sink, &clock, &mut ports).await?;
         // Only now: what is started inherits it.
         let scheduling = realtime::ask(self.setting.scheduling);
-        let mut heard_any = false;
-        let (mut events, mut pulse_at) = (0, clock.now());
+        let mut heard_any = self.config.is_none();
+        let (mut events, mut pulse_at, mut until) = (0, clock.now(), None);
 
         let ending = loop {
             let now = clock.now();
@@ -184,32 +189,32 @@ impl LiveWorld {
                 pulse_at = now + PULSE_PERIOD;
                 self.look_up(now, sink, pulse);
                 if let Some(why) = ports.wrong_rate(now) {
-                    self.stage.engine.broke(now, &why);
+                    self.director.engine.broke(now, &why);
                 }
                 let limit = self.start_limit();
                 if !heard_any && now - Timestamp::ZERO > limit {
-                    self.stage.engine.broke(now, &device.why_silent(limit));
+                    self.director.engine.broke(now, &device.why_silent(limit));
                 }
             }
             self.strike(now, sink, &mut device, &clock);
             self.deliver(now, sink, &mut ports);
             self.wake(now);
-            device.wake(&clock, now, self.host());
+            device.wake(&clock, now);
             self.transmit(now, sink, keep, &mut device, &clock);
             self.overhear(now, sink, &mut device);
             self.lateness.reach(self.course());
-            if self.stage.engine.is_ending() {
+            if self.director.engine.is_ending() {
                 self.lateness.break_off();
             }
-            if let Some(ending) = self.stage.engine.ending() {
-                break ending.clone();
+            if let Some(ending) = self.over(now, &mut until) {
+                break ending;
             }
-            let due = self.next_due().min(device.next_wakeup(self.host())).min(pulse_at);
-            let host = self.faults.as_mut().map(|faults| &mut faults.host);
+            let due = self.next_due().min(device.next_wakeup()).min(pulse_at);
+            let due = due.min(until.unwrap_or(Timestamp::MAX));
             let awaited = tokio::select! {
                 () = clock.sleep_until(due) => Awaited::Due,
-                (role, event) = ports.next() => Awaited::Port(role, event),
-                heard = device.heard(&clock, host) => Awaited::Device(heard),
+                (place, event) = ports.next() => Awaited::Port(place, event),
+                heard = device.heard(&clock) => Awaited::Device(heard),
             };
             let then = clock.now();
             if then >= due {
@@ -217,7 +222,7 @@ impl LiveWorld {
             }
             match awaited {
                 Awaited::Due => {}
-                Awaited::Port(role, event) => self.hear(then, sink, &ports, role, event),
+                Awaited::Port(place, event) => self.hear(then, sink, &ports, place, event),
                 Awaited::Device(heard) => {
                     heard_any |= matches!(heard, Heard::Report(_));
                     self.hear_device(then, sink, &device, heard);
@@ -234,7 +239,7 @@ impl LiveWorld {
         let port_summaries = self.port_summaries(&ports, &device);
         if self.journal.unnoted() > 0 {
             let note = format!("{} more events of ports are not noted", self.journal.unnoted());
-            self.stage.note(end, sink, Device::Plan, note);
+            traffic::note(sink, end, Device::Plan, note);
         }
         device.end().await;
         let ports = port_summaries;
@@ -250,14 +255,16 @@ impl LiveWorld {
         clock: &Clock,
         ports: &mut Ports,
     ) -> Result<Running, LiveError> {
-        let Setting { device_under_test, placement, .. } = self.setting.clone();
-        let wiring = ports.wiring(&placement)?;
-        let config = self.stage.bench.controller_config();
+        let device_under_test = self.setting.device_under_test.clone();
+        let wiring = ports.wiring()?;
+        let config = (self.config, self.faults.is_some());
         let mut starting = std::pin::pin!(Running::start(&device_under_test, config, &wiring, log));
         loop {
             tokio::select! {
                 started = &mut starting => return Ok(started?),
-                (role, event) = ports.next() => self.hear(clock.now(), sink, ports, role, event),
+                (place, event) = ports.next() => {
+                    self.hear(clock.now(), sink, ports, place, event);
+                }
             }
         }
     }
@@ -272,8 +279,8 @@ impl LiveWorld {
         if let Some(eyes) = &self.eyes {
             eyes.tell(sink);
         }
-        look_up(&mut self.stage.engine, now, sink, pulse);
-        self.stage.listen_to_operator(now, sink);
+        look_up(&mut self.director.engine, now, sink, pulse);
+        self.director.listen_to_operator(now, sink);
     }
 
     /// Takes what came from the device under test.
@@ -286,24 +293,34 @@ impl LiveWorld {
     ) {
         match heard {
             Heard::Report(report) => {
-                if let Some(eyes) = &mut self.eyes {
-                    eyes.report(now, &self.stage.bench.carrier, &report);
+                if let (Some(eyes), Some(robot)) = (&mut self.eyes, self.rig.robot()) {
+                    eyes.report(now, &robot.bench.carrier, &report);
                 }
-                self.stage.record_report(now, sink, &report);
-                self.stage.engine.report(now, &report);
+                self.director.record_report(now, &mut self.rig, sink, &report);
+                self.director.engine.report(now, &report);
             }
             Heard::Nothing => {}
-            Heard::Note(what) => self.stage.note(now, sink, Device::Controller, what),
+            Heard::Note(what) => traffic::note(sink, now, Device::Controller, what),
             Heard::Port(role, event) => {
                 let name = device.in_process().and_then(|here| here.port(role));
                 let name = name.map_or("", |port| port.name());
-                let whose = (role, PortSide::Controller);
+                let whose = (role.into(), PortSide::Controller);
                 if let Some(note) = self.journal.take(now, whose, name, &event) {
-                    self.stage.note(now, sink, Device::Controller, note);
+                    traffic::note(sink, now, Device::Controller, note);
                 }
             }
-            Heard::Ended(how) => self.stage.engine.lost_controller(now, &how),
+            Heard::Ended(how) => self.director.engine.lost_controller(now, &how),
+            Heard::NodeEnded(node, how) => self.director.engine.lost_node(now, &node, &how),
         }
+    }
+
+    /// How it ended, once what the plan sent last has left.
+    fn over(&self, now: Timestamp, until: &mut Option<Timestamp>) -> Option<Ending> {
+        let ending = self.director.engine.ending()?;
+        if self.config.is_none() && now < *until.get_or_insert(now + LAST_WORDS) {
+            return None;
+        }
+        Some(ending.clone())
     }
 
     /// The device under test must be heard within this.
@@ -315,7 +332,7 @@ impl LiveWorld {
     }
 
     fn course(&self) -> Course {
-        let observations = self.stage.engine.observations().values().map(Vec::len).sum();
-        Course { steps: self.stage.engine.progress().0, observations }
+        let observations = self.director.engine.observations().values().map(Vec::len).sum();
+        Course { steps: self.director.engine.progress().0, observations }
     }
 }

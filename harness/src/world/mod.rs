@@ -1,17 +1,11 @@
-//! Worlds: where the plan, the controller and the devices meet.
+//! What a rig stands on: the emulated devices of the paper's robot, the kernel that lines may cross, ports and the real clock.
 //!
 //! * [`mod@bench`]: the emulated devices of a run, from a device file.
-//! * [`simulated`]: virtual time, lines in memory; 16 hours in seconds, the same bytes every time.
-//! * [`crossing`]: the same with every packet and frame sent through the kernel on its way.
-//! * `live` (feature `live`): the real clock, ptys and ports, the controller as a process of its own.
+//! * [`crossing`]: virtual time with every packet and frame sent through the kernel on its way.
+//! * `live` (feature `live`): the real clock, ptys and ports, programs under test.
 
 pub mod bench;
 pub mod crossing;
-pub mod described;
-mod faults;
-mod lines;
 #[cfg(feature = "live")]
 pub mod live;
-pub mod simulated;
-mod stage;
-mod watch;
+pub(crate) mod watch;

@@ -9,33 +9,33 @@ use wire::time::Timestamp;
 
 /// A monitor, and when it was last shown the truth.
 #[derive(Debug)]
-pub(super) struct Watch {
+pub(crate) struct Watch {
     monitor: Monitor,
     looked: Option<Timestamp>,
 }
 
 impl Watch {
-    pub(super) const fn new(monitor: Monitor) -> Self {
+    pub(crate) const fn new(monitor: Monitor) -> Self {
         Self { monitor, looked: None }
     }
 
-    pub(super) fn into_monitor(self) -> Monitor {
+    pub(crate) fn into_monitor(self) -> Monitor {
         self.monitor
     }
 
     /// Tells `sink` of the properties that do not hold.
-    pub(super) fn tell(&self, sink: &mut impl RecordSink) {
+    pub(crate) fn tell(&self, sink: &mut impl RecordSink) {
         for (name, violation) in self.monitor.broken() {
             sink.broken(name, violation);
         }
     }
 
-    pub(super) fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {
+    pub(crate) fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {
         self.monitor.see(now, seen);
     }
 
     /// What the engine asks for; before it is carried out.
-    pub(super) fn see_action(&mut self, now: Timestamp, action: &Action) {
+    pub(crate) fn see_action(&mut self, now: Timestamp, action: &Action) {
         match action {
             Action::Mission(mission) => self.see(now, &Seen::Told(mission)),
             Action::Place(_) => {
@@ -49,7 +49,7 @@ impl Watch {
     }
 
     /// Shows the truth of `now`, unless it was shown.
-    pub(super) fn look(&mut self, now: Timestamp, carrier: &Carrier) {
+    pub(crate) fn look(&mut self, now: Timestamp, carrier: &Carrier) {
         if self.looked != Some(now) {
             self.looked = Some(now);
             if let Carrier::Base(base) = carrier {
@@ -62,7 +62,7 @@ impl Watch {
     }
 
     /// Shows the truth if it is due.
-    pub(super) fn look_again(&mut self, now: Timestamp, carrier: &Carrier) {
+    pub(crate) fn look_again(&mut self, now: Timestamp, carrier: &Carrier) {
         if self.looked.is_none_or(|looked| now - looked >= TRUTH_PERIOD) {
             self.look(now, carrier);
         }
@@ -70,7 +70,7 @@ impl Watch {
 }
 
 /// Shows it to the monitor, if there is one.
-pub(super) fn see(watch: &mut Option<Box<Watch>>, now: Timestamp, seen: &Seen<'_>) {
+pub(crate) fn see(watch: &mut Option<Box<Watch>>, now: Timestamp, seen: &Seen<'_>) {
     if let Some(watch) = watch {
         watch.see(now, seen);
     }

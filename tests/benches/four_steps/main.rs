@@ -7,9 +7,9 @@
 
 mod model;
 
-use harness::campaign::{Executor as _, Guided, Random, Search, Space, shrink};
-use harness::faults::Fault;
+use campaign::{Executor as _, Guided, Random, Search, Space, shrink};
 use model::{Alphabet, FourSteps, HELD, LENGTH_MAX, Taken};
+use plan::faults::Fault;
 use proptest::strategy::{Just, Strategy as _};
 use proptest::test_runner::{Config, RngSeed, TestCaseError, TestError, TestRunner};
 use proptest_state_machine::Sequential;

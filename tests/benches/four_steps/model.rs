@@ -1,8 +1,8 @@
 //! A defect that takes four steps in order, for any search.
 
-use harness::campaign::{Case, CaseResult, Executor, Space, Violated};
-use harness::faults::{BenchLines, Fault, Target};
-use harness::plan::Plan;
+use campaign::{Case, CaseResult, Executor, Space, Violated};
+use plan::Plan;
+use plan::faults::{Fault, Lines, Target};
 use wire::time::Span;
 
 /// What has to go wrong, in this order; whatever goes wrong in between changes nothing.
@@ -58,7 +58,7 @@ impl Alphabet {
             Self::All => Vec::new(),
         };
         let plan = Plan::parse("four-steps.toml", PLAN).expect("a good plan");
-        Space::new(&plan, BenchLines::CanBase, Span::from_secs(100), LENGTH_MAX, &only)
+        Space::new(&plan, Lines::CAN_BASE, Span::from_secs(100), LENGTH_MAX, &only)
     }
 }
 

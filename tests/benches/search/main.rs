@@ -9,10 +9,11 @@
 mod plans;
 mod score;
 
+use campaign::seeds::for_each_seed;
+use campaign::{Case, Executor as _, Guided, Random, Search, Space};
 use controller::Mutant;
-use harness::campaign::{Case, Executor as _, Guided, Random, Search, Simulated, Space};
+use harness::executors::Simulated;
 use harness::operator::Answers;
-use harness::seeds::for_each_seed;
 use score::{Score, cell, ratio_and_interval};
 use std::collections::{BTreeSet, VecDeque};
 use std::num::NonZeroUsize;
@@ -63,7 +64,7 @@ impl Hunt {
         let without = Simulated::new(sound.clone(), Answers::default());
         let (horizon, result) = without.without_faults(1);
         assert!(result.passed && result.violated.is_empty(), "{result:?}");
-        let lines = sound.subject.lines();
+        let lines = sound.rig.struck();
         let space = Space::new(&sound.plan, lines, horizon, FAULTS_MAX, &[]);
         Self { with: Simulated::new(mistaken, Answers::default()), without, space }
     }

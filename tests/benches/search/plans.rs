@@ -1,9 +1,9 @@
 //! What the mistakes are looked for in.
 
 use controller::Mutant;
-use harness::made::Made;
-use harness::plan::Plan;
 use harness::run::Prepared;
+use plan::Plan;
+use plan::made::Made;
 use std::sync::Arc;
 
 /// Two small squares, one each way, with a bias test before each: two minutes.

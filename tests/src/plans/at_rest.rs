@@ -2,7 +2,7 @@
 
 use super::Run;
 use controller::mission::Report;
-use harness::record::{Device, Record, RecordKind};
+use record::{Device, Record, RecordKind};
 use wire::base::payload::Payload;
 use wire::base::serial_link::{COMPUTER_ID, Line};
 use wire::base::{Message, Request, can_link};

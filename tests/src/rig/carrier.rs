@@ -1,8 +1,9 @@
 //! What carries the gyro.
 
 use super::Piece;
-use emulators::base::{BaseEmulator, BaseOutput, BaseTruth};
+use emulators::base::{BaseEmulator, BaseTruth};
 use emulators::table::TableEmulator;
+use wire::device::Transmit;
 use wire::time::Timestamp;
 use wire::units::Angle;
 
@@ -82,7 +83,7 @@ impl Carrier {
         }
     }
 
-    pub(super) fn transmit(&mut self) -> Option<BaseOutput> {
+    pub(super) fn transmit(&mut self) -> Option<Transmit> {
         match self {
             Self::Base(base) => base.transmit(),
             Self::Table(_) => None,

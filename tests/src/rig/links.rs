@@ -1,9 +1,9 @@
 //! The lines of a rig, and the taps at their ends.
 
 use controller::config::Transport;
-use emulators::base::BaseOutput;
 use harness::link::{CanBus, SerialLine};
 use wire::can::CanFrame;
+use wire::device::Transmit;
 use wire::gyro::GyroStream;
 use wire::packet::Packet;
 use wire::time::Timestamp;
@@ -149,10 +149,10 @@ impl Links {
         }
     }
 
-    pub(super) fn send_from_base(&mut self, now: Timestamp, output: BaseOutput) {
+    pub(super) fn send_from_base(&mut self, now: Timestamp, output: Transmit) {
         match (output, &mut self.base) {
-            (BaseOutput::Frame(frame), BaseLink::Can(bus)) => bus.send(now, Node::Base, frame),
-            (BaseOutput::Bytes(packet), BaseLink::Serial { to_controller, .. }) => {
+            (Transmit::Frame(frame), BaseLink::Can(bus)) => bus.send(now, Node::Base, frame),
+            (Transmit::Bytes(packet), BaseLink::Serial { to_controller, .. }) => {
                 to_controller.send(now, packet);
             }
             _ => {}

@@ -2,7 +2,7 @@
 
 use super::{Carrier, Direction, Piece, Rig};
 use controller::config::Config;
-use harness::properties::{Limits, Monitor, PropertyVerdict, Seen, TRUTH_PERIOD, Truth};
+use judge::properties::{Limits, Monitor, PropertyVerdict, Seen, TRUTH_PERIOD, Truth};
 use wire::time::Timestamp;
 
 /// A monitor, and when it was last shown the truth.

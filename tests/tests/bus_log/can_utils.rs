@@ -1,7 +1,7 @@
 //! can-utils as referees: `log2asc` and `asc2log` on files, `canplayer` and `candump` on a bus.
 
 use crate::rows::{read, row, rows, sample, write};
-use harness::bus_log::{Channel, Entry, Payload};
+use exchange::bus_log::{Channel, Entry, Payload};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};

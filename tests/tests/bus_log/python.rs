@@ -1,7 +1,7 @@
 //! python-can and python-pcapng as referees, by the scripts in `tests/interop`.
 
 use crate::rows::{read, row, rows, sample, write};
-use harness::bus_log::{Entry, Payload};
+use exchange::bus_log::{Entry, Payload};
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};

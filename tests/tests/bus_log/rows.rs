@@ -2,7 +2,7 @@
 //! direction`. An error frame has its time alone: not every format says more of it.
 
 use embedded_can::Frame as _;
-use harness::bus_log::{
+use exchange::bus_log::{
     Channel, Direction, Entry, ErrorFrame, FdFlags, FdFrame, Format, LogReader, LogWriter, Payload,
 };
 use std::fmt::Write as _;

@@ -1,7 +1,7 @@
 //! Effects that no family of candidates can express exactly: the error falls all the same.
 
 use super::{Story, unit};
-use harness::outcome::Outcome;
+use record::outcome::Outcome;
 
 /// A sine over temperature within a bell; size of the class's 5 deg/h/K over 6 K.
 #[test]

@@ -1,7 +1,7 @@
 //! One undeclared effect at a time.
 
 use super::{BAND, Cause, PLAN, SEED, Story, TEMPERATURE, WARMING, unit, worst};
-use harness::outcome::Outcome;
+use record::outcome::Outcome;
 use tests::plans::{prepared, run};
 
 /// The effect is named, and what was out of the band is within it.

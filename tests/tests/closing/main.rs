@@ -13,9 +13,9 @@ mod pairs;
 
 use emulators::device_file::Devices;
 use emulators::parameters::Parameters as _;
-use harness::checks::judge_all;
-use harness::outcome::{Outcome, Verdict};
 use identification::finding::{Effect, Finding};
+use judge::checks::judge_all;
+use record::outcome::{Outcome, Verdict};
 use tests::devices::shipped;
 use tests::plans::{Run, prepared, run};
 

@@ -4,7 +4,7 @@ use crate::model::{Expected, Line, Model, Step};
 use controller::Mutant;
 use controller::health::Level;
 use controller::mission::{Activity, MissionId};
-use harness::properties::Kind;
+use judge::properties::Kind;
 use proptest_state_machine::StateMachineTest;
 use tests::devices::ideal;
 use tests::rig::{Answer, Direction, Rig};

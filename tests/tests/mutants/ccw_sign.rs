@@ -2,10 +2,10 @@
 
 use crate::scenario::caught;
 use controller::Mutant;
-use harness::made::Made;
 use harness::operator::Answers;
-use harness::record::sink::NullSink;
 use harness::run::{Prepared, simulate_watched};
+use plan::made::Made;
+use record::sink::NullSink;
 
 #[test]
 fn a_lap_goes_wrong_in_silence() {

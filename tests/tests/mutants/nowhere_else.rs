@@ -6,7 +6,18 @@ use std::path::Path;
 #[test]
 fn only_the_tests_enable_mutants() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    for package in ["wire", "controller", "emulators", "identification", "evaluation", "harness"] {
+    let packages = [
+        "wire",
+        "controller",
+        "emulators",
+        "identification",
+        "evaluation",
+        "harness",
+        "harness/campaign",
+        "harness/campaign-nats",
+        "harness/hil",
+    ];
+    for package in packages {
         let path = root.join(package).join("Cargo.toml");
         let text = fs::read_to_string(&path).expect("the package has a manifest");
         let manifest: toml::Table = toml::from_str(&text).expect("a manifest is TOML");

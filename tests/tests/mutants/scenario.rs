@@ -3,7 +3,7 @@
 use controller::Mutant;
 use emulators::base::Transport;
 use emulators::device_file::Devices;
-use harness::properties::{Kind, PropertyVerdict};
+use judge::properties::{Kind, PropertyVerdict};
 use tests::devices::ideal;
 use tests::rig::Rig;
 

@@ -22,7 +22,7 @@ use controller::{Controller, Port};
 use listen::Listener;
 use orders::Orders;
 use outlet::Outlet;
-use port::{CanPort, HEARD_MAX, SerialPort, SlcanPort};
+use port::HEARD_MAX;
 use shell::{BaseLink, End, Shell};
 use signals::Signals;
 use std::io::{self, Write as _};
@@ -78,21 +78,14 @@ async fn serve(setup: Setup, clock: Clock, reports: &Outlet) -> io::Result<u8> {
     // A DSP-3000 that lost its power has forgotten what it was told at the start.
     let greeting = (gyro_stream.format == GyroFormat::Dsp3000Ascii)
         .then(|| dsp3000_command::Command::Output(gyro_stream.mode).encode());
-    let gyro_port = SerialPort::new(Port::Gyro, setup.gyro, greeting);
-    let gyro = port::spawn(gyro_port, sender.clone(), clock);
+    let gyro = port::serial(Port::Gyro, setup.gyro, greeting, sender.clone(), clock);
     let base = match setup.base {
         BasePlace::None => Ok(BaseLink::None),
         BasePlace::Serial(place) => {
-            port::spawn(SerialPort::new(Port::Base, place, None), sender, clock)
-                .map(BaseLink::Serial)
+            port::serial(Port::Base, place, None, sender, clock).map(BaseLink::Serial)
         }
-        BasePlace::Can(interface) => {
-            port::spawn(CanPort::new(interface), sender, clock).map(BaseLink::Can)
-        }
-        BasePlace::Slcan(place) => {
-            let adapter = SlcanPort::new(SerialPort::new(Port::Base, place, None));
-            port::spawn(adapter, sender, clock).map(BaseLink::Can)
-        }
+        BasePlace::Can(interface) => port::can(interface, sender, clock).await.map(BaseLink::Can),
+        BasePlace::Slcan(place) => port::slcan(place, sender, clock).await.map(BaseLink::Can),
     };
     let (gyro, base) = match (gyro, base) {
         (Ok(gyro), Ok(base)) => (gyro, base),

@@ -224,7 +224,9 @@ impl Shell {
     /// Hands what was heard to the controller; gives the port that is lost for good, if that is the news.
     fn take(&mut self, at: Timestamp, heard: Heard) -> Option<Port> {
         match heard {
-            Heard::Bytes(port, bytes) => self.controller.receive(at, port, Input::Bytes(&bytes)),
+            Heard::Bytes(port, bytes) => {
+                self.controller.receive(at, port, Input::Bytes(bytes.as_slice()));
+            }
             Heard::Frame(frame) => self.controller.receive(at, Port::Base, Input::Frame(frame)),
             Heard::GivenUp(port) => return Some(port),
         }

@@ -6,10 +6,10 @@ mod sensor;
 mod values;
 
 use super::Device;
-use crate::layout::Wired;
 use crate::{Description, Layout};
 use std::sync::Arc;
 use wire::can::CanFrame;
+use wire::device::Transmit;
 use wire::time::Timestamp;
 
 const OVEN: &str = include_str!("../../../tests/data/oven.toml");
@@ -34,7 +34,7 @@ fn at(seconds: f64) -> Timestamp {
 }
 
 /// All that the device sends up to and with `until`, woken when it asks for it.
-fn run(device: &mut Device, until: f64) -> Vec<(Timestamp, Wired)> {
+fn run(device: &mut Device, until: f64) -> Vec<(Timestamp, Transmit)> {
     let mut sent = Vec::new();
     while device.next_wakeup() <= at(until) {
         let now = device.next_wakeup();
@@ -51,16 +51,16 @@ fn run(device: &mut Device, until: f64) -> Vec<(Timestamp, Wired)> {
 fn command(layout: &Layout, setpoint: f64, enable: f64) -> CanFrame {
     let index = layout.find("Command").unwrap();
     match layout.encode(index, &[setpoint, enable]).unwrap() {
-        Wired::Frame(frame) => frame,
-        Wired::Bytes(_) => panic!("on CAN"),
+        Transmit::Frame(frame) => frame,
+        Transmit::Bytes(_) => panic!("on CAN"),
     }
 }
 
-fn values(layout: &Layout, wired: &Wired) -> (usize, Vec<f64>) {
+fn values(layout: &Layout, wired: &Transmit) -> (usize, Vec<f64>) {
     let mut decoder = layout.decoder();
     let decoded = match wired {
-        Wired::Frame(frame) => decoder.frame(frame),
-        Wired::Bytes(packet) => {
+        Transmit::Frame(frame) => decoder.frame(frame),
+        Transmit::Bytes(packet) => {
             let mut found = None;
             decoder.bytes(packet.as_slice(), &mut |decoded| found = Some(decoded));
             found
@@ -71,7 +71,7 @@ fn values(layout: &Layout, wired: &Wired) -> (usize, Vec<f64>) {
 }
 
 /// All of what is sent as text: time in nanoseconds, message, values.
-fn listed(layout: &Layout, sent: &[(Timestamp, Wired)]) -> Vec<String> {
+fn listed(layout: &Layout, sent: &[(Timestamp, Transmit)]) -> Vec<String> {
     sent.iter()
         .map(|(at, wired)| {
             let (message, values) = values(layout, wired);

@@ -3,8 +3,8 @@
 use super::{OVEN, at, listed, oven, parse, run, showing, values};
 use crate::Description;
 use crate::device::Device;
-use crate::layout::Wired;
 use std::sync::Arc;
+use wire::device::Transmit;
 use wire::time::Timestamp;
 
 #[test]
@@ -13,7 +13,7 @@ fn noise_belongs_to_seed_and_signal() {
         let description = parse(toml);
         let mut device = Device::new(Arc::clone(&description), seed);
         let sent = run(&mut device, 20.0);
-        let first = |(_, wired): &(Timestamp, Wired)| values(description.layout(), wired).1[0];
+        let first = |(_, wired): &(Timestamp, Transmit)| values(description.layout(), wired).1[0];
         sent.iter().map(first).collect::<Vec<f64>>()
     };
     let (one, again, other) = (noisy(OVEN, 1), noisy(OVEN, 1), noisy(OVEN, 2));
@@ -54,7 +54,7 @@ fn what_is_beyond_its_range_is_sent_as_its_end() {
     let description = parse(&text);
     let mut device = Device::new(Arc::clone(&description), 1);
     let sent = run(&mut device, 0.2);
-    let first = |(_, wired): &(Timestamp, Wired)| values(description.layout(), wired).1[0];
+    let first = |(_, wired): &(Timestamp, Transmit)| values(description.layout(), wired).1[0];
     assert_eq!(sent.iter().map(first).collect::<Vec<_>>(), [-40.0, 320.0]);
     assert_eq!(device.clipped(), 2);
 }
@@ -74,7 +74,8 @@ fn series_go_on_from_power_on() {
             device.power(at(begin), false);
             device.power(at(begin), true);
             let sent = run(&mut device, begin + 0.42);
-            let first = |(_, wired): &(Timestamp, Wired)| values(description.layout(), wired).1[0];
+            let first =
+                |(_, wired): &(Timestamp, Transmit)| values(description.layout(), wired).1[0];
             let shown: Vec<f64> = sent.iter().map(first).collect();
             let near = shown.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9);
             assert!(near && shown.len() == 4, "{source}: {shown:?}");
@@ -96,7 +97,7 @@ fn a_meter_answers_over_a_serial_line() {
     assert_eq!(device.transmit(), None);
     device.receive_bytes(at(1.1), b"EL?\r\nSET 2.5\r\nLEVEL?\r\n");
     let mut sent = Vec::new();
-    while let Some(Wired::Bytes(line)) = device.transmit() {
+    while let Some(Transmit::Bytes(line)) = device.transmit() {
         sent.extend_from_slice(line.as_slice());
     }
     assert_eq!(sent.escape_ascii().to_string(), "L=1.500\\r\\nL=1.500\\r\\n");

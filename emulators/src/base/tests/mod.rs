@@ -5,9 +5,10 @@ mod imperfections;
 mod motion;
 mod protocol;
 
-use super::{BaseEmulator, BaseOutput, BaseParameters, Transport};
+use super::{BaseEmulator, BaseParameters, Transport};
 use proptest::prelude::*;
 use wire::base::{Motion, Reply, Request, can_link};
+use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
 use wire::units::{Acceleration, AngularAcceleration, AngularRate, Speed};
 
@@ -44,7 +45,7 @@ pub(super) fn replies(
     let mut replies = Vec::new();
     let mut now = from;
     loop {
-        while let Some(BaseOutput::Frame(frame)) = base.transmit() {
+        while let Some(Transmit::Frame(frame)) = base.transmit() {
             replies.push((now, can_link::parse_reply(&frame).unwrap()));
         }
         match base.next_wakeup() {

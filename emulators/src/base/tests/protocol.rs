@@ -2,11 +2,11 @@
 
 use super::{base, motions, papers_base, replies, seconds, velocity};
 use crate::base::{
-    BaseEmulator, BaseOutput, BaseParameters, MOTION_PERIOD_AT_REST, MOTION_PERIOD_IN_MOTION,
-    Transport,
+    BaseEmulator, BaseParameters, MOTION_PERIOD_AT_REST, MOTION_PERIOD_IN_MOTION, Transport,
 };
 use wire::base::serial_link::{Host, HostEvent};
 use wire::base::{PoseWriteResult, Reply, Request};
+use wire::device::Transmit;
 use wire::time::Timestamp;
 use wire::units::{Angle, Length, Pose};
 
@@ -117,7 +117,7 @@ fn the_serial_line_answers_writes_and_reads() {
             base.receive_bytes(now, &[*byte]);
         }
         let mut events = Vec::new();
-        while let Some(BaseOutput::Bytes(bytes)) = base.transmit() {
+        while let Some(Transmit::Bytes(bytes)) = base.transmit() {
             host.feed(bytes.as_slice(), |event| events.push(event));
         }
         events

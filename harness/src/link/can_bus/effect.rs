@@ -1,9 +1,9 @@
 //! What one fault does to the frames of a bus.
 
-use super::BIT_RATE;
+use crate::faults::Chance;
 use crate::faults::FaultKind;
-use crate::link::chance::Chance;
 use crate::link::gilbert_elliott::GilbertElliott;
+use wire::can::BIT_RATE;
 use wire::can::{CanFrame, StandardId};
 use wire::time::{Span, Timestamp};
 

@@ -1,12 +1,12 @@
 //! A CAN bus that is faulty: nodes that nobody wants, bits that are read wrongly, frames that get lost on
 //! their way through a controller.
 
+use super::CanBus;
 use super::confinement::{ErrorCounters, ErrorState};
 use super::effect::{Effect, Passed};
 use super::nodes::{Nodes, StateChange};
-use super::{BIT, CanBus};
+use crate::faults::Chance;
 use crate::faults::FaultKind;
-use crate::link::chance::Chance;
 use wire::can::CanFrame;
 use wire::time::{Span, Timestamp};
 
@@ -58,12 +58,12 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
     ) -> bool {
         let (number, kind, chance) = fault;
         let Some(effect) = Effect::of(now, kind) else { return false };
-        let idle_since = self.on_bus.is_none().then_some(now);
+        let (idle_since, bit) = (self.on_bus.is_none().then_some(now), self.bit);
         let faulty = self.faulty.get_or_insert_with(|| {
             Box::new(Faulty {
                 stranger,
                 layers: Vec::new(),
-                nodes: Nodes::new(nodes, idle_since),
+                nodes: Nodes::new(nodes, idle_since, bit),
                 destroyed: false,
                 last_sender: None,
                 free_since: now,
@@ -181,7 +181,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
             self.dropped += 1;
             return None;
         }
-        let mut passing = frame;
+        let (mut passing, bit) = (frame, self.bit);
         for layer in faulty.layers.iter_mut().filter(|layer| layer.from.is_none_or(|of| of == from))
         {
             let Layer { effect, chance, acted, .. } = layer;
@@ -193,7 +193,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
                     return None;
                 }
                 Passed::Twice => {
-                    let again = super::frame_time(&passing);
+                    let again = super::frame_time(bit, &passing);
                     hold(&mut faulty.held, &mut self.dropped, at + again, from, passing);
                 }
                 Passed::Before(late) => {
@@ -216,12 +216,13 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
     /// Who is next, on a bus with faults.
     #[cold]
     pub(super) fn arbitrate_faulty(&mut self, now: Timestamp) {
+        let bit = self.bit;
         let Some(faulty) = &mut self.faulty else { return };
         faulty.nodes.idle_until(now);
         let suspended = |node: Node| {
             faulty.last_sender == Some(node)
                 && faulty.nodes.state(node) == ErrorState::Passive
-                && now - faulty.free_since < BIT * SUSPEND_BITS
+                && now - faulty.free_since < bit * SUSPEND_BITS
         };
         let best = |may: &dyn Fn(Node) -> bool| {
             (0..self.waiting.len())
@@ -233,18 +234,19 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
             faulty.nodes.idle_from(now);
             return;
         };
-        let wait = if at_once.is_some() { Span::ZERO } else { BIT * SUSPEND_BITS };
+        let wait = if at_once.is_some() { Span::ZERO } else { bit * SUSPEND_BITS };
         faulty.nodes.busy();
         let (from, frame) = self.waiting[index];
         if let Some(rival) = faulty.rival(from) {
-            self.on_bus = Some((now + wait + super::frame_time(&rival), faulty.stranger, rival));
+            self.on_bus =
+                Some((now + wait + super::frame_time(bit, &rival), faulty.stranger, rival));
             return;
         }
         self.waiting.remove(index);
         let bits = faulty.bits_until_error(from, &frame);
         faulty.destroyed = bits.is_some();
-        let time =
-            bits.map_or_else(|| super::frame_time(&frame), |bits| BIT * (bits + ERROR_FRAME_BITS));
+        let time = bits
+            .map_or_else(|| super::frame_time(bit, &frame), |bits| bit * (bits + ERROR_FRAME_BITS));
         self.on_bus = Some((now + wait + time, from, frame));
     }
 }

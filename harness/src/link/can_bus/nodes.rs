@@ -1,9 +1,8 @@
 //! The nodes of a bus that count errors, and how they go off and come back.
 
-use super::BIT;
 use super::confinement::{ErrorCounters, ErrorState, RECESSIVE_BITS};
 use std::collections::VecDeque;
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 
 /// Changes of state that wait to be told; more are forgotten, the oldest first.
 pub const CHANGES_MAX: usize = 64;
@@ -25,12 +24,14 @@ pub(super) struct Nodes<Node> {
     changes: VecDeque<StateChange<Node>>,
     /// Since when the bus is idle, less what is credited to nodes that are off.
     idle_since: Option<Timestamp>,
+    /// Time of one bit.
+    bit: Span,
 }
 
 impl<Node: Copy + PartialEq> Nodes<Node> {
-    pub(super) fn new(nodes: &[Node], idle_since: Option<Timestamp>) -> Self {
+    pub(super) fn new(nodes: &[Node], idle_since: Option<Timestamp>, bit: Span) -> Self {
         let nodes = nodes.iter().map(|node| (*node, ErrorCounters::default())).collect();
-        Self { nodes, changes: VecDeque::new(), idle_since }
+        Self { nodes, changes: VecDeque::new(), idle_since, bit }
     }
 
     /// The next change of a state that was not told yet.
@@ -82,8 +83,8 @@ impl<Node: Copy + PartialEq> Nodes<Node> {
 
     /// The bus was idle until `now`, and may go on being so.
     pub(super) fn idle_until(&mut self, now: Timestamp) {
-        let Self { nodes, changes, idle_since: Some(since), .. } = self else { return };
-        let sequence = BIT * RECESSIVE_BITS;
+        let Self { nodes, changes, idle_since: Some(since), bit } = self else { return };
+        let sequence = *bit * RECESSIVE_BITS;
         let sequences = (now - *since).as_nanos() / sequence.as_nanos();
         *since += sequence * sequences;
         for (node, counters) in nodes {
@@ -95,7 +96,7 @@ impl<Node: Copy + PartialEq> Nodes<Node> {
 
     pub(super) fn recovers_at(&self) -> Timestamp {
         let Some(since) = self.idle_since else { return Timestamp::MAX };
-        let at = self.nodes.iter().map(|(_, counters)| counters.recovers_at(since, BIT));
+        let at = self.nodes.iter().map(|(_, counters)| counters.recovers_at(since, self.bit));
         at.min().unwrap_or(Timestamp::MAX)
     }
 }

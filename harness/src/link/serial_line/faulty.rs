@@ -2,8 +2,8 @@
 
 use super::uart;
 use super::{PACKETS_MAX, SerialLine};
+use crate::faults::Chance;
 use crate::faults::FaultKind;
-use crate::link::chance::Chance;
 use crate::link::gilbert_elliott::GilbertElliott;
 use wire::packet::{BYTES_MAX, Packet};
 use wire::time::{Span, Timestamp};

@@ -192,6 +192,65 @@ impl DeviceProcess {
         Ok(process)
     }
 
+    /// As [`spawn`](Self::spawn), for a program that takes no missions: what it writes to stdout is kept in the file too,
+    /// and its stdin is empty.
+    ///
+    /// # Errors
+    /// When the file cannot be made or the program not be started.
+    pub fn spawn_plain(words: &[String], log_file: &Path) -> Result<Self, SpawnError> {
+        let (program, arguments) =
+            words.split_first().map_or(("", &[][..]), |(p, a)| (p.as_str(), a));
+        let log_error = |source| SpawnError::Log { path: log_file.to_owned(), source };
+        let file = std::fs::File::create(log_file).map_err(log_error)?;
+        let start = || {
+            let (messages, stderr) = io::pipe()?;
+            let stdout = stderr.try_clone()?;
+            let child = Command::new(program)
+                .args(arguments)
+                .stdin(std::process::Stdio::null())
+                .stdout(stdout)
+                .stderr(stderr)
+                .process_group(0)
+                .kill_on_drop(true)
+                .spawn()?;
+            Ok((child, messages))
+        };
+        let error = |source| SpawnError::program(program, source);
+        let (child, messages) = start().map_err(error)?;
+        let group = child.id().and_then(|id| Pid::from_raw(i32::try_from(id).ok()?));
+        let (_, events) = mpsc::channel(1);
+        Ok(Self {
+            child,
+            group,
+            missions: None,
+            missions_lost: 0,
+            events,
+            stdout_open: false,
+            log: Log::spawn(messages, file).map_err(error)?,
+            exit: None,
+        })
+    }
+
+    /// Ends a program that nobody told to end: SIGTERM, then SIGKILL.
+    pub async fn end_plain(mut self) -> ProcessEnd {
+        let steps = [
+            (EndedBy::Terminated, Signal::TERM, TERMINATE_WAIT),
+            (EndedBy::Killed, Signal::KILL, KILL_WAIT),
+        ];
+        let mut end = ProcessEnd { by: EndedBy::Itself, exit: self.exit.unwrap_or(Exit::Unknown) };
+        for (by, signal, limit) in steps {
+            if self.exit.is_some() {
+                break;
+            }
+            self.signal_group(signal);
+            if let Ok(exit) = timeout(limit, self.drain(&mut |_| {})).await {
+                end = ProcessEnd { by, exit };
+            }
+        }
+        self.log.finish(REST_WAIT).await;
+        end
+    }
+
     /// Gives it a mission. `false`, and counted, when it does not take any.
     pub fn send(&mut self, mission: &Mission) -> bool {
         let taken = self.missions.as_ref().is_some_and(|missions| missions.send(mission));

@@ -1,30 +1,32 @@
-//! A CAN bus as an interface of the kernel, with a socket for each of its two nodes.
+//! A CAN bus as an interface of the kernel, with a socket for the device and one for all others.
 
 use super::failure::shown_frame;
 use super::wait::{LIMIT, READS_MAX, readable};
-use super::{CrossingFailure, How, Line, Toward};
+use super::{CrossingFailure, How, Toward};
 use crate::port::PortError;
 use crate::port::can_socket::{Heard, Interface, connect, from_socket, to_socket};
 use socketcan::{CanFdSocket, Socket as _};
 use std::io;
+use std::sync::Arc;
 use wire::can::CanFrame;
 
 /// Two sockets on one interface. Neither hears what it sent itself, so that a frame that is read at one comes
 /// from the other, or from another program.
 #[derive(Debug)]
 pub(super) struct CanWire {
+    line: Arc<str>,
     interface: Interface,
-    controller: CanFdSocket,
-    base: CanFdSocket,
+    host: CanFdSocket,
+    device: CanFdSocket,
 }
 
 impl CanWire {
     /// # Errors
     /// When the kernel has no CAN, or there is no such interface, or it is down.
-    pub(super) fn open(interface: &str) -> Result<Self, PortError> {
+    pub(super) fn open(line: Arc<str>, interface: &str) -> Result<Self, PortError> {
         let interface = Interface::new(interface);
-        let (controller, base) = (connect(&interface)?, connect(&interface)?);
-        Ok(Self { interface, controller, base })
+        let (host, device) = (connect(&interface)?, connect(&interface)?);
+        Ok(Self { line, interface, host, device })
     }
 
     /// Carries a frame; what was read at the other socket takes its place.
@@ -37,11 +39,11 @@ impl CanWire {
         frame: &mut CanFrame,
     ) -> Result<(), CrossingFailure> {
         let (near, far) = match toward {
-            Toward::Device => (&self.controller, &self.base),
-            Toward::Host => (&self.base, &self.controller),
+            Toward::Device => (&self.host, &self.device),
+            Toward::Host => (&self.device, &self.host),
         };
         *frame = pass(near, far, frame).map_err(|how| {
-            CrossingFailure::new("a frame", Line::Base, toward, self.interface.name(), how)
+            CrossingFailure::new("a frame", &self.line, toward, self.interface.name(), how)
         })?;
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! What can go wrong on the way.
 
 #[cfg(feature = "live")]
-use super::{Line, Toward};
+use super::Toward;
 #[cfg(feature = "live")]
 use crate::record::text::ShownFrame;
 use std::io;
@@ -59,7 +59,7 @@ pub enum How {
 impl CrossingFailure {
     /// Of bytes or frames (`goods`) on `line`.
     #[cfg(feature = "live")]
-    pub(super) fn new(goods: &str, line: Line, toward: Toward, medium: &str, how: How) -> Self {
+    pub(super) fn new(goods: &str, line: &str, toward: Toward, medium: &str, how: How) -> Self {
         let way = match toward {
             Toward::Device => "to",
             Toward::Host => "from",

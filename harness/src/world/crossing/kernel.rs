@@ -1,18 +1,19 @@
-//! The lines of a bench as ptys and a CAN bus of the kernel, with both ends here.
+//! The lines of a rig as ptys and CAN buses of the kernel, with both ends here.
 
 use super::can_wire::CanWire;
 use super::pty_wire::PtyWire;
 use super::slcan_wire::SlcanWire;
-use super::{Crossing, CrossingFailure, KernelBus, Line, Toward};
+use super::{CrossedLine, Crossing, CrossingFailure, KernelBus, Toward};
 use crate::port::PortError;
 use crate::port::pty::PtyError;
-use controller::config::Transport;
-use wire::can::CanFrame;
-use wire::packet::Packet;
+use std::sync::Arc;
+use wire::device::Transmit;
 use wire::time::Timestamp;
 
-/// The interface that frames cross.
+/// The interface that the frames of the first CAN bus cross.
 pub const VCAN_INTERFACE: &str = "vcan0";
+/// What the names of all begin with.
+const VCAN_INTERFACES: &str = "vcan";
 
 /// Why the lines cannot cross the kernel.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -26,98 +27,98 @@ pub enum KernelError {
     #[diagnostic(transparent)]
     Port(#[from] PortError),
     /// A pty carries no frames.
-    #[error("failed to find a bus for the base: it is on CAN, and a pty carries bytes")]
+    #[error("failed to find a bus for the {line}: it is on CAN, and a pty carries bytes")]
     #[diagnostic(help(
         "--bus slcan carries its frames across a pty as lines, --bus vcan across {VCAN_INTERFACE}"
     ))]
-    NoFrames,
+    NoFrames {
+        /// The line.
+        line: Arc<str>,
+    },
     /// What carries frames does not work.
     #[error(transparent)]
     Crossing(#[from] CrossingFailure),
 }
 
-/// What carries frames.
+/// What carries one line.
 #[derive(Debug)]
-enum Bus {
+enum Wire {
+    Pty(PtyWire),
     Can(CanWire),
     Slcan(Box<SlcanWire>),
 }
 
-/// Every line of a bench. Those that it does not need, and those that failed, are `None`.
+impl Wire {
+    fn carry(
+        &mut self,
+        now: Timestamp,
+        toward: Toward,
+        what: &mut Transmit,
+    ) -> Result<(), CrossingFailure> {
+        match (self, what) {
+            (Self::Pty(wire), Transmit::Bytes(packet)) => wire.carry(toward, packet),
+            (Self::Can(wire), Transmit::Frame(frame)) => wire.carry(toward, frame),
+            (Self::Slcan(wire), Transmit::Frame(frame)) => wire.carry(now, toward, frame),
+            // A line takes nothing of the other medium.
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Every line of a rig, by its place there. Those that failed are `None`.
 #[derive(Debug)]
 pub struct Kernel {
-    gyro: Option<PtyWire>,
-    base: Option<PtyWire>,
-    table: Option<PtyWire>,
-    bus: Option<Bus>,
+    wires: Vec<(CrossedLine, Option<Wire>)>,
     name: &'static str,
     failure: Option<CrossingFailure>,
 }
 
 impl Kernel {
-    /// Opens what a bench needs whose base is connected like that; one without a base has a table.
+    /// Opens what these lines cross. The first CAN bus crosses `vcan0`, the second `vcan1`.
     ///
     /// # Errors
     /// When the system does not have it.
-    pub fn open(bus: KernelBus, base: Option<Transport>) -> Result<Self, KernelError> {
-        let mut kernel = Self {
-            gyro: Some(PtyWire::open(Line::Gyro)?),
-            base: None,
-            table: None,
-            bus: None,
-            name: "pty",
-            failure: None,
-        };
-        match (base, bus) {
-            (None, _) => kernel.table = Some(PtyWire::open(Line::Table)?),
-            (Some(Transport::Serial), _) => kernel.base = Some(PtyWire::open(Line::Base)?),
-            (Some(Transport::Can), KernelBus::Pty) => return Err(KernelError::NoFrames),
-            (Some(Transport::Can), KernelBus::Vcan) => {
-                kernel.bus = Some(Bus::Can(CanWire::open(VCAN_INTERFACE)?));
-                kernel.name = "vcan";
-            }
-            (Some(Transport::Can), KernelBus::Slcan) => {
-                kernel.bus = Some(Bus::Slcan(Box::new(SlcanWire::open()?)));
-                kernel.name = "slcan";
-            }
+    pub fn open(bus: KernelBus, lines: &[CrossedLine]) -> Result<Self, KernelError> {
+        let mut kernel = Self { wires: Vec::new(), name: "pty", failure: None };
+        let mut buses = 0;
+        for line in lines {
+            let name = Arc::clone(&line.name);
+            let wire = match (line.is_can, bus) {
+                (false, _) => Wire::Pty(PtyWire::open(name)?),
+                (true, KernelBus::Pty) => return Err(KernelError::NoFrames { line: name }),
+                (true, KernelBus::Vcan) => {
+                    kernel.name = "vcan";
+                    buses += 1;
+                    Wire::Can(CanWire::open(name, &format!("{VCAN_INTERFACES}{}", buses - 1))?)
+                }
+                (true, KernelBus::Slcan) => {
+                    kernel.name = "slcan";
+                    Wire::Slcan(Box::new(SlcanWire::open(name)?))
+                }
+            };
+            kernel.wires.push((line.clone(), Some(wire)));
         }
         Ok(kernel)
     }
 
-    /// With another pty, or none, for a serial line.
+    /// With another pty for a serial line.
     #[cfg(test)]
-    pub(super) fn with_wire(mut self, line: Line, wire: PtyWire) -> Self {
-        *self.wire(line) = Some(wire);
+    pub(super) fn with_wire(mut self, line: &str, wire: PtyWire) -> Self {
+        let found = self.wires.iter_mut().find(|(known, _)| &*known.name == line);
+        found.unwrap().1 = Some(Wire::Pty(wire));
         self
-    }
-
-    const fn wire(&mut self, line: Line) -> &mut Option<PtyWire> {
-        match line {
-            Line::Gyro => &mut self.gyro,
-            Line::Base => &mut self.base,
-            Line::Table => &mut self.table,
-        }
     }
 }
 
 impl Crossing for Kernel {
-    fn bytes(&mut self, line: Line, toward: Toward, packet: &mut Packet) -> bool {
-        let slot = self.wire(line);
+    fn carry(&mut self, now: Timestamp, line: usize, from: usize, what: &mut Transmit) -> bool {
+        let Some((line, slot)) = self.wires.get_mut(line) else { return false };
         let Some(wire) = slot else { return false };
-        let Err(failure) = wire.carry(toward, packet) else { return true };
+        // A stranger that a fault put on a bus is heard as the devices are.
+        let is_device = from == line.device_end || from == usize::from(u8::MAX);
+        let toward = if is_device { Toward::Host } else { Toward::Device };
+        let Err(failure) = wire.carry(now, toward, what) else { return true };
         *slot = None;
-        self.failure.get_or_insert(failure);
-        false
-    }
-
-    fn frame(&mut self, now: Timestamp, toward: Toward, frame: &mut CanFrame) -> bool {
-        let result = match &mut self.bus {
-            None => return false,
-            Some(Bus::Can(wire)) => wire.carry(toward, frame),
-            Some(Bus::Slcan(wire)) => wire.carry(now, toward, frame),
-        };
-        let Err(failure) = result else { return true };
-        self.bus = None;
         self.failure.get_or_insert(failure);
         false
     }

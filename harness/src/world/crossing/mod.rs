@@ -27,30 +27,19 @@ pub use failure::{CrossingFailure, How};
 #[cfg(feature = "live")]
 pub use kernel::{Kernel, KernelError, VCAN_INTERFACE};
 
-use std::fmt;
-use wire::can::CanFrame;
-use wire::packet::Packet;
+use std::sync::Arc;
+use wire::device::Transmit;
 use wire::time::Timestamp;
 
-/// A line of the bench, named after the device at its one end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Line {
-    /// The gyro and the controller.
-    Gyro,
-    /// The base and the controller, by serial line or CAN.
-    Base,
-    /// The table and the plan.
-    Table,
-}
-
-impl fmt::Display for Line {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Gyro => "gyro",
-            Self::Base => "base",
-            Self::Table => "table",
-        })
-    }
+/// A line that is crossed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CrossedLine {
+    /// As messages name it: after the device at its one end, or by its own name.
+    pub name: Arc<str>,
+    /// It is a CAN bus.
+    pub is_can: bool,
+    /// Which of its ends is the device's; what comes from there goes toward the host.
+    pub device_end: usize,
 }
 
 /// Which way something goes on a line.
@@ -65,7 +54,7 @@ pub enum Toward {
 /// What of the kernel the lines of a bench cross. Serial lines cross ptys in any case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KernelBus {
-    /// Ptys alone: benches whose base is on CAN have none for it.
+    /// Ptys alone: there is none for a CAN bus.
     Pty,
     /// Frames cross `vcan0`.
     Vcan,
@@ -75,11 +64,9 @@ pub enum KernelBus {
 
 /// What carries packets and frames from end to end at one instant.
 pub trait Crossing {
-    /// Carries bytes; what comes out takes the packet's place. `false` when it did not get through.
-    fn bytes(&mut self, line: Line, toward: Toward, packet: &mut Packet) -> bool;
-
-    /// Carries a frame between the controller and the base, likewise.
-    fn frame(&mut self, now: Timestamp, toward: Toward, frame: &mut CanFrame) -> bool;
+    /// Carries what the end `from` of the line sent, both by their places in the rig; what comes out takes its place.
+    /// `false` when it did not get through.
+    fn carry(&mut self, now: Timestamp, line: usize, from: usize, what: &mut Transmit) -> bool;
 
     /// What went wrong since this was last asked. A line that failed carries nothing more.
     fn failure(&mut self) -> Option<CrossingFailure>;
@@ -94,12 +81,7 @@ pub struct Memory;
 
 impl Crossing for Memory {
     #[inline(always)]
-    fn bytes(&mut self, _: Line, _: Toward, _: &mut Packet) -> bool {
-        true
-    }
-
-    #[inline(always)]
-    fn frame(&mut self, _: Timestamp, _: Toward, _: &mut CanFrame) -> bool {
+    fn carry(&mut self, _: Timestamp, _: usize, _: usize, _: &mut Transmit) -> bool {
         true
     }
 

@@ -2,10 +2,11 @@
 
 use super::failure::shown_bytes;
 use super::wait::{LIMIT, READS_MAX, readable};
-use super::{CrossingFailure, How, Line, Toward};
+use super::{CrossingFailure, How, Toward};
 use crate::port::pty::{Ends, PtyError};
 use rustix::io::Errno;
 use std::os::fd::OwnedFd;
+use std::sync::Arc;
 use std::time::Duration;
 use wire::packet::{BYTES_MAX, Packet};
 
@@ -15,7 +16,7 @@ const HEARD_BYTES_MAX: usize = 2 * BYTES_MAX;
 /// A pty; the device is on its master, who opens the port on its slave.
 #[derive(Debug)]
 pub(super) struct PtyWire {
-    line: Line,
+    line: Arc<str>,
     ends: Ends,
     limit: Duration,
 }
@@ -23,13 +24,13 @@ pub(super) struct PtyWire {
 impl PtyWire {
     /// # Errors
     /// When the system has no pty to give.
-    pub(super) fn open(line: Line) -> Result<Self, PtyError> {
+    pub(super) fn open(line: Arc<str>) -> Result<Self, PtyError> {
         Ok(Self { line, ends: Ends::open()?, limit: LIMIT })
     }
 
     /// What waits no longer than `limit`, on these ends.
     #[cfg(test)]
-    pub(super) const fn of(line: Line, ends: Ends, limit: Duration) -> Self {
+    pub(super) fn of(line: Arc<str>, ends: Ends, limit: Duration) -> Self {
         Self { line, ends, limit }
     }
 
@@ -43,14 +44,14 @@ impl PtyWire {
             Toward::Host => (&self.ends.master, &self.ends.slave),
         };
         *packet = self.pass(near, far, packet.as_slice()).map_err(|how| {
-            CrossingFailure::new("bytes", self.line, toward, &self.ends.path, how)
+            CrossingFailure::new("bytes", &self.line, toward, &self.ends.path, how)
         })?;
         Ok(())
     }
 
     /// The failure of what the bytes on this line mean, such as a frame.
     pub(super) fn failure(&self, goods: &str, toward: Toward, how: How) -> CrossingFailure {
-        CrossingFailure::new(goods, self.line, toward, &self.ends.path, how)
+        CrossingFailure::new(goods, &self.line, toward, &self.ends.path, how)
     }
 
     fn pass(&self, near: &OwnedFd, far: &OwnedFd, sent: &[u8]) -> Result<Packet, How> {

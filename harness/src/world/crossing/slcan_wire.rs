@@ -2,15 +2,16 @@
 
 use super::failure::{shown_bytes, shown_frame};
 use super::pty_wire::PtyWire;
-use super::{CrossingFailure, How, KernelError, Line, Toward};
+use super::{CrossingFailure, How, KernelError, Toward};
+use std::sync::Arc;
 use wire::can::CanFrame;
 use wire::slcan::{Adapter, Answer, AnswerDecoder, BitRate, Command};
 use wire::time::Timestamp;
 
 // The line in between costs no bench time; the bus behind it does, and runs at this rate.
-const _: () = assert!(BitRate::Kbit500.bits_per_second() as i64 == crate::link::BIT_RATE);
+const _: () = assert!(BitRate::Kbit500.bits_per_second() as i64 == wire::can::BIT_RATE);
 
-/// The controller is the host, the base is on the adapter's bus.
+/// The device is on the adapter's bus, all others are its host.
 #[derive(Debug)]
 pub(super) struct SlcanWire {
     pty: PtyWire,
@@ -23,9 +24,9 @@ impl SlcanWire {
     ///
     /// # Errors
     /// When the system has no pty to give, or the adapter's answers do not come.
-    pub(super) fn open() -> Result<Self, KernelError> {
+    pub(super) fn open(line: Arc<str>) -> Result<Self, KernelError> {
         let mut wire = Self {
-            pty: PtyWire::open(Line::Base)?,
+            pty: PtyWire::open(line)?,
             adapter: Adapter::default(),
             host: AnswerDecoder::new(),
         };

@@ -1,17 +1,19 @@
 //! Lines across the kernel: what comes out, and what is said when it does not.
 
-use super::{Crossing as _, How, Kernel, KernelBus, KernelError, Line, Toward, pty_wire::PtyWire};
+use super::{
+    CrossedLine, Crossing as _, How, Kernel, KernelBus, KernelError, Toward, pty_wire::PtyWire,
+};
 use crate::made::Made;
 use crate::operator::Answers;
 use crate::outcome::Outcome;
 use crate::port::pty::Ends;
 use crate::record::sink::NullSink;
 use crate::run::{Prepared, Simulated, simulate_across};
-use controller::config::Transport;
 use socketcan::EmbeddedFrame as _;
 use std::os::fd::OwnedFd;
 use std::time::Duration;
 use wire::can::{CanFrame, ExtendedId, StandardId};
+use wire::device::Transmit;
 use wire::packet::Packet;
 use wire::time::Timestamp;
 
@@ -23,34 +25,50 @@ fn packet(bytes: &[u8]) -> Packet {
     Packet::from_slice(bytes).unwrap()
 }
 
+/// A line whose device is at its first end.
+fn line(name: &str, is_can: bool) -> CrossedLine {
+    CrossedLine { name: name.into(), is_can, device_end: 0 }
+}
+
+/// A gyro and a base.
+fn robot(is_can: bool) -> [CrossedLine; 2] {
+    [line("gyro", false), line("base", is_can)]
+}
+
+/// A gyro on a table; which end is the device's is as in a run.
+fn on_table() -> [CrossedLine; 2] {
+    [line("gyro", false), CrossedLine { device_end: 1, ..line("table", false) }]
+}
+
 /// A line whose two ends are not joined, and the ends that they are joined to: with those closed it would
 /// hang up.
-fn stuck(line: Line) -> (PtyWire, [OwnedFd; 2]) {
+fn stuck(line: &str) -> (PtyWire, [OwnedFd; 2]) {
     let (one, other) = (Ends::open().unwrap(), Ends::open().unwrap());
     let ends = Ends { master: one.master, slave: other.slave, path: one.path };
-    (PtyWire::of(line, ends, SOON), [one.slave, other.master])
+    (PtyWire::of(line.into(), ends, SOON), [one.slave, other.master])
 }
 
 #[test]
 fn every_byte_crosses_both_ways() {
-    let mut kernel = Kernel::open(KernelBus::Pty, Some(Transport::Serial)).unwrap();
+    let mut kernel = Kernel::open(KernelBus::Pty, &robot(false)).unwrap();
     let all: Vec<u8> = (0..=255).collect();
-    for line in [Line::Gyro, Line::Base] {
-        for toward in [Toward::Device, Toward::Host] {
+    for line in [0, 1] {
+        for from in [0, 1] {
             for part in all.chunks(63) {
-                let mut carried = packet(part);
-                assert!(kernel.bytes(line, toward, &mut carried), "{:?}", kernel.failure());
-                assert_eq!(carried, packet(part));
+                let mut carried = Transmit::Bytes(packet(part));
+                assert!(kernel.carry(NOW, line, from, &mut carried), "{:?}", kernel.failure());
+                assert_eq!(carried, Transmit::Bytes(packet(part)));
             }
         }
     }
-    assert!(kernel.bytes(Line::Gyro, Toward::Host, &mut Packet::new()), "nothing is something");
+    let mut nothing = Transmit::Bytes(Packet::new());
+    assert!(kernel.carry(NOW, 0, 0, &mut nothing), "nothing is something");
     assert!(kernel.failure().is_none());
 }
 
 #[test]
 fn frames_cross_as_lines() {
-    let mut kernel = Kernel::open(KernelBus::Slcan, Some(Transport::Can)).unwrap();
+    let mut kernel = Kernel::open(KernelBus::Slcan, &robot(true)).unwrap();
     assert_eq!(kernel.bus(), "slcan");
     let frames = [
         CanFrame::new(StandardId::new(0x123).unwrap(), b"12345678").unwrap(),
@@ -58,42 +76,42 @@ fn frames_cross_as_lines() {
         CanFrame::new_remote(StandardId::MAX, 4).unwrap(),
     ];
     for frame in frames {
-        for toward in [Toward::Device, Toward::Host] {
-            let mut carried = frame;
-            assert!(kernel.frame(NOW, toward, &mut carried), "{:?}", kernel.failure());
-            assert_eq!(carried, frame);
+        for from in [0, 1] {
+            let mut carried = Transmit::Frame(frame);
+            assert!(kernel.carry(NOW, 1, from, &mut carried), "{:?}", kernel.failure());
+            assert_eq!(carried, Transmit::Frame(frame));
         }
     }
 }
 
 #[test]
 fn a_bench_has_the_lines_that_it_needs() {
-    let serial = Kernel::open(KernelBus::Vcan, Some(Transport::Serial)).unwrap();
+    let serial = Kernel::open(KernelBus::Vcan, &robot(false)).unwrap();
     assert_eq!(serial.bus(), "pty", "no frame crosses anything");
-    let mut table = Kernel::open(KernelBus::Slcan, None).unwrap();
-    assert!(table.bytes(Line::Table, Toward::Device, &mut packet(b"A")));
-    let refused = Kernel::open(KernelBus::Pty, Some(Transport::Can));
-    assert!(matches!(refused, Err(KernelError::NoFrames)));
+    let refused = Kernel::open(KernelBus::Pty, &robot(true));
+    assert!(matches!(refused, Err(KernelError::NoFrames { .. })));
 }
 
 #[test]
 fn what_is_lost_or_changed_is_named_and_the_line_is_dead() {
-    let (lost, _far) = stuck(Line::Gyro);
+    let (lost, _far) = stuck("gyro");
     let mut sent = packet(b"speed");
     let failure = lost.carry(Toward::Device, &mut sent).unwrap_err();
     assert!(matches!(failure.how(), How::Late { .. }), "{failure}");
 
     let Ends { master, slave, path } = Ends::open().unwrap();
     rustix::io::write(&master, b"stray").unwrap();
-    let changed = PtyWire::of(Line::Gyro, Ends { master, slave, path: path.clone() }, SOON);
-    let mut kernel = Kernel::open(KernelBus::Pty, None).unwrap().with_wire(Line::Gyro, changed);
-    assert!(!kernel.bytes(Line::Gyro, Toward::Host, &mut packet(b"speed")));
+    let changed = PtyWire::of("gyro".into(), Ends { master, slave, path: path.clone() }, SOON);
+    let mut kernel = Kernel::open(KernelBus::Pty, &on_table()).unwrap().with_wire("gyro", changed);
+    let mut speed = Transmit::Bytes(packet(b"speed"));
+    assert!(!kernel.carry(NOW, 0, 0, &mut speed));
     let failure = kernel.failure().unwrap();
     assert!(matches!(failure.how(), How::Changed { .. }), "{failure}");
     let text = failure.to_string();
     assert!(text.starts_with(&format!("failed to carry bytes from the gyro across {path}: ")));
     assert!(text.contains("\"speed\" went in and \"stray"), "{text}");
-    assert!(!kernel.bytes(Line::Gyro, Toward::Host, &mut packet(b"more")));
+    let mut more = Transmit::Bytes(packet(b"more"));
+    assert!(!kernel.carry(NOW, 0, 0, &mut more));
     assert!(kernel.failure().is_none(), "it is told once");
 }
 
@@ -102,7 +120,7 @@ fn a_port_that_hangs_up_is_named() {
     let Ends { master, path, .. } = Ends::open().unwrap();
     let other = Ends::open().unwrap();
     // The slave of this master is closed; the other stands in its place.
-    let wire = PtyWire::of(Line::Table, Ends { master, slave: other.slave, path }, SOON);
+    let wire = PtyWire::of("table".into(), Ends { master, slave: other.slave, path }, SOON);
     let failure = wire.carry(Toward::Device, &mut packet(b"x")).unwrap_err();
     assert!(matches!(failure.how(), How::Read(_)), "{failure}");
 }
@@ -114,9 +132,9 @@ fn table_run(kernel: Kernel) -> Simulated {
 
 #[test]
 fn a_stuck_port_ends_the_run_in_error() {
-    for line in [Line::Gyro, Line::Table] {
+    for line in ["gyro", "table"] {
         let (wire, _far) = stuck(line);
-        let kernel = Kernel::open(KernelBus::Pty, None).unwrap().with_wire(line, wire);
+        let kernel = Kernel::open(KernelBus::Pty, &on_table()).unwrap().with_wire(line, wire);
         let run = table_run(kernel);
         assert_eq!(run.ending.outcome, Outcome::Error);
         let reason = run.ending.reason.unwrap();

@@ -13,29 +13,32 @@ const SLEEP_NS_MAX: i64 = 999_999_999;
 
 /// Bench time: zero when the run began.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Clock {
+pub struct Clock {
     began: Instant,
 }
 
 impl Clock {
+    /// From now on.
     #[expect(clippy::disallowed_methods, reason = "the live world is where the real clock is read")]
-    pub(crate) fn start() -> Self {
+    pub fn start() -> Self {
         Self { began: Instant::now() }
     }
 
-    pub(crate) fn now(&self) -> Timestamp {
+    /// Bench time.
+    pub fn now(&self) -> Timestamp {
         let nanos = self.began.elapsed().as_nanos();
         Timestamp::from_nanos(i64::try_from(nanos).unwrap_or(i64::MAX))
     }
 
-    pub(crate) async fn sleep_until(&self, at: Timestamp) {
+    /// Waits until then.
+    pub async fn sleep_until(&self, at: Timestamp) {
         let nanos = u64::try_from(at.as_nanos()).unwrap_or(0);
         tokio::time::sleep_until(self.began + Duration::from_nanos(nanos)).await;
     }
 
     /// Holds the thread until `at`, to about a microsecond where the system wakes it within [`SPIN_MAX`].
     /// For the last bit of a wait: nothing else runs on this thread meanwhile.
-    pub(crate) fn hold_until(&self, at: Timestamp) {
+    pub fn hold_until(&self, at: Timestamp) {
         loop {
             let sleep = (at - self.now() - SPIN_MAX).as_nanos();
             if sleep <= 0 {

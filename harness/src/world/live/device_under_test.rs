@@ -11,12 +11,13 @@ use crate::live::command::{CommandError, fill};
 use crate::live::process::{DeviceProcess, ProcessEvent, SpawnError};
 use crate::port::spec::SerialSpec;
 use crate::port::{PortError, PortSpec};
-use crate::world::faults::Host;
-use controller::Controller;
+use crate::rig::node::Machine;
 use controller::config::Config;
 use controller::mission::{Mission, Report};
 use std::fmt;
+use std::future::Future as _;
 use std::path::{Path, PathBuf};
+use std::task::Poll;
 use wire::time::{Span, Timestamp};
 
 /// Which device is tested.
@@ -30,6 +31,19 @@ pub enum DeviceUnderTest {
     Command(Vec<String>),
     /// One that somebody else starts, and that takes its missions there.
     Attached(AttachPlace),
+    /// A device, by its name: it is there, or emulated, and the plan itself speaks to it.
+    Device(String),
+    /// Nodes of a rig, each with its program.
+    Programs(Vec<Program>),
+}
+
+/// The program of a node under test.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Program {
+    /// The node.
+    pub node: String,
+    /// Its words, with `{line}` for the ports of lines; none where it is there already.
+    pub words: Vec<String>,
 }
 
 /// As a summary names it.
@@ -40,6 +54,16 @@ impl fmt::Display for DeviceUnderTest {
             Self::OurProcess => f.write_str("process"),
             Self::Command(words) => f.write_str(&words.join(" ")),
             Self::Attached(place) => write!(f, "attached at {place}"),
+            Self::Device(name) => f.write_str(name),
+            Self::Programs(programs) => {
+                for (count, Program { node, words }) in programs.iter().enumerate() {
+                    let before = if count == 0 { "" } else { ", " };
+                    let how =
+                        if words.is_empty() { "attached".to_owned() } else { words.join(" ") };
+                    write!(f, "{before}{node}: {how}")?;
+                }
+                Ok(())
+            }
         }
     }
 }
@@ -87,6 +111,8 @@ pub(super) enum Heard {
     Port(&'static str, PortEvent),
     /// It has ended.
     Ended(String),
+    /// The program of a node has ended.
+    NodeEnded(String, String),
 }
 
 /// A device under test that runs.
@@ -104,24 +130,32 @@ pub(super) enum Running {
         /// Why it is not connected; `None` where it is.
         missing: Option<String>,
     },
+    /// A device at a port of the harness: nothing is started.
+    Device,
+    /// Programs of nodes; what has ended is not asked again.
+    Programs(Vec<(String, DeviceProcess, bool)>),
 }
 
 impl Running {
     pub(super) async fn start(
         which: &DeviceUnderTest,
-        config: Config,
+        (config, with_faults): (Option<Config>, bool),
         wiring: &Wiring,
         log: &Path,
     ) -> Result<Self, StartError> {
+        if let DeviceUnderTest::Programs(programs) = which {
+            return Self::start_programs(programs, wiring, log);
+        }
+        let Some(config) = config else { return Ok(Self::Device) };
         let words = match which {
             DeviceUnderTest::InProcess => {
-                let started = InProcess::start(config, wiring).await?;
+                let started = InProcess::start(config, with_faults, wiring).await?;
                 return Ok(Self::InProcess(Box::new(started)));
             }
             DeviceUnderTest::OurProcess => {
                 for (role, needed, known) in [
-                    (GYRO, true, wiring.gyro.is_some()),
-                    (BASE, config.base.is_some(), wiring.base.is_some()),
+                    (GYRO, true, wiring.port(GYRO).is_some()),
+                    (BASE, config.base.is_some(), wiring.port(BASE).is_some()),
                 ] {
                     if needed && !known {
                         return Err(StartError::NoFarSide { role });
@@ -131,9 +165,28 @@ impl Running {
             }
             DeviceUnderTest::Command(words) => words.clone(),
             DeviceUnderTest::Attached(place) => return Ok(Self::attach(place, wiring)?),
+            DeviceUnderTest::Device(_) | DeviceUnderTest::Programs(_) => return Ok(Self::Device),
         };
         let process = DeviceProcess::spawn(&fill(&words, &wiring.words)?, log)?;
         Ok(Self::Process { process: Box::new(process), ended: false })
+    }
+
+    /// Each program writes into a log of its own: the one of `log` that bears its node's name.
+    fn start_programs(
+        programs: &[Program],
+        wiring: &Wiring,
+        log: &Path,
+    ) -> Result<Self, StartError> {
+        let mut running = Vec::new();
+        for Program { node, words } in programs.iter().filter(|one| !one.words.is_empty()) {
+            let log = match programs.len() {
+                1 => log.to_owned(),
+                _ => log.with_extension(format!("{node}.log")),
+            };
+            let words = fill(words, &wiring.words)?;
+            running.push((node.clone(), DeviceProcess::spawn_plain(&words, &log)?, false));
+        }
+        Ok(Self::Programs(running))
     }
 
     /// Begins to connect, and says where everything is: somebody may have to start the controller.
@@ -160,7 +213,7 @@ impl Running {
             Self::Attached { place, missing: None, .. } => {
                 format!("the device under test at {place} said nothing within {seconds} s")
             }
-            Self::InProcess(_) | Self::Process { .. } => {
+            Self::InProcess(_) | Self::Process { .. } | Self::Device | Self::Programs(_) => {
                 format!(
                     "the device under test said nothing within {seconds} s{}",
                     self.last_words()
@@ -169,47 +222,45 @@ impl Running {
         }
     }
 
-    pub(super) fn command(
-        &mut self,
-        clock: &Clock,
-        mission: Mission,
-        host: Option<&mut Host>,
-    ) -> bool {
+    pub(super) fn command(&mut self, clock: &Clock, mission: Mission) -> bool {
         match self {
             Self::InProcess(controller) => {
-                controller.command(clock, mission, host);
+                controller.command(clock, mission);
                 true
             }
+            Self::Device | Self::Programs(_) => false,
             Self::Process { process, .. } => process.send(&mission),
             Self::Attached { device, .. } => device.send(&mission),
         }
     }
 
-    pub(super) fn wake(&mut self, clock: &Clock, now: Timestamp, host: Option<&Host>) {
+    pub(super) fn wake(&mut self, clock: &Clock, now: Timestamp) {
         if let Self::InProcess(controller) = self {
-            controller.wake(clock, now, host);
+            controller.wake(clock, now);
         }
     }
 
     /// Its machine was struck, where it is in this process.
-    pub(super) fn struck(&mut self, clock: &Clock, now: Timestamp, host: &Host) {
+    pub(super) fn struck(&mut self, clock: &Clock, now: Timestamp) {
         if let Self::InProcess(controller) = self {
-            controller.struck(clock, now, host);
+            controller.struck(clock, now);
         }
     }
 
     /// What faults of its machine strike, where it is in this process.
-    pub(super) const fn controller(&mut self) -> Option<&mut Controller> {
+    pub(super) const fn machine(&mut self) -> Option<&mut Machine> {
         match self {
-            Self::InProcess(controller) => Some(controller.controller()),
-            Self::Process { .. } | Self::Attached { .. } => None,
+            Self::InProcess(controller) => Some(controller.machine()),
+            Self::Process { .. } | Self::Attached { .. } | Self::Device | Self::Programs(_) => None,
         }
     }
 
-    pub(super) fn next_wakeup(&self, host: Option<&Host>) -> Timestamp {
+    pub(super) fn next_wakeup(&self) -> Timestamp {
         match self {
-            Self::InProcess(controller) => controller.next_wakeup(host),
-            Self::Process { .. } | Self::Attached { .. } => Timestamp::MAX,
+            Self::InProcess(controller) => controller.next_wakeup(),
+            Self::Process { .. } | Self::Attached { .. } | Self::Device | Self::Programs(_) => {
+                Timestamp::MAX
+            }
         }
     }
 
@@ -217,7 +268,7 @@ impl Running {
     pub(super) const fn in_process(&self) -> Option<&InProcess> {
         match self {
             Self::InProcess(controller) => Some(controller),
-            Self::Process { .. } | Self::Attached { .. } => None,
+            Self::Process { .. } | Self::Attached { .. } | Self::Device | Self::Programs(_) => None,
         }
     }
 
@@ -225,14 +276,16 @@ impl Running {
     pub(super) fn crossing(&mut self) -> Option<Crossing> {
         match self {
             Self::InProcess(controller) => controller.crossing(),
-            Self::Process { .. } | Self::Attached { .. } => None,
+            Self::Process { .. } | Self::Attached { .. } | Self::Device | Self::Programs(_) => None,
         }
     }
 
     /// The end of what the process wrote to stderr, as an ending of a sentence.
     fn last_words(&self) -> String {
         match self {
-            Self::InProcess(_) | Self::Attached { .. } => String::new(),
+            Self::InProcess(_) | Self::Attached { .. } | Self::Device | Self::Programs(_) => {
+                String::new()
+            }
             Self::Process { process, .. } => match process.last_words().trim() {
                 "" => String::new(),
                 words => format!(": {words}"),
@@ -241,9 +294,11 @@ impl Running {
     }
 
     /// Waits for what comes next. May be called off without losing anything.
-    pub(super) async fn heard(&mut self, clock: &Clock, host: Option<&mut Host>) -> Heard {
+    pub(super) async fn heard(&mut self, clock: &Clock) -> Heard {
         match self {
-            Self::InProcess(controller) => match controller.heard(clock, host).await {
+            Self::Device => std::future::pending().await,
+            Self::Programs(programs) => programs_ended(programs).await,
+            Self::InProcess(controller) => match controller.heard(clock).await {
                 InProcessEvent::Report(report) => Heard::Report(report),
                 InProcessEvent::Taken => Heard::Nothing,
                 InProcessEvent::Port(role, event) => Heard::Port(role, event),
@@ -283,17 +338,53 @@ impl Running {
 
     pub(super) async fn end(self) {
         match self {
-            Self::InProcess(_) => {}
+            Self::InProcess(_) | Self::Device => {}
+            Self::Programs(programs) => {
+                for (_, process, _) in programs {
+                    _ = process.end_plain().await;
+                }
+            }
             Self::Process { process, .. } => _ = process.end(|_| {}).await,
             Self::Attached { device, .. } => device.end().await,
         }
     }
 }
 
+/// Waits until one of the programs ends.
+async fn programs_ended(programs: &mut [(String, DeviceProcess, bool)]) -> Heard {
+    let running = programs.iter_mut().filter(|(_, _, ended)| !*ended);
+    let mut waiting: Vec<_> = running
+        .map(|(node, process, ended)| {
+            Box::pin(async move {
+                loop {
+                    if let ProcessEvent::Exited(exit) = process.next_event().await {
+                        *ended = true;
+                        let words = process.last_words();
+                        let how = match words.trim() {
+                            "" => exit.to_string(),
+                            words => format!("{exit}: {words}"),
+                        };
+                        return Heard::NodeEnded(node.clone(), how);
+                    }
+                }
+            })
+        })
+        .collect();
+    std::future::poll_fn(move |context| {
+        for one in &mut waiting {
+            if let Poll::Ready(heard) = one.as_mut().poll(context) {
+                return Poll::Ready(heard);
+            }
+        }
+        Poll::Pending
+    })
+    .await
+}
+
 /// The command line of our controller for this bench.
 fn our_command(config: &Config, wiring: &Wiring) -> Vec<String> {
     let stream = config.gyro.stream;
-    let base = match &wiring.base {
+    let base = match wiring.port(BASE) {
         None => "none".to_owned(),
         Some(PortSpec::Can { .. }) => "can:{base}".to_owned(),
         Some(PortSpec::Slcan { .. } | PortSpec::SlcanPty { .. }) => "slcan:{base}".to_owned(),
@@ -301,7 +392,7 @@ fn our_command(config: &Config, wiring: &Wiring) -> Vec<String> {
             format!("serial:{{base}}{}", rate(spec))
         }
     };
-    let gyro = format!("{{gyro}}{}", wiring.gyro.as_ref().map(rate).unwrap_or_default());
+    let gyro = format!("{{gyro}}{}", wiring.port(GYRO).map(rate).unwrap_or_default());
     let mut words: Vec<String> = vec![
         our_program().to_string_lossy().into_owned(),
         "--gyro".to_owned(),
@@ -330,7 +421,7 @@ fn rate(spec: &PortSpec) -> String {
 }
 
 /// Beside this program, where a build puts it; else wherever PATH has it.
-pub(crate) fn our_program() -> PathBuf {
+pub fn our_program() -> PathBuf {
     let name = "k2a-controller";
     std::env::current_exe()
         .ok()

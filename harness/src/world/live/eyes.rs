@@ -2,7 +2,7 @@
 //! sent, as it did. Of any other the harness sees the lines: what left a port of an emulated device counts as heard,
 //! what came in there as sent.
 
-use super::in_process::{Crossed, Crossing};
+use super::in_process::Crossing;
 use super::ports::{BASE, GYRO};
 use crate::engine::Action;
 use crate::properties::{Limits, Monitor, Property, PropertyVerdict, Seen, Sight, Unjudged, View};
@@ -12,6 +12,7 @@ use crate::world::bench::Carrier;
 use crate::world::watch::Watch;
 use controller::mission::Report;
 use controller::{Output, Port};
+use wire::device::Transmit;
 use wire::time::Timestamp;
 
 /// From where the lines are heard.
@@ -94,7 +95,7 @@ impl Eyes {
     }
 
     /// Something crossed a port of the harness.
-    pub(super) fn line(&mut self, now: Timestamp, role: &str, by: Device, crossed: Crossed) {
+    pub(super) fn line(&mut self, now: Timestamp, role: &str, by: Device, crossed: Transmit) {
         if self.ear == Ear::Lines {
             self.crossed(now, role, by, crossed);
         }
@@ -108,24 +109,24 @@ impl Eyes {
         self.crossed(now, crossing.role, crossing.by, crossing.crossed);
     }
 
-    fn crossed(&mut self, now: Timestamp, role: &str, by: Device, crossed: Crossed) {
+    fn crossed(&mut self, now: Timestamp, role: &str, by: Device, crossed: Transmit) {
         match (role, by, crossed) {
-            (GYRO, Device::Controller, Crossed::Bytes(packet)) => {
+            (GYRO, Device::Controller, Transmit::Bytes(packet)) => {
                 self.see(now, &Seen::Sent(&Output::Bytes(Port::Gyro, packet)));
             }
-            (BASE, Device::Controller, Crossed::Bytes(packet)) => {
+            (BASE, Device::Controller, Transmit::Bytes(packet)) => {
                 self.see(now, &Seen::Sent(&Output::Bytes(Port::Base, packet)));
             }
-            (BASE, Device::Controller, Crossed::Frame(frame)) => {
+            (BASE, Device::Controller, Transmit::Frame(frame)) => {
                 self.see(now, &Seen::Sent(&Output::Frame(frame)));
             }
-            (GYRO, _, Crossed::Bytes(packet)) => {
+            (GYRO, _, Transmit::Bytes(packet)) => {
                 self.see(now, &Seen::GyroBytes(packet.as_slice()));
             }
-            (BASE, _, Crossed::Bytes(packet)) => {
+            (BASE, _, Transmit::Bytes(packet)) => {
                 self.see(now, &Seen::BaseBytes(packet.as_slice()));
             }
-            (BASE, _, Crossed::Frame(frame)) => self.see(now, &Seen::BaseFrame(&frame)),
+            (BASE, _, Transmit::Frame(frame)) => self.see(now, &Seen::BaseFrame(&frame)),
             _ => {}
         }
     }

@@ -1,6 +1,6 @@
 //! Is the bus of the base flooded by nodes that have nothing to do with the run?
 
-use crate::link::BIT_RATE;
+use wire::can::BIT_RATE;
 use wire::can::CanFrame;
 use wire::time::{Span, Timestamp};
 

@@ -5,25 +5,17 @@ use super::device_under_test::StartError;
 use super::histogram::Histogram;
 use super::ports::{BASE, GYRO, Wiring, base_traffic, device};
 use super::role_port::{PortEvent, RolePort, Traffic, next};
+use crate::hosted::{HostedController as _, Hosting};
 use crate::record::Device;
-use crate::world::faults::Host;
+use crate::rig::node::{self, Machine};
 use controller::config::Config;
 use controller::mission::{Mission, Report};
-use controller::{Controller, Input, Output, Port};
 use std::collections::VecDeque;
-use wire::can::CanFrame;
-use wire::packet::Packet;
+use wire::device::Transmit;
 use wire::time::Timestamp;
 
 /// Crossings that wait to be told; far more than one turn of the loop can bring. More are counted as dropped.
 const CROSSINGS_MAX: usize = 256;
-
-/// What crossed a port.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Crossed {
-    Bytes(Packet),
-    Frame(CanFrame),
-}
 
 /// Something crossed a port of the controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,13 +24,13 @@ pub(super) struct Crossing {
     pub(super) role: &'static str,
     /// Who sent it.
     pub(super) by: Device,
-    pub(super) crossed: Crossed,
+    pub(super) crossed: Transmit,
 }
 
-/// The controller and its ports. Where faults can strike its machine, `host` is that machine.
+/// The controller, its machine and its ports.
 #[derive(Debug)]
 pub(super) struct InProcess {
-    controller: Controller,
+    machine: Machine,
     gyro: RolePort,
     base: Option<RolePort>,
     crossings: VecDeque<Crossing>,
@@ -63,19 +55,27 @@ impl InProcess {
     /// # Errors
     ///
     /// When a port cannot be opened, or nobody knows where it is.
-    pub(super) async fn start(config: Config, wiring: &Wiring) -> Result<Self, StartError> {
+    pub(super) async fn start(
+        config: Config,
+        with_faults: bool,
+        wiring: &Wiring,
+    ) -> Result<Self, StartError> {
         let known = |role| StartError::NoFarSide { role };
-        let gyro = wiring.gyro.as_ref().ok_or(known(GYRO))?;
+        let gyro = wiring.port(GYRO).ok_or(known(GYRO))?;
         let gyro = RolePort::open(gyro, Traffic::Bytes(config.gyro.stream.format.serial())).await?;
         let base = match config.base {
             None => None,
             Some(base) => {
-                let spec = wiring.base.as_ref().ok_or(known(BASE))?;
+                let spec = wiring.port(BASE).ok_or(known(BASE))?;
                 Some(RolePort::open(spec, base_traffic(base.transport)).await?)
             }
         };
+        let mut machine = Machine::new(Hosting::default().start(&config));
+        if with_faults {
+            machine.with_faults();
+        }
         Ok(Self {
-            controller: Controller::new(config, Timestamp::ZERO),
+            machine,
             gyro,
             base,
             crossings: VecDeque::new(),
@@ -85,109 +85,82 @@ impl InProcess {
         })
     }
 
-    pub(super) fn command(&mut self, clock: &Clock, mission: Mission, host: Option<&mut Host>) {
+    pub(super) fn command(&mut self, clock: &Clock, mission: Mission) {
         let now = clock.now();
-        match host {
-            None => {
-                self.controller.command(now, mission);
-                self.send(clock, now, None);
-            }
-            Some(host) => {
-                host.mission(now, mission, &mut self.controller);
-                self.send(clock, now, Some(host));
-            }
-        }
+        self.machine.command(now, mission);
+        self.send(clock, now);
     }
 
-    pub(super) fn wake(&mut self, clock: &Clock, now: Timestamp, host: Option<&Host>) {
-        if self.next_wakeup(host) <= now {
-            self.controller.wake(host.map_or(now, |host| host.told(now)));
-            self.send(clock, now, host);
+    pub(super) fn wake(&mut self, clock: &Clock, now: Timestamp) {
+        if self.next_wakeup() <= now {
+            self.machine.wake(now);
+            self.send(clock, now);
         }
     }
 
     /// Its machine was struck, or goes on: it may have something to say.
-    pub(super) fn struck(&mut self, clock: &Clock, now: Timestamp, host: &Host) {
-        self.send(clock, now, Some(host));
+    pub(super) fn struck(&mut self, clock: &Clock, now: Timestamp) {
+        self.send(clock, now);
     }
 
-    /// What faults of its machine strike.
-    pub(super) const fn controller(&mut self) -> &mut Controller {
-        &mut self.controller
+    /// What faults strike.
+    pub(super) const fn machine(&mut self) -> &mut Machine {
+        &mut self.machine
     }
 
     /// On the clock of the bench.
-    pub(super) fn next_wakeup(&self, host: Option<&Host>) -> Timestamp {
-        match host {
-            None => self.controller.next_wakeup(),
-            Some(host) if host.is_stalled() => Timestamp::MAX,
-            Some(host) => host.when(self.controller.next_wakeup()),
-        }
+    pub(super) fn next_wakeup(&self) -> Timestamp {
+        if self.machine.is_stalled() { Timestamp::MAX } else { self.machine.next_wakeup() }
     }
 
     /// Waits for what comes next. May be called off without losing anything.
-    pub(super) async fn heard(
-        &mut self,
-        clock: &Clock,
-        mut host: Option<&mut Host>,
-    ) -> InProcessEvent {
-        let stalled = host.as_deref().is_some_and(Host::is_stalled);
-        if let Some(report) = if stalled { None } else { self.controller.report() } {
+    pub(super) async fn heard(&mut self, clock: &Clock) -> InProcessEvent {
+        if !self.machine.is_stalled()
+            && let Some(report) = self.machine.controller.report()
+        {
             return InProcessEvent::Report(report);
         }
         let (port, role, event) = tokio::select! {
-            event = self.gyro.next() => (Port::Gyro, GYRO, event),
-            event = next(self.base.as_mut()) => (Port::Base, BASE, event),
+            event = self.gyro.next() => (node::GYRO, GYRO, event),
+            event = next(self.base.as_mut()) => (node::BASE, BASE, event),
         };
         let now = clock.now();
-        match event {
-            PortEvent::Bytes(packet) => {
-                self.keep(role, device(role), Crossed::Bytes(packet));
-                match host.as_deref_mut() {
-                    None => self.controller.receive(now, port, Input::Bytes(packet.as_slice())),
-                    Some(host) => host.bytes(now, port, packet, &mut self.controller),
-                }
-            }
-            PortEvent::Frame(frame) => {
-                self.keep(role, device(role), Crossed::Frame(frame));
-                match host.as_deref_mut() {
-                    None => self.controller.receive(now, port, Input::Frame(frame)),
-                    Some(host) => host.frame(now, frame, &mut self.controller),
-                }
-            }
+        let what = match event {
+            PortEvent::Bytes(packet) => Transmit::Bytes(packet),
+            PortEvent::Frame(frame) => Transmit::Frame(frame),
             event => return InProcessEvent::Port(role, event),
-        }
+        };
+        self.keep(role, device(role), what);
+        self.machine.receive(now, port, &what);
         self.heard_at = Some(now);
-        self.send(clock, now, host.as_deref());
+        self.send(clock, now);
         InProcessEvent::Taken
     }
 
     /// Puts what the controller has to say on its lines.
-    fn send(&mut self, clock: &Clock, now: Timestamp, host: Option<&Host>) {
-        if host.is_some_and(Host::is_stalled) {
+    fn send(&mut self, clock: &Clock, now: Timestamp) {
+        if self.machine.is_stalled() {
             return;
         }
-        let told = host.map_or(now, |host| host.told(now));
-        while let Some(output) = self.controller.transmit(told) {
-            let (role, crossed) = match output {
-                Output::Bytes(Port::Gyro, packet) => (GYRO, Crossed::Bytes(packet)),
-                Output::Bytes(Port::Base, packet) => (BASE, Crossed::Bytes(packet)),
-                Output::Frame(frame) => (BASE, Crossed::Frame(frame)),
-            };
+        let told = self.machine.told(now);
+        while let Some(sent) = self.machine.controller.transmit(told) {
+            let (port, crossed) = node::output(sent);
+            let role = if port == node::GYRO { GYRO } else { BASE };
             self.keep(role, Device::Controller, crossed);
             let port = if role == GYRO { Some(&mut self.gyro) } else { self.base.as_mut() };
             match (port, crossed) {
-                (Some(port), Crossed::Bytes(packet)) => port.send_bytes(packet.as_slice()),
-                (Some(port), Crossed::Frame(frame)) => port.send_frame(now, &frame),
+                (Some(port), Transmit::Bytes(packet)) => port.send_bytes(packet.as_slice()),
+                (Some(port), Transmit::Frame(frame)) => port.send_frame(now, &frame),
                 (None, _) => {}
             }
             if let Some(heard_at) = self.heard_at.take() {
                 self.bus_to_command.add(clock.now() - heard_at);
             }
         }
+        self.machine.ask_due();
     }
 
-    fn keep(&mut self, role: &'static str, by: Device, crossed: Crossed) {
+    fn keep(&mut self, role: &'static str, by: Device, crossed: Transmit) {
         if self.crossings.len() < CROSSINGS_MAX {
             self.crossings.push_back(Crossing { role, by, crossed });
         } else {
@@ -200,9 +173,9 @@ impl InProcess {
         self.crossings.pop_front()
     }
 
-    /// Crossings that are told to nobody, for want of room.
-    pub(super) const fn dropped(&self) -> u64 {
-        self.dropped
+    /// What found no room: in its machine, or to be told.
+    pub(super) fn dropped(&self) -> u64 {
+        self.dropped + self.machine.dropped()
     }
 
     /// Its port for a role.

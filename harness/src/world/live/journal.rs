@@ -5,6 +5,7 @@ use super::verdict::blame_bench;
 use crate::engine::Ending;
 use crate::outcome::{Outcome, PortSide, PortSummary};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use wire::time::{Span, Timestamp};
 
 /// Notes of ports that a record holds at most: a bus that breaks down tells of it a thousand times a
@@ -15,7 +16,7 @@ pub const NOTES_MAX: u64 = 500;
 const AFTERMATH: Span = Span::from_secs(10);
 
 /// A port as the journal knows it.
-type Whose = (&'static str, PortSide);
+type Whose = (Arc<str>, PortSide);
 
 /// A port that is gone, or was.
 #[derive(Debug, Clone)]
@@ -62,7 +63,7 @@ impl Journal {
         };
         match event {
             PortEvent::Lost(_) | PortEvent::Down => {
-                *self.lost.entry((role, side)).or_default() += 1;
+                *self.lost.entry((Arc::clone(&role), side)).or_default() += 1;
                 self.absences.insert((role, side), Absence { what: note.clone(), until: None });
             }
             PortEvent::Back | PortEvent::Up => {
@@ -111,10 +112,10 @@ impl Journal {
     pub(super) fn summary(&self, (role, side): Whose, port: &RolePort) -> PortSummary {
         let rows = port.counters().rows().into_iter().filter(|(_, count)| *count > 0);
         PortSummary {
-            role: role.to_owned(),
+            role: role.to_string(),
             side,
             port: port.name().to_owned(),
-            lost: self.lost.get(&(role, side)).copied().unwrap_or_default(),
+            lost: self.lost.get(&(Arc::clone(&role), side)).copied().unwrap_or_default(),
             counters: rows.map(|(name, count)| (name.to_owned(), count)).collect(),
         }
     }
@@ -122,11 +123,15 @@ impl Journal {
 
 #[cfg(test)]
 mod tests {
-    use super::{AFTERMATH, Ending, Journal, NOTES_MAX, Outcome, PortEvent, PortSide, Timestamp};
+    use super::{
+        AFTERMATH, Arc, Ending, Journal, NOTES_MAX, Outcome, PortEvent, PortSide, Timestamp,
+    };
     use crate::port::PortLost;
     use wire::time::Span;
 
-    const BASE: (&str, PortSide) = ("base", PortSide::Bench);
+    fn base() -> (Arc<str>, PortSide) {
+        ("base".into(), PortSide::Bench)
+    }
 
     fn ending(outcome: Outcome) -> Ending {
         Ending { outcome, reason: Some("it took too long".to_owned()) }
@@ -136,7 +141,7 @@ mod tests {
     fn a_port_that_never_returns_is_the_reason() {
         let mut journal = Journal::default();
         let lost = PortEvent::Lost(PortLost::Deleted);
-        let note = journal.take(Timestamp::ZERO, BASE, "can:vcan0", &lost).unwrap();
+        let note = journal.take(Timestamp::ZERO, base(), "can:vcan0", &lost).unwrap();
         assert_eq!(note, "the base's port can:vcan0 is lost: the interface was deleted");
         for outcome in [Outcome::Passed, Outcome::Failed, Outcome::Timeout, Outcome::Error] {
             let told = journal.explain(ending(outcome), Timestamp::MAX);
@@ -153,8 +158,8 @@ mod tests {
     fn a_port_that_came_back_is_to_blame_for_a_while() {
         let mut journal = Journal::default();
         let lost = PortEvent::Lost(PortLost::HungUp);
-        assert!(journal.take(Timestamp::ZERO, BASE, "x", &lost).is_some());
-        assert!(journal.take(Timestamp::ZERO, BASE, "x", &PortEvent::Back).is_some());
+        assert!(journal.take(Timestamp::ZERO, base(), "x", &lost).is_some());
+        assert!(journal.take(Timestamp::ZERO, base(), "x", &PortEvent::Back).is_some());
         let soon = Timestamp::ZERO + AFTERMATH;
         assert_eq!(journal.explain(ending(Outcome::Passed), soon), ending(Outcome::Passed));
         assert_eq!(journal.explain(ending(Outcome::Failed), soon).outcome, Outcome::Error);
@@ -166,7 +171,7 @@ mod tests {
     fn a_bus_that_never_ends_to_complain_is_counted() {
         let mut journal = Journal::default();
         for _ in 0..NOTES_MAX + 3 {
-            journal.take(Timestamp::ZERO, BASE, "x", &PortEvent::Break);
+            journal.take(Timestamp::ZERO, base(), "x", &PortEvent::Break);
         }
         assert_eq!(journal.unnoted(), 3);
     }

@@ -5,6 +5,7 @@ use crate::operator::RealRoles;
 use crate::port::PortSpec;
 use crate::port::spec::{SerialDevice, SerialOptions, SerialSpec};
 use controller::config::Transport;
+use described::Medium;
 use std::path::{Path, PathBuf};
 
 /// What plays a role, and where.
@@ -19,11 +20,11 @@ pub enum Player {
 /// The ports of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Placement {
-    pub(super) gyro: Player,
+    pub(crate) gyro: Player,
     /// None on a table.
-    pub(super) base: Option<Player>,
+    pub(crate) base: Option<Player>,
     /// A table on a port; an emulated one without hears the plan within the harness.
-    pub(super) table: Option<Player>,
+    pub(crate) table: Option<Player>,
 }
 
 /// Why a bench does not fit the plan.
@@ -35,6 +36,17 @@ pub enum PlacementError {
     Port {
         /// The role.
         role: &'static str,
+        /// Its port.
+        port: String,
+        /// Why.
+        source: Box<crate::port::spec::SpecError>,
+    },
+    /// The same, of a line.
+    #[error("failed to read the port \"{port}\" of the line `{line}`")]
+    #[diagnostic(help("`hil doctor` lists what there is; [line.{line}] port = \"can:can0\""))]
+    LinePort {
+        /// The line.
+        line: String,
         /// Its port.
         port: String,
         /// Why.
@@ -69,6 +81,12 @@ pub enum PlacementError {
         /// What the layout is of.
         wanted: &'static str,
     },
+    /// The paper's robot and other nodes.
+    #[error("failed to place the rig: in real time the paper's robot has a bench of its own")]
+    #[diagnostic(help(
+        "run it in virtual time, or take `devices` out of the rig file: a node's program can play the robot"
+    ))]
+    RobotAndNodes,
     /// Two roles on one port.
     #[error("failed to tell the {first} from the {second}: both are on {port}")]
     #[diagnostic(help("a serial line leads to one device; give [{second}] a port of its own"))]
@@ -140,10 +158,14 @@ impl Placement {
         }
     }
 
-    /// A real device that the controller alone talks to. A bus of the kernel is heard by the harness, too.
-    pub(super) fn is_unheard(&self, role: &str) -> bool {
-        let player = if role == "gyro" { Some(&self.gyro) } else { self.base.as_ref() };
-        matches!(player, Some(Player::Real(spec)) if !matches!(spec, PortSpec::Can { .. }))
+    /// Who plays a role; none where nobody does.
+    pub(super) fn player(&self, role: &str) -> Option<&Player> {
+        match role {
+            "gyro" => Some(&self.gyro),
+            "base" => self.base.as_ref(),
+            "table" => self.table.as_ref(),
+            _ => None,
+        }
     }
 
     /// What crosses the ports, in a word for the summary: the kinds of port.
@@ -169,13 +191,13 @@ impl Player {
         }
     }
 
-    pub(super) const fn is_emulated(&self) -> bool {
+    pub(crate) const fn is_emulated(&self) -> bool {
         matches!(self, Self::Emulated(_))
     }
 }
 
 /// The other side of a port that is made or used here, as the device under test would open it.
-pub(super) fn far_spec(spec: &PortSpec, path: &str) -> PortSpec {
+pub(crate) fn far_spec(spec: &PortSpec, path: &str) -> PortSpec {
     let options = SerialOptions::default();
     let serial = SerialSpec { device: SerialDevice::Path(path.to_owned()), options };
     match spec {
@@ -184,6 +206,16 @@ pub(super) fn far_spec(spec: &PortSpec, path: &str) -> PortSpec {
         PortSpec::SlcanPty { .. } => PortSpec::Slcan { serial, bitrate: None },
         PortSpec::Pty { .. } | PortSpec::Serial(_) => PortSpec::Serial(serial),
     }
+}
+
+/// The port of a line of a rig.
+pub(crate) fn line_port(line: &str, port: &PortText) -> Result<PortSpec, PlacementError> {
+    let text = port.as_str();
+    text.parse().map_err(|source| PlacementError::LinePort {
+        line: line.to_owned(),
+        port: text.to_owned(),
+        source: Box::new(source),
+    })
 }
 
 fn spec(role: &'static str, port: &PortText) -> Result<PortSpec, PlacementError> {
@@ -260,6 +292,14 @@ fn shared(bench: &BenchFile, with_base: bool) -> Result<(), PlacementError> {
         seen.push((role, place));
     }
     Ok(())
+}
+
+/// Where a port of this medium is that nobody has named.
+pub(crate) fn usual_port(medium: Medium, can: &PortSpec) -> PortSpec {
+    match medium {
+        Medium::Can => can.clone(),
+        Medium::Serial(_) => PortSpec::Pty { link: None },
+    }
 }
 
 #[cfg(test)]

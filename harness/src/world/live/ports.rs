@@ -1,17 +1,20 @@
 //! The ports that the harness has open in a run: those of emulated devices, and those that it listens at.
 
 use super::journal::Journal;
-use super::placement::{Placement, Player, far_spec};
-use super::role_port::{PortEvent, RolePort, Traffic, next};
+use super::placement::far_spec;
+use super::role_port::{PortEvent, RolePort, Traffic};
 use crate::outcome::{PortSide, PortSummary};
 use crate::port::serial::usb;
 use crate::port::spec::{SerialDevice, SerialSpec};
 use crate::port::{PortError, PortSpec};
 use crate::record::Device;
+use crate::rig::line::EndId;
 use controller::config::Transport;
 use std::collections::BTreeMap;
+use std::future::Future as _;
+use std::sync::Arc;
+use std::task::Poll;
 use wire::gyro::GyroFormat;
-use wire::serial::SerialSettings;
 use wire::time::{Span, Timestamp};
 
 /// A rate that is still wrong after this is not one that is being set. Assumption: a program opens its port
@@ -19,13 +22,11 @@ use wire::time::{Span, Timestamp};
 const RATE_GRACE: Span = Span::from_secs(1);
 
 /// Name of a role.
-pub(super) const GYRO: &str = "gyro";
+pub(crate) const GYRO: &str = "gyro";
 /// See [`GYRO`].
-pub(super) const BASE: &str = "base";
+pub(crate) const BASE: &str = "base";
 /// See [`GYRO`].
-pub(super) const TABLE: &str = "table";
-/// The emulated table's own end of its line; the other is the plan's.
-pub(super) const TABLE_DEVICE: &str = "emulated table";
+pub(crate) const TABLE: &str = "table";
 
 /// Whose device a role is, in the record.
 pub(super) fn device(role: &str) -> Device {
@@ -37,36 +38,72 @@ pub(super) fn device(role: &str) -> Device {
 }
 
 /// What crosses the line of a base.
-pub(super) const fn base_traffic(transport: Transport) -> Traffic {
+pub(crate) const fn base_traffic(transport: Transport) -> Traffic {
     match transport {
         Transport::Can => Traffic::Frames,
         Transport::Serial => Traffic::Bytes(wire::base::serial_link::SETTINGS),
     }
 }
 
+/// A port that a run needs.
+#[derive(Debug, Clone)]
+pub(crate) struct PortPlan {
+    /// The role that it plays, or its line: as bench files and messages name it.
+    pub(crate) role: Arc<str>,
+    pub(crate) side: PortSide,
+    pub(crate) spec: PortSpec,
+    pub(crate) traffic: Traffic,
+    /// Which end of which line it is: what comes from it is sent from there, and what is sent there leaves by it.
+    pub(crate) line: usize,
+    /// See `line`.
+    pub(crate) end: EndId,
+    /// As whose notes on it are.
+    pub(crate) who: Device,
+    /// It is the other side of this earlier port.
+    pub(crate) far_of: Option<usize>,
+    /// Nothing is sent: it is heard what others say on a bus.
+    pub(crate) listens: bool,
+}
+
+/// What a run needs of the system: its ports, and where real devices are that the device under test has for itself.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct PortPlans {
+    pub(crate) ports: Vec<PortPlan>,
+    /// Role and port.
+    pub(crate) real: Vec<(Arc<str>, PortSpec)>,
+}
+
+/// A port that is open.
+#[derive(Debug)]
+pub(super) struct OpenPort {
+    pub(super) plan: PortPlan,
+    pub(super) port: RolePort,
+    rate: RateWatch,
+}
+
 /// The ports of the harness.
 #[derive(Debug)]
 pub(super) struct Ports {
-    /// An emulated gyro's.
-    pub(super) gyro: Option<RolePort>,
-    /// An emulated base's, or the bus of a real one.
-    pub(super) base: Option<RolePort>,
-    /// A table's, real or emulated, through which the plan commands it.
-    pub(super) table: Option<RolePort>,
-    /// An emulated table's own.
-    pub(super) table_device: Option<RolePort>,
-    rates: [RateWatch; 2],
+    pub(super) open: Vec<OpenPort>,
+    real: Vec<(Arc<str>, PortSpec)>,
+    /// Which is asked first, in turn: one that never falls silent keeps no other waiting.
+    first: usize,
 }
 
 /// Where the device under test finds its devices.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Wiring {
-    /// What stands for `{gyro}` and `{base}` in a command line.
+    /// What stands for `{gyro}` and `{base}`, or for a line, in a command line.
     pub(super) words: BTreeMap<String, String>,
     /// The ports that it opens.
-    pub(super) gyro: Option<PortSpec>,
-    /// See `gyro`.
-    pub(super) base: Option<PortSpec>,
+    pub(super) ports: BTreeMap<String, PortSpec>,
+}
+
+impl Wiring {
+    /// The port of a role.
+    pub(super) fn port(&self, role: &str) -> Option<&PortSpec> {
+        self.ports.get(role)
+    }
 }
 
 impl Ports {
@@ -75,30 +112,32 @@ impl Ports {
     /// # Errors
     ///
     /// The first port that cannot be opened.
-    pub(super) async fn open(
-        placement: &Placement,
-        gyro: SerialSettings,
-        base: Option<Transport>,
-    ) -> Result<Self, PortError> {
-        let gyro_port = match &placement.gyro {
-            Player::Emulated(spec) => Some(RolePort::open(spec, Traffic::Bytes(gyro)).await?),
-            Player::Real(_) => None,
-        };
-        let traffic = base.map(base_traffic);
-        let base_port = match (&placement.base, traffic) {
-            (
-                Some(Player::Emulated(spec) | Player::Real(spec @ PortSpec::Can { .. })),
-                Some(traffic),
-            ) => Some(RolePort::open(spec, traffic).await?),
-            _ => None,
-        };
-        let (table, table_device) = open_table(placement.table.as_ref()).await?;
-        let base_rate = match traffic {
-            Some(Traffic::Bytes(settings)) => Some(settings.baud),
-            _ => None,
-        };
-        let rates = [RateWatch::new(Some(gyro.baud)), RateWatch::new(base_rate)];
-        Ok(Self { gyro: gyro_port, base: base_port, table, table_device, rates })
+    pub(super) async fn open(plans: PortPlans) -> Result<Self, PortError> {
+        let mut ports = Self { open: Vec::new(), real: plans.real, first: 0 };
+        for mut plan in plans.ports {
+            let far = plan.far_of.and_then(|near| ports.open.get(near));
+            if let Some(OpenPort { port, .. }) = far
+                && let Some(path) = port.far_path()
+            {
+                plan.spec = far_spec(&plan.spec, path);
+            }
+            // An adapter that is played here answers whoever opens it.
+            let port = {
+                let mut opening = std::pin::pin!(RolePort::open(&plan.spec, plan.traffic));
+                loop {
+                    tokio::select! {
+                        port = &mut opening => break port?,
+                        _ = ports.next() => {}
+                    }
+                }
+            };
+            let right = match plan.traffic {
+                Traffic::Bytes(settings) if plan.side == PortSide::Bench => Some(settings.baud),
+                _ => None,
+            };
+            ports.open.push(OpenPort { plan, port, rate: RateWatch::new(right) });
+        }
+        Ok(ports)
     }
 
     /// Where the other side of each of these ports is, and where real devices are.
@@ -106,53 +145,68 @@ impl Ports {
     /// # Errors
     ///
     /// When a USB adapter is not plugged in.
-    pub(super) fn wiring(&self, placement: &Placement) -> Result<Wiring, PortError> {
+    pub(super) fn wiring(&self) -> Result<Wiring, PortError> {
         let mut wiring = Wiring::default();
-        let roles = [
-            (GYRO, Some(&placement.gyro), &self.gyro, &mut wiring.gyro),
-            (BASE, placement.base.as_ref(), &self.base, &mut wiring.base),
-        ];
-        for (role, player, port, far) in roles {
-            *far = match (player, port) {
-                (Some(Player::Real(spec)), _) => Some(spec.clone()),
-                (Some(Player::Emulated(spec)), Some(port)) => {
-                    port.far_path().map(|path| far_spec(spec, path))
-                }
-                _ => None,
-            };
-            if let Some(spec) = far {
-                wiring.words.insert(role.to_owned(), word(spec)?);
-            }
+        let emulated = self.open.iter().filter(|open| {
+            open.plan.side == PortSide::Bench && !open.plan.listens && !self.has_far(open)
+        });
+        let emulated = emulated.filter_map(|open| {
+            let path = open.port.far_path();
+            let far = path.map(|path| far_spec(&open.plan.spec, path))?;
+            Some((Arc::clone(&open.plan.role), far))
+        });
+        for (role, far) in emulated.chain(self.real.iter().cloned()) {
+            wiring.words.insert(role.to_string(), word(&far)?);
+            wiring.ports.insert(role.to_string(), far);
         }
         Ok(wiring)
     }
 
-    /// Waits for what any of them tells. May be called off without losing anything.
-    pub(super) async fn next(&mut self) -> (&'static str, PortEvent) {
-        tokio::select! {
-            event = next(self.gyro.as_mut()) => (GYRO, event),
-            event = next(self.base.as_mut()) => (BASE, event),
-            event = next(self.table.as_mut()) => (TABLE, event),
-            event = next(self.table_device.as_mut()) => (TABLE_DEVICE, event),
+    /// The harness itself has the other side.
+    fn has_far(&self, near: &OpenPort) -> bool {
+        self.open.iter().any(|open| {
+            open.plan.far_of.is_some_and(|place| std::ptr::eq(&raw const self.open[place], near))
+        })
+    }
+
+    /// Waits for what any of them tells, and says which. May be called off without losing anything.
+    pub(super) async fn next(&mut self) -> (usize, PortEvent) {
+        let count = self.open.len();
+        if count == 0 {
+            return std::future::pending().await;
         }
+        self.first = (self.first + 1) % count;
+        let (before, after) = self.open.split_at_mut(self.first);
+        let mut waiting: Vec<_> =
+            after.iter_mut().chain(before).map(|open| Box::pin(open.port.next())).collect();
+        let first = self.first;
+        std::future::poll_fn(move |context| {
+            for (index, port) in waiting.iter_mut().enumerate() {
+                if let Poll::Ready(event) = port.as_mut().poll(context) {
+                    return Poll::Ready(((first + index) % count, event));
+                }
+            }
+            Poll::Pending
+        })
+        .await
     }
 
     /// The name of the port of a role.
     pub(super) fn name(&self, role: &str) -> &str {
-        let port = match role {
-            GYRO => &self.gyro,
-            BASE => &self.base,
-            TABLE_DEVICE => &self.table_device,
-            _ => &self.table,
-        };
-        port.as_ref().map_or("", RolePort::name)
+        let found = self.open.iter().find(|open| &*open.plan.role == role);
+        found.map_or("", |open| open.port.name())
+    }
+
+    /// The places of the ports that lead to that line.
+    pub(super) fn of_line(&mut self, line: usize) -> impl Iterator<Item = &mut OpenPort> {
+        self.open.iter_mut().filter(move |open| open.plan.line == line)
     }
 
     /// What is wrong with the rate that the other side of a pty has set; `None` where nothing is.
     pub(super) fn wrong_rate(&mut self, now: Timestamp) -> Option<String> {
-        let ports = [(GYRO, &mut self.gyro), (BASE, &mut self.base)];
-        ports.into_iter().zip(&mut self.rates).find_map(|((role, port), watch)| {
-            watch.wrong(now, port.as_mut()?.far_baud()).map(|(set, right)| {
+        self.open.iter_mut().find_map(|OpenPort { plan, port, rate }| {
+            let role = &plan.role;
+            rate.wrong(now, port.far_baud()).map(|(set, right)| {
                 format!(
                     "the other side has set the {role}'s port to {set} baud, and the {role} speaks \
                      {right}: a real line would carry nothing but errors"
@@ -162,12 +216,12 @@ impl Ports {
     }
 
     /// What speaks for lines that are crossed or lead nowhere, where a run has not passed.
-    pub(super) fn miswired(&self, gyro: GyroFormat) -> Option<String> {
-        let heard = |port: &Option<RolePort>| port.as_ref().map(|port| port.counters().bytes_in);
+    pub(super) fn miswired(&self, gyro: Option<GyroFormat>) -> Option<String> {
         // Only the digital gyros take commands.
-        let takes_none = matches!(gyro, GyroFormat::Navigator | GyroFormat::Ecore2000);
-        match heard(&self.gyro) {
-            Some(bytes @ 1..) if takes_none => Some(format!(
+        let takes_none = matches!(gyro?, GyroFormat::Navigator | GyroFormat::Ecore2000);
+        let port = self.open.iter().find(|open| &*open.plan.role == GYRO)?;
+        match port.port.counters().bytes_in {
+            bytes @ 1.. if takes_none => Some(format!(
                 "{bytes} bytes came to the {GYRO}'s port, and this {GYRO} takes none: are the lines crossed?"
             )),
             _ => None,
@@ -175,31 +229,16 @@ impl Ports {
     }
 
     pub(super) fn summaries(&self, journal: &Journal) -> Vec<PortSummary> {
-        let ports = [
-            ((GYRO, PortSide::Bench), &self.gyro),
-            ((BASE, PortSide::Bench), &self.base),
-            ((TABLE, PortSide::Plan), &self.table),
-            ((TABLE, PortSide::Bench), &self.table_device),
-        ];
-        let open = ports.into_iter().filter_map(|(whose, port)| Some((whose, port.as_ref()?)));
-        open.map(|(whose, port)| journal.summary(whose, port)).collect()
-    }
-}
-
-/// The plan's end of the table's line and, of an emulated one, its own.
-async fn open_table(
-    table: Option<&Player>,
-) -> Result<(Option<RolePort>, Option<RolePort>), PortError> {
-    let traffic = Traffic::Bytes(wire::table::SETTINGS);
-    match table {
-        None => Ok((None, None)),
-        Some(Player::Real(spec)) => Ok((Some(RolePort::open(spec, traffic).await?), None)),
-        Some(Player::Emulated(spec)) => {
-            let device = RolePort::open(spec, traffic).await?;
-            let far = device.far_path().map(|path| far_spec(spec, path));
-            let plan = RolePort::open(far.as_ref().unwrap_or(spec), traffic).await?;
-            Ok((Some(plan), Some(device)))
-        }
+        let summary = |open: &OpenPort| {
+            journal.summary((Arc::clone(&open.plan.role), open.plan.side), &open.port)
+        };
+        // The plan's side of a port is told before the device's.
+        let mut order: Vec<usize> = (0..self.open.len()).collect();
+        order.sort_by_key(|place| {
+            let far_of = self.open[*place].plan.far_of;
+            (far_of.unwrap_or(*place), far_of.is_none())
+        });
+        order.into_iter().map(|place| summary(&self.open[place])).collect()
     }
 }
 

@@ -12,7 +12,7 @@ use wire::slcan::BitRate;
 use wire::time::Timestamp;
 
 /// What a bus runs at where neither its port nor its interface says. Assumption: the usual rate of
-/// machine control, as on the bus in memory ([`crate::link::BIT_RATE`]).
+/// machine control, as on the bus in memory ([`wire::can::BIT_RATE`]).
 const BIT_RATE: BitRate = BitRate::Kbit500;
 
 /// What a port of a run tells.
@@ -44,7 +44,7 @@ pub(super) enum PortEvent {
 
 /// What crosses a role's port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Traffic {
+pub(crate) enum Traffic {
     /// Bytes, usually at these settings.
     Bytes(SerialSettings),
     /// Frames.

@@ -4,6 +4,7 @@ use super::device_under_test::{DeviceUnderTest, StartError};
 use super::placement::{Placement, Player};
 use super::realtime::Scheduling;
 use crate::faults::{Fault, FaultKind, Schedule, Target};
+use crate::plan::DEVICE;
 use crate::port::{PortError, PortSpec};
 use crate::properties::{Sight, View};
 use std::fmt;
@@ -46,8 +47,8 @@ pub struct OutOfReach {
 pub struct Setting {
     /// What is tested.
     pub device_under_test: DeviceUnderTest,
-    /// The ports.
-    pub placement: Placement,
+    /// Where its devices are.
+    pub site: Site,
     /// How long an attached device under test may take until it is heard.
     pub attach_max: Span,
     /// How late the harness may be with anything.
@@ -56,7 +57,62 @@ pub struct Setting {
     pub scheduling: Scheduling,
 }
 
+/// Where the devices of a run are.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Site {
+    /// Gyro, base and table.
+    Robot(Placement),
+    /// The only device.
+    Device(Player),
+    /// Lines of a rig that somebody is at who is not in this process.
+    Lines(Vec<LineSite>),
+}
+
+/// Where a line of a rig is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LineSite {
+    /// Which line, by its place in the rig.
+    pub line: usize,
+    /// The port of the nodes that are emulated here.
+    pub spec: PortSpec,
+}
+
+impl Site {
+    /// What crosses the ports, in a word for the summary: the kinds of port.
+    pub fn bus(&self) -> String {
+        match self {
+            Self::Robot(placement) => placement.bus(),
+            Self::Device(player) => player.spec().kind().to_owned(),
+            Self::Lines(lines) => {
+                let mut kinds: Vec<&str> = lines.iter().map(|line| line.spec.kind()).collect();
+                kinds.dedup();
+                if kinds.is_empty() { "memory".to_owned() } else { kinds.join("+") }
+            }
+        }
+    }
+
+    /// Who plays a role; none where nobody does.
+    pub fn player(&self, role: &str) -> Option<&Player> {
+        match self {
+            Self::Robot(placement) => placement.player(role),
+            Self::Device(player) => (role == DEVICE).then_some(player),
+            Self::Lines(_) => None,
+        }
+    }
+}
+
 impl Setting {
+    /// A real device that the controller alone talks to. A bus of the kernel is heard by the harness, too.
+    pub(super) fn is_unheard(&self, role: &str) -> bool {
+        let player = self.site.player(role);
+        matches!(player, Some(Player::Real(spec)) if !matches!(spec, PortSpec::Can { .. }))
+    }
+
+    /// Where the base is.
+    pub(super) fn base_port(&self) -> Option<&PortSpec> {
+        self.site.player("base").map(Player::spec)
+    }
+
     /// Can every fault of `schedule` be injected here?
     ///
     /// # Errors
@@ -80,9 +136,9 @@ impl Setting {
     /// carried by the harness up to the port of an emulated device, whose switches are its, too.
     fn shelter(&self, target: Target) -> Option<(String, String)> {
         let player = match target {
-            Target::Gyro => Some(&self.placement.gyro),
-            Target::Base => self.placement.base.as_ref(),
-            Target::Table => self.placement.table.as_ref(),
+            Target::Gyro | Target::Base | Target::Table | Target::Device => {
+                self.site.player(target.name())
+            }
             Target::Host if self.device_under_test == DeviceUnderTest::InProcess => None,
             Target::Host => {
                 let why = "the controller is a program of its own, whose machine and clock are not the \
@@ -91,8 +147,8 @@ impl Setting {
                             fault out";
                 return Some((why.to_owned(), help.to_owned()));
             }
-            // A person's answers go through the harness on every bench, and no robot has a device of the user's own.
-            Target::Operator | Target::Device => None,
+            // A person's answers go through the harness on every bench, and so do the lines of a rig.
+            Target::Operator | Target::Node(_) => None,
         };
         let Some(Player::Real(spec)) = player else { return None };
         let name = target.name();
@@ -110,9 +166,8 @@ impl Setting {
     pub fn sight(&self) -> Sight {
         let mut sight = Sight::whole();
         let within = self.device_under_test == DeviceUnderTest::InProcess;
-        let roles = [("gyro", Some(&self.placement.gyro)), ("base", self.placement.base.as_ref())];
-        for (role, player) in roles {
-            let Some(Player::Real(spec)) = player else { continue };
+        for role in ["gyro", "base"] {
+            let Some(Player::Real(spec)) = self.site.player(role) else { continue };
             sight = sight.without(View::Truth, format!("the {role} is real ({spec})"));
             // A bus of the kernel is heard by the harness, too.
             if within || matches!(spec, PortSpec::Can { .. }) {
@@ -141,11 +196,8 @@ impl Setting {
 /// Which player is at which port, and what is tested: `gyro emulated at pty, base real at can:can0, controller process`.
 impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Placement { gyro, base, table } = &self.placement;
-        for (role, player) in
-            [("gyro", Some(gyro)), ("base", base.as_ref()), ("table", table.as_ref())]
-        {
-            let Some(player) = player else { continue };
+        for role in ["gyro", "base", "table", DEVICE] {
+            let Some(player) = self.site.player(role) else { continue };
             let how = if player.is_emulated() { "emulated" } else { "real" };
             write!(f, "{role} {how} at {}, ", player.spec())?;
         }
@@ -155,7 +207,7 @@ impl fmt::Display for Setting {
 
 #[cfg(test)]
 mod tests {
-    use super::{DeviceUnderTest, Placement, Scheduling, Setting, Span};
+    use super::{DeviceUnderTest, Placement, Scheduling, Setting, Site, Span};
     use crate::bench_file::BenchFile;
     use crate::faults::{Fault, FaultKind, Schedule, Target};
     use crate::port::PortSpec;
@@ -168,7 +220,7 @@ mod tests {
         let can = PortSpec::SlcanPty { link: None };
         Setting {
             device_under_test,
-            placement: Placement::new(&bench, transport, &can).unwrap(),
+            site: Site::Robot(Placement::new(&bench, transport, &can).unwrap()),
             attach_max: Span::ZERO,
             late_max: Span::ZERO,
             scheduling: Scheduling::Normal,

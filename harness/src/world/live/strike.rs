@@ -4,18 +4,12 @@
 use super::LiveWorld;
 use super::clock::Clock;
 use super::device_under_test::Running;
-use crate::faults::FaultSummary;
 use crate::properties::Seen;
+use crate::record::FaultSummary;
 use crate::record::sink::RecordSink;
-use crate::world::faults::Host;
 use wire::time::Timestamp;
 
 impl LiveWorld {
-    /// The machine of a controller in this process, where faults can strike it.
-    pub(super) fn host(&self) -> Option<&Host> {
-        self.faults.as_ref().map(|faults| &faults.host)
-    }
-
     /// Shows it to whoever watches.
     pub(super) fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {
         if let Some(eyes) = &mut self.eyes {
@@ -35,12 +29,10 @@ impl LiveWorld {
             return;
         };
         // What was due before has happened before.
-        self.stage.wake_gyro(now);
-        if self.stage.bench.carrier.next_wakeup() <= now {
-            self.stage.bench.carrier.wake(now);
-        }
-        if faults.strike(now, &mut self.stage, device.controller(), sink) {
-            device.struck(clock, now, &faults.host);
+        self.rig.wake_emulated(now, &mut self.director.engine, |_| {});
+        let machine = device.machine();
+        if faults.strike(now, &mut self.rig, &mut self.director, machine, sink) {
+            device.struck(clock, now);
             let active = faults.active();
             self.see(now, &Seen::Faults { active });
         }
@@ -49,7 +41,7 @@ impl LiveWorld {
     /// What became of the nodes of the bus.
     pub(super) fn watch_confinement(&mut self, now: Timestamp, sink: &mut impl RecordSink) {
         let Some(faults) = &self.faults else { return };
-        if faults.record_confinement(now, &mut self.stage, sink) {
+        if faults.record_confinement(now, &mut self.rig, sink) {
             self.see(now, &Seen::BusOff);
         }
     }
@@ -61,10 +53,9 @@ impl LiveWorld {
         sink: &mut impl RecordSink,
         device: &mut Running,
     ) -> (Vec<FaultSummary>, u64) {
-        let mut dropped = self.stage.lines.dropped();
-        dropped += device.in_process().map_or(0, |here| here.dropped());
+        let dropped = self.rig.dropped() + device.in_process().map_or(0, |here| here.dropped());
         let Some(faults) = &mut self.faults else { return (Vec::new(), dropped) };
-        let summaries = faults.finish(now, &mut self.stage, device.controller(), sink);
-        (summaries, dropped + faults.host.dropped())
+        let machine = device.machine();
+        (faults.finish(now, &mut self.rig, &mut self.director, machine, sink), dropped)
     }
 }

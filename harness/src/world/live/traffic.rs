@@ -1,42 +1,35 @@
-//! What crosses between the ports of the harness and the lines, the emulated devices and the record.
+//! What crosses between the ports of the harness and the lines of the rig, and the record.
 
+use super::LiveWorld;
 use super::clock::Clock;
 use super::device_under_test::Running;
-use super::in_process::Crossed;
-use super::ports::{BASE, GYRO, Ports, TABLE, TABLE_DEVICE, device};
+use super::ports::{BASE, GYRO, OpenPort, Ports};
 use super::role_port::PortEvent;
-use super::{LiveWorld, Player};
 use crate::engine::Action;
-use crate::outcome::PortSide;
 use crate::port::PortSpec;
 use crate::properties::Seen;
-use crate::record::Device;
 use crate::record::sink::RecordSink;
-use crate::world::bench::Carrier;
-use crate::world::lines::{BaseLink, Node};
-use crate::world::stage::Stage;
+use crate::record::{Device, Record, RecordKind};
+use crate::rig::line::EndId;
 use wire::base::Message;
 use wire::can::CanFrame;
-use wire::packet::Packet;
+use wire::device::Transmit;
 use wire::time::Timestamp;
 
-/// Keeps what crossed a port in a full record.
-fn record(sink: &mut impl RecordSink, now: Timestamp, by: Device, crossed: Crossed) {
-    match crossed {
-        Crossed::Bytes(packet) => sink.bytes(now, by, packet.as_slice()),
-        Crossed::Frame(frame) => sink.frame(now, by, frame),
+/// Keeps what crossed a line in a full record.
+fn record(sink: &mut impl RecordSink, now: Timestamp, by: Device, what: &Transmit) {
+    match what {
+        Transmit::Bytes(packet) => sink.bytes(now, by, packet.as_slice()),
+        Transmit::Frame(frame) => sink.frame(now, by, *frame),
     }
 }
 
+/// Records what went wrong without ending the run.
+pub(super) fn note(sink: &mut impl RecordSink, at: Timestamp, device: Device, what: String) {
+    sink.record(Record { at, device, kind: RecordKind::Note(what) });
+}
+
 impl LiveWorld {
-    fn gyro_is_emulated(&self) -> bool {
-        self.setting.placement.gyro.is_emulated()
-    }
-
-    fn base_is_emulated(&self) -> bool {
-        self.setting.placement.base.as_ref().is_some_and(Player::is_emulated)
-    }
-
     /// What crossed the ports of a controller in this process: for the record, where nobody else hears it, and for
     /// whoever watches.
     pub(super) fn overhear(
@@ -46,22 +39,15 @@ impl LiveWorld {
         device: &mut Running,
     ) {
         while let Some(crossing) = device.crossing() {
-            if self.setting.placement.is_unheard(crossing.role) {
-                record(sink, now, crossing.by, crossing.crossed);
+            if self.setting.is_unheard(crossing.role) {
+                record(sink, now, crossing.by, &crossing.crossed);
             }
-            if let Some(eyes) = &mut self.eyes {
-                eyes.within(now, &self.stage.bench.carrier, &crossing);
+            if let (Some(eyes), Some(robot)) = (&mut self.eyes, self.rig.robot()) {
+                eyes.within(now, &robot.bench.carrier, &crossing);
             }
         }
-        if let Some(eyes) = &mut self.eyes {
-            eyes.look_again(now, &self.stage.bench.carrier);
-        }
-    }
-
-    /// Something that the controller says, or hears, crossed a port of the harness.
-    fn watch_line(&mut self, now: Timestamp, role: &str, by: Device, crossed: Crossed) {
-        if let Some(eyes) = &mut self.eyes {
-            eyes.line(now, role, by, crossed);
+        if let (Some(eyes), Some(robot)) = (&mut self.eyes, self.rig.robot()) {
+            eyes.look_again(now, &robot.bench.carrier);
         }
     }
 
@@ -71,76 +57,74 @@ impl LiveWorld {
         now: Timestamp,
         sink: &mut impl RecordSink,
         ports: &Ports,
-        role: &'static str,
+        place: usize,
         event: PortEvent,
     ) {
-        match &event {
-            PortEvent::Bytes(packet) if role == GYRO || role == BASE => {
-                self.watch_line(now, role, Device::Controller, Crossed::Bytes(*packet));
+        let Some(OpenPort { plan, port, .. }) = ports.open.get(place) else { return };
+        let role = &*plan.role;
+        match event {
+            PortEvent::Frame(frame) if role == BASE => {
+                self.hear_base(now, sink, (port.name(), plan.line, plan.end), frame);
             }
-            PortEvent::Bus(event) if role == BASE && event.bus_off => self.see(now, &Seen::BusOff),
-            _ => {}
-        }
-        match (role, event) {
-            (GYRO, PortEvent::Bytes(packet)) => self.stage.lines.gyro_commands.send(now, packet),
-            (BASE, PortEvent::Bytes(packet)) => {
-                if let BaseLink::Serial { to_base, .. } = &mut self.stage.lines.base {
-                    to_base.send(now, packet);
+            PortEvent::Frame(frame) => self.heard(now, plan, Transmit::Frame(frame)),
+            PortEvent::Bytes(packet) => {
+                if let Some(eyes) = self.eyes.as_mut().filter(|_| role == GYRO || role == BASE) {
+                    eyes.line(now, role, Device::Controller, Transmit::Bytes(packet));
                 }
+                self.heard(now, plan, Transmit::Bytes(packet));
             }
-            (TABLE_DEVICE, PortEvent::Bytes(packet)) => {
-                follow(&mut self.stage.bench.carrier, now, &packet)
-            }
-            (_, PortEvent::Bytes(packet)) => self.stage.hear_table(now, sink, packet.as_slice()),
-            (_, PortEvent::Frame(frame)) => self.hear_frame(now, sink, ports.name(role), frame),
-            (role, event) => {
-                let whose = match role {
-                    TABLE => (TABLE, PortSide::Plan),
-                    TABLE_DEVICE => (TABLE, PortSide::Bench),
-                    role => (role, PortSide::Bench),
-                };
-                if let Some(note) = self.journal.take(now, whose, ports.name(role), &event) {
-                    self.stage.note(now, sink, device(role), note);
+            event => {
+                if let PortEvent::Bus(told) = &event
+                    && role == BASE
+                    && told.bus_off
+                {
+                    self.see(now, &Seen::BusOff);
+                }
+                let whose = (plan.role.clone(), plan.side);
+                if let Some(what) = self.journal.take(now, whose, port.name(), &event) {
+                    note(sink, now, plan.who, what);
                 }
             }
         }
     }
 
+    /// What came from a port goes onto its line, sent by the end of whoever says such things.
+    fn heard(&mut self, now: Timestamp, plan: &super::ports::PortPlan, what: Transmit) {
+        let end = self.rig.speaker_of(plan.line, plan.end, &what);
+        self.rig.lines[plan.line].send(now, end, what);
+    }
+
     /// A frame from the bus of the base. Frames that the harness itself sends are not heard.
-    fn hear_frame(
+    fn hear_base(
         &mut self,
         now: Timestamp,
         sink: &mut impl RecordSink,
-        port: &str,
+        (port, line, end): (&str, usize, EndId),
         frame: CanFrame,
     ) {
         let message = Message::from_can_id(frame.id());
         let of_base = message.is_some_and(Message::is_reply);
-        let placed = self.setting.placement.base.as_ref().map(Player::spec);
-        if message.is_none() && matches!(placed, Some(PortSpec::Can { .. })) {
+        let what = Transmit::Frame(frame);
+        if message.is_none() && matches!(self.setting.base_port(), Some(PortSpec::Can { .. })) {
             // It has had its time on the bus of the kernel, and concerns nobody here: among the frames that are
             // paced here it would only take their room.
             self.foreign.take(now, &frame);
-            sink.frame(now, Device::Controller, frame);
+            record(sink, now, Device::Controller, &what);
             return;
         }
+        let is_emulated = self.rig.robot().is_some_and(|robot| !robot.carrier_is_real);
+        let by = if of_base { Device::Base } else { Device::Controller };
         // Frames of a base that is emulated are heard when it sends them, not from somebody else.
-        if !(self.base_is_emulated() && of_base) {
-            let by = if of_base { Device::Base } else { Device::Controller };
-            self.watch_line(now, BASE, by, Crossed::Frame(frame));
+        if let Some(eyes) = self.eyes.as_mut().filter(|_| !(is_emulated && of_base)) {
+            eyes.line(now, BASE, by, what);
         }
-        match (self.base_is_emulated(), of_base) {
-            (true, false) => {
-                if let BaseLink::Can(bus) = &mut self.stage.lines.base {
-                    bus.send(now, Node::Controller, frame);
-                }
-            }
+        match (is_emulated, of_base) {
+            (true, false) => self.rig.lines[line].send(now, end, what),
             (true, true) => {
-                sink.frame(now, Device::Base, frame);
+                record(sink, now, by, &what);
                 self.clash(now, sink, port, &frame);
             }
-            (false, true) => sink.frame(now, Device::Base, frame),
-            (false, false) => sink.frame(now, Device::Controller, frame),
+            (false, _) => record(sink, now, by, &what),
         }
     }
 
@@ -154,11 +138,11 @@ impl LiveWorld {
         let why = format!(
             "another node on {port} sends frames of the base (identifier {id:#05x}), which is emulated here"
         );
-        if let Some(note) = self.journal.note(why.clone()) {
-            self.stage.note(now, sink, Device::Base, note);
+        if let Some(what) = self.journal.note(why.clone()) {
+            note(sink, now, Device::Base, what);
         }
         if self.clashes == 1 {
-            self.stage.engine.broke(now, &why);
+            self.director.engine.broke(now, &why);
         }
     }
 
@@ -170,89 +154,64 @@ impl LiveWorld {
         ports: &mut Ports,
     ) {
         // The gyro's outputs first, each at its own instant: they must not see what the base does later.
-        self.stage.wake_gyro(now);
-        let (eyes, Stage { lines, bench, .. }) = (&mut self.eyes, &mut self.stage);
-        let mut watch = |role, crossed| {
-            if let Some(eyes) = eyes {
-                eyes.line(now, role, device(role), crossed);
-            }
-        };
-        while let Some(packet) = lines.gyro_commands.arrived(now) {
-            sink.bytes(now, Device::Controller, packet.as_slice());
-            bench.gyro.receive(now, packet.as_slice());
+        for place in 0..self.rig.nodes.len() {
+            self.rig.wake_gyro(now, place);
         }
-        // Nobody listens to an emulator whose role a real port plays.
-        while let Some(packet) = lines.gyro.arrived(now) {
-            if let Some(port) = &mut ports.gyro {
-                sink.bytes(now, Device::Gyro, packet.as_slice());
-                watch(GYRO, Crossed::Bytes(packet));
-                port.send_bytes(packet.as_slice());
-            }
-        }
-        if let (Carrier::Base(emulator), Some(port)) = (&mut bench.carrier, &mut ports.base) {
-            match &mut lines.base {
-                BaseLink::Serial { to_base, to_controller } => {
-                    while let Some(packet) = to_base.arrived(now) {
-                        sink.bytes(now, Device::Controller, packet.as_slice());
-                        emulator.receive_bytes(now, packet.as_slice());
-                    }
-                    while let Some(packet) = to_controller.arrived(now) {
-                        sink.bytes(now, Device::Base, packet.as_slice());
-                        watch(BASE, Crossed::Bytes(packet));
-                        port.send_bytes(packet.as_slice());
-                    }
-                }
-                BaseLink::Can(bus) => {
-                    while let Some((from, frame)) = bus.arrived(now) {
-                        match from {
-                            Node::Controller => {
-                                sink.frame(now, Device::Controller, frame);
-                                emulator.receive_frame(now, &frame);
-                            }
-                            Node::Base => {
-                                sink.frame(now, Device::Base, frame);
-                                watch(BASE, Crossed::Frame(frame));
-                                port.send_frame(now, &frame);
-                            }
-                            Node::Stranger => {
-                                sink.frame(now, Device::Plan, frame);
-                                emulator.receive_frame(now, &frame);
-                                watch(BASE, Crossed::Frame(frame));
-                                port.send_frame(now, &frame);
-                            }
-                        }
-                    }
-                }
-                BaseLink::None => {}
-            }
-        }
-        match &mut ports.table {
-            None => _ = self.stage.deliver_table(now, sink),
-            Some(port) => {
-                while let Some(packet) = lines.to_table.arrived(now) {
-                    sink.bytes(now, Device::Plan, packet.as_slice());
-                    port.send_bytes(packet.as_slice());
-                    if ports.table_device.is_none() {
-                        follow(&mut bench.carrier, now, &packet);
-                    }
-                }
-                while let Some(packet) = lines.from_table.arrived(now) {
-                    // The real one answers for itself.
-                    if let Some(device) = &mut ports.table_device {
-                        device.send_bytes(packet.as_slice());
-                    }
-                }
+        for line in 0..self.rig.lines.len() {
+            while self.rig.lines[line].next_arrival() <= now
+                && let Some((from, what)) = self.rig.lines[line].arrived(now)
+            {
+                self.delivered(now, sink, ports, (line, from), &what);
             }
         }
         self.watch_confinement(now, sink);
     }
 
-    pub(super) fn wake(&mut self, now: Timestamp) {
-        if self.stage.bench.carrier.next_wakeup() <= now {
-            self.stage.bench.carrier.wake(now);
+    fn delivered(
+        &mut self,
+        now: Timestamp,
+        sink: &mut impl RecordSink,
+        ports: &mut Ports,
+        (line, from): (usize, EndId),
+        what: &Transmit,
+    ) {
+        let Self { rig, director, eyes, .. } = self;
+        let who = rig.lines[line].who(from);
+        let is_recorded = rig.lines[line].is_recorded();
+        if is_recorded {
+            record(sink, now, who, what);
         }
-        if self.stage.engine.next_wakeup() <= now {
-            self.stage.engine.wake(now);
+        rig.hand_over(now, line, from, what, |_| {});
+        let is_away = |end: EndId| rig.is_away(line, end);
+        for OpenPort { plan, port, .. } in ports.of_line(line) {
+            // One port may stand for several nodes of a bus: it does not get back what came from it.
+            let came_from_it = from == plan.end || (is_away(from) && is_away(plan.end));
+            if plan.listens || came_from_it {
+                continue;
+            }
+            if let Some(eyes) = eyes {
+                eyes.line(now, &plan.role, who, *what);
+            }
+            match what {
+                Transmit::Bytes(packet) => port.send_bytes(packet.as_slice()),
+                Transmit::Frame(frame) => port.send_frame(now, frame),
+            }
+        }
+        if !is_recorded {
+            return;
+        }
+        rig.read((line, from), what, |which, values| director.engine.message(now, which, values));
+        if let (Device::Table, Transmit::Bytes(packet)) = (who, what) {
+            director.hear_table(now, packet.as_slice());
+        }
+    }
+
+    pub(super) fn wake(&mut self, now: Timestamp) {
+        let Self { rig, director, .. } = self;
+        rig.wake_emulated(now, &mut director.engine, |_| {});
+        rig.wake_others(now, &mut director.engine, |_| {});
+        if director.engine.next_wakeup() <= now {
+            director.engine.wake(now);
         }
     }
 
@@ -264,28 +223,24 @@ impl LiveWorld {
         device: &mut Running,
         clock: &Clock,
     ) {
-        let real_base = self.setting.placement.base.is_some() && !self.base_is_emulated();
         loop {
             let mut quiet = true;
-            while let Some(sent) = self.stage.bench.carrier.transmit() {
-                if !real_base {
-                    self.stage.carry(now, sent);
-                }
+            for place in 0..self.rig.nodes.len() {
+                self.rig.empty(now, place);
             }
-            while let Some(action) = self.stage.engine.action() {
+            while let Some(action) = self.director.engine.action() {
                 quiet = false;
-                if let Some(eyes) = &mut self.eyes {
-                    eyes.see_action(now, &self.stage.bench.carrier, &action);
+                if let (Some(eyes), Some(robot)) = (&mut self.eyes, self.rig.robot()) {
+                    eyes.see_action(now, &robot.bench.carrier, &action);
                 }
                 if let (Action::Phase(event), Some(faults)) = (&action, &mut self.faults) {
                     faults.phase(now, event);
                     continue;
                 }
-                let host = self.faults.as_mut().map(|faults| &mut faults.host);
-                if let Some(mission) = self.stage.act(now, sink, keep, action)
-                    && !device.command(clock, mission, host)
+                if let Some(mission) = self.director.act(now, &mut self.rig, sink, keep, action)
+                    && !device.command(clock, mission)
                 {
-                    self.stage.engine.lost_controller(now, "it takes no more missions");
+                    self.director.engine.lost_controller(now, "it takes no more missions");
                 }
             }
             if quiet {
@@ -295,24 +250,10 @@ impl LiveWorld {
     }
 
     pub(super) fn next_due(&self) -> Timestamp {
-        let gyro = if self.gyro_is_emulated() {
-            self.stage.bench.gyro.next_wakeup()
-        } else {
-            Timestamp::MAX
-        };
-        self.stage
-            .lines
+        self.rig
             .next_arrival()
-            .min(gyro)
-            .min(self.stage.bench.carrier.next_wakeup())
-            .min(self.stage.engine.next_wakeup())
+            .min(self.rig.next_wakeup())
+            .min(self.director.engine.next_wakeup())
             .min(self.faults.as_ref().map_or(Timestamp::MAX, |faults| faults.next_due()))
-    }
-}
-
-/// The emulated table takes a command: its own, or that of the real one, so that an emulated gyro on it turns.
-fn follow(carrier: &mut Carrier, now: Timestamp, command: &Packet) {
-    if let Carrier::Table(table) = carrier {
-        table.receive(now, command.as_slice());
     }
 }

@@ -6,9 +6,9 @@ use super::device_under_test::Running;
 use super::lateness::Lateness;
 use super::ports::{BASE, GYRO, Ports};
 use crate::engine::Ending;
-use crate::faults::FaultSummary;
 use crate::outcome::{Outcome, PortSide, PortSummary, Timing};
 use crate::properties::{PropertyVerdict, Unjudged};
+use crate::record::FaultSummary;
 use wire::time::Timestamp;
 
 /// What a live run ended with.
@@ -63,7 +63,8 @@ impl LiveWorld {
     pub(super) fn judge(&self, ending: Ending, end: Timestamp, ports: &Ports) -> Ending {
         let ending = self.journal.explain(ending, end);
         let late = self.lateness.verdict();
-        let miswired = ports.miswired(self.stage.bench.gyro_stream().format);
+        let gyro = self.rig.robot().map(|robot| robot.bench.gyro_stream().format);
+        let miswired = ports.miswired(gyro);
         let why = match ending.outcome {
             Outcome::Passed => late,
             Outcome::Failed | Outcome::Timeout => {
@@ -91,7 +92,7 @@ impl LiveWorld {
         let mut summaries = ports.summaries(&self.journal);
         for role in [GYRO, BASE] {
             if let Some(port) = device.in_process().and_then(|here| here.port(role)) {
-                summaries.push(self.journal.summary((role, PortSide::Controller), port));
+                summaries.push(self.journal.summary((role.into(), PortSide::Controller), port));
             }
         }
         summaries
@@ -101,7 +102,8 @@ impl LiveWorld {
 #[cfg(test)]
 mod tests {
     use super::{Ending, Lateness, Outcome, PropertyVerdict, Timestamp, excuse};
-    use crate::properties::{Kind, Violation};
+    use crate::properties::Kind;
+    use crate::record::Violation;
     use wire::time::Span;
 
     #[test]

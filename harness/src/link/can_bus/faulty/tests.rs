@@ -60,6 +60,9 @@ fn of(heard: &[(Timestamp, Node, CanFrame)], node: Node) -> Vec<u64> {
     own.map(|(.., frame)| number(frame)).collect()
 }
 
+/// Time of one bit at the usual rate.
+const BIT: Span = Span::from_nanos(1_000_000_000 / super::super::BIT_RATE);
+
 #[test]
 fn losses_have_their_share_and_are_counted() {
     let burst = FaultKind::BurstLoss {
@@ -92,7 +95,7 @@ fn a_duplicate_comes_one_frame_later() {
     let mut bus = faulty(FaultKind::Duplicate { duplicate_percent: 100.0 });
     let heard = through(&mut bus, 1);
     assert_eq!(of(&heard, Node::Base), [0, 0]);
-    assert_eq!(heard[1].0 - heard[0].0, frame_time(&frame(0)));
+    assert_eq!(heard[1].0 - heard[0].0, frame_time(BIT, &frame(0)));
 }
 
 #[test]
@@ -100,7 +103,7 @@ fn a_delay_keeps_the_order() {
     let mut bus = faulty(FaultKind::Delay { by_s: 0.05 });
     let heard = through(&mut bus, 100);
     assert_eq!(of(&heard, Node::Base), (0..100).collect::<Vec<_>>());
-    assert_eq!(heard[0].0, at_ms(50) + frame_time(&frame(0)));
+    assert_eq!(heard[0].0, at_ms(50) + frame_time(BIT, &frame(0)));
 }
 
 #[test]
@@ -142,7 +145,7 @@ fn a_babbler_that_wants_the_whole_bus_has_it() {
 fn other_traffic_takes_its_share_of_the_bus() {
     let mut bus = faulty(FaultKind::BusLoad { load_percent: 60.0 });
     let heard = drain(&mut bus, at_ms(2_000));
-    let busy: f64 = heard.iter().map(|(.., frame)| frame_time(frame).as_secs_f64()).sum();
+    let busy: f64 = heard.iter().map(|(.., frame)| frame_time(BIT, frame).as_secs_f64()).sum();
     assert!((busy / 2.0 - 0.6).abs() < 0.03, "{busy}");
     assert!(heard.iter().all(|(_, from, frame)| *from == Node::Stranger
         && !matches!(frame.id(), Id::Standard(id) if (0x100..0x200).contains(&id.as_raw()))));
@@ -156,7 +159,7 @@ fn a_lost_arbitration_costs_the_winners_frame() {
     let rivals = heard.iter().filter(|(_, from, _)| *from == Node::Stranger).count();
     assert_eq!(bus.end_fault(at_ms(300), 5), rivals as u64);
     let first = heard.iter().position(|(_, from, _)| *from == Node::Base).unwrap() as i64;
-    assert_eq!(heard[first as usize].0 - Timestamp::ZERO, frame_time(&frame(0)) * (first + 1));
+    assert_eq!(heard[first as usize].0 - Timestamp::ZERO, frame_time(BIT, &frame(0)) * (first + 1));
 }
 
 #[test]
@@ -167,7 +170,9 @@ fn a_wrong_bit_costs_an_error_frame_and_another_attempt() {
     // 1 - (1 - 0.0005)^111 = 5.4 % of the attempts; from 11 % on the counter would only rise.
     let errors = bus.end_fault(at_ms(700), 5);
     assert!((15..45).contains(&errors), "{errors}");
-    assert!(heard.iter().zip(0..).any(|((at, ..), ms)| *at - at_ms(ms) > frame_time(&frame(0))));
+    assert!(
+        heard.iter().zip(0..).any(|((at, ..), ms)| *at - at_ms(ms) > frame_time(BIT, &frame(0)))
+    );
 }
 
 #[test]

@@ -1,0 +1,205 @@
+//! What keeps a campaign from going over a server.
+
+use super::message::FORMAT;
+
+/// Why a campaign cannot go over a server, or no longer.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum NatsError {
+    /// An argument is wrong.
+    #[error("{message}")]
+    Argument {
+        /// What is wrong.
+        message: String,
+        /// What to do.
+        #[help]
+        help: String,
+    },
+    /// There is no server there, or it lets nobody in.
+    #[error("failed to connect to {server}: {cause}")]
+    Connect {
+        /// Its address, without a password.
+        server: String,
+        /// Why.
+        cause: String,
+        /// What to do.
+        #[help]
+        help: &'static str,
+    },
+    /// The server keeps no streams.
+    #[error("the server {server} has no JetStream: {cause}")]
+    #[diagnostic(help("start it with `nats-server -js -sd FOLDER`"))]
+    NoJetStream {
+        /// Its address, without a password.
+        server: String,
+        /// What it says.
+        cause: String,
+    },
+    /// The server did not do what was asked of it.
+    #[error("failed to {what}: {cause}")]
+    #[diagnostic(help("`nats stream report` shows what the server holds"))]
+    Server {
+        /// What was asked for.
+        what: String,
+        /// Why.
+        cause: String,
+    },
+    /// A stream is of another version of this program, or of another program.
+    #[error(
+        "the stream {stream} is of another version: \"{found}\", this is message format {FORMAT}"
+    )]
+    #[diagnostic(help(
+        "use the version that made it, or a server of your own; `nats stream rm {stream}` removes it with all that it holds"
+    ))]
+    OtherFormat {
+        /// Its name.
+        stream: String,
+        /// What it says of itself.
+        found: String,
+    },
+    /// This worker is of another version than a campaign.
+    #[error("this worker is version {ours}, the campaign {campaign} is of version {theirs}")]
+    #[diagnostic(help("results of two versions do not mix: start a worker of version {theirs}"))]
+    OtherVersion {
+        /// Of the worker.
+        ours: String,
+        /// Of the campaign.
+        theirs: String,
+        /// Its name.
+        campaign: String,
+    },
+    /// Somebody else has it.
+    #[error("{what} is held by {holder}")]
+    #[diagnostic(help(
+        "end that one; if it died already, its lease ends {seconds} s after it did"
+    ))]
+    Held {
+        /// A bench or a campaign.
+        what: String,
+        /// Who.
+        holder: String,
+        /// How long a lease outlives its holder.
+        seconds: u64,
+    },
+    /// The lease is another's now.
+    #[error("the lease on {what} is lost to {holder}")]
+    #[diagnostic(help(
+        "this machine did not reach the server for too long, and another took over"
+    ))]
+    Lost {
+        /// A bench or a campaign.
+        what: String,
+        /// Who has it now.
+        holder: String,
+    },
+    /// A worker cannot carry the campaign out.
+    #[error("the worker {worker} cannot carry out this campaign: {cause}")]
+    #[diagnostic(help(
+        "mend or end that worker, and start the campaign again: it goes on where it stopped"
+    ))]
+    Refused {
+        /// Which.
+        worker: String,
+        /// Why.
+        cause: String,
+    },
+    /// What a worker sent is nothing that it should send.
+    #[error("a result of the case {case} cannot be read: {cause}")]
+    #[diagnostic(help("who else writes to hil.results.> on this server?"))]
+    Unreadable {
+        /// The case.
+        case: String,
+        /// Why.
+        cause: String,
+    },
+    /// No thread or no runtime for the connection.
+    #[error("failed to start the connection to the server")]
+    Start(#[source] std::io::Error),
+}
+
+impl NatsError {
+    /// What the caller can mend by calling differently.
+    pub const fn is_bad_input(&self) -> bool {
+        matches!(
+            self,
+            Self::Argument { .. }
+                | Self::Connect { .. }
+                | Self::NoJetStream { .. }
+                | Self::OtherFormat { .. }
+                | Self::OtherVersion { .. }
+                | Self::Held { .. }
+        )
+    }
+
+    pub(super) fn server(what: impl Into<String>, cause: impl std::fmt::Display) -> Self {
+        Self::Server { what: what.into(), cause: cause.to_string() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::NatsError;
+    use crate::{News, Place};
+    use miette::Diagnostic as _;
+
+    #[test]
+    fn each_says_what_mends_it() {
+        let text = str::to_owned;
+        let errors = [
+            NatsError::NoJetStream {
+                server: text("nats://here:4222"),
+                cause: text("no responders"),
+            },
+            NatsError::server("make the stream HIL_CASES", "timed out"),
+            NatsError::OtherFormat {
+                stream: text("HIL_CASES"),
+                found: text("hil, message format 99"),
+            },
+            NatsError::OtherVersion {
+                ours: text("0.1.0"),
+                theirs: text("0.2.0 (message format 1)"),
+                campaign: text("c0ffee"),
+            },
+            NatsError::Held {
+                what: text("the bench window"),
+                holder: text("hil 0.1.0 on there, process 7"),
+                seconds: 10,
+            },
+            NatsError::Lost {
+                what: text("the bench window"),
+                holder: text("hil 0.1.0 on there, process 7"),
+            },
+            NatsError::Refused {
+                worker: text("hil 0.1.0 on there, process 7"),
+                cause: text("no disk"),
+            },
+            NatsError::Unreadable {
+                case: text("01ab"),
+                cause: text("expected value at line 1 column 1"),
+            },
+        ];
+        let mut all = String::new();
+        for error in errors {
+            let help = error.help().map(|help| help.to_string()).unwrap_or_default();
+            all += &format!("{error}\n  {help}\n");
+        }
+        let news = [
+            News::Away,
+            News::Back,
+            News::Waiting { place: Place::Virtual, queued: 12, taken: 3, idle: 0 },
+            News::GivenUp { case: text("01ab"), times: 8 },
+            News::Campaign { campaign: text("c0ffee"), plan: text("live-side") },
+            News::Declines { campaign: text("c0ffee"), cause: text("no disk") },
+            News::CarriedOut(120),
+            News::Unreported(2),
+            News::Holds(text("the bench window")),
+            News::Held {
+                what: text("this campaign"),
+                holder: text("hil 0.1.0 on there, process 7"),
+            },
+        ];
+        for news in news {
+            all += &format!("{news}\n");
+        }
+        insta::assert_snapshot!(all);
+    }
+}

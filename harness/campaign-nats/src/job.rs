@@ -1,0 +1,169 @@
+//! What is asked of a worker, and what it says when it is done.
+
+use campaign::Executor;
+use campaign::Repeated;
+use campaign::caught;
+use campaign::{Case, CaseId, CaseResult};
+use record::VERSION;
+use serde::{Deserialize, Serialize};
+use wire::time::Span;
+
+/// What is asked of a worker, as it lies on the stream of cases.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub(super) enum Job {
+    /// A case; where runs differ, by the rule of its package.
+    Case(Case),
+    /// One run without faults: how long it takes.
+    WithoutFaults {
+        /// Of everything random in the run.
+        seed: u64,
+    },
+    /// All repetitions of a case, afresh.
+    Confirm {
+        /// The case.
+        case: Case,
+        /// What it is said to break.
+        property: String,
+    },
+}
+
+/// What came of a job that was carried out.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Done {
+    /// Of a case, or of the run without faults; how it ended, where there is nothing else.
+    pub(super) result: CaseResult,
+    /// Of the run without faults: how long it took.
+    #[serde(default, rename = "lasted_ns", skip_serializing_if = "Option::is_none")]
+    pub(super) lasted: Option<Span>,
+    /// Of repetitions: what they show.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) shown: Option<Repeated>,
+}
+
+impl Done {
+    /// A case came to this.
+    pub(super) fn of(result: CaseResult) -> Self {
+        Self { result, ..Self::default() }
+    }
+
+    /// Nobody carried it out.
+    pub(super) fn given_up() -> Self {
+        Self::of(CaseResult::given_up())
+    }
+}
+
+impl Job {
+    /// Its name among those of a package: equal jobs have equal names.
+    pub(super) fn id(&self, package: &str) -> String {
+        let id = match self {
+            Self::Case(case) => case.id(package),
+            Self::WithoutFaults { seed } => {
+                CaseId::of(&[VERSION, package, "without faults", &seed.to_string()])
+            }
+            Self::Confirm { case, property } => {
+                let case = case.id(package).to_string();
+                CaseId::of(&[VERSION, package, "confirm", &case, property])
+            }
+        };
+        id.to_string()
+    }
+
+    /// As it lies on the stream.
+    pub(super) fn body(&self) -> Vec<u8> {
+        serde_json::to_vec(self).unwrap_or_default()
+    }
+
+    /// Has `executor` do it. A controller that panics breaks a property, whatever is asked.
+    pub(super) fn carry_out(&self, executor: &(impl Executor + ?Sized)) -> Done {
+        caught(|| self.asked_of(executor), Done::of)
+    }
+
+    fn asked_of(&self, executor: &(impl Executor + ?Sized)) -> Done {
+        match self {
+            Self::Case(case) => Done::of(executor.execute(case)),
+            Self::WithoutFaults { seed } => {
+                let (lasted, result) = executor.without_faults(*seed);
+                Done { lasted: Some(lasted), ..Done::of(result) }
+            }
+            Self::Confirm { case, property } => match executor.confirm(case, property) {
+                Ok(shown) => Done { shown: Some(shown), ..Done::default() },
+                Err(outcome) => Done::of(CaseResult::ended(outcome.name())),
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Done, Job};
+    use campaign::{Case, CaseResult, Executor, PANIC, Repeated};
+    use record::outcome::Outcome;
+    use wire::time::Span;
+
+    /// A bench that takes 8 s and breaks in 7 of 8, but for seeds that panic or are given up.
+    struct Bench;
+
+    const PANICS: u64 = 1;
+    const STOPPED: u64 = 2;
+    const SHOWN: Repeated = Repeated { broke: 7, of: 8, at_least: 0.529 };
+
+    impl Executor for Bench {
+        fn execute(&self, case: &Case) -> CaseResult {
+            assert_ne!(case.seed, PANICS, "no such seed");
+            CaseResult { outcome: "passed".to_owned(), ..CaseResult::default() }
+        }
+
+        fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
+            (Span::from_secs(8), self.execute(&Case { seed, ..Case::default() }))
+        }
+
+        fn confirm(&self, case: &Case, _: &str) -> Result<Repeated, Outcome> {
+            if case.seed == STOPPED { Err(Outcome::Aborted) } else { Ok(SHOWN) }
+        }
+    }
+
+    fn confirm(seed: u64) -> Job {
+        let case = Case { seed, ..Case::default() };
+        Job::Confirm { case, property: "held".to_owned() }
+    }
+
+    #[test]
+    fn each_is_answered_by_what_it_asks_for() {
+        let clean = Job::WithoutFaults { seed: 7 }.carry_out(&Bench);
+        assert_eq!(
+            (clean.lasted, clean.result.outcome.as_str()),
+            (Some(Span::from_secs(8)), "passed")
+        );
+        assert_eq!(confirm(7).carry_out(&Bench).shown, Some(SHOWN));
+        assert!(confirm(STOPPED).carry_out(&Bench).result.is_given_up());
+        for job in [
+            Job::WithoutFaults { seed: PANICS },
+            Job::Case(Case { seed: PANICS, ..Case::default() }),
+        ] {
+            assert!(job.carry_out(&Bench).result.breaks(PANIC), "{job:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_said_is_understood() {
+        for job in [Job::Case(Case::default()), Job::WithoutFaults { seed: 7 }, confirm(7)] {
+            assert_eq!(serde_json::from_slice::<Job>(&job.body()).unwrap(), job);
+            let done = job.carry_out(&Bench);
+            let there = serde_json::to_vec(&done).unwrap();
+            assert_eq!(serde_json::from_slice::<Done>(&there).unwrap(), done);
+        }
+    }
+
+    #[test]
+    fn different_jobs_have_different_names() {
+        let case = Case { seed: 7, ..Case::default() };
+        let other = Job::Confirm { case: case.clone(), property: "other".to_owned() };
+        let jobs = [Job::Case(case), Job::WithoutFaults { seed: 7 }, confirm(7), other];
+        for (index, job) in jobs.iter().enumerate() {
+            assert!(jobs[..index].iter().all(|earlier| earlier.id("p") != job.id("p")));
+            assert_ne!(job.id("p"), job.id("q"));
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Sending until the server has it: a server that is away is waited for.
+
+use super::error::NatsError;
+use super::room::{PAUSE, Room};
+use async_nats::HeaderMap;
+use async_nats::jetstream::context::{PublishError, PublishErrorKind};
+use async_nats::jetstream::message::PublishMessage;
+use async_nats::jetstream::publish::PublishAck;
+
+/// One message for a stream.
+#[derive(Debug, Clone)]
+pub(super) struct Letter {
+    pub(super) subject: String,
+    /// Sent again under the same name it is on the stream once.
+    pub(super) name: String,
+    pub(super) headers: HeaderMap,
+    pub(super) body: Vec<u8>,
+}
+
+impl Room {
+    /// Sends it until it is on the stream. True if it was there before.
+    ///
+    /// # Errors
+    ///
+    /// When the server will never take it.
+    pub(super) async fn send(&self, letter: &Letter) -> Result<bool, NatsError> {
+        loop {
+            self.link.there().await;
+            match self.send_once(letter).await {
+                Ok(ack) => return Ok(ack.duplicate),
+                Err(error) if error.kind() == PublishErrorKind::MaxPayloadExceeded => {
+                    return Err(NatsError::server(format!("send {}", letter.subject), error));
+                }
+                // The server lost what it held: it gets it again.
+                Err(error) if error.kind() == PublishErrorKind::StreamNotFound => {
+                    match self.furnish().await {
+                        Err(error @ NatsError::OtherFormat { .. }) => return Err(error),
+                        furnished => tracing::debug!("{error}: furnished again: {furnished:?}"),
+                    }
+                }
+                Err(error) => tracing::debug!("{} is sent again: {error}", letter.subject),
+            }
+            tokio::time::sleep(PAUSE).await;
+        }
+    }
+
+    async fn send_once(&self, letter: &Letter) -> Result<PublishAck, PublishError> {
+        let message = PublishMessage::build()
+            .headers(letter.headers.clone())
+            .message_id(&letter.name)
+            .payload(letter.body.clone().into());
+        self.context.send_publish(letter.subject.clone(), message).await?.await
+    }
+}

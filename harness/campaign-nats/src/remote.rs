@@ -1,0 +1,214 @@
+//! The coordinator's end: an executor whose cases other machines carry out.
+
+use super::carry::package_object;
+use super::connect::{News, Server, Tell};
+use super::desk::{Ask, Desk, StoredFile};
+use super::error::NatsError;
+use super::job::{Done, Job};
+use super::lease::{Holder, Lease};
+use super::message::{Place, Said};
+use super::package::Package;
+use super::room::{LEASE, Room};
+use campaign::Executor;
+use campaign::Repeated;
+use campaign::WINDOW;
+use campaign::{Case, CaseId, CaseResult};
+use record::outcome::Outcome;
+use std::sync::{Arc, Mutex, PoisonError, mpsc as std_mpsc};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+use tokio::sync::{mpsc, oneshot};
+use wire::time::Span;
+
+/// Requests of the campaign that wait for the connection's thread: a case and its keeping for each of the window.
+const ASKS: usize = 2 * WINDOW as usize;
+
+/// What a campaign over a server is.
+#[derive(Debug, Clone)]
+pub struct RemoteSettings {
+    /// What decides its cases, as its journal says it. The same campaign has the same name again.
+    pub what: String,
+    /// Where its cases are carried out.
+    pub place: Place,
+    /// Who carries it on.
+    pub holder: Holder,
+}
+
+/// Has cases carried out by the workers of a server. `E` says which can be.
+#[derive(Debug)]
+pub struct Remote<E> {
+    local: E,
+    package: String,
+    campaign: String,
+    asks: Option<mpsc::Sender<Ask>>,
+    failure: Arc<Mutex<Option<NatsError>>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl<E: Executor> Remote<E> {
+    /// Opens a campaign on `server`: what its workers need is there then. Cases are given up, as interrupted, once
+    /// `stop` says so.
+    ///
+    /// # Errors
+    ///
+    /// When there is no server, it is of another version, or somebody carries on the same campaign.
+    pub fn open(
+        server: &Server,
+        package: &Package,
+        settings: RemoteSettings,
+        local: E,
+        tell: Arc<dyn Fn(&News) + Send + Sync>,
+        stop: impl Fn() -> bool + Send + 'static,
+    ) -> Result<Self, NatsError> {
+        let package_id = package.id();
+        let campaign = CaseId::of(&[record::VERSION, &settings.what, &package_id]).to_string();
+        let said = Said {
+            version: record::VERSION.to_owned(),
+            campaign: campaign.clone(),
+            package: package_id.clone(),
+            lease: 0,
+        };
+        let (asks, asked) = mpsc::channel(ASKS);
+        let (opened, is_open) = std_mpsc::channel();
+        let failure = Arc::default();
+        let opening =
+            Opening { server: server.clone(), package: package.to_json(), settings, said, tell };
+        let failed = Arc::clone(&failure);
+        let go = move || {
+            let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+            let runtime = match runtime {
+                Ok(runtime) => runtime,
+                Err(error) => return drop(opened.send(Err(NatsError::Start(error)))),
+            };
+            runtime.block_on(async {
+                match opening.open(failed).await {
+                    Ok(desk) => {
+                        // Whoever opens waits for it.
+                        let _ = opened.send(Ok(()));
+                        desk.serve(asked, stop).await;
+                    }
+                    Err(error) => drop(opened.send(Err(error))),
+                }
+            });
+        };
+        let thread = thread::Builder::new().name("nats".to_owned()).spawn(go);
+        let thread = Some(thread.map_err(NatsError::Start)?);
+        match is_open.recv() {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => return Err(error),
+            Err(_) => return Err(NatsError::server("open the campaign", "its thread ended")),
+        }
+        Ok(Self { local, package: package_id, campaign, asks: Some(asks), failure, thread })
+    }
+
+    /// Who says here what can be carried out.
+    pub const fn local(&self) -> &E {
+        &self.local
+    }
+
+    /// Its name on the server.
+    pub fn campaign(&self) -> &str {
+        &self.campaign
+    }
+
+    /// Why cases are given up though nobody asked for it.
+    pub fn failure(&self) -> Option<NatsError> {
+        self.failure.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    /// The campaign is over: leaves `files` on the server, and nothing else of it.
+    ///
+    /// # Errors
+    ///
+    /// When the server does not take them.
+    pub fn finish(&self, files: Vec<StoredFile>) -> Result<(), NatsError> {
+        let (answer, answered) = oneshot::channel();
+        self.ask(Ask::Finish { files, answer });
+        match answered.blocking_recv() {
+            Ok(finished) => finished,
+            Err(_) => Err(NatsError::server("finish the campaign", "it was interrupted")),
+        }
+    }
+
+    /// Has it done, however long that takes.
+    fn done(&self, job: &Job) -> Done {
+        let (answer, answered) = oneshot::channel();
+        let (id, body) = (job.id(&self.package), job.body());
+        self.ask(Ask::Execute { id, body, answer });
+        answered.blocking_recv().unwrap_or_else(|_| Done::given_up())
+    }
+
+    /// The same where nobody asks for it again.
+    fn done_once(&self, job: &Job) -> Done {
+        let done = self.done(job);
+        self.ask(Ask::Kept(job.id(&self.package)));
+        done
+    }
+
+    fn ask(&self, ask: Ask) {
+        if let Some(asks) = &self.asks {
+            // Where nobody listens any more, nobody answers.
+            let _ = asks.blocking_send(ask);
+        }
+    }
+}
+
+impl<E: Executor> Executor for Remote<E> {
+    fn execute(&self, case: &Case) -> CaseResult {
+        self.done(&Job::Case(case.clone())).result
+    }
+
+    fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
+        let Done { result, lasted, .. } = self.done_once(&Job::WithoutFaults { seed });
+        (lasted.unwrap_or_default(), result)
+    }
+
+    fn confirm(&self, case: &Case, property: &str) -> Result<Repeated, Outcome> {
+        let job = Job::Confirm { case: case.clone(), property: property.to_owned() };
+        let Done { shown, result, .. } = self.done_once(&job);
+        let is_given_up = result.is_given_up();
+        shown.ok_or(if is_given_up { Outcome::Aborted } else { Outcome::Error })
+    }
+
+    fn kept(&self, case: &Case) {
+        self.ask(Ask::Kept(Job::Case(case.clone()).id(&self.package)));
+    }
+
+    fn takes(&self, case: &Case) -> bool {
+        self.local.takes(case)
+    }
+}
+
+impl<E> Drop for Remote<E> {
+    fn drop(&mut self) {
+        self.asks = None;
+        if let Some(thread) = self.thread.take() {
+            // It says itself what went wrong.
+            let _ = thread.join();
+        }
+    }
+}
+
+struct Opening {
+    server: Server,
+    package: String,
+    settings: RemoteSettings,
+    said: Said,
+    tell: Tell,
+}
+
+impl Opening {
+    async fn open(self, failure: Arc<Mutex<Option<NatsError>>>) -> Result<Desk, NatsError> {
+        let Self { server, package, settings, mut said, tell } = self;
+        let room = Room::new(server.connect(&tell).await?);
+        room.furnish().await?;
+        let (what, key) = ("this campaign", format!("campaign.{}", said.campaign));
+        // One that was killed a moment ago is waited for.
+        let patience = LEASE + Duration::from_secs(2);
+        let lease = Lease::take(&room, what, &key, &settings.holder, patience, &tell).await?;
+        said.lease = lease.number;
+        room.put(&package_object(&said.package), package.as_bytes()).await?;
+        room.cases(&settings.place).await?;
+        Ok(Desk::new(room, said, settings.place, lease, tell, failure))
+    }
+}

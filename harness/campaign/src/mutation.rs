@@ -1,0 +1,97 @@
+//! A case changed a little.
+
+use super::case::Case;
+use super::search::Dice;
+use super::space::{DURATION_MIN, Space, duration, severities, whole_ms};
+use super::survey::Survey;
+use plan::faults::{Fault, Lasts, Schedule, When};
+use proptest::strategy::{Strategy as _, ValueTree as _};
+use rand::RngExt as _;
+use wire::time::Span;
+
+/// Changes that are tried until one can apply.
+const TRIES: usize = 20;
+
+/// `parent` with one or two changes, within `space`; none where nothing that was tried can apply. New faults are those
+/// of `survey`.
+pub(super) fn mutated(
+    parent: &Case,
+    space: &Space,
+    survey: &mut Survey,
+    dice: &mut Dice,
+) -> Option<Case> {
+    for _ in 0..TRIES {
+        let mut case = parent.clone();
+        for _ in 0..dice.random.random_range(1..=2) {
+            change(&mut case, space, survey, dice);
+        }
+        if case != *parent && !case.schedule.is_empty() && space.takes(&case.schedule) {
+            return Some(case);
+        }
+    }
+    None
+}
+
+fn change(case: &mut Case, space: &Space, survey: &mut Survey, dice: &mut Dice) {
+    let Schedule { faults } = &mut case.schedule;
+    let count = faults.len();
+    let choice = dice.random.random_range(0..100);
+    match choice {
+        0..12 if count < space.faults_max() => {
+            let at = dice.random.random_range(0..=count);
+            if let Some(fault) = survey.fault(dice) {
+                faults.insert(at, fault);
+            }
+        }
+        12..24 if count > 1 => {
+            faults.remove(dice.random.random_range(0..count));
+        }
+        24..30 => case.seed = dice.random.random(),
+        30..50 if count > 0 => {
+            let at = dice.random.random_range(0..count);
+            if let Some(fault) = survey.fault(dice) {
+                faults[at] = fault;
+            }
+        }
+        _ if count > 0 => {
+            let at = dice.random.random_range(0..count);
+            adjust(&mut faults[at], space, dice);
+        }
+        _ => {}
+    }
+}
+
+/// Of one fault: its size, when it begins, or how long it lasts; mostly a little, now and then a lot.
+fn adjust(fault: &mut Fault, space: &Space, dice: &mut Dice) {
+    let random = &mut dice.random;
+    let spread = if random.random_bool(0.2) { 2.0 } else { 0.3 };
+    let step: f64 = spread * (random.random::<f64>() + random.random::<f64>() - 1.0);
+    match random.random_range(0..3) {
+        0 => {
+            let (least, greatest) = severities(fault.what);
+            let size = (fault.what.severity().max(least) * step.exp()).clamp(least, greatest);
+            fault.what = fault.what.with_severity(size);
+        }
+        1 => {
+            let horizon = space.horizon().as_secs_f64();
+            let moved = |at: Span, scale: f64| {
+                whole_ms((at.as_secs_f64() + step * scale).clamp(0.0, horizon))
+            };
+            match &mut fault.when {
+                When::At(at) => *at = moved(*at, 0.1 * horizon),
+                When::Step { after, .. } => *after = moved(*after, 2.0),
+                When::Always | When::During { .. } => {
+                    if let Ok(tree) = space.when().new_tree(&mut dice.runner) {
+                        fault.when = tree.current();
+                    }
+                }
+            }
+        }
+        _ if fault.what.info().lasts == Lasts::Scheduled => {
+            let now = fault.duration.unwrap_or(space.horizon()).max(DURATION_MIN).as_secs_f64();
+            let longest = duration(space.horizon(), 1.0);
+            fault.duration = Some(whole_ms(now * step.exp()).clamp(DURATION_MIN, longest));
+        }
+        _ => {}
+    }
+}

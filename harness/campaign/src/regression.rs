@@ -1,0 +1,159 @@
+//! The smallest failing case as a plan that anyone can run.
+
+use super::case::{Case, PANIC, PASSES};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A case to be kept.
+#[derive(Debug, Clone, Copy)]
+pub struct Regression<'a> {
+    /// Name of the plan that it is a case of.
+    pub plan: &'a str,
+    /// The text of that plan.
+    pub text: &'a str,
+    /// The property that breaks.
+    pub property: &'a str,
+    /// What was seen.
+    pub what: &'a str,
+    /// The case.
+    pub case: &'a Case,
+}
+
+/// Why it cannot be kept.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum RegressionError {
+    /// The file cannot be written.
+    #[error("failed to write {}", path.display())]
+    Io {
+        /// Where to.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The plan is no TOML, which it was when it was read.
+    #[error("the plan {plan} cannot be written again: {message}")]
+    Plan {
+        /// Its name.
+        plan: String,
+        /// Why.
+        message: String,
+    },
+}
+
+impl Regression<'_> {
+    /// Name of the plan: that of the plan struck, of the property, and of the case.
+    pub fn name(&self) -> String {
+        let id = self.case.id(self.text).to_string();
+        format!("{}-{}-{}", self.plan, self.property.replace('_', "-"), &id[..8])
+    }
+
+    /// The plan that was struck, under its new name, with the seed and the faults of the case behind its own: in
+    /// those places they had the same random numbers when the case was carried out.
+    ///
+    /// # Errors
+    ///
+    /// When the plan's text is no TOML.
+    pub fn to_toml(&self) -> Result<String, RegressionError> {
+        let failed =
+            |message: String| RegressionError::Plan { plan: self.plan.to_owned(), message };
+        let mut table: toml::Table =
+            self.text.parse().map_err(|error: toml::de::Error| failed(error.to_string()))?;
+        let title = format!("{} breaks under faults: {}", self.plan, self.property);
+        table.insert("name".to_owned(), self.name().into());
+        table.insert("title".to_owned(), title.into());
+        let faults = toml::Value::try_from(&self.case.schedule)
+            .map_err(|error| failed(error.to_string()))?;
+        let mut all = Vec::new();
+        for faults in table.remove("fault").into_iter().chain([faults]) {
+            match faults {
+                toml::Value::Array(faults) => all.extend(faults),
+                other => {
+                    return Err(failed(format!("[[fault]] is of type {}", other.type_str())));
+                }
+            }
+        }
+        if !all.is_empty() {
+            table.insert("fault".to_owned(), all.into());
+        }
+        // What broke is judged again; a panic, and a plan that does not pass, need no property.
+        let by_itself = [PANIC, PASSES].contains(&self.property);
+        if !by_itself && !table.contains_key("property") {
+            let always: toml::Table =
+                [(self.property.to_owned(), toml::Table::new().into())].into_iter().collect();
+            let property: toml::Table =
+                [("always".to_owned(), always.into())].into_iter().collect();
+            table.insert("property".to_owned(), vec![toml::Value::from(property)].into());
+        }
+        let text = toml::to_string_pretty(&table).map_err(|error| failed(error.to_string()))?;
+        let mut comment = String::new();
+        for line in self.what.lines() {
+            comment += &format!("# {line}\n");
+        }
+        Ok(format!(
+            "# Found by `hil campaign {plan}`: the smallest case that breaks `{property}`.\n{comment}\
+             # Run it, where {plan} is run: hil run PATH/{name}.toml --seed {seed}\n\n{text}",
+            plan = self.plan,
+            property = self.property,
+            name = self.name(),
+            seed = self.case.seed,
+        ))
+    }
+
+    /// Writes it into `folder`; where it is.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<PathBuf, RegressionError> {
+        let path = folder.join(format!("{}.toml", self.name()));
+        let text = self.to_toml()?;
+        let failed = |source| RegressionError::Io { path: path.clone(), source };
+        std::fs::create_dir_all(folder).map_err(failed)?;
+        std::fs::write(&path, text).map_err(failed)?;
+        Ok(path)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Regression;
+    use crate::Case;
+    use plan::Plan;
+    use plan::faults::{Fault, FaultKind, Schedule, Target};
+
+    const PLAN: &str = r#"
+name = "struck"
+title = "A plan with a fault of its own"
+devices = "paper-serial"
+steps = [{ bias_test = {} }]
+
+[[measurement]]
+name = "samples_lost"
+doc = "Gyro samples lost on the way"
+quantity = "samples.lost"
+unit = "1"
+check = { all_within = [0, 10] }
+"#;
+    const OWN: &str = "\n[[fault]]\ntarget = \"gyro\"\nwhat = { drop = { loss_percent = 1 } }\n";
+
+    /// The faults of the plan that is made of a case of `text`.
+    fn written(text: &str, case: &Case) -> Schedule {
+        let (plan, property, what) = ("struck", "fresh_heading", "an old one\nor two");
+        let regression = Regression { plan, text, property, what, case };
+        let written = regression.to_toml().unwrap();
+        Plan::parse("written.toml", &written).unwrap_or_else(|e| panic!("{e}\n{written}")).faults
+    }
+
+    #[test]
+    fn the_faults_of_the_case_stand_behind_those_of_the_plan() {
+        let stuck = Fault::new(Target::Gyro, FaultKind::typical("stuck").unwrap());
+        let case = Case { seed: 3, schedule: Schedule { faults: vec![stuck.clone()] } };
+        let with_own = format!("{PLAN}{OWN}");
+        let own = Plan::parse("own.toml", &with_own).unwrap().faults;
+        assert_eq!(written(PLAN, &case).faults, [stuck]);
+        assert_eq!(written(&with_own, &case), case.schedule.beside(&own));
+        // What breaks without any fault of the case breaks with those of the plan alone.
+        assert_eq!(written(&with_own, &Case::default()), own);
+        assert!(written(PLAN, &Case::default()).is_empty());
+    }
+}

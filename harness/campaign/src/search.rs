@@ -1,0 +1,93 @@
+//! Which case is next.
+
+use super::case::{Case, CaseResult};
+use super::space::Space;
+use chacha20::ChaCha8Rng;
+use plan::faults::Schedule;
+use proptest::strategy::{BoxedStrategy, Strategy as _, ValueTree as _};
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use rand::{RngExt as _, SeedableRng as _};
+
+/// Draws cases, and may learn from what came of them.
+pub trait Search {
+    /// The next case.
+    fn next(&mut self) -> Case;
+
+    /// What came of one. Results come in the order in which the cases were drawn.
+    fn learn(&mut self, case: &Case, result: &CaseResult);
+}
+
+/// Cases without regard to what came of earlier ones.
+#[derive(Debug)]
+pub struct Random {
+    draws: Draws,
+}
+
+/// Where chance comes from: what strategies draw from, and all other decisions.
+#[derive(Debug)]
+pub(super) struct Dice {
+    pub(super) runner: TestRunner,
+    pub(super) random: ChaCha8Rng,
+}
+
+impl Dice {
+    pub(super) fn new(seed: u64) -> Self {
+        let mut key = [0; 32];
+        key[..8].copy_from_slice(&seed.to_le_bytes());
+        let random = TestRng::from_seed(RngAlgorithm::ChaCha, &key);
+        let runner = TestRunner::new_with_rng(Config::default(), random);
+        Self { runner, random: ChaCha8Rng::from_seed(key) }
+    }
+}
+
+/// Seeds and schedules.
+#[derive(Debug)]
+struct Draws {
+    schedule: BoxedStrategy<Schedule>,
+    dice: Dice,
+}
+
+impl Draws {
+    fn new(space: &Space, seed: u64) -> Self {
+        Self { schedule: space.schedule(), dice: Dice::new(seed) }
+    }
+
+    fn case(&mut self) -> Case {
+        let seed = self.dice.random.random();
+        // What cannot apply is drawn again, a bounded number of times.
+        let schedule = self.schedule.new_tree(&mut self.dice.runner).map(|tree| tree.current());
+        Case { seed, schedule: schedule.unwrap_or_default() }
+    }
+}
+
+impl Random {
+    /// Of `space`; `seed` says which.
+    pub fn new(space: &Space, seed: u64) -> Self {
+        Self { draws: Draws::new(space, seed) }
+    }
+}
+
+impl Search for Random {
+    fn next(&mut self) -> Case {
+        self.draws.case()
+    }
+
+    fn learn(&mut self, _: &Case, _: &CaseResult) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Random, Search as _};
+    use crate::toy::space;
+
+    #[test]
+    fn a_seed_draws_the_same_cases_again_and_another_others() {
+        let space = space();
+        let cases = |seed| {
+            let mut search = Random::new(&space, seed);
+            (0..60).map(move |_| search.next()).collect::<Vec<_>>()
+        };
+        assert_eq!(cases(1), cases(1));
+        assert_ne!(cases(1), cases(2));
+    }
+}

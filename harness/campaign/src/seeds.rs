@@ -1,0 +1,211 @@
+//! The same for many seeds: one run is an anecdote, a share of many has an interval.
+
+use plan::Plan;
+use plan::confidence::{Z_95, wilson};
+use record::outcome::{Measurement, Outcome};
+use serde::Serialize;
+use std::num::NonZeroUsize;
+use std::ops::Range;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+
+/// Runs `job` once for every seed, on `threads` threads, and gives what came out in the order of the
+/// seeds, whichever was ready first. Once a job gives `None`, no further seed begins, and what is done
+/// by then is given.
+///
+/// # Panics
+///
+/// Where a job does.
+pub fn for_each_seed<T: Send>(
+    seeds: Range<u64>,
+    threads: NonZeroUsize,
+    job: &(impl Fn(u64) -> Option<T> + Sync),
+) -> Vec<(u64, T)> {
+    let count = seeds.end.saturating_sub(seeds.start);
+    let next = AtomicU64::new(0);
+    let stopped = AtomicBool::new(false);
+    let work = || {
+        let mut done = Vec::new();
+        while !stopped.load(Ordering::Relaxed) {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            if index >= count {
+                break;
+            }
+            let seed = seeds.start + index;
+            match job(seed) {
+                Some(result) => done.push((seed, result)),
+                None => stopped.store(true, Ordering::Relaxed),
+            }
+        }
+        done
+    };
+    let mut results = thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads.get()).map(|_| scope.spawn(work)).collect();
+        let mut results = Vec::new();
+        for worker in workers {
+            match worker.join() {
+                Ok(done) => results.extend(done),
+                Err(panic) => resume_unwind(panic),
+            }
+        }
+        results
+    });
+    results.sort_by_key(|(seed, _)| *seed);
+    results
+}
+
+/// What one plan came to under one seed, as small as a share needs it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SeedVerdicts {
+    /// Why the run did not go to its end: its outcome and a sentence.
+    pub broke_off: Option<(Outcome, String)>,
+    /// Measurement by measurement, in the order of the plan: was it acceptable? None of a run that
+    /// broke off is: what it did not come to might have failed.
+    pub accepted: Vec<bool>,
+}
+
+impl SeedVerdicts {
+    /// Of a run that ended like this, for this reason, with these measurements.
+    pub fn of(ended: Outcome, reason: Option<&str>, measurements: &[Measurement]) -> Self {
+        let complete = ended == Outcome::Passed;
+        let accepted = |one: &Measurement| complete && one.verdict.is_acceptable();
+        Self {
+            broke_off: (!complete).then(|| (ended, reason.unwrap_or_default().to_owned())),
+            accepted: measurements.iter().map(accepted).collect(),
+        }
+    }
+
+    fn passed(&self) -> bool {
+        self.accepted.iter().all(|accepted| *accepted) && self.broke_off.is_none()
+    }
+}
+
+/// Over how many seeds a measurement was acceptable.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SeedShare {
+    /// The plan.
+    pub plan: String,
+    /// The measurement.
+    pub measurement: String,
+    /// Seeds whose run passed it, marginally or not.
+    pub passed: u64,
+    /// Seeds that ran.
+    pub seeds: u64,
+    /// 95 % Wilson interval of the share, lower and upper end, from 0 to 1.
+    pub interval: (f64, f64),
+    /// What the paper gives, with its place.
+    pub paper: Option<String>,
+}
+
+/// Over how many seeds each measurement of `plan` was acceptable, with the 95 % Wilson interval.
+pub fn shares(plan: &Plan, runs: &[(u64, &SeedVerdicts)]) -> Vec<SeedShare> {
+    let share = |(index, declared): (usize, &plan::Declared)| {
+        let accepted = |(_, run): &&(u64, &SeedVerdicts)| run.accepted.get(index) == Some(&true);
+        let (passed, seeds) = (runs.iter().filter(accepted).count() as u64, runs.len() as u64);
+        let interval = wilson(passed, seeds, Z_95);
+        SeedShare {
+            plan: plan.name.as_str().to_owned(),
+            measurement: declared.name.as_str().to_owned(),
+            passed,
+            seeds,
+            // No seed says nothing: the share may be anything.
+            interval: interval.map_or((0.0, 1.0), |interval| (interval.lower, interval.upper)),
+            paper: declared.paper.clone(),
+        }
+    };
+    plan.measurements.iter().enumerate().map(share).collect()
+}
+
+/// The seeds whose run did not pass, in order.
+pub fn not_passed<'a>(runs: &[(u64, &'a SeedVerdicts)]) -> Vec<(u64, &'a SeedVerdicts)> {
+    runs.iter().filter(|(_, run)| !run.passed()).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{SeedVerdicts, for_each_seed, not_passed, shares};
+    use plan::Plan;
+    use proptest::prelude::*;
+    use record::outcome::Outcome;
+    use std::num::NonZeroUsize;
+
+    fn threads(count: usize) -> NonZeroUsize {
+        NonZeroUsize::new(count).unwrap()
+    }
+
+    proptest! {
+        #[test]
+        fn every_seed_runs_once_and_in_order(
+            first in 0u64..u64::MAX - 100,
+            count in 0u64..60,
+            workers in 1usize..9,
+        ) {
+            // A job whose length depends on the seed, so that threads overtake each other.
+            let job = |seed: u64| {
+                let spins = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) % 5_000;
+                Some((0..spins).fold(seed, |a, b| std::hint::black_box(a ^ b ^ b)))
+            };
+            let one = for_each_seed(first..first + count, threads(1), &job);
+            let many = for_each_seed(first..first + count, threads(workers), &job);
+            prop_assert_eq!(&one, &many);
+            let seeds: Vec<_> = many.iter().map(|(seed, _)| *seed).collect();
+            prop_assert_eq!(seeds, (first..first + count).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn the_last_seeds_there_are_can_run() {
+        let runs = for_each_seed(u64::MAX - 2..u64::MAX, threads(4), &Some);
+        assert_eq!(runs.len(), 2);
+    }
+
+    #[test]
+    fn nothing_begins_after_a_stop() {
+        let runs = for_each_seed(0..1_000_000, threads(2), &|seed| (seed < 5).then_some(()));
+        let seeds: Vec<_> = runs.iter().map(|(seed, ())| *seed).collect();
+        assert_eq!(seeds, [0, 1, 2, 3, 4]);
+    }
+
+    fn plan() -> Plan {
+        let plan = r#"
+            name = "turns"
+            title = "Turns"
+            devices = "paper"
+            steps = [{ turn = { angle_deg = 90 } }]
+
+            [[measurement]]
+            name = "stop"
+            doc = "Stop error"
+            quantity = "turn.stop_error"
+            unit = "deg"
+            check = { all_within = [-1, 1] }
+            paper = "mostly"
+        "#;
+        Plan::parse("turns.toml", plan).unwrap()
+    }
+
+    fn run(accepted: bool) -> SeedVerdicts {
+        SeedVerdicts { broke_off: None, accepted: vec![accepted] }
+    }
+
+    #[test]
+    fn a_share_counts_the_acceptable() {
+        let broke_off = Some((Outcome::Timeout, "too long".to_owned()));
+        let (good, bad) = (run(true), run(false));
+        let broken = SeedVerdicts { broke_off, accepted: vec![false] };
+        let runs = [(3, &good), (4, &bad), (5, &broken), (6, &good)];
+        let shares = shares(&plan(), &runs);
+        assert_eq!(shares.len(), 1);
+        assert_eq!((shares[0].passed, shares[0].seeds), (2, 4));
+        assert!(shares[0].interval.0 > 0.1 && shares[0].interval.1 < 0.9);
+        assert_eq!(shares[0].paper.as_deref(), Some("mostly"));
+        let seeds: Vec<_> = not_passed(&runs).iter().map(|(seed, _)| *seed).collect();
+        assert_eq!(seeds, [4, 5]);
+    }
+
+    #[test]
+    fn no_seed_says_nothing() {
+        assert_eq!(shares(&plan(), &[])[0].interval, (0.0, 1.0));
+    }
+}

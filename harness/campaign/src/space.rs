@@ -1,0 +1,197 @@
+//! What can go wrong on one bench while one plan is carried out, and how it is drawn.
+
+use plan::faults::{Fault, FaultKind, Lasts, Lines, Schedule, Target, Toward, When};
+use plan::{Name, Plan};
+use proptest::prelude::*;
+use proptest::sample::select;
+use wire::time::Span;
+
+/// Shortest fault that is drawn. Assumption: a tenth of the gyro's time-out; less is a lost sample.
+pub const DURATION_MIN: Span = Span::from_millis(10);
+/// Longest time from the begin of a phase to that of a fault. Assumption: turns and straights take some seconds.
+pub(super) const AFTER_MAX: Span = Span::from_secs(10);
+/// Most numbers of one phase that are drawn: a plan may repeat it thousands of times.
+const NUMBERS_MAX: u64 = 100;
+
+/// Every fault that can be drawn.
+#[derive(Debug, Clone)]
+pub struct Space {
+    plan: Plan,
+    lines: Lines,
+    kinds: Vec<(Target, FaultKind)>,
+    phases: Vec<(Name, u32)>,
+    horizon: Span,
+    faults_max: usize,
+}
+
+impl Space {
+    /// Of `plan` on a bench with these `lines`; at most `faults_max` at a time. A run without faults takes
+    /// `horizon`. `only` names the kinds; without any, all of them.
+    pub fn new(
+        plan: &Plan,
+        lines: Lines,
+        horizon: Span,
+        faults_max: usize,
+        only: &[String],
+    ) -> Self {
+        let mut kinds = Vec::new();
+        for info in FaultKind::all() {
+            if !only.is_empty() && !only.iter().any(|name| name == info.name) {
+                continue;
+            }
+            for target in lines.targets(info.reach.targets()) {
+                let schedule = Schedule { faults: vec![Fault::new(target, info.typical)] };
+                // By itself: what is at odds with a fault of the plan may strike at another time.
+                if schedule.fits(plan, &lines).is_ok() {
+                    kinds.push((target, info.typical));
+                }
+            }
+        }
+        let phases = plan
+            .phases()
+            .into_iter()
+            .filter_map(|(name, times)| {
+                let times =
+                    u32::try_from(times.min(NUMBERS_MAX)).ok().filter(|times| *times > 0)?;
+                Some((Name::new(name)?, times))
+            })
+            .collect();
+        Self { plan: plan.clone(), lines, kinds, phases, horizon, faults_max: faults_max.max(1) }
+    }
+
+    /// Without what `can_suffer` says no to: a real bench has devices that nobody can strike.
+    #[must_use]
+    pub fn within(mut self, can_suffer: impl Fn(Target, FaultKind) -> bool) -> Self {
+        self.kinds.retain(|(target, what)| can_suffer(*target, *what));
+        self
+    }
+
+    /// The kinds that can be drawn, with what they strike.
+    pub fn kinds(&self) -> &[(Target, FaultKind)] {
+        &self.kinds
+    }
+
+    /// The phases that a fault can be tied to, with how often each comes, as far as that is drawn.
+    pub fn phases(&self) -> &[(Name, u32)] {
+        &self.phases
+    }
+
+    /// How long a run without faults takes.
+    pub const fn horizon(&self) -> Span {
+        self.horizon
+    }
+
+    /// The most faults of one case.
+    pub const fn faults_max(&self) -> usize {
+        self.faults_max
+    }
+
+    /// Can this schedule apply to the plan and the bench, beside the faults of the plan itself?
+    pub fn takes(&self, schedule: &Schedule) -> bool {
+        schedule.beside(&self.plan.faults).fits(&self.plan, &self.lines).is_ok()
+    }
+
+    /// One fault: each kind is as likely as the others, its size is drawn over orders of magnitude.
+    pub fn fault(&self) -> BoxedStrategy<Fault> {
+        let (when, horizon) = (self.when(), self.horizon);
+        let toward = select(vec![Toward::Host, Toward::Device, Toward::Both]);
+        let unit = || 0.0..1.0_f64;
+        (select(self.kinds.clone()), when, toward, unit(), unit())
+            .prop_map(move |((target, what), when, toward, size, lasting)| {
+                let info = what.info();
+                let what = what.with_severity(severity(what, size));
+                let duration = (info.lasts == Lasts::Scheduled).then(|| duration(horizon, lasting));
+                let toward = if info.reach.is_line() { toward } else { Toward::Both };
+                Fault { toward, when, duration, ..Fault::new(target, what) }
+            })
+            .boxed()
+    }
+
+    /// When a fault begins.
+    pub fn when(&self) -> BoxedStrategy<When> {
+        let horizon_ms = (self.horizon.as_nanos() / 1_000_000).max(1);
+        let at = (0..horizon_ms).prop_map(|ms| When::At(Span::from_millis(ms)));
+        if self.phases.is_empty() {
+            return at.boxed();
+        }
+        let phase =
+            select(self.phases.clone()).prop_flat_map(|(phase, times)| (Just(phase), 1..=times));
+        let after_ms = AFTER_MAX.as_nanos() / 1_000_000;
+        let step = (phase.clone(), 0..after_ms).prop_map(|((phase, number), ms)| When::Step {
+            phase,
+            number,
+            after: Span::from_millis(ms),
+        });
+        let during = phase.prop_map(|(phase, number)| When::During { phase, number });
+        prop_oneof![2 => at, 2 => step, 1 => during].boxed()
+    }
+
+    /// A schedule of one fault or more that can apply.
+    pub fn schedule(&self) -> BoxedStrategy<Schedule> {
+        let space = self.clone();
+        proptest::collection::vec(self.fault(), 1..=self.faults_max)
+            .prop_map(|faults| Schedule { faults })
+            .prop_filter("it can apply", move |schedule| space.takes(schedule))
+            .boxed()
+    }
+}
+
+/// The least severity that is drawn, as a share of the greatest.
+const LEAST: f64 = 1e-4;
+
+/// The severities of a kind that are drawn, the least and the greatest: four orders of magnitude at most.
+pub(super) fn severities(what: FaultKind) -> (f64, f64) {
+    let (least, greatest) = what.severity_range();
+    (least.max(greatest * LEAST), greatest)
+}
+
+/// A severity at `share` of the way: even steps of its logarithm.
+pub(super) fn severity(what: FaultKind, share: f64) -> f64 {
+    let (least, greatest) = severities(what);
+    least * (greatest / least).powf(share)
+}
+
+/// Times of faults are in whole milliseconds: a person has to read them.
+pub(super) fn whole_ms(seconds: f64) -> Span {
+    Span::from_millis((seconds * 1e3).round() as i64)
+}
+
+/// A duration at `share` of the way from the shortest to all of the run, in even steps of its logarithm; whole ms.
+pub(super) fn duration(horizon: Span, share: f64) -> Span {
+    let (least, greatest) = (DURATION_MIN.as_secs_f64(), horizon.max(DURATION_MIN).as_secs_f64());
+    whole_ms(least * (greatest / least).powf(share))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Plan, Space, Span};
+    use crate::toy;
+    use plan::faults::{Fault, FaultKind, Lines, Schedule, Target};
+
+    #[test]
+    fn what_is_at_odds_with_a_fault_of_the_plan_is_not_taken() {
+        let restart = FaultKind::typical("restart").unwrap();
+        let stuck = Schedule {
+            faults: vec![Fault::new(Target::Gyro, FaultKind::typical("stuck").unwrap())],
+        };
+        let mut plan = toy::plan();
+        let space = |plan: &Plan| Space::new(plan, Lines::CAN_BASE, Span::from_secs(100), 4, &[]);
+        assert!(space(&plan).takes(&stuck));
+        plan.faults = Schedule { faults: vec![Fault::new(Target::Gyro, restart)] };
+        assert!(!space(&plan).takes(&stuck));
+        assert!(space(&plan).kinds().contains(&(Target::Gyro, stuck.faults[0].what)));
+    }
+
+    #[test]
+    fn what_a_bench_cannot_suffer_is_not_drawn() {
+        let plan = toy::plan();
+        let space = Space::new(&plan, Lines::CAN_BASE, Span::from_secs(100), 4, &[]);
+        let some = space.clone().within(|target, _| target != Target::Gyro);
+        assert!(some.kinds().len() < space.kinds().len() && !some.kinds().is_empty());
+        let mut search = crate::Random::new(&some, 1);
+        for _ in 0..100 {
+            let case = crate::Search::next(&mut search);
+            assert!(case.schedule.faults.iter().all(|fault| fault.target != Target::Gyro));
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! Cases that cover a space evenly: every kind of fault soon, in every phase, the worst first.
+//!
+//! Independent draws need the coupon collector's number of cases until each of n kinds has been seen, n ln n, and
+//! leave one kind at its mildest for long. Here kinds are dealt from a shuffled deck, and each goes through phases,
+//! directions and severities by itself: phases from a deck too, severities from the worst down in the order of van der
+//! Corput (1, 1/2, 3/4, 1/4 ...), times of the run in steps of the golden ratio. What goes wrong on purpose is a
+//! boundary value: most of what a fault can do it does at its worst.
+
+use super::case::Case;
+use super::search::Dice;
+use super::space::{AFTER_MAX, Space, duration, severity, whole_ms};
+use plan::faults::{Fault, Lasts, Schedule, Toward, When};
+use rand::RngExt as _;
+use rand::seq::SliceRandom as _;
+
+/// Draws of a case until a fault of one can apply.
+const TRIES: usize = 50;
+/// Share of cases with as many faults as are allowed: each tells of another kind. The others have fewer: what one
+/// fault does another may hide.
+const CROWDED: f64 = 0.75;
+/// Share of faults that are tied to a phase of the plan.
+const IN_PHASE: f64 = 0.6;
+/// Of these, the share that lasts as long as the phase.
+const WHOLE_PHASE: f64 = 0.5;
+/// A kind that seems to do nothing still comes at this share of its turns: it may do something elsewhere.
+const QUIET_MIN: f64 = 0.2;
+
+/// One kind on its way through the space.
+#[derive(Debug, Clone)]
+struct Lane {
+    /// Faults drawn.
+    drawn: u64,
+    /// Phases to come; a number beyond them is a time of the run.
+    phases: Vec<usize>,
+    /// Where in the run the last one began, as a share of it.
+    at: f64,
+    /// Cases that it was in, and those that went otherwise than without any fault.
+    cases: u32,
+    stirred: u32,
+}
+
+/// Draws cases evenly.
+#[derive(Debug)]
+pub(super) struct Survey {
+    space: Space,
+    lanes: Vec<Lane>,
+    deck: Vec<usize>,
+}
+
+impl Survey {
+    pub(super) fn new(space: &Space, dice: &mut Dice) -> Self {
+        let lane = |_| Lane {
+            drawn: 0,
+            phases: Vec::new(),
+            at: dice.random.random(),
+            cases: 0,
+            stirred: 0,
+        };
+        let lanes = space.kinds().iter().map(lane).collect();
+        Self { space: space.clone(), lanes, deck: Vec::new() }
+    }
+
+    /// The next case; without any fault where nothing that was drawn can apply.
+    pub(super) fn case(&mut self, dice: &mut Dice) -> Case {
+        let seed = dice.random.random();
+        let mut schedule = Schedule::default();
+        for _ in 0..TRIES {
+            let most = self.space.faults_max();
+            let crowded = dice.random.random_bool(CROWDED);
+            let count = if crowded { most } else { dice.random.random_range(1..=most) };
+            for _ in 0..count {
+                schedule.faults.extend(self.fault(dice));
+                if !self.space.takes(&schedule) {
+                    schedule.faults.pop();
+                }
+            }
+            if !schedule.is_empty() {
+                break;
+            }
+        }
+        Case { seed, schedule }
+    }
+
+    /// The next fault; none in an empty space.
+    pub(super) fn fault(&mut self, dice: &mut Dice) -> Option<Fault> {
+        let index = self.kind(dice)?;
+        let (target, kind) = *self.space.kinds().get(index)?;
+        let when = self.when(index, dice);
+        let lane = self.lanes.get_mut(index)?;
+        let number = lane.drawn;
+        lane.drawn += 1;
+        let what = kind.with_severity(severity(kind, 1.0 - van_der_corput(number)));
+        let info = what.info();
+        let lasting = dice.random.random();
+        let whole = matches!(when, When::During { .. });
+        let duration = (info.lasts == Lasts::Scheduled && !whole)
+            .then(|| duration(self.space.horizon(), lasting));
+        let toward = match (info.reach.is_line(), (index as u64 + number) % 3) {
+            (false, _) | (true, 0) => Toward::Both,
+            (true, 1) => Toward::Host,
+            (true, _) => Toward::Device,
+        };
+        Some(Fault { toward, when, duration, ..Fault::new(target, what) })
+    }
+
+    /// Takes which kinds were in a case, and whether it went otherwise than without any fault.
+    pub(super) fn learn(&mut self, case: &Case, stirred: bool) {
+        for fault in &case.schedule.faults {
+            let is_it = |(target, kind): &(_, plan::faults::FaultKind)| {
+                *target == fault.target && kind.name() == fault.what.name()
+            };
+            let place = self.space.kinds().iter().position(is_it);
+            if let Some(lane) = place.and_then(|place| self.lanes.get_mut(place)) {
+                lane.cases += 1;
+                lane.stirred += u32::from(stirred);
+            }
+        }
+    }
+
+    fn kind(&mut self, dice: &mut Dice) -> Option<usize> {
+        loop {
+            if self.deck.is_empty() {
+                self.deck = (0..self.lanes.len()).collect();
+                self.deck.shuffle(&mut dice.random);
+            }
+            let index = self.deck.pop()?;
+            let lane = &self.lanes[index];
+            let share = f64::from(lane.stirred + 1) / f64::from(lane.cases + 1);
+            if dice.random.random_bool(share.clamp(QUIET_MIN, 1.0)) {
+                return Some(index);
+            }
+        }
+    }
+
+    fn when(&mut self, index: usize, dice: &mut Dice) -> When {
+        let phases = self.space.phases();
+        let lane = &mut self.lanes[index];
+        if lane.phases.is_empty() {
+            // As many times of the run as the share says, one at least.
+            let timed = (phases.len() as f64 * (1.0 - IN_PHASE) / IN_PHASE).round().max(1.0);
+            lane.phases = (0..phases.len() + timed as usize).collect();
+            lane.phases.shuffle(&mut dice.random);
+        }
+        let phase = lane.phases.pop().and_then(|next| phases.get(next));
+        let Some((phase, times)) = phase.cloned() else {
+            lane.at = (lane.at + GOLDEN).fract();
+            return When::At(whole_ms(lane.at * self.space.horizon().as_secs_f64()));
+        };
+        let number = dice.random.random_range(1..=times);
+        if dice.random.random_bool(WHOLE_PHASE) {
+            return When::During { phase, number };
+        }
+        let after = AFTER_MAX.as_secs_f64() * dice.random.random::<f64>();
+        When::Step { phase, number, after: whole_ms(after) }
+    }
+}
+
+/// Steps of it, taken modulo one, stay as far from one another as they can (Weyl).
+const GOLDEN: f64 = 0.618_033_988_749_895;
+
+/// The number with its binary digits mirrored at the point: 0, 1/2, 1/4, 3/4 ...
+fn van_der_corput(number: u64) -> f64 {
+    // Of 64 digits the 53 that a number holds.
+    (number.reverse_bits() >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Survey, van_der_corput};
+    use crate::search::Dice;
+    use crate::toy::{size, space};
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn shares_fall_between_those_before() {
+        let shares: Vec<f64> = (0..5).map(van_der_corput).collect();
+        assert_eq!(shares, [0.0, 0.5, 0.25, 0.75, 0.125]);
+    }
+
+    #[test]
+    fn every_kind_has_come_at_its_worst_when_the_deck_is_through() {
+        let space = space();
+        let mut dice = Dice::new(1);
+        let mut survey = Survey::new(&space, &mut dice);
+        let faults: Vec<_> =
+            (0..space.kinds().len()).filter_map(|_| survey.fault(&mut dice)).collect();
+        let kinds: BTreeSet<_> = faults.iter().map(|f| (f.target, f.what.name())).collect();
+        assert_eq!(kinds.len(), space.kinds().len());
+        assert!(faults.iter().all(|fault| size(fault) > 0.999), "{faults:?}");
+    }
+
+    #[test]
+    fn kinds_that_do_nothing_come_less_often() {
+        let space = space();
+        let mut dice = Dice::new(1);
+        let mut survey = Survey::new(&space, &mut dice);
+        let quiet = space.kinds()[0].1.name();
+        let mut times = [0, 0];
+        for _ in 0..500 {
+            let case = survey.case(&mut dice);
+            assert!((1..=space.faults_max()).contains(&case.schedule.faults.len()));
+            let is_quiet = |name: &str| name == quiet;
+            let stirred = case.schedule.faults.iter().any(|f| !is_quiet(f.what.name()));
+            for fault in &case.schedule.faults {
+                times[usize::from(is_quiet(fault.what.name()))] += 1;
+            }
+            let mut alone = case.clone();
+            alone.schedule.faults.retain(|f| is_quiet(f.what.name()));
+            survey.learn(&alone, false);
+            survey.learn(&case, stirred);
+        }
+        let same_name = space.kinds().iter().filter(|(_, kind)| kind.name() == quiet).count();
+        let even = times.iter().sum::<usize>() * same_name / space.kinds().len();
+        assert!(times[1] * 4 < even * 3, "{times:?}, evenly {even}");
+    }
+}

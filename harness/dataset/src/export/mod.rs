@@ -1,0 +1,187 @@
+//! From a recorded run to a data set: what somebody with the same bench would have noted down.
+//!
+//! | kind | one row | from |
+//! |---|---|---|
+//! | `turns` | one turn of the table | observations of the table's turns |
+//! | `laps` | one lap | observations of laps |
+//! | `odometry` | one state of the controller during a lap: path and heading by the base | states, observations of laps |
+//! | `series` | one state of the controller: the mean raw rate since the state before | states, table turns |
+//!
+//! Time is that of the bench since the run began. In turns and laps a run is a repetition of the plan, in odometry a
+//! lap; a series is one recording, as it has no gaps. Nothing that only an emulator knows is read: neither [`RecordKind::Truth`]
+//! nor a swept parameter.
+
+pub mod columns;
+pub mod laps;
+mod odometry;
+mod series;
+pub mod turns;
+
+use crate::DatasetError;
+use controller::mission::{Command, HeadingSource};
+use identification::dataset::{Dataset, Drive, Kind};
+use odometry::Drives;
+use plan::observation::Observation;
+use record::reader::RecordError;
+use record::run_folder::{RECORD, RunFolder, RunFolderError};
+use record::{Record, RecordKind};
+use series::Course;
+use std::path::Path;
+
+/// The most observations that are taken of one run.
+const OBSERVATIONS_MAX: usize = 4_000_000;
+
+/// Why a run gives no data set.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum ExportError {
+    /// The run cannot be read.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Folder(#[from] RunFolderError),
+    /// Nothing of the kind was done in it.
+    #[error("{run} holds no {what}")]
+    #[diagnostic(help(
+        "record a run with turns of the table, with laps, or of a gyro that is heard"
+    ))]
+    Nothing {
+        /// The run folder.
+        run: String,
+        /// `turns`, `laps`, ...
+        what: &'static str,
+    },
+    /// It does not hold what a driven path needs.
+    #[error("{run} makes no data set of kind odometry: {why}")]
+    #[diagnostic(help(
+        "run a plan with laps on a base, as `hil run umbmark` does; of one lap only its ends, `hil export --kind laps`"
+    ))]
+    NoPath {
+        /// The run folder.
+        run: String,
+        /// What it lacks.
+        why: String,
+    },
+    /// What it holds makes no data set.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Data(#[from] DatasetError),
+}
+
+/// What of a record a data set is made from.
+#[derive(Debug, Default)]
+pub struct Recorded {
+    turns: Vec<Observation>,
+    laps: Vec<(Observation, HeadingSource)>,
+    course: Course,
+    drives: Drives,
+    heading_source: HeadingSource,
+    corrected: bool,
+}
+
+impl Recorded {
+    /// Reads records to their end.
+    ///
+    /// # Errors
+    /// The reader's: a record that is cut short is no basis for findings.
+    pub fn of(
+        records: impl IntoIterator<Item = Result<Record, RecordError>>,
+    ) -> Result<Self, RecordError> {
+        let mut recorded = Self::default();
+        for record in records {
+            recorded.take(&record?);
+        }
+        Ok(recorded)
+    }
+
+    fn take(&mut self, record: &Record) {
+        self.course.take(record);
+        self.drives.take(record);
+        match &record.kind {
+            RecordKind::Command(command) => match &**command {
+                Command::SetHeadingSource(source) => self.heading_source = *source,
+                Command::SetCalibration(calibration) => {
+                    self.corrected |=
+                        *calibration != controller::calibration::Calibration::default();
+                }
+                _ => {}
+            },
+            RecordKind::Observation(observation) => self.observe(observation),
+            _ => {}
+        }
+    }
+
+    fn observe(&mut self, observation: &Observation) {
+        if self.turns.len() + self.laps.len() >= OBSERVATIONS_MAX {
+            return;
+        }
+        if observation.quantity == turns::QUANTITY.name {
+            self.turns.push(observation.clone());
+        } else if laps::is_of_lap(&observation.quantity) {
+            self.laps.push((observation.clone(), self.heading_source));
+        }
+    }
+
+    /// The richest kind that is there: turns, then laps, then the series.
+    pub fn kind(&self) -> Kind {
+        match (self.turns.is_empty(), self.laps.is_empty()) {
+            (false, _) => Kind::Turns,
+            (true, false) => Kind::Laps,
+            (true, true) => Kind::Series,
+        }
+    }
+
+    /// The data set of that kind; `None` where nothing of it was recorded. `file` is named in errors.
+    ///
+    /// # Errors
+    /// When the rows make no data set.
+    pub fn dataset(
+        &self,
+        kind: Kind,
+        name: &str,
+        file: &Path,
+    ) -> Result<Option<Dataset>, DatasetError> {
+        let columns = match kind {
+            Kind::Turns => turns::columns(&self.turns),
+            Kind::Laps => laps::columns(&self.laps),
+            Kind::Series => self.course.columns(),
+            Kind::Odometry => self.drives.columns(),
+            // What a sensor of one's own measured has no reference in a record.
+            Kind::Sensor => return Ok(None),
+        };
+        if columns.is_empty() {
+            return Ok(None);
+        }
+        let mut dataset = columns.dataset(kind, name, file)?;
+        if kind == Kind::Odometry {
+            dataset.drive = Some(Drive::Synchro);
+            dataset.notices.extend(self.drives.notice());
+        } else if self.corrected && kind != Kind::Series {
+            let notice =
+                "a calibration was in force in a part of the run: gyro_angle is corrected by it";
+            dataset.notices.push(notice.to_owned());
+        }
+        Ok(Some(dataset))
+    }
+}
+
+/// The data set of a recorded run, of the kind asked for or of the richest there is.
+///
+/// # Errors
+/// When the run cannot be read to its end, or has nothing of the kind.
+pub fn export(folder: &RunFolder, kind: Option<Kind>) -> Result<Dataset, ExportError> {
+    let records = folder.records()?;
+    let path = folder.file(RECORD);
+    let (plan, seed) = (records.header().plan.clone(), records.header().seed);
+    let recorded = Recorded::of(records)
+        .map_err(|source| RunFolderError::Record { path: path.clone(), source })?;
+    let kind = kind.unwrap_or_else(|| recorded.kind());
+    let name = format!("{plan}-seed{seed}");
+    recorded.dataset(kind, &name, &path)?.ok_or_else(|| {
+        let run = folder.path().display().to_string();
+        if kind == Kind::Odometry {
+            return ExportError::NoPath { run, why: recorded.drives.why_not() };
+        }
+        let what =
+            if kind == Kind::Series { "states of a gyro that is heard" } else { kind.name() };
+        ExportError::Nothing { run, what }
+    })
+}

@@ -1,0 +1,106 @@
+//! Measured data as data packages: a folder with `datapackage.json` and CSV tables, compressed or not.
+//!
+//! A package is a [Frictionless Data Package](https://specs.frictionlessdata.io/data-package/) whose fields have
+//! a `unit` and a `role`, perhaps an `axis`, and which says with `hil` what one row is. [`read`] gives what
+//! [`identification`] works on, or one error that names file, row and field; [`write()`] is the way back.
+//!
+//! What is mended rather than refused is told in [`Dataset::notices`]: cells that are missing, rows that lack
+//! what the kind needs, runs of one sample, rows of a run that lie apart, channels that never change, text
+//! that becomes numbers.
+//!
+//! [`export`](mod@export): runs as such data.
+
+mod descriptor;
+mod error;
+pub mod export;
+mod gzip;
+mod package;
+mod publish;
+mod rows;
+mod table;
+#[cfg(test)]
+mod tests;
+mod write;
+
+pub use error::{DatasetError, Defect, Row};
+use identification::dataset::{Column, Dataset, Kind};
+pub use publish::publish;
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+pub use write::{WriteOptions, write};
+
+/// Name of the file that makes a folder a data package.
+pub const DESCRIPTOR: &str = "datapackage.json";
+
+/// The longest descriptor that is read.
+const DESCRIPTOR_BYTES_MAX: u64 = 16 * 1024 * 1024;
+
+/// Reads the package that `path` is: a folder with a [`DESCRIPTOR`], or that file itself.
+///
+/// # Errors
+/// What is wrong with it, and where. Values stay in the units of the file.
+pub fn read(path: &Path) -> Result<Dataset, DatasetError> {
+    let file = descriptor_of(path);
+    let text = read_text(&file).map_err(|defect| DatasetError::new(&file, defect))?;
+    let package = package::understand(&file, &text)?;
+    let mut rows = table::Rows::new(&package.fields);
+    for (index, table) in package.tables.iter().enumerate() {
+        rows.read(&package.fields, table, index)?;
+    }
+    rows::assemble(package, rows)
+}
+
+/// Whether `path` is a data package, be it a good one or not.
+pub fn is_package(path: &Path) -> bool {
+    descriptor_of(path).is_file()
+}
+
+fn descriptor_of(path: &Path) -> PathBuf {
+    if path.is_dir() { path.join(DESCRIPTOR) } else { path.to_owned() }
+}
+
+fn read_text(file: &Path) -> Result<String, Defect> {
+    let length = fs::metadata(file).map_err(Defect::Unreadable)?.len();
+    if length > DESCRIPTOR_BYTES_MAX {
+        return Err(Defect::TooLong { max: DESCRIPTOR_BYTES_MAX, what: "bytes" });
+    }
+    fs::read_to_string(file).map_err(|error| match error.kind() {
+        io::ErrorKind::InvalidData => Defect::NotText,
+        _ => Defect::Unreadable(error),
+    })
+}
+
+/// A data set of columns that were not read from a table, by the rules for those that are. Rows are those of the
+/// runs of these labels; `file` is named in errors.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn assembled(
+    kind: Kind,
+    name: &str,
+    file: &Path,
+    columns: Vec<Column>,
+    runs: &[String],
+) -> Result<Dataset, DatasetError> {
+    let (fields, columns): (Vec<_>, Vec<_>) = columns
+        .into_iter()
+        .map(|Column { name, role, axis, unit, values }| {
+            (package::Field { name, role, axis, unit, text: false }, values)
+        })
+        .unzip();
+    let mut rows = table::Rows::new(&fields);
+    rows.columns = columns;
+    rows.number(runs);
+    let package = package::Package {
+        name: name.to_owned(),
+        kind,
+        drive: None,
+        constants: BTreeMap::new(),
+        fields,
+        tables: vec![package::Table::of(file)],
+        notices: Vec::new(),
+    };
+    rows::assemble(package, rows)
+}

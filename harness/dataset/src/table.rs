@@ -1,0 +1,262 @@
+//! One table: from CSV, compressed or not, to columns.
+
+use super::error::{DatasetError, Defect, Row};
+use super::gzip::unpacked;
+use super::package::{Field, Table};
+use csv::{ErrorKind, ReaderBuilder, StringRecord};
+use identification::dataset::Role;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read};
+
+/// The most rows that are read, of all tables: a week at 100 Hz.
+pub(super) const ROWS_MAX: usize = 60_480_000;
+
+/// The most bytes of a table that are read, unpacked: what unpacks without end is no measurement.
+const BYTES_MAX: u64 = 8 * 1024 * 1024 * 1024;
+
+/// How gzip files begin (RFC 1952, section 2.3.1).
+const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
+
+const BUFFER_BYTES: usize = 256 * 1024;
+
+/// Numbers for words, in the order in which the words come.
+#[derive(Debug, Default)]
+pub(super) struct Labels {
+    pub known: Vec<String>,
+    index: BTreeMap<String, usize>,
+}
+
+impl Labels {
+    fn index_of(&mut self, word: &str) -> usize {
+        if let Some(index) = self.index.get(word) {
+            return *index;
+        }
+        let index = self.known.len();
+        self.known.push(word.to_owned());
+        self.index.insert(word.to_owned(), index);
+        index
+    }
+}
+
+/// Where a row stood.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Origin {
+    pub table: usize,
+    pub row: Row,
+}
+
+/// What the tables hold, a column a field. Nothing is left out or moved yet.
+#[derive(Debug)]
+pub(super) struct Rows {
+    /// Numbers, or codes of words; NaN where a cell is missing. Empty for `run` and `ignore`.
+    pub columns: Vec<Vec<f64>>,
+    /// The words behind the codes of each field of text.
+    pub words: Vec<Labels>,
+    /// Run of each row; none where the cell is missing.
+    pub runs: Vec<Option<usize>>,
+    pub run_labels: Labels,
+    pub origins: Vec<Origin>,
+}
+
+impl Rows {
+    pub(super) fn new(fields: &[Field]) -> Self {
+        Self {
+            columns: vec![Vec::new(); fields.len()],
+            words: fields.iter().map(|_| Labels::default()).collect(),
+            runs: Vec::new(),
+            run_labels: Labels::default(),
+            origins: Vec::new(),
+        }
+    }
+
+    /// Appends what `table`, the one of that `index`, holds.
+    pub(super) fn read(
+        &mut self,
+        fields: &[Field],
+        table: &Table,
+        index: usize,
+    ) -> Result<(), DatasetError> {
+        self.read_rows(fields, table, index).map_err(|error| match damage(table) {
+            // What is wrong with the rows is not what is wrong with the file.
+            Some(defect @ Defect::Damaged(_)) => DatasetError::new(&table.path, defect),
+            _ => error,
+        })
+    }
+
+    fn read_rows(
+        &mut self,
+        fields: &[Field],
+        table: &Table,
+        index: usize,
+    ) -> Result<(), DatasetError> {
+        let fail = |defect| DatasetError::new(&table.path, defect);
+        let input = open(table).map_err(|error| fail(of_io(error)))?;
+        // Ragged rows are found here, where it is known how to say so.
+        let mut reader = ReaderBuilder::new()
+            .delimiter(table.delimiter)
+            .flexible(true)
+            .has_headers(false)
+            .buffer_capacity(BUFFER_BYTES)
+            .from_reader(input);
+        let mut record = StringRecord::new();
+        let mut next = |record: &mut StringRecord, number: u64| {
+            let line = reader.position().line();
+            reader.read_record(record).map_err(|error| {
+                let row = error.position().map_or(line, csv::Position::line);
+                let error = fail(of_csv(error));
+                match number {
+                    0 => error,
+                    number => error.at_row(Row { number, line: row }),
+                }
+            })
+        };
+        if !next(&mut record, 0)? {
+            return Err(fail(Defect::Empty));
+        }
+        let places = places(fields, &record, table)?;
+        let width = record.len();
+        let has_runs = fields.iter().any(|field| field.role == Role::Run);
+        let run_of_table =
+            if has_runs { None } else { Some(self.run_labels.index_of(&table.name)) };
+        for number in 1.. {
+            if !next(&mut record, number)? {
+                break;
+            }
+            let line = record.position().map_or(0, csv::Position::line);
+            let row = Row { number, line };
+            if record.len() != width {
+                let defect = Defect::Ragged { found: record.len(), expected: width };
+                return Err(fail(defect).at_row(row));
+            }
+            if self.origins.len() == ROWS_MAX {
+                return Err(fail(Defect::TooLong { max: ROWS_MAX as u64, what: "rows" }));
+            }
+            self.runs.push(run_of_table);
+            self.origins.push(Origin { table: index, row });
+            for (at, field) in fields.iter().enumerate() {
+                let cell = places.get(at).and_then(|place| record.get(*place)).unwrap_or("").trim();
+                let cell = Some(cell).filter(|cell| !table.missing.contains(*cell));
+                self.take(at, field, cell)
+                    .map_err(|defect| fail(defect).at_row(row).in_field(&field.name))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Says that there is a row for each of these labels of runs.
+    pub(super) fn number(&mut self, labels: &[String]) {
+        for (label, number) in labels.iter().zip(1..) {
+            let run = self.run_labels.index_of(label);
+            self.runs.push(Some(run));
+            self.origins.push(Origin { table: 0, row: Row { number, line: number } });
+        }
+    }
+
+    fn take(&mut self, at: usize, field: &Field, cell: Option<&str>) -> Result<(), Defect> {
+        match field.role {
+            Role::Ignore => return Ok(()),
+            Role::Run => {
+                if let (Some(run), Some(label)) = (self.runs.last_mut(), cell) {
+                    *run = Some(self.run_labels.index_of(label));
+                }
+                return Ok(());
+            }
+            _ => {}
+        }
+        let value = match cell {
+            None => f64::NAN,
+            Some(word) if field.text => self.words[at].index_of(word) as f64,
+            Some(cell) => number(cell)?,
+        };
+        if field.role == Role::Direction && !value.is_nan() && value.abs() != 1.0 {
+            return Err(Defect::Direction(value));
+        }
+        self.columns[at].push(value);
+        Ok(())
+    }
+}
+
+fn number(cell: &str) -> Result<f64, Defect> {
+    match cell.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(_) => Err(Defect::NotFinite(cell.to_owned())),
+        Err(_) => Err(Defect::NotANumber(cell.to_owned())),
+    }
+}
+
+/// Where in a row each field is.
+fn places(
+    fields: &[Field],
+    header: &StringRecord,
+    table: &Table,
+) -> Result<Vec<usize>, DatasetError> {
+    let fail = |defect, field: &str| Err(DatasetError::new(&table.path, defect).in_field(field));
+    let names: Vec<&str> = header.iter().map(str::trim).collect();
+    for (at, name) in names.iter().enumerate() {
+        if names[..at].contains(name) {
+            return fail(Defect::NameTwice, name);
+        }
+        if !fields.iter().any(|field| field.name.trim() == *name) {
+            return fail(Defect::NotInSchema, name);
+        }
+    }
+    let mut places = Vec::with_capacity(fields.len());
+    for field in fields {
+        match names.iter().position(|name| *name == field.name.trim()) {
+            Some(place) => places.push(place),
+            None => return fail(Defect::NotInHeader, &field.name),
+        }
+    }
+    Ok(places)
+}
+
+/// The text of the table, unpacked. Whether it is packed shows in its first bytes.
+fn open(table: &Table) -> io::Result<Box<dyn Read>> {
+    let mut file = BufReader::with_capacity(BUFFER_BYTES, File::open(&table.path)?);
+    let packed = file.fill_buf()?.starts_with(&GZIP_MAGIC);
+    let named_so = table.path.extension().is_some_and(|extension| extension == "gz");
+    Ok(if packed || named_so {
+        Box::new(Limited { input: unpacked(file)?, left: BYTES_MAX })
+    } else {
+        Box::new(Limited { input: file, left: BYTES_MAX })
+    })
+}
+
+/// What keeps the file from being read to its end.
+fn damage(table: &Table) -> Option<Defect> {
+    let read = open(table).and_then(|mut input| io::copy(&mut input, &mut io::sink()));
+    read.err().map(of_io)
+}
+
+/// An input that is an error when it goes on for too long.
+struct Limited<R> {
+    input: R,
+    left: u64,
+}
+
+impl<R: Read> Read for Limited<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.input.read(buffer)?;
+        let left = self.left.checked_sub(read as u64);
+        self.left = left.ok_or_else(|| io::Error::from(io::ErrorKind::FileTooLarge))?;
+        Ok(read)
+    }
+}
+
+fn of_csv(error: csv::Error) -> Defect {
+    match error.into_kind() {
+        ErrorKind::Io(error) => of_io(error),
+        ErrorKind::Utf8 { .. } => Defect::NotText,
+        other => Defect::Unreadable(io::Error::other(format!("{other:?}"))),
+    }
+}
+
+fn of_io(error: io::Error) -> Defect {
+    match error.kind() {
+        io::ErrorKind::UnexpectedEof => Defect::CutShort,
+        io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData => Defect::Damaged(error),
+        io::ErrorKind::FileTooLarge => Defect::TooLong { max: BYTES_MAX, what: "bytes" },
+        _ => Defect::Unreadable(error),
+    }
+}

@@ -1,0 +1,209 @@
+//! Bus logs: what went over CAN buses and serial lines, in the formats that other tools read and write.
+//!
+//! | [`Format`] | file | who knows it | resolution | serial lines |
+//! |---|---|---|---|---|
+//! | [`candump`] | `.log` | `candump -L`, `canplayer`, `log2asc`, python-can | 1 us | no |
+//! | [`asc`] | `.asc` | Vector's tools, `asc2log`, python-can | 1 us | no |
+//! | [`pcapng`] | `.pcapng` | Wireshark, tshark | 1 ns | as `LINKTYPE_USER0` |
+//!
+//! A reader is an iterator over [`Entry`]; after an error there are no more. Neither a reader nor a
+//! writer holds more than one line, or one block, and the names of the channels. What a format has no
+//! place for is left out, and the writer says so ([`Kept`]).
+//!
+//! [`convert`] goes from file to file, [`recorded`] from the record of a run to entries, [`replay`] from
+//! entries to due times; [`playable`] are those that a port can send.
+
+pub mod asc;
+pub mod candump;
+pub mod convert;
+mod entry;
+mod error;
+mod hex;
+mod lines;
+pub mod pcapng;
+pub mod playable;
+pub mod recorded;
+pub mod replay;
+#[cfg(test)]
+mod tests;
+
+pub use entry::{
+    CHANNEL_BYTES_MAX, Channel, Direction, Entry, ErrorFrame, FD_BYTES_MAX, FdFlags, FdFrame,
+    Payload,
+};
+pub use error::{Defect, LogError, Place};
+
+use record::reading::{Teller, TellingFile};
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+/// Bytes gathered before a file sees them.
+const BUFFER_BYTES: usize = 64 * 1024;
+
+/// A format of bus logs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// The log file of `candump -L` (can-utils).
+    Candump,
+    /// Vector ASC.
+    Asc,
+    /// pcapng with `LINKTYPE_CAN_SOCKETCAN`.
+    Pcapng,
+}
+
+impl Format {
+    /// Every format.
+    pub const ALL: [Self; 3] = [Self::Candump, Self::Asc, Self::Pcapng];
+
+    /// Its name, as in messages and arguments.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Candump => "candump",
+            Self::Asc => "asc",
+            Self::Pcapng => "pcapng",
+        }
+    }
+
+    /// How its files end.
+    pub const fn extension(self) -> &'static str {
+        match self {
+            Self::Candump => "log",
+            Self::Asc => "asc",
+            Self::Pcapng => "pcapng",
+        }
+    }
+
+    /// The format that the end of a file's name stands for, whatever its case.
+    pub fn of_path(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?;
+        Self::ALL.into_iter().find(|format| extension.eq_ignore_ascii_case(format.extension()))
+    }
+}
+
+/// What became of an entry that was to be written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[must_use]
+pub enum Kept {
+    /// It is in the log.
+    Written,
+    /// The format has no place for it.
+    LeftOut,
+}
+
+/// The entries of a file, in its order.
+#[derive(Debug)]
+pub enum LogReader {
+    /// Of a candump log.
+    Candump(candump::Reader<TellingFile>),
+    /// Of an ASC file. Boxed: it keeps more than the others.
+    Asc(Box<asc::Reader<TellingFile>>),
+    /// Of a pcapng file.
+    Pcapng(Box<pcapng::Reader<TellingFile>>),
+}
+
+impl LogReader {
+    /// Opens a file of that format.
+    ///
+    /// # Errors
+    /// When it cannot be opened, or does not begin as such a file does.
+    pub fn open(path: &Path, format: Format) -> Result<Self, LogError> {
+        Self::open_telling(path, format, Teller::default())
+    }
+
+    /// The same, and `teller` hears how much of it was read.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_telling(path: &Path, format: Format, teller: Teller) -> Result<Self, LogError> {
+        let file = TellingFile::open(path, teller);
+        let file = file.map_err(|source| LogError::unreadable(path, source))?;
+        Ok(match format {
+            Format::Candump => Self::Candump(candump::Reader::new(path, file)),
+            Format::Asc => Self::Asc(Box::new(asc::Reader::new(path, file))),
+            Format::Pcapng => Self::Pcapng(Box::new(pcapng::Reader::new(path, file)?)),
+        })
+    }
+
+    /// Lines or blocks so far that are neither frames nor packets of a serial line: statistics, status,
+    /// other buses, other link types.
+    pub const fn passed_over(&self) -> u64 {
+        match self {
+            Self::Candump(_) => 0,
+            Self::Asc(reader) => reader.passed_over(),
+            Self::Pcapng(reader) => reader.passed_over(),
+        }
+    }
+}
+
+impl Iterator for LogReader {
+    type Item = Result<Entry, LogError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        match self {
+            Self::Candump(reader) => reader.next(),
+            Self::Asc(reader) => reader.next(),
+            Self::Pcapng(reader) => reader.next(),
+        }
+    }
+}
+
+/// Writes a file of one of the formats. [`finish`](Self::finish) gives everything to the file.
+#[derive(Debug)]
+pub enum LogWriter<W: Write = BufWriter<File>> {
+    /// A candump log.
+    Candump(candump::Writer<W>),
+    /// An ASC file.
+    Asc(asc::Writer<W>),
+    /// A pcapng file.
+    Pcapng(pcapng::Writer<W>),
+}
+
+impl LogWriter {
+    /// Makes or empties a file.
+    ///
+    /// # Errors
+    /// When that cannot be done.
+    pub fn create(path: &Path, format: Format) -> Result<Self, LogError> {
+        let file = File::create(path).map_err(|source| LogError::unwritable(path, source))?;
+        Self::new(path, BufWriter::with_capacity(BUFFER_BYTES, file), format)
+    }
+}
+
+impl<W: Write> LogWriter<W> {
+    /// Writes to `out`; `path` is named in errors.
+    ///
+    /// # Errors
+    /// When the head of the file cannot be written.
+    pub fn new(path: &Path, out: W, format: Format) -> Result<Self, LogError> {
+        Ok(match format {
+            Format::Candump => Self::Candump(candump::Writer::new(path, out)),
+            Format::Asc => Self::Asc(asc::Writer::new(path, out)),
+            Format::Pcapng => Self::Pcapng(pcapng::Writer::new(path, out)?),
+        })
+    }
+
+    /// Appends an entry.
+    ///
+    /// # Errors
+    /// When the file cannot be written, or the instant cannot be put into it.
+    pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
+        match self {
+            Self::Candump(writer) => writer.write(entry),
+            Self::Asc(writer) => writer.write(entry),
+            Self::Pcapng(writer) => writer.write(entry),
+        }
+    }
+
+    /// Writes the end of the log and gives everything to the file.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn finish(self) -> Result<(), LogError> {
+        match self {
+            Self::Candump(writer) => writer.finish(),
+            Self::Asc(writer) => writer.finish(),
+            Self::Pcapng(writer) => writer.finish(),
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! The frames and the bytes in the record of a run, as the log of its controller's node.
+//!
+//! | record | channel | direction |
+//! |---|---|---|
+//! | frame of the base | [`CAN`] | received |
+//! | frame of the controller | [`CAN`] | sent |
+//! | bytes of gyro, base or table | the device's name | received |
+//! | bytes of controller or plan | the device's name | sent |
+//!
+//! A record says who sent bytes and not on which line: those of a controller that talks to a gyro and to
+//! a base on a serial line are together on the channel `controller`. Times are those of the bench, since
+//! the run began: a log that wants a date shows 1970.
+
+use super::{Channel, Direction, Entry, Payload};
+use record::reader::RecordError;
+use record::{Device, Record, RecordKind};
+use std::collections::VecDeque;
+use wire::packet::{BYTES_MAX, Packet};
+
+/// Channel of the frames of a run.
+pub const CAN: Channel = Channel::CAN0;
+
+/// The entries of a record. After an error of the record there are no more.
+#[derive(Debug)]
+pub struct Recorded<I> {
+    records: I,
+    /// The rest of a record that makes several entries.
+    waiting: VecDeque<Entry>,
+}
+
+impl<I: Iterator<Item = Result<Record, RecordError>>> Recorded<I> {
+    /// The entries in `records`.
+    pub fn new(records: impl IntoIterator<IntoIter = I>) -> Self {
+        Self { records: records.into_iter(), waiting: VecDeque::new() }
+    }
+}
+
+impl<I: Iterator<Item = Result<Record, RecordError>>> Iterator for Recorded<I> {
+    type Item = Result<Entry, RecordError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(entry) = self.waiting.pop_front() {
+                return Some(Ok(entry));
+            }
+            match self.records.next()? {
+                Ok(record) => self.waiting.extend(entries(&record)),
+                Err(error) => return Some(Err(error)),
+            }
+        }
+    }
+}
+
+/// Bytes that came together and are more than a packet holds become several, at the same instant.
+fn entries(record: &Record) -> Vec<Entry> {
+    let direction = Some(match record.device {
+        Device::Controller | Device::Plan => Direction::Tx,
+        Device::Gyro
+        | Device::Base
+        | Device::Table
+        | Device::Absolute
+        | Device::Device
+        | Device::Node(_) => Direction::Rx,
+    });
+    let entry = |channel, payload| Entry { at: record.at, channel, direction, payload };
+    match &record.kind {
+        RecordKind::Frame(frame) => {
+            // A frame of the plan's is one that a fault put on the bus: all others heard it.
+            let heard = (record.device == Device::Plan).then_some(Direction::Rx);
+            let frame = frame.frame().map(Payload::Frame);
+            let entry = |frame| Entry { direction: heard.or(direction), ..entry(CAN, frame) };
+            frame.map(entry).into_iter().collect()
+        }
+        RecordKind::Bytes(bytes) => {
+            let Some(line) = Channel::new(record.device.name()) else { return Vec::new() };
+            let packets = bytes.chunks(BYTES_MAX).filter_map(Packet::from_slice);
+            packets.map(|packet| entry(line, Payload::Serial(packet))).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Channel, Direction, Payload, Recorded};
+    use record::samples::{one_of_each, record};
+    use record::{Device, RecordKind};
+
+    #[test]
+    fn frames_and_bytes_and_nothing_else() {
+        let mut records = one_of_each();
+        records.push(record(1.0, Device::Controller, RecordKind::Bytes(vec![7; 65])));
+        let entries: Vec<_> =
+            Recorded::new(records.into_iter().map(Ok)).map(Result::unwrap).collect();
+        let seen: Vec<_> = entries
+            .iter()
+            .map(|entry| {
+                let bytes = match &entry.payload {
+                    Payload::Frame(frame) => frame.data().len(),
+                    Payload::Serial(packet) => packet.len(),
+                    other => panic!("{other:?}"),
+                };
+                (entry.channel, entry.direction.unwrap(), bytes)
+            })
+            .collect();
+        let line = |name| Channel::new(name).unwrap();
+        let expected = [
+            (line("gyro"), Direction::Rx, 5),
+            (line("can0"), Direction::Rx, 2),
+            (line("controller"), Direction::Tx, 64),
+            (line("controller"), Direction::Tx, 1),
+        ];
+        assert_eq!(seen, expected);
+    }
+}

@@ -1,0 +1,171 @@
+//! A run as one MCAP file, which Foxglove opens: `hil export RUN --mcap FILE.mcap`.
+//!
+//! | topics | schema | what |
+//! |---|---|---|
+//! | `/base/pose`, `/base/true_pose`, `/absolute/pose`, `/absolute/lap_return` | `foxglove.PoseInFrame` | believed, true, measured |
+//! | `/base/path`, `/base/true_path` | `foxglove.PosesInFrame` | one message a step in which the base moved, at its end: a lap, a side |
+//! | `/tf` | `foxglove.FrameTransform` | `bench` to `base`, `base_true` and `lap_start` |
+//! | `/log` | `foxglove.Log` | what a person reads |
+//! | `/controller/state`, `/controller/health`, `/base/truth`, `/can/frames`, `/serial/packets`, `/plan/measurements` | `hil.State`, ... | rows of the tables ([`crate::tables`]) |
+//! | `/plan/steps`, `/plan/faults`, `/plan/notes`, `/plan/verdicts`, `/controller/missions` | `hil.Event` | rows of the events |
+//! | `/observations/...` | `hil.observation....` | one topic a quantity |
+//! | `/messages/...` | `hil.message....` | one topic a message of the base's or the device's layout |
+//!
+//! Messages are JSON with JSON Schemas. Foxglove documents both JSON and Protobuf for its own schemas and for those of
+//! others; JSON needs no generated code and no second definition of each row, anybody can read it without a schema, and
+//! under zstd most of its redundancy is gone (figures in `docs/exports.md`). Schemas hold no references and no unions but
+//! the one that Foxglove publishes: what is not known is left out instead of null.
+//!
+//! Log time is bench time: nanoseconds since the run began, so that Foxglove shows a run from 1970-01-01. A record holds no
+//! date, and with one two runs of a seed would differ; as it is they give the same file, byte for byte.
+//!
+//! Attached are the summary, without the time that the run took on this machine, and what the plan made; the metadata `hil`
+//! says plan, seed, outcome, versions, and whether the record is whole.
+
+mod channels;
+pub mod foxglove;
+mod measured;
+mod messages;
+mod names;
+pub mod schema;
+mod trail;
+
+use crate::tables::survey::Survey;
+use crate::tables::{Ears, each_record};
+use ::mcap::{McapError, McapResult};
+use channels::Channels;
+use messages::Messages;
+use record::outcome::Summary;
+use record::run_folder::{RunFolder, RunFolderError, SUMMARY};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// The largest file that is attached. What plans make is some kilobytes.
+const ATTACHMENT_BYTES_MAX: u64 = 16 * 1024 * 1024;
+
+/// Why a run is not exported, or not to its end.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum McapExportError {
+    /// The run cannot be read.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Folder(#[from] RunFolderError),
+    /// The file cannot be written.
+    #[error("failed to write {}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+}
+
+impl McapExportError {
+    /// What the disk said is told without the words of the library around it.
+    fn write(path: &Path, source: McapError) -> Self {
+        let source = match source {
+            McapError::Io(source) => source.into(),
+            other => other.into(),
+        };
+        Self::Write { path: path.to_owned(), source }
+    }
+}
+
+/// What was written.
+#[derive(Debug)]
+pub struct Exported {
+    /// The topics, and how many messages each has.
+    pub topics: Vec<(String, u64)>,
+    /// What the record holds, and whether it could be read to its end.
+    pub survey: Survey,
+}
+
+/// Writes a run, of which there is a survey, as an MCAP file. A record that is cut short gives the messages before the cut; the survey and the file's
+/// metadata say so.
+///
+/// # Errors
+/// When the run cannot be opened, or the file cannot be written.
+pub fn export(
+    folder: &RunFolder,
+    survey: Survey,
+    path: &Path,
+    ears: Ears,
+) -> Result<Exported, McapExportError> {
+    let summary = folder.summary_if_any()?;
+    let failed = |source| McapExportError::write(path, source);
+    let file = File::create(path).map_err(|source| failed(source.into()))?;
+    let channels = Channels::new(BufWriter::new(file)).map_err(failed)?;
+    let is_cut = survey.cut.is_some();
+    let mut messages = Messages::new(channels, survey, ears);
+    each_record(folder, is_cut, &mut |record| messages.take(record).map_err(failed))?;
+    if let Some(summary) = &summary {
+        messages.finish(summary).map_err(failed)?;
+    }
+    let (mut channels, survey) = messages.into_parts();
+    attach(&mut channels, folder, summary.as_ref()).map_err(failed)?;
+    channels.metadata("hil", facts(&survey, summary.as_ref())).map_err(failed)?;
+    let (mut out, topics) = channels.finish().map_err(failed)?;
+    out.flush().map_err(|source| failed(source.into()))?;
+    Ok(Exported { topics, survey })
+}
+
+/// The summary and what the plan made.
+fn attach(
+    channels: &mut Channels<BufWriter<File>>,
+    folder: &RunFolder,
+    summary: Option<&Summary>,
+) -> McapResult<()> {
+    let Some(summary) = summary else { return Ok(()) };
+    let mut value = serde_json::to_value(summary).unwrap_or(Value::Null);
+    if let Some(fields) = value.as_object_mut() {
+        fields.remove("wall_s");
+    }
+    channels.attach(SUMMARY, "application/json", format!("{value:#}\n").as_bytes())?;
+    for name in &summary.artifacts {
+        // Names come from a file: none leads out of the folder.
+        let plain = Path::new(name).file_name().is_some_and(|file| file == name.as_str());
+        let path = folder.file(name);
+        let small = fs::metadata(&path)
+            .is_ok_and(|about| about.is_file() && about.len() <= ATTACHMENT_BYTES_MAX);
+        if plain && small {
+            channels.attach(name, media_type(name), &fs::read(&path)?)?;
+        }
+    }
+    Ok(())
+}
+
+fn media_type(name: &str) -> &'static str {
+    match Path::new(name).extension().and_then(|extension| extension.to_str()) {
+        Some("json") => "application/json",
+        Some("toml") => "application/toml",
+        Some("csv") => "text/csv",
+        Some("html") => "text/html",
+        Some("svg") => "image/svg+xml",
+        _ => "application/octet-stream",
+    }
+}
+
+fn facts(survey: &Survey, summary: Option<&Summary>) -> BTreeMap<String, String> {
+    let header = &survey.header;
+    let mut facts = BTreeMap::from([
+        ("plan".to_owned(), header.plan.clone()),
+        ("seed".to_owned(), header.seed.to_string()),
+        ("version".to_owned(), header.harness.clone()),
+        ("exported_by".to_owned(), concat!("hil ", env!("CARGO_PKG_VERSION")).to_owned()),
+        ("epoch".to_owned(), "log time is bench time: nanoseconds since the run began".to_owned()),
+        ("records".to_owned(), survey.records.to_string()),
+        ("record".to_owned(), survey.wholeness()),
+    ]);
+    if let Some(summary) = summary {
+        facts.extend([
+            ("outcome".to_owned(), summary.outcome.name().to_owned()),
+            ("clock".to_owned(), summary.clock.clone()),
+            ("bus".to_owned(), summary.bus.clone()),
+            ("device_under_test".to_owned(), summary.device_under_test.clone()),
+        ]);
+    }
+    facts
+}

@@ -1,0 +1,228 @@
+//! The tables and their columns.
+
+use super::cell::Kind::{Bool, Float, Integer, Text};
+use super::cell::{Column, Kind};
+use super::survey::Survey;
+use plan::quantities::find_tag;
+use std::collections::BTreeSet;
+
+/// A table of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Table {
+    /// One row a state that the controller told.
+    States,
+    /// One row a time when an emulator told what is really so.
+    Truth,
+    /// One row a change of the controller's health.
+    Health,
+    /// One row an observation; its tags are columns.
+    Observations,
+    /// One row an event: steps, missions and their ends, faults, notes, replies.
+    Events,
+    /// One row a measurement that the plan declares, with its verdict.
+    Measurements,
+    /// One row a CAN frame. Only of a run with `--record full`.
+    Frames,
+    /// One row a packet of a serial line. Only of a run with `--record full`.
+    Packets,
+    /// One row a signal of a message that was understood. Only of a run with `--record full`.
+    Signals,
+}
+
+const fn column(name: &'static str, kind: Kind, unit: &'static str, doc: &'static str) -> Column {
+    Column::new(name, kind, unit, doc)
+}
+
+const TIME: Column = column("time_s", Float, "s", "bench time since the run began");
+const DEVICE: Column = column("device", Text, "", "whose it is");
+
+static STATES: [Column; 17] = [
+    TIME,
+    column("activity", Text, "", "what the controller is doing"),
+    column("moving", Bool, "", "the base is not known to be at rest"),
+    column("x_m", Float, "m", "dead-reckoned position, x"),
+    column("y_m", Float, "m", "dead-reckoned position, y"),
+    column("heading_deg", Float, "deg", "heading by the heading source"),
+    column("gyro_heading_deg", Float, "deg", "heading by the corrected gyro, not wrapped"),
+    column("odometry_heading_deg", Float, "deg", "heading by the base's odometry, not wrapped"),
+    column("displacement_m", Float, "m", "path length by the base"),
+    column("heading_error_deg", Float, "deg", "reference minus heading, on a straight line"),
+    column(
+        "raw_rate_deg_per_s",
+        Float,
+        "deg/s",
+        "mean of the gyro's raw readings since the row before",
+    ),
+    column("bias_deg_per_h", Float, "deg/h", "bias in force"),
+    column("temperature_celsius", Float, "degC", "temperature that the gyro told"),
+    column("samples", Integer, "", "gyro samples used since start"),
+    column("samples_lost", Integer, "", "gyro samples known to be lost since start"),
+    column("clock_ratio", Float, "", "gyro samples per host second over nominal"),
+    column("health", Text, "", "starting, ok, degraded or fault"),
+];
+
+static TRUTH: [Column; 6] = [
+    TIME,
+    column("x_m", Float, "m", "true position, x"),
+    column("y_m", Float, "m", "true position, y"),
+    column("heading_deg", Float, "deg", "true heading"),
+    column("bias_deg_per_h", Float, "deg/h", "true bias of the gyro"),
+    column("coil_celsius", Float, "degC", "true temperature of the gyro's coil"),
+];
+
+static HEALTH: [Column; 3] = [
+    TIME,
+    column("level", Text, "", "starting, ok, degraded or fault"),
+    column("causes", Text, "", "names of the causes that are set, with a space between"),
+];
+
+static OBSERVATIONS: [Column; 5] = [
+    TIME,
+    column("quantity", Text, "", "what was observed"),
+    column("value", Float, "", "its value, in the unit of the row"),
+    column("uncertainty", Float, "", "its standard uncertainty, in the unit of the row"),
+    column("unit", Text, "", "unit of value and uncertainty"),
+];
+
+static EVENTS: [Column; 7] = [
+    TIME,
+    DEVICE,
+    column("event", Text, "", "step_began, done, fault_began, note, ..."),
+    column(
+        "subject",
+        Text,
+        "",
+        "what it is about: a place in the plan, a command, a reason, a fault",
+    ),
+    column("id", Integer, "", "which mission, or which fault of the schedule"),
+    column("text", Text, "", "the event in words"),
+    column("details_json", Text, "", "what else is known, as JSON"),
+];
+
+static MEASUREMENTS: [Column; 11] = [
+    TIME,
+    column("name", Text, "", "name in the plan"),
+    column("value", Float, "", "the figure that was judged, in the unit of the row"),
+    column("uncertainty", Float, "", "its standard uncertainty"),
+    column("unit", Text, "", "unit of value, uncertainty, lower, upper and margin"),
+    column("lower", Float, "", "lower end of the band; missing where there is none"),
+    column("upper", Float, "", "upper end of the band; missing where there is none"),
+    column("margin", Float, "", "distance to the nearer end of the band, negative outside it"),
+    column("verdict", Text, "", "pass, marginal, fail or unset"),
+    column("paper", Text, "", "what the paper gives, with its place"),
+    column("statistic", Text, "", "what the figure is"),
+];
+
+static FRAMES: [Column; 7] = [
+    TIME,
+    column("device", Text, "", "who put it on the bus"),
+    column("id", Integer, "", "identifier"),
+    column("extended", Bool, "", "the identifier has 29 bits"),
+    column("remote", Bool, "", "a remote request"),
+    column("dlc", Integer, "", "data length code: data bytes of a data frame"),
+    column("data_hex", Text, "", "data bytes, two hexadecimal digits each"),
+];
+
+static PACKETS: [Column; 4] = [
+    TIME,
+    column("device", Text, "", "who put it on its line"),
+    column("bytes", Integer, "", "how many bytes came together"),
+    column("data_hex", Text, "", "the bytes, two hexadecimal digits each"),
+];
+
+static SIGNALS: [Column; 6] = [
+    TIME,
+    column("device", Text, "", "who sent the message"),
+    column("message", Text, "", "name of the message in its layout"),
+    column("signal", Text, "", "name of the signal"),
+    column("value", Float, "", "its value, in the unit of the row"),
+    column("unit", Text, "", "unit of the value"),
+];
+
+impl Table {
+    /// All tables.
+    pub const ALL: [Self; 9] = [
+        Self::States,
+        Self::Truth,
+        Self::Health,
+        Self::Observations,
+        Self::Events,
+        Self::Measurements,
+        Self::Frames,
+        Self::Packets,
+        Self::Signals,
+    ];
+
+    /// Its name, and that of its file.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::States => "states",
+            Self::Truth => "truth",
+            Self::Health => "health",
+            Self::Observations => "observations",
+            Self::Events => "events",
+            Self::Measurements => "measurements",
+            Self::Frames => "frames",
+            Self::Packets => "packets",
+            Self::Signals => "signals",
+        }
+    }
+
+    /// What one row is.
+    pub const fn doc(self) -> &'static str {
+        match self {
+            Self::States => "one row a state that the controller told",
+            Self::Truth => "one row a time when an emulator told what is really so",
+            Self::Health => "one row a change of the controller's health",
+            Self::Observations => "one row an observation; its tags are columns",
+            Self::Events => {
+                "one row an event: steps, missions and their ends, faults, notes, replies"
+            }
+            Self::Measurements => "one row a measurement that the plan declares, with its verdict",
+            Self::Frames => "one row a CAN frame",
+            Self::Packets => "one row a packet of a serial line",
+            Self::Signals => "one row a signal of a message that was understood",
+        }
+    }
+
+    /// The columns that do not depend on the run. Observations have those of their tags behind them.
+    pub fn fixed_columns(self) -> &'static [Column] {
+        match self {
+            Self::States => &STATES,
+            Self::Truth => &TRUTH,
+            Self::Health => &HEALTH,
+            Self::Observations => &OBSERVATIONS,
+            Self::Events => &EVENTS,
+            Self::Measurements => &MEASUREMENTS,
+            Self::Frames => &FRAMES,
+            Self::Packets => &PACKETS,
+            Self::Signals => &SIGNALS,
+        }
+    }
+
+    /// Its columns in the tables of a run.
+    pub fn columns(self, survey: &Survey) -> Vec<Column> {
+        let fixed = self.fixed_columns();
+        match self {
+            Self::Observations => tagged(fixed.to_vec(), &survey.tags()),
+            _ => fixed.to_vec(),
+        }
+    }
+}
+
+/// `columns`, and one a tag. A tag whose name is taken gets `tag_` before it, as often as it takes.
+pub fn tagged(mut columns: Vec<Column>, tags: &[&str]) -> Vec<Column> {
+    // Readers of CSV and SQL engines do not tell names apart by case.
+    let mut taken: BTreeSet<String> =
+        columns.iter().map(|column| column.name.to_lowercase()).collect();
+    for tag in tags {
+        let (unit, doc) =
+            find_tag(tag).map_or(("", "tag of the observation"), |known| (known.unit, known.doc));
+        let mut column = Column::measured(tag, unit, format!("{doc} ({tag})"));
+        while !taken.insert(column.name.to_lowercase()) {
+            column.name = format!("tag_{}", column.name).into();
+        }
+        columns.push(column);
+    }
+    columns
+}

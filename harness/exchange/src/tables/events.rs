@@ -1,0 +1,265 @@
+//! What happened, in words: one row an event.
+
+use super::cell::Cell;
+use super::row::{Row, time};
+use controller::mission::Report;
+use record::FaultEvent;
+use record::outcome::{PropertySummary, Summary};
+use record::text::name_of;
+use record::{Device, Record, RecordKind};
+use serde::Serialize;
+use serde_json::Value;
+use std::borrow::Cow;
+use wire::time::Timestamp;
+
+/// One event.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Event<'a> {
+    /// When, in bench time.
+    pub at: Timestamp,
+    /// Whose.
+    pub device: Device,
+    /// What kind it is of.
+    pub kind: EventKind,
+    /// What it is about.
+    pub subject: Cow<'a, str>,
+    /// Which mission, or which fault of the schedule.
+    pub id: Option<i64>,
+    /// In words.
+    pub text: Cow<'a, str>,
+    /// What else is known.
+    pub details: Option<Value>,
+}
+
+/// What an event is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EventKind {
+    /// A step of the plan began; the subject is its place.
+    StepBegan,
+    /// A step of the plan ended.
+    StepEnded,
+    /// The plan told the controller something.
+    Command,
+    /// A mission was done.
+    Done,
+    /// A mission was refused; the subject is the reason.
+    Refused,
+    /// A mission was broken off; the subject is the reason.
+    Aborted,
+    /// Something went wrong, was dropped or was mended.
+    Note,
+    /// A person answered or did something.
+    Reply,
+    /// A fault began; the subject is its kind and target.
+    FaultBegan,
+    /// A fault ended.
+    FaultEnded,
+    /// A fault never happened.
+    FaultNeverHappened,
+    /// The fault confinement of a node of the bus changed its state.
+    Confinement,
+    /// What a measurement came to.
+    Verdict,
+    /// What a property came to.
+    Property,
+    /// How the run ended.
+    Outcome,
+}
+
+/// How loud an event is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// As it should be.
+    Info,
+    /// Worth a look.
+    Warning,
+    /// It failed.
+    Error,
+}
+
+impl EventKind {
+    /// Its name in the table.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::StepBegan => "step_began",
+            Self::StepEnded => "step_ended",
+            Self::Command => "command",
+            Self::Done => "done",
+            Self::Refused => "refused",
+            Self::Aborted => "aborted",
+            Self::Note => "note",
+            Self::Reply => "reply",
+            Self::FaultBegan => "fault_began",
+            Self::FaultEnded => "fault_ended",
+            Self::FaultNeverHappened => "fault_never_happened",
+            Self::Confinement => "confinement",
+            Self::Verdict => "verdict",
+            Self::Property => "property",
+            Self::Outcome => "outcome",
+        }
+    }
+}
+
+impl Event<'_> {
+    /// As a row of the events.
+    pub fn row(&self) -> Row<'_> {
+        vec![
+            time(self.at),
+            Cell::text(self.device.name()),
+            Cell::text(self.kind.name()),
+            Cell::text(&*self.subject),
+            self.id.map_or(Cell::Missing, Cell::Integer),
+            Cell::text(&*self.text),
+            self.details.as_ref().map_or(Cell::Missing, |value| Cell::text(value.to_string())),
+        ]
+    }
+
+    /// How loud it is.
+    pub fn severity(&self) -> Severity {
+        match self.kind {
+            EventKind::Refused | EventKind::Aborted => Severity::Error,
+            EventKind::Verdict | EventKind::Property | EventKind::Outcome => {
+                match &*self.came_to() {
+                    "fail" | "unset" | "broken" | "failed" | "error" | "timeout" => Severity::Error,
+                    "marginal" | "aborted" | "not judged" => Severity::Warning,
+                    _ => Severity::Info,
+                }
+            }
+            EventKind::Note
+            | EventKind::FaultBegan
+            | EventKind::FaultNeverHappened
+            | EventKind::Confinement => Severity::Warning,
+            _ => Severity::Info,
+        }
+    }
+
+    /// What a verdict, a property or the run came to.
+    fn came_to(&self) -> Cow<'_, str> {
+        let word = self.details.as_ref().and_then(|details| details["came_to"].as_str());
+        word.map_or(Cow::Borrowed(""), Cow::Borrowed)
+    }
+}
+
+/// The event in a record; none where it is a state, an observation, or bytes.
+pub fn of(record: &Record) -> Option<Event<'_>> {
+    let event = |kind, subject: &dyn ToString, text: String| Event {
+        at: record.at,
+        device: record.device,
+        kind,
+        subject: subject.to_string().into(),
+        id: None,
+        text: text.into(),
+        details: None,
+    };
+    Some(match &record.kind {
+        RecordKind::StepBegan { path, title } => event(EventKind::StepBegan, path, title.clone()),
+        RecordKind::StepEnded { path } => event(EventKind::StepEnded, path, "ended".to_owned()),
+        RecordKind::Command(command) => {
+            let details = json(command);
+            let name = name_in(&details);
+            let text = format!("told to {}", name.replace('_', " "));
+            Event { details: content(details), ..event(EventKind::Command, &name, text) }
+        }
+        RecordKind::Report(Report::Done { id, result }) => {
+            let details = json(result);
+            let name = name_in(&details);
+            let (id, text) = (Some(i64::from(*id)), format!("done: {}", name.replace('_', " ")));
+            Event { id, details: content(details), ..event(EventKind::Done, &name, text) }
+        }
+        RecordKind::Report(Report::Refused { id, reason }) => {
+            let name = name_of(reason);
+            let text = format!("refused: {}", name.replace('_', " "));
+            Event { id: Some(i64::from(*id)), ..event(EventKind::Refused, &name, text) }
+        }
+        RecordKind::Report(Report::Aborted { id, reason }) => {
+            let name = name_of(reason);
+            let text = format!("broken off: {}", name.replace('_', " "));
+            Event { id: Some(i64::from(*id)), ..event(EventKind::Aborted, &name, text) }
+        }
+        RecordKind::Note(text) => event(EventKind::Note, &"", text.clone()),
+        RecordKind::Reply(reply) => {
+            let subject = reply.number.as_ref().map_or("done", |number| &number.name);
+            let details = Some(json(reply));
+            Event { details, ..event(EventKind::Reply, &subject, reply.to_string()) }
+        }
+        RecordKind::Fault(fault) => {
+            let kind = match fault.event {
+                FaultEvent::Began => EventKind::FaultBegan,
+                FaultEvent::Ended { .. } => EventKind::FaultEnded,
+                FaultEvent::NeverHappened { .. } => EventKind::FaultNeverHappened,
+                FaultEvent::Confinement { .. } => EventKind::Confinement,
+            };
+            let (id, details) = (Some(i64::from(fault.index)), content(json(&fault.event)));
+            Event { id, details, ..event(kind, &fault.name, fault.to_string()) }
+        }
+        RecordKind::Bytes(_)
+        | RecordKind::Frame(_)
+        | RecordKind::Truth { .. }
+        | RecordKind::Observation(_)
+        | RecordKind::Report(Report::State(_) | Report::Health(_)) => return None,
+    })
+}
+
+/// What the run came to, at its end.
+pub fn of_summary(at: Timestamp, summary: &Summary) -> impl Iterator<Item = Event<'_>> {
+    let event = move |kind, subject: &'_ str, text: String, came_to: &str| Event {
+        at,
+        device: Device::Plan,
+        kind,
+        subject: subject.to_owned().into(),
+        id: None,
+        text: text.into(),
+        details: Some(serde_json::json!({ "came_to": came_to })),
+    };
+    let verdicts = summary.measurements.iter().map(move |measurement| {
+        let value = measurement.value.map_or_else(
+            || "never measured".to_owned(),
+            |value| record::figures::quantity(value, measurement.uncertainty, &measurement.unit),
+        );
+        let verdict = measurement.verdict.name();
+        let text = format!("{}: {verdict}, {value}", measurement.name);
+        event(EventKind::Verdict, &measurement.name, text, verdict)
+    });
+    let properties = summary.properties.iter().map(move |property| {
+        let (came_to, why) = of_property(property);
+        let text =
+            format!("{}: {came_to}{}{why}", property.name, if why.is_empty() { "" } else { ", " });
+        event(EventKind::Property, &property.name, text, came_to)
+    });
+    let outcome = summary.outcome.name();
+    let reason = summary.reason.as_deref().map_or(String::new(), |reason| format!(": {reason}"));
+    let ended = event(EventKind::Outcome, outcome, format!("{outcome}{reason}"), outcome);
+    verdicts.chain(properties).chain(std::iter::once(ended))
+}
+
+fn of_property(property: &PropertySummary) -> (&'static str, &str) {
+    match (property.held, property.always) {
+        (None, _) => ("not judged", property.not_judged.as_deref().unwrap_or("")),
+        (Some(true), true) => ("held", ""),
+        (Some(false), true) => ("broken", property.what.as_deref().unwrap_or("")),
+        (Some(true), false) => ("came about", ""),
+        (Some(false), false) => ("did not come about", ""),
+    }
+}
+
+/// What JSON cannot say is null.
+fn json(value: &impl Serialize) -> Value {
+    serde_json::to_value(value).unwrap_or(Value::Null)
+}
+
+/// The name of a variant: the only key of an object, or the text.
+fn name_in(value: &Value) -> String {
+    match value {
+        Value::String(name) => name.clone(),
+        Value::Object(one) => one.keys().next().cloned().unwrap_or_default(),
+        _ => String::new(),
+    }
+}
+
+/// What is in a variant; none where it is but a name.
+fn content(value: Value) -> Option<Value> {
+    match value {
+        Value::Object(one) => one.into_iter().next().map(|(_, content)| content),
+        _ => None,
+    }
+}

@@ -1,0 +1,132 @@
+//! The folder of a run's tables.
+
+use super::Format;
+use super::cell::Column;
+use super::columns::Table;
+use super::csv::CsvTable;
+use super::error::TablesError;
+use super::package::{PACKAGE, file_name, is_ours, package};
+use super::parquet::ParquetTable;
+use super::row::Row;
+use super::rows::RowSink;
+use super::survey::Survey;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+type Boxed = Box<dyn std::error::Error + Send + Sync>;
+
+/// Writes a file a table. One without rows has no file.
+#[derive(Debug)]
+pub(super) struct Folder {
+    path: PathBuf,
+    format: Format,
+    columns: BTreeMap<Table, Vec<Column>>,
+    facts: Vec<(&'static str, String)>,
+    open: BTreeMap<Table, (OpenTable, u64)>,
+}
+
+#[derive(Debug)]
+enum OpenTable {
+    Csv(Box<CsvTable<BufWriter<File>>>),
+    Parquet(Box<ParquetTable<BufWriter<File>>>),
+}
+
+impl Folder {
+    /// Makes the folder, and removes the tables of an earlier export.
+    pub(super) fn create(
+        path: &Path,
+        format: Format,
+        survey: &Survey,
+    ) -> Result<Self, TablesError> {
+        let failed = |at: &Path, source: std::io::Error| TablesError::Write {
+            path: at.to_owned(),
+            source: source.into(),
+        };
+        fs::create_dir_all(path).map_err(|source| failed(path, source))?;
+        let index = path.join(PACKAGE);
+        if index.exists() {
+            if !is_ours(&index) {
+                return Err(TablesError::Foreign { path: index });
+            }
+            fs::remove_file(&index).map_err(|source| failed(&index, source))?;
+            for table in Table::ALL {
+                for format in Format::ALL {
+                    let file = path.join(file_name(table, format));
+                    if file.exists() {
+                        fs::remove_file(&file).map_err(|source| failed(&file, source))?;
+                    }
+                }
+            }
+        }
+        let header = &survey.header;
+        Ok(Self {
+            path: path.to_owned(),
+            format,
+            columns: Table::ALL.map(|table| (table, table.columns(survey))).into(),
+            facts: vec![
+                ("hil.plan", header.plan.clone()),
+                ("hil.seed", header.seed.to_string()),
+                ("hil.version", header.harness.clone()),
+            ],
+            open: BTreeMap::new(),
+        })
+    }
+
+    /// Ends all files, and writes what they are beside them. How many rows each has.
+    pub(super) fn finish(self, survey: &Survey) -> Result<Vec<(Table, u64)>, TablesError> {
+        let mut written = Vec::new();
+        for (table, (open, rows)) in self.open {
+            let done: Result<(), Boxed> = match open {
+                OpenTable::Csv(open) => open.finish().map_err(Boxed::from),
+                OpenTable::Parquet(open) => open.finish().map_err(Boxed::from),
+            };
+            let path = self.path.join(file_name(table, self.format));
+            done.map_err(|source| TablesError::Write { path, source })?;
+            written.push((table, rows));
+        }
+        let path = self.path.join(PACKAGE);
+        let text = format!("{:#}\n", package(survey, self.format, &written));
+        match fs::write(&path, text) {
+            Ok(()) => Ok(written),
+            Err(source) => Err(TablesError::Write { path, source: source.into() }),
+        }
+    }
+
+    fn opened(&self, table: Table) -> Result<OpenTable, Boxed> {
+        let columns = self.columns.get(&table).map_or(&[][..], Vec::as_slice);
+        let file = BufWriter::new(File::create(self.path.join(file_name(table, self.format)))?);
+        Ok(match self.format {
+            Format::Csv => OpenTable::Csv(Box::new(CsvTable::new(file, columns)?)),
+            Format::Parquet => {
+                OpenTable::Parquet(Box::new(ParquetTable::new(file, columns, &self.facts)?))
+            }
+        })
+    }
+
+    fn write(&mut self, table: Table, row: &Row<'_>) -> Result<(), Boxed> {
+        if !self.open.contains_key(&table) {
+            let opened = self.opened(table)?;
+            self.open.insert(table, (opened, 0));
+        }
+        let Some((open, rows)) = self.open.get_mut(&table) else { return Ok(()) };
+        match open {
+            OpenTable::Csv(open) => open.row(row)?,
+            OpenTable::Parquet(open) => open.row(row)?,
+        }
+        *rows += 1;
+        Ok(())
+    }
+}
+
+impl RowSink for Folder {
+    type Error = TablesError;
+
+    fn row(&mut self, table: Table, row: &Row<'_>) -> Result<(), TablesError> {
+        self.write(table, row).map_err(|source| TablesError::Write {
+            path: self.path.join(file_name(table, self.format)),
+            source,
+        })
+    }
+}

@@ -1,0 +1,12 @@
+//! A row of a table.
+
+use super::cell::Cell;
+use wire::time::Timestamp;
+
+/// One row, a cell a column.
+pub type Row<'a> = Vec<Cell<'a>>;
+
+/// The instant of a row.
+pub(crate) fn time<'a>(at: Timestamp) -> Cell<'a> {
+    at.as_secs_f64().into()
+}

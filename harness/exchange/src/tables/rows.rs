@@ -1,0 +1,233 @@
+//! Records as rows of tables.
+
+use super::cell::Cell;
+use super::columns::Table;
+use super::events;
+use super::heard::{Ears, Heard};
+use super::row::{Row, time};
+use super::survey::Survey;
+use controller::health::Health;
+use controller::mission::{Report, State};
+use data_encoding::HEXLOWER;
+use plan::observation::Observation;
+use record::outcome::{Measurement, Summary};
+use record::text::{cause_names, name_of};
+use record::{Record, RecordKind};
+use wire::can::{Id, RecordedFrame};
+use wire::time::Timestamp;
+use wire::units::{AngularRate, Pose};
+
+/// Where rows go.
+pub trait RowSink {
+    /// Why a row cannot be taken.
+    type Error;
+
+    /// Takes a row of `table`, a cell a column of it.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    fn row(&mut self, table: Table, row: &Row<'_>) -> Result<(), Self::Error>;
+}
+
+/// Makes rows of the records of one run, which are given in their order.
+#[derive(Debug)]
+pub struct Rows {
+    tags: Vec<String>,
+    survey: Survey,
+    ears: Ears,
+}
+
+impl Rows {
+    /// For the records that `survey` saw; `ears` understands what crossed its lines.
+    pub fn new(survey: Survey, ears: Ears) -> Self {
+        let tags = survey.tags().into_iter().map(str::to_owned).collect();
+        Self { tags, survey, ears }
+    }
+
+    /// What the records hold.
+    pub const fn survey(&self) -> &Survey {
+        &self.survey
+    }
+
+    /// What the records hold, once there are no more.
+    pub fn into_survey(self) -> Survey {
+        self.survey
+    }
+
+    /// The rows of a record.
+    ///
+    /// # Errors
+    /// Those of `sink`.
+    pub fn take<S: RowSink>(&mut self, record: &Record, sink: &mut S) -> Result<(), S::Error> {
+        let at = record.at;
+        match &record.kind {
+            RecordKind::Report(Report::State(state)) => {
+                sink.row(Table::States, &of_state(at, state))?
+            }
+            RecordKind::Report(Report::Health(health)) => {
+                sink.row(Table::Health, &of_health(at, health))?;
+            }
+            RecordKind::Truth { pose, bias_rad_per_s, coil_celsius } => {
+                sink.row(Table::Truth, &of_truth(at, *pose, *bias_rad_per_s, *coil_celsius))?;
+            }
+            RecordKind::Observation(observation) => {
+                sink.row(Table::Observations, &self.of_observation(at, observation))?;
+            }
+            RecordKind::Frame(frame) => sink.row(
+                Table::Frames,
+                &of_frame(at, self.survey.header.name_of(record.device), *frame),
+            )?,
+            RecordKind::Bytes(bytes) => sink.row(
+                Table::Packets,
+                &of_bytes(at, self.survey.header.name_of(record.device), bytes),
+            )?,
+            _ => {}
+        }
+        if let Some(event) = events::of(record) {
+            sink.row(Table::Events, &event.row())?;
+        }
+        let mut done = Ok(());
+        self.ears.take(record, &mut |heard| {
+            for row in of_signals(at, heard) {
+                if done.is_ok() {
+                    done = sink.row(Table::Signals, &row);
+                }
+            }
+        });
+        done
+    }
+
+    /// The rows of what the run came to.
+    ///
+    /// # Errors
+    /// Those of `sink`.
+    pub fn finish<S: RowSink>(&self, summary: &Summary, sink: &mut S) -> Result<(), S::Error> {
+        for measurement in &summary.measurements {
+            sink.row(Table::Measurements, &of_measurement(self.survey.end, measurement))?;
+        }
+        for event in events::of_summary(self.survey.end, summary) {
+            sink.row(Table::Events, &event.row())?;
+        }
+        Ok(())
+    }
+
+    fn of_observation<'a>(&self, at: Timestamp, observation: &'a Observation) -> Row<'a> {
+        let unit = self.survey.unit(&observation.quantity).to_owned();
+        let mut row = vec![
+            time(at),
+            Cell::text(&observation.quantity),
+            observation.value.into(),
+            observation.uncertainty.into(),
+            Cell::text(unit),
+        ];
+        row.extend(self.tags.iter().map(|tag| Cell::maybe(observation.tags.get(tag).copied())));
+        row
+    }
+}
+
+pub(crate) fn of_state<'a>(at: Timestamp, state: &State) -> Row<'a> {
+    vec![
+        time(at),
+        Cell::text(name_of(&state.activity)),
+        state.moving.into(),
+        state.pose.x.m().into(),
+        state.pose.y.m().into(),
+        state.pose.heading.deg().into(),
+        state.gyro_heading.deg().into(),
+        state.odometry_heading.deg().into(),
+        state.displacement.m().into(),
+        Cell::maybe(state.heading_error.map(|error| error.deg())),
+        state.raw_rate.deg_per_s().into(),
+        state.bias.deg_per_h().into(),
+        Cell::maybe(state.temperature.map(|temperature| temperature.celsius())),
+        Cell::count(state.samples),
+        Cell::count(state.samples_lost),
+        Cell::maybe(state.clock_ratio),
+        Cell::text(name_of(&state.health.level)),
+    ]
+}
+
+pub(crate) fn of_truth<'a>(
+    at: Timestamp,
+    pose: Pose,
+    bias_rad_per_s: f64,
+    coil_celsius: f64,
+) -> Row<'a> {
+    vec![
+        time(at),
+        pose.x.m().into(),
+        pose.y.m().into(),
+        pose.heading.deg().into(),
+        AngularRate::from_rad_per_s(bias_rad_per_s).deg_per_h().into(),
+        coil_celsius.into(),
+    ]
+}
+
+pub(crate) fn of_health<'a>(at: Timestamp, health: &Health) -> Row<'a> {
+    let causes = cause_names(&health.causes).join(" ");
+    vec![time(at), Cell::text(name_of(&health.level)), Cell::text(causes)]
+}
+
+/// A frame that no bus could carry has neither identifier nor data.
+pub(crate) fn of_frame(at: Timestamp, who: &str, recorded: RecordedFrame) -> Row<'_> {
+    let mut row = vec![time(at), Cell::text(who)];
+    match recorded.frame() {
+        Some(frame) => {
+            let (id, extended) = match frame.id() {
+                Id::Standard(id) => (i64::from(id.as_raw()), false),
+                Id::Extended(id) => (i64::from(id.as_raw()), true),
+            };
+            row.extend([
+                Cell::Integer(id),
+                extended.into(),
+                frame.is_remote().into(),
+                Cell::Integer(embedded_can::Frame::dlc(&frame) as i64),
+                Cell::text(HEXLOWER.encode(frame.data())),
+            ]);
+        }
+        None => row.extend(std::iter::repeat_n(Cell::Missing, 5)),
+    }
+    row
+}
+
+pub(crate) fn of_bytes<'a>(at: Timestamp, who: &'a str, bytes: &[u8]) -> Row<'a> {
+    vec![
+        time(at),
+        Cell::text(who),
+        Cell::count(bytes.len() as u64),
+        Cell::text(HEXLOWER.encode(bytes)),
+    ]
+}
+
+pub(crate) fn of_measurement(at: Timestamp, measurement: &Measurement) -> Row<'_> {
+    let text = |text: &Option<String>| text.clone().map_or(Cell::Missing, Cell::text);
+    vec![
+        time(at),
+        Cell::text(&measurement.name),
+        Cell::maybe(measurement.value),
+        measurement.uncertainty.into(),
+        Cell::text(&measurement.unit),
+        Cell::maybe(measurement.lower),
+        Cell::maybe(measurement.upper),
+        Cell::maybe(measurement.margin()),
+        Cell::text(measurement.verdict.name()),
+        text(&measurement.paper),
+        Cell::text(&measurement.statistic),
+    ]
+}
+
+/// A row a signal that the message carries.
+fn of_signals<'a>(at: Timestamp, heard: &'a Heard<'_>) -> impl Iterator<Item = Row<'a>> {
+    heard.form.signals.iter().zip(&heard.values).filter(|(_, value)| value.is_some()).map(
+        move |(signal, value)| {
+            vec![
+                time(at),
+                Cell::text(heard.who),
+                Cell::text(&heard.form.name),
+                Cell::text(&signal.name),
+                Cell::maybe(*value),
+                Cell::text(&signal.unit),
+            ]
+        },
+    )
+}

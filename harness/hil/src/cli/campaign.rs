@@ -1,0 +1,362 @@
+//! `hil campaign`: faults thrown at a plan, and how much of one it tolerates.
+
+pub(super) mod account;
+mod on_bench;
+#[cfg(feature = "nats")]
+mod over;
+
+use super::EXIT_STATUSES;
+use super::annotation::Annotation;
+use super::build_server::SummaryArguments;
+use super::envelopes::{EnvelopeArguments, Means, kind};
+use super::failure::Failure;
+use super::interrupt::Interrupt;
+use super::operator::OperatorArguments;
+use super::progress::Screen;
+use super::repetition::RepetitionArguments;
+use super::say;
+use super::setup::{Setup, SetupArguments};
+use account::{Kept, Place};
+use campaign::{
+    self, Campaign, CaseResult, Executor, Guided, Journal, Random, Regression, Search, Settings,
+    Space,
+};
+use clap::{Args, ValueEnum};
+use harness::executors::Simulated;
+use harness::run::Prepared;
+use plan::Property;
+use plan::faults::{FaultKind, Target};
+use plan::library::{Kind, Library};
+use plan::made::Made;
+use record::outcome::Outcome;
+use std::collections::BTreeSet;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::thread::available_parallelism;
+use views::console::{self, Again, Style};
+use wire::time::Span;
+
+/// How the next case is chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum By {
+    /// Evenly over all that can go wrong, and nearer to where properties nearly broke as far as that pays.
+    #[default]
+    Margins,
+    /// Without regard to earlier ones.
+    Chance,
+}
+
+impl By {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Margins => "margins",
+            Self::Chance => "chance",
+        }
+    }
+}
+
+/// Throws seeded fault schedules at a plan until a property breaks, makes the case as small as it gets, and saves it as a plan.
+///
+/// With --clock real the cases are carried out on a bench, one at a time; what breaks there is repeated, and counts as broken
+/// where that shows it.
+///
+/// With --envelope or --envelopes it measures instead how much of a fault is tolerated. One that was interrupted goes on where it
+/// stopped.
+#[derive(Debug, Args)]
+#[command(after_help = EXIT_STATUSES)]
+pub(super) struct CampaignArguments {
+    /// Name of a shipped plan (see `hil list plans`) or path: what ends in .toml or holds a /.
+    #[arg(value_name = "PLAN")]
+    pub(super) plan: String,
+    /// How many cases.
+    #[arg(long, value_name = "N", default_value_t = 1_000,
+          value_parser = clap::value_parser!(u64).range(1..=CASES_MAX))]
+    pub(super) cases: u64,
+    /// Seed of the campaign; with --envelope the first seed.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(super) seed: u64,
+    /// What chooses the next case.
+    #[arg(long, value_enum, default_value_t)]
+    by: By,
+    /// Kinds of faults, with commas between (see `hil list faults`). [default: all that apply]
+    #[arg(long, value_name = "KIND", value_delimiter = ',')]
+    faults: Vec<String>,
+    /// Faults of one case, at most.
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=16))]
+    faults_max: u8,
+    /// Cases at a time. [default: one a processor]
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroUsize>,
+    #[cfg(feature = "nats")]
+    #[command(flatten)]
+    over: over::OverArguments,
+    /// Folder of the campaign. [default: runs/campaign-PLAN-seedN, and runs/envelopes-PLAN-seedN for envelopes]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Where the smallest cases go, as plans. [default: the folder of the campaign]
+    #[arg(long, value_name = "DIR")]
+    regressions: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) envelopes: EnvelopeArguments,
+    /// Print the end as JSON.
+    #[arg(long)]
+    pub(super) json: bool,
+    #[command(flatten)]
+    pub(super) operator: OperatorArguments,
+    #[command(flatten)]
+    setup: SetupArguments,
+    #[command(flatten)]
+    summary: SummaryArguments,
+    #[command(flatten)]
+    pub(super) repetition: RepetitionArguments,
+    /// Tries to make one case smaller. [default: 500; 20 with the real clock, where each takes as long as the plan]
+    #[arg(long, value_name = "N", conflicts_with_all = ["envelope", "envelopes"])]
+    shrink_max: Option<u64>,
+}
+
+/// The most cases: what came of them is kept in a file and read again.
+const CASES_MAX: u64 = 10_000_000;
+/// Tries to make one case smaller.
+const SHRINK_MAX: u64 = 500;
+/// File of a campaign folder: its cases.
+const JOURNAL: &str = "cases.jsonl";
+
+/// What a campaign is about, and whom it talks to.
+#[derive(Clone, Copy)]
+struct Task<'a> {
+    /// The text of the plan.
+    source: &'a str,
+    pub(super) prepared: &'a Prepared,
+    pub(super) interrupt: &'a Interrupt,
+    pub(super) screen: &'a Screen,
+}
+
+/// A campaign whose folder is open.
+struct Begun {
+    folder: PathBuf,
+    journal: Journal,
+}
+
+impl CampaignArguments {
+    pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        let library = Library::beside(&self.plan);
+        let source = library.open(Kind::Plan, &self.plan)?;
+        let prepared = Prepared::load(&self.plan, &Made::default())?;
+        let setup = self.setup.setup()?;
+        self.setup.fits(std::slice::from_ref(&prepared))?;
+        let interrupt = Interrupt::install(screen)?;
+        let live = match &setup {
+            Setup::Simulated => None,
+            Setup::Kernel(_) => {
+                return Err(Failure::arguments(
+                    "a campaign needs the memory bus, or the real clock: no verdict depends on what is crossed",
+                    "leave out --bus, or add --clock real",
+                ));
+            }
+            Setup::Live(live) => Some(live),
+        };
+        self.known()?;
+        let task =
+            Task { source: &source.text, prepared: &prepared, interrupt: &interrupt, screen };
+        let Some(live) = live else {
+            self.repetition.none()?;
+            let (answers, _) = self.operator.collect(&setup, [&*prepared.plan], screen)?;
+            let executor = Simulated::new(prepared.clone(), answers);
+            let threads =
+                self.threads.or_else(|| available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
+            if self.envelopes.is_asked() {
+                let means = Means {
+                    prepared: &prepared,
+                    executor: &executor,
+                    seed: self.seed,
+                    threads,
+                    interrupt: &interrupt,
+                    screen,
+                    summary: &self.summary,
+                };
+                let folder = self.folder("envelopes", &prepared);
+                return self.envelopes.execute(&means, &folder, self.json);
+            }
+            let clean = executor.without_faults(self.seed);
+            let space = self.space(&task, clean, |_, _| true)?;
+            let states = states(&prepared.plan.judged(&prepared.rig));
+            let settings =
+                Settings { cases: self.cases, threads, shrink_max: self.shrink_max(SHRINK_MAX) };
+            let (folder, what) = (self.opened(&prepared)?, self.what(&task, ""));
+            let begun = Begun { journal: Journal::open(&folder.join(JOURNAL), &what)?, folder };
+            let place = |carried_out_by| Place { carried_out_by, replay: "" };
+            #[cfg(feature = "nats")]
+            if let Some(server) = self.over.server()? {
+                let answers = executor.answers();
+                let order = over::Order { plan: &self.plan, what: &what, answers };
+                let order = order.virtually()?;
+                let remote = over::open(&server, order, executor.clone(), task.interrupt, screen)?;
+                let settings = Settings { threads: over::AT_A_TIME, ..settings };
+                let place = place("workers of a server (hil worker)".to_owned());
+                let kept = self.account(&task, &space, &states, place)?;
+                let (done, saved) =
+                    self.search(&task, begun, &remote, &space, &states, &settings)?;
+                if let Some(failure) = remote.failure() {
+                    return Err(failure.into());
+                }
+                if !done.stopped && !task.interrupt.requested() {
+                    over::finish(&remote, &done, &saved, None)?;
+                }
+                return self.tell(screen, kept, (&done, &saved), None);
+            }
+            let place = place(format!("{threads} threads of this machine"));
+            let kept = self.account(&task, &space, &states, place)?;
+            let (done, saved) = self.search(&task, begun, &executor, &space, &states, &settings)?;
+            return self.tell(screen, kept, (&done, &saved), None);
+        };
+        if self.envelopes.is_asked() || self.threads.is_some_and(|threads| threads.get() > 1) {
+            return Err(Failure::arguments(
+                "the real clock has one bench: it carries out one case at a time, and no envelope",
+                "leave out --clock, or --envelope and --threads",
+            ));
+        }
+        self.on_bench(&task, &setup, live)
+    }
+
+    fn shrink_max(&self, usual: u64) -> u64 {
+        self.shrink_max.unwrap_or(usual)
+    }
+
+    /// What can go wrong, once it is clear that without it nothing does; `clean` is how long that took and what it came
+    /// to.
+    fn space(
+        &self,
+        task: &Task<'_>,
+        (horizon, clean): (Span, CaseResult),
+        can_suffer: impl Fn(Target, FaultKind) -> bool,
+    ) -> Result<Space, Failure> {
+        let (plan, lines) = (&task.prepared.plan, task.prepared.rig.struck());
+        if let Some(violated) = clean.violated.first() {
+            return Err(Failure::arguments(
+                format!("{}: breaks {} without any fault", plan.name, violated.property),
+                format!("at {:.3} s: {}", violated.at_s, violated.what),
+            ));
+        }
+        let faults_max = usize::from(self.faults_max);
+        let space = Space::new(plan, lines, horizon, faults_max, &self.faults).within(can_suffer);
+        if space.kinds().is_empty() {
+            return Err(Failure::arguments(
+                format!("none of these faults can strike the bench of {}", plan.name),
+                "`hil list faults` says what each strikes",
+            ));
+        }
+        Ok(space)
+    }
+
+    /// The folder of the campaign, made where there is none.
+    fn opened(&self, prepared: &Prepared) -> Result<PathBuf, Failure> {
+        let folder = self.folder("campaign", prepared);
+        std::fs::create_dir_all(&folder).map_err(|source| Failure::file(&folder, source))?;
+        Ok(folder)
+    }
+
+    /// What decides the cases of the campaign; `bench` names where they are carried out.
+    fn what(&self, task: &Task<'_>, bench: &str) -> String {
+        format!(
+            "{} ({}), by {}, seed {}, up to {} of {}{bench}",
+            task.prepared.plan.name,
+            campaign::Case::default().id(task.source),
+            self.by.name(),
+            self.seed,
+            self.faults_max,
+            if self.faults.is_empty() { "all faults".to_owned() } else { self.faults.join(", ") },
+        )
+    }
+
+    /// Searches, shrinks and saves, in the folder of the campaign.
+    fn search(
+        &self,
+        task: &Task<'_>,
+        begun: Begun,
+        executor: &impl Executor,
+        space: &Space,
+        states: &BTreeSet<String>,
+        settings: &Settings,
+    ) -> Result<(Campaign, Vec<PathBuf>), Failure> {
+        let Task { source, prepared, interrupt, screen } = *task;
+        let Begun { folder, mut journal, .. } = begun;
+        let mut search: Box<dyn Search> = match self.by {
+            By::Margins => Box::new(Guided::new(space, self.seed)),
+            By::Chance => Box::new(Random::new(space, self.seed)),
+        };
+        let bar = screen.cases(prepared.plan.name.as_str(), self.cases);
+        let done =
+            campaign::run(executor, &mut *search, states, settings, &mut journal, &mut |tally| {
+                bar.set_position(tally.cases);
+                !interrupt.requested()
+            })?;
+        bar.finish_and_clear();
+        let mut saved = Vec::new();
+        for found in &done.found {
+            let what = found.shrunk.result.violated.iter().find(|v| v.property == found.property);
+            let regression = Regression {
+                plan: prepared.plan.name.as_str(),
+                text: source,
+                property: &found.property,
+                what: what.map_or("", |violated| violated.what.as_str()),
+                case: &found.shrunk.case,
+            };
+            saved.push(regression.write(self.regressions.as_deref().unwrap_or(&folder))?);
+        }
+        Ok((done, saved))
+    }
+
+    /// Keeps, draws and prints the end, and tells build servers.
+    fn tell(
+        &self,
+        screen: &Screen,
+        kept: Kept,
+        (done, saved): (&Campaign, &[PathBuf]),
+        again: Option<&Again<'_>>,
+    ) -> Result<Outcome, Failure> {
+        let markdown = console::campaign_markdown(kept.plan(), done, saved);
+        for (found, path) in done.found.iter().zip(saved) {
+            let title = format!("{}: {} broke", kept.plan(), found.property);
+            let seed = found.shrunk.case.seed;
+            let message = format!("again: hil run {} --seed {seed}", path.display());
+            Annotation { place: None, title, message }.show(screen);
+        }
+        let page = kept.end(done, saved, again)?;
+        if self.json {
+            say(&(console::campaign_json(done, saved, again) + "\n"))?;
+        } else {
+            say(&console::campaign_table(done, saved, again, Style::of_stdout()))?;
+            screen.chat(&format!("{}", page.display()));
+        }
+        self.summary.append(&markdown)?;
+        Ok(outcome(done))
+    }
+
+    pub(super) fn folder(&self, what: &str, prepared: &Prepared) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| {
+            PathBuf::from(format!("runs/{what}-{}-seed{}", prepared.plan.name, self.seed))
+        })
+    }
+
+    /// Kinds are of the vocabulary.
+    fn known(&self) -> Result<(), Failure> {
+        self.faults.iter().try_for_each(|name| kind(name).map(|_| ()))
+    }
+}
+
+/// What must come about sometimes.
+fn states(properties: &[Property]) -> BTreeSet<String> {
+    properties
+        .iter()
+        .filter(|property| matches!(property, Property::Sometimes(_)))
+        .map(|property| property.name().to_owned())
+        .collect()
+}
+
+fn outcome(done: &Campaign) -> Outcome {
+    match (done.found.is_empty(), done.stopped) {
+        (false, _) => Outcome::Failed,
+        (true, true) => Outcome::Aborted,
+        (true, false) => Outcome::Passed,
+    }
+}

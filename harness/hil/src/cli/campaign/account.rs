@@ -1,0 +1,128 @@
+//! `campaign.json`, `junit.xml` and `report.html` of a campaign's folder.
+
+use super::super::failure::Failure;
+use super::{CampaignArguments, JOURNAL, Task};
+use campaign::{Account, Campaign, End, FoundCase, Space, Struck, each_line};
+use harness::stopwatch::Stopwatch;
+use record::run_folder::{JUNIT, REPORT};
+use std::collections::BTreeSet;
+use std::io;
+use std::path::{Path, PathBuf};
+use views::console::Again;
+use views::junit;
+use views::report::campaign::{Gathered, page};
+
+/// Who carries the cases out, and what a person adds to `hil run` to do the same.
+pub(super) struct Place<'a> {
+    pub(super) carried_out_by: String,
+    pub(super) replay: &'a str,
+}
+
+/// An account that is being kept.
+pub(super) struct Kept {
+    folder: PathBuf,
+    account: Account,
+    watch: Stopwatch,
+}
+
+impl CampaignArguments {
+    /// Begins the account of a campaign.
+    pub(super) fn account(
+        &self,
+        task: &Task<'_>,
+        space: &Space,
+        states: &BTreeSet<String>,
+        place: Place<'_>,
+    ) -> Result<Kept, Failure> {
+        let plan = &task.prepared.plan;
+        let struck = |(target, kind): &(plan::faults::Target, plan::faults::FaultKind)| Struck {
+            kind: kind.name().to_owned(),
+            target: target.name().to_owned(),
+        };
+        let account = Account {
+            plan: plan.name.as_str().to_owned(),
+            title: plan.title.clone(),
+            seed: self.seed,
+            search: self.by.name().to_owned(),
+            asked: self.cases,
+            faults_max: space.faults_max(),
+            carried_out_by: place.carried_out_by,
+            replay: place.replay.to_owned(),
+            horizon_s: space.horizon().as_secs_f64(),
+            kinds: space.kinds().iter().map(struck).collect(),
+            phases: space.phases().iter().map(|(name, _)| name.as_str().to_owned()).collect(),
+            states: states.iter().cloned().collect(),
+            ..Account::new()
+        };
+        let folder = self.folder("campaign", task.prepared);
+        account.write(&folder)?;
+        Ok(Kept { folder, account, watch: Stopwatch::start() })
+    }
+}
+
+impl Kept {
+    /// Name of the plan.
+    pub(super) fn plan(&self) -> &str {
+        &self.account.plan
+    }
+
+    /// Writes what it came to, and the page.
+    pub(super) fn end(
+        mut self,
+        done: &Campaign,
+        saved: &[PathBuf],
+        again: Option<&Again<'_>>,
+    ) -> Result<PathBuf, Failure> {
+        let confirmed = |index: usize| again?.confirmed.get(index).copied().flatten();
+        let found = done.found.iter().zip(saved).enumerate().map(|(index, (found, path))| {
+            let violated = &found.shrunk.result.violated;
+            let what = violated.iter().find(|violated| violated.property == found.property);
+            let beside = path.parent() == Some(&self.folder);
+            let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+            FoundCase {
+                property: found.property.clone(),
+                number: found.number,
+                times: found.times,
+                at_s: what.map_or(0.0, |violated| violated.at_s),
+                what: what.map_or_else(String::new, |violated| violated.what.clone()),
+                executions: found.shrunk.executions,
+                case: found.shrunk.case.clone(),
+                plan: path.display().to_string(),
+                file: name.filter(|_| beside),
+                repeated: confirmed(index),
+            }
+        });
+        let not_judged = again.map_or(&[][..], |again| again.unjudged).iter();
+        self.account.end = Some(End {
+            wall_s: self.watch.elapsed_s(),
+            resumed: done.tally.resumed,
+            stopped: done.stopped,
+            found: found.collect(),
+            not_judged: not_judged.map(|one| (one.name.to_owned(), one.why.clone())).collect(),
+        });
+        self.account.write(&self.folder)?;
+        let unjudged = again.map_or(&[][..], |again| again.unjudged);
+        let path = self.folder.join(JUNIT);
+        junit::campaign(&self.account, done, saved, unjudged, &self.folder)
+            .map_err(io::Error::other)
+            .and_then(|xml| std::fs::write(&path, xml))
+            .map_err(|source| Failure::file(&path, source))?;
+        draw(&self.folder)
+    }
+}
+
+/// Is there a campaign in that folder?
+pub(in crate::cli) fn is_campaign(folder: &Path) -> bool {
+    folder.join(JOURNAL).is_file()
+}
+
+/// Draws the page of the campaign in that folder, from its account and its journal; where it is.
+pub(in crate::cli) fn draw(folder: &Path) -> Result<PathBuf, Failure> {
+    let account = Account::read(folder)?;
+    let mut gathered = Gathered::default();
+    each_line(&folder.join(JOURNAL), &mut |line| gathered.add(&line))?;
+    let path = folder.join(REPORT);
+    std::fs::write(&path, page(&account, &gathered))
+        .map_err(|source| Failure::file(&path, source))?;
+    Ok(path)
+}

@@ -1,0 +1,162 @@
+//! `hil campaign --clock real`: cases on a bench of this machine, or of a worker's.
+
+use super::account::{Kept, Place};
+#[cfg(feature = "nats")]
+use super::over;
+use super::{Begun, CampaignArguments, JOURNAL, Task, states};
+use crate::cli::failure::Failure;
+use crate::cli::live;
+use crate::cli::setup::{LiveSetup, Setup};
+#[cfg(feature = "nats")]
+use crate::cli::worker::bench_place;
+use campaign::{Executor, Journal, Repeatedly, Repetition, Settings};
+use harness::executors::{Bench, OnBench, Site};
+use harness::operator::{Answers, Person};
+use harness::run_live::DEVICE_LOG;
+use record::outcome::Outcome;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use views::console::Again;
+
+/// Tries to make one case smaller, where nobody says: each takes as long as the plan, and longer where it breaks.
+const SHRINK_MAX: u64 = 20;
+
+/// Who carries cases out, as the page of a campaign says it.
+const HERE: &str = "a bench in real time, one case at a time";
+/// See [`HERE`].
+#[cfg(feature = "nats")]
+const A_WORKER: &str = "a bench of a worker in real time, one case at a time";
+
+/// A campaign on a bench that is over.
+struct Over<'a> {
+    kept: Kept,
+    done: campaign::Campaign,
+    saved: Vec<PathBuf>,
+    again: Again<'a>,
+}
+
+/// Whoever carries the cases of a bench out.
+struct Hands<'a, E> {
+    executor: &'a E,
+    /// What the bench shows and lets be struck.
+    bench: &'a OnBench,
+    /// Who they are, in words.
+    name: &'a str,
+    /// Why nothing more is carried out, if so.
+    broken: &'a dyn Fn() -> Result<(), Failure>,
+}
+
+impl CampaignArguments {
+    /// The campaign in real time.
+    pub(super) fn on_bench(
+        &self,
+        task: &Task<'_>,
+        setup: &Setup,
+        live: &LiveSetup,
+    ) -> Result<Outcome, Failure> {
+        let Task { prepared, interrupt, screen, .. } = *task;
+        let rule = self.repetition.rule()?;
+        #[cfg(feature = "nats")]
+        let elsewhere = match self.over.server()? {
+            Some(server) => Some((server, self.setup.bench_elsewhere()?)),
+            None => None,
+        };
+        let setting = live::setting(prepared, live)?;
+        setting.reaches(&prepared.plan.faults)?;
+        let folder = self.opened(prepared)?;
+        // Where the journal is from: a case on another bench, or by another rule, comes to something else.
+        let bench = format!(", in real time: {setting}, {rule}");
+        #[cfg(feature = "nats")]
+        let bench = match &elsewhere {
+            Some((_, file)) => format!("{bench}, {} of a worker", bench_place(file)?),
+            None => bench,
+        };
+        let what = self.what(task, &bench);
+        let stop = interrupt.clone();
+        let mut site = Site {
+            bench: Bench::default(),
+            answers: Answers::default(),
+            person: None,
+            stop: Box::new(move || stop.requested()),
+            log: folder.join(DEVICE_LOG),
+        };
+        #[cfg(feature = "nats")]
+        if let Some((server, bench)) = elsewhere {
+            site.answers = self.operator.collect_for_elsewhere(setup, [&*prepared.plan])?;
+            let order = over::Order { plan: &self.plan, what: &what, answers: &site.answers };
+            let order = order.on_bench(bench, rule)?;
+            let here = OnBench::new(prepared.clone(), setting, site);
+            let remote = over::open(&server, order, here, interrupt, screen)?;
+            let failed = || remote.failure().map_or(Ok(()), |failure| Err(failure.into()));
+            let hands =
+                Hands { executor: &remote, bench: remote.local(), name: A_WORKER, broken: &failed };
+            let over = self.carry_on(task, folder, &what, &hands, rule)?;
+            let Some(Over { kept, done, saved, again }) = over else { return Ok(Outcome::Aborted) };
+            if !done.stopped && !interrupt.requested() {
+                over::finish(&remote, &done, &saved, Some(&again))?;
+            }
+            return self.tell(screen, kept, (&done, &saved), Some(&again));
+        }
+        let (answers, person) = self.operator.collect(setup, [&*prepared.plan], screen)?;
+        site.answers = answers;
+        site.person = person.map(|person| -> Box<dyn Fn() -> Box<dyn Person> + Send + Sync> {
+            Box::new(move || Box::new(person.clone()))
+        });
+        let executor = Repeatedly::new(OnBench::new(prepared.clone(), setting, site), rule);
+        let here = executor.inner();
+        let broken = || here.take_broken().map_or(Ok(()), |error| Err(Failure::from(error)));
+        let hands = Hands { executor: &executor, bench: here, name: HERE, broken: &broken };
+        let over = self.carry_on(task, folder, &what, &hands, rule)?;
+        let Some(Over { kept, done, saved, again }) = over else { return Ok(Outcome::Aborted) };
+        self.tell(screen, kept, (&done, &saved), Some(&again))
+    }
+
+    /// From the run without faults to the repetitions of the smallest cases. None where it was stopped before it began.
+    fn carry_on<'a, E: Executor>(
+        &self,
+        task: &Task<'_>,
+        folder: PathBuf,
+        what: &str,
+        hands: &Hands<'a, E>,
+        rule: Repetition,
+    ) -> Result<Option<Over<'a>>, Failure> {
+        let Task { prepared, interrupt, screen, .. } = *task;
+        let Hands { executor, bench, name, broken } = *hands;
+        let (lasted, clean) = executor.without_faults(self.seed);
+        broken()?;
+        if clean.outcome != Outcome::Passed.name() {
+            if interrupt.requested() {
+                return Ok(None);
+            }
+            return Err(Failure::arguments(
+                format!(
+                    "{} ends in {} on this bench without any fault",
+                    prepared.plan.name, clean.outcome
+                ),
+                format!("run it there by itself to see why: hil run {} --clock real", self.plan),
+            ));
+        }
+        let journal = Journal::open_in_real_time(&folder.join(JOURNAL), what, lasted)?;
+        let horizon = journal.horizon().unwrap_or(lasted);
+        let can_suffer = |target, what| bench.can_suffer(target, what);
+        let space = self.space(task, (horizon, clean), can_suffer)?;
+        for one in bench.unjudged() {
+            screen.note(&format!("{} not judged: {}", one.name, one.why));
+        }
+        let shrink_max = self.shrink_max(SHRINK_MAX);
+        let settings = Settings { cases: self.cases, threads: NonZeroUsize::MIN, shrink_max };
+        let states = states(bench.properties());
+        let begun = Begun { folder, journal };
+        let place = Place { carried_out_by: name.to_owned(), replay: "--clock real" };
+        let kept = self.account(task, &space, &states, place)?;
+        let (done, saved) = self.search(task, begun, executor, &space, &states, &settings)?;
+        broken()?;
+        let confirmed = done.found.iter();
+        let confirmed =
+            confirmed.map(|found| executor.confirm(&found.shrunk.case, &found.property).ok());
+        let confirmed = confirmed.collect();
+        broken()?;
+        let (unjudged, confidence) = (bench.unjudged(), rule.confidence());
+        Ok(Some(Over { kept, done, saved, again: Again { confirmed, unjudged, confidence } }))
+    }
+}

@@ -1,0 +1,44 @@
+//! `hil doctor`: what this machine and a bench have, what they lack, and the command that mends it.
+
+use super::failure::Failure;
+use clap::Args;
+use record::outcome::Outcome;
+
+const STATUSES: &str = "\
+Exit status:
+  0  nothing lacks that the bench and the plans need
+  3  something lacks that they need";
+
+/// Says what this machine and a bench have, what they lack, and the command that mends it.
+///
+/// Without a bench nothing is needed; with plans, the roles that they need are looked for on the bench.
+/// Nothing is changed.
+#[derive(Debug, Args)]
+#[command(after_help = STATUSES)]
+pub(super) struct DoctorArguments {
+    /// Plans that are to be run: names (see `hil list plans`) or paths.
+    #[arg(value_name = "PLAN")]
+    plans: Vec<String>,
+    /// Bench that they are to be run on: a name (see `hil list benches`) or a path.
+    #[arg(long, value_name = "FILE")]
+    bench: Option<String>,
+    /// Print everything as JSON: outcome, findings, and the facts that they rest on.
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+impl DoctorArguments {
+    pub(super) fn execute(&self) -> Result<Outcome, Failure> {
+        use crate::doctor::{Facts, Needs, examine, outcome, show};
+        use views::console::Style;
+        let needs = Needs::read(self.bench.as_deref(), &self.plans);
+        let facts = Facts::gather(&needs);
+        let findings = examine(&facts, &needs);
+        super::say(&if self.json {
+            show::json(&facts, &findings).map_err(|error| Failure::output(error.into()))?
+        } else {
+            show::text(&findings, Style::of_stdout())
+        })?;
+        Ok(outcome(&findings))
+    }
+}

@@ -1,0 +1,236 @@
+//! `hil campaign --envelope` and `--envelopes`: how much of faults a plan tolerates.
+
+use super::build_server::SummaryArguments;
+use super::failure::Failure;
+use super::interrupt::Interrupt;
+use super::progress::Screen;
+use super::say;
+use campaign::{self, Case, CaseResult, Envelope, EnvelopeSettings, Executor, Measured};
+use clap::Args;
+use harness::executors::Simulated;
+use harness::run::Prepared;
+use indicatif::ProgressBar;
+use plan::confidence::{Z_95, trials_min};
+use plan::faults::{Fault, FaultKind};
+use plan::{DeclaredEnvelope, struck_by};
+use record::outcome::Outcome;
+use record::run_folder::{JUNIT, REPORT, RunFolderError};
+use std::io;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use views::console::{self, Style};
+use views::junit;
+use views::report::envelopes::page;
+use wire::time::Span;
+
+/// Which envelopes, and how they are measured.
+#[derive(Debug, Args)]
+pub(super) struct EnvelopeArguments {
+    /// Measures how much of this kind of fault is tolerated.
+    #[arg(long, value_name = "KIND", conflicts_with_all = ["cases", "by", "faults", "faults_max"])]
+    envelope: Option<String>,
+    /// Measures the envelopes that the plan declares, and fails unless each is as wide as it says.
+    #[arg(long, conflicts_with_all = ["cases", "by", "faults", "faults_max", "envelope"])]
+    envelopes: bool,
+    /// What the fault of --envelope strikes: gyro, base, table, host or operator. [default: the first that it can]
+    #[arg(long, value_name = "ROLE", requires = "envelope")]
+    target: Option<String>,
+    /// Runs at each severity.
+    #[arg(long, value_name = "N", requires = "envelope", default_value_t = 100)]
+    runs: u64,
+    /// Share of runs that must pass, at 95 % confidence, for a severity to be tolerated.
+    #[arg(long, value_name = "SHARE", requires = "envelope", default_value_t = 0.9)]
+    share: f64,
+    /// Fails unless so much is tolerated, in the unit of the kind.
+    #[arg(long, value_name = "SEVERITY", requires = "envelope")]
+    at_least: Option<f64>,
+}
+
+/// The figures of a folder of envelopes.
+const FIGURES: &str = "envelopes.json";
+
+/// One envelope that is asked for.
+struct Asked {
+    fault: Fault,
+    at_least: Option<f64>,
+    share: f64,
+    runs: u64,
+}
+
+/// What all are measured with.
+pub(super) struct Means<'a> {
+    pub(super) prepared: &'a Prepared,
+    pub(super) executor: &'a Simulated,
+    pub(super) seed: u64,
+    pub(super) threads: NonZeroUsize,
+    pub(super) interrupt: &'a Interrupt,
+    pub(super) screen: &'a Screen,
+    pub(super) summary: &'a SummaryArguments,
+}
+
+impl EnvelopeArguments {
+    /// Is an envelope asked for rather than a search?
+    pub(super) const fn is_asked(&self) -> bool {
+        self.envelopes || self.envelope.is_some()
+    }
+
+    /// Measures what is asked for; the page and the figures go to `folder`.
+    pub(super) fn execute(
+        &self,
+        means: &Means<'_>,
+        folder: &Path,
+        json: bool,
+    ) -> Result<Outcome, Failure> {
+        let asked = match &self.envelope {
+            Some(name) => vec![self.one(name, means.prepared)?],
+            None => declared(means.prepared)?,
+        };
+        std::fs::create_dir_all(folder).map_err(|source| Failure::file(folder, source))?;
+        let (horizon, _) = means.executor.without_faults(means.seed);
+        let mut all = Vec::new();
+        for asked in asked {
+            let envelope = means.measure(&asked, horizon);
+            if !json {
+                say(&console::envelope_table(&envelope, asked.at_least, Style::of_stdout()))?;
+            }
+            let plan = means.prepared.plan.name.as_str().to_owned();
+            all.push(Measured { plan, envelope, at_least: asked.at_least });
+            if means.interrupt.requested() {
+                break;
+            }
+        }
+        let plan = means.prepared.plan.name.as_str();
+        let figures = console::envelopes_json(&all);
+        let page = page(plan, &all);
+        let verdicts = junit::envelopes(plan, &all).map_err(io::Error::other);
+        let verdicts = verdicts.map_err(|source| Failure::file(&folder.join(JUNIT), source))?;
+        means.summary.append(&console::envelopes_markdown(plan, &all))?;
+        for (name, text) in [(FIGURES, &figures), (REPORT, &page), (JUNIT, &verdicts)] {
+            let path = folder.join(name);
+            std::fs::write(&path, text).map_err(|source| Failure::file(&path, source))?;
+        }
+        if json {
+            say(&(figures + "\n"))?;
+        } else {
+            means.screen.chat(&format!("{}", folder.join(REPORT).display()));
+        }
+        Ok(match means.interrupt.requested() {
+            true => Outcome::Aborted,
+            false if all.iter().all(Measured::holds) => Outcome::Passed,
+            false => Outcome::Failed,
+        })
+    }
+
+    fn one(&self, name: &str, prepared: &Prepared) -> Result<Asked, Failure> {
+        let kind = kind(name)?;
+        let fault = self.struck(kind, prepared)?;
+        if !(0.0..1.0).contains(&self.share) {
+            let message = format!("--share {}: expected at least 0 and less than 1", self.share);
+            return Err(Failure::arguments(message, "such as 0.9"));
+        }
+        let runs_min = trials_min(self.share, Z_95);
+        if self.runs < runs_min {
+            return Err(Failure::arguments(
+                format!("--runs {}: so few can never show a share of {}", self.runs, self.share),
+                format!("--runs {runs_min}, all of them passed, show it at 95 % confidence"),
+            ));
+        }
+        Ok(Asked { fault, at_least: self.at_least, share: self.share, runs: self.runs })
+    }
+
+    fn struck(&self, kind: FaultKind, prepared: &Prepared) -> Result<Fault, Failure> {
+        let targets = kind.info().reach.targets();
+        let named = |name: &String| targets.iter().find(|target| target.name() == name).copied();
+        let asked = self.target.as_ref().map(named);
+        let target = match asked {
+            Some(None) => None,
+            asked => struck_by(kind, asked.flatten(), &prepared.rig.struck()),
+        };
+        target.map(|target| Fault::new(target, kind)).ok_or_else(|| {
+            let known: Vec<&str> = targets.iter().map(|target| target.name()).collect();
+            let what = self.target.as_ref().map(|name| format!("the {name}"));
+            Failure::arguments(
+                format!(
+                    "`{}` cannot strike {} of {}",
+                    kind.name(),
+                    what.as_deref().unwrap_or("anything"),
+                    prepared.plan.name
+                ),
+                format!("it strikes: {}", known.join(", ")),
+            )
+        })
+    }
+}
+
+fn declared(prepared: &Prepared) -> Result<Vec<Asked>, Failure> {
+    let plan = &prepared.plan;
+    if plan.envelopes.is_empty() {
+        return Err(Failure::arguments(
+            format!("{} declares no envelope", plan.name),
+            "[[envelope]] in the plan: fault = \"drop\", at_least = 0.1; or --envelope KIND",
+        ));
+    }
+    let lines = prepared.rig.struck();
+    let asked = |declared: &DeclaredEnvelope| {
+        let &DeclaredEnvelope { kind, target, at_least, share, runs } = declared;
+        // The plan was checked against its bench.
+        let fault = Fault::new(struck_by(kind, target, &lines)?, kind);
+        Some(Asked { fault, at_least: Some(at_least), share, runs })
+    };
+    Ok(plan.envelopes.iter().filter_map(asked).collect())
+}
+
+impl Means<'_> {
+    fn measure(&self, asked: &Asked, horizon: Span) -> Envelope {
+        let settings = EnvelopeSettings {
+            runs: asked.runs,
+            share: asked.share,
+            asked: asked.at_least,
+            seed: self.seed,
+            horizon,
+            threads: self.threads,
+        };
+        let bar = self.screen.runs_at_most(&asked.fault.to_string(), settings.runs_max());
+        let executor = Counting { executor: self.executor, bar };
+        campaign::envelope(&executor, &asked.fault, &settings, &mut |level| {
+            self.screen.chat(&console::level_line(level, &asked.fault));
+            !self.interrupt.requested()
+        })
+    }
+}
+
+/// Carries cases out, and shows how many there were.
+struct Counting<'a> {
+    executor: &'a Simulated,
+    bar: ProgressBar,
+}
+
+impl Executor for Counting<'_> {
+    fn execute(&self, case: &Case) -> CaseResult {
+        let result = self.executor.execute(case);
+        self.bar.inc(1);
+        result
+    }
+}
+
+/// Are there envelopes in that folder?
+pub(super) fn are_in(folder: &Path) -> bool {
+    folder.join(FIGURES).is_file()
+}
+
+/// Draws the page of the envelopes in that folder from their figures; where it is.
+pub(super) fn draw(folder: &Path) -> Result<PathBuf, Failure> {
+    let figures = folder.join(FIGURES);
+    let all: Vec<Measured> = std::fs::read(&figures)
+        .and_then(|json| Ok(serde_json::from_slice(&json)?))
+        .map_err(|source| RunFolderError::Read { path: figures, source })?;
+    let plan = all.first().map_or("", |measured| &measured.plan);
+    let path = folder.join(REPORT);
+    std::fs::write(&path, page(plan, &all)).map_err(|source| Failure::file(&path, source))?;
+    Ok(path)
+}
+
+/// The kind of this name, its parameters typical.
+pub(super) fn kind(name: &str) -> Result<FaultKind, Failure> {
+    FaultKind::named(name).map_err(|unknown| Failure::arguments(unknown.to_string(), unknown.help))
+}

@@ -1,0 +1,149 @@
+//! `hil export`: a recorded run as a data package, a bus log, tables or an MCAP file.
+
+use super::export_whole::{self, TableFormat};
+use super::failure::Failure;
+use super::measured::{plain_name, tell};
+use super::progress::Screen;
+use super::say;
+use clap::{Args, ValueEnum};
+use dataset::export::export;
+use dataset::{WriteOptions, write};
+use exchange::bus_log::LogWriter;
+use exchange::bus_log::convert::convert;
+use exchange::bus_log::recorded::Recorded;
+use identification::dataset::Kind;
+use record::outcome::Outcome;
+use record::run_folder::{RECORD, RunFolder, RunFolderError};
+use std::path::{Path, PathBuf};
+
+/// What one row is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Rows {
+    /// One turn of the rotary table.
+    Turns,
+    /// One mean of the gyro's rate, between two states of the controller.
+    Series,
+    /// One lap of a closed path.
+    Laps,
+    /// One state of the base on the path of a lap, with the measured pose at its ends.
+    Odometry,
+}
+
+impl From<Rows> for Kind {
+    fn from(rows: Rows) -> Self {
+        match rows {
+            Rows::Turns => Self::Turns,
+            Rows::Series => Self::Series,
+            Rows::Laps => Self::Laps,
+            Rows::Odometry => Self::Odometry,
+        }
+    }
+}
+
+/// Writes a recorded run for other tools: as a data package (datapackage.json and a CSV table), or with --tables, --mcap or
+/// --bus as tables for notebooks, as a file for Foxglove, or as a bus log.
+///
+/// A data package holds what somebody with the same bench would have noted down, and nothing that only an emulator
+/// knows. `hil identify` reads it as it reads anybody's data. Tables and MCAP hold everything that the record does; with
+/// --record full that is every byte and frame.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct ExportArguments {
+    /// A run folder.
+    #[arg(value_name = "RUN")]
+    run: PathBuf,
+    /// The folder of the package. [default: data/PLAN-seedN-KIND]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// What one row is. [default: turns where there are any, then laps, then series]
+    #[arg(long, value_enum)]
+    kind: Option<Rows>,
+    /// Compress the table.
+    #[arg(long)]
+    gzip: bool,
+    /// A bus log to write instead: FILE.log (candump), FILE.asc (Vector) or FILE.pcapng (Wireshark, with the
+    /// serial lines). The run must have been recorded with --record full.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip"])]
+    bus: Option<PathBuf>,
+    /// A folder for the run's tables instead: states, observations, events, measurements and more.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "kind", "gzip", "bus"])]
+    tables: Option<PathBuf>,
+    /// What the tables are written as.
+    #[arg(long, value_enum, default_value_t, requires = "tables")]
+    format: TableFormat,
+    /// An MCAP file to write instead, for Foxglove: FILE.mcap.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables"])]
+    mcap: Option<PathBuf>,
+    /// With --tables or --mcap of a device of your own: the plan of the run, whose device says what its messages mean.
+    #[arg(long, value_name = "PLAN", conflicts_with_all = ["out", "kind", "gzip", "bus"])]
+    plan: Option<String>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  hil export runs/laps-corrected-seed1 --tables tables
+  hil export runs/laps-corrected-seed1 --tables tables --format csv
+  hil export runs/laps-corrected-seed1 --mcap laps.mcap
+  hil export runs/settles-seed1 --mcap settles.mcap --plan settles.toml
+  hil export runs/laps-corrected-seed1 --bus laps.pcapng
+  hil export runs/laps-corrected-seed1 --kind odometry
+";
+
+/// Writes the bus log of a run.
+fn bus(folder: &RunFolder, path: &Path, screen: &Screen) -> Result<Outcome, Failure> {
+    let format = super::log_format::format_of(path, None, "--bus")?;
+    let failure =
+        |source| Failure::from(RunFolderError::Record { path: folder.file(RECORD), source });
+    let mut entries = Recorded::new(folder.records()?).map(|entry| entry.map_err(failure));
+    // Nothing is made of a run that holds nothing.
+    let Some(first) = entries.next() else {
+        return Err(Failure::arguments(
+            format!("{} holds neither frames nor bytes", folder.path().display()),
+            "record a run with them: hil run PLAN --record full",
+        ));
+    };
+    let writer = LogWriter::create(path, format)?;
+    let converted = convert(std::iter::once(first).chain(entries), writer)?;
+    super::log::tell(path, converted, screen)
+}
+
+impl ExportArguments {
+    pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        let name = self.run.display().to_string();
+        let folder = RunFolder::open(&self.run)?.telling(screen.reading(&name));
+        if let Some(path) = &self.bus {
+            return bus(&folder, path, screen);
+        }
+        let plan = self.plan.as_deref();
+        if let Some(out) = &self.tables {
+            return export_whole::tables(&folder, out, self.format.into(), plan, screen);
+        }
+        if let Some(path) = &self.mcap {
+            return export_whole::mcap(&folder, path, plan, screen);
+        }
+        if plan.is_some() {
+            return Err(Failure::arguments(
+                "--plan is for the messages of a device, which a data package does not hold",
+                "say what to write: --tables DIR or --mcap FILE.mcap",
+            ));
+        }
+        let dataset = export(&folder, self.kind.map(Kind::from))?;
+        tell(&dataset, screen);
+        let name = || format!("{}-{}", plain_name(&dataset.name), dataset.kind.name());
+        let out = self.out.clone().unwrap_or_else(|| PathBuf::from("data").join(name()));
+        let title = format!("{} of the run {}", dataset.kind.name(), dataset.name);
+        let options = WriteOptions {
+            compressed: self.gzip,
+            title: Some(title),
+            notes: (!dataset.notices.is_empty()).then(|| dataset.notices.join("; ")),
+        };
+        write(&dataset, &out, &options).map_err(|error| Failure::file(&out, error))?;
+        say(&format!(
+            "{}: {} rows, {} runs\n",
+            out.display(),
+            dataset.rows(),
+            dataset.run_labels.len()
+        ))?;
+        Ok(Outcome::Passed)
+    }
+}

@@ -1,0 +1,112 @@
+//! `hil export --tables` and `--mcap`: everything that a record holds.
+
+use super::failure::Failure;
+use super::progress::Screen;
+use super::say;
+use clap::ValueEnum;
+use exchange::tables::survey::Survey;
+use exchange::tables::{Ears, Format, survey};
+use harness::run::{PrepareError, load_plan, load_rig};
+use plan::library::{Kind, Library, names};
+use record::outcome::Outcome;
+use record::run_folder::{RECORD, RunFolder, RunFolderError};
+use std::path::Path;
+
+/// What tables are written as.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum TableFormat {
+    /// Apache Parquet: small, and keeps the kinds of columns.
+    #[default]
+    Parquet,
+    /// CSV: for whatever reads nothing else.
+    Csv,
+}
+
+impl From<TableFormat> for Format {
+    fn from(format: TableFormat) -> Self {
+        match format {
+            TableFormat::Parquet => Self::Parquet,
+            TableFormat::Csv => Self::Csv,
+        }
+    }
+}
+
+/// Writes the tables of a run.
+pub(super) fn tables(
+    folder: &RunFolder,
+    out: &Path,
+    format: Format,
+    plan: Option<&str>,
+    screen: &Screen,
+) -> Result<Outcome, Failure> {
+    let survey = survey(folder)?;
+    let ears = ears(&survey, plan, screen)?;
+    let exported = exchange::tables::export(folder, survey, out, format, ears)?;
+    for (table, rows) in &exported.tables {
+        let file = out.join(format!("{}.{}", table.name(), format.name()));
+        say(&format!("{}: {rows} rows\n", file.display()))?;
+    }
+    ended(folder, exported.survey, screen)
+}
+
+/// Writes a run as an MCAP file.
+pub(super) fn mcap(
+    folder: &RunFolder,
+    path: &Path,
+    plan: Option<&str>,
+    screen: &Screen,
+) -> Result<Outcome, Failure> {
+    // A record, or any other file of a run folder, is not to be replaced by a slip.
+    if path.extension().is_none_or(|end| end != "mcap") {
+        return Err(Failure::arguments(
+            format!("the name {} does not end in .mcap", path.display()),
+            "give --mcap a name that ends in .mcap",
+        ));
+    }
+    let survey = survey(folder)?;
+    let ears = ears(&survey, plan, screen)?;
+    let exported = exchange::mcap::export(folder, survey, path, ears)?;
+    let messages: u64 = exported.topics.iter().map(|(_, messages)| messages).sum();
+    let topics = exported.topics.len();
+    say(&format!("{}: {messages} messages on {topics} topics\n", path.display()))?;
+    ended(folder, exported.survey, screen)
+}
+
+/// Says what is not in the export, and fails where that is the rest of the record.
+fn ended(folder: &RunFolder, survey: Survey, screen: &Screen) -> Result<Outcome, Failure> {
+    if survey.left_out > 0 {
+        let left_out = survey.left_out;
+        screen.note(&format!(
+            "{left_out} values of more quantities or tags than there may be columns are left out"
+        ));
+    }
+    match survey.cut {
+        None => Ok(Outcome::Passed),
+        Some(source) => {
+            screen.note(&format!("exported as far as the record goes: {} records", survey.records));
+            Err(RunFolderError::Record { path: folder.file(RECORD), source }.into())
+        }
+    }
+}
+
+/// Who understands what crossed the lines: the plan that is named, or else the shipped one of that name, says whose
+/// messages they are.
+fn ears(survey: &Survey, plan: Option<&str>, screen: &Screen) -> Result<Ears, Failure> {
+    let recorded = &survey.header.plan;
+    let (library, name) = match plan {
+        Some(name) => (Library::beside(name), name),
+        None if names(Kind::Plan).contains(recorded) => (Library::shipped(), recorded.as_str()),
+        None if survey.of_device => {
+            screen.note("messages are not decoded: name the plan of the run with --plan FILE");
+            return Ok(Ears::deaf());
+        }
+        None => return Ok(Ears::of_base()),
+    };
+    let plan = load_plan(&library, name)?;
+    let rig = load_rig(&library, &plan).map_err(PrepareError::from)?;
+    Ok(match rig.device() {
+        Some(description) => Ears::of_device(description),
+        None if rig.robot.is_some() => Ears::of_base(),
+        None => Ears::of_rig(&rig),
+    })
+}

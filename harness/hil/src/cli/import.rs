@@ -1,0 +1,74 @@
+//! `hil import`: the log of a bench's CAN bus as a run folder.
+
+use super::failure::Failure;
+use super::log_format::{format_of, format_parser};
+use super::measured::plain_name;
+use super::progress::Screen;
+use super::{EXIT_STATUSES, say};
+use crate::import::import_to_folder;
+use clap::Args;
+use exchange::bus_log::{Channel, Format, LogReader};
+use harness::run::load_plan;
+use plan::library::Library;
+use record::outcome::Outcome;
+use std::path::PathBuf;
+use std::sync::Arc;
+use views::console::{self, Style};
+
+/// Makes a run folder of the log of a bench's CAN bus, and judges it by a plan.
+///
+/// The frames of the base are told by their identifiers. They say how far each straight line went and how
+/// often a pose was written: straight.stop_error and pose_write.retries are formed from them. What rests
+/// on the gyro, the table, the absolute measurement or the controller's own word is not on the bus: such
+/// a measurement is unset, and fails. `hil check RUN --plan PLAN` judges the folder again.
+#[derive(Debug, Args)]
+#[command(after_help = EXIT_STATUSES)]
+pub(super) struct ImportArguments {
+    /// The log: candump (.log), Vector ASC (.asc) or pcapng (.pcapng).
+    #[arg(value_name = "LOG")]
+    log: PathBuf,
+    /// Plan that the bench carried out, name or path.
+    #[arg(long, value_name = "PLAN")]
+    plan: String,
+    /// The run folder. [default: runs/PLAN-LOG]
+    #[arg(long, value_name = "RUN")]
+    out: Option<PathBuf>,
+    /// What LOG is. [default: by the end of its name]
+    #[arg(long, value_name = "FORMAT", value_parser = format_parser())]
+    from: Option<Format>,
+    /// The bus that the base is on. [default: that of its first frame]
+    #[arg(long, value_name = "NAME", value_parser = channel)]
+    channel: Option<Channel>,
+}
+
+fn channel(name: &str) -> Result<Channel, &'static str> {
+    Channel::new(name).ok_or("expected the name of an interface such as can0")
+}
+
+impl ImportArguments {
+    pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        let plan = Arc::new(load_plan(&Library::beside(&self.plan), &self.plan)?);
+        let format = format_of(&self.log, self.from, "--from")?;
+        let name = self.log.display().to_string();
+        let reader = LogReader::open_telling(&self.log, format, screen.reading(&name))?;
+        let imported = import_to_folder(&plan, reader, self.channel, &self.folder(&plan.name))?;
+        let (summary, channel) = (imported.summary, imported.channel);
+        screen.chat(&format!("{channel}: {} frames, {} moves", summary.events, imported.moves));
+        if imported.left_out != crate::import::LeftOut::default() {
+            screen.note(&imported.left_out.to_string());
+        }
+        for (measurement, why) in imported.unjudged {
+            screen.note(&format!("{measurement} cannot be judged by a log: {why}"));
+        }
+        let outcome = summary.outcome;
+        say(&console::measurements_table(&[summary], Style::of_stdout()))?;
+        Ok(outcome)
+    }
+
+    fn folder(&self, plan: &plan::Name) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| {
+            let log = self.log.file_stem().unwrap_or_default().to_string_lossy();
+            PathBuf::from("runs").join(format!("{}-{}", plan.as_str(), plain_name(&log)))
+        })
+    }
+}

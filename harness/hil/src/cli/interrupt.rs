@@ -1,0 +1,50 @@
+//! Ctrl-C and a request to terminate: the first ends the run in good order, the second at once.
+
+use super::failure::Failure;
+use super::progress::Screen;
+use record::outcome::Outcome;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Tells whether somebody wants the run to end.
+#[derive(Debug, Clone)]
+pub(super) struct Interrupt(Arc<AtomicBool>);
+
+impl Interrupt {
+    /// Takes over the signals, once in a process.
+    pub(super) fn install(screen: &Screen) -> Result<Self, Failure> {
+        let what = "stopping: the base is brought to rest; once more to leave at once";
+        Self::install_saying(screen, what)
+    }
+
+    /// The same where something else happens then.
+    pub(super) fn install_saying(screen: &Screen, what: &'static str) -> Result<Self, Failure> {
+        let requested = Arc::new(AtomicBool::new(false));
+        let (flag, screen) = (Arc::clone(&requested), screen.clone());
+        ctrlc::set_handler(move || {
+            if flag.swap(true, Ordering::Relaxed) {
+                leave_at_once();
+            }
+            screen.note(what);
+        })
+        .map_err(Failure::signals)?;
+        Ok(Self(requested))
+    }
+
+    /// Somebody pressed a key that means the same.
+    pub(super) fn request(&self) {
+        if self.0.swap(true, Ordering::Relaxed) {
+            leave_at_once();
+        }
+    }
+
+    pub(super) fn requested(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// Leaves the process, and the terminal as it was.
+fn leave_at_once() -> ! {
+    super::watch::terminal::give_back_at_once();
+    std::process::exit(i32::from(Outcome::Aborted.exit_status()));
+}

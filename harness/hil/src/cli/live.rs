@@ -1,0 +1,62 @@
+//! Where the command line meets the live world.
+
+use super::failure::Failure;
+use super::setup::{Controller, LiveSetup};
+use harness::operator::Person;
+use harness::run::{Completed, Options, Prepared};
+use record::Progress;
+use views::watch::Feed;
+
+/// The interface that `--bus vcan` means.
+const VCAN: &str = "vcan0";
+
+/// Runs a prepared plan in real time and writes its run folder, as
+/// [`run_to_folder`](harness::run::run_to_folder) does in virtual time.
+///
+/// # Errors
+///
+/// When the bench file cannot be used, the bench does not come up, or the run folder cannot be made.
+pub(super) fn run(
+    prepared: &Prepared,
+    options: &Options<'_>,
+    setup: &LiveSetup,
+    person: Option<Box<dyn Person>>,
+    feed: Option<&Feed>,
+    pulse: &mut impl FnMut(Progress) -> bool,
+) -> Result<Completed, Failure> {
+    use harness::run_live::run_live_to_folder_watched;
+    Ok(run_live_to_folder_watched(prepared, options, &asked(setup), person, feed, pulse)?)
+}
+
+/// The bench that a prepared plan would be run on.
+///
+/// # Errors
+///
+/// When it does not fit the plan.
+pub(super) fn setting(
+    prepared: &Prepared,
+    setup: &LiveSetup,
+) -> Result<harness::world::live::Setting, Failure> {
+    Ok(asked(setup).resolve(&prepared.rig)?)
+}
+
+/// What the command line asks for.
+fn asked(setup: &LiveSetup) -> harness::run_live::LiveSetting<'_> {
+    use super::setup::BusChoice;
+    use harness::run_live::LiveSetting;
+    use harness::world::live::{DeviceUnderTest, Scheduling};
+    use ports::PortSpec;
+    let device_under_test = match &setup.controller {
+        Controller::InProcess => DeviceUnderTest::InProcess,
+        Controller::Process => DeviceUnderTest::OurProcess,
+        Controller::Command(line) => {
+            DeviceUnderTest::Command(line.split_whitespace().map(str::to_owned).collect())
+        }
+    };
+    let can = match setup.bus {
+        BusChoice::Vcan => PortSpec::Can { interface: VCAN.to_owned() },
+        BusChoice::Memory | BusChoice::Pty | BusChoice::Slcan => PortSpec::SlcanPty { link: None },
+    };
+    let scheduling = if setup.realtime { Scheduling::RealTime } else { Scheduling::Normal };
+    LiveSetting { device_under_test, bench: &setup.bench, can, scheduling }
+}

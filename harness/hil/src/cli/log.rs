@@ -1,0 +1,97 @@
+//! `hil log`: bus logs from one format to another, and onto a port again.
+
+use super::failure::Failure;
+use super::log_format::{format_of, format_parser};
+use super::progress::Screen;
+use super::replay::ReplayArguments;
+use super::say;
+use clap::{Args, Subcommand};
+use exchange::bus_log::convert::{Converted, convert};
+use exchange::bus_log::{Format, LogReader, LogWriter};
+use record::outcome::Outcome;
+use std::path::{Path, PathBuf};
+
+/// Reads, writes and plays bus logs: candump (.log), Vector ASC (.asc), pcapng (.pcapng).
+#[derive(Debug, Args)]
+pub(super) struct LogArguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+impl LogArguments {
+    /// The standard output is for a program.
+    pub(super) const fn json(&self) -> bool {
+        matches!(&self.command, Command::Replay(arguments) if arguments.json)
+    }
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Convert(ConvertArguments),
+    Replay(ReplayArguments),
+}
+
+/// Writes a log in another format.
+///
+/// Candump and ASC keep microseconds and no serial lines; ASC calls channels by numbers from 1 (can0 is 1)
+/// and knows of an error frame only that it was. What is left out is counted.
+#[derive(Debug, Args)]
+struct ConvertArguments {
+    /// The log.
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// The file to write.
+    #[arg(value_name = "OUT")]
+    output: PathBuf,
+    /// What IN is. [default: by the end of its name]
+    #[arg(long, value_name = "FORMAT", value_parser = format_parser())]
+    from: Option<Format>,
+    /// What OUT is to be. [default: by the end of its name]
+    #[arg(long, value_name = "FORMAT", value_parser = format_parser())]
+    to: Option<Format>,
+}
+
+/// Says what was written, and what was not.
+pub(super) fn tell(path: &Path, converted: Converted, screen: &Screen) -> Result<Outcome, Failure> {
+    if !converted.is_whole() {
+        screen.note("the format has no place for everything; pcapng has");
+    }
+    say(&format!("{}: {converted}\n", path.display()))?;
+    Ok(Outcome::Passed)
+}
+
+impl LogArguments {
+    pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        match &self.command {
+            Command::Convert(arguments) => arguments.execute(screen),
+            Command::Replay(arguments) => arguments.execute(screen),
+        }
+    }
+}
+
+impl ConvertArguments {
+    fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        let from = format_of(&self.input, self.from, "--from")?;
+        let to = format_of(&self.output, self.to, "--to")?;
+        let name = self.input.display().to_string();
+        let mut reader = LogReader::open_telling(&self.input, from, screen.reading(&name))?;
+        if is_same(&self.input, &self.output) {
+            return Err(Failure::arguments(
+                format!("{} would be written over itself", self.input.display()),
+                "name another file to write",
+            ));
+        }
+        let converted = convert(reader.by_ref(), LogWriter::create(&self.output, to)?)?;
+        if reader.passed_over() > 0 {
+            let count = reader.passed_over();
+            let what = "lines or blocks that are no frames were passed over";
+            screen.note(&format!("{}: {count} {what}", self.input.display()));
+        }
+        tell(&self.output, converted, screen)
+    }
+}
+
+/// By whatever names.
+fn is_same(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}

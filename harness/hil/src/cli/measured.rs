@@ -1,0 +1,92 @@
+//! What `identify`, `predict` and `export` share: where data come from, and where results go.
+
+use super::failure::Failure;
+use super::progress::Screen;
+use dataset::export::export;
+use dataset::{self, publish};
+use identification::dataset::{Dataset, Kind};
+use identification::model::Model;
+use plan::library;
+use record::run_folder::RunFolder;
+use std::path::{Path, PathBuf};
+
+/// Where findings go, unless said otherwise.
+const FINDINGS: &str = "findings";
+
+/// The data set that `path` is: a data package, or a run folder made one.
+pub(super) fn load(path: &Path, kind: Option<Kind>, screen: &Screen) -> Result<Dataset, Failure> {
+    if path.is_file() || dataset::is_package(path) {
+        return Ok(dataset::read(path)?);
+    }
+    match RunFolder::open(path) {
+        Ok(folder) => {
+            let name = path.display().to_string();
+            Ok(export(&folder.telling(screen.reading(&name)), kind)?)
+        }
+        Err(_) => Err(Failure::arguments(
+            format!("no data in {}: neither {} nor a run", path.display(), dataset::DESCRIPTOR),
+            "a data set is a folder with a data package, or a run folder",
+        )),
+    }
+}
+
+/// Tells what was mended or left out.
+pub(super) fn tell(dataset: &Dataset, screen: &Screen) {
+    for notice in &dataset.notices {
+        screen.note(&format!("{}: {notice}", dataset.name));
+    }
+}
+
+/// The model in that file.
+pub(super) fn model(path: &Path) -> Result<Model, Failure> {
+    library::read_file(path).map_err(Failure::model)
+}
+
+/// The folder for what is found in a data set of that name.
+pub(super) fn findings_folder(out: Option<&Path>, dataset: &str) -> PathBuf {
+    out.map_or_else(|| Path::new(FINDINGS).join(plain_name(dataset)), Path::to_owned)
+}
+
+/// A name from a file as the name of a folder: it neither leaves the folder it is in, nor hides.
+pub(super) fn plain_name(name: &str) -> String {
+    let plain = |c: char| if c.is_alphanumeric() || "._-".contains(c) { c } else { '-' };
+    let name: String = name.chars().map(plain).collect();
+    match name.trim_start_matches(['.', '-']) {
+        "" => "data".to_owned(),
+        name => name.to_owned(),
+    }
+}
+
+/// Writes results; all of them or none.
+pub(super) fn put(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failure> {
+    publish(folder, files).map_err(|error| Failure::file(folder, error))
+}
+
+/// As it stands in a file: indented JSON with an end of line.
+pub(super) fn json(value: &impl serde::Serialize) -> Result<Vec<u8>, Failure> {
+    let mut text = serde_json::to_vec_pretty(value).map_err(Failure::findings)?;
+    text.push(b'\n');
+    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::plain_name;
+
+    #[test]
+    fn a_name_stays_in_its_folder() {
+        for (name, plain) in [
+            ("a set", "a-set"),
+            ("../../etc", "etc"),
+            ("", "data"),
+            ("..", "data"),
+            ("v1.2_é", "v1.2_é"),
+        ] {
+            let folder = plain_name(name);
+            assert!(!folder.contains(['/', '\\']) && !folder.starts_with('.'), "{folder}");
+            if !name.starts_with("../") {
+                assert_eq!(folder, plain);
+            }
+        }
+    }
+}

@@ -1,0 +1,272 @@
+//! The command line `hil`: reads arguments, shows progress and tables, sets the exit status. What it
+//! does is done elsewhere: [`harness::run`], [`::campaign::seeds`], [`views::report`].
+//!
+//! Tables and lists go to the standard output, everything else to the standard error, so that
+//! `hil ... > file` keeps what was asked for. A reader that has had enough (`hil show RUN | head`) is no
+//! error.
+//!
+//! What is absent: any judgement, any decision about devices, any clock but a stopwatch.
+
+mod annotation;
+mod build_server;
+mod campaign;
+mod check;
+mod completions;
+mod crossing;
+mod doctor;
+mod emulate;
+mod envelopes;
+mod export;
+mod export_whole;
+mod failure;
+mod findings;
+mod identify;
+mod import;
+mod interrupt;
+mod list;
+mod live;
+mod log;
+mod log_format;
+mod man;
+#[cfg(all(test, feature = "nats"))]
+mod manual;
+mod measured;
+#[cfg(feature = "nats")]
+mod nats;
+mod new;
+mod operator;
+mod paper;
+mod predict;
+mod progress;
+mod repetition;
+mod replay;
+mod report;
+mod run;
+mod schema;
+mod seeds;
+mod series;
+mod setup;
+mod show;
+mod terminal;
+mod watch;
+#[cfg(feature = "nats")]
+mod worker;
+
+use clap::{Parser, Subcommand};
+use failure::Failure;
+use progress::Screen;
+use record::outcome::{EXIT_BAD_INPUT, Outcome};
+use serde::Serialize;
+use serde_json::json;
+use std::io::{self, Write};
+use std::process::ExitCode;
+use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::LevelFilter;
+
+/// Shown below every help that has to do with runs.
+const EXIT_STATUSES: &str = "\
+Exit status:
+  0  passed: every measurement is in its band (of several runs: in all of them)
+  1  failed: a measurement is out of its band or was never made
+  2  bad input: arguments, a plan, a device file, or a folder that is no run folder
+  3  the bench broke: a port, a device, a disk that is full
+  4  timeout: a step or a plan took longer than its limit
+  5  aborted: by Ctrl-C or a request to terminate
+Of several runs the worst counts.";
+
+/// Tests CAN and serial devices on a bench, simulated or real.
+///
+/// Alone it runs every procedure of the paper in virtual time and prints paper against measured.
+#[derive(Debug, Parser)]
+#[command(name = "hil", version, after_help = EXIT_STATUSES, args_conflicts_with_subcommands = true)]
+struct Cli {
+    #[command(flatten)]
+    paper: paper::PaperArguments,
+    /// Show nothing but the result and what went wrong.
+    #[arg(long, global = true)]
+    quiet: bool,
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Run(run::RunArguments),
+    New(new::NewArguments),
+    Campaign(Box<campaign::CampaignArguments>),
+    #[cfg(feature = "nats")]
+    Worker(worker::WorkerArguments),
+    Check(check::CheckArguments),
+    Report(report::ReportArguments),
+    Show(show::ShowArguments),
+    List(list::ListArguments),
+    Doctor(doctor::DoctorArguments),
+    Emulate(emulate::EmulateArguments),
+    Export(export::ExportArguments),
+    Import(import::ImportArguments),
+    Log(log::LogArguments),
+    Identify(identify::IdentifyArguments),
+    Predict(predict::PredictArguments),
+    Schema(schema::SchemaArguments),
+    Completions(completions::CompletionsArguments),
+    Man(man::ManArguments),
+}
+
+impl Cli {
+    /// The standard output is for a program.
+    const fn json(&self) -> bool {
+        match &self.command {
+            None => self.paper.json,
+            Some(Command::Run(arguments)) => arguments.json,
+            Some(Command::Campaign(arguments)) => arguments.json,
+            Some(Command::Check(arguments)) => arguments.json,
+            Some(Command::List(arguments)) => arguments.json,
+            Some(Command::Doctor(arguments)) => arguments.json,
+            Some(Command::Identify(arguments)) => arguments.json,
+            Some(Command::Predict(arguments)) => arguments.json,
+            Some(Command::Log(arguments)) => arguments.json(),
+            Some(_) => false,
+        }
+    }
+
+    fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        match &self.command {
+            None => self.paper.execute(screen),
+            Some(Command::Run(arguments)) => arguments.execute(screen),
+            Some(Command::New(arguments)) => arguments.execute(),
+            Some(Command::Campaign(arguments)) => arguments.execute(screen),
+            #[cfg(feature = "nats")]
+            Some(Command::Worker(arguments)) => arguments.execute(screen),
+            Some(Command::Check(arguments)) => arguments.execute(screen),
+            Some(Command::Report(arguments)) => arguments.execute(screen),
+            Some(Command::Show(arguments)) => arguments.execute(),
+            Some(Command::List(arguments)) => arguments.execute(),
+            Some(Command::Doctor(arguments)) => arguments.execute(),
+            Some(Command::Emulate(arguments)) => arguments.execute(screen),
+            Some(Command::Export(arguments)) => arguments.execute(screen),
+            Some(Command::Import(arguments)) => arguments.execute(screen),
+            Some(Command::Log(arguments)) => arguments.execute(screen),
+            Some(Command::Identify(arguments)) => arguments.execute(screen),
+            Some(Command::Predict(arguments)) => arguments.execute(screen),
+            Some(Command::Schema(arguments)) => arguments.execute(),
+            Some(Command::Completions(arguments)) => arguments.execute(),
+            Some(Command::Man(arguments)) => arguments.execute(),
+        }
+    }
+}
+
+/// Does what the arguments of the process say.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return misread(&error),
+    };
+    let screen = Screen::new(cli.quiet);
+    start_log(&screen);
+    let status = match cli.execute(&screen) {
+        Ok(outcome) => outcome.exit_status(),
+        Err(failure) => {
+            if cli.json() {
+                // Who reads no document reads the status, and a person the message.
+                let _ = say_json(&failure.document());
+            }
+            screen.note(&failure.rendered(screen.fancy()));
+            failure.annotation().show(&screen);
+            failure.exit_status()
+        }
+    };
+    ExitCode::from(status)
+}
+
+/// What was typed cannot be understood, or asks for help: told to a person, and to the program that asked for JSON.
+fn misread(error: &clap::Error) -> ExitCode {
+    let status = u8::try_from(error.exit_code()).unwrap_or(EXIT_BAD_INPUT);
+    let is_json = error.use_stderr() && std::env::args_os().any(|argument| argument == "--json");
+    if is_json {
+        let text = error.render().to_string();
+        let (what, help) = text.split_once("\n\n").unwrap_or((&text, ""));
+        let what = what.trim().trim_start_matches("error: ");
+        let _ = say_json(&json!({ "error": what, "causes": [], "help": help.trim() }));
+    }
+    // With nobody to be told, the status has to do.
+    let _ = error.print();
+    ExitCode::from(status)
+}
+
+/// Puts a document on the standard output, indented, with a line feed behind it.
+fn say_json(document: &impl Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(document);
+    say(&(text.map_err(|error| Failure::output(error.into()))? + "\n"))
+}
+
+/// Diagnostics on the standard error: warnings, or what `RUST_LOG` says.
+fn start_log(screen: &Screen) {
+    let filter = EnvFilter::builder().with_default_directive(LevelFilter::WARN.into());
+    let log = tracing_subscriber::fmt()
+        .with_env_filter(filter.from_env_lossy())
+        .with_ansi(screen.fancy())
+        .with_writer(screen.clone())
+        .without_time()
+        .with_target(false);
+    if log.try_init().is_err() {
+        screen.note("another log is in use already");
+    }
+}
+
+/// Puts text on the standard output.
+fn say(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::output(error)),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cli;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_arguments_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    /// With every command that there is.
+    #[test]
+    #[cfg(feature = "nats")]
+    fn the_help_of_every_command() {
+        let mut hil = Cli::command().term_width(100);
+        hil.build();
+        let mut help = hil.render_long_help().to_string();
+        let names = [
+            "run",
+            "campaign",
+            "worker",
+            "check",
+            "report",
+            "show",
+            "list",
+            "doctor",
+            "emulate",
+            "export",
+            "import",
+            "log",
+            "identify",
+            "predict",
+            "new",
+            "schema",
+            "completions",
+            "man",
+        ];
+        for name in names {
+            let command = hil.find_subcommand_mut(name).expect(name);
+            help += &format!("\n======== {name}\n{}", command.render_long_help());
+            for device in command.get_subcommands_mut().filter(|it| it.get_name() != "help") {
+                let title = format!("{name} {}", device.get_name());
+                help += &format!("\n======== {title}\n{}", device.render_long_help());
+            }
+        }
+        insta::assert_snapshot!(help);
+    }
+}

@@ -1,0 +1,58 @@
+//! How to reach a NATS server: what `hil campaign --nats` and `hil worker` have in common.
+
+use super::failure::Failure;
+use super::interrupt::Interrupt;
+use super::progress::Screen;
+use campaign_nats::{Credentials, News, Server};
+use clap::Args;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// By what right, and whom to trust.
+#[derive(Debug, Clone, Default, Args)]
+pub(super) struct CredentialArguments {
+    /// File of credentials (JWT and key) for the server.
+    #[arg(long, value_name = "FILE", requires = "nats")]
+    creds: Option<PathBuf>,
+    /// File that holds the seed of an nkey.
+    #[arg(long, value_name = "FILE", requires = "nats", conflicts_with = "creds")]
+    nkey: Option<PathBuf>,
+    /// Certificates (PEM) of authorities that may vouch for the server, beside those of this machine.
+    #[arg(long, value_name = "FILE", requires = "nats")]
+    tls_ca: Option<PathBuf>,
+    /// Certificate (PEM) of this client.
+    #[arg(long, value_name = "FILE", requires_all = ["nats", "tls_key"])]
+    tls_cert: Option<PathBuf>,
+    /// Its key (PEM).
+    #[arg(long, value_name = "FILE", requires_all = ["nats", "tls_cert"])]
+    tls_key: Option<PathBuf>,
+}
+
+impl CredentialArguments {
+    /// The server at these addresses.
+    pub(super) fn server(&self, urls: &[String]) -> Result<Server, Failure> {
+        let credentials = Credentials {
+            creds: self.creds.clone(),
+            nkey: self.nkey.clone(),
+            tls_ca: self.tls_ca.clone(),
+            tls_client: self.tls_cert.clone().zip(self.tls_key.clone()),
+        };
+        Ok(Server::new(urls, credentials)?)
+    }
+}
+
+/// Tells people on the standard error.
+pub(super) fn teller(screen: &Screen) -> Arc<dyn Fn(&News) + Send + Sync> {
+    let screen = screen.clone();
+    Arc::new(move |news: &News| match news {
+        // Whoever wants it quiet wants to know what keeps it from going on.
+        News::CarriedOut(_) | News::Campaign { .. } => screen.chat(&news.to_string()),
+        _ => screen.note(&news.to_string()),
+    })
+}
+
+/// Does somebody want it to end?
+pub(super) fn stop(interrupt: &Interrupt) -> impl Fn() -> bool + Send + 'static {
+    let interrupt = interrupt.clone();
+    move || interrupt.requested()
+}

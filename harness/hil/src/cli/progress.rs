@@ -1,0 +1,310 @@
+//! What is shown on the standard error while runs go on: bars on a terminal, a line a plan elsewhere.
+
+use harness::stopwatch::Stopwatch;
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
+use record::Progress;
+use record::figures;
+use record::outcome::Summary;
+use record::reading::Teller;
+use std::io::{self, IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use tracing_subscriber::fmt::MakeWriter;
+use views::console::is_colour_wanted;
+
+/// The message takes what is left of the line, and no more: a bar that wraps cannot be redrawn.
+const PLAN_BAR: &str = "{prefix} {bar:20} {pos}/{len} steps, {wide_msg}";
+/// See [`PLAN_BAR`].
+const SHARE_BAR: &str = "{prefix} {bar:20} {percent} %, {eta} left, {wide_msg}";
+/// Parts of a whole that [`SHARE_BAR`] shows.
+const SHARES: u64 = 1_000;
+/// See [`PLAN_BAR`].
+const SEEDS_BAR: &str = "{prefix} {bar:20} {pos}/{len} seeds, {eta} left";
+
+/// See [`PLAN_BAR`].
+const RUNS_BAR: &str = "{prefix} {bar:20} {pos} of at most {len} runs, {eta} left";
+
+/// See [`PLAN_BAR`].
+const CASES_BAR: &str = "{prefix} {bar:20} {pos}/{len} cases, {eta} left";
+
+/// See [`PLAN_BAR`].
+const READING_BAR: &str = "{prefix} {bar:20} {percent} %, {eta} left";
+
+/// Room for what is written while something else has the terminal; more is lost.
+const ASIDE_BYTES_MAX: usize = 64 * 1024;
+/// Lines of it that are shown meanwhile.
+const ASIDE_LINES_SHOWN: usize = 3;
+
+/// The standard error. Whatever is written through it does not run into a bar.
+#[derive(Debug, Clone)]
+pub(super) struct Screen {
+    bars: MultiProgress,
+    quiet: bool,
+    terminal: bool,
+    /// Somebody is typing; a bar that is redrawn would tear the line.
+    held: Arc<AtomicBool>,
+    /// What is written while something else has the terminal; it is shown afterwards.
+    aside: Arc<Mutex<Option<Vec<u8>>>>,
+}
+
+impl Screen {
+    pub(super) fn new(quiet: bool) -> Self {
+        let terminal = io::stderr().is_terminal();
+        let shown = terminal && !quiet;
+        let target =
+            if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        Self {
+            bars: MultiProgress::with_draw_target(target),
+            quiet,
+            terminal,
+            held: Arc::default(),
+            aside: Arc::default(),
+        }
+    }
+
+    /// Nothing but the result and what went wrong is wanted.
+    pub(super) const fn is_quiet(&self) -> bool {
+        self.quiet
+    }
+
+    /// Colours and lines are wanted.
+    pub(super) fn fancy(&self) -> bool {
+        is_colour_wanted(self.terminal)
+    }
+
+    /// A line that is always shown.
+    pub(super) fn note(&self, text: &str) {
+        // With the standard error gone there is nobody to tell.
+        let _ = writeln!(self.clone(), "{}", text.trim_end());
+    }
+
+    /// Where the answer to a question is typed.
+    pub(super) fn prompt(&self) {
+        let _ = write!(self.clone(), "> ").and_then(|()| self.clone().flush());
+    }
+
+    /// Shows no progress until [`release`](Self::release).
+    pub(super) fn hold(&self) {
+        self.held.store(true, Ordering::Relaxed);
+        // A bar that stays for want of a terminal does no harm.
+        let _ = self.bars.clear();
+    }
+
+    /// Shows progress again.
+    pub(super) fn release(&self) {
+        self.held.store(false, Ordering::Relaxed);
+    }
+
+    /// A line that `--quiet` keeps back.
+    pub(super) fn chat(&self, text: &str) {
+        if !self.quiet {
+            self.note(text);
+        }
+    }
+
+    /// From now on keeps what is written: something is drawn on the terminal.
+    pub(super) fn set_aside(&self) {
+        self.lock_aside().get_or_insert_default();
+    }
+
+    /// The last lines that were kept.
+    pub(super) fn aside(&self) -> Vec<String> {
+        let aside = self.lock_aside();
+        let text = String::from_utf8_lossy(aside.as_deref().unwrap_or_default()).into_owned();
+        let lines: Vec<&str> = text.lines().collect();
+        let first = lines.len().saturating_sub(ASIDE_LINES_SHOWN);
+        lines[first..].iter().map(|line| line.escape_debug().to_string()).collect()
+    }
+
+    /// Writes what was kept: the terminal is free again.
+    pub(super) fn bring_back(&self) {
+        if let Some(kept) = self.lock_aside().take() {
+            let _ = io::stderr().write_all(&kept);
+        }
+    }
+
+    fn lock_aside(&self) -> MutexGuard<'_, Option<Vec<u8>>> {
+        self.aside.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Begins to show a plan.
+    pub(super) fn plan(&self, name: &str) -> PlanProgress {
+        self.plan_with(self.bar(PLAN_BAR, name))
+    }
+
+    /// Begins a plan of which something else shows how far it is.
+    pub(super) fn plan_shown_elsewhere(&self) -> PlanProgress {
+        self.plan_with(ProgressBar::hidden())
+    }
+
+    fn plan_with(&self, bar: ProgressBar) -> PlanProgress {
+        PlanProgress { screen: self.clone(), bar, stopwatch: Stopwatch::start() }
+    }
+
+    /// Begins to show seeds.
+    pub(super) fn seeds(&self, name: &str, seeds: u64) -> ProgressBar {
+        let bar = self.bar(SEEDS_BAR, name);
+        bar.set_length(seeds);
+        bar
+    }
+
+    /// Begins to show cases.
+    pub(super) fn cases(&self, name: &str, cases: u64) -> ProgressBar {
+        let bar = self.bar(CASES_BAR, name);
+        bar.set_length(cases);
+        bar
+    }
+
+    /// Begins to show runs, of which there are so many at most.
+    pub(super) fn runs_at_most(&self, name: &str, runs: u64) -> ProgressBar {
+        let bar = self.bar(RUNS_BAR, name).with_finish(ProgressFinish::AndClear);
+        bar.set_length(runs);
+        bar
+    }
+
+    /// Begins to show a share that grows from 0 to 1.
+    pub(super) fn share(&self, name: &str) -> ShareProgress {
+        let bar = self.bar(SHARE_BAR, name);
+        bar.set_length(SHARES);
+        ShareProgress { bar }
+    }
+
+    /// Shows how much of a file was read, from 0 to 1, each time that it is read; until nobody holds it any more.
+    pub(super) fn reading(&self, name: &str) -> Teller {
+        let bar = self.bar(READING_BAR, name).with_finish(ProgressFinish::AndClear);
+        bar.set_length(SHARES);
+        Teller::new(move |share| {
+            // The cast saturates.
+            let position = (share * SHARES as f64) as u64;
+            if position < bar.position() {
+                bar.reset();
+            }
+            bar.set_position(position);
+        })
+    }
+
+    fn bar(&self, template: &str, name: &str) -> ProgressBar {
+        let style = ProgressStyle::with_template(template);
+        let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+        let bar = ProgressBar::new(0).with_style(style).with_prefix(name.to_owned());
+        self.bars.add(bar)
+    }
+}
+
+impl Write for Screen {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if let Some(kept) = &mut *self.lock_aside() {
+            let room = ASIDE_BYTES_MAX.saturating_sub(kept.len());
+            kept.extend_from_slice(&bytes[..bytes.len().min(room)]);
+            return Ok(bytes.len());
+        }
+        self.bars.suspend(|| io::stderr().write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().flush()
+    }
+}
+
+impl<'a> MakeWriter<'a> for Screen {
+    type Writer = io::LineWriter<Self>;
+
+    fn make_writer(&'a self) -> Self::Writer {
+        io::LineWriter::new(self.clone())
+    }
+}
+
+/// Something of which a share is done.
+#[derive(Debug)]
+pub(super) struct ShareProgress {
+    bar: ProgressBar,
+}
+
+impl ShareProgress {
+    /// Shows how far it is, and with what it is busy.
+    pub(super) fn show(&self, share: f64, doing: &str) {
+        if self.bar.is_hidden() {
+            return;
+        }
+        // The cast saturates.
+        self.bar.set_position((share * SHARES as f64) as u64);
+        self.bar.set_message(doing.to_owned());
+    }
+
+    /// It is over.
+    pub(super) fn finish(self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// One plan that runs.
+#[derive(Debug)]
+pub(super) struct PlanProgress {
+    screen: Screen,
+    bar: ProgressBar,
+    stopwatch: Stopwatch,
+}
+
+impl PlanProgress {
+    /// Shows how far it is.
+    pub(super) fn show(&self, progress: Progress) {
+        if self.bar.is_hidden() || self.screen.held.load(Ordering::Relaxed) {
+            return;
+        }
+        let bench_s = progress.now.as_secs_f64();
+        self.bar.update(|state| {
+            state.set_len(progress.steps);
+            state.set_pos(progress.steps_done);
+        });
+        let bench = figures::duration(bench_s);
+        let factor = factor(bench_s, self.stopwatch.elapsed_s());
+        let mut message = format!("bench {bench}, {factor}");
+        if progress.steps_done > 0 {
+            let left = figures::duration(self.bar.eta().as_secs_f64());
+            message += &format!(", {left} left");
+        }
+        self.bar.set_message(message);
+    }
+
+    /// It is over.
+    pub(super) fn finish(self, summary: &Summary) {
+        self.bar.finish_and_clear();
+        let Summary { plan, outcome, simulated_s, wall_s, .. } = summary;
+        let (bench, wall) = (figures::duration(*simulated_s), figures::duration(*wall_s));
+        let factor = factor(*simulated_s, *wall_s);
+        self.screen.chat(&format!("{plan}: {}, bench {bench} in {wall}, {factor}", outcome.name()));
+    }
+}
+
+/// How much faster than real time.
+fn factor(bench_s: f64, wall_s: f64) -> String {
+    let times = bench_s / wall_s;
+    match times.is_finite() {
+        true if times >= 10.0 => format!("{times:.0} times real time"),
+        true => format!("{times:.1} times real time"),
+        false => "no time yet".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CASES_BAR, PLAN_BAR, READING_BAR, RUNS_BAR, SEEDS_BAR, SHARE_BAR, factor};
+    use indicatif::ProgressStyle;
+
+    #[test]
+    fn the_templates_are_templates() {
+        assert!(ProgressStyle::with_template(PLAN_BAR).is_ok());
+        assert!(ProgressStyle::with_template(SEEDS_BAR).is_ok());
+        assert!(ProgressStyle::with_template(SHARE_BAR).is_ok());
+        assert!(ProgressStyle::with_template(READING_BAR).is_ok());
+        assert!(ProgressStyle::with_template(RUNS_BAR).is_ok());
+        assert!(ProgressStyle::with_template(CASES_BAR).is_ok());
+    }
+
+    #[test]
+    fn the_factor_has_digits_that_mean_something() {
+        assert_eq!(factor(57_600.0, 2.0), "28800 times real time");
+        assert_eq!(factor(60.0, 60.0), "1.0 times real time");
+        assert_eq!(factor(0.0, 0.0), "no time yet");
+    }
+}

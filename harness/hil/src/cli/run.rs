@@ -1,0 +1,142 @@
+//! `hil run`: plans, once each or for many seeds.
+
+use super::EXIT_STATUSES;
+use super::build_server::SummaryArguments;
+use super::crossing;
+use super::failure::Failure;
+use super::operator::OperatorArguments;
+use super::progress::Screen;
+use super::seeds;
+use super::series::{Out, RUNS, Series, prepare_all};
+use super::setup::{Setup, SetupArguments};
+use clap::{Args, ValueEnum};
+use plan::Plan;
+use record::outcome::Outcome;
+use record::sink::Level;
+use std::path::PathBuf;
+
+/// How much is recorded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum Record {
+    /// What the plan, the controller and the measurements said: enough to judge and to draw.
+    #[default]
+    Events,
+    /// Also every byte and every frame.
+    Full,
+}
+
+impl From<Record> for Level {
+    fn from(record: Record) -> Self {
+        match record {
+            Record::Events => Self::Events,
+            Record::Full => Self::Full,
+        }
+    }
+}
+
+/// Runs plans in order; calibrations that one makes are used by the later ones.
+///
+/// A run folder holds summary.json, the record, junit.xml and report.html.
+#[derive(Debug, Args)]
+#[command(after_help = EXIT_STATUSES)]
+pub(super) struct RunArguments {
+    /// Names of shipped plans (see `hil list plans`) or paths: what ends in .toml or holds a /.
+    #[arg(required = true, value_name = "PLAN")]
+    plans: Vec<String>,
+    /// Seed of all random numbers; the first one with --seeds.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Run this many seeds on all cores, keep no run folders, and print how many pass. The exit
+    /// status says whether they ran: a share is no verdict.
+    #[arg(long, value_name = "N", conflicts_with_all = ["out", "record"],
+          value_parser = clap::value_parser!(u64).range(1..=seeds::SEEDS_MAX))]
+    seeds: Option<u64>,
+    /// Write the table of --seeds to this file, too, as Markdown.
+    #[arg(long, value_name = "FILE", requires = "seeds")]
+    markdown: Option<PathBuf>,
+    /// The run folder; with several plans the folder for their run folders, each PLAN-seedN.
+    /// [default: runs/PLAN-seedN]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// How much is recorded.
+    #[arg(long, value_enum, default_value_t)]
+    record: Record,
+    #[command(flatten)]
+    operator: OperatorArguments,
+    #[command(flatten)]
+    setup: SetupArguments,
+    #[command(flatten)]
+    summary: SummaryArguments,
+    /// Print one JSON document and nothing else: the summaries as in summary.json; of --seeds the shares.
+    #[arg(long, conflicts_with = "watch")]
+    pub(super) json: bool,
+    /// Show the run as it goes: the robot, heading error, gyro, lines, steps, time to go. Without a
+    /// terminal in plain lines.
+    #[arg(long, conflicts_with = "seeds")]
+    watch: bool,
+}
+
+impl RunArguments {
+    pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        if self.watch && screen.is_quiet() {
+            return Err(Failure::arguments(
+                "--watch shows the run as it goes, --quiet shows nothing of it",
+                "leave out one of them",
+            ));
+        }
+        let setup = self.setup.setup()?;
+        let plans: Vec<&str> = self.plans.iter().map(String::as_str).collect();
+        let prepared = prepare_all(&plans)?;
+        self.setup.fits(&prepared)?;
+        let declared: Vec<&Plan> = prepared.iter().map(|one| &*one.plan).collect();
+        let asked = declared.iter().copied();
+        let (answers, person) = self.operator.collect(&setup, asked, screen)?;
+        if let Some(count) = self.seeds {
+            match setup {
+                Setup::Simulated => {}
+                Setup::Kernel(_) => {
+                    return Err(Failure::arguments(
+                        "--seeds needs the memory bus: no verdict depends on the bus",
+                        "leave out --bus, or --seeds",
+                    ));
+                }
+                Setup::Live(_) => {
+                    return Err(Failure::arguments(
+                        "--seeds needs the virtual clock: a bench has no seed",
+                        "leave out --clock, or --seeds",
+                    ));
+                }
+            }
+            let range = seeds::range(self.seed, count)?;
+            let markdown = self.markdown.as_deref();
+            let summary = &self.summary;
+            let told = seeds::Told { markdown, summary, json: self.json };
+            return seeds::execute(&plans, &declared, range, &answers, told, screen);
+        }
+        if let Setup::Kernel(bus) = setup {
+            crossing::check(bus, &prepared)?;
+        }
+        let out = match (&self.out, plans.len()) {
+            (Some(path), 1) => Out::Folder(path.clone()),
+            (Some(path), _) => Out::Parent(path.clone()),
+            (None, _) => Out::Parent(RUNS.into()),
+        };
+        let level = self.record.into();
+        let summary = self.summary.clone();
+        let seed = self.seed;
+        let (watched, json) = (self.watch, self.json);
+        Series {
+            plans: &plans,
+            setup: &setup,
+            seed,
+            out,
+            level,
+            answers,
+            person,
+            summary,
+            watched,
+            json,
+        }
+        .execute(screen)
+    }
+}

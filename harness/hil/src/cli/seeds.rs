@@ -1,0 +1,182 @@
+//! `hil run --seeds N`: how many seeds pass.
+
+use super::build_server::SummaryArguments;
+use super::failure::Failure;
+use super::interrupt::Interrupt;
+use super::progress::Screen;
+use super::{say, say_json};
+use campaign::seeds::{SeedVerdicts, for_each_seed, not_passed, shares};
+use harness::operator::Answers;
+use harness::run::{PrepareError, Prepared, verdicts};
+use plan::Plan;
+use plan::made::Made;
+use record::outcome::Outcome;
+use serde_json::{Map, Value, json};
+use std::fmt::Write;
+use std::num::NonZeroUsize;
+use std::ops::Range;
+use std::path::Path;
+use std::thread::available_parallelism;
+use views::console::{self, Style};
+
+/// The most seeds at a time: their verdicts are kept in memory.
+pub(super) const SEEDS_MAX: u64 = 1_000_000;
+
+/// So many seeds of a plan that did not pass are named, to be run alone.
+const NAMED_MAX: usize = 5;
+
+/// `count` seeds from `first` on.
+///
+/// # Errors
+///
+/// When there are not so many.
+pub(super) fn range(first: u64, count: u64) -> Result<Range<u64>, Failure> {
+    match first.checked_add(count) {
+        Some(end) => Ok(first..end),
+        None => Err(Failure::arguments(
+            format!("there are no {count} seeds from {first} on"),
+            format!("seeds are less than {}", u64::MAX),
+        )),
+    }
+}
+
+/// How the end is told.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Told<'a> {
+    /// Also to this file, as Markdown.
+    pub(super) markdown: Option<&'a Path>,
+    pub(super) summary: &'a SummaryArguments,
+    /// As a document instead of a table.
+    pub(super) json: bool,
+}
+
+/// Runs every seed and prints the shares.
+pub(super) fn execute(
+    plans: &[&str],
+    declared: &[&Plan],
+    seeds: Range<u64>,
+    answers: &Answers,
+    told: Told<'_>,
+    screen: &Screen,
+) -> Result<Outcome, Failure> {
+    let Told { markdown, summary, json } = told;
+    let interrupt = Interrupt::install(screen)?;
+    let asked = json!({ "first": seeds.start, "count": seeds.end - seeds.start });
+    tracing::info!("{} plans, {} seeds", plans.len(), seeds.end - seeds.start);
+    let bar = screen.seeds(plans.first().unwrap_or(&""), seeds.end - seeds.start);
+    let job = |seed| {
+        let done = one_seed(plans, seed, answers, &interrupt);
+        bar.inc(1);
+        done
+    };
+    let threads = available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let results = for_each_seed(seeds, threads, &job);
+    bar.finish_and_clear();
+    let mut runs = Vec::new();
+    for (seed, result) in results {
+        runs.push((seed, result?));
+    }
+
+    let mut all = Vec::new();
+    let mut remarks = String::new();
+    let mut bad = Map::new();
+    for (index, plan) in declared.iter().enumerate() {
+        let of_plan: Vec<(u64, &SeedVerdicts)> =
+            runs.iter().filter_map(|(seed, plans)| Some((*seed, plans.get(index)?))).collect();
+        all.extend(shares(plan, &of_plan));
+        remarks += &remark(plan, &of_plan);
+        let seeds: Value = not_passed(&of_plan).iter().map(|(seed, _)| *seed).collect();
+        bad.insert(plan.name.to_string(), seeds);
+    }
+    if json {
+        let stopped = interrupt.requested();
+        say_json(&json!({ "seeds": asked, "shares": all, "not_passed": bad, "stopped": stopped }))?;
+    } else {
+        say(&(console::seeds_table(&all, Style::of_stdout()) + &remarks))?;
+    }
+    if let Some(path) = markdown {
+        std::fs::write(path, console::seeds_markdown(&all))
+            .map_err(|source| Failure::file(path, source))?;
+    }
+    summary.append(&format!("{}\n", console::seeds_markdown(&all)))?;
+    Ok(if interrupt.requested() { Outcome::Aborted } else { Outcome::Passed })
+}
+
+/// All plans in order under one seed, each with what the earlier ones made under the
+/// same seed; `None` once they are interrupted.
+fn one_seed(
+    plans: &[&str],
+    seed: u64,
+    answers: &Answers,
+    interrupt: &Interrupt,
+) -> Option<Result<Vec<SeedVerdicts>, PrepareError>> {
+    let mut made = Made::default();
+    let mut done = Vec::new();
+    for name in plans {
+        let prepared = match Prepared::load(name, &made) {
+            Ok(prepared) => prepared,
+            Err(error) => return Some(Err(error)),
+        };
+        let run = verdicts(&prepared, seed, answers, &mut |_| !interrupt.requested());
+        if interrupt.requested() {
+            return None;
+        }
+        let ending = &run.ending;
+        done.push(SeedVerdicts::of(ending.outcome, ending.reason.as_deref(), &run.measurements));
+        made.extend(run.made);
+    }
+    Some(Ok(done))
+}
+
+/// Which seeds to run alone to see what went wrong.
+fn remark(plan: &Plan, runs: &[(u64, &SeedVerdicts)]) -> String {
+    let bad = not_passed(runs);
+    let mut text = String::new();
+    if !bad.is_empty() {
+        let named: Vec<_> = bad.iter().take(NAMED_MAX).map(|(seed, _)| seed.to_string()).collect();
+        let more = if bad.len() > NAMED_MAX { ", ..." } else { "" };
+        let _ = writeln!(text, "{}: not passed by seeds {}{more}", plan.name, named.join(", "));
+    }
+    let mut broken = bad.iter().filter_map(|(seed, run)| Some((seed, run.broke_off.as_ref()?)));
+    if let Some((seed, (outcome, reason))) = broken.next() {
+        let (count, outcome) = (1 + broken.count(), outcome.name());
+        let _ = writeln!(
+            text,
+            "{}: {count} did not run to the end; seed {seed}: {outcome}: {reason}",
+            plan.name
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{range, remark};
+    use campaign::seeds::SeedVerdicts;
+    use harness::run::load_plan;
+    use plan::library::Library;
+    use record::outcome::Outcome;
+
+    #[test]
+    fn seeds_end_where_numbers_end() {
+        assert_eq!(range(5, 3).unwrap(), 5..8);
+        assert_eq!(range(u64::MAX - 3, 3).unwrap(), u64::MAX - 3..u64::MAX);
+        assert!(range(u64::MAX - 3, 4).is_err());
+    }
+
+    #[test]
+    fn seeds_that_did_not_pass_are_named() {
+        let plan = load_plan(&Library::shipped(), "warm-up").unwrap();
+        let good = SeedVerdicts { broke_off: None, accepted: vec![true] };
+        let bad = SeedVerdicts { broke_off: None, accepted: vec![false] };
+        let broke_off = Some((Outcome::Timeout, "the plan took longer than its limit".to_owned()));
+        let broken = SeedVerdicts { broke_off, accepted: vec![false] };
+        assert_eq!(remark(&plan, &[(1, &good)]), "");
+        let runs: Vec<_> =
+            (1..9).map(|seed| (seed, if seed == 3 { &broken } else { &bad })).collect();
+        insta::assert_snapshot!(remark(&plan, &runs), @r"
+        warm-up: not passed by seeds 1, 2, 3, 4, 5, ...
+        warm-up: 1 did not run to the end; seed 3: timeout: the plan took longer than its limit
+        ");
+    }
+}

@@ -1,0 +1,246 @@
+//! Plans one after another: what one makes, the later ones use.
+
+use super::annotation::Annotation;
+use super::build_server::SummaryArguments;
+use super::crossing;
+use super::failure::Failure;
+use super::interrupt::Interrupt;
+use super::live;
+use super::progress::Screen;
+use super::setup::Setup;
+use super::terminal::Terminal;
+use super::watch::Watch;
+use super::{say, say_json};
+use harness::operator::Answers;
+use harness::run::{Completed, Options, Prepared, run_to_folder_watched};
+use harness::stopwatch::Stopwatch;
+use harness::world::crossing::Memory;
+use plan::calibrations;
+use plan::made::Made;
+use record::outcome::{Outcome, Summary};
+use record::sink::Level;
+use serde_json::json;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use views::console::{self, Style};
+use views::watch::Feed;
+
+/// Where run folders go, unless said otherwise.
+pub(super) const RUNS: &str = "runs";
+
+/// Where run folders go.
+#[derive(Debug, Clone)]
+pub(super) enum Out {
+    /// This is the run folder.
+    Folder(PathBuf),
+    /// Each plan has its own in here.
+    Parent(PathBuf),
+}
+
+impl Out {
+    fn folder(&self, plan: &str, seed: u64) -> PathBuf {
+        match self {
+            Self::Folder(path) => path.clone(),
+            Self::Parent(path) => path.join(format!("{plan}-seed{seed}")),
+        }
+    }
+}
+
+/// Plans to be run in order.
+#[derive(Debug)]
+pub(super) struct Series<'a> {
+    /// Names or paths.
+    pub(super) plans: &'a [&'a str],
+    pub(super) setup: &'a Setup,
+    pub(super) seed: u64,
+    pub(super) out: Out,
+    pub(super) level: Level,
+    pub(super) answers: Answers,
+    /// Whoever can be asked for the others.
+    pub(super) person: Option<Terminal>,
+    pub(super) summary: SummaryArguments,
+    /// Shown as it goes.
+    pub(super) watched: bool,
+    /// The end is for a program.
+    pub(super) json: bool,
+}
+
+/// Reads and checks all of them before anything runs, so that a slip in the last plan does not cost
+/// the hours of the others. A calibration that an earlier plan makes is taken for granted.
+///
+/// # Errors
+///
+/// The first plan that cannot be prepared, or two of the same name: they would share a run folder.
+pub(super) fn prepare_all(plans: &[&str]) -> Result<Vec<Prepared>, Failure> {
+    let mut promised = Made::default();
+    let mut prepared: Vec<Prepared> = Vec::new();
+    for name in plans {
+        let next = Prepared::load(name, &promised)?;
+        if prepared.iter().any(|earlier| earlier.plan.name == next.plan.name) {
+            return Err(Failure::arguments(
+                format!("two of the plans are called {}", next.plan.name),
+                "the second would replace the run of the first; run them one at a time",
+            ));
+        }
+        promised.promise(&next.plan);
+        prepared.push(next);
+    }
+    Ok(prepared)
+}
+
+impl Series<'_> {
+    /// Runs them, prints the table, and gives the worst outcome. A failed plan does not stop the later
+    /// ones; an interrupt does.
+    pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        let interrupt = Interrupt::install(screen)?;
+        let mut summaries = Vec::new();
+        let watch = if self.watched {
+            let is_real_time = matches!(self.setup, Setup::Live(_));
+            Watch::begin(self.plans, is_real_time, &interrupt, screen)
+        } else {
+            Watch::Unwatched
+        };
+        let done = self.run_all(screen, &interrupt, &watch, &mut summaries);
+        drop(watch);
+        let done = tell(done, &summaries, self.json)?;
+        if done.is_ok() || !summaries.is_empty() {
+            self.summary.append(&console::runs_markdown(&summaries))?;
+        }
+        done.map(|()| console::worst(&summaries))
+    }
+
+    fn run_all(
+        &self,
+        screen: &Screen,
+        interrupt: &Interrupt,
+        watch: &Watch,
+        summaries: &mut Vec<Summary>,
+    ) -> Result<(), Failure> {
+        let mut made = Made::default();
+        let mut promised = BTreeSet::new();
+        for (index, name) in self.plans.iter().enumerate() {
+            let prepared = Prepared::load(name, &made)?;
+            for calibration in prepared.calibrations.keys() {
+                if promised.contains(calibration) && !made.calibrations.contains_key(calibration) {
+                    tracing::warn!(
+                        "{name}: the calibration {calibration} that an earlier plan was to make is \
+                         missing; the one on file is used"
+                    );
+                }
+            }
+            promised.extend(calibrations::made_by(&prepared.plan));
+            let out = self.out.folder(prepared.plan.name.as_str(), self.seed);
+            let completed = self.run(&prepared, &out, screen, interrupt, (watch, index))?;
+            if completed.dropped > 0 {
+                tracing::warn!("{name}: full lines dropped {} times", completed.dropped);
+            }
+            made.extend(completed.made);
+            annotate(name, &completed.summary, screen);
+            summaries.push(completed.summary);
+            let left = &self.plans[index + 1..];
+            if interrupt.requested() && !left.is_empty() {
+                screen.note(&format!("not run: {}", left.join(", ")));
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn run(
+        &self,
+        prepared: &Prepared,
+        out: &Path,
+        screen: &Screen,
+        interrupt: &Interrupt,
+        (watch, index): (&Watch, usize),
+    ) -> Result<Completed, Failure> {
+        let options =
+            Options { seed: self.seed, out, level: self.level, answers: self.answers.clone() };
+        let header = || prepared.header(self.seed);
+        let mut shown = watch.plan(index, || Feed::new(&prepared.plan, &header()));
+        let feed = shown.feed().cloned();
+        let feed = feed.as_ref();
+        let progress = if watch.is_unwatched() {
+            screen.plan(prepared.plan.name.as_str())
+        } else {
+            screen.plan_shown_elsewhere()
+        };
+        let mut pulse = |now| {
+            progress.show(now);
+            shown.progress(now);
+            !interrupt.requested()
+        };
+        let stopwatch = Stopwatch::start();
+        let wall_s = || stopwatch.elapsed_s();
+        let completed = match self.setup {
+            Setup::Simulated => {
+                run_to_folder_watched(Memory, prepared, &options, feed, &mut pulse, &wall_s)?
+            }
+            Setup::Kernel(bus) => {
+                crossing::run(*bus, prepared, &options, feed, &mut pulse, &wall_s)?
+            }
+            Setup::Live(setup) => {
+                let person = self.person.as_ref().map(|terminal| watch.person(terminal));
+                live::run(prepared, &options, setup, person, feed, &mut pulse)?
+            }
+        };
+        shown.finish();
+        watch.over(index, completed.summary.outcome);
+        progress.finish(&completed.summary);
+        Ok(completed)
+    }
+}
+
+/// Shows what runs came to: a table, or a document. What was measured before something went wrong is shown in any
+/// case; in a document beside what went wrong, by whoever tells that.
+pub(super) fn tell(
+    done: Result<(), Failure>,
+    summaries: &[Summary],
+    json: bool,
+) -> Result<Result<(), Failure>, Failure> {
+    match (done, json) {
+        (Ok(()), true) => say_json(&json!({ "runs": summaries })).map(Ok),
+        (Err(failure), true) => Ok(Err(failure.after(json!({ "runs": summaries })))),
+        (done, false) => {
+            if done.is_ok() || !summaries.is_empty() {
+                say(&console::measurements_table(summaries, Style::of_stdout()))?;
+            }
+            Ok(done)
+        }
+    }
+}
+
+/// Shows a build server what did not pass, at the plan where that is a file.
+fn annotate(plan: &str, summary: &Summary, screen: &Screen) {
+    if summary.outcome == Outcome::Passed {
+        return;
+    }
+    let title = format!("{}: {}", summary.plan, summary.outcome.name());
+    let failed = summary.measurements.iter().filter(|one| !one.verdict.is_acceptable());
+    let failed: Vec<&str> = failed.map(|one| one.name.as_str()).collect();
+    let message = match (&summary.reason, failed.is_empty()) {
+        (Some(reason), _) => reason.clone(),
+        (None, false) => format!("out of band or never measured: {}", failed.join(", ")),
+        (None, true) => summary.outcome.name().to_owned(),
+    };
+    let place = Path::new(plan).is_file().then(|| (plan.to_owned(), 1));
+    Annotation { place, title, message }.show(screen);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Out, prepare_all};
+
+    #[test]
+    fn a_run_folder_has_plan_and_seed_in_its_name() {
+        assert_eq!(Out::Parent("runs".into()).folder("laps", 7).to_str(), Some("runs/laps-seed7"));
+        assert_eq!(Out::Folder("here".into()).folder("laps", 7).to_str(), Some("here"));
+    }
+
+    #[test]
+    fn two_plans_cannot_share_a_run_folder() {
+        assert_eq!(prepare_all(&["warm-up", "umbmark"]).unwrap().len(), 2);
+        let failure = prepare_all(&["warm-up", "warm-up"]).unwrap_err();
+        assert_eq!(failure.to_string(), "two of the plans are called warm-up");
+    }
+}

@@ -1,0 +1,332 @@
+//! Which world a plan runs in: clock, bus and device under test, and which of them go together.
+
+use super::failure::Failure;
+use clap::{Args, ValueEnum};
+use harness::run::Prepared;
+use harness::world::crossing::KernelBus;
+use plan::bench_file::BenchFile;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// What makes time pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Clock {
+    /// Time jumps to the next event: 16 hours in seconds.
+    Virtual,
+    /// A second is a second.
+    Real,
+}
+
+/// What bytes and frames cross, where a bench file does not say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BusChoice {
+    /// Lines in memory, paced by baud or bit time.
+    Memory,
+    /// Pseudo-terminals of the kernel; a base on CAN is behind an adapter (slcan) on one, with the real clock.
+    Pty,
+    /// A base on CAN is on the interface vcan0; serial lines are pseudo-terminals.
+    Vcan,
+    /// A base on CAN is behind an adapter on a pseudo-terminal; serial lines are pseudo-terminals.
+    Slcan,
+}
+
+/// The device under test.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Controller {
+    /// Our controller, in this process.
+    InProcess,
+    /// Our controller, as a process of its own.
+    Process,
+    /// Anybody's program.
+    Command(String),
+}
+
+impl FromStr for Controller {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.trim() {
+            "" => Err("expected in-process, process or a command".to_owned()),
+            "in-process" => Ok(Self::InProcess),
+            "process" => Ok(Self::Process),
+            command => Ok(Self::Command(command.to_owned())),
+        }
+    }
+}
+
+/// Clock, bus, device under test and bench.
+#[derive(Debug, Clone, Args)]
+pub(super) struct SetupArguments {
+    /// What makes time pass.
+    #[arg(long, value_enum, default_value_t = Clock::Virtual)]
+    clock: Clock,
+    /// What bytes and frames cross; memory with the virtual clock, pty with the real one.
+    #[arg(long, value_enum)]
+    bus: Option<BusChoice>,
+    /// The device under test: in-process, process, or a command line. In-process with the virtual
+    /// clock, process with the real one.
+    #[arg(long, value_name = "in-process|process|COMMAND")]
+    controller: Option<Controller>,
+    /// Bench file: which port plays which role; a name (see `hil list benches`) or a path. Without it
+    /// every device is emulated.
+    #[arg(long, value_name = "FILE")]
+    bench: Option<String>,
+    /// Ask for real-time priority and locked memory; without the right to them the run goes on as it is.
+    #[arg(long)]
+    realtime: bool,
+}
+
+/// The world that a plan runs in.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Setup {
+    /// Virtual time, lines in memory, the controller in the process.
+    Simulated,
+    /// The same, with everything on a line sent through the kernel on its way.
+    Kernel(KernelBus),
+    /// Real time and ports.
+    Live(Box<LiveSetup>),
+}
+
+impl LiveSetup {
+    /// Of a bench file that says all of a bench, with what holds where it does not.
+    #[cfg(feature = "nats")]
+    pub(super) const fn of(bench: BenchFile) -> Self {
+        Self { controller: Controller::Process, bench, bus: BusChoice::Pty, realtime: false }
+    }
+}
+
+/// What the live world must be told beyond the plan.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct LiveSetup {
+    /// The device under test.
+    pub(super) controller: Controller,
+    /// The bench.
+    pub(super) bench: BenchFile,
+    /// Where a role goes that the bench gives no port.
+    pub(super) bus: BusChoice,
+    /// Whether real-time priority is asked for.
+    pub(super) realtime: bool,
+}
+
+impl Setup {
+    /// The file of answers that the bench names.
+    pub(super) fn answer_file(&self) -> Option<PathBuf> {
+        match self {
+            Self::Simulated | Self::Kernel(_) => None,
+            Self::Live(setup) => Some(setup.bench.answers.as_ref()?.file.clone()),
+        }
+    }
+}
+
+impl SetupArguments {
+    /// The world that they mean.
+    ///
+    /// # Errors
+    ///
+    /// When they do not go together.
+    pub(super) fn setup(&self) -> Result<Setup, Failure> {
+        match (self.clock, self.bus) {
+            (Clock::Virtual, None | Some(BusChoice::Memory)) => self.simulated(Setup::Simulated),
+            (Clock::Virtual, Some(BusChoice::Pty)) => self.simulated(Setup::Kernel(KernelBus::Pty)),
+            (Clock::Virtual, Some(BusChoice::Vcan)) => {
+                self.simulated(Setup::Kernel(KernelBus::Vcan))
+            }
+            (Clock::Virtual, Some(BusChoice::Slcan)) => {
+                self.simulated(Setup::Kernel(KernelBus::Slcan))
+            }
+            (Clock::Real, Some(BusChoice::Memory)) => Err(Failure::arguments(
+                "the real clock needs the pty bus: nothing waits for real time in memory",
+                "leave --clock out, or use --bus pty",
+            )),
+            (Clock::Real, bus) => Ok(Setup::Live(Box::new(LiveSetup {
+                controller: self.controller.clone().unwrap_or(Controller::Process),
+                bench: match &self.bench {
+                    Some(name) => BenchFile::load(name)?,
+                    None => BenchFile::default(),
+                },
+                bus: bus.unwrap_or(BusChoice::Pty),
+                realtime: self.realtime,
+            }))),
+        }
+    }
+
+    /// The bench file, where it alone says what a bench elsewhere is like: whoever has that bench has the same file.
+    ///
+    /// # Errors
+    ///
+    /// When there is none, or something beside it says more.
+    #[cfg(feature = "nats")]
+    pub(super) fn bench_elsewhere(&self) -> Result<&str, Failure> {
+        let beside = [
+            ("--controller", self.controller.is_some(), "its table [controller]"),
+            ("--bus", self.bus.is_some(), "the port of its table [base]"),
+            ("--realtime", self.realtime, "`realtime = true` in its table [timing]"),
+        ];
+        let Some(bench) = &self.bench else {
+            return Err(Failure::arguments(
+                "which bench carries the cases out? its worker takes those of one bench file alone",
+                "add --bench FILE, and start `hil worker --nats URL --bench FILE` on the machine of the bench; or \
+                 leave out --clock: workers without a bench keep virtual time",
+            ));
+        };
+        if let Some((argument, _, instead)) = beside.iter().find(|(_, is_given, _)| *is_given) {
+            return Err(Failure::arguments(
+                format!(
+                    "{argument} does not reach a worker: over a server the bench file says all of a bench"
+                ),
+                format!("write it into {bench}: {instead}"),
+            ));
+        }
+        Ok(bench)
+    }
+
+    /// Checks that these plans can be tested so.
+    ///
+    /// # Errors
+    ///
+    /// Where a controller is named that a plan has no place for, or a program would have to keep virtual time.
+    pub(super) fn fits(&self, plans: &[Prepared]) -> Result<(), Failure> {
+        for Prepared { plan, rig, .. } in plans {
+            let name = plan.name.as_str();
+            if self.controller.is_some() && rig.robot.is_none() {
+                let help = match rig.is_short {
+                    true => {
+                        "describe a rig in which your program is a node: `under_test = { command = [...] }`"
+                    }
+                    false => {
+                        "the rig file names what is under test: `under_test = { command = [...] }`"
+                    }
+                };
+                let what = format!(
+                    "--controller has no meaning for {name}: no controller of a robot is in it"
+                );
+                return Err(Failure::arguments(what, help));
+            }
+            if let (Clock::Virtual, Some((node, _))) = (self.clock, rig.under_test().next()) {
+                let what = format!(
+                    "`{}` of {name} is under test as a program, which keeps real time",
+                    node.name
+                );
+                let help = "add --clock real; Rust code plays it in virtual time in a test: `Trial::with_node`";
+                return Err(Failure::arguments(what, help));
+            }
+        }
+        Ok(())
+    }
+
+    /// A setup in virtual time.
+    fn simulated(&self, setup: Setup) -> Result<Setup, Failure> {
+        if !matches!(self.controller, None | Some(Controller::InProcess)) {
+            return Err(Failure::arguments(
+                "the virtual clock needs the controller in the process: another process has its \
+                 own time",
+                "add --clock real, or leave --controller out",
+            ));
+        }
+        if self.bench.is_some() {
+            return Err(Failure::arguments(
+                "the virtual clock has no use for a bench file: real ports keep real time",
+                "add --clock real, or leave --bench out",
+            ));
+        }
+        if self.realtime {
+            return Err(Failure::arguments(
+                "the virtual clock has no use for --realtime: nothing in it can be late",
+                "add --clock real, or leave --realtime out",
+            ));
+        }
+        Ok(setup)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        BenchFile, BusChoice, Clock, Controller, KernelBus, LiveSetup, Setup, SetupArguments,
+    };
+
+    fn setup(
+        clock: Clock,
+        bus: Option<BusChoice>,
+        controller: Option<&str>,
+    ) -> Result<Setup, String> {
+        let controller = controller.map(|text| text.parse().unwrap());
+        let arguments = SetupArguments { clock, bus, controller, bench: None, realtime: false };
+        arguments.setup().map_err(|failure| failure.to_string())
+    }
+
+    #[test]
+    fn what_goes_together() {
+        assert_eq!(setup(Clock::Virtual, None, None), Ok(Setup::Simulated));
+        assert_eq!(
+            setup(Clock::Virtual, Some(BusChoice::Memory), Some("in-process")),
+            Ok(Setup::Simulated)
+        );
+        for (bus, kernel) in [
+            (BusChoice::Pty, KernelBus::Pty),
+            (BusChoice::Vcan, KernelBus::Vcan),
+            (BusChoice::Slcan, KernelBus::Slcan),
+        ] {
+            assert_eq!(setup(Clock::Virtual, Some(bus), None), Ok(Setup::Kernel(kernel)));
+        }
+        let live = |controller, bus| {
+            let bench = BenchFile::default();
+            Ok(Setup::Live(Box::new(LiveSetup { controller, bench, bus, realtime: false })))
+        };
+        assert_eq!(setup(Clock::Real, None, None), live(Controller::Process, BusChoice::Pty));
+        let command = Controller::Command("./mine --fast".to_owned());
+        assert_eq!(
+            setup(Clock::Real, Some(BusChoice::Vcan), Some("./mine --fast")),
+            live(command, BusChoice::Vcan)
+        );
+    }
+
+    #[test]
+    fn what_does_not_go_together_says_why() {
+        for (clock, bus, controller) in [
+            (Clock::Virtual, Some(BusChoice::Vcan), Some("process")),
+            (Clock::Real, Some(BusChoice::Memory), None),
+            (Clock::Virtual, None, Some("process")),
+            (Clock::Virtual, None, Some("./mine")),
+        ] {
+            let why = setup(clock, bus, controller).unwrap_err();
+            assert!(why.contains(" clock needs the "), "{why}");
+        }
+        let plain = SetupArguments {
+            clock: Clock::Virtual,
+            bus: None,
+            controller: None,
+            bench: None,
+            realtime: false,
+        };
+        let with_bench = SetupArguments { bench: Some("mine.toml".to_owned()), ..plain.clone() };
+        let in_real_time = SetupArguments { realtime: true, ..plain };
+        assert!(with_bench.setup().is_err() && in_real_time.setup().is_err());
+    }
+
+    #[cfg(feature = "nats")]
+    #[test]
+    fn over_a_server_the_bench_file_says_it_all() {
+        let alone = SetupArguments {
+            clock: Clock::Real,
+            bus: None,
+            controller: None,
+            bench: Some("window.toml".to_owned()),
+            realtime: false,
+        };
+        assert_eq!(alone.bench_elsewhere().ok(), Some("window.toml"));
+        let others = [
+            SetupArguments { bench: None, ..alone.clone() },
+            SetupArguments { controller: Some(Controller::InProcess), ..alone.clone() },
+            SetupArguments { bus: Some(BusChoice::Vcan), ..alone.clone() },
+            SetupArguments { realtime: true, ..alone },
+        ];
+        let refused = others.map(|other| other.bench_elsewhere().unwrap_err().rendered(false));
+        insta::assert_snapshot!(refused.concat());
+    }
+
+    #[test]
+    fn no_command_is_no_controller() {
+        assert!(" ".parse::<Controller>().is_err());
+    }
+}

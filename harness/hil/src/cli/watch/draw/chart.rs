@@ -1,0 +1,232 @@
+//! Values over bench time.
+
+use super::{Look, PANEL_MIN, Panel, frame};
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Color, Style};
+use ratatui::symbols::Marker;
+use ratatui::text::Line;
+use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph, Widget};
+use record::figures;
+use views::watch::{Gauge, Model, Series};
+
+/// Room above and below the values, as a share of their extent.
+const MARGIN: f64 = 0.1;
+/// Room around a value that is always the same, as a share of it, and at least, in its unit.
+const FLAT_SHARE: f64 = 0.1;
+/// See [`FLAT_SHARE`].
+const FLAT_MIN: f64 = 0.01;
+/// A band that is so many times as wide as the values is drawn by its nearer end alone, off the chart.
+const BAND_EXTENT_MAX: f64 = 20.0;
+/// Below this height a chart has no room for axes.
+const CHART_ROWS_MIN: u16 = 4;
+
+/// A curve.
+struct Curve<'a> {
+    name: &'a str,
+    series: &'a Series,
+    colour: Color,
+    marker: Marker,
+}
+
+/// Quantities whose band the heading error is shown against, by preference.
+const HEADING_QUANTITIES: [&str; 4] = [
+    "straight.heading_error_max",
+    "straight.heading_error",
+    "lap.gyro_error",
+    "lap.return_heading",
+];
+
+/// Heading error of a robot that drives against the plan's band; else the first quantity that is measured.
+pub(super) fn heading(model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
+    let robot = &model.robot;
+    let errors = robot.heading_error.count() + robot.true_error.count();
+    if !robot.drives() || errors == 0 {
+        return measured(model, look, area, picture);
+    }
+    let palette = look.palette;
+    let gauge = HEADING_QUANTITIES
+        .iter()
+        .find_map(|name| model.gauges.iter().find(|gauge| gauge.quantity.name == *name));
+    let band = gauge.and_then(|gauge| Some((gauge.quantity.name.as_str(), gauge.band()?)));
+    let ends = band.map_or((None, None), |(_, band)| (band.lower, band.upper));
+    let mut title = "heading error, deg".to_owned();
+    if let Some((name, _)) = band {
+        title += &format!(", band {} ({name})", figures::band(ends.0, ends.1, ""));
+    }
+    let curves = [
+        Curve {
+            name: "of the loop",
+            series: &robot.heading_error,
+            colour: palette.believed(),
+            marker: Marker::Dot,
+        },
+        Curve {
+            name: "true",
+            series: &robot.true_error,
+            colour: palette.truth(),
+            marker: Marker::Braille,
+        },
+    ];
+    draw(&curves, ends, model, look, frame(Panel::Heading, &title, look), area, picture);
+}
+
+/// Quantities that are measured, one below the other, as many as there is room for: those that were seen most
+/// often, in the order of the plan.
+fn measured(model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
+    if model.gauges.is_empty() {
+        let block = frame(Panel::Heading, "measured", look);
+        return Paragraph::new("the plan measures nothing").block(block).render(area, picture);
+    }
+    let room = usize::from(area.height / PANEL_MIN).max(1);
+    let mut often: Vec<(usize, &Gauge)> = model.gauges.iter().enumerate().collect();
+    // Sorting keeps the order of those that are equal.
+    often.sort_by_key(|(_, gauge)| std::cmp::Reverse(gauge.series.count()));
+    often.retain(|(index, gauge)| *index == 0 || gauge.series.count() > 1);
+    often.truncate(room);
+    often.sort_by_key(|(index, _)| *index);
+    let places = Layout::vertical(vec![Constraint::Fill(1); often.len()]).split(area);
+    for ((_, gauge), place) in often.iter().zip(places.iter()) {
+        one(gauge, model, look, *place, picture);
+    }
+}
+
+/// One quantity against its band.
+fn one(gauge: &Gauge, model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
+    let quantity = &gauge.quantity;
+    let ends = gauge.band().map_or((None, None), |band| (band.lower, band.upper));
+    let name = figures::axis_label(&quantity.name, &quantity.unit);
+    let title = format!("{name}, band {}", figures::band(ends.0, ends.1, ""));
+    let colour = look.palette.believed();
+    let curves = [Curve { name: "", series: &gauge.series, colour, marker: Marker::Dot }];
+    draw(&curves, ends, model, look, frame(Panel::Heading, &title, look), area, picture);
+}
+
+/// Rate and temperature of the gyro, one above the other.
+pub(super) fn gyro(model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
+    let robot = &model.robot;
+    let figure = |series: &Series| series.last().map(|(_, value)| value);
+    let rate = figure(&robot.rate).map_or_else(|| "-".to_owned(), |rate| format!("{rate:.4}"));
+    let title = match figure(&robot.temperature) {
+        Some(celsius) => format!("gyro: rate {rate} deg/s, {celsius:.2} degC"),
+        None => format!("gyro: rate {rate} deg/s"),
+    };
+    let block = frame(Panel::Gyro, &title, look);
+    let inner = block.inner(area);
+    block.render(area, picture);
+    let palette = look.palette;
+    let rate = [Curve {
+        name: "",
+        series: &robot.rate,
+        colour: palette.believed(),
+        marker: Marker::Braille,
+    }];
+    let celsius = [Curve {
+        name: "",
+        series: &robot.temperature,
+        colour: palette.truth(),
+        marker: Marker::Dot,
+    }];
+    let none = (None, None);
+    if robot.temperature.count() == 0 || inner.height < 2 * CHART_ROWS_MIN {
+        return draw(&rate, none, model, look, Block::new(), inner, picture);
+    }
+    let halves = Layout::vertical([Constraint::Fill(1), Constraint::Fill(1)]);
+    let [upper, lower] = halves.areas(inner);
+    draw(&rate, none, model, look, Block::new(), upper, picture);
+    draw(&celsius, none, model, look, Block::new(), lower, picture);
+}
+
+fn draw(
+    curves: &[Curve<'_>],
+    band: (Option<f64>, Option<f64>),
+    model: &Model,
+    look: &Look,
+    block: Block<'_>,
+    area: Rect,
+    picture: &mut Buffer,
+) {
+    let until_s = model.now.as_secs_f64();
+    let from_s = (until_s - look.window_s()).max(0.0);
+    let points: Vec<Vec<(f64, f64)>> =
+        curves.iter().map(|curve| curve.series.since(from_s)).collect();
+    let Some((least, most)) = extent(points.iter().flatten().map(|(_, value)| *value)) else {
+        return Paragraph::new("nothing in this window").block(block).render(area, picture);
+    };
+    let (bottom, top) = with_band(least, most, band);
+    let lines: Vec<[(f64, f64); 2]> = [band.0, band.1]
+        .into_iter()
+        .flatten()
+        .filter(|end| (bottom..=top).contains(end))
+        .map(|end| [(from_s, end), (until_s, end)])
+        .collect();
+    let mut datasets: Vec<Dataset<'_>> = lines
+        .iter()
+        .map(|line| {
+            Dataset::default()
+                .data(line)
+                .graph_type(GraphType::Line)
+                .marker(Marker::Dot)
+                .style(Style::new().fg(look.palette.band()))
+        })
+        .collect();
+    let several = curves.iter().filter(|curve| curve.series.count() > 0).count() > 1;
+    for (curve, points) in curves.iter().zip(&points) {
+        let dataset = Dataset::default()
+            .data(points)
+            .graph_type(GraphType::Scatter)
+            .marker(curve.marker)
+            .style(Style::new().fg(curve.colour));
+        datasets.push(if several { dataset.name(curve.name) } else { dataset });
+    }
+    let label = |value: f64| Line::from(figures::exact(value, 3));
+    let time = |at_s: f64| Line::from(figures::duration(at_s));
+    Chart::new(datasets)
+        .block(block)
+        .hidden_legend_constraints((Constraint::Ratio(1, 2), Constraint::Ratio(1, 2)))
+        .x_axis(
+            Axis::default()
+                .bounds([from_s, until_s.max(from_s + 1.0)])
+                .labels([time(from_s), time(until_s)]),
+        )
+        .y_axis(Axis::default().bounds([bottom, top]).labels([label(bottom), label(top)]))
+        .render(area, picture);
+}
+
+fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    values.fold(None, |extent, value| {
+        Some(extent.map_or((value, value), |(least, most): (f64, f64)| {
+            (least.min(value), most.max(value))
+        }))
+    })
+}
+
+/// The values with some room, and the ends of the band where these do not make the values a flat line.
+fn with_band(least: f64, most: f64, band: (Option<f64>, Option<f64>)) -> (f64, f64) {
+    let flat = (FLAT_SHARE * most.abs()).max(FLAT_MIN);
+    let spread = if most > least { most - least } else { flat };
+    let near = |end: f64| {
+        let widened = most.max(end) - least.min(end);
+        widened <= BAND_EXTENT_MAX * spread
+    };
+    let ends = [band.0, band.1].into_iter().flatten().filter(|end| near(*end));
+    let (least, most) =
+        ends.fold((least, most), |(least, most), end| (least.min(end), most.max(end)));
+    let room = if most > least { MARGIN * (most - least) } else { flat };
+    (least - room, most + room)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_band;
+
+    #[test]
+    fn a_band_is_drawn_unless_it_makes_the_values_a_flat_line() {
+        let (bottom, top) = with_band(-0.2, 0.2, (Some(-1.0), Some(1.0)));
+        assert!(bottom < -1.0 && top > 1.0);
+        let (bottom, top) = with_band(-0.01, 0.01, (Some(-50.0), Some(50.0)));
+        assert!(bottom > -1.0 && top < 1.0);
+        let (bottom, top) = with_band(3.0, 3.0, (None, None));
+        assert!(bottom < 3.0 && top > 3.0, "one value has a place, too");
+    }
+}

@@ -1,0 +1,109 @@
+//! What is measured, what crosses the lines, and what happened last.
+
+use super::{Look, Panel, Scene, frame};
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Constraint, Rect};
+use ratatui::style::{Modifier, Style};
+use ratatui::text::Line;
+use ratatui::widgets::{Cell, Paragraph, Row, Table, Widget};
+use record::figures;
+use views::watch::{Gauge, Model, NewsKind};
+use wire::can::BIT_RATE;
+
+/// Digits of a figure.
+const DIGITS: i32 = 4;
+
+/// Each quantity that the plan judges: its last value, and how many lie out of band.
+pub(super) fn measured(model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
+    let block = frame(Panel::Measured, "measured", look);
+    if model.gauges.is_empty() {
+        return Paragraph::new("the plan measures nothing").block(block).render(area, picture);
+    }
+    let header =
+        Row::new(["quantity", "last", "band", "n"]).style(Style::new().add_modifier(Modifier::DIM));
+    let widths =
+        [Constraint::Fill(3), Constraint::Fill(3), Constraint::Fill(2), Constraint::Length(6)];
+    Table::new(model.gauges.iter().map(|gauge| row(gauge, look)), widths)
+        .header(header)
+        .block(block)
+        .render(area, picture);
+}
+
+fn row<'a>(gauge: &'a Gauge, look: &Look) -> Row<'a> {
+    let quantity = &gauge.quantity;
+    let band = gauge.band();
+    let band = band.map_or_else(String::new, |band| figures::band(band.lower, band.upper, ""));
+    let (mark, style) = match (gauge.last(), gauge.outside) {
+        (None, _) => ("·", Style::new()),
+        (Some(_), 0) => ("✓", look.palette.good()),
+        (Some(_), _) => ("✗", look.palette.bad()),
+    };
+    let last = gauge.last().map_or_else(
+        || "not yet".to_owned(),
+        |value| figures::with_unit(figures::exact(value, DIGITS), &quantity.unit),
+    );
+    let count = match gauge.outside {
+        0 => gauge.series.count().to_string(),
+        outside => format!("{outside}/{}", gauge.series.count()),
+    };
+    Row::new([
+        Cell::from(quantity.name.as_str()),
+        Cell::from(format!("{mark} {last}")).style(style),
+        Cell::from(band),
+        Cell::from(count),
+    ])
+}
+
+/// Frames (fr) and bytes (B) a second of bench time by who sends them, and how full the lines are.
+pub(super) fn traffic(model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
+    let traffic = &model.traffic;
+    let load = traffic.bus_load.map(|load| {
+        let kbit = BIT_RATE / 1_000;
+        format!(", bus {:.1} % of {kbit} kbit/s", load * 100.0)
+    });
+    let lost = model.robot.state.map(|state| format!(", samples lost {}", state.samples_lost));
+    let title = format!("lines{}{}", load.unwrap_or_default(), lost.unwrap_or_default());
+    let block = frame(Panel::Traffic, &title, look);
+    let header = Row::new(["sender", "fr/s", "B/s", "line", "frames", "bytes"])
+        .style(Style::new().add_modifier(Modifier::DIM));
+    let rows = traffic.senders().map(|(device, way)| {
+        let load = way.load.filter(|_| way.bytes > 0);
+        Row::new([
+            device.name().to_owned(),
+            format!("{:.0}", way.frames_per_s),
+            format!("{:.0}", way.bytes_per_s),
+            load.map_or_else(String::new, |load| format!("{:.0} %", load * 100.0)),
+            way.frames.to_string(),
+            way.bytes.to_string(),
+        ])
+    });
+    let widths = [10, 5, 6, 4, 8, 9].map(Constraint::Length);
+    Table::new(rows, widths).header(header).block(block).render(area, picture);
+}
+
+/// What happened last, the latest first; before it what was noted aside.
+pub(super) fn news(
+    scene: &Scene<'_>,
+    model: &Model,
+    look: &Look,
+    area: Rect,
+    picture: &mut Buffer,
+) {
+    let palette = look.palette;
+    let aside = scene.notes.iter().rev();
+    let aside = aside.map(|note| Line::from(format!("! {note}")).style(palette.doubtful()));
+    let latest = model.news.latest().map(|piece| {
+        let (mark, style) = match piece.kind {
+            NewsKind::StepBegan => ("▶", Style::new()),
+            NewsKind::StepEnded => ("·", Style::new().add_modifier(Modifier::DIM)),
+            NewsKind::Health | NewsKind::Note => ("i", Style::new()),
+            NewsKind::Fault => ("!", palette.doubtful()),
+            NewsKind::Refusal | NewsKind::Broken => ("✗", palette.bad()),
+        };
+        let at_s = piece.at.as_secs_f64();
+        Line::from(format!("{mark} {at_s:>10.1} s  {}", piece.text)).style(style)
+    });
+    let lines: Vec<Line<'_>> = aside.chain(latest).take(usize::from(area.height)).collect();
+    let title = format!("last of {} events", model.news.count());
+    Paragraph::new(lines).block(frame(Panel::News, &title, look)).render(area, picture);
+}

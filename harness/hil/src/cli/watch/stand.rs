@@ -1,0 +1,144 @@
+//! What the view shows beside the model of the run: the plans, what was noted, what is asked.
+
+use harness::stopwatch::Stopwatch;
+use record::outcome::Outcome;
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use views::watch::Feed;
+
+/// Lines said about a question that are kept.
+const SAID_MAX: usize = 6;
+/// Lines that were typed and not yet heard.
+const LINES_MAX: usize = 16;
+/// The longest answer.
+const TYPED_CHARS_MAX: usize = 200;
+
+/// A plan of the series.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct PlanLine {
+    pub(super) name: String,
+    pub(super) stage: Stage,
+}
+
+/// How far a plan is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Stage {
+    Waiting,
+    UnderWay,
+    Over(Outcome),
+}
+
+/// A question to the person at the terminal, and what is typed so far.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(super) struct Asking {
+    pub(super) text: String,
+    pub(super) said: Vec<String>,
+    pub(super) typed: String,
+}
+
+/// What the view shows beside the model of the run.
+#[derive(Debug, Clone)]
+pub(super) struct Stand {
+    pub(super) plans: Vec<PlanLine>,
+    /// The clock is real: what is left of bench time is left of the day.
+    pub(super) is_real_time: bool,
+    pub(super) run: Option<(Feed, Stopwatch)>,
+    pub(super) asking: Option<Asking>,
+    answers: VecDeque<String>,
+    pub(super) is_stopping: bool,
+    pub(super) is_over: bool,
+}
+
+/// The stand of a view, shared by the run and the thread that draws.
+#[derive(Debug, Clone)]
+pub(super) struct SharedStand(Arc<Mutex<Stand>>);
+
+impl SharedStand {
+    pub(super) fn new(plans: &[&str], is_real_time: bool) -> Self {
+        let line = |name: &&str| PlanLine { name: (*name).to_owned(), stage: Stage::Waiting };
+        Self(Arc::new(Mutex::new(Stand {
+            plans: plans.iter().map(line).collect(),
+            is_real_time,
+            run: None,
+            asking: None,
+            answers: VecDeque::new(),
+            is_stopping: false,
+            is_over: false,
+        })))
+    }
+
+    pub(super) fn lock(&self) -> MutexGuard<'_, Stand> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Stand {
+    /// A new question. What was typed before is no answer to it.
+    pub(super) fn ask(&mut self, text: &str) {
+        self.answers.clear();
+        self.asking = Some(Asking { text: text.to_owned(), ..Asking::default() });
+    }
+
+    /// Something more about it.
+    pub(super) fn say(&mut self, text: &str) {
+        if let Some(asking) = &mut self.asking {
+            if asking.said.len() == SAID_MAX {
+                asking.said.remove(0);
+            }
+            asking.said.push(text.to_owned());
+        }
+    }
+
+    /// A character of the answer.
+    pub(super) fn type_in(&mut self, character: char) {
+        if let Some(asking) = &mut self.asking
+            && asking.typed.chars().count() < TYPED_CHARS_MAX
+        {
+            asking.typed.push(character);
+        }
+    }
+
+    /// Takes back a character.
+    pub(super) fn erase(&mut self) {
+        if let Some(asking) = &mut self.asking {
+            asking.typed.pop();
+        }
+    }
+
+    /// The answer is complete.
+    pub(super) fn enter(&mut self) {
+        if let Some(asking) = &mut self.asking
+            && self.answers.len() < LINES_MAX
+        {
+            self.answers.push_back(std::mem::take(&mut asking.typed).trim().to_owned());
+        }
+    }
+
+    /// The next answer.
+    pub(super) fn answer(&mut self) -> Option<String> {
+        self.answers.pop_front()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::SharedStand;
+
+    #[test]
+    fn what_was_typed_before_a_question_is_no_answer_to_it() {
+        let stand = SharedStand::new(&["laps"], true);
+        let mut stand = stand.lock();
+        stand.type_in('x');
+        stand.enter();
+        assert_eq!(stand.answer(), None, "nobody asked");
+        stand.ask("How wide is the gap?");
+        "1.5 mmm".chars().for_each(|typed| stand.type_in(typed));
+        stand.erase();
+        stand.enter();
+        stand.ask("And now?");
+        assert_eq!(stand.answer(), None, "it was another question");
+        "2 mm ".chars().for_each(|typed| stand.type_in(typed));
+        stand.enter();
+        assert_eq!(stand.answer().as_deref(), Some("2 mm"));
+    }
+}

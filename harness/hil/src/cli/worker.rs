@@ -1,0 +1,120 @@
+//! `hil worker`: carries out cases of campaigns on other machines.
+
+mod bench;
+
+use super::failure::Failure;
+use super::interrupt::Interrupt;
+use super::nats::{CredentialArguments, stop, teller};
+use super::progress::Screen;
+use bench::BenchHand;
+use campaign::Executor;
+use campaign_nats::{Holder, Maker, Package, Place, Stopping, WorkerSettings, work};
+use clap::Args;
+use harness::executors::Simulated;
+use record::outcome::Outcome;
+use std::num::NonZeroUsize;
+use std::path::Path;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::thread::available_parallelism;
+use std::time::Duration;
+
+const WORKER_STATUSES: &str = "\
+Exit status:
+  0  ended by Ctrl-C or a request to terminate; what was under way is reported, on a bench broken off, the rest handed back
+  2  bad input: no server there, a bench that another worker holds, a campaign of another version
+  3  the bench did not come up, and its case is handed back; or the server broke";
+
+/// Carries out cases of campaigns (`hil campaign --nats`) until it is stopped.
+///
+/// It needs nothing but the server: what a campaign's cases need comes from there. A server that goes away is waited for;
+/// what was carried out meanwhile is reported when it is back.
+///
+/// With --bench it carries out the cases of campaigns with --clock real and the same bench file, one at a time, and repeats
+/// what breaks there.
+#[derive(Debug, Args)]
+#[command(after_help = WORKER_STATUSES)]
+pub(super) struct WorkerArguments {
+    /// Address of the NATS server: nats://HOST:PORT or tls://HOST:PORT, with USER:PASSWORD@ or TOKEN@ before the host;
+    /// several of one cluster with commas between.
+    #[arg(long, value_name = "URL", value_delimiter = ',', required = true)]
+    nats: Vec<String>,
+    #[command(flatten)]
+    credentials: CredentialArguments,
+    /// Cases at a time. [default: one a processor; on a bench one]
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroUsize>,
+    /// Bench file, a name (see `hil list benches`) or a path: takes the cases for the bench of that name alone, and holds the
+    /// lease on it meanwhile.
+    #[arg(long, value_name = "FILE", conflicts_with = "threads")]
+    bench: Option<String>,
+    /// Folder that takes what the device under test of the bench writes to stderr. [default: runs/worker-BENCH]
+    #[arg(long, value_name = "DIR", requires = "bench")]
+    out: Option<PathBuf>,
+    /// Waits as long for a bench that another worker holds, s.
+    #[arg(long, value_name = "S", requires = "bench", default_value_t = 0)]
+    wait: u32,
+    /// Show nothing but what went wrong.
+    #[arg(long)]
+    pub(super) quiet: bool,
+}
+
+impl WorkerArguments {
+    pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        let server = self.credentials.server(&self.nats)?;
+        let bench = self.bench.as_deref().map(|name| BenchHand::new(name, self.out.as_deref()));
+        let bench = bench.transpose()?;
+        let place = bench.as_ref().map_or(Place::Virtual, |bench| bench.place().clone());
+        let threads = match (&place, self.threads) {
+            (Place::Bench(_), _) => NonZeroUsize::MIN,
+            (Place::Virtual, Some(threads)) => threads,
+            (Place::Virtual, None) => available_parallelism().unwrap_or(NonZeroUsize::MIN),
+        };
+        let saying = match &place {
+            Place::Virtual => "stopping: what is under way is reported; once more to leave at once",
+            Place::Bench(_) => {
+                "stopping: the base is brought to rest and its case handed back; once more to leave at once"
+            }
+        };
+        let interrupt = Interrupt::install_saying(screen, saying)?;
+        let settings = WorkerSettings {
+            threads,
+            holder: Holder::this_process(),
+            version: record::VERSION.to_owned(),
+            patience: Duration::from_secs(self.wait.into()),
+            place,
+        };
+        screen.chat(&format!(
+            "worker of version {} ({}), {threads} at a time",
+            settings.version, settings.place
+        ));
+        let maker: Maker = match &bench {
+            None => Arc::new(virtually),
+            Some(bench) => bench.maker(),
+        };
+        let worked = work(&server, &settings, maker, teller(screen), stop(&interrupt));
+        // What broke off its case says more than that it was broken off.
+        bench.map_or(Ok(()), |bench| bench.came_up())?;
+        screen.chat(&format!("{} cases carried out", worked?.cases));
+        Ok(Outcome::Passed)
+    }
+}
+
+/// A bench by the name of its file: so the same bench has the same name to all.
+pub(super) fn bench_place(name: &str) -> Result<Place, Failure> {
+    let stem = Path::new(name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    stem.unwrap_or_default()
+        .parse()
+        .map_err(|message: String| Failure::arguments(message, "rename the bench file"))
+}
+
+/// Who carries out the cases of a package in virtual time.
+fn virtually(
+    package: &Package,
+    _: &Place,
+    _: Stopping,
+) -> Result<(String, Arc<dyn Executor + Send + Sync>), String> {
+    let (prepared, answers) = package.prepare().map_err(|error| error.to_string())?;
+    let plan = prepared.plan.name.to_string();
+    Ok((plan, Arc::new(Simulated::new(prepared, answers))))
+}

@@ -1,0 +1,88 @@
+//! `hil worker --bench`: cases in real time, on the bench of this machine.
+
+pub(super) use on_bench::BenchHand;
+
+mod on_bench {
+    use crate::cli::failure::Failure;
+    use crate::cli::live;
+    use crate::cli::setup::LiveSetup;
+    use crate::cli::worker::bench_place;
+    use campaign::Repeatedly;
+    use campaign_nats::{Maker, Package, Place, Stopping};
+    use harness::executors::{Bench, OnBench, Site};
+    use harness::run_live::DEVICE_LOG;
+    use plan::bench_file::BenchFile;
+    use std::path::{Path, PathBuf};
+    use std::sync::Arc;
+
+    /// The bench of a worker.
+    #[derive(Debug, Clone)]
+    pub(in crate::cli::worker) struct BenchHand {
+        place: Place,
+        setup: LiveSetup,
+        /// The text of its file.
+        text: String,
+        bench: Bench,
+        log: PathBuf,
+    }
+
+    impl BenchHand {
+        /// That of this bench file; what the device under test writes to stderr goes to the folder `out`.
+        pub(in crate::cli::worker) fn new(name: &str, out: Option<&Path>) -> Result<Self, Failure> {
+            let (setup, text) = (LiveSetup::of(BenchFile::load(name)?), BenchFile::text(name)?);
+            let place = bench_place(name)?;
+            let usual = || PathBuf::from("runs").join(format!("worker-{}", bench_name(&place)));
+            let folder = out.map_or_else(usual, Path::to_owned);
+            std::fs::create_dir_all(&folder).map_err(|source| Failure::file(&folder, source))?;
+            Ok(Self { place, setup, text, bench: Bench::default(), log: folder.join(DEVICE_LOG) })
+        }
+
+        pub(in crate::cli::worker) const fn place(&self) -> &Place {
+            &self.place
+        }
+
+        /// Who carries out the cases of a package on it.
+        pub(in crate::cli::worker) fn maker(&self) -> Maker {
+            let hand = self.clone();
+            Arc::new(move |package: &Package, _: &Place, stopping: Stopping| {
+                let (plan, executor) = hand.made(package, stopping)?;
+                Ok((plan, Arc::new(executor)))
+            })
+        }
+
+        /// Did it come up each time?
+        pub(in crate::cli::worker) fn came_up(&self) -> Result<(), Failure> {
+            self.bench.take_broken().map_or(Ok(()), |error| Err(error.into()))
+        }
+
+        fn made(
+            &self,
+            package: &Package,
+            stopping: Stopping,
+        ) -> Result<(String, Repeatedly<OnBench>), String> {
+            let repetition = package.repetition_on(bench_name(&self.place), &self.text);
+            let repetition = repetition.map_err(|error| error.to_string())?;
+            let (prepared, answers) = package.prepare().map_err(|error| error.to_string())?;
+            let setting =
+                live::setting(&prepared, &self.setup).map_err(|error| error.to_string())?;
+            setting.reaches(&prepared.plan.faults).map_err(|error| error.to_string())?;
+            let site = Site {
+                bench: self.bench.clone(),
+                answers,
+                // Who is asked is beside the coordinator, if anybody is.
+                person: None,
+                stop: Box::new(move || stopping.is_so()),
+                log: self.log.clone(),
+            };
+            let plan = prepared.plan.name.to_string();
+            Ok((plan, Repeatedly::new(OnBench::new(prepared, setting, site), repetition)))
+        }
+    }
+
+    fn bench_name(place: &Place) -> &str {
+        match place {
+            Place::Virtual => "",
+            Place::Bench(name) => name,
+        }
+    }
+}

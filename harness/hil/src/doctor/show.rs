@@ -1,0 +1,62 @@
+//! Findings for a terminal, and for a program.
+
+use super::table::findings_table;
+use super::{Facts, Finding, Status, outcome};
+use serde::Serialize;
+use std::fmt::Write as _;
+use views::console::Style;
+
+/// Every finding in a table, then what mends each gap, those first that something given needs.
+pub fn text(findings: &[Finding], style: Style) -> String {
+    let mut text = findings_table(findings, style);
+    for (status, title) in [
+        (Status::Lacking, "What lacks, and what mends it:"),
+        (Status::Gap, "What nothing given needs, and what would mend it:"),
+    ] {
+        let of_status = findings.iter().filter(|finding| finding.status == status);
+        for (index, finding) in of_status.enumerate() {
+            if index == 0 {
+                let _ = writeln!(text, "\n{title}");
+            }
+            let Finding { subject, what, mend, needed_by, .. } = finding;
+            let _ = write!(text, "\n  {}", printable(subject));
+            if let Some(by) = needed_by {
+                let _ = write!(text, ", for {}", printable(by));
+            }
+            let _ = writeln!(text, ": {}", printable(what));
+            for line in mend.iter().flat_map(|mend| mend.lines()) {
+                let _ = writeln!(text, "      {}", printable(line));
+            }
+        }
+    }
+    let count = |status| findings.iter().filter(|finding| finding.status == status).count();
+    let closing = match (count(Status::Lacking), count(Status::Gap)) {
+        (0, 0) => "nothing lacks".to_owned(),
+        (0, gaps) => format!("nothing lacks that is needed; {gaps} could be better"),
+        (1, _) => "1 thing lacks that is needed".to_owned(),
+        (lacking, _) => format!("{lacking} things lack that are needed"),
+    };
+    let _ = writeln!(text, "\n{closing}; exit status {}", outcome(findings).exit_status());
+    text
+}
+
+/// Names of adapters come from outside: they may not move the cursor.
+fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+}
+
+/// Everything for a program: `outcome`, `findings` and the `facts` that they rest on.
+///
+/// # Errors
+///
+/// When it cannot be written as JSON, which nothing in it gives reason to.
+pub fn json(facts: &Facts, findings: &[Finding]) -> serde_json::Result<String> {
+    #[derive(Serialize)]
+    struct Report<'a> {
+        outcome: &'static str,
+        findings: &'a [Finding],
+        facts: &'a Facts,
+    }
+    let report = Report { outcome: outcome(findings).name(), findings, facts };
+    Ok(serde_json::to_string_pretty(&report)? + "\n")
+}

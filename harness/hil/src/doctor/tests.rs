@@ -1,0 +1,304 @@
+//! Machines that are made up, each with what the doctor says of it.
+
+use super::can::{CanFacts, Module};
+use super::clock::ClockFacts;
+use super::limits::LimitFacts;
+use super::programs::ProgramFacts;
+use super::pty::PtyFacts;
+use super::serial::{SerialFacts, SerialPort, UsbAdapter};
+use super::{CanInterface, CanState, Facts, Needs, Status, examine, outcome, show};
+use plan::bench_file::{BenchFile, ROLES};
+use record::outcome::Outcome;
+use views::console::Style;
+
+fn needs(name: &str) -> Needs {
+    let mut needs = Needs::default();
+    needs.add(name, &BenchFile::load(name).unwrap(), &ROLES);
+    needs
+}
+
+fn modules(vcan: Module) -> CanFacts {
+    let modules = [("can_raw", vcan), ("slcan", vcan), ("vcan", vcan)];
+    CanFacts {
+        no_socket: None,
+        modules: modules.map(|(name, module)| (name.to_owned(), module)).into(),
+        interfaces: Vec::new(),
+        ip: true,
+    }
+}
+
+fn can0(state: CanState) -> CanInterface {
+    CanInterface {
+        name: "can0".to_owned(),
+        up: true,
+        kind: Some("can".to_owned()),
+        state: Some(state),
+        bitrate: Some(500_000),
+        restart_ms: Some(0),
+        errors: Some((0, 0)),
+    }
+}
+
+fn vcan0(up: bool) -> CanInterface {
+    let kind = Some("vcan".to_owned());
+    CanInterface { name: "vcan0".to_owned(), up, kind, ..CanInterface::default() }
+}
+
+fn adapter(path: &str, serial_number: &str) -> SerialPort {
+    SerialPort {
+        path: path.to_owned(),
+        by_id: Some(format!(
+            "/dev/serial/by-id/usb-FTDI_FT232R_USB_UART_{serial_number}-if00-port0"
+        )),
+        usb: Some(UsbAdapter {
+            vendor: 0x0403,
+            product: 0x6001,
+            serial_number: Some(serial_number.to_owned()),
+            name: "FTDI FT232R USB UART".to_owned(),
+        }),
+        group: "dialout".to_owned(),
+        accessible: true,
+    }
+}
+
+/// A person's own machine, with everything but what a test takes away.
+fn laptop() -> Facts {
+    let can = CanFacts { interfaces: vec![vcan0(true)], ..modules(Module::Loaded) };
+    Facts {
+        kernel: "6.12.48+deb13-amd64".to_owned(),
+        container: false,
+        can,
+        serial: SerialFacts {
+            user: "jane".to_owned(),
+            groups: vec!["jane".to_owned()],
+            enrolled: Vec::new(),
+            ports: Vec::new(),
+        },
+        pty: PtyFacts { no_pair: None, used: Some((4, 4_096)) },
+        clock: ClockFacts {
+            source: Some("tsc".to_owned()),
+            resolution_s: 1e-9,
+            reading_s: 25e-9,
+            late_max_s: 0.3e-3,
+            late_p99_s: 0.11e-3,
+        },
+        limits: LimitFacts { real_time_priority: Some(0), locked_bytes: Some(8 << 20) },
+        programs: ProgramFacts {
+            our_controller: Some("/home/jane/hil/target/release/k2a-controller".into()),
+            device_under_test: None,
+        },
+    }
+}
+
+/// A build server: another kernel's modules, no devices, no programs.
+fn container() -> Facts {
+    Facts {
+        kernel: "5.15.0".to_owned(),
+        container: true,
+        can: CanFacts {
+            no_socket: Some("Address family not supported by protocol (os error 97)".to_owned()),
+            ip: false,
+            ..modules(Module::Missing)
+        },
+        programs: ProgramFacts::default(),
+        ..laptop()
+    }
+}
+
+/// A bench with USB adapters and a CAN interface.
+fn bench(state: CanState) -> Facts {
+    let can = CanFacts { interfaces: vec![can0(state)], ..modules(Module::Available) };
+    let serial = SerialFacts {
+        ports: vec![adapter("/dev/ttyUSB0", "A50285BI"), adapter("/dev/ttyUSB1", "A9003XYZ")],
+        groups: vec!["jane".to_owned(), "dialout".to_owned()],
+        ..laptop().serial
+    };
+    let limits = LimitFacts { real_time_priority: Some(80), locked_bytes: None };
+    Facts { can, serial, limits, ..laptop() }
+}
+
+fn shown(facts: &Facts, needs: &Needs) -> String {
+    show::text(&examine(facts, needs), Style::PLAIN)
+}
+
+#[test]
+fn a_bare_container_needs_nothing_for_virtual_time() {
+    let findings = examine(&container(), &Needs::default());
+    assert_eq!(outcome(&findings), Outcome::Passed);
+    insta::assert_snapshot!(shown(&container(), &Needs::default()));
+}
+
+#[test]
+fn a_bare_container_for_the_bench_vcan() {
+    assert_eq!(outcome(&examine(&container(), &needs("vcan"))), Outcome::Error);
+    insta::assert_snapshot!(shown(&container(), &needs("vcan")));
+}
+
+#[test]
+fn a_laptop_with_vcan() {
+    assert_eq!(outcome(&examine(&laptop(), &needs("vcan"))), Outcome::Passed);
+    insta::assert_snapshot!(shown(&laptop(), &needs("vcan")));
+}
+
+#[test]
+fn a_bench_with_usb_adapters() {
+    let mut facts = bench(CanState::ErrorActive);
+    facts.serial.ports.truncate(1);
+    let program = Some(("./my-controller".to_owned(), Some("./my-controller".into())));
+    facts.programs.device_under_test = program;
+    assert_eq!(outcome(&examine(&facts, &needs("usb"))), Outcome::Passed);
+    insta::assert_snapshot!(shown(&facts, &needs("usb")));
+}
+
+/// Two adapters of one kind where one is meant, can0 in bus-off, no controller, and late.
+#[test]
+fn a_bench_in_trouble() {
+    let mut facts = bench(CanState::BusOff);
+    facts.can.interfaces[0].errors = Some((248, 0));
+    facts.serial.ports[1].accessible = false;
+    facts.clock.late_max_s = 31.4e-3;
+    insta::assert_snapshot!(shown(&facts, &needs("usb")));
+}
+
+fn mends(facts: &Facts, needs: &Needs, subject: &str) -> (Status, String) {
+    let findings = examine(facts, needs);
+    let finding = findings.iter().find(|finding| finding.subject == subject);
+    let finding = finding.unwrap_or_else(|| panic!("nothing about {subject}: {findings:#?}"));
+    (finding.status, finding.mend.clone().unwrap_or_default())
+}
+
+#[test]
+fn an_interface_gets_the_command_that_it_needs() {
+    let with = |interfaces: Vec<CanInterface>, module| {
+        let can = CanFacts { interfaces, ..modules(module) };
+        Facts { can, ..laptop() }
+    };
+    let vcan = needs("vcan");
+    let add = "sudo ip link add dev vcan0 type vcan && sudo ip link set vcan0 up";
+    let load = format!("sudo modprobe vcan && {add}");
+    let lacking = |mend: &str| (Status::Lacking, mend.to_owned());
+    assert_eq!(mends(&with(vec![], Module::Available), &vcan, "vcan0"), lacking(&load));
+    assert_eq!(mends(&with(vec![], Module::BuiltIn), &vcan, "vcan0"), lacking(add));
+    let down = with(vec![vcan0(false)], Module::Loaded);
+    assert_eq!(mends(&down, &vcan, "interface vcan0"), lacking("sudo ip link set vcan0 up"));
+    let hardware = CanInterface { up: false, ..can0(CanState::Stopped) };
+    let (status, mend) = mends(&with(vec![hardware], Module::Loaded), &vcan, "interface can0");
+    assert_eq!(status, Status::Gap, "nothing needs it");
+    assert_eq!(mend, "sudo ip link set can0 up type can bitrate 500000 restart-ms 100");
+    let passive = with(vec![can0(CanState::ErrorPassive)], Module::Loaded);
+    assert_eq!(mends(&passive, &needs("usb"), "interface can0").0, Status::Gap);
+    let mut facts = laptop();
+    facts.can.no_socket = Some("no".to_owned());
+    facts.can.modules.insert("can_raw".to_owned(), Module::Available);
+    assert_eq!(mends(&facts, &vcan, "CAN"), lacking("sudo modprobe can_raw"));
+}
+
+#[test]
+fn a_port_that_is_not_ours_gets_the_command_that_it_needs() {
+    let closed = |group: &str, groups: &[&str], enrolled: &[&str]| {
+        let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+        let mut port = adapter("/dev/ttyUSB0", "A50285BI");
+        port.accessible = false;
+        group.clone_into(&mut port.group);
+        let (groups, enrolled) = (owned(groups), owned(enrolled));
+        let serial = SerialFacts { user: "jane".to_owned(), groups, enrolled, ports: vec![port] };
+        mends(&Facts { serial, ..laptop() }, &needs("usb"), "/dev/ttyUSB0")
+    };
+    for (group, groups, enrolled, begins) in [
+        ("dialout", &["jane"][..], &[][..], "sudo usermod -aG dialout $USER\n# then log in again"),
+        ("dialout", &["jane"], &["dialout"], "# log in again: jane is in the group dialout"),
+        ("dialout", &["dialout"], &["dialout"], "sudo chmod g+rw /dev/ttyUSB0"),
+        ("root", &["jane"], &[], "sudo chgrp dialout /dev/ttyUSB0"),
+    ] {
+        let (status, mend) = closed(group, groups, enrolled);
+        assert_eq!(status, Status::Lacking);
+        assert!(mend.starts_with(begins), "{mend}");
+    }
+}
+
+#[test]
+fn no_pty_to_be_had_has_its_command() {
+    let with = |why: &str, used| {
+        let no_pair = Some(why.to_owned());
+        mends(&Facts { pty: PtyFacts { no_pair, used }, ..laptop() }, &needs("emulated"), "ptys")
+    };
+    let (status, mend) = with("no space", Some((4_096, 4_096)));
+    assert_eq!((status, mend.as_str()), (Status::Lacking, "sudo sysctl -w kernel.pty.max=8192"));
+    assert!(with("not found", None).1.contains("mount -t devpts"));
+}
+
+#[test]
+fn an_adapter_cannot_steer_the_terminal() {
+    let mut facts = bench(CanState::ErrorActive);
+    facts.serial.ports[0].accessible = false;
+    facts.serial.ports[0].usb.as_mut().unwrap().name = "evil\u{1b}[2J\nrow".to_owned();
+    assert!(!shown(&facts, &needs("usb")).contains('\u{1b}'));
+}
+
+#[test]
+fn plans_are_held_against_the_bench() {
+    let read = |bench: Option<&str>, plans: &[&str]| {
+        let plans: Vec<String> = plans.iter().map(|plan| (*plan).to_owned()).collect();
+        Needs::read(bench, &plans)
+    };
+    let told = |needs: &Needs| {
+        let line = |finding: &super::Finding| {
+            let mend = finding.mend.as_deref().unwrap_or("-").lines().next().unwrap_or_default();
+            format!("{} | {} | {} | {mend}", finding.subject, finding.status.name(), finding.what)
+        };
+        needs.findings.iter().map(line).collect::<Vec<_>>().join("\n")
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let bench = path(
+        "mine.toml",
+        "[base]\nport = \"can:can0\"\n[answers]\nfile = \"there-is-none.toml\"\n",
+    );
+    let mut all = String::new();
+    for needs in [
+        read(None, &["laps-corrected", "varification"]),
+        read(Some("vcan"), &["laps-corrected", "verification"]),
+        read(Some("vcan"), &["laps-corrected-serial"]),
+        read(Some("emulated"), &["laps-corrected"]),
+        read(Some(&bench), &["laps-corrected"]),
+        read(Some("no-such-bench"), &[]),
+    ] {
+        all += &told(&needs).replace(&*folder.path().to_string_lossy(), ".");
+        all += "\n\n";
+    }
+    insta::assert_snapshot!(all);
+    // On the table alone the base is not looked for.
+    let needs = read(Some("vcan"), &["verification"]);
+    assert!(needs.ports.is_empty(), "{:?}", needs.ports);
+    assert_eq!(needs.ptys.len(), 2);
+}
+
+#[test]
+fn a_program_reads_the_same() {
+    let (facts, needs) = (container(), needs("vcan"));
+    let json = show::json(&facts, &examine(&facts, &needs)).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["outcome"], "error");
+    assert_eq!(json["facts"]["can"]["modules"]["vcan"], "missing");
+    let lacking: Vec<_> = json["findings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|finding| finding["status"] == "lacking")
+        .map(|finding| finding["subject"].as_str().unwrap())
+        .collect();
+    assert_eq!(lacking, ["CAN", "vcan0", "k2a-controller"]);
+}
+
+#[test]
+fn this_machine_can_be_looked_at() {
+    let needs = needs("usb");
+    let facts = Facts::gather(&needs);
+    assert!(!facts.kernel.is_empty() && facts.clock.resolution_s > 0.0);
+    assert!(facts.clock.late_max_s >= facts.clock.late_p99_s);
+    assert!(shown(&facts, &needs).contains("clock"));
+}

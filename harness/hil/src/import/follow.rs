@@ -1,0 +1,155 @@
+//! Which step of the plan a move of the base is: they come in the plan's order.
+//!
+//! A repeat is taken to do all its rounds: whether a condition ended it sooner is not on the bus.
+
+use super::moves::Move;
+use harness::engine::observe::Tags;
+use harness::engine::program::{Next, Program};
+use plan::{Action, Lap, Plan, Step};
+use std::collections::VecDeque;
+use std::fmt;
+use std::sync::Arc;
+use wire::time::Timestamp;
+use wire::units::{Angle, Length};
+
+/// A move is that of a step when its size is within this share of the step's. Assumption: half, so that a
+/// bad stop is judged and another mission is not taken for it.
+pub const SIZE_SHARE: f64 = 0.5;
+
+/// How the base is to move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Expected {
+    /// Straight on; backward is negative.
+    Straight(Length),
+    /// On the spot; counter-clockwise is positive.
+    Turn(Angle),
+}
+
+impl Expected {
+    fn is(self, seen: &Move) -> bool {
+        let (is_kind, size, nominal) = match self {
+            Self::Straight(distance) => (seen.is_straight(), seen.travelled.m(), distance.m()),
+            Self::Turn(angle) => (!seen.is_straight(), seen.turned.rad(), angle.rad()),
+        };
+        is_kind && (size / nominal - 1.0).abs() <= SIZE_SHARE
+    }
+}
+
+impl fmt::Display for Expected {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Straight(distance) => write!(f, "a straight line of {:.4} m", distance.m()),
+            Self::Turn(angle) => write!(f, "a turn by {:.1} deg", angle.deg()),
+        }
+    }
+}
+
+/// As [`Expected`], of a move that was seen.
+pub(super) struct Words<'a>(pub(super) &'a Move);
+
+impl fmt::Display for Words<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let seen = self.0;
+        match seen.is_straight() {
+            true => Expected::Straight(seen.travelled).fmt(f),
+            false => Expected::Turn(seen.turned).fmt(f),
+        }
+    }
+}
+
+/// What of a plan moves the base, and where it stands in it.
+#[derive(Debug, Clone)]
+pub struct Leg {
+    /// How the base is to move.
+    pub expected: Expected,
+    /// Where in the plan: `steps[2].repeat[1] (round 7 of 40)`.
+    pub place: String,
+    /// Tags of what is observed of it.
+    pub tags: Tags,
+}
+
+/// The moves of a plan, one after another.
+#[derive(Debug)]
+pub struct Legs {
+    program: Program,
+    waiting: VecDeque<Leg>,
+    rounds: u64,
+    round_begun: bool,
+}
+
+impl Legs {
+    /// Those of `plan`.
+    pub fn new(plan: &Arc<Plan>) -> Self {
+        let program = Program::new(Arc::clone(plan), Timestamp::ZERO, Timestamp::MAX);
+        Self { program, waiting: VecDeque::new(), rounds: 0, round_begun: false }
+    }
+
+    fn step(&mut self, step: &Step) {
+        // As in a run: a round that holds nothing but another repeat is none of its own.
+        self.rounds += u64::from(std::mem::take(&mut self.round_begun));
+        let label = step.label.as_ref().map(|label| label.as_str());
+        let tags = self.program.tags(&step.action, label, self.rounds);
+        let place = self.program.place();
+        let leg = |expected| Leg { expected, place: place.clone(), tags: tags.clone() };
+        self.waiting.extend(moves(&step.action).into_iter().map(leg));
+        self.program.step_done();
+    }
+}
+
+impl Iterator for Legs {
+    type Item = Leg;
+
+    fn next(&mut self) -> Option<Leg> {
+        loop {
+            if let Some(leg) = self.waiting.pop_front() {
+                return Some(leg);
+            }
+            // Nothing here takes time: a limit cannot be passed.
+            match self.program.next(Timestamp::ZERO, |_| false) {
+                Next::Step(step) => self.step(&step),
+                Next::Round { .. } => self.round_begun = true,
+                Next::Done => return None,
+            }
+        }
+    }
+}
+
+fn moves(action: &Action) -> Vec<Expected> {
+    match action {
+        Action::Straight(straight) => vec![Expected::Straight(straight.distance)],
+        Action::Turn(turn) => vec![Expected::Turn(turn.angle)],
+        Action::Lap(lap) => of_lap(lap),
+        _ => Vec::new(),
+    }
+}
+
+fn of_lap(lap: &Lap) -> Vec<Expected> {
+    let corner = Angle::from_deg(90.0 * lap.direction.sign());
+    [Expected::Straight(lap.side), Expected::Turn(corner)].repeat(4)
+}
+
+/// A step of the plan moves the base.
+pub fn moves_base(plan: &Plan) -> bool {
+    fn any(steps: &[Step]) -> bool {
+        steps.iter().any(|step| !moves(&step.action).is_empty() || any(step.action.steps()))
+    }
+    any(&plan.steps)
+}
+
+/// The leg that a move is.
+///
+/// # Errors
+/// Why it is another than the plan's next.
+pub(super) fn follow(legs: &mut Legs, seen: &Move) -> Result<Option<Leg>, String> {
+    let Some(leg) = legs.next() else { return Ok(None) };
+    if leg.expected.is(seen) {
+        return Ok(Some(leg));
+    }
+    Err(format!(
+        "the log does not follow the plan: at {:.3} s it has {}, where {} is {}",
+        seen.began.as_secs_f64(),
+        Words(seen),
+        leg.place,
+        leg.expected
+    ))
+}

@@ -1,0 +1,135 @@
+//! JSON Schemas (draft 2020-12) of the files that people write, for editors: what may stand where, its bounds and what it
+//! means. They are made from the types that read the files, and from the tables of steps, quantities and faults.
+//!
+//! A TOML file names its schema in its first line, `#:schema schemas/plan.schema.json`, which taplo and Even Better TOML
+//! read.
+
+#[cfg(test)]
+mod tests;
+
+use emulators::device_file::{BaseModel, DeviceFile, GyroModel, TableModel};
+use identification::model::Model;
+use plan::Plan;
+use plan::bench_file::BenchFile;
+use schemars::generate::SchemaSettings;
+use schemars::transform::{Transform, transform_subschemas};
+use schemars::{Schema, SchemaGenerator};
+use serde_json::Value;
+
+/// A kind of file that people write.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum FileKind {
+    /// A plan.
+    Plan,
+    /// A bench file: which port plays which role.
+    Bench,
+    /// A device file: gyro, base and table that are emulated.
+    Devices,
+    /// The description of a device of your own.
+    Device,
+    /// A model that was identified.
+    Model,
+    /// A kind of gyro that device files name.
+    GyroModel,
+    /// A kind of base that device files name.
+    BaseModel,
+    /// A kind of table that device files name.
+    TableModel,
+}
+
+impl FileKind {
+    /// Every kind there is.
+    pub const ALL: [Self; 8] = [
+        Self::Plan,
+        Self::Bench,
+        Self::Devices,
+        Self::Device,
+        Self::Model,
+        Self::GyroModel,
+        Self::BaseModel,
+        Self::TableModel,
+    ];
+
+    /// Name of the file that its schema is kept in.
+    pub const fn schema_file(self) -> &'static str {
+        match self {
+            Self::Plan => "plan.schema.json",
+            Self::Bench => "bench.schema.json",
+            Self::Devices => "devices.schema.json",
+            Self::Device => "device.schema.json",
+            Self::Model => "model.schema.json",
+            Self::GyroModel => "gyro-model.schema.json",
+            Self::BaseModel => "base-model.schema.json",
+            Self::TableModel => "table-model.schema.json",
+        }
+    }
+
+    /// Its schema.
+    pub fn schema(self) -> Schema {
+        let settings =
+            SchemaSettings::draft2020_12().with_transform(NoNull).with_transform(PlainWords);
+        let generator = SchemaGenerator::new(settings);
+        match self {
+            Self::Plan => generator.into_root_schema_for::<Plan>(),
+            Self::Bench => generator.into_root_schema_for::<BenchFile>(),
+            Self::Devices => generator.into_root_schema_for::<DeviceFile>(),
+            Self::Device => described::schema(generator),
+            Self::Model => generator.into_root_schema_for::<Model>(),
+            Self::GyroModel => generator.into_root_schema_for::<GyroModel>(),
+            Self::BaseModel => generator.into_root_schema_for::<BaseModel>(),
+            Self::TableModel => generator.into_root_schema_for::<TableModel>(),
+        }
+    }
+
+    /// Its schema as it is kept in a file.
+    pub fn text(self) -> String {
+        format!("{:#}\n", self.schema().as_value())
+    }
+}
+
+/// TOML has no null: what may be absent is not of type null, and has none for a default.
+#[derive(Debug, Clone)]
+struct NoNull;
+
+impl Transform for NoNull {
+    fn transform(&mut self, schema: &mut Schema) {
+        transform_subschemas(self, schema);
+        let Some(object) = schema.as_object_mut() else { return };
+        if object.get("default").is_some_and(says_nothing) {
+            object.remove("default");
+        }
+        if let Some(Value::Array(types)) = object.get_mut("type") {
+            types.retain(|one| one != "null");
+            if let [one] = &types[..] {
+                let one = one.clone();
+                object.insert("type".to_owned(), one);
+            }
+        }
+        if let Some(Value::Array(any)) = object.get_mut("anyOf") {
+            any.retain(|one| one.get("type").is_none_or(|kind| kind != "null"));
+        }
+    }
+}
+
+/// An editor cannot follow links between types: what they name stays.
+#[derive(Debug, Clone)]
+struct PlainWords;
+
+impl Transform for PlainWords {
+    fn transform(&mut self, schema: &mut Schema) {
+        transform_subschemas(self, schema);
+        if let Some(Value::String(doc)) = schema.get_mut("description") {
+            *doc = doc.replace("[`", "`").replace("`]", "`");
+        }
+    }
+}
+
+fn says_nothing(default: &Value) -> bool {
+    match default {
+        Value::Null => true,
+        Value::String(text) => text.is_empty(),
+        Value::Array(items) => items.is_empty(),
+        Value::Object(fields) => fields.is_empty(),
+        _ => false,
+    }
+}

@@ -1,0 +1,80 @@
+//! Interfaces that a test makes for itself.
+
+use ports::can_socket::kernel_has_can;
+use std::io;
+use std::process::Stdio;
+use tokio::process::Command;
+
+/// Set where a test that cannot run is to fail, as where a kernel with CAN was started for it.
+const REQUIRED: &str = "HIL_TESTS_NEED_CAN";
+
+/// A virtual CAN interface; deleted when this is dropped.
+pub struct Link(pub &'static str);
+
+impl Link {
+    /// A new interface of that name, up. `None`, and said why, where the machine gives none.
+    pub async fn make(name: &'static str) -> Option<Self> {
+        if let Err(cause) = kernel_has_can() {
+            return skip(&format!("this kernel has no CAN sockets: {cause}"));
+        }
+        let link = Self(name);
+        // Left by a test that was killed.
+        ip(&["link", "del", name]).await.ok();
+        match link.add().await {
+            Ok(()) => Some(link),
+            Err(cause) => skip(&format!("no right to make an interface: {cause}")),
+        }
+    }
+
+    /// Makes it, and takes it up.
+    pub async fn add(&self) -> Result<(), String> {
+        ip(&["link", "add", "dev", self.0, "type", "vcan"]).await?;
+        self.set("up").await
+    }
+
+    /// Takes it `up` or `down`.
+    pub async fn set(&self, state: &str) -> Result<(), String> {
+        ip(&["link", "set", self.0, state]).await
+    }
+
+    pub async fn delete(&self) -> Result<(), String> {
+        ip(&["link", "del", self.0]).await
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        for program in [&["ip"][..], &["busybox", "ip"]] {
+            let mut command = std::process::Command::new(program[0]);
+            command.args(&program[1..]).args(["link", "del", self.0]).stderr(Stdio::null());
+            if command.status().is_ok() {
+                return;
+            }
+        }
+    }
+}
+
+/// Carries out `ip` with these arguments; what it said when it failed.
+pub async fn ip(arguments: &[&str]) -> Result<(), String> {
+    let output = match Command::new("ip").args(arguments).output().await {
+        // A machine without iproute2; the guest has this one in any case.
+        Err(cause) if cause.kind() == io::ErrorKind::NotFound => {
+            Command::new("busybox").arg("ip").args(arguments).output().await
+        }
+        result => result,
+    };
+    let output = output.map_err(|cause| cause.to_string())?;
+    if output.status.success() {
+        return Ok(());
+    }
+    Err(String::from_utf8_lossy(&output.stderr).trim().to_owned())
+}
+
+fn skip<T>(why: &str) -> Option<T> {
+    skips::skip_unless(
+        REQUIRED,
+        why,
+        format_args!("{} -p harness --test can_port", skips::IN_GUEST),
+    );
+    None
+}

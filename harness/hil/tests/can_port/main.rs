@@ -1,0 +1,46 @@
+//! Ports for CAN frames on a kernel that has CAN: an interface that comes and goes, a bus with errors, and
+//! the kernel as the user of an adapter that is played here.
+//!
+//! Needs the right to make interfaces; `tests/vcan-guest/run` gives a kernel where that is so.
+
+#![cfg(target_os = "linux")]
+#![expect(clippy::unwrap_used, reason = "in a test what cannot go on may panic")]
+
+mod link;
+mod recorder;
+mod replay;
+mod slcan;
+mod socket;
+
+use ports::{FrameEvent, FramePort, PortSpec};
+use std::future::Future;
+use std::time::Duration;
+use wire::can::{CanFrame, ExtendedId};
+use wire::slcan::BitRate;
+use wire::time::Timestamp;
+
+const NOW: Timestamp = Timestamp::ZERO;
+/// An event that does not come within this does not come. The machine may be busy with others.
+const LIMIT: Duration = Duration::from_secs(60);
+
+fn run<T>(test: impl Future<Output = T>) -> T {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    runtime.block_on(async { tokio::time::timeout(LIMIT, test).await.expect("the test ends") })
+}
+
+async fn opened(interface: &str) -> FramePort {
+    let spec = PortSpec::Can { interface: interface.to_owned() };
+    FramePort::open(&spec, BitRate::default()).await.unwrap()
+}
+
+fn frame(number: u32) -> CanFrame {
+    CanFrame::new(ExtendedId::new(number).unwrap(), &number.to_be_bytes()).unwrap()
+}
+
+/// The next event, which is to be a frame.
+async fn heard(port: &mut FramePort) -> CanFrame {
+    match port.receive().await {
+        Ok(FrameEvent::Frame(frame)) => frame,
+        other => panic!("{other:?}"),
+    }
+}

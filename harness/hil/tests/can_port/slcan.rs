@@ -1,0 +1,62 @@
+//! The kernel's own line discipline `slcan` as the user of an adapter that is played here.
+
+use crate::link::{Link, ip};
+use crate::{NOW, frame, heard, opened, run};
+use ports::{FrameEvent, FramePort, PortSpec};
+use std::process::Stdio;
+use std::time::Duration;
+use tokio::process::{Child, Command};
+use wire::can_error::{BusState, CanErrorEvent, ErrorCounters};
+use wire::slcan::{BitRate, StateReport};
+
+/// The interface that the kernel makes of the pty.
+const INTERFACE: &str = "hilslcan";
+
+/// `slcand` in the foreground: opens the adapter at 500 kbit/s and hands the pty to the kernel.
+fn slcand(pty: &str) -> Child {
+    Command::new("slcand")
+        .args(["-F", "-o", "-s6", pty, INTERFACE])
+        .stdout(Stdio::null())
+        .kill_on_drop(true)
+        .spawn()
+        .unwrap()
+}
+
+/// Takes the interface up, once it is there.
+async fn take_up() {
+    while !std::path::Path::new("/sys/class/net").join(INTERFACE).exists() {
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
+    ip(&["link", "set", INTERFACE, "up"]).await.unwrap();
+}
+
+#[test]
+fn the_kernel_uses_the_adapter_and_sees_the_state_of_its_bus() {
+    run(async {
+        // Skips where there is no CAN, and where interfaces cannot be made.
+        let Some(_link) = Link::make("hilprobe").await else { return };
+        let spec: PortSpec = "slcan-pty".parse().unwrap();
+        let mut adapter = FramePort::open(&spec, BitRate::default()).await.unwrap();
+        let _slcand = slcand(adapter.far_path().unwrap());
+        let (up, ()) = tokio::join!(adapter.receive(), take_up());
+        assert_eq!(up, Ok(FrameEvent::Up));
+        let mut kernel = opened(INTERFACE).await;
+
+        for number in 0..20 {
+            adapter.send(NOW, &frame(number));
+            assert_eq!(heard(&mut kernel).await, frame(number));
+            kernel.send(NOW, &frame(number + 100));
+            assert_eq!(heard(&mut adapter).await, frame(number + 100));
+        }
+        // This one has a bus of its own; nobody makes up its errors.
+        assert!(kernel.report(&CanErrorEvent::default()).is_err());
+
+        for state in [BusState::Warning, BusState::Passive, BusState::BusOff] {
+            let counters = ErrorCounters { tx: state.least_counter(), rx: 0 };
+            adapter.report(&StateReport { state, counters }.into()).unwrap();
+            let Ok(FrameEvent::Bus(event)) = kernel.receive().await else { panic!("{state}") };
+            assert_eq!(event.bus_state(), Some(state), "{event:?}");
+        }
+        assert_eq!(kernel.counters().error_frames, 3);
+    });
+}

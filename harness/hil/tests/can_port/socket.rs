@@ -1,0 +1,160 @@
+//! SocketCAN.
+
+use crate::link::{Link, ip};
+use crate::{NOW, frame, heard, opened, run};
+use ports::{FrameEvent, FramePort, PortError, PortLost, PortSpec};
+use socketcan::{CanFdFrame, CanFdSocket, EmbeddedFrame as _, Socket as _};
+use wire::can::{CanFrame, StandardId};
+use wire::can_error::{BusState, CanErrorEvent, ErrorCounters};
+use wire::slcan::{BitRate, StateReport};
+
+#[test]
+fn frames_cross_both_ways_and_own_ones_are_not_heard() {
+    run(async {
+        let Some(link) = Link::make("hilframes").await else { return };
+        let (mut here, mut there) = (opened(link.0).await, opened(link.0).await);
+        assert_eq!(here.far_path(), Some(link.0));
+        for number in 0..20 {
+            here.send(NOW, &frame(number));
+            assert_eq!(heard(&mut there).await, frame(number));
+            there.send(NOW, &frame(number + 100));
+            assert_eq!(heard(&mut here).await, frame(number + 100));
+        }
+        let counters = here.counters();
+        assert_eq!((counters.frames_in, counters.frames_out), (20, 20));
+        assert!(counters.all_crossed());
+    });
+}
+
+#[test]
+fn error_frames_are_events_of_the_bus() {
+    run(async {
+        let Some(link) = Link::make("hilerrors").await else { return };
+        let (mut here, mut there) = (opened(link.0).await, opened(link.0).await);
+        for state in [BusState::Warning, BusState::Passive, BusState::BusOff, BusState::Active] {
+            let counters = ErrorCounters { tx: state.least_counter(), rx: 0 };
+            here.report(&StateReport { state, counters }.into()).unwrap();
+            let Ok(FrameEvent::Bus(event)) = there.receive().await else { panic!("{state}") };
+            assert_eq!(event.bus_state(), Some(state));
+        }
+        let lost = CanErrorEvent { lost_arbitration: Some(7), ..CanErrorEvent::default() };
+        here.report(&lost).unwrap();
+        assert_eq!(there.receive().await, Ok(FrameEvent::Bus(lost)));
+        // What was made up is no harm: frames still cross.
+        here.send(NOW, &frame(1));
+        assert_eq!(heard(&mut there).await, frame(1));
+        assert_eq!(there.counters().error_frames, 5);
+    });
+}
+
+#[test]
+fn fd_frames_are_tolerated() {
+    run(async {
+        let Some(link) = Link::make("hilfd").await else { return };
+        let mut here = opened(link.0).await;
+        let there = CanFdSocket::open(link.0).unwrap();
+        let id = StandardId::new(0x123).unwrap();
+        for length in [64, 8, 12, 3] {
+            there.write_frame(&CanFdFrame::new(id, &vec![9; length]).unwrap()).unwrap();
+        }
+        assert_eq!(heard(&mut here).await, CanFrame::new(id, &[9; 8]).unwrap());
+        assert_eq!(heard(&mut here).await, CanFrame::new(id, &[9; 3]).unwrap());
+        let counters = here.counters();
+        assert_eq!((counters.fd_frames, counters.unsupported_frames), (4, 2));
+        assert_eq!(counters.frames_in, 2);
+    });
+}
+
+#[test]
+fn an_interface_that_goes_down_is_waited_for() {
+    run(async {
+        let Some(link) = Link::make("hildown").await else { return };
+        let (mut here, mut there) = (opened(link.0).await, opened(link.0).await);
+        link.set("down").await.unwrap();
+        assert_eq!(here.receive().await, Ok(FrameEvent::Down));
+        assert_eq!(there.receive().await, Ok(FrameEvent::Down));
+        here.send(NOW, &frame(1));
+        assert_eq!(here.counters().overrun_frames, 1);
+        let wait = tokio::time::timeout(std::time::Duration::from_millis(200), here.receive());
+        assert!(wait.await.is_err(), "it is down");
+
+        link.set("up").await.unwrap();
+        assert_eq!(here.receive().await, Ok(FrameEvent::Up));
+        // Told before the frame, though that is there first.
+        here.send(NOW, &frame(2));
+        assert_eq!(there.receive().await, Ok(FrameEvent::Up));
+        assert_eq!(heard(&mut there).await, frame(2));
+        assert_eq!((here.counters().returns, here.counters().frames_out), (1, 1));
+    });
+}
+
+#[test]
+fn an_interface_that_is_deleted_is_lost_and_comes_back() {
+    run(async {
+        let Some(link) = Link::make("hildeleted").await else { return };
+        let mut here = opened(link.0).await;
+        link.delete().await.unwrap();
+        let lost = loop {
+            match here.receive().await {
+                // Deleting takes it down first.
+                Ok(FrameEvent::Down) => {}
+                Ok(other) => panic!("{other:?}"),
+                Err(lost) => break lost,
+            }
+        };
+        assert_eq!((lost, here.receive().await), (PortLost::Deleted, Err(PortLost::Deleted)));
+        let (back, added) = tokio::join!(here.reopen(), link.add());
+        assert!(back.is_ok() && added.is_ok(), "{back:?} {added:?}");
+        let mut there = opened(link.0).await;
+        there.send(NOW, &frame(3));
+        assert_eq!(heard(&mut here).await, frame(3));
+        assert_eq!(here.counters().returns, 1);
+    });
+}
+
+#[test]
+fn frames_beyond_the_receive_buffer_are_counted() {
+    /// More than the buffer holds; it is grown as far as the machine allows.
+    const BURST: u32 = 40_000;
+    run(async {
+        let Some(link) = Link::make("hilburst").await else { return };
+        let (mut here, mut there) = (opened(link.0).await, opened(link.0).await);
+        for number in 0..BURST {
+            here.send(NOW, &frame(number));
+        }
+        assert_eq!(here.counters().frames_out, u64::from(BURST));
+        // Known at once, not only with the next frame.
+        let dropped = there.counters().receive_dropped_frames;
+        assert!(dropped > 0, "{:?}", there.counters());
+        let kept = u64::from(BURST) - dropped;
+        for number in 0..u32::try_from(kept).unwrap() {
+            assert_eq!(heard(&mut there).await, frame(number));
+        }
+        here.send(NOW, &frame(BURST));
+        assert_eq!(heard(&mut there).await, frame(BURST));
+        let counters = there.counters();
+        assert_eq!((counters.frames_in, counters.receive_dropped_frames), (kept + 1, dropped));
+        assert!(!counters.all_crossed());
+        let FramePort::Can(port) = &there else { panic!("SocketCAN") };
+        eprintln!("{kept} frames kept in {:?} bytes", port.receive_buffer());
+    });
+}
+
+#[test]
+fn an_interface_that_cannot_be_opened_is_told_why() {
+    run(async {
+        let Some(link) = Link::make("hilclosed").await else { return };
+        link.set("down").await.unwrap();
+        let open = async |interface: &str| {
+            let spec = PortSpec::Can { interface: interface.to_owned() };
+            FramePort::open(&spec, BitRate::default()).await.unwrap_err()
+        };
+        let error = open(link.0).await;
+        assert!(matches!(error, PortError::InterfaceDown { .. }), "{error}");
+        ip(&["link", "set", "lo", "up"]).await.unwrap();
+        for interface in ["hilmissing", "lo"] {
+            let error = open(interface).await;
+            assert!(matches!(error, PortError::NoInterface { .. }), "{error}");
+        }
+    });
+}

@@ -1,0 +1,95 @@
+//! Virtual time across the kernel: the same verdicts and the same record as in memory, whatever is crossed.
+
+use crate::hil::{Hil, TURN};
+use ports::can_socket::{Interface, InterfaceState, kernel_has_can};
+use std::fs;
+
+/// What a run left: every byte and frame, and the summary.
+struct Left {
+    record: Vec<u8>,
+    summary: serde_json::Value,
+}
+
+fn run(hil: &Hil, bus: &str) -> Left {
+    let arguments = ["run", "turn.toml", "--bus", bus, "--record", "full", "--out", bus];
+    hil.run(&arguments).exits(0);
+    let summary = fs::read(hil.path(bus).join("summary.json")).unwrap();
+    Left {
+        record: fs::read(hil.path(bus).join("record.hilrec")).unwrap(),
+        summary: serde_json::from_slice(&summary).unwrap(),
+    }
+}
+
+/// Runs `plan` on this bus and in memory.
+fn compare(plan: &str, bus: &str) {
+    let hil = Hil::with_plan(plan);
+    let (memory, crossed) = (run(&hil, "memory"), run(&hil, bus));
+    assert_eq!(memory.summary["bus"], "memory");
+    assert_eq!(crossed.summary["bus"], bus);
+    assert_eq!(crossed.summary["clock"], "virtual");
+    for part in ["measurements", "simulated_s", "events"] {
+        assert_eq!(memory.summary[part], crossed.summary[part], "{part}");
+    }
+    assert!(memory.record.len() > 10_000, "the gyro alone sends more");
+    assert!(memory.record == crossed.record, "the records differ");
+}
+
+fn has_vcan() -> bool {
+    kernel_has_can().is_ok() && Interface::new("vcan0").state() == InterfaceState::Up
+}
+
+#[test]
+fn a_base_on_a_serial_line_crosses_ptys() {
+    compare(&TURN.replace("\"paper\"", "\"paper-serial\""), "pty");
+}
+
+#[test]
+fn a_base_on_can_crosses_an_adapter() {
+    compare(TURN, "slcan");
+}
+
+#[test]
+fn a_base_on_can_crosses_a_vcan() {
+    if !has_vcan() {
+        let how = format!("{} -p harness --test cli -- crossing::", skips::IN_GUEST);
+        skips::skip("there is no vcan0 here", how);
+        return;
+    }
+    compare(TURN, "vcan");
+}
+
+#[test]
+fn a_frame_of_another_program_is_an_error() {
+    use socketcan::{CanSocket, EmbeddedFrame as _, Socket as _, StandardId};
+    if !has_vcan() {
+        let how = format!("{} -p harness --test cli -- crossing::", skips::IN_GUEST);
+        skips::skip("there is no vcan0 here", how);
+        return;
+    }
+    let stranger = CanSocket::open("vcan0").unwrap();
+    let frame = socketcan::CanFrame::new(StandardId::new(0x7ff).unwrap(), b"stray").unwrap();
+    // A plan that is not over before the stranger was there.
+    let hil = Hil::with_plan(&TURN.replace("duration_s = 5", "duration_s = 100"));
+    let mut child = hil.command(&["run", "turn.toml", "--bus", "vcan"]);
+    let child = child.stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped());
+    let mut child = child.spawn().unwrap();
+    while child.try_wait().unwrap().is_none() {
+        // A queue that is full for a moment is no reason to stop.
+        let _ = stranger.write_frame(&frame);
+    }
+    let ran = crate::hil::Ran::of(child.wait_with_output().unwrap()).exits(3);
+    assert!(ran.out.contains("frame 7FF#7374726179 came out"), "{}", ran.out);
+}
+
+#[test]
+fn a_machine_without_can_says_what_it_lacks() {
+    if kernel_has_can().is_ok() {
+        skips::skip("this kernel has CAN", "on one without");
+        return;
+    }
+    let hil = Hil::with_plan(TURN);
+    let ran = hil.run(&["run", "turn.toml", "--bus", "vcan"]).exits(3);
+    assert!(ran.err.contains("this kernel has no CAN sockets"), "{}", ran.err);
+    assert!(ran.err.contains("slcan-pty"), "{}", ran.err);
+    assert!(!hil.path("runs").exists());
+}

@@ -1,0 +1,118 @@
+//! Good and bad input.
+
+use crate::hil::{Hil, TURN};
+
+#[test]
+fn what_ships_is_listed() {
+    let all = Hil::new().run(&["list"]).exits(0);
+    for name in ["laps-observed", "paper-table", "lap.gyro_error", "gyro.ambient_celsius"] {
+        assert!(all.out.contains(name), "{name}: {}", all.out);
+    }
+    let plans = Hil::new().run(&["list", "plans"]).exits(0);
+    assert!(plans.out.contains("umbmark") && !plans.out.contains("lap.gyro_error"));
+}
+
+#[test]
+fn an_unknown_plan_is_bad_input() {
+    let hil = Hil::new();
+    let ran = hil.run(&["run", "varification"]).exits(2);
+    assert!(ran.err.contains("no plan is called \"varification\""), "{}", ran.err);
+    assert!(ran.err.is_ascii(), "plain where it is no terminal: {}", ran.err);
+    assert!(!hil.path("runs").exists());
+}
+
+#[test]
+fn an_unknown_key_is_shown_in_its_place() {
+    let hil = Hil::with_plan(&TURN.replace("angle_deg", "angel_deg"));
+    // The plan before it is not run either.
+    let ran = hil.run(&["run", "straight-accuracy", "./turn.toml"]).exits(2);
+    assert!(ran.err.contains("angel_deg") && ran.err.contains("turn.toml:7"), "{}", ran.err);
+    assert!(!hil.path("runs").exists());
+}
+
+#[test]
+fn arguments_that_do_not_go_together_are_bad_input() {
+    let hil = Hil::with_plan(TURN);
+    for (arguments, why) in [
+        (&["--bus", "pty"][..], "it is on CAN, and a pty carries bytes"),
+        (&["--bus", "slcan", "--seeds", "3"], "--seeds needs the memory bus"),
+        (&["--clock", "real", "--bus", "memory"], "the real clock needs the pty bus"),
+        (&["--controller", "process"], "needs the controller in the process"),
+        (&["--bench", "mine.toml"], "has no use for a bench file"),
+        (&["--clock", "real", "--seeds", "3"], "--seeds needs the virtual clock"),
+        (&["--answer", "mass=1"], "no plan asks for mass"),
+        (&["--answer", "mass"], "expected NAME=VALUE"),
+        (&["--seeds", "0"], "0 is not in 1..="),
+        (&["--seeds", "2", "--out", "x"], "cannot be used with"),
+        (&["./turn.toml"], "two of the plans are called turn"),
+    ] {
+        let ran = hil.run(&[&["run", "turn.toml"][..], arguments].concat()).exits(2);
+        assert!(ran.err.contains(why), "{arguments:?}: {}", ran.err);
+    }
+    assert!(!hil.path("runs").exists());
+}
+
+#[test]
+fn exit_statuses_are_documented() {
+    for arguments in [&["--help"][..], &["run", "--help"], &["check", "--help"]] {
+        let help = Hil::new().run(arguments).exits(0).out;
+        for status in ["0  passed", "1  failed", "2  bad input", "3  the bench", "4  timeout"] {
+            assert!(help.contains(status), "{help}");
+        }
+    }
+}
+
+#[test]
+fn a_folder_that_is_not_ours_is_refused() {
+    let hil = Hil::with_plan(TURN);
+    let ran = hil.run(&["run", "turn.toml", "--out", "."]).exits(2);
+    assert!(ran.err.contains("refused to replace ."), "{}", ran.err);
+    for command in ["check", "report", "show"] {
+        let ran = hil.run(&[command, "."]).exits(2);
+        assert!(ran.err.contains("no run in ."), "{command}: {}", ran.err);
+    }
+}
+
+#[test]
+fn the_doctor_says_what_lacks_and_exits_accordingly() {
+    let hil = Hil::new();
+    let ran = hil.run(&["doctor"]).exits(0);
+    for subject in ["CAN", "serial ports", "ptys", "clock", "k2a-controller", "exit status 0"] {
+        assert!(
+            ran.out.contains(subject) || ran.out.contains("/dev/tty"),
+            "{subject}: {}",
+            ran.out
+        );
+    }
+    // Whatever this machine has, this port and this interface it has not.
+    let bench = "[gyro]\nport = \"/dev/there-is-no-such-port\"\n[base]\nport = \"can:can-none\"\n";
+    std::fs::write(hil.path("bench.toml"), bench).unwrap();
+    let ran = hil.run(&["doctor", "--bench", "bench.toml"]).exits(3);
+    for lacking in ["/dev/there-is-no-such-port, for the gyro", "can-none, for the base"] {
+        assert!(ran.out.contains(lacking), "{lacking}: {}", ran.out);
+    }
+    let json = hil.run(&["doctor", "laps-corrected", "--json"]).exits(0);
+    let json: serde_json::Value = serde_json::from_str(&json.out).unwrap();
+    assert_eq!(json["outcome"], "passed");
+    assert!(hil.run(&["doctor", "varification"]).exits(3).out.contains("no plan is called"));
+}
+
+#[test]
+fn the_doctor_sees_a_vcan() {
+    if !std::path::Path::new("/sys/class/net/vcan0").exists() {
+        let how = format!("{} -p harness --test cli -- the_doctor", skips::IN_GUEST);
+        skips::skip("this kernel has no vcan0", how);
+        return;
+    }
+    let ran = Hil::new().run(&["doctor", "laps-corrected", "--bench", "vcan", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
+    let findings = json["findings"].as_array().unwrap();
+    for (subject, what) in
+        [("CAN", "the kernel has"), ("interface vcan0", "up"), ("module vcan", "")]
+    {
+        let finding = findings.iter().find(|finding| finding["subject"] == subject);
+        let finding = finding.unwrap_or_else(|| panic!("nothing about {subject}: {}", ran.out));
+        assert_eq!(finding["status"], "good", "{finding}");
+        assert!(finding["what"].as_str().unwrap().starts_with(what), "{finding}");
+    }
+}

@@ -1,0 +1,101 @@
+//! `hil new`: a device that nobody has built is emulated, tested and broken without a line of Rust.
+
+use super::hil::Hil;
+use std::fs;
+use std::path::Path;
+
+/// The project of an oven on CAN, in the folder `oven`.
+fn oven(arguments: &[&str]) -> Hil {
+    let hil = Hil::new();
+    let ran = hil.run(&[&["new", "oven"], arguments].concat()).exits(0);
+    assert!(ran.out.contains("hil run settles.toml"), "{}", ran.out);
+    hil
+}
+
+/// `hil` with these arguments, in the project.
+fn within(hil: &Hil, arguments: &[&str]) -> super::hil::Ran {
+    let output = hil.command(arguments).current_dir(hil.path("oven")).output().unwrap();
+    super::hil::Ran::of(output)
+}
+
+fn edit(file: &Path, from: &str, to: &str) {
+    let text = fs::read_to_string(file).unwrap();
+    assert!(text.contains(from), "{text}");
+    fs::write(file, text.replacen(from, to, 1)).unwrap();
+}
+
+#[test]
+fn an_invented_device_is_emulated_tested_and_broken() {
+    for (arguments, noisy) in [(&[][..], "noisy-bus.toml"), (&["--serial"], "noisy-line.toml")] {
+        let hil = oven(arguments);
+        within(&hil, &["run", "settles.toml", "safe-alone.toml", noisy]).exits(0);
+        assert!(hil.path("oven/runs/settles-seed1/report.html").is_file());
+
+        // A device that does not do what it should.
+        let device = hil.path("oven/devices/oven.toml");
+        edit(&device, "value = 1.0", "value = 5.0");
+        let ran = within(&hil, &["run", "settles.toml", "--out", "wide"]).exits(1);
+        assert!(ran.out.contains("temperature_held"), "{}", ran.out);
+        edit(&device, "value = 5.0", "value = 1.0");
+
+        // Faults of its line, one of which makes the plan fail; kept as a plan that fails by itself.
+        let campaign =
+            ["campaign", "settles.toml", "--cases", "20", "--out", "campaign", "--quiet"];
+        let ran = within(&hil, &campaign).exits(1);
+        assert!(ran.out.contains("1 property broken"), "{}", ran.out);
+        let saved =
+            fs::read_dir(hil.path("oven/campaign")).unwrap().map(|entry| entry.unwrap().path());
+        let saved = saved.filter(|path| path.extension().is_some_and(|kind| kind == "toml"));
+        let saved: Vec<_> = saved.collect();
+        assert_eq!(saved.len(), 1, "{saved:?}");
+        // Its head says how it is run.
+        let text = fs::read_to_string(&saved[0]).unwrap();
+        let seed = text.lines().find_map(|line| line.split_once("--seed ")).unwrap().1;
+        let plan = saved[0].to_str().unwrap();
+        let ran = within(&hil, &["run", plan, "--seed", seed, "--out", "again"]);
+        assert!(matches!(ran.status, Some(1 | 4)), "{ran:#?}");
+    }
+}
+
+#[test]
+fn how_much_of_a_fault_it_stands_is_measured() {
+    let hil = oven(&[]);
+    let ran = within(&hil, &["campaign", "settles.toml", "--envelopes", "--quiet"]).exits(0);
+    assert!(ran.out.contains("at least 2 s: holds"), "{}", ran.out);
+}
+
+#[test]
+fn a_project_of_ones_own_dbc_runs_as_it_is() {
+    let hil = Hil::new();
+    let dbc = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../wire/dbc/k2a.dbc");
+    let dbc = dbc.to_str().unwrap();
+    let ran = hil.run(&["new", "oven", "--dbc", dbc, "--node", "Nobody"]).exits(2);
+    assert!(ran.err.contains("no node `Nobody`"), "{}", ran.err);
+    hil.run(&["new", "oven", "--dbc", dbc, "--node", "BASE"]).exits(0);
+    within(&hil, &["run", "talks.toml"]).exits(0);
+}
+
+#[test]
+fn mistakes_are_bad_input_and_shown_in_place() {
+    let hil = oven(&[]);
+    let ran = hil.run(&["new", "oven"]).exits(2);
+    assert!(ran.err.contains("not empty"), "{}", ran.err);
+    let ran = hil.run(&["new", "My Oven"]).exits(2);
+    assert!(ran.err.contains("is no name for a device"), "{}", ran.err);
+    edit(&hil.path("oven/settles.toml"), "signal.Temperature", "signal.Temprature");
+    let ran = within(&hil, &["run", "settles.toml"]).exits(2);
+    assert!(ran.err.contains("did you mean `Temperature`?"), "{}", ran.err);
+    edit(&hil.path("oven/devices/oven.toml"), "temperature > Setpoint", "temperatur > Setpoint");
+    let ran = within(&hil, &["run", "safe-alone.toml"]).exits(2);
+    assert!(ran.err.contains("did you mean `temperature`?"), "{}", ran.err);
+    edit(&hil.path("oven/devices/oven.toml"), "temperatur > Setpoint", "temperature > Setpoint");
+    let ran = within(&hil, &["run", "noisy-bus.toml", "--bus", "pty"]).exits(2);
+    assert!(ran.err.contains("--bus slcan carries its frames"), "{}", ran.err);
+    within(&hil, &["run", "noisy-bus.toml", "--bus", "slcan", "--out", "across"]).exits(0);
+    let ran =
+        within(&hil, &["run", "safe-alone.toml", "--controller", "/no/such/program"]).exits(2);
+    assert!(ran.err.contains("needs the controller in the process"), "{}", ran.err);
+    let real = ["run", "safe-alone.toml", "--clock", "real", "--controller", "/no/such/program"];
+    let ran = within(&hil, &real).exits(2);
+    assert!(ran.err.contains("--controller has no meaning for safe-alone"), "{}", ran.err);
+}

@@ -1,0 +1,125 @@
+//! Every command of the guides (`docs/guides`) is run as it stands, in the order of the page, by a real shell in a
+//! folder of its own, and what the page shows of its output is what it prints.
+//!
+//! What a page may hold, by the first line of a fenced block:
+//!
+//! | block | what is done |
+//! |---|---|
+//! | `console` | each `$ command` is run; the lines below it are its output, standard error included. Where none are shown, any will do |
+//! | `console another-terminal` | a command that goes on: it has said what is shown before the page goes on, and ends with the page |
+//! | `console needs-can` | run where there is a `vcan0`, as under `tests/vcan-guest/run` |
+//! | `console needs-python` | run where there are the packages of `tests/interop/requirements.txt` |
+//! | `console not-run` | not run, for want of hardware or of minutes; `what_is_not_run_is_known` lists it |
+//! | `toml FILE`, `python FILE` | the file is written as it stands; without a name it is a fragment |
+//! | `rust`, `text` | to be read |
+//!
+//! * `# exit status N` behind a command: it exits with that; else with 0.
+//! * A line `...` stands for any number of lines, `...` within a line for anything.
+//! * `HIL_SOURCES` is where this repository is.
+//! * Figures that differ from machine to machine count as equal: `compare::CHANGING`.
+//! * Code within a sentence that begins with `hil ` is the beginning of a command that the page runs.
+//!
+//! Any other block fails the test: what nobody runs is soon wrong.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod compare;
+mod markdown;
+mod session;
+mod wrong;
+
+use markdown::{Block, Guide, Needs};
+use session::Session;
+use std::path::{Path, PathBuf};
+
+fn guides() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/guides")
+}
+
+fn guide(name: &str) -> Guide {
+    let path = guides().join(format!("{name}.md"));
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path:?}: {e}"));
+    Guide::read(name, &text).unwrap_or_else(|wrong| panic!("{wrong}"))
+}
+
+/// Runs a guide from its top to its end; what is wrong with it, by its place.
+fn followed(guide: &Guide) -> Result<(), String> {
+    let mut session = Session::new();
+    for block in &guide.blocks {
+        match block {
+            Block::File { path, text } => session.write(path, text),
+            Block::Commands { needs, commands } => {
+                if session.lacks(*needs, &guide.name) {
+                    continue;
+                }
+                for command in commands {
+                    let at = format!("{}:{}: $ {}", guide.name, command.at, command.line);
+                    session.run(*needs, command).map_err(|wrong| format!("{at}\n{wrong}"))?;
+                }
+            }
+        }
+    }
+    session.end()
+}
+
+fn follow(name: &str) {
+    if let Err(wrong) = followed(&guide(name)) {
+        panic!("{wrong}");
+    }
+}
+
+/// One test a guide: they run side by side, and a failure says which.
+macro_rules! guides {
+    ($($test:ident: $name:literal,)*) => {
+        /// The guides that are followed.
+        const FOLLOWED: &[&str] = &[$($name),*];
+        $(#[test]
+        fn $test() {
+            follow($name);
+        })*
+    };
+}
+
+guides! {
+    first_run: "first-run",
+    your_controller: "your-controller",
+    first_bench: "first-bench",
+    writing_a_plan: "writing-a-plan",
+    reading_a_verdict: "reading-a-verdict",
+    emulating_a_device: "emulating-a-device",
+    closing_the_loop: "closing-the-loop",
+    campaigns: "campaigns",
+    tests_of_your_own: "tests-of-your-own",
+}
+
+#[test]
+fn every_guide_is_followed_and_none_is_long() {
+    const LINES_MAX: usize = 130;
+    let index = std::fs::read_to_string(guides().join("README.md")).unwrap();
+    for entry in std::fs::read_dir(guides()).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_stem().unwrap().to_str().unwrap();
+        if name == "README" {
+            continue;
+        }
+        assert!(FOLLOWED.contains(&name), "{name} is followed by no test");
+        assert!(index.contains(&format!("({name}.md)")), "{name} is not in the index");
+        let lines = std::fs::read_to_string(&path).unwrap().lines().count();
+        assert!(lines <= LINES_MAX, "{name} has {lines} lines, expected at most {LINES_MAX}");
+    }
+}
+
+#[test]
+fn what_is_not_run_is_known() {
+    let mut not_run = String::new();
+    for name in FOLLOWED {
+        for block in &guide(name).blocks {
+            if let Block::Commands { needs: Needs::NotRun, commands } = block {
+                for command in commands {
+                    not_run += &format!("{name}: {}\n", command.line);
+                }
+            }
+        }
+    }
+    insta::assert_snapshot!(not_run);
+}

@@ -1,0 +1,45 @@
+//! A device of one's own in real time: emulated, with its port between it and the plan, and given up where that is gone.
+
+use crate::{hil, out, run_patiently, shown, summary};
+use hil::project::{Template, write};
+use plan::Name;
+use std::path::Path;
+
+fn project(folder: &Path, template: Template) {
+    write(&folder.join("oven"), &template.files(&Name::new("oven").unwrap())).unwrap();
+}
+
+#[test]
+fn an_emulated_one_is_tested_through_its_port() {
+    for (template, bus) in [(Template::Can, "slcan-pty"), (Template::Serial, "pty")] {
+        let (folder, out) = out("own-device");
+        project(folder.path(), template);
+        let plan = folder.path().join("oven/safe-alone.toml");
+        let output = run_patiently(&["run", plan.to_str().unwrap(), "--clock", "real"], &out);
+        assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+        let summary = summary(&out);
+        assert_eq!(summary["bus"], bus, "{summary}");
+        assert_eq!(summary["device_under_test"], "oven, emulated", "{summary}");
+        assert_eq!(summary["ports"].as_array().unwrap().len(), 2, "{summary}");
+    }
+}
+
+#[test]
+fn a_bench_that_does_not_fit_is_bad_input() {
+    let (folder, out) = out("own-device");
+    project(folder.path(), Template::Can);
+    let plan = folder.path().join("oven/noisy-bus.toml");
+    let refused = |bench: &str| {
+        let file = folder.path().join("bench.toml");
+        std::fs::write(&file, bench).unwrap();
+        let mut run = hil();
+        run.args(["run", plan.to_str().unwrap(), "--clock", "real", "--bench"]).arg(&file);
+        let output = run.arg("--out").arg(&out).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{}", shown(&output));
+        shown(&output)
+    };
+    let bytes = refused("[device]\nport = \"/dev/ttyS3\"\n");
+    assert!(bytes.contains("needs a port for CAN frames"), "{bytes}");
+    let real = refused("[device]\nport = \"slcan:/dev/ttyS3\"\n");
+    assert!(real.contains("the device is real"), "{real}");
+}

@@ -1,0 +1,112 @@
+//! Ports that come and go in the middle of a run.
+
+use crate::can::plan;
+use crate::{hil, out, record, summary};
+use ports::slcan::SlcanAdapter;
+use ports::{FrameEvent, pty::PtyPort};
+use std::path::{Path, PathBuf};
+use std::process::Child;
+use std::time::Duration;
+
+/// Another process is given this long, and has been heard by then. The machine may be busy with others.
+const LIMIT: Duration = Duration::from_secs(60);
+
+/// Time passes, and nothing is judged.
+fn waiting(devices: &str, seconds: u32) -> String {
+    format!(
+        r#"
+name = "waiting"
+title = "Time passes"
+devices = "{devices}"
+steps = [{{ wait = {{ duration_s = {seconds} }} }}]
+
+[[measurement]]
+name = "faults"
+doc = "Times that the controller was at fault"
+quantity = "health.fault"
+unit = "1"
+check = {{ all_within = [0, 100] }}
+paper = "none"
+"#
+    )
+}
+
+fn start(folder: &Path, out: &PathBuf, plan_text: &str, bench: &str) -> Child {
+    let plan = plan(folder, plan_text);
+    let file = folder.join("bench.toml");
+    std::fs::write(&file, bench).unwrap();
+    let mut run = hil();
+    run.args(["run", plan.to_str().unwrap(), "--clock", "real", "--controller", "in-process"]);
+    run.arg("--bench").arg(file).arg("--quiet").arg("--out").arg(out);
+    run.spawn().unwrap()
+}
+
+fn block_on<T>(test: impl Future<Output = T>) -> T {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    runtime.block_on(async { tokio::time::timeout(LIMIT, test).await.expect("it happens") })
+}
+
+/// A real gyro's adapter that is pulled out, and put back if `again` says so.
+fn unplugged(again: bool) -> (Option<i32>, serde_json::Value, String) {
+    let (folder, out) = out("unplugged");
+    let link = folder.path().join("ttyUSB0");
+    let port = block_on(async { PtyPort::open(Some(&link)).unwrap() });
+    let bench = format!("[gyro]\nport = \"serial:{}\"\n", link.display());
+    let mut child = start(folder.path(), &out, &waiting("paper-table", 8), &bench);
+    let back = block_on(async {
+        // Opened by the run: the record is begun before.
+        while !out.join("record.hilrec").is_file() {
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+        tokio::time::sleep(Duration::from_secs(2)).await;
+        drop(port);
+        again.then(|| PtyPort::open(Some(&link)).unwrap())
+    });
+    let status = child.wait().unwrap().code();
+    drop(back);
+    (status, summary(&out), record(&out))
+}
+
+#[test]
+fn a_port_that_is_plugged_in_again_is_used_again() {
+    let (status, summary, record) = unplugged(true);
+    assert_eq!(status, Some(0), "{summary}");
+    assert!(record.contains("is lost: the device was unplugged"), "{record}");
+    assert!(record.contains("is back"), "{record}");
+    let port = &summary["ports"][0];
+    assert_eq!((&port["lost"], &port["counters"]["returns"]), (&1.into(), &1.into()), "{summary}");
+    assert_eq!((&port["role"], &port["side"]), (&"gyro".into(), &"controller".into()), "{summary}");
+}
+
+#[test]
+fn a_port_that_never_returns_ends_the_run_by_its_name() {
+    let (status, summary, record) = unplugged(false);
+    assert_eq!((status, &summary["outcome"]), (Some(3), &"error".into()), "{summary}");
+    let reason = summary["reason"].as_str().unwrap();
+    assert!(reason.contains("ttyUSB0") && reason.contains("is lost"), "{reason}");
+    assert!(record.contains("is lost"), "{record}");
+}
+
+#[test]
+fn an_adapter_that_vanishes_ends_the_run_by_its_name() {
+    let (folder, out) = out("adapter");
+    let link = folder.path().join("ttyACM0");
+    let status = block_on(async {
+        let mut adapter = SlcanAdapter::open(Some(&link)).unwrap();
+        let bench = format!("[base]\nport = \"slcan:{}\"\n", link.display());
+        let mut child = start(folder.path(), &out, &waiting("paper", 6), &bench);
+        // The controller opens the bus.
+        while adapter.receive().await != Ok(FrameEvent::Up) {}
+        // Attended to for a while, as an adapter is.
+        let _ = tokio::time::timeout(Duration::from_secs(2), async {
+            while adapter.receive().await.is_ok() {}
+        })
+        .await;
+        drop(adapter);
+        tokio::task::spawn_blocking(move || child.wait().unwrap().code()).await.unwrap()
+    });
+    let summary = summary(&out);
+    assert_eq!((status, &summary["outcome"]), (Some(3), &"error".into()), "{summary}");
+    let reason = summary["reason"].as_str().unwrap();
+    assert!(reason.contains("ttyACM0") && reason.contains("is lost"), "{reason}");
+}

@@ -1,0 +1,113 @@
+//! Judges declared measurements on what was observed, and on nothing else.
+//!
+//! Each check forms one figure from the observations and compares it with its band. Inside, but by less
+//! than the expanded uncertainty (k = 2) of that figure, is [`Verdict::Marginal`]:
+//!
+//! | figure | its standard uncertainty |
+//! |---|---|
+//! | worst value | that observation's own |
+//! | mean, root mean square | from the scatter of the values, or from their own uncertainties where that is larger, over sqrt(n) |
+//! | ratio | of both root mean squares |
+//! | slope, intercept | of least squares, from the scatter about the line or the values' own, whichever is larger |
+//! | correlation | (1 - r^2) / sqrt(n - 1) |
+//! | share, count, time | half of what it moves by when every band moves by one standard uncertainty |
+//!
+//! Shares, counts and times are marginal where they pass with the band as it is and fail with the band
+//! shrunk by each observation's expanded uncertainty.
+//!
+//! An observation that is not finite fails every check that it belongs to, and a figure that cannot be
+//! formed is [`Verdict::Unset`]; the statistic says why. The order of observations is of no importance.
+
+mod each;
+mod figure;
+pub mod line;
+mod moments;
+mod position;
+mod select;
+mod settling;
+pub mod umbmark;
+
+use figure::{Figure, Refusal};
+use plan::observation::Observation;
+use plan::{Check, Declared, quantities};
+use record::outcome::{Measurement, Outcome, Verdict};
+use select::Selection;
+
+/// Judges every measurement of a plan: [`Outcome::Passed`] where all are acceptable, and
+/// [`Outcome::Failed`] otherwise.
+pub fn judge_all(
+    declared: &[Declared],
+    observations: &[Observation],
+) -> (Vec<Measurement>, Outcome) {
+    let measurements: Vec<_> =
+        declared.iter().map(|declared| judge(declared, observations)).collect();
+    let passed = measurements.iter().all(|measurement| measurement.verdict.is_acceptable());
+    (measurements, if passed { Outcome::Passed } else { Outcome::Failed })
+}
+
+/// Judges one measurement. `observations` may hold other quantities and may be in any order.
+pub fn judge(declared: &Declared, observations: &[Observation]) -> Measurement {
+    let selection = Selection::new(declared, observations);
+    let bounds = figure::bounds(&declared.check);
+    let judged = selection.complete().and_then(|()| figure(&declared.check, &selection));
+    let (value, uncertainty, verdict, statistic) = match judged {
+        Ok(figure) => (Some(figure.value), figure.uncertainty, figure.verdict, figure.statistic),
+        Err(Refusal::Unset(why)) => (None, 0.0, Verdict::Unset, why),
+        Err(Refusal::Fail(why)) => (None, 0.0, Verdict::Fail, why),
+    };
+    Measurement {
+        name: declared.name.as_str().to_owned(),
+        value,
+        unit: declared.unit.clone(),
+        lower: bounds.lower(),
+        upper: bounds.upper(),
+        verdict,
+        paper: declared.paper.clone(),
+        statistic,
+        uncertainty,
+        observations: selection.len() as u64,
+    }
+}
+
+fn figure(check: &Check, selection: &Selection<'_>) -> Result<Figure, Refusal> {
+    let samples = || selection.samples();
+    match check {
+        Check::AllWithin(band) => each::worst(&samples(), *band, "worst"),
+        Check::NeverOutside { band, during } => {
+            each::worst(&samples(), *band, &format!("worst during {during}"))
+        }
+        Check::ShareWithin { share, band } => each::share(&samples(), *share, *band),
+        Check::AllButWithin { count, band } => each::outside(&samples(), *count, *band),
+        Check::AllButInSquare { count, side, centre, .. } => {
+            position::outside_square(&selection.positions()?, *count, *side, *centre)
+        }
+        Check::MeanWithin(band) => moments::mean_within(&samples(), *band),
+        Check::RmsWithin(band) => moments::rms_within(&samples(), *band),
+        Check::RmsRatioWithin { band, .. } => {
+            moments::ratio_within(&samples(), &selection.second_samples(), *band)
+        }
+        Check::SlopeWithin { against, band } => {
+            line::slope_within(&selection.points(against)?, *band)
+        }
+        Check::InterceptWithin { against, band } => {
+            line::intercept_within(&selection.points(against)?, *band)
+        }
+        Check::CorrelationWithin { against, band } => {
+            line::correlation_within(&selection.points(against)?, *band)
+        }
+        Check::EventuallyWithin { band, within } => {
+            settling::eventually_within(&selection.points("time")?, *band, *within)
+        }
+        Check::UmbmarkWithin { figure, side, band, .. } => {
+            umbmark::within(&selection.positions()?, *figure, *side, *band)
+        }
+    }
+}
+
+/// Was this observed during the phase, a step's name or label?
+fn is_during(observation: &Observation, phase: &str) -> bool {
+    observation.tags.get(&quantities::during_tag(phase)).is_some_and(|&value| value != 0.0)
+}
+
+#[cfg(test)]
+mod tests;

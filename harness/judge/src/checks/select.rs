@@ -1,0 +1,192 @@
+//! The observations that a measurement is about, in an order of their own.
+
+use super::figure::Refusal;
+use super::is_during;
+use plan::observation::Observation;
+use plan::{Check, Declared, QuantityName};
+use std::cmp::Ordering;
+
+/// A value and its standard uncertainty.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Sample {
+    pub(super) value: f64,
+    pub(super) uncertainty: f64,
+}
+
+/// A value at an abscissa.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Point {
+    pub(super) at: f64,
+    pub(super) sample: Sample,
+}
+
+/// A position, and in which direction the lap went, where that is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Position {
+    pub(super) x: Sample,
+    pub(super) y: Sample,
+    pub(super) direction: Option<f64>,
+}
+
+/// What a measurement is about.
+pub(super) struct Selection<'a> {
+    declared: &'a Declared,
+    first: Vec<&'a Observation>,
+    second: Vec<&'a Observation>,
+}
+
+impl<'a> Selection<'a> {
+    pub(super) fn new(declared: &'a Declared, observations: &'a [Observation]) -> Self {
+        let of = |quantity: &QuantityName| {
+            let mut chosen: Vec<_> = observations
+                .iter()
+                .filter(|o| o.quantity == quantity.as_str() && declared.filter.matches(o))
+                .filter(|o| match &declared.check {
+                    Check::NeverOutside { during, .. } => is_during(o, during),
+                    _ => true,
+                })
+                .collect();
+            chosen.sort_by(|a, b| order(a, b));
+            chosen
+        };
+        let first = of(&declared.quantity);
+        let second = declared.check.second_quantity().map(|(_, quantity)| of(quantity));
+        Self { declared, first, second: second.unwrap_or_default() }
+    }
+
+    /// How many observations there are of the measurement's own quantity.
+    pub(super) fn len(&self) -> usize {
+        self.first.len()
+    }
+
+    /// Enough observations, all of them usable?
+    pub(super) fn complete(&self) -> Result<(), Refusal> {
+        let count = self.first.len();
+        if count == 0 {
+            return Err(Refusal::Unset("no observation".to_owned()));
+        }
+        for chosen in [&self.first, &self.second] {
+            let unusable = chosen.iter().filter(|o| !is_usable(o)).count();
+            if unusable > 0 {
+                let all = chosen.len();
+                return Err(Refusal::Fail(format!("{unusable} of {all} observations not finite")));
+            }
+        }
+        let least = self.declared.observations_min.get() as usize;
+        if count < least {
+            return Err(Refusal::Unset(format!("{count} observations of at least {least}")));
+        }
+        Ok(())
+    }
+
+    pub(super) fn samples(&self) -> Vec<Sample> {
+        self.first.iter().map(|o| sample(o)).collect()
+    }
+
+    pub(super) fn second_samples(&self) -> Vec<Sample> {
+        self.second.iter().map(|o| sample(o)).collect()
+    }
+
+    /// The values over a tag, by rising tag.
+    pub(super) fn points(&self, tag: &str) -> Result<Vec<Point>, Refusal> {
+        let points: Vec<_> = self
+            .first
+            .iter()
+            .filter_map(|o| {
+                let at = *o.tags.get(tag)?;
+                at.is_finite().then_some(Point { at, sample: sample(o) })
+            })
+            .collect();
+        let lost = self.first.len() - points.len();
+        if lost > 0 {
+            let all = self.first.len();
+            return Err(Refusal::Fail(format!("{lost} of {all} observations without `{tag}`")));
+        }
+        let mut points = points;
+        // Stable: points of the same abscissa stay in the order of their values.
+        points.sort_by(|a, b| a.at.total_cmp(&b.at));
+        Ok(points)
+    }
+
+    /// The two quantities joined by the tags `run` and `direction`; several of the same run and direction
+    /// by their time.
+    pub(super) fn positions(&self) -> Result<Vec<Position>, Refusal> {
+        let (mut xs, mut ys) = (self.first.clone(), self.second.clone());
+        xs.sort_by(|a, b| order_of_pairs(a, b));
+        ys.sort_by(|a, b| order_of_pairs(a, b));
+        let joined = xs.len() == ys.len() && xs.iter().zip(&ys).all(|(x, y)| same_run(x, y));
+        if !joined {
+            return Err(Refusal::Fail("positions that lack x or y".to_owned()));
+        }
+        let position = |(x, y): (&&Observation, &&Observation)| Position {
+            x: sample(x),
+            y: sample(y),
+            direction: x.tags.get("direction").copied(),
+        };
+        Ok(xs.iter().zip(&ys).map(position).collect())
+    }
+}
+
+fn sample(observation: &Observation) -> Sample {
+    Sample { value: observation.value, uncertainty: observation.uncertainty }
+}
+
+fn is_usable(observation: &Observation) -> bool {
+    observation.value.is_finite()
+        && observation.uncertainty.is_finite()
+        && observation.uncertainty >= 0.0
+}
+
+/// By value, so that sums come out the same whatever the order of arrival.
+fn order(a: &Observation, b: &Observation) -> Ordering {
+    a.value
+        .total_cmp(&b.value)
+        .then_with(|| a.uncertainty.total_cmp(&b.uncertainty))
+        .then_with(|| order_of_tags(a, b))
+}
+
+fn order_of_tags(a: &Observation, b: &Observation) -> Ordering {
+    a.tags
+        .iter()
+        .map(|(tag, value)| (tag, Total(*value)))
+        .cmp(b.tags.iter().map(|(tag, value)| (tag, Total(*value))))
+}
+
+fn order_of_pairs(a: &Observation, b: &Observation) -> Ordering {
+    order_of_tag(a, b, "run")
+        .then_with(|| order_of_tag(a, b, "direction"))
+        .then_with(|| order_of_tag(a, b, "time"))
+}
+
+fn same_run(a: &Observation, b: &Observation) -> bool {
+    order_of_tag(a, b, "run").then_with(|| order_of_tag(a, b, "direction")).is_eq()
+}
+
+fn order_of_tag(a: &Observation, b: &Observation, tag: &str) -> Ordering {
+    let key = |o: &Observation| o.tags.get(tag).copied().map(Total);
+    key(a).cmp(&key(b))
+}
+
+/// A float in its total order.
+#[derive(Clone, Copy)]
+struct Total(f64);
+
+impl PartialEq for Total {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Total {}
+
+impl PartialOrd for Total {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Total {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}

@@ -1,0 +1,124 @@
+//! What became of a property, and how near it came to the other outcome.
+
+use plan::Property;
+use record::Violation;
+use record::outcome::PropertySummary;
+use serde::Serialize;
+use wire::time::Timestamp;
+
+/// Which kind of property.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// It must hold at every moment.
+    Always,
+    /// It must come about in at least one run.
+    Sometimes,
+}
+
+impl Kind {
+    /// That of a property.
+    pub const fn of(property: &Property) -> Self {
+        match property {
+            Property::Always(_) => Self::Always,
+            Property::Sometimes(_) => Self::Sometimes,
+        }
+    }
+}
+
+/// What became of one property in one run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PropertyVerdict {
+    /// As a plan writes it.
+    pub name: &'static str,
+    /// Which kind.
+    pub kind: Kind,
+    /// Always: it was never violated. Sometimes: it came about.
+    pub held: bool,
+    /// Of an always-property that was violated.
+    pub first_violation: Option<Violation>,
+    /// Robustness, as in the falsification of signal temporal logic: the least distance to a violation
+    /// in the run as a share of the limit; 1 far, 0 at the limit, negative beyond, within -1 to 1. None
+    /// where the run held nothing to judge, and for what must come about sometimes.
+    pub margin: Option<f64>,
+}
+
+impl From<&PropertyVerdict> for PropertySummary {
+    fn from(verdict: &PropertyVerdict) -> Self {
+        let violation = verdict.first_violation.as_ref();
+        Self {
+            name: verdict.name.to_owned(),
+            always: verdict.kind == Kind::Always,
+            held: Some(verdict.held),
+            not_judged: None,
+            margin: verdict.margin,
+            broken_s: violation.map(|violation| violation.at.as_secs_f64()),
+            what: violation.map(|violation| violation.what.clone()),
+        }
+    }
+}
+
+/// The least margin so far, and the first violation.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Judgement {
+    margin: Option<f64>,
+    first_violation: Option<Violation>,
+}
+
+impl Judgement {
+    /// Takes a margin; below zero `what` says what was seen. A margin that is no number is a violation.
+    pub(super) fn take(&mut self, at: Timestamp, margin: f64, what: impl FnOnce() -> String) {
+        let margin = if margin.is_nan() { -1.0 } else { margin.clamp(-1.0, 1.0) };
+        if margin < 0.0 && self.first_violation.is_none() {
+            self.first_violation = Some(Violation { at, what: what() });
+        }
+        self.margin = Some(self.margin.map_or(margin, |least| least.min(margin)));
+    }
+
+    /// Where it was first violated.
+    pub(super) const fn first_violation(&self) -> Option<&Violation> {
+        self.first_violation.as_ref()
+    }
+
+    /// The verdict on the always-property `name`.
+    pub(super) fn verdict(self, name: &'static str) -> PropertyVerdict {
+        PropertyVerdict {
+            name,
+            kind: Kind::Always,
+            held: self.first_violation.is_none(),
+            first_violation: self.first_violation,
+            margin: self.margin,
+        }
+    }
+}
+
+/// Distance of `value` from `limit` as a share of it; both are magnitudes.
+pub(super) fn below(value: f64, limit: f64) -> f64 {
+    1.0 - value / limit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Judgement, Timestamp, below};
+
+    #[test]
+    fn the_least_margin_and_the_first_violation_stay() {
+        let mut judgement = Judgement::default();
+        for (second, value) in [(1, 0.5), (2, 1.5), (3, 1.2), (4, 0.1)] {
+            let at = Timestamp::from_nanos(second);
+            judgement.take(at, below(value, 1.0), || format!("{value}"));
+        }
+        let verdict = judgement.verdict("x");
+        assert_eq!((verdict.held, verdict.margin), (false, Some(-0.5)));
+        assert_eq!(verdict.first_violation.unwrap().what, "1.5");
+    }
+
+    #[test]
+    fn no_number_is_a_violation_and_nothing_to_judge_is_none() {
+        let mut judgement = Judgement::default();
+        judgement.take(Timestamp::ZERO, f64::NAN, || "nan".into());
+        assert_eq!(judgement.verdict("x").margin, Some(-1.0));
+        let empty = Judgement::default().verdict("x");
+        assert_eq!((empty.held, empty.margin), (true, None));
+    }
+}

@@ -1,0 +1,144 @@
+//! Bench files: which port plays which role, and which program is the device under test.
+//!
+//! ```toml
+//! title = "The bench by the window"
+//!
+//! [gyro]
+//! port = "/dev/ttyUSB0"       # a real gyro
+//!
+//! [base]
+//! port = "can:vcan0"          # an emulated base, on a bus of this machine
+//! emulated = true
+//!
+//! [controller]
+//! command = ["./my-controller", "--gyro", "{gyro}", "--base", "can:{base}"]
+//!
+//! [timing]
+//! late_ms_max = 20
+//!
+//! [answers]
+//! file = "answers.toml"
+//! ```
+//!
+//! A role without a table is emulated where the world puts it. What cannot be meant is refused while it
+//! is read, so that the message points at the key.
+
+mod attach;
+mod controller;
+mod port_text;
+mod role;
+mod timing;
+
+pub use attach::AttachPlace;
+pub use controller::ControllerSection;
+pub use port_text::{Medium, PortText, PortTextError};
+pub use role::Role;
+pub use timing::{ATTACH_S_MAX_MAX, LATE_MS_MAX_MAX, Timing};
+
+use crate::library::{Kind, Library, LibraryError};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Names of the roles of a robot or a table that a bench gives to ports. That of a device of the user's own is `device`.
+pub const ROLES: [&str; 3] = ["gyro", "base", "table"];
+
+/// A bench.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BenchFile {
+    /// What it is, in a line.
+    #[serde(default)]
+    pub title: String,
+    /// The gyro: a serial line.
+    #[serde(default, deserialize_with = "role::on_a_serial_line")]
+    #[schemars(schema_with = "role::schema")]
+    pub gyro: Option<Role>,
+    /// The mobile base: a serial line or a CAN bus.
+    #[serde(default, deserialize_with = "role::anywhere")]
+    #[schemars(schema_with = "role::schema")]
+    pub base: Option<Role>,
+    /// The rotary table: a serial line.
+    #[serde(default, deserialize_with = "role::on_a_serial_line")]
+    #[schemars(schema_with = "role::schema")]
+    pub table: Option<Role>,
+    /// A device of the user's own, of plans that name one: a serial line or a CAN bus.
+    #[serde(default, deserialize_with = "role::anywhere")]
+    #[schemars(schema_with = "role::schema")]
+    pub device: Option<Role>,
+    /// Ports of a rig's lines, by their names.
+    #[serde(rename = "line", default)]
+    pub lines: BTreeMap<String, LineSection>,
+    /// The device under test; what the command line says where it is absent.
+    pub controller: Option<ControllerSection>,
+    /// What real time may do.
+    #[serde(default)]
+    pub timing: Timing,
+    /// What a person would be asked for.
+    pub answers: Option<AnswersSection>,
+}
+
+/// Where a line of a rig is: `[line.can0] port = "can:can0"`.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LineSection {
+    /// The port at which the nodes are that this process emulates.
+    #[schemars(with = "String")]
+    pub port: PortText,
+}
+
+/// Where the answers of a person are written down.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AnswersSection {
+    /// The file; in the bench file relative to its folder, after [`BenchFile::load`] to the working
+    /// directory. See `crate::operator::AnswerFile` for what it holds.
+    pub file: PathBuf,
+}
+
+impl BenchFile {
+    /// Reads the bench of that name or path.
+    ///
+    /// # Errors
+    ///
+    /// When it is missing or not right.
+    pub fn load(name: &str) -> Result<Self, LibraryError> {
+        let (origin, mut bench): (String, Self) = Library::shipped().read(Kind::Bench, name)?;
+        if let Some(answers) = &mut bench.answers
+            && let Some(folder) = Path::new(&origin).parent()
+        {
+            answers.file = folder.join(&answers.file);
+        }
+        Ok(bench)
+    }
+
+    /// The text of the bench file of that name or path.
+    ///
+    /// # Errors
+    ///
+    /// When it is missing.
+    pub fn text(name: &str) -> Result<String, LibraryError> {
+        Ok(Library::shipped().open(Kind::Bench, name)?.text)
+    }
+
+    /// What plays the role of that name, one of [`ROLES`] or `device`; emulated where the file does not say.
+    pub fn role(&self, name: &str) -> Role {
+        let section = match name {
+            "gyro" => &self.gyro,
+            "base" => &self.base,
+            "table" => &self.table,
+            "device" => &self.device,
+            _ => &None,
+        };
+        section.clone().unwrap_or_default()
+    }
+
+    /// Each role and what plays it, in the order of [`ROLES`].
+    pub fn roles(&self) -> impl Iterator<Item = (&'static str, Role)> + '_ {
+        ROLES.iter().map(|name| (*name, self.role(name)))
+    }
+}
+
+#[cfg(test)]
+mod tests;

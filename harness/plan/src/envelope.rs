@@ -1,0 +1,156 @@
+//! Envelopes: how much of one kind of fault the plan has to stand.
+//!
+//! ```toml
+//! [[envelope]]
+//! fault = "burst_loss"
+//! target = "gyro"        # without, the first of the bench that the kind can strike
+//! at_least = 0.02        # of the kind's first parameter, in its unit
+//! share = 0.9            # of runs that have to pass, shown at 95 % confidence
+//! runs = 100             # at each severity
+//! ```
+//!
+//! A run does not judge them: A campaign (`campaign::envelope`) measures them, with many.
+
+use super::validate::{Fault as Mistake, Segment};
+use crate::confidence::{Z_95, trials_min};
+use crate::faults::{Fault, FaultKind, Lines, Schedule, Target, kind_name_schema};
+use schemars::JsonSchema;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
+
+/// One `[[envelope]]` of a plan.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DeclaredEnvelope {
+    /// The kind, its other parameters at their typical values.
+    #[serde(rename = "fault", deserialize_with = "kind")]
+    #[schemars(schema_with = "kind_name_schema")]
+    pub kind: FaultKind,
+    /// What it strikes.
+    #[serde(default)]
+    pub target: Option<Target>,
+    /// The least severity that must be tolerated, in the unit of the kind's first parameter.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub at_least: f64,
+    /// Share of runs that has to pass for a severity to be tolerated.
+    #[serde(default = "share")]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    pub share: f64,
+    /// Runs at each severity.
+    #[serde(default = "runs")]
+    pub runs: u64,
+}
+
+/// Nine runs of ten.
+const fn share() -> f64 {
+    0.9
+}
+
+/// So many tell 90 % from 97 %.
+const fn runs() -> u64 {
+    100
+}
+
+fn kind<'de, D: Deserializer<'de>>(deserializer: D) -> Result<FaultKind, D::Error> {
+    let name = String::deserialize(deserializer)?;
+    FaultKind::named(&name)
+        .map_err(|unknown| D::Error::custom(format!("{unknown}: {}", unknown.help)))
+}
+
+/// The first thing of a bench that a kind can strike, or `asked` if it can be struck.
+pub fn struck_by(kind: FaultKind, asked: Option<Target>, lines: &Lines) -> Option<Target> {
+    let fits = |target: &Target| {
+        let schedule = Schedule { faults: vec![Fault::new(*target, kind)] };
+        asked.is_none_or(|asked| asked == *target) && schedule.check_bench(lines).is_ok()
+    };
+    lines.targets(kind.info().reach.targets()).into_iter().find(fits)
+}
+
+impl DeclaredEnvelope {
+    /// What is wrong with it by itself.
+    pub(super) fn check(&self, index: usize) -> Result<(), Mistake> {
+        let mistake = |key, message, help| {
+            let path = vec![Segment::Key("envelope"), Segment::Index(index), Segment::Key(key)];
+            Mistake { path, message, help: Some(help) }
+        };
+        if let Some(target) = self.target
+            && !matches!(target, Target::Node(_))
+            && !self.kind.info().reach.targets().contains(&target)
+        {
+            let message = format!("`{}` cannot strike the {}", self.kind.name(), target.name());
+            let known: Vec<&str> =
+                self.kind.info().reach.targets().iter().map(|target| target.name()).collect();
+            return Err(mistake("target", message, format!("it strikes: {}", known.join(", "))));
+        }
+        let (least, most) = self.kind.severity_range();
+        if !(self.at_least > least.max(0.0) && self.at_least <= most) {
+            let message = format!("{}, expected above {least} and at most {most}", self.at_least);
+            let parameter = self.kind.info().parameters.first().map_or("", |first| first.name);
+            return Err(mistake("at_least", message, format!("it is a `{parameter}`")));
+        }
+        if !(self.share > 0.0 && self.share < 1.0) {
+            let message = format!("{}, expected above 0 and below 1", self.share);
+            return Err(mistake("share", message, "such as 0.9".to_owned()));
+        }
+        let runs_min = trials_min(self.share, Z_95);
+        if self.runs < runs_min {
+            let message = format!("so few can never show a share of {}", self.share);
+            let help = format!("{runs_min}, all of them passed, show it at 95 % confidence");
+            return Err(mistake("runs", message, help));
+        }
+        Ok(())
+    }
+
+    /// That a bench has what it is to strike.
+    pub(super) fn check_bench(&self, index: usize, lines: &Lines) -> Result<(), Mistake> {
+        if struck_by(self.kind, self.target, lines).is_some() {
+            return Ok(());
+        }
+        let path = vec![Segment::Key("envelope"), Segment::Index(index), Segment::Key("fault")];
+        let message = format!("`{}` can strike nothing on this bench", self.kind.name());
+        let help = Some("`hil list faults` says what each strikes".to_owned());
+        Err(Mistake { path, message, help })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DeclaredEnvelope, struck_by};
+    use crate::faults::{FaultKind, Lines, Target};
+
+    fn parsed(text: &str) -> Result<DeclaredEnvelope, String> {
+        let envelope: DeclaredEnvelope =
+            toml::from_str(text).map_err(|error| error.message().to_owned())?;
+        envelope.check(0).map(|()| envelope).map_err(|mistake| mistake.message)
+    }
+
+    #[test]
+    fn what_is_left_out_is_usual() {
+        let envelope = parsed("fault = \"drop\"\nat_least = 0.5").unwrap();
+        assert_eq!((envelope.target, envelope.share, envelope.runs), (None, 0.9, 100));
+        assert_eq!(struck_by(envelope.kind, None, &Lines::CAN_BASE), Some(Target::Gyro));
+        let slip = FaultKind::typical("wheel_slip").unwrap();
+        assert_eq!(struck_by(slip, None, &Lines::TABLE), None);
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        let wrong = [
+            "fault = \"dorp\"\nat_least = 1",
+            "fault = \"drop\"\nat_least = 101",
+            "fault = \"drop\"\nat_least = 0",
+            "fault = \"drop\"\ntarget = \"host\"\nat_least = 1",
+            "fault = \"drop\"\nat_least = 1\nshare = 1",
+            "fault = \"drop\"\nat_least = 1\nruns = 34",
+        ];
+        let messages: Vec<String> = wrong.iter().map(|text| parsed(text).unwrap_err()).collect();
+        insta::assert_snapshot!(messages.join("\n"), @r"
+        no fault is called `dorp`: did you mean `drop`?
+        101, expected above 0 and at most 100
+        0, expected above 0 and at most 100
+        `drop` cannot strike the host
+        1, expected above 0 and below 1
+        so few can never show a share of 0.9
+        ");
+    }
+}

@@ -1,0 +1,228 @@
+//! What cannot apply: to any plan, to this plan, or to this bench.
+
+use super::apart::{Meeting, meeting};
+use super::{
+    FAULTS_MAX, Fault, FaultKind, Lasts, LineKind, Lines, Reach, Ride, Schedule, Target, Toward,
+    When,
+};
+use crate::speakers::whose;
+use crate::{Plan, hint};
+use std::collections::BTreeMap;
+
+/// Why a schedule cannot apply, and where that stands: in the fault at `index`, below `keys`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unfit {
+    /// Which fault.
+    pub index: usize,
+    /// The way down to the value, as in the plan file.
+    pub keys: Vec<&'static str>,
+    /// What is wrong.
+    pub message: String,
+    /// What to do.
+    pub help: Option<String>,
+}
+
+type Checked = Result<(), (Vec<&'static str>, String, Option<String>)>;
+
+impl Schedule {
+    /// Does it apply to this plan, on a bench with these lines?
+    ///
+    /// # Errors
+    ///
+    /// As [`check`](Self::check) and [`check_bench`](Self::check_bench).
+    pub fn fits(&self, plan: &Plan, lines: &Lines) -> Result<(), Unfit> {
+        self.check(plan).and_then(|()| self.check_bench(lines))
+    }
+
+    /// Checks each fault by itself, against the plan's phases, and against the others.
+    ///
+    /// # Errors
+    ///
+    /// The first fault that is not right or can never happen.
+    pub fn check(&self, plan: &Plan) -> Result<(), Unfit> {
+        if self.faults.len() > FAULTS_MAX {
+            let message = format!("{} faults, expected at most {FAULTS_MAX}", self.faults.len());
+            return Err(Unfit { index: FAULTS_MAX, keys: Vec::new(), message, help: None });
+        }
+        let (phases, time_limit) = (plan.phases(), plan.time_limit());
+        for (index, fault) in self.faults.iter().enumerate() {
+            let at = |(keys, message, help)| Unfit { index, keys, message, help };
+            values(&fault.what).map_err(at)?;
+            form(fault).map_err(at)?;
+            phase(fault, &phases).map_err(at)?;
+            let begin = match fault.when {
+                When::At(begin) => Some(("at_s", begin)),
+                When::Step { after, .. } => Some(("after_s", after)),
+                When::Always | When::During { .. } => None,
+            };
+            if let Some((key, _)) = begin.filter(|(_, begin)| *begin > time_limit) {
+                let limit_s = time_limit.as_secs_f64();
+                let message = format!("the plan is over after {limit_s} s at the latest");
+                let help =
+                    "let it begin before, or give the plan a longer `time_limit_s`".to_owned();
+                return Err(at((vec!["when", key], message, Some(help))));
+            }
+            for (earlier, other) in self.faults[..index].iter().enumerate() {
+                contradiction(plan, earlier, other, fault).map_err(at)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that the bench has what is to be struck.
+    ///
+    /// # Errors
+    ///
+    /// The first fault that strikes what there is none of.
+    pub fn check_bench(&self, lines: &Lines) -> Result<(), Unfit> {
+        for (index, fault) in self.faults.iter().enumerate() {
+            let kind = fault.what.name();
+            let (reach, target) = (fault.what.info().reach, fault.target);
+            let (message, help) = match (target, lines.robot, lines.of(target), reach) {
+                (_, _, Some(LineKind::Can), Reach::SerialLine) => (
+                    format!("`{kind}` is of a serial line, and {} is on CAN", whose(target.name())),
+                    "see `hil list faults`",
+                ),
+                (_, _, Some(LineKind::Serial), Reach::CanBus) => (
+                    format!(
+                        "`{kind}` is of a CAN bus, and {} is on a serial line",
+                        whose(target.name())
+                    ),
+                    "see `hil list faults`",
+                ),
+                (_, _, Some(_), _) => continue,
+                (Target::Node(name), ..) => {
+                    let known: Vec<&str> =
+                        lines.nodes.iter().map(|(target, _)| target.name()).collect();
+                    let message = format!("no node and no line `{}` in this rig", name.as_str());
+                    let help = Some(hint::proposal(name.as_str(), &known));
+                    return Err(Unfit { index, keys: vec!["target"], message, help });
+                }
+                (Target::Device, Some(_), ..) => (
+                    "no device of your own on this bench".to_owned(),
+                    "the plan names a device file: strike the gyro, the base or the table",
+                ),
+                (target, None, ..) => (
+                    format!("no {} on this bench", target.name()),
+                    match lines.of(Target::Device) {
+                        Some(_) => {
+                            "faults of a device of your own strike its line: `target = \"device\"`"
+                        }
+                        None => "faults strike nodes and lines of the rig by their names",
+                    },
+                ),
+                (Target::Table, Some(Ride::Base(_)), ..) => {
+                    ("no table on this bench".to_owned(), "the gyro rides on a base here")
+                }
+                (Target::Base, Some(Ride::Table), ..) => {
+                    ("no base on this bench".to_owned(), "the gyro rides on a table here")
+                }
+                (Target::Base, Some(Ride::Base(LineKind::Serial)), _, Reach::CanBus) => (
+                    format!("`{kind}` is of a CAN bus, and the base is on a serial line"),
+                    "name a device file whose base is on CAN, or see `hil list faults`",
+                ),
+                (Target::Base, Some(Ride::Base(LineKind::Can)), _, Reach::SerialLine) => (
+                    format!("`{kind}` is of a serial line, and the base is on CAN"),
+                    "name a device file whose base is on a serial line, or see `hil list faults`",
+                ),
+                _ => continue,
+            };
+            let keys = vec![if fault.what.info().reach.is_line() { "what" } else { "target" }];
+            return Err(Unfit { index, keys, message, help: Some(help.to_owned()) });
+        }
+        Ok(())
+    }
+}
+
+fn values(kind: &FaultKind) -> Checked {
+    let info = kind.info();
+    for (parameter, value) in info.parameters.iter().zip(kind.values()) {
+        if !parameter.takes(value) {
+            let (least, greatest) = parameter.range;
+            let message = format!("{value}, expected {least} to {greatest} {}", parameter.unit);
+            let help = format!("`{}`: {}", parameter.name, parameter.doc.trim());
+            return Err((vec!["what", info.name, parameter.name], message, Some(help)));
+        }
+    }
+    Ok(())
+}
+
+/// Target, direction and duration go with the kind.
+fn form(fault: &Fault) -> Checked {
+    let info = fault.what.info();
+    // A node is struck as the only device is.
+    let target = match fault.target {
+        Target::Node(_) => Target::Device,
+        target => target,
+    };
+    if !info.reach.targets().contains(&target) {
+        let known: Vec<_> = info.reach.targets().iter().map(|target| target.name()).collect();
+        let message = format!("no `{}` strikes the {}", info.name, fault.target.name());
+        return Err((vec!["target"], message, Some(hint::proposal("", &known))));
+    }
+    if fault.toward != Toward::Both && !info.reach.is_line() {
+        let message = format!("`{}` has no direction, it is not of a line", info.name);
+        return Err((vec!["toward"], message, Some("leave `toward` out".to_owned())));
+    }
+    if fault.duration.is_some() && info.lasts != Lasts::Scheduled {
+        let help = match info.lasts {
+            Lasts::Itself => {
+                let parameter = info.parameters.first().map_or("", |first| first.name);
+                format!("`{}` lasts its `{parameter}`: leave `duration_s` out", info.name)
+            }
+            _ => format!("`{}` happens in an instant: leave `duration_s` out", info.name),
+        };
+        return Err((vec!["duration_s"], format!("a duration of `{}`", info.name), Some(help)));
+    }
+    Ok(())
+}
+
+fn phase(fault: &Fault, phases: &BTreeMap<&str, u64>) -> Checked {
+    let (Some((phase, number)), Some(key)) = (fault.when.phase(), fault.when.phase_key()) else {
+        return Ok(());
+    };
+    match phases.get(phase.as_str()) {
+        None => {
+            let known: Vec<&str> = phases.keys().copied().collect();
+            let help = hint::proposal(phase.as_str(), &known);
+            Err((vec!["when", key], format!("no step or label `{phase}` in this plan"), Some(help)))
+        }
+        Some(times) if u64::from(number) > *times => {
+            let message =
+                format!("number {number} of `{phase}`, and it comes {times} times at most");
+            Err((vec!["when", "number"], message, Some(format!("expected 1 to {times}"))))
+        }
+        Some(_) => Ok(()),
+    }
+}
+
+/// Two positions of one switch, which nothing is in at once.
+fn are_opposed(one: &Fault, other: &Fault) -> bool {
+    let (a, b) = (one.what.info(), other.what.info());
+    let same_way =
+        one.toward == other.toward || one.toward == Toward::Both || other.toward == Toward::Both;
+    a.switch.is_some() && a.switch == b.switch && one.target == other.target && same_way
+}
+
+/// What is wrong with `fault` beside an earlier one that it contradicts.
+fn contradiction(plan: &Plan, index: usize, other: &Fault, fault: &Fault) -> Checked {
+    if !are_opposed(other, fault) {
+        return Ok(());
+    }
+    let name = other.what.name();
+    let (message, help) = match meeting(plan, other, fault) {
+        Meeting::Never => return Ok(()),
+        Meeting::Sure => (
+            format!("contradicts the `{name}` of fault {index} at the same time"),
+            "let one end before the other begins, or leave one out",
+        ),
+        Meeting::Possible => (
+            format!(
+                "contradicts the `{name}` of fault {index}, and both may be at work at the same time"
+            ),
+            "tie them with `during` to phases that follow one another, or make the first shorter than what lies \
+             between them",
+        ),
+    };
+    Err((vec!["what"], message, Some(help.to_owned())))
+}

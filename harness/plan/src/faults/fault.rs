@@ -1,0 +1,212 @@
+//! One fault: what goes wrong, where, when and how likely.
+
+use super::{FaultKind, Lasts, When};
+use crate::Name;
+use crate::number;
+use schemars::JsonSchema;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+use wire::time::Span;
+
+/// What a fault strikes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Target {
+    /// The gyro or its line.
+    Gyro,
+    /// The base or its line or bus.
+    Base,
+    /// The table or its line.
+    Table,
+    /// The machine that the controller runs on.
+    Host,
+    /// The person who answers questions.
+    Operator,
+    /// The only device of a plan, or its line or bus.
+    Device,
+    /// What a node of a rig sends and is sent, or all that crosses a line, by its name.
+    Node(NodeName),
+}
+
+/// The name of a node or of a line, small enough to be copied.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct NodeName {
+    length: u8,
+    bytes: [u8; Self::LEN_MAX],
+}
+
+impl NodeName {
+    /// The longest.
+    pub const LEN_MAX: usize = 31;
+
+    /// `None` where `text` is no [`Name`], or too long.
+    pub fn new(text: &str) -> Option<Self> {
+        let name = Name::new(text)?;
+        let mut bytes = [0; Self::LEN_MAX];
+        bytes.get_mut(..text.len())?.copy_from_slice(name.as_str().as_bytes());
+        Some(Self { length: text.len() as u8, bytes })
+    }
+
+    /// The name.
+    pub fn as_str(&self) -> &str {
+        // It was made from text.
+        str::from_utf8(&self.bytes[..usize::from(self.length)]).unwrap_or_default()
+    }
+}
+
+impl fmt::Debug for NodeName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(self.as_str(), f)
+    }
+}
+
+impl Target {
+    /// Those that every rig of the paper or of one device has; others are names of nodes and lines.
+    const KNOWN: [Self; 6] =
+        [Self::Gyro, Self::Base, Self::Table, Self::Host, Self::Operator, Self::Device];
+
+    /// As in a plan.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Gyro => "gyro",
+            Self::Base => "base",
+            Self::Table => "table",
+            Self::Host => "host",
+            Self::Operator => "operator",
+            Self::Device => "device",
+            Self::Node(name) => name.as_str(),
+        }
+    }
+
+    /// The target of that name; `None` where no node can be called so.
+    pub fn named(name: &str) -> Option<Self> {
+        let known = Self::KNOWN.into_iter().find(|known| known.name() == name);
+        known.or_else(|| NodeName::new(name).map(Self::Node))
+    }
+}
+
+impl Serialize for Target {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for Target {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        Self::named(&name).ok_or_else(|| {
+            let known = Self::KNOWN.map(|known| format!("`{}`", known.name())).join(", ");
+            D::Error::custom(format_args!(
+                "unknown variant `{name}`, expected one of {known}, or the name of a node or a line"
+            ))
+        })
+    }
+}
+
+impl JsonSchema for Target {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Target".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let known: Vec<String> = Self::KNOWN.iter().map(|known| known.name().to_owned()).collect();
+        schemars::json_schema!({
+            "type": "string",
+            "description": "What a fault strikes: one of these, or a node or a line of the rig by its name.",
+            "anyOf": [{ "enum": known }, { "pattern": "^[a-z][a-z0-9_-]{0,30}$" }],
+        })
+    }
+}
+
+/// Which way a faulty line is faulty.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum Toward {
+    /// What the device sends.
+    Host,
+    /// What is sent to the device.
+    Device,
+    /// Both, each by itself.
+    #[default]
+    Both,
+}
+
+/// One fault of a schedule. Times are SI; the parameters of the kind are in the units of their names.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Fault {
+    /// What it strikes.
+    pub target: Target,
+    /// Which way, where it strikes a line; of others it says nothing.
+    #[serde(default, skip_serializing_if = "is_both")]
+    pub toward: Toward,
+    /// What goes wrong.
+    pub what: FaultKind,
+    /// When it begins; where it is absent, with the run.
+    #[serde(default, skip_serializing_if = "When::is_always")]
+    pub when: When,
+    /// How long it lasts; without, to the end of the phase that it is tied to, or of the run. For kinds that
+    /// [last](Lasts) as long as the schedule says, and no others.
+    #[serde(
+        rename = "duration_s",
+        default,
+        deserialize_with = "number::duration_option",
+        serialize_with = "seconds",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schemars(schema_with = "number::schema::duration_option")]
+    pub duration: Option<Span>,
+    /// Probability that it happens at all, drawn from the seed of the run.
+    #[serde(
+        default = "certain",
+        deserialize_with = "number::share",
+        skip_serializing_if = "is_certain"
+    )]
+    #[schemars(schema_with = "number::schema::share")]
+    pub probability: f64,
+}
+
+impl Fault {
+    /// A fault that happens for certain, from the beginning of the run to its end.
+    pub const fn new(target: Target, what: FaultKind) -> Self {
+        let (toward, when) = (Toward::Both, When::Always);
+        Self { target, toward, what, when, duration: None, probability: 1.0 }
+    }
+
+    /// How long it lasts once begun, where that is known: by its kind, or by the schedule.
+    pub fn lasting(&self) -> Option<Span> {
+        match self.what.info().lasts {
+            Lasts::Scheduled => self.duration,
+            Lasts::Itself => Some(Span::from_secs_f64(self.what.severity())),
+            Lasts::Instant => Some(Span::ZERO),
+        }
+    }
+}
+
+/// `burst_loss of gyro`.
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} of {}", self.what.name(), self.target.name())
+    }
+}
+
+const fn certain() -> f64 {
+    1.0
+}
+
+fn is_certain(probability: &f64) -> bool {
+    *probability == 1.0
+}
+
+fn is_both(toward: &Toward) -> bool {
+    *toward == Toward::Both
+}
+
+pub(super) fn seconds<S: Serializer>(
+    span: &Option<Span>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    span.map(Span::as_secs_f64).serialize(serializer)
+}

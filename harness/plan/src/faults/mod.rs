@@ -1,0 +1,37 @@
+//! Faults: what goes wrong on purpose, where and when.
+//!
+//! ```toml
+//! [[fault]]
+//! target = "gyro"
+//! what = { burst_loss = { loss_percent = 1, recover_percent = 10, bad_percent = 100, good_percent = 0 } }
+//! when = { step = "lap", number = 3, after_s = 2 }
+//! duration_s = 2
+//! probability = 0.3
+//! ```
+//!
+//! * [`FaultKind`]: the vocabulary; `docs/faults.md` is made from [`FaultKind::all`].
+//! * [`Fault`], [`When`], [`Schedule`]: what a plan or a campaign asks for.
+//! * [`Schedule::check`]: what cannot apply to a plan or a bench, as far as that can be known before.
+//!
+//! A fault of a line is a layer of that line; one of a device is a switch of its emulator.
+//! The controller knows of none.
+
+mod apart;
+mod chance;
+mod check;
+mod fault;
+mod kind;
+mod lines;
+mod schedule;
+pub mod table;
+mod when;
+
+pub use chance::Chance;
+pub use check::Unfit;
+pub use fault::NodeName;
+pub use fault::{Fault, Target, Toward};
+pub(crate) use kind::schema::name as kind_name_schema;
+pub use kind::{FaultKind, KindInfo, KindParameter, Lasts, Reach, UnknownKind};
+pub use lines::{LineKind, Lines, Ride};
+pub use schedule::{FAULTS_MAX, Schedule};
+pub use when::When;

@@ -1,0 +1,103 @@
+//! The vocabulary as a table: `docs/faults.md`, and what `hil list faults` prints.
+
+use super::{FaultKind, KindInfo, KindParameter, Lasts, Reach};
+
+/// What stands above the table of `docs/faults.md`.
+const INTRODUCTION: &str = "\
+# Faults
+
+What can go wrong on purpose, in a plan:
+
+```toml
+[[fault]]
+target = \"gyro\"                                  # gyro, base, table, host or operator
+toward = \"host\"                                  # of a line: host (what the device sends) or device; both without
+what = { burst_loss = { loss_percent = 1, recover_percent = 10, bad_percent = 100, good_percent = 0 } }
+when = { step = \"lap\", number = 3, after_s = 2 } # or { at_s = 300 } or { during = \"turn\", number = 3 }
+duration_s = 2                                   # without, to the end of the phase or of the run
+probability = 0.3                                # that it happens at all, drawn from the seed
+```
+
+A fault of a line is a layer of that line, one of a device a switch of its emulator; the controller knows of
+none. A step is named by its key or its label, and each round of a labelled repeat counts. Turns, straights
+and bias tests are counted by what the controller is told: a lap holds four turns. Where a kind *lasts* a
+parameter of its own, or an instant, `duration_s` is left out. The first parameter is the severity, which
+`FaultKind::with_severity` and campaigns scale; its sign, where it has one, is the direction.
+
+Two kinds that are positions of one switch (`stuck` and `restart` of a gyro, say) must not be at work at once: unless
+the order and the times of the plan's phases show that they never are, the plan is refused.
+
+In real time (`hil run --clock real`) the same faults strike what is emulated and the lines up to its ports; those of the
+host need the controller in the process. A fault of a real device, or of the machine of another process, is refused
+before the run, with status 2. This table is made from the program (`hil list faults` prints the same); a test keeps
+it true.
+";
+
+/// What a kind strikes, in words.
+pub fn strikes(info: &'static KindInfo) -> &'static str {
+    match info.reach {
+        Reach::Line => "a serial line or bus",
+        Reach::SerialLine => "a serial line",
+        Reach::CanBus => "a CAN bus",
+        Reach::Only(ref target) => target.name(),
+    }
+}
+
+/// How long a kind lasts, in words.
+pub fn lasts(info: &KindInfo) -> String {
+    match (info.lasts, info.parameters.first()) {
+        (Lasts::Scheduled, _) => "as scheduled".to_owned(),
+        (Lasts::Itself, Some(first)) => format!("its {}", first.name),
+        _ => "an instant".to_owned(),
+    }
+}
+
+/// A parameter with its range and its typical value: `loss_percent = 1 (0 to 100 %)`.
+pub fn parameter(parameter: &KindParameter, typical: f64) -> String {
+    let (least, greatest) = parameter.range;
+    let unit = if parameter.unit == "1" { String::new() } else { format!(" {}", parameter.unit) };
+    format!("{} = {typical} ({least} to {greatest}{unit})", parameter.name)
+}
+
+/// The whole of `docs/faults.md`.
+pub fn markdown() -> String {
+    let mut text = INTRODUCTION.to_owned();
+    text.push_str(
+        "\n| kind | strikes | lasts | what it does | parameters, typical (range) | source |\n",
+    );
+    text.push_str("|---|---|---|---|---|---|\n");
+    for info in FaultKind::all() {
+        let parameters: Vec<String> = info
+            .parameters
+            .iter()
+            .zip(info.typical.values())
+            .map(|(one, typical)| format!("`{}`: {}", parameter(one, typical), one.doc.trim()))
+            .collect();
+        text.push_str(&format!(
+            "| `{}` | {} | {} | {} | {} | {} |\n",
+            info.name,
+            strikes(info),
+            lasts(info),
+            info.doc.trim(),
+            parameters.join("<br>"),
+            info.source
+        ));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::markdown;
+
+    /// Where the document differs the new one is written beside it: `docs/faults.md.new`.
+    #[test]
+    fn the_document_is_the_vocabulary() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/faults.md");
+        let written = std::fs::read_to_string(path).unwrap_or_default();
+        if written != markdown() {
+            std::fs::write(format!("{path}.new"), markdown()).unwrap();
+            panic!("docs/faults.md is not the vocabulary: mv docs/faults.md.new docs/faults.md");
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Turns the messages of serde and toml into ones for people: what was expected moves to the help, and
+//! the nearest known name is proposed.
+
+/// Likeness (Jaro-Winkler, 0 to 1) from which on a name is proposed. Assumption: one or two slips of the
+/// finger are above it, another word is below.
+const LIKENESS_MIN: f64 = 0.8;
+
+/// The message for people, and the help.
+pub fn explain(message: &str) -> (String, Option<String>) {
+    if message.contains("wanted exactly 1 element") {
+        return ("expected a table with exactly one key here".to_owned(), None);
+    }
+    // The same mistake as an unknown field, in toml's words for tables that are variants.
+    let keys = message.strip_prefix("unexpected keys in table: ");
+    if let Some((wrong, known)) = keys.and_then(|keys| keys.split_once(", available keys: ")) {
+        let wrong = wrong.split(", ").next().unwrap_or_default();
+        let known: Vec<&str> = known.split(", ").filter(|name| !name.is_empty()).collect();
+        return (format!("unknown field `{wrong}`"), Some(proposal(wrong, &known)));
+    }
+    let Some((what, expected)) = message.split_once(", expected ") else {
+        return (message.to_owned(), None);
+    };
+    if !what.starts_with("unknown ") {
+        return (message.to_owned(), None);
+    }
+    let known = quoted(expected);
+    let wrong = quoted(what).first().copied().unwrap_or_default();
+    (what.replacen("unknown variant", "unknown name", 1), Some(proposal(wrong, &known)))
+}
+
+/// "did you mean ...?" where a name is near, and else all that are known.
+pub fn proposal(wrong: &str, known: &[&str]) -> String {
+    if let Some(name) = nearest(wrong, known) {
+        return format!("did you mean `{name}`?");
+    }
+    if known.is_empty() {
+        return "nothing is known here".to_owned();
+    }
+    let list = known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    format!("known here: {list}")
+}
+
+/// The name most like `wrong`, the first of several; none where all are too different.
+fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
+    let mut best = (LIKENESS_MIN, None);
+    for name in known {
+        let likeness = strsim::jaro_winkler(wrong, name);
+        if likeness > best.0 {
+            best = (likeness, Some(*name));
+        }
+    }
+    best.1
+}
+
+/// What stands between backticks.
+fn quoted(text: &str) -> Vec<&str> {
+    text.split('`').skip(1).step_by(2).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{explain, nearest};
+
+    #[test]
+    fn slips_find_their_name_and_other_words_none() {
+        let known = ["turn", "table_turn", "straight", "bias_test", "repeat"];
+        for (wrong, expected) in [
+            ("trun", Some("turn")),
+            ("strait", Some("straight")),
+            ("bias_tets", Some("bias_test")),
+            ("jump", None),
+            ("", None),
+        ] {
+            assert_eq!(nearest(wrong, &known), expected, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn other_messages_pass_as_they_are() {
+        let message = "invalid type: string \"20\", expected a number";
+        assert_eq!(explain(message), (message.to_owned(), None));
+    }
+}

@@ -1,0 +1,238 @@
+//! Plans: what is done on the bench, in which order, and what is judged. Written in TOML 1.1.
+//!
+//! ```toml
+//! name = "verification"
+//! title = "Independent table runs after correction"
+//! paper = "section 3, Fig. 6"
+//! devices = "paper-table"
+//! steps = [
+//!   { use_calibration = "temperature" },
+//!   { wait = { duration_s = 7200 } },
+//!   { repeat = { times = 20, period_s = 120, steps = [
+//!       { bias_test = { duration_s = 20 } },
+//!       { table_turn = { angle_deg = -360 } },
+//!       { table_turn = { angle_deg = 360 } },
+//!   ] } },
+//! ]
+//!
+//! [[measurement]]
+//! name = "table_error_cw"
+//! doc = "Error of one clockwise turn after correction"
+//! quantity = "table.error"
+//! where = { direction = -1 }
+//! unit = "deg"
+//! check = { all_within = [-0.25, 0.25] }
+//! paper = "all within +-0.25 deg (Fig. 6)"
+//! ```
+//!
+//! What goes wrong on purpose stands in `[[fault]]` tables ([`crate::faults`]).
+//!
+//! A step is a table with one key, the [`Action`]; `label` and `time_limit_s` may stand beside it. A key
+//! carries its unit; the parsed plan is SI. Nothing is guessed: an unknown key, a value out of bounds or
+//! a reference to nothing is a [`PlanError`] that shows its place in the file.
+//!
+//! Around it: what goes wrong on purpose ([`faults`]), which port plays which role ([`bench_file`]), what one plan makes
+//! and a later one uses ([`calibrations`], [`models`], [`made`]). [`library`] reads these files, and those that ship;
+//! nothing else here reads any.
+
+mod band;
+pub mod bench_file;
+pub mod calibrations;
+mod check;
+pub mod confidence;
+mod contradiction;
+mod envelope;
+mod error;
+mod examples;
+pub mod faults;
+mod fit;
+mod flow;
+pub mod hint;
+mod identify;
+pub mod library;
+mod locate;
+pub mod made;
+mod measurement;
+mod message;
+pub mod models;
+mod motion;
+mod name;
+pub(crate) mod number;
+pub mod observation;
+pub mod phases;
+mod property;
+pub mod quantities;
+mod quantity;
+mod rest;
+pub mod rig;
+pub mod rig_build;
+pub(crate) mod speakers;
+mod step;
+mod subject;
+pub mod time_limits;
+pub(crate) mod timeline;
+mod title;
+mod validate;
+
+pub use band::Band;
+pub use check::{Check, PAPER_SIDE, UmbmarkFigure};
+pub use envelope::{DeclaredEnvelope, struck_by};
+pub use error::PlanError;
+pub use examples::STEP_EXAMPLES;
+pub use fit::{CalibrationPart, Fit, Model, NO_CALIBRATION, SaveCalibration, UseCalibration};
+pub use flow::{Answer, OperatorPrompt, REPEAT_TIMES_MAX, Repeat, SWEEP_VALUES_MAX, Sweep};
+pub use identify::{Identify, Source, UseModel};
+pub use measurement::Declared;
+pub use message::{Send, StopSending};
+pub use motion::{Direction, Lap, MeasurePose, Place, Straight, TableTurn, Turn};
+pub use name::{Name, ParameterName};
+pub use phases::PhaseEvent;
+pub use property::{Always, Property, Sometimes};
+pub use quantity::{Filter, OfMessage, QuantityName, TagMatch};
+pub use rest::{BiasResidual, BiasTest, Condition, Log, PowerCycle, SetParameter, Wait};
+pub use rig::Rig;
+pub use speakers::{DEVICE, MessagePlace, Speaker, resolve, signal, unit, unit_of};
+pub use step::{Action, Step};
+
+use crate::faults::{Lines, Schedule};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use wire::gyro::GyroStream;
+use wire::time::Span;
+
+/// Largest plan file, in bytes.
+pub const FILE_LEN_MAX: usize = 1 << 20;
+/// Most steps written in one plan.
+pub const STEPS_MAX: usize = 1_000;
+/// Most steps carried out by one plan, all repetitions counted.
+pub const STEPS_DONE_MAX: u64 = 1_000_000;
+/// Steps may stand in repeats and sweeps so deep.
+pub const DEPTH_MAX: usize = 6;
+
+/// A plan that can be run.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["devices"] }, { "required": ["device"] }, { "required": ["rig"] }]))]
+pub struct Plan {
+    /// Its name; the file's too.
+    pub name: Name,
+    /// What it is, in a line.
+    pub title: String,
+    /// Where the paper describes it.
+    #[serde(default)]
+    pub paper: Option<String>,
+    /// Name of the device file: a gyro on a robot or a table.
+    #[serde(default)]
+    pub devices: Option<Name>,
+    /// Name of the description of one device, of the user's own.
+    #[serde(default)]
+    pub device: Option<Name>,
+    /// Name of a rig: nodes on lines. A plan names one of the three.
+    #[serde(default)]
+    pub rig: Option<Name>,
+    /// As it is written; see [`Plan::time_limit`] for what holds where it is not.
+    #[serde(rename = "time_limit_s", default, deserialize_with = "number::duration_option")]
+    #[schemars(schema_with = "number::schema::duration_option")]
+    #[schemars(
+        description = "It must not take longer, s; where it is absent, as long as its steps may."
+    )]
+    pub explicit_time_limit: Option<Span>,
+    /// What is done, in order.
+    #[serde(deserialize_with = "flow::some_steps")]
+    #[schemars(length(min = 1, max = STEPS_MAX))]
+    pub steps: Vec<Step>,
+    /// Messages that are sent to the device at the end, however it came about.
+    #[serde(default)]
+    pub finally: Vec<Send>,
+    /// What is judged.
+    #[serde(rename = "measurement", default)]
+    pub measurements: Vec<Declared>,
+    /// What goes wrong on purpose.
+    #[serde(rename = "fault", default)]
+    pub faults: Schedule,
+    /// What must hold throughout; empty where the plan leaves it to who asks.
+    #[serde(rename = "property", default)]
+    pub properties: Vec<Property>,
+    /// How much of faults it has to stand; measured by campaigns.
+    #[serde(rename = "envelope", default)]
+    pub envelopes: Vec<DeclaredEnvelope>,
+}
+
+impl Plan {
+    /// Reads a plan; `file` names it in errors.
+    ///
+    /// # Errors
+    ///
+    /// The first mistake, with its place.
+    pub fn parse(file: &str, text: &str) -> Result<Self, PlanError> {
+        if text.len() > FILE_LEN_MAX {
+            let message = format!("{} bytes, expected at most {FILE_LEN_MAX}", text.len());
+            return Err(PlanError::new(file, "", 0..0, message));
+        }
+        let plan: Self =
+            toml::from_str(text).map_err(|error| PlanError::from_toml(file, text, &error))?;
+        plan.check(file, text)?;
+        Ok(plan)
+    }
+
+    /// Checks the plan by itself, as [`Plan::parse`] does; `file` and `text` are those that it was read from, and empty
+    /// where it was built in code.
+    ///
+    /// # Errors
+    ///
+    /// The first mistake, with its place.
+    pub fn check(&self, file: &str, text: &str) -> Result<(), PlanError> {
+        validate::validate(self, None).map_err(located(file, text))
+    }
+
+    /// The properties that a campaign judges on `rig`: those that are declared, or all of the paper's robot. Where nobody
+    /// takes missions there are none: the plan has to pass.
+    pub fn judged(&self, rig: &Rig) -> Vec<Property> {
+        match self.properties.as_slice() {
+            [] if rig.robot.is_none() => Vec::new(),
+            [] => Property::all(),
+            declared => declared.to_vec(),
+        }
+    }
+
+    /// Checks that `rig` has every node, message, signal and parameter that the plan speaks of, in which units, and what
+    /// its faults are to strike; `file` and `text` are those that the plan was read from.
+    ///
+    /// # Errors
+    ///
+    /// The first that it has not, with its place.
+    pub fn check_rig(&self, file: &str, text: &str, rig: &Rig) -> Result<(), PlanError> {
+        validate::validate(self, Some(rig)).map_err(located(file, text))?;
+        let gyro = rig.robot.as_ref().map(|devices| devices.gyro.0);
+        self.check_lines(file, text, &rig.struck(), gyro)
+    }
+
+    /// Checks that a rig with these `lines` and this gyro has what faults are to strike, and what properties are of.
+    fn check_lines(
+        &self,
+        file: &str,
+        text: &str,
+        lines: &Lines,
+        gyro: Option<GyroStream>,
+    ) -> Result<(), PlanError> {
+        let faults = self.faults.check_bench(lines).map_err(validate::misplaced);
+        let mut envelopes = self.envelopes.iter().enumerate();
+        let envelopes = |()| envelopes.try_for_each(|(index, one)| one.check_bench(index, lines));
+        let properties = |()| match gyro {
+            Some(gyro) => contradiction::of_bench(&self.properties, lines, gyro),
+            None => Ok(()),
+        };
+        faults.and_then(envelopes).and_then(properties).map_err(located(file, text))
+    }
+}
+
+/// The place of what is wrong, in the file.
+fn located(file: &str, text: &str) -> impl Fn(validate::Fault) -> PlanError {
+    move |fault| {
+        let at = locate::locate(text, &fault.path);
+        PlanError::new(file, text, at, fault.message).with_help(fault.help)
+    }
+}
+
+#[cfg(test)]
+mod tests;

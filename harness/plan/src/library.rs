@@ -1,0 +1,352 @@
+//! The plans, device files and calibrations that ship with the harness, and those on disk.
+//!
+//! A name is looked for among the shipped files, a path on disk: what ends in `.toml` or holds a
+//! separator is a path. Files next to a plan on disk go first, then those in the working directory, then the shipped
+//! ones, so that a copy of `test-plans` can be changed as a whole.
+
+mod pack;
+
+pub use pack::{Pack, PackedFile};
+
+use crate::hint;
+use include_dir::{Dir, include_dir};
+use miette::{NamedSource, SourceSpan};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+static SHIPPED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../../test-plans");
+
+/// The procedures of the paper, in the order in which they need each other's results.
+pub const PAPER_PLANS: [&str; 10] = [
+    "warm-up",
+    "static-bias",
+    "temperature-calibration",
+    "verification",
+    "laps-observed",
+    "straight-accuracy",
+    "turn-accuracy",
+    "laps-corrected",
+    "laps-uncorrected",
+    "umbmark",
+];
+
+/// A file's text and where it comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    /// How messages call it: a path, or `test-plans/...` for a shipped file.
+    pub origin: String,
+    /// Its text.
+    pub text: String,
+}
+
+/// Why a file cannot be had.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum LibraryError {
+    /// No shipped file has that name.
+    #[error("no {kind} is called \"{name}\"")]
+    #[diagnostic(help("shipped: {known}; a path ends in .toml or holds a /"))]
+    UnknownName {
+        /// `plan`, `device file`, ...
+        kind: Kind,
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// The file cannot be read.
+    #[error("failed to read {}: {cause}", path.display())]
+    Unreadable {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        cause: std::io::Error,
+    },
+    /// The file is not what it should be.
+    #[error("{message}")]
+    Toml {
+        /// What is wrong.
+        message: String,
+        /// The file.
+        #[source_code]
+        file: Arc<NamedSource<String>>,
+        /// The place.
+        #[label("here")]
+        at: Option<SourceSpan>,
+        /// What to do, where that is known.
+        #[help]
+        help: Option<String>,
+    },
+}
+
+/// Kinds of files in the library.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// A plan.
+    Plan,
+    /// A device file: what the emulated devices are like.
+    Devices,
+    /// A gyro that device files name.
+    GyroModel,
+    /// A base that device files name.
+    BaseModel,
+    /// A table that device files name.
+    TableModel,
+    /// A calibration of a gyro.
+    Calibration,
+    /// A model that was identified.
+    Model,
+    /// A bench file: which port plays which role.
+    Bench,
+    /// A rig: nodes on lines.
+    Rig,
+    /// The description of a device of the user's own.
+    Description,
+    /// A file that such a description names.
+    DeviceData,
+}
+
+impl Kind {
+    /// Folder below `test-plans`.
+    const fn folder(self) -> &'static str {
+        match self {
+            Self::Plan => "",
+            Self::Devices | Self::Description | Self::DeviceData => "devices",
+            Self::GyroModel => "devices/gyros",
+            Self::BaseModel => "devices/bases",
+            Self::TableModel => "devices/tables",
+            Self::Calibration => "calibrations",
+            Self::Model => "models",
+            Self::Bench => "benches",
+            Self::Rig => "rigs",
+        }
+    }
+}
+
+impl std::fmt::Display for Kind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Plan => "plan",
+            Self::Devices => "device file",
+            Self::GyroModel => "gyro model",
+            Self::BaseModel => "base model",
+            Self::TableModel => "table model",
+            Self::Calibration => "calibration",
+            Self::Model => "identified model",
+            Self::Bench => "bench",
+            Self::Rig => "rig",
+            Self::Description => "description of a device",
+            Self::DeviceData => "file of a device",
+        })
+    }
+}
+
+/// Where to look, besides the shipped files.
+#[derive(Debug, Clone, Default)]
+pub struct Library {
+    folder: Option<PathBuf>,
+    /// Files that came from elsewhere: then there are no others.
+    packed: Option<Arc<Pack>>,
+    /// What was opened.
+    opened: Option<Arc<Mutex<Pack>>>,
+}
+
+impl Library {
+    /// The shipped files alone.
+    pub const fn shipped() -> Self {
+        Self { folder: None, packed: None, opened: None }
+    }
+
+    /// The files of a pack, and no others.
+    pub const fn packed(pack: Arc<Pack>) -> Self {
+        Self { folder: None, packed: Some(pack), opened: None }
+    }
+
+    /// The same files; each that is opened goes into the pack too.
+    pub fn packing(self) -> (Self, Arc<Mutex<Pack>>) {
+        let opened = Arc::new(Mutex::new(Pack::default()));
+        (Self { opened: Some(Arc::clone(&opened)), ..self }, opened)
+    }
+
+    /// The shipped files, and before them those in the folder of `plan`, if it is a path.
+    pub fn beside(plan: &str) -> Self {
+        let folder = is_path(plan).then(|| Path::new(plan).parent().map(Path::to_owned)).flatten();
+        Self { folder, ..Self::default() }
+    }
+
+    /// The file that `name` means.
+    ///
+    /// # Errors
+    ///
+    /// When no shipped file has that name or the path cannot be read.
+    pub fn open(&self, kind: Kind, name: &str) -> Result<Source, LibraryError> {
+        let source = match &self.packed {
+            Some(pack) => pack.open(kind, name)?,
+            None => self.find(kind, name)?,
+        };
+        if let Some(opened) = &self.opened {
+            let mut opened = opened.lock().unwrap_or_else(PoisonError::into_inner);
+            opened.add(kind, name, &source);
+        }
+        Ok(source)
+    }
+
+    /// The file `name` in the folder of `source`, the description of a device.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be read.
+    pub fn open_beside(&self, source: &Source, name: &str) -> Result<Source, LibraryError> {
+        let kind = Kind::DeviceData;
+        if let Some(pack) = &self.packed {
+            return pack.open(kind, name);
+        }
+        let folder = Path::new(&source.origin).parent().unwrap_or(Path::new(""));
+        let found = read(&folder.join(name))?;
+        if let Some(opened) = &self.opened {
+            opened.lock().unwrap_or_else(PoisonError::into_inner).add(kind, name, &found);
+        }
+        Ok(found)
+    }
+
+    fn find(&self, kind: Kind, name: &str) -> Result<Source, LibraryError> {
+        if is_path(name) {
+            return read(Path::new(name));
+        }
+        let file = Path::new(kind.folder()).join(format!("{name}.toml"));
+        // A plan that a campaign has saved lies below the project that it is of.
+        let folders = self.folder.iter().flat_map(|folder| [folder.as_path(), Path::new("")]);
+        let mut paths = folders.map(|folder| folder.join(&file));
+        if let Some(path) = paths.find(|path| path.is_file()) {
+            return read(&path);
+        }
+        let shipped = SHIPPED.get_file(&file).and_then(include_dir::File::contents_utf8);
+        match shipped {
+            Some(text) => Ok(Source {
+                origin: format!("test-plans/{}", file.display()),
+                text: text.to_owned(),
+            }),
+            None => Err(LibraryError::UnknownName {
+                kind,
+                name: name.to_owned(),
+                known: names(kind).join(", "),
+            }),
+        }
+    }
+}
+
+impl Library {
+    /// What the file that `name` means holds, and where it comes from.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be had, or is not right.
+    pub fn read<T: DeserializeOwned>(
+        &self,
+        kind: Kind,
+        name: &str,
+    ) -> Result<(String, T), LibraryError> {
+        let source = self.open(kind, name)?;
+        let value = source.parse()?;
+        Ok((source.origin, value))
+    }
+}
+
+/// What the TOML file at `path` holds.
+///
+/// # Errors
+///
+/// When it cannot be read, or is not right.
+pub fn read_file<T: DeserializeOwned>(path: &Path) -> Result<T, LibraryError> {
+    read(path)?.parse()
+}
+
+impl Source {
+    /// The file at `path`.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be read.
+    pub fn of_file(path: &Path) -> Result<Self, LibraryError> {
+        read(path)
+    }
+
+    /// What the TOML in it holds.
+    ///
+    /// # Errors
+    ///
+    /// When it is not right.
+    pub fn parse<T: DeserializeOwned>(&self) -> Result<T, LibraryError> {
+        toml::from_str(&self.text).map_err(|error| {
+            let (message, help) = hint::explain(error.message());
+            let at = error.span().map(SourceSpan::from);
+            LibraryError::Toml { message, at, file: self.named(), help }
+        })
+    }
+
+    /// Something that is wrong with the bytes `at`.
+    pub fn mistake(&self, at: Range<usize>, message: String, help: Option<String>) -> LibraryError {
+        LibraryError::Toml { message, at: Some(at.into()), file: self.named(), help }
+    }
+
+    fn named(&self) -> Arc<NamedSource<String>> {
+        Arc::new(NamedSource::new(&self.origin, self.text.clone()).with_language("TOML"))
+    }
+}
+
+/// Names of the shipped files of a kind, sorted.
+pub fn names(kind: Kind) -> Vec<String> {
+    let folder = match kind.folder() {
+        "" => Some(&SHIPPED),
+        folder => SHIPPED.get_dir(folder),
+    };
+    let mut names: Vec<String> = folder
+        .into_iter()
+        .flat_map(Dir::files)
+        .filter_map(|file| file.path().file_name()?.to_str()?.strip_suffix(".toml"))
+        .map(str::to_owned)
+        .collect();
+    names.sort();
+    names
+}
+
+fn is_path(name: &str) -> bool {
+    name.contains('/') || Path::new(name).extension().is_some_and(|end| end == "toml")
+}
+
+fn read(path: &Path) -> Result<Source, LibraryError> {
+    match std::fs::read_to_string(path) {
+        Ok(text) => Ok(Source { origin: path.display().to_string(), text }),
+        Err(cause) => Err(LibraryError::Unreadable { path: path.to_owned(), cause }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Kind, Library, PAPER_PLANS, names};
+
+    #[test]
+    fn every_procedure_of_the_paper_ships() {
+        let shipped = names(Kind::Plan);
+        for plan in PAPER_PLANS {
+            assert!(shipped.iter().any(|name| name == plan), "{plan}");
+        }
+    }
+
+    #[test]
+    fn an_unknown_name_lists_what_there_is() {
+        let error = Library::shipped().open(Kind::Plan, "varification").unwrap_err();
+        assert_eq!(error.to_string(), "no plan is called \"varification\"");
+        let help = miette::Diagnostic::help(&error).map(|help| help.to_string());
+        assert!(help.is_some_and(|help| help.contains("verification")));
+    }
+
+    #[test]
+    fn a_missing_path_names_the_path_and_the_cause() {
+        let error = Library::shipped().open(Kind::Bench, "no/such.toml").unwrap_err();
+        assert!(error.to_string().starts_with("failed to read no/such.toml: "), "{error}");
+    }
+}

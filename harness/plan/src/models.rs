@@ -1,0 +1,246 @@
+//! Models that were identified: by name, and as what a controller and an emulated gyro take.
+//!
+//! An identified model is about names of fields in units of a data set; a controller takes off terms
+//! of what it sees itself, in SI, and an emulated gyro adds terms of what is true. What cannot be
+//! carried is refused, term by term and with the reason, rather than left out.
+//!
+//! A model speaks of what is read under the calibration that was in force when its data were taken:
+//! its scale terms come on top of that calibration's factors.
+
+mod driver;
+mod form;
+mod learned;
+mod numbers;
+#[cfg(test)]
+mod tests;
+
+pub use learned::learned;
+
+use crate::library::{Kind, Library, LibraryError};
+use crate::{Action, Plan, Step};
+use controller::calibration::Calibration;
+use controller::correction::{Acts, Corrections, Driver, Form, TERMS_MAX, Term};
+use identification::finding::{Finding, SCHEMA};
+use identification::model::{self, Model};
+use numbers::Numbers;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Why a model cannot be used.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum ModelError {
+    /// Its file cannot be had, or is not right.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Library(#[from] LibraryError),
+    /// It is of another version of the contract.
+    #[error("{origin}: schema {found}, expected {SCHEMA}")]
+    Schema {
+        /// The file.
+        origin: String,
+        /// What it says.
+        found: u32,
+    },
+    /// Some of its terms cannot be carried.
+    #[error("{origin}: {refused}")]
+    Refused {
+        /// The file.
+        origin: String,
+        /// Which, and why.
+        refused: Refused,
+    },
+}
+
+/// Terms that cannot be carried: name and reason of each.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Refused(pub Vec<(String, String)>);
+
+impl std::fmt::Display for Refused {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (index, (name, why)) in self.0.iter().enumerate() {
+            let stop = if index == 0 { "" } else { "; " };
+            write!(f, "{stop}term `{name}` cannot be carried: {why}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Refused {}
+
+/// Loads every model that `plan` uses and does not identify itself, unless `made` has it already.
+///
+/// # Errors
+///
+/// When one is missing or not right, or a controller cannot correct by it.
+pub fn load(
+    plan: &Plan,
+    library: &Library,
+    made: &BTreeMap<String, Model>,
+) -> Result<BTreeMap<String, Model>, ModelError> {
+    let (mut used, mut identified) = (BTreeSet::new(), BTreeSet::new());
+    collect(&plan.steps, &mut used, &mut identified);
+    let mut loaded = BTreeMap::new();
+    for name in used {
+        if let Some(model) = made.get(&name) {
+            loaded.insert(name, model.clone());
+        } else if !identified.contains(&name) {
+            let (origin, model) = read(library, &name)?;
+            corrections(&model).map_err(|refused| ModelError::Refused { origin, refused })?;
+            loaded.insert(name, model);
+        }
+    }
+    Ok(loaded)
+}
+
+/// Names of the models that `plan` identifies.
+pub fn made_by(plan: &Plan) -> BTreeSet<String> {
+    let mut identified = BTreeSet::new();
+    collect(&plan.steps, &mut BTreeSet::new(), &mut identified);
+    identified
+}
+
+fn collect(steps: &[Step], used: &mut BTreeSet<String>, identified: &mut BTreeSet<String>) {
+    for step in steps {
+        match &step.action {
+            Action::UseModel(wanted) => {
+                used.extend(wanted.name().map(|name| name.as_str().to_owned()));
+            }
+            Action::Identify(identify) => {
+                identified.insert(identify.name.as_str().to_owned());
+            }
+            action => collect(action.steps(), used, identified),
+        }
+    }
+}
+
+/// A model that says nothing.
+pub const fn empty() -> Model {
+    Model {
+        schema: SCHEMA,
+        kind: identification::dataset::Kind::Turns,
+        dataset: None,
+        fields: BTreeMap::new(),
+        counts_per_rad_per_s: None,
+        closing_lever_m: None,
+        terms: Vec::new(),
+        plain: Vec::new(),
+    }
+}
+
+/// The file of a model, with a line that says where it comes from.
+pub fn to_toml(model: &Model, origin: &str) -> String {
+    format!("# {origin}\n{}", model.to_toml())
+}
+
+/// The file of a finding.
+pub fn to_json(finding: &Finding) -> String {
+    serde_json::to_string_pretty(finding).unwrap_or_default() + "\n"
+}
+
+/// Reads the model of that name or path.
+///
+/// # Errors
+///
+/// When it is missing or not right.
+pub fn read(library: &Library, name: &str) -> Result<(String, Model), ModelError> {
+    let (origin, model): (String, Model) = library.read(Kind::Model, name)?;
+    if model.schema == SCHEMA {
+        Ok((origin, model))
+    } else {
+        Err(ModelError::Schema { origin, found: model.schema })
+    }
+}
+
+/// The calibration in force with the model's terms in the place of its own.
+///
+/// # Errors
+///
+/// Every term that a controller cannot correct by.
+pub fn calibration(model: &Model, in_force: &Calibration) -> Result<Calibration, Refused> {
+    Ok(Calibration { corrections: corrections(model)?, ..in_force.clone() })
+}
+
+/// The terms by which a controller corrects.
+///
+/// # Errors
+///
+/// Every term that a controller cannot correct by.
+pub fn corrections(model: &Model) -> Result<Corrections, Refused> {
+    let mut corrections = Corrections::new();
+    let mut refused = Vec::new();
+    for term in &model.terms {
+        let push = |term| {
+            corrections
+                .push(term)
+                .map_err(|_| format!("a controller takes {TERMS_MAX} terms at most"))
+        };
+        let carried = acts(term)
+            .and_then(|acts| translate(model, term, acts))
+            .and_then(|terms| terms.into_iter().try_for_each(push));
+        if let Err(why) = carried {
+            refused.push((term.name.clone(), why));
+        }
+    }
+    if refused.is_empty() { Ok(corrections) } else { Err(Refused(refused)) }
+}
+
+/// What a term acts on, where a controller can do something about it.
+fn acts(term: &model::Term) -> Result<Acts, String> {
+    let why = match term.term {
+        model::Acts::Bias => return Ok(Acts::Bias),
+        model::Acts::Scale => return Ok(Acts::Scale),
+        model::Acts::Delay => {
+            "what comes late cannot be had earlier: a delay is not correctable online"
+        }
+        model::Acts::Clock => {
+            "a clock that runs wrong is met by integrating over the host's time, not by a term"
+        }
+        model::Acts::DeadZone => "what a dead zone holds back is not in the readings",
+        model::Acts::Saturation => "what was clipped is not in the readings",
+        model::Acts::Quantisation | model::Acts::Noise => {
+            "noise is only known afterwards: there is nothing to subtract"
+        }
+        model::Acts::Axis => "a reading of one axis does not tell the rotation about another",
+        model::Acts::Reference => "it is an error of the reference, not of the gyro",
+        model::Acts::Drive | model::Acts::Turn | model::Acts::Curvature | model::Acts::Slip => {
+            "it is of the drive, and a calibration of a gyro has no place for it"
+        }
+    };
+    Err(why.to_owned())
+}
+
+/// A term of bias or scale, in SI; where a temperature goes through a play as a whole, two: one of the
+/// temperature and one of how far the play's output is from it.
+fn translate(model: &Model, term: &model::Term, acts: Acts) -> Result<Vec<Term>, String> {
+    let numbers = Numbers(term);
+    let mut drivers = term.drivers.iter();
+    let first = drivers.next().map(|driver| driver::of(model, driver, &numbers)).transpose()?;
+    let second = drivers.next().map(|driver| driver::of(model, driver, &numbers)).transpose()?;
+    if drivers.next().is_some() {
+        return Err("it has more than two drivers".to_owned());
+    }
+    let form = form::of(term, first, second, &numbers)?;
+    let driver = match form {
+        Form::Constant { .. } => None,
+        _ => first,
+    };
+    let driver = driver.unwrap_or_default();
+    let through = numbers.or_zero("through")?;
+    let translated = match (driver, form) {
+        (_, form) if through == 0.0 => vec![Term { acts, driver, form }],
+        (Driver::TemperatureBranch { .. }, Form::Linear { slope, origin }) => vec![
+            Term { acts, driver, form: Form::Linear { slope, origin: 0.0 } },
+            Term {
+                acts,
+                driver: Driver::Temperature,
+                form: Form::Linear { slope: slope * through, origin: origin / through },
+            },
+        ],
+        _ => return Err("what goes through a play is carried where it is linear".to_owned()),
+    };
+    if translated.iter().all(Term::is_usable) {
+        Ok(translated)
+    } else {
+        Err("its numbers are not usable: one is not finite, divides by nothing or does not rise"
+            .to_owned())
+    }
+}

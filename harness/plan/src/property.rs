@@ -1,0 +1,260 @@
+//! Properties: what must hold throughout a run, and what a campaign must have reached.
+//!
+//! ```toml
+//! [[property]]
+//! always = { fresh_heading = { age_s_max = 0.16 } }
+//!
+//! [[property]]
+//! sometimes = "gyro_silent"
+//! ```
+//!
+//! A limit that is left out is the bench's (`judge::properties::Limits`). How each is judged stands in
+//! `judge::properties`.
+
+use super::number;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use wire::time::Span;
+use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Speed};
+
+/// One `[[property]]` of a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Property {
+    /// It must hold at every moment of every run.
+    Always(Always),
+    /// It must come about in at least one run of a campaign.
+    Sometimes(Sometimes),
+}
+
+/// What must hold at every moment.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Always {
+    /// Nothing is told to move on a heading older than this.
+    FreshHeading {
+        /// Age of the last good gyro sample, s.
+        #[serde(rename = "age_s_max", default, deserialize_with = "number::duration_option")]
+        #[schemars(schema_with = "number::schema::duration_option")]
+        age_max: Option<Span>,
+    },
+    /// Who loses the gyro or the base stops: after the reaction time with at least these brakes.
+    StopsOnLoss {
+        /// From the last thing heard until the brakes bite, s.
+        #[serde(rename = "reaction_s_max", default, deserialize_with = "number::duration_option")]
+        #[schemars(schema_with = "number::schema::duration_option")]
+        reaction_max: Option<Span>,
+        /// Deceleration on the way, m/s^2.
+        #[serde(
+            rename = "braking_m_per_s2_min",
+            default,
+            deserialize_with = "number::acceleration_option"
+        )]
+        #[schemars(schema_with = "number::schema::acceleration_option")]
+        braking_min: Option<Acceleration>,
+        /// Deceleration of the steering, deg/s^2.
+        #[serde(
+            rename = "steer_braking_deg_per_s2_min",
+            default,
+            deserialize_with = "number::angular_acceleration_option"
+        )]
+        #[schemars(schema_with = "number::schema::angular_acceleration_option")]
+        steer_braking_min: Option<AngularAcceleration>,
+    },
+    /// Neither what is commanded nor what is true goes beyond these.
+    WithinLimits {
+        /// Along the path, m/s.
+        #[serde(rename = "speed_m_per_s_max", default, deserialize_with = "number::speed_option")]
+        #[schemars(schema_with = "number::schema::speed_option")]
+        speed_max: Option<Speed>,
+        /// Of the steering, deg/s.
+        #[serde(
+            rename = "steer_rate_deg_per_s_max",
+            default,
+            deserialize_with = "number::rate_option"
+        )]
+        #[schemars(schema_with = "number::schema::rate_option")]
+        steer_rate_max: Option<AngularRate>,
+        /// Speeding up, m/s^2.
+        #[serde(
+            rename = "acceleration_m_per_s2_max",
+            default,
+            deserialize_with = "number::acceleration_option"
+        )]
+        #[schemars(schema_with = "number::schema::acceleration_option")]
+        acceleration_max: Option<Acceleration>,
+        /// Of the steering, speeding up, deg/s^2.
+        #[serde(
+            rename = "steer_acceleration_deg_per_s2_max",
+            default,
+            deserialize_with = "number::angular_acceleration_option"
+        )]
+        #[schemars(schema_with = "number::schema::angular_acceleration_option")]
+        steer_acceleration_max: Option<AngularAcceleration>,
+    },
+    /// A pose is written to a base that stands.
+    PoseWrittenAtRest {},
+    /// No report holds a number that is none.
+    FiniteOutputs {},
+    /// Some time after the last fault is over, the controller works again or says that it does not.
+    Recovers {
+        /// From the end of the fault, s.
+        #[serde(rename = "within_s_max", default, deserialize_with = "number::duration_option")]
+        #[schemars(schema_with = "number::schema::duration_option")]
+        within_max: Option<Span>,
+    },
+    /// A mission that is called done, by a controller that calls itself well, was done.
+    DoneIsDone {
+        /// True angle of a turn less the ordered one, deg.
+        #[serde(rename = "turn_deg_max", default, deserialize_with = "number::angle_option")]
+        #[schemars(schema_with = "number::schema::angle_option")]
+        turn_max: Option<Angle>,
+        /// True length of a straight less the ordered one, m.
+        #[serde(rename = "distance_m_max", default, deserialize_with = "number::length_option")]
+        #[schemars(schema_with = "number::schema::length_option")]
+        distance_max: Option<Length>,
+    },
+    /// Where the pose errs by more than this, health has said so before the lap's end.
+    NoSilentWrong {
+        /// Heading gained on the lap, deg.
+        #[serde(rename = "heading_deg_max", default, deserialize_with = "number::angle_option")]
+        #[schemars(schema_with = "number::schema::angle_option")]
+        heading_max: Option<Angle>,
+        /// Path gained on the lap, m.
+        #[serde(rename = "position_m_max", default, deserialize_with = "number::length_option")]
+        #[schemars(schema_with = "number::schema::length_option")]
+        position_max: Option<Length>,
+    },
+}
+
+/// What a campaign must have reached at least once: states in which mistakes live.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Sometimes {
+    /// A node left the bus (ISO 11898-1: transmit errors beyond 255).
+    BusOff,
+    /// A bias test was refused, or failed because the gyro was not at rest.
+    BiasTestRefused,
+    /// Health has said that the gyro is silent.
+    GyroSilent,
+    /// Health has said that the gyro's data are not to be used.
+    GyroFault,
+    /// The gyro's decoder lost its place in the stream and found it again.
+    Resynchronised,
+    /// Health has said that samples were lost.
+    SamplesLost,
+    /// Health has said that a rate was beyond the gyro's range.
+    OverRange,
+    /// Health has said that the clocks differ.
+    ClockMismatch,
+    /// Health has said that the base is silent.
+    BaseSilent,
+    /// Health has said that the base's emergency stop is pressed, or a drive at fault.
+    BaseNotReady,
+    /// A mission ended because the base had stopped by itself.
+    BaseStoppedItself,
+    /// A mission was refused.
+    MissionRefused,
+    /// A mission was broken off.
+    MissionAborted,
+    /// Health has said that the base did not take a pose.
+    PoseNotWritten,
+    /// Health has said that something overflowed.
+    Overflow,
+    /// Health was worse than degraded, and became better.
+    Recovered,
+}
+
+impl Property {
+    /// Every property, each with the bench's limits.
+    pub fn all() -> Vec<Self> {
+        let always = Always::ALL.iter().map(|always| Self::Always(*always));
+        let sometimes = Sometimes::ALL.iter().map(|sometimes| Self::Sometimes(*sometimes));
+        always.chain(sometimes).collect()
+    }
+
+    /// As it is written.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Always(always) => always.name(),
+            Self::Sometimes(sometimes) => sometimes.name(),
+        }
+    }
+}
+
+impl Always {
+    /// Every one, each with the bench's limits.
+    pub const ALL: &[Self] = &[
+        Self::FreshHeading { age_max: None },
+        Self::StopsOnLoss { reaction_max: None, braking_min: None, steer_braking_min: None },
+        Self::WithinLimits {
+            speed_max: None,
+            steer_rate_max: None,
+            acceleration_max: None,
+            steer_acceleration_max: None,
+        },
+        Self::PoseWrittenAtRest {},
+        Self::FiniteOutputs {},
+        Self::Recovers { within_max: None },
+        Self::DoneIsDone { turn_max: None, distance_max: None },
+        Self::NoSilentWrong { heading_max: None, position_max: None },
+    ];
+
+    /// As it is written.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::FreshHeading { .. } => "fresh_heading",
+            Self::StopsOnLoss { .. } => "stops_on_loss",
+            Self::WithinLimits { .. } => "within_limits",
+            Self::PoseWrittenAtRest {} => "pose_written_at_rest",
+            Self::FiniteOutputs {} => "finite_outputs",
+            Self::Recovers { .. } => "recovers",
+            Self::DoneIsDone { .. } => "done_is_done",
+            Self::NoSilentWrong { .. } => "no_silent_wrong",
+        }
+    }
+}
+
+impl Sometimes {
+    /// Every one.
+    pub const ALL: &[Self] = &[
+        Self::BusOff,
+        Self::BiasTestRefused,
+        Self::GyroSilent,
+        Self::GyroFault,
+        Self::Resynchronised,
+        Self::SamplesLost,
+        Self::OverRange,
+        Self::ClockMismatch,
+        Self::BaseSilent,
+        Self::BaseNotReady,
+        Self::BaseStoppedItself,
+        Self::MissionRefused,
+        Self::MissionAborted,
+        Self::PoseNotWritten,
+        Self::Overflow,
+        Self::Recovered,
+    ];
+
+    /// As it is written.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::BusOff => "bus_off",
+            Self::BiasTestRefused => "bias_test_refused",
+            Self::GyroSilent => "gyro_silent",
+            Self::GyroFault => "gyro_fault",
+            Self::Resynchronised => "resynchronised",
+            Self::SamplesLost => "samples_lost",
+            Self::OverRange => "over_range",
+            Self::ClockMismatch => "clock_mismatch",
+            Self::BaseSilent => "base_silent",
+            Self::BaseNotReady => "base_not_ready",
+            Self::BaseStoppedItself => "base_stopped_itself",
+            Self::MissionRefused => "mission_refused",
+            Self::MissionAborted => "mission_aborted",
+            Self::PoseNotWritten => "pose_not_written",
+            Self::Overflow => "overflow",
+            Self::Recovered => "recovered",
+        }
+    }
+}

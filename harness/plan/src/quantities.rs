@@ -1,0 +1,224 @@
+//! The quantities that a run can measure: the contract between the engine that observes and the plans
+//! that judge. A new quantity is one more entry in the table below.
+//!
+//! Every observation carries the [`COMMON_TAGS`]. Within a step it also carries `during.<step>` = 1 for
+//! each step around it, and `during.<label>` where that step has a label; within a sweep, the swept
+//! parameter under its own name.
+
+/// A quantity: what it is, in which unit, and with which tags it is observed.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Quantity {
+    /// Name in plans and records.
+    pub name: &'static str,
+    /// Unit of its values, `1` for a plain number.
+    pub unit: &'static str,
+    /// Tags beyond the [`COMMON_TAGS`].
+    pub tags: &'static [&'static str],
+    /// The step that yields it, or `always`.
+    pub made_by: &'static str,
+    /// What it is.
+    pub doc: &'static str,
+}
+
+/// A tag and its unit.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Tag {
+    /// Name.
+    pub name: &'static str,
+    /// Unit of its values, `1` for a plain number.
+    pub unit: &'static str,
+    /// What it is.
+    pub doc: &'static str,
+}
+
+/// Tags of every observation.
+pub const COMMON_TAGS: &[&str] = &["run", "time"];
+
+/// Every tag that observations carry, `during.*` and swept parameters apart.
+pub const TAGS: &[Tag] = &[
+    Tag {
+        name: "run",
+        unit: "1",
+        doc: "which repetition of the innermost repeat, from 1; goes on counting when it is entered again",
+    },
+    Tag { name: "time", unit: "s", doc: "bench time of the observation" },
+    Tag { name: "direction", unit: "1", doc: "+1 counter-clockwise, -1 clockwise" },
+    Tag {
+        name: "temperature",
+        unit: "degC",
+        doc: "temperature that the gyro told; of a turn or a lap the mean of before and after",
+    },
+    Tag { name: "duration", unit: "s", doc: "time between the states before and after" },
+    Tag { name: "bias", unit: "deg/s", doc: "bias that was subtracted" },
+    Tag { name: "angle", unit: "deg", doc: "angle that the table was told to turn by" },
+    Tag { name: "table_rate", unit: "deg/s", doc: "rate that the table was told, without sign" },
+    Tag { name: "acceleration", unit: "deg/s2", doc: "acceleration that the table was told" },
+    Tag {
+        name: "heading",
+        unit: "deg",
+        doc: "heading of the table before, from where the run began",
+    },
+    Tag { name: "age", unit: "s", doc: "time since the bias test whose bias is in force" },
+];
+
+/// Before the name of a step or a label: the tag of what was observed during it.
+pub const DURING_PREFIX: &str = "during.";
+/// Before the name of a signal, `Signal` or `Message.Signal`: its values, in the unit that the layout gives.
+pub const SIGNAL: &str = "signal";
+/// Before the name of a message of a device: the time from one to the next, s.
+pub const PERIOD: &str = "period";
+/// Before the name of an answer: the quantity that an operator gives.
+pub const OPERATOR_PREFIX: &str = "operator.";
+
+/// The tag of observations made during `phase`, a step's name or label.
+pub fn during_tag(phase: &str) -> String {
+    format!("{DURING_PREFIX}{phase}")
+}
+
+/// The quantity of that name.
+pub fn find(name: &str) -> Option<&'static Quantity> {
+    QUANTITIES.iter().copied().find(|quantity| quantity.name == name)
+}
+
+/// The tag of that name.
+pub fn find_tag(name: &str) -> Option<&'static Tag> {
+    TAGS.iter().find(|tag| tag.name == name)
+}
+
+macro_rules! quantities {
+    ($($(#[doc = $doc:literal])+ $id:ident: $name:literal, $unit:literal, [$($tag:literal),*], $by:literal;)*) => {
+        $(
+            $(#[doc = $doc])+
+            pub static $id: Quantity = Quantity {
+                name: $name,
+                unit: $unit,
+                tags: &[$($tag),*],
+                made_by: $by,
+                doc: concat!($($doc),+).trim_ascii(),
+            };
+        )*
+        /// Every quantity.
+        pub static QUANTITIES: &[&Quantity] = &[$(&$id),*];
+        /// Their names.
+        pub const NAMES: &[&str] = &[$($name),*];
+    };
+}
+
+quantities! {
+    /// Mean of the readings of a static bias test.
+    BIAS_MEAN: "bias.mean", "deg/s", ["temperature"], "bias_test";
+    /// Standard deviation of the readings of a static bias test.
+    BIAS_SPREAD: "bias.spread", "deg/s", ["temperature"], "bias_test";
+    /// Mean rate of a later window at rest, minus the last static bias test.
+    BIAS_RESIDUAL_TEST: "bias.residual_test", "deg/s", ["temperature", "age"], "bias_residual";
+    /// Mean rate of the same window, minus the bias that the temperature table gives.
+    BIAS_RESIDUAL_TABLE: "bias.residual_table", "deg/s", ["temperature", "age"], "bias_residual";
+    /// Mean rate of the same window, with no bias subtracted.
+    BIAS_RESIDUAL_NONE: "bias.residual_none", "deg/s", ["temperature", "age"], "bias_residual";
+
+    /// Mean raw rate over one interval of a log at rest (Fig. 2).
+    GYRO_RATE: "gyro.rate", "deg/s", ["temperature"], "log";
+    /// Temperature that the gyro told at the end of one interval of a log at rest (Fig. 2).
+    GYRO_TEMPERATURE: "gyro.temperature", "degC", [], "log";
+
+    /// Angle of one turn of the table by the gyro, without sign.
+    TABLE_ANGLE: "table.angle", "deg", ["direction", "temperature", "angle", "table_rate", "acceleration", "heading", "duration", "bias"], "table_turn";
+    /// Angle by the gyro minus angle of the table, both without sign (Eqs 1 and 2).
+    TABLE_ERROR: "table.error", "deg", ["direction", "temperature", "angle", "table_rate", "acceleration", "heading", "duration", "bias"], "table_turn";
+
+    /// Angle turned in a lap by the gyro minus by the absolute measurement, times the direction:
+    /// positive when too much is read, as in Eq. 1.
+    LAP_GYRO_ERROR: "lap.gyro_error", "deg", ["direction", "temperature", "duration", "bias"], "lap";
+    /// Angle turned in a lap by the base's odometry minus by the absolute measurement, times the
+    /// direction.
+    LAP_ODOMETRY_ERROR: "lap.odometry_error", "deg", ["direction", "temperature", "duration", "bias"], "lap";
+    /// Absolute position after a lap, along the heading at its start, from that start.
+    LAP_RETURN_X: "lap.return_x", "m", ["direction", "temperature", "duration", "bias"], "lap";
+    /// Absolute position after a lap, to the left of the heading at its start, from that start.
+    LAP_RETURN_Y: "lap.return_y", "m", ["direction", "temperature", "duration", "bias"], "lap";
+    /// Absolute heading after a lap minus the one at its start, to within half a turn.
+    LAP_RETURN_HEADING: "lap.return_heading", "deg", ["direction", "temperature", "duration", "bias"], "lap";
+    /// Distance from the start to the absolute position after a lap.
+    LAP_POSITION_ERROR: "lap.position_error", "m", ["direction", "temperature", "duration", "bias"], "lap";
+
+    /// Absolute minus dead-reckoned position after a lap, along the heading at its start.
+    UMBMARK_X: "umbmark.x", "m", ["direction", "temperature", "duration", "bias"], "lap";
+    /// Absolute minus dead-reckoned position after a lap, to the left of the heading at its start.
+    UMBMARK_Y: "umbmark.y", "m", ["direction", "temperature", "duration", "bias"], "lap";
+
+    /// Travelled minus commanded distance, at rest (section 4.2.1).
+    STRAIGHT_STOP_ERROR: "straight.stop_error", "m", [], "straight";
+    /// Heading minus reference, once a control period on the way (section 4.2.1).
+    STRAIGHT_HEADING_ERROR: "straight.heading_error", "deg", [], "straight";
+    /// Largest of those on one line, without sign.
+    STRAIGHT_HEADING_ERROR_MAX: "straight.heading_error_max", "deg", [], "straight";
+    /// Turned minus commanded angle by the heading source, at rest (section 4.2.2).
+    TURN_STOP_ERROR: "turn.stop_error", "deg", ["direction"], "turn";
+    /// Angle turned by the base's odometry minus by the gyro.
+    TURN_ODOMETRY_ERROR: "turn.odometry_error", "deg", ["direction"], "turn";
+    /// Pose downloads that had to be tried again after one straight line.
+    POSE_WRITE_RETRIES: "pose_write.retries", "1", [], "straight";
+
+    /// Absolute position, x.
+    POSE_X: "pose.x", "m", [], "measure_pose";
+    /// Absolute position, y.
+    POSE_Y: "pose.y", "m", [], "measure_pose";
+    /// Absolute heading.
+    POSE_HEADING: "pose.heading", "deg", [], "measure_pose";
+
+    /// Error of an angle, root mean square over runs that took no part in the fit, by the plain model.
+    IDENTIFICATION_BEFORE: "identification.before", "deg", [], "identify";
+    /// The same by the model that was identified.
+    IDENTIFICATION_AFTER: "identification.after", "deg", [], "identify";
+    /// Error of a rate, root mean square over runs that took no part in the fit, by the plain model.
+    IDENTIFICATION_RATE_BEFORE: "identification.rate_before", "deg/s", [], "identify";
+    /// The same by the model that was identified.
+    IDENTIFICATION_RATE_AFTER: "identification.rate_after", "deg/s", [], "identify";
+    /// Effects that were found beyond the plain model.
+    IDENTIFICATION_EFFECTS: "identification.effects", "1", [], "identify";
+    /// 1 where something remains that no effect explains, 0 where nothing does.
+    IDENTIFICATION_LEFT: "identification.structure_left", "1", [], "identify";
+
+    /// Changes of the controller's health to degraded or worse, in the whole run.
+    HEALTH_DEGRADED: "health.degraded", "1", [], "always";
+    /// Changes of the controller's health to fault, in the whole run.
+    HEALTH_FAULT: "health.fault", "1", [], "always";
+    /// Gyro samples per host second over nominal.
+    CLOCK_RATIO: "clock.ratio", "1", ["temperature"], "always";
+    /// Gyro samples used, in the whole run.
+    SAMPLES_USED: "samples.used", "1", [], "always";
+    /// Gyro samples known to be lost, in the whole run.
+    SAMPLES_LOST: "samples.lost", "1", [], "always";
+    /// What overflowed a bounded queue, in the whole run.
+    QUEUE_OVERFLOWS: "queue.overflows", "1", [], "always";
+    /// Bench time that a step took.
+    STEP_DURATION: "step.duration", "s", [], "always";
+    /// By how much a repetition outlasted its period; zero when it did not.
+    REPEAT_OVERRUN: "repeat.overrun", "s", [], "repeat";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{COMMON_TAGS, QUANTITIES, find, find_tag};
+    use crate::Action;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn the_table_is_consistent() {
+        let names: BTreeSet<_> = QUANTITIES.iter().map(|quantity| quantity.name).collect();
+        assert_eq!(names.len(), QUANTITIES.len(), "a name is used twice");
+        for quantity in QUANTITIES {
+            assert_eq!(find(quantity.name), Some(*quantity));
+            assert!(quantity.doc.ends_with('.'), "{}", quantity.name);
+            for tag in quantity.tags.iter().chain(COMMON_TAGS) {
+                assert!(find_tag(tag).is_some(), "{}: {tag}", quantity.name);
+            }
+            let made_by = quantity.made_by;
+            assert!(
+                made_by == "always" || Action::NAMES.contains(&made_by),
+                "{}: no step {made_by}",
+                quantity.name
+            );
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! Names of quantities in a plan, and which of their observations are meant.
+
+mod schema;
+
+use super::band::Band;
+use super::name::Name;
+use super::quantities::{self, NAMES, OPERATOR_PREFIX, PERIOD, Quantity, SIGNAL};
+use super::speakers::DEVICE;
+use crate::observation::Observation;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{self, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// The name of a quantity: one of [`quantities::QUANTITIES`], `operator.<answer>`, or of the messages of a rig
+/// `<node>.<signal>`, `<node>.<message>.<signal>` and `period.<node>.<message>`. Where a plan has one device alone, that is
+/// `signal.<signal>` and `period.<message>`.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct QuantityName(String);
+
+impl QuantityName {
+    /// `None` where there is no such quantity.
+    pub fn new(name: &str) -> Option<Self> {
+        let operator = name.strip_prefix(OPERATOR_PREFIX).and_then(Name::new);
+        let known = operator.is_some() || quantities::find(name).is_some();
+        (known || OfMessage::of(name).is_some()).then(|| Self(name.to_owned()))
+    }
+
+    /// What of a node's messages it is; none where the table has it, or an operator gives it.
+    pub fn of_message(&self) -> Option<OfMessage<'_>> {
+        let known = self.operator_answer().is_some() || self.entry().is_some();
+        if known { None } else { OfMessage::of(&self.0) }
+    }
+
+    /// The name.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+
+    /// Its entry in the table; none for what an operator answers.
+    pub fn entry(&self) -> Option<&'static Quantity> {
+        quantities::find(&self.0)
+    }
+
+    /// The answer's name where an operator gives this quantity.
+    pub fn operator_answer(&self) -> Option<&str> {
+        self.0.strip_prefix(OPERATOR_PREFIX)
+    }
+}
+
+/// A quantity that the messages of a node bring.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OfMessage<'a> {
+    /// Each value of this signal, `Signal` or `Message.Signal`, in the signal's unit.
+    Signal {
+        /// The node that sends it.
+        node: &'a str,
+        /// The signal.
+        name: &'a str,
+    },
+    /// The time between two of this message, s.
+    Period {
+        /// The node that sends it.
+        node: &'a str,
+        /// The message.
+        name: &'a str,
+    },
+}
+
+impl<'a> OfMessage<'a> {
+    fn of(name: &'a str) -> Option<Self> {
+        let (first, rest) = name.split_once('.')?;
+        let one = match first {
+            SIGNAL => Self::Signal { node: DEVICE, name: rest },
+            PERIOD => match rest.split_once('.') {
+                None => Self::Period { node: DEVICE, name: rest },
+                Some((node, name)) => Self::Period { node, name },
+            },
+            node => Self::Signal { node, name: rest },
+        };
+        let (node, name) = (one.node(), one.name());
+        (Name::new(node).is_some() && name.split('.').all(is_identifier)).then_some(one)
+    }
+
+    /// The node that sends it.
+    pub const fn node(&self) -> &'a str {
+        match self {
+            Self::Signal { node, .. } | Self::Period { node, .. } => node,
+        }
+    }
+
+    /// The signal or the message.
+    pub const fn name(&self) -> &'a str {
+        match self {
+            Self::Signal { name, .. } | Self::Period { name, .. } => name,
+        }
+    }
+}
+
+/// As a DBC names messages and signals: a letter or `_`, then letters, digits and `_`.
+fn is_identifier(text: &str) -> bool {
+    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    text.chars().all(is_word) && text.chars().next().is_some_and(|first| !first.is_ascii_digit())
+}
+
+impl fmt::Display for QuantityName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl<'de> Deserialize<'de> for QuantityName {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        Self::new(&name).ok_or_else(|| {
+            let known = NAMES.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+            de::Error::custom(format_args!("unknown quantity `{name}`, expected one of {known}"))
+        })
+    }
+}
+
+/// Which observations of a quantity are meant: those whose tags match, all of them. In a file:
+/// `where = { direction = -1, temperature = [20, 30] }`.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(transparent)]
+pub struct Filter(BTreeMap<String, TagMatch>);
+
+/// What one tag must be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TagMatch {
+    /// This number.
+    Equal(f64),
+    /// In this band.
+    Within(Band),
+}
+
+impl Filter {
+    /// Does this observation carry every tag, and does each match?
+    pub fn matches(&self, observation: &Observation) -> bool {
+        self.0.iter().all(|(tag, wanted)| {
+            observation.tags.get(tag).is_some_and(|&value| match wanted {
+                TagMatch::Equal(number) => value == *number,
+                TagMatch::Within(band) => band.contains(value),
+            })
+        })
+    }
+
+    /// The tags that must have one certain value.
+    pub fn equalities(&self) -> BTreeMap<String, f64> {
+        let equal = |(tag, wanted): (&String, &TagMatch)| match wanted {
+            TagMatch::Equal(number) => Some((tag.clone(), *number)),
+            TagMatch::Within(_) => None,
+        };
+        self.0.iter().filter_map(equal).collect()
+    }
+
+    /// The tags that are asked for.
+    pub fn tags(&self) -> impl Iterator<Item = &str> {
+        self.0.keys().map(String::as_str)
+    }
+}
+
+struct TagMatchVisitor;
+
+impl<'de> Visitor<'de> for TagMatchVisitor {
+    type Value = TagMatch;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a number or a band")
+    }
+
+    fn visit_f64<E: de::Error>(self, value: f64) -> Result<TagMatch, E> {
+        if value.is_finite() {
+            Ok(TagMatch::Equal(value))
+        } else {
+            Err(E::invalid_value(de::Unexpected::Float(value), &self))
+        }
+    }
+
+    fn visit_i64<E: de::Error>(self, value: i64) -> Result<TagMatch, E> {
+        Ok(TagMatch::Equal(value as f64))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<TagMatch, A::Error> {
+        Band::deserialize(SeqAccessDeserializer::new(seq)).map(TagMatch::Within)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<TagMatch, A::Error> {
+        Band::deserialize(MapAccessDeserializer::new(map)).map(TagMatch::Within)
+    }
+}
+
+impl<'de> Deserialize<'de> for TagMatch {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(TagMatchVisitor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Filter, Observation, QuantityName};
+
+    #[test]
+    fn a_filter_asks_for_every_tag() {
+        let filter: Filter =
+            toml::from_str("direction = -1\ntemperature = [20, 30]\nrun = { at_least = 2 }")
+                .unwrap();
+        for (direction, temperature, run, expected) in [
+            (-1.0, 25.0, 2.0, true),
+            (1.0, 25.0, 2.0, false),
+            (-1.0, 31.0, 2.0, false),
+            (-1.0, 25.0, 1.0, false),
+            (-1.0, f64::NAN, 2.0, false),
+        ] {
+            let mut observation = Observation {
+                quantity: "table.error".to_owned(),
+                value: 0.0,
+                uncertainty: 0.0,
+                tags: [("direction", direction), ("temperature", temperature), ("run", run)]
+                    .map(|(tag, value)| (tag.to_owned(), value))
+                    .into(),
+            };
+            assert_eq!(filter.matches(&observation), expected);
+            observation.tags.remove("run");
+            assert!(!filter.matches(&observation), "a tag is absent");
+        }
+    }
+
+    #[test]
+    fn quantities_are_those_of_the_table_and_of_operators() {
+        assert!(QuantityName::new("table.error").is_some());
+        assert_eq!(QuantityName::new("operator.gap").unwrap().operator_answer(), Some("gap"));
+        assert!(QuantityName::new("table.eror").unwrap().of_message().is_some());
+        assert!(QuantityName::new("table.error").unwrap().of_message().is_none());
+        assert!(QuantityName::new("eror").is_none());
+        assert!(QuantityName::new("operator.").is_none());
+    }
+}

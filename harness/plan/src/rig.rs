@@ -1,0 +1,327 @@
+//! Rigs as a plan speaks of them: lines, the nodes on them, and who says what.
+//!
+//! ```toml
+//! title = "A battery pack and its manager"
+//!
+//! [[line]]
+//! name = "can0"
+//! can = { bit_rate = 250_000, dbc = "pack.dbc" }
+//!
+//! [[node]]                    # the device under test
+//! name = "manager"
+//! at = "can0"
+//! under_test = { command = ["python3", "manager.py", "{can0}"] }
+//!
+//! [[node]]
+//! name = "cells"
+//! at = "can0"
+//! emulate = "cells"           # devices/cells.toml
+//!
+//! [[node]]                    # the plan itself sends what is left of the bus
+//! name = "tester"
+//! at = "can0"
+//! tester = true
+//! ```
+//!
+//! | key | meaning |
+//! |---|---|
+//! | `devices` | the paper's robot or table of this device file, with its controller; its lines are `gyro` and `base` or `table` |
+//! | `[[line]]` | `can = { bit_rate, dbc }`, or `serial = {}`, whose settings are those of the device on it |
+//! | `[[node]]` | `at`: a line, or several; one of `emulate`, `under_test` and `tester` |
+//! | `dbc_node` | the node's name in the DBC, where that is another one |
+//!
+//! `devices = "paper"` and `device = "oven"` in a plan are short for a rig of that alone.
+
+use crate::faults::{LineKind, Lines, NodeName, Ride, Target};
+use crate::name::Name;
+use crate::speakers::{DEVICE, Speaker};
+use described::{Description, Layout, Medium, Sender};
+use emulators::base::Transport;
+use emulators::device_file::{Devices, Mount};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::sync::Arc;
+
+/// Most nodes of a rig, those of the paper's robot included.
+pub const NODES_MAX: usize = 32;
+/// Most lines of a rig.
+pub const LINES_MAX: usize = 16;
+
+/// A rig file, as it is written.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RigFile {
+    /// What it is, in a line.
+    #[serde(default)]
+    pub title: String,
+    /// Name of a device file: the paper's robot or table.
+    #[serde(default)]
+    pub devices: Option<Name>,
+    /// Its lines.
+    #[serde(rename = "line", default)]
+    pub lines: Vec<LineTable>,
+    /// Its nodes.
+    #[serde(rename = "node", default)]
+    pub nodes: Vec<NodeTable>,
+}
+
+/// A line, as it is written.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LineTable {
+    /// Its name.
+    pub name: Name,
+    /// A CAN bus.
+    #[serde(default)]
+    pub can: Option<CanTable>,
+    /// A serial line.
+    #[serde(default)]
+    pub serial: Option<SerialTable>,
+}
+
+/// A CAN bus, as it is written.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CanTable {
+    /// Bits per second; 500,000 where it says nothing.
+    #[serde(default)]
+    #[schemars(range(min = 10_000, max = 1_000_000))]
+    pub bit_rate: Option<u32>,
+    /// The DBC file with its messages, beside the rig file.
+    #[serde(default)]
+    pub dbc: Option<String>,
+}
+
+/// A serial line, as it is written: the device on it says how it is set.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SerialTable {}
+
+/// A node, as it is written.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NodeTable {
+    /// Its name.
+    pub name: Name,
+    /// The line that it is on, or several.
+    pub at: At,
+    /// The description of the device that is emulated.
+    #[serde(default)]
+    pub emulate: Option<String>,
+    /// It is the device under test.
+    #[serde(default)]
+    pub under_test: Option<UnderTest>,
+    /// The plan itself speaks here.
+    #[serde(default)]
+    pub tester: Option<bool>,
+    /// Its name in the DBC of its line; its own, whatever the case of its letters, where this is absent.
+    #[serde(default)]
+    pub dbc_node: Option<String>,
+}
+
+/// Where a node is.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum At {
+    /// On one line.
+    One(Name),
+    /// On several, in the order of its ports.
+    Several(Vec<Name>),
+}
+
+impl At {
+    /// The lines.
+    pub fn lines(&self) -> &[Name] {
+        match self {
+            Self::One(name) => std::slice::from_ref(name),
+            Self::Several(names) => names,
+        }
+    }
+}
+
+/// How the device under test is started.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum UnderTest {
+    /// A program: its words, with `{line}` for the port of a line.
+    Command(Vec<String>),
+    /// Rust code of a test, in this process.
+    InProcess(bool),
+    /// It is there already: a program that runs, or a real device at the port of its line.
+    Attached(bool),
+}
+
+/// A line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RigLine {
+    /// Its name.
+    pub name: String,
+    /// What carries it.
+    pub medium: Medium,
+    /// Bits per second of a CAN bus, where the file says so.
+    pub bit_rate: Option<u32>,
+}
+
+/// What a node is.
+#[derive(Debug, Clone)]
+pub enum NodePart {
+    /// Emulated, as a file describes.
+    Described(Arc<Description>),
+    /// Under test.
+    UnderTest(UnderTest),
+    /// The plan speaks as it.
+    Tester(Layout, Sender),
+}
+
+/// A node.
+#[derive(Debug, Clone)]
+pub struct RigNode {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub part: NodePart,
+    /// Its lines, in the order of its ports.
+    pub lines: Vec<usize>,
+}
+
+/// What a plan is carried out on, read and checked.
+#[derive(Debug, Clone, Default)]
+pub struct Rig {
+    /// The paper's robot or table; its lines come before the others.
+    pub robot: Option<Box<Devices>>,
+    /// The lines, but for those of the robot.
+    pub lines: Vec<RigLine>,
+    /// The nodes, but for those of the robot.
+    pub nodes: Vec<RigNode>,
+    /// Who says what.
+    pub speakers: Vec<Speaker>,
+    /// A plan names its only device, and no rig.
+    pub is_short: bool,
+}
+
+/// What the gyro of these devices rides on.
+pub fn ride(devices: &Devices) -> Ride {
+    match (devices.mount, &devices.base) {
+        (Mount::Base, Some((Transport::Can, _))) => Ride::Base(LineKind::Can),
+        (Mount::Base, Some((Transport::Serial, _))) => Ride::Base(LineKind::Serial),
+        _ => Ride::Table,
+    }
+}
+
+impl Rig {
+    /// The paper's robot or table alone.
+    pub fn of_robot(devices: Devices) -> Self {
+        Self { robot: Some(Box::new(devices)), is_short: true, ..Self::default() }
+    }
+
+    /// One device, and the plan at the other end of its line.
+    pub fn of_device(description: Arc<Description>) -> Self {
+        let layout = description.layout().clone();
+        let line = RigLine { name: DEVICE.to_owned(), medium: layout.medium(), bit_rate: None };
+        let speaker = |node: &str, sender| Speaker {
+            node: node.to_owned(),
+            line: 0,
+            layout: layout.clone(),
+            sender,
+        };
+        let host = NodePart::Tester(layout.clone(), Sender::Host);
+        Self {
+            robot: None,
+            lines: vec![line],
+            nodes: vec![
+                RigNode { name: "host".to_owned(), part: host, lines: vec![0] },
+                RigNode {
+                    name: DEVICE.to_owned(),
+                    part: NodePart::Described(description),
+                    lines: vec![0],
+                },
+            ],
+            speakers: vec![speaker(DEVICE, Sender::Device)],
+            is_short: true,
+        }
+    }
+
+    /// How many lines the robot has: those of `gyro` and of what carries it.
+    pub const fn robot_lines(&self) -> usize {
+        if self.robot.is_some() { 2 } else { 0 }
+    }
+
+    /// What the gyro of the robot rides on.
+    pub fn ride(&self) -> Option<Ride> {
+        self.robot.as_deref().map(ride)
+    }
+
+    /// What there is for faults to strike.
+    pub fn struck(&self) -> Lines {
+        let mut nodes: Vec<(Target, LineKind)> = Vec::new();
+        let mut add = |name: &str, kind| {
+            let target = if name == DEVICE {
+                Some(Target::Device)
+            } else {
+                NodeName::new(name).map(Target::Node)
+            };
+            if let Some(target) =
+                target.filter(|target| nodes.iter().all(|(known, _)| known != target))
+            {
+                nodes.push((target, kind));
+            }
+        };
+        let kind = |line: &usize| {
+            let of_robot = self.robot_lines();
+            match line.checked_sub(of_robot).and_then(|line| self.lines.get(line)) {
+                Some(line) => line.medium.into(),
+                None => LineKind::Can,
+            }
+        };
+        if self.is_short {
+            let device = self.device().map(|device| device.layout().medium().into());
+            device.into_iter().for_each(|kind| add(DEVICE, kind));
+        } else {
+            for node in &self.nodes {
+                node.lines.first().into_iter().for_each(|line| add(&node.name, kind(line)));
+            }
+            for line in &self.lines {
+                add(&line.name, line.medium.into());
+            }
+        }
+        Lines { robot: self.ride(), nodes }
+    }
+
+    /// The only device of a plan that names no rig.
+    pub fn device(&self) -> Option<&Arc<Description>> {
+        self.nodes.iter().filter(|_| self.is_short).find_map(|node| match &node.part {
+            NodePart::Described(description) => Some(description),
+            _ => None,
+        })
+    }
+
+    /// The emulated device of this name.
+    pub fn described(&self, name: &str) -> Option<&Arc<Description>> {
+        self.nodes.iter().filter(|node| node.name == name).find_map(|node| match &node.part {
+            NodePart::Described(description) => Some(description),
+            _ => None,
+        })
+    }
+
+    /// Names of the emulated devices that files describe.
+    pub fn described_names(&self) -> Vec<&str> {
+        let described = |node: &&RigNode| matches!(node.part, NodePart::Described(_));
+        self.nodes.iter().filter(described).map(|node| node.name.as_str()).collect()
+    }
+
+    /// What the plan can send: the nodes as which it speaks, with their messages.
+    pub fn testers(&self) -> impl Iterator<Item = (&str, &Layout, Sender)> {
+        self.nodes.iter().filter_map(|node| match &node.part {
+            NodePart::Tester(layout, sender) => Some((node.name.as_str(), layout, *sender)),
+            _ => None,
+        })
+    }
+
+    /// What is under test, but for the paper's controller.
+    pub fn under_test(&self) -> impl Iterator<Item = (&RigNode, &UnderTest)> {
+        self.nodes.iter().filter_map(|node| match &node.part {
+            NodePart::UnderTest(how) => Some((node, how)),
+            _ => None,
+        })
+    }
+}

@@ -1,0 +1,357 @@
+//! A rig from its file: what is wrong is said with its place.
+
+use crate::library::{Kind, Library, LibraryError, Source};
+use crate::rig::{LINES_MAX, NODES_MAX, NodePart, NodeTable, Rig, RigFile, RigLine, RigNode};
+use crate::speakers::{DEVICE, Speaker};
+use crate::{hint, quantities};
+use described::{Description, Layout, Medium, Sender};
+use emulators::device_file::Devices;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use wire::serial::SerialSettings;
+
+/// Who reads what a rig file names.
+pub trait Parts {
+    /// Why it cannot be had.
+    type Error: From<LibraryError>;
+
+    /// The paper's robot or table of a device file.
+    ///
+    /// # Errors
+    ///
+    /// When it is missing or not right.
+    fn devices(&mut self, name: &str) -> Result<Devices, Self::Error>;
+
+    /// The description of a device.
+    ///
+    /// # Errors
+    ///
+    /// When it is missing or not right.
+    fn description(&mut self, name: &str) -> Result<Description, Self::Error>;
+
+    /// The layout of a DBC: what `is_ours` says yes to is sent by the node.
+    ///
+    /// # Errors
+    ///
+    /// When it is no DBC that can be used.
+    fn layout(
+        &mut self,
+        file: &Source,
+        is_ours: &dyn Fn(&str) -> bool,
+    ) -> Result<Layout, Self::Error>;
+}
+
+/// Reads the rig of that name or path.
+///
+/// # Errors
+///
+/// The first mistake, with its place.
+pub fn load<P: Parts>(library: &Library, name: &str, parts: &mut P) -> Result<Rig, P::Error> {
+    let source = library.open(Kind::Rig, name)?;
+    let file: RigFile = source.parse()?;
+    let mut builder =
+        Builder { library, source: &source, rig: Rig::default(), dbcs: BTreeMap::new() };
+    builder.lines(&file, parts)?;
+    builder.nodes(&file, parts)?;
+    Ok(builder.rig)
+}
+
+struct Builder<'a> {
+    library: &'a Library,
+    source: &'a Source,
+    rig: Rig,
+    /// The DBC of a line, and the names of its nodes.
+    dbcs: BTreeMap<usize, (Source, Vec<String>)>,
+}
+
+impl Builder<'_> {
+    /// A mistake at the `number`-th table of this name; at its `key` where it has that.
+    fn mistake(
+        &self,
+        (table, number, key): (&str, usize, &str),
+        message: String,
+        help: Option<String>,
+    ) -> LibraryError {
+        let text = &self.source.text;
+        let head = format!("[[{table}]]");
+        let begin = text.match_indices(&head).nth(number).map_or(0, |(at, _)| at);
+        let rest = &text[begin..];
+        let end = rest[1..].find("\n[[").map_or(rest.len(), |at| at + 1);
+        let mut at = begin;
+        let mut found = None;
+        for line in rest[..end].split_inclusive('\n') {
+            let written = line.trim_start();
+            let is_key =
+                written.strip_prefix(key).is_some_and(|after| after.trim_start().starts_with('='));
+            if is_key {
+                found = Some(at..at + line.trim_end().len());
+                break;
+            }
+            at += line.len();
+        }
+        let place = found.unwrap_or(begin..(begin + head.len()).min(text.len()));
+        self.source.mistake(place, message, help)
+    }
+
+    fn lines<P: Parts>(&mut self, file: &RigFile, parts: &mut P) -> Result<(), P::Error> {
+        if file.lines.len() > LINES_MAX {
+            let message = format!("{} lines, expected at most {LINES_MAX}", file.lines.len());
+            return Err(self.mistake(("line", LINES_MAX, "name"), message, None).into());
+        }
+        if let Some(devices) = &file.devices {
+            self.rig.robot = Some(Box::new(parts.devices(devices.as_str())?));
+        }
+        for (number, line) in file.lines.iter().enumerate() {
+            let name = line.name.as_str();
+            let again = self.rig.lines.iter().any(|known| known.name == name);
+            if again || (self.rig.robot.is_some() && ["gyro", "base", "table"].contains(&name)) {
+                let message = format!("two lines are called `{name}`");
+                return Err(self.mistake(("line", number, "name"), message, None).into());
+            }
+            let (medium, bit_rate) = match (&line.can, &line.serial) {
+                (Some(can), None) => {
+                    if can.bit_rate.is_some_and(|rate| !(10_000..=1_000_000).contains(&rate)) {
+                        let message = "expected 10,000 to 1,000,000 bits per second".to_owned();
+                        return Err(self.mistake(("line", number, "can"), message, None).into());
+                    }
+                    if let Some(dbc) = &can.dbc {
+                        let dbc = self.library.open_beside(self.source, dbc)?;
+                        let nodes = dbc_nodes(&dbc.text);
+                        self.dbcs.insert(number, (dbc, nodes));
+                    }
+                    (Medium::Can, can.bit_rate)
+                }
+                // How it is set, the device on it says.
+                (None, Some(_)) => (Medium::Serial(SerialSettings::new_8n1(9_600)), None),
+                _ => {
+                    let message = format!("line `{name}` is neither CAN nor serial");
+                    let help = "write `can = { dbc = \"...\" }` or `serial = {}`".to_owned();
+                    let at = ("line", number, "name");
+                    return Err(self.mistake(at, message, Some(help)).into());
+                }
+            };
+            self.rig.lines.push(RigLine { name: name.to_owned(), medium, bit_rate });
+        }
+        Ok(())
+    }
+
+    fn nodes<P: Parts>(&mut self, file: &RigFile, parts: &mut P) -> Result<(), P::Error> {
+        if file.nodes.is_empty() && file.devices.is_none() {
+            let message = "a rig without a node, expected at least one [[node]]".to_owned();
+            return Err(self.mistake(("node", 0, "name"), message, None).into());
+        }
+        if file.nodes.len() + 2 > NODES_MAX {
+            let message = format!("{} nodes, expected at most {}", file.nodes.len(), NODES_MAX - 2);
+            return Err(self.mistake(("node", NODES_MAX - 2, "name"), message, None).into());
+        }
+        let of_robot = self.rig.robot_lines();
+        // Emulated devices first: they say how a serial line is set, and what is said on it.
+        let order = |node: &NodeTable| {
+            usize::from(node.emulate.is_none()) + usize::from(node.tester.is_some())
+        };
+        let mut numbers: Vec<usize> = (0..file.nodes.len()).collect();
+        numbers.sort_by_key(|number| order(&file.nodes[*number]));
+        let mut built: Vec<(usize, RigNode)> = Vec::new();
+        for number in numbers {
+            let node = &file.nodes[number];
+            let name = node.name.as_str();
+            self.check_name(file, number)?;
+            let mut lines = Vec::new();
+            for line in node.at.lines() {
+                let known: Vec<&str> =
+                    self.rig.lines.iter().map(|line| line.name.as_str()).collect();
+                let robot = match (line.as_str(), self.rig.robot.is_some()) {
+                    ("base", true) => Some(1),
+                    _ => None,
+                };
+                let place = known.iter().position(|known| *known == line.as_str());
+                let Some(place) = place.map(|place| place + of_robot).or(robot) else {
+                    let message = format!("no line `{line}` for `{name}`");
+                    let help = Some(hint::proposal(line.as_str(), &known));
+                    return Err(self.mistake(("node", number, "at"), message, help).into());
+                };
+                lines.push(place);
+            }
+            if lines.is_empty() {
+                let message = format!("`{name}` is on no line");
+                return Err(self.mistake(("node", number, "at"), message, None).into());
+            }
+            let part = self.part(file, number, &lines, parts)?;
+            self.check_ends(number, &lines, &built)?;
+            built.push((number, RigNode { name: name.to_owned(), part, lines }));
+        }
+        built.sort_by_key(|(number, _)| *number);
+        self.rig.nodes = built.into_iter().map(|(_, node)| node).collect();
+        Ok(())
+    }
+
+    fn check_name(&self, file: &RigFile, number: usize) -> Result<(), LibraryError> {
+        let name = file.nodes[number].name.as_str();
+        let refuse = |message: String, help: Option<&str>| {
+            let help = help.map(str::to_owned);
+            Err(self.mistake(("node", number, "name"), message, help))
+        };
+        if file.nodes[..number].iter().any(|known| known.name.as_str() == name) {
+            return refuse(format!("two nodes are called `{name}`"), None);
+        }
+        let of_robot = self.rig.robot.is_some() && ["robot", "controller"].contains(&name);
+        let kinds = [DEVICE, "signal", "period", "operator", "host", "plan"];
+        let prefix = quantities::NAMES.iter().any(|known| known.split('.').next() == Some(name));
+        if of_robot || prefix || kinds.contains(&name) {
+            return refuse(
+                format!("`{name}` has a meaning of its own in plans"),
+                Some("call the node otherwise"),
+            );
+        }
+        Ok(())
+    }
+
+    /// A serial line has two ends.
+    fn check_ends(
+        &self,
+        number: usize,
+        lines: &[usize],
+        built: &[(usize, RigNode)],
+    ) -> Result<(), LibraryError> {
+        for line in lines {
+            let Some(found) = self.line(*line) else { continue };
+            let ends = built.iter().filter(|(_, node)| node.lines.contains(line)).count();
+            if found.medium != Medium::Can && ends == 2 {
+                let message = format!("a third end on the serial line `{}`", found.name);
+                let help = "a serial line joins two: give the node a line of its own".to_owned();
+                return Err(self.mistake(("node", number, "at"), message, Some(help)));
+            }
+        }
+        Ok(())
+    }
+
+    fn line(&self, line: usize) -> Option<&RigLine> {
+        self.rig.lines.get(line.checked_sub(self.rig.robot_lines())?)
+    }
+
+    fn part<P: Parts>(
+        &mut self,
+        file: &RigFile,
+        number: usize,
+        lines: &[usize],
+        parts: &mut P,
+    ) -> Result<NodePart, P::Error> {
+        let node = &file.nodes[number];
+        let said = [node.emulate.is_some(), node.under_test.is_some(), node.tester.is_some()];
+        if said.iter().filter(|said| **said).count() != 1 {
+            let message =
+                format!("`{}` is not exactly one of emulated, under test and tester", node.name);
+            let help = "write one of `emulate`, `under_test` and `tester = true`".to_owned();
+            return Err(self.mistake(("node", number, "name"), message, Some(help)).into());
+        }
+        if let Some(name) = &node.emulate {
+            return self.emulated(node, (number, name), lines, parts);
+        }
+        let mut tester = None;
+        for line in lines {
+            let Some((layout, sender)) = self.words(file, number, *line, parts)? else { continue };
+            tester.get_or_insert((layout.clone(), sender));
+            self.speak(node, *line, layout, sender);
+        }
+        match (&node.under_test, tester) {
+            (Some(how), _) => Ok(NodePart::UnderTest(how.clone())),
+            (None, Some((layout, sender))) => Ok(NodePart::Tester(layout, sender)),
+            (None, None) => {
+                let message = format!("nothing is known of what `{}` could send", node.name);
+                let help =
+                    "give its line a DBC, or a device whose messages are described".to_owned();
+                Err(self.mistake(("node", number, "at"), message, Some(help)).into())
+            }
+        }
+    }
+
+    fn emulated<P: Parts>(
+        &mut self,
+        node: &NodeTable,
+        (number, description): (usize, &str),
+        lines: &[usize],
+        parts: &mut P,
+    ) -> Result<NodePart, P::Error> {
+        let description = Arc::new(parts.description(description)?);
+        let layout = description.layout().clone();
+        let of_robot = self.rig.robot_lines();
+        let [line] = lines else {
+            let message = format!("`{}` is emulated from a file, on one line alone", node.name);
+            return Err(self.mistake(("node", number, "at"), message, None).into());
+        };
+        let known = line.checked_sub(of_robot).and_then(|place| self.rig.lines.get_mut(place));
+        match (known, layout.medium()) {
+            (
+                Some(RigLine { medium: medium @ Medium::Serial(_), .. }),
+                Medium::Serial(settings),
+            ) => {
+                *medium = Medium::Serial(settings);
+            }
+            (Some(RigLine { medium: Medium::Can, .. }) | None, Medium::Can) => {}
+            _ => {
+                let message =
+                    format!("`{}` is on the other kind of line by its description", node.name);
+                return Err(self.mistake(("node", number, "at"), message, None).into());
+            }
+        }
+        self.speak(node, *line, layout, Sender::Device);
+        Ok(NodePart::Described(description))
+    }
+
+    fn speak(&mut self, node: &NodeTable, line: usize, layout: Layout, sender: Sender) {
+        self.rig.speakers.push(Speaker {
+            node: node.name.as_str().to_owned(),
+            line,
+            layout,
+            sender,
+        });
+    }
+
+    /// What a node that no file describes says on a line: by its DBC, or as the other end of what is emulated there.
+    fn words<P: Parts>(
+        &self,
+        file: &RigFile,
+        number: usize,
+        line: usize,
+        parts: &mut P,
+    ) -> Result<Option<(Layout, Sender)>, P::Error> {
+        let node = &file.nodes[number];
+        let Some((dbc, nodes)) =
+            line.checked_sub(self.rig.robot_lines()).and_then(|line| self.dbcs.get(&line))
+        else {
+            let other = self.rig.speakers.iter().find(|known| known.line == line);
+            let other = other.filter(|other| other.sender == Sender::Device);
+            return Ok(other.map(|other| (other.layout.clone(), Sender::Host)));
+        };
+        let wanted = node.dbc_node.as_deref().unwrap_or(node.name.as_str());
+        let found = nodes.iter().find(|known| known.eq_ignore_ascii_case(wanted));
+        match (found, node.tester) {
+            (Some(found), _) => Ok(Some((parts.layout(dbc, &|of| of == found)?, Sender::Device))),
+            (None, Some(_)) if node.dbc_node.is_none() => {
+                // All that no other node of the rig sends.
+                let taken: Vec<String> = file
+                    .nodes
+                    .iter()
+                    .filter(|other| other.name != node.name)
+                    .map(|other| other.dbc_node.clone().unwrap_or_else(|| other.name.to_string()))
+                    .collect();
+                let is_ours = |of: &str| !taken.iter().any(|taken| taken.eq_ignore_ascii_case(of));
+                Ok(Some((parts.layout(dbc, &is_ours)?, Sender::Device)))
+            }
+            (None, _) => {
+                let known: Vec<&str> = nodes.iter().map(String::as_str).collect();
+                let message = format!("no node `{wanted}` in {}", dbc.origin);
+                let help =
+                    format!("{}; `dbc_node` says which it is", hint::proposal(wanted, &known));
+                let key = if node.dbc_node.is_some() { "dbc_node" } else { "name" };
+                Err(self.mistake(("node", number, key), message, Some(help)).into())
+            }
+        }
+    }
+}
+
+/// The nodes that a DBC declares.
+fn dbc_nodes(text: &str) -> Vec<String> {
+    let line = text.lines().find_map(|line| line.trim_start().strip_prefix("BU_:"));
+    line.unwrap_or_default().split_whitespace().map(str::to_owned).collect()
+}

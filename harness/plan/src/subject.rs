@@ -1,0 +1,265 @@
+//! What a plan may say, by the rig that it is carried out on: of the paper's robot or table, of nodes and their messages.
+
+use super::Plan;
+use super::hint::proposal;
+use super::message::Send;
+use super::name::ParameterName;
+use super::property::Property;
+use super::quantity::{OfMessage, QuantityName};
+use super::rig::Rig;
+use super::speakers::{DEVICE, resolve, unit, whose};
+use super::step::Action;
+use super::validate::{Fault, Place, Segment};
+use described::{Message, Sender};
+
+/// Steps that do not depend on what the plan is of.
+const COMMON: &[&str] =
+    &["wait", "wait_until", "set_parameter", "power_cycle", "operator_prompt", "repeat", "sweep"];
+/// Steps in which the plan itself speaks.
+const OF_TESTERS: &[&str] = &["send", "stop_sending"];
+/// Quantities that do not depend on what the plan is of.
+const COMMON_QUANTITIES: &[&str] = &["step.duration", "repeat.overrun"];
+
+/// What a plan is of.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Subject<'a> {
+    /// It names a device file: the paper's robot or table, with a controller that takes missions.
+    has_robot: bool,
+    /// It names its only device.
+    is_short: bool,
+    /// Where that is at hand.
+    rig: Option<&'a Rig>,
+}
+
+type Checked = Result<(), Fault>;
+
+impl<'a> Subject<'a> {
+    pub(super) fn of(plan: &Plan, rig: Option<&'a Rig>) -> Result<Self, Fault> {
+        let fault = |message: &str, help: &str, path: Vec<Segment>| {
+            Err(Fault { path, message: message.to_owned(), help: Some(help.to_owned()) })
+        };
+        let said = [plan.devices.is_some(), plan.device.is_some(), plan.rig.is_some()];
+        match (said.iter().filter(|said| **said).count(), &plan.rig) {
+            (1, Some(_)) => {
+                // What it has, the rig's file says; without it nothing is refused.
+                let has_robot = rig.is_none_or(|rig| rig.robot.is_some());
+                Ok(Self { has_robot, is_short: false, rig })
+            }
+            (1, None) => Ok(Self { has_robot: plan.devices.is_some(), is_short: true, rig }),
+            (0, _) => fault(
+                "missing field `devices`",
+                "`devices = \"paper\"` names a device file with a gyro and what turns it, `device = \"mine\"` the \
+                 description of one device of your own, `rig = \"mine\"` a rig of several",
+                Vec::new(),
+            ),
+            (_, Some(_)) => fault(
+                "`rig` beside `devices` or `device`",
+                "`rig` names a file with nodes and lines, which may name `devices` itself: keep one",
+                vec![Segment::Key("rig")],
+            ),
+            (_, None) => fault(
+                "`device` beside `devices`",
+                "`devices` names a device file with a gyro and what turns it, `device` the description of one device \
+                 of your own: keep one",
+                vec![Segment::Key("device")],
+            ),
+        }
+    }
+
+    /// It is of the paper's robot or table alone.
+    const fn is_robot(&self) -> bool {
+        self.has_robot && self.is_short
+    }
+
+    /// Can this step be of such a plan, and does the rig have what it speaks of?
+    pub(super) fn action(&self, action: &Action, at: &Place<'_>) -> Checked {
+        let name = action.name();
+        let of_testers = OF_TESTERS.contains(&name);
+        if self.is_robot() && of_testers {
+            let help = "`device = \"...\"` instead of `devices` makes a plan of a device of your own, `rig = \"...\"` \
+                        one of several";
+            let message = format!("`{name}` is for a device of your own");
+            return Err(at.fault(&[], message, Some(help.to_owned())));
+        }
+        if !self.has_robot && !of_testers && !COMMON.contains(&name) {
+            let known = [OF_TESTERS, COMMON].concat();
+            let message = format!("`{name}` is for a gyro on a robot or a table");
+            return Err(at.fault(&[], message, Some(proposal("", &known))));
+        }
+        match action {
+            Action::Send(send) => self.send(send, at),
+            Action::StopSending(stop) => self.message(&stop.message, at, &[]),
+            Action::WaitUntil(condition) => {
+                let here = [Segment::Key(condition.name()), Segment::Key("quantity")];
+                self.awaited(condition.quantity(), at, &here)
+            }
+            Action::Repeat(repeat) => repeat.until.as_ref().map_or(Ok(()), |until| {
+                let keys = ["until", until.name(), "quantity"].map(Segment::Key);
+                self.awaited(until.quantity(), at, &keys)
+            }),
+            Action::SetParameter(set) => self.parameter(&set.parameter, &[set.value], at),
+            Action::Sweep(sweep) => self.parameter(&sweep.parameter, &sweep.values, at),
+            Action::PowerCycle(cycle) => self.role(cycle.device.as_str(), at, "device"),
+            _ => Ok(()),
+        }
+    }
+
+    /// Can the plan send a message of this name, with these signals, and do the values fit in?
+    pub(super) fn send(&self, send: &Send, at: &Place<'_>) -> Checked {
+        if self.is_robot() {
+            let message = "`finally` is for a device of your own".to_owned();
+            return Err(at.fault(&[], message, None));
+        }
+        self.message(&send.message, at, &[Segment::Key("message")])?;
+        let known = self.sent().into_iter().find(|message| message.name == send.message);
+        let Some(Message { signals, .. }) = known else { return Ok(()) };
+        for (name, value) in &send.set {
+            let here = [Segment::Key("set")];
+            let Some(signal) = signals.iter().find(|signal| signal.name == *name) else {
+                let known: Vec<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
+                let message = format!("`{}` has no signal `{name}`", send.message);
+                return Err(at.fault(&here, message, Some(proposal(name, &known))));
+            };
+            if !(signal.minimum..=signal.maximum).contains(value) {
+                let (least, greatest, unit) = (signal.minimum, signal.maximum, &signal.unit);
+                let message = format!("{name} = {value}, expected {least} to {greatest} {unit}");
+                return Err(at.fault(&here, message.trim_end().to_owned(), None));
+            }
+        }
+        Ok(())
+    }
+
+    /// Can such a plan judge this quantity?
+    pub(super) fn quantity(
+        &self,
+        quantity: &QuantityName,
+        at: &Place<'_>,
+        here: &[Segment],
+    ) -> Checked {
+        let of_message = quantity.of_message();
+        let is_common =
+            quantity.operator_answer().is_some() || COMMON_QUANTITIES.contains(&quantity.as_str());
+        if self.is_robot() && of_message.is_some_and(|of| of.node() != DEVICE) {
+            let known = super::quantities::NAMES;
+            let message = format!("unknown quantity `{quantity}`");
+            return Err(at.fault(here, message, Some(proposal(quantity.as_str(), known))));
+        }
+        if self.is_robot() && of_message.is_some() {
+            let help =
+                "`device = \"...\"` instead of `devices` makes a plan of a device of your own";
+            let message = format!("`{quantity}` is of a device of your own");
+            return Err(at.fault(here, message, Some(help.to_owned())));
+        }
+        if !self.has_robot && of_message.is_none() && !is_common {
+            let help = match self.is_short {
+                true => {
+                    "a device has `signal.<signal>` and `period.<message>`, by the names of its layout"
+                }
+                false => "a node has `<node>.<signal>` and `period.<node>.<message>`",
+            };
+            let message = format!("`{quantity}` is of a gyro on a robot or a table");
+            return Err(at.fault(here, message, Some(help.to_owned())));
+        }
+        Ok(())
+    }
+
+    /// The unit of a quantity of messages; none where the rig is not at hand.
+    pub(super) fn unit(
+        &self,
+        quantity: OfMessage<'_>,
+        at: &Place<'_>,
+        here: &[Segment],
+    ) -> Result<Option<String>, Fault> {
+        let Some(rig) = self.rig else { return Ok(None) };
+        match resolve(&rig.speakers, quantity) {
+            Ok(place) => Ok(Some(unit(&rig.speakers, place))),
+            Err((message, known)) => {
+                let known: Vec<&str> = known.iter().map(String::as_str).collect();
+                Err(at.fault(here, message, Some(proposal(quantity.name(), &known))))
+            }
+        }
+    }
+
+    /// Properties are of the paper's robot: of nodes, their measurements are judged.
+    pub(super) fn properties(&self, properties: &[Property]) -> Checked {
+        match properties {
+            [first, ..] if !self.has_robot => Err(Fault {
+                path: vec![Segment::Key("property"), Segment::Index(0)],
+                message: format!("`{}` is judged of our controller alone", first.name()),
+                help: Some(
+                    "declare a [[measurement]]: campaigns look for faults that make one fail"
+                        .to_owned(),
+                ),
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Waiting needs a quantity that is told while the plan goes on.
+    fn awaited(&self, quantity: &QuantityName, at: &Place<'_>, here: &[Segment]) -> Checked {
+        self.quantity(quantity, at, here)?;
+        match quantity.of_message() {
+            Some(of_message) => self.unit(of_message, at, here).map(|_| ()),
+            None if self.has_robot => Ok(()),
+            None => {
+                let expected = if self.is_short { "signal.<signal>" } else { "<node>.<signal>" };
+                let message = format!("`{quantity}` cannot be waited for, expected `{expected}`");
+                Err(at.fault(here, message, None))
+            }
+        }
+    }
+
+    /// What the plan can send; nothing where the rig is not at hand.
+    fn sent(&self) -> Vec<&'a Message> {
+        let testers = self.rig.into_iter().flat_map(Rig::testers);
+        let sent = |(_, layout, sender): (&'a str, &'a described::Layout, Sender)| {
+            layout.messages().iter().filter(move |message| message.sender == sender)
+        };
+        testers.flat_map(sent).collect()
+    }
+
+    fn message(&self, name: &str, at: &Place<'_>, here: &[Segment]) -> Checked {
+        let Some(rig) = self.rig else { return Ok(()) };
+        let known: Vec<&str> = self.sent().iter().map(|message| message.name.as_str()).collect();
+        if known.contains(&name) {
+            return Ok(());
+        }
+        let sender = rig
+            .speakers
+            .iter()
+            .find(|speaker| speaker.messages().any(|message| message.name == name));
+        let what = match sender {
+            Some(_) if self.is_short => format!("`{name}` is sent by the device itself"),
+            Some(speaker) => format!("`{name}` is sent by {} itself", whose(&speaker.node)),
+            None if self.is_short => format!("no message `{name}` in the layout of the device"),
+            None => format!("no tester of this rig sends `{name}`"),
+        };
+        Err(at.fault(here, what, Some(proposal(name, &known))))
+    }
+
+    fn parameter(&self, name: &ParameterName, values: &[f64], at: &Place<'_>) -> Checked {
+        self.role(name.device.as_str(), at, "parameter")?;
+        let device = self.rig.and_then(|rig| rig.described(name.device.as_str()));
+        let Some(device) = device else { return Ok(()) };
+        let check = |value: &f64| device.check_parameter(name.parameter.as_str(), *value);
+        let here = [Segment::Key("parameter")];
+        values.iter().try_for_each(check).map_err(|message| at.fault(&here, message, None))
+    }
+
+    fn role(&self, role: &str, at: &Place<'_>, key: &'static str) -> Checked {
+        // Parameters of the robot are known to its emulators.
+        if self.has_robot {
+            return Ok(());
+        }
+        let known = match self.rig {
+            Some(rig) => rig.described_names(),
+            None if self.is_short => vec![DEVICE],
+            None => return Ok(()),
+        };
+        if known.contains(&role) {
+            return Ok(());
+        }
+        let message = format!("no `{role}` on this bench");
+        Err(at.fault(&[Segment::Key(key)], message, Some(proposal(role, &known))))
+    }
+}

@@ -1,0 +1,92 @@
+//! Plans of a device of the user's own.
+
+use crate::{Plan, Rig};
+use described::Description;
+
+const PLAN: &str = include_str!("device.toml");
+const DBC: &str = "VERSION \"\"
+BU_: Tester Oven
+BO_ 256 Command: 2 Tester
+ SG_ Setpoint : 0|12@1+ (0.1,0) [0|400] \"degC\" Oven
+ SG_ Enable : 12|1@1+ (1,0) [0|1] \"\" Oven
+BO_ 257 Status: 4 Oven
+ SG_ Temperature : 0|16@1- (0.01,0) [-50|300] \"degC\" Tester
+ SG_ Heater : 16|8@1+ (0.5,0) [0|100] \"%\" Tester
+";
+const DESCRIPTION: &str = "name = \"oven\"
+title = \"An oven\"
+dbc = \"oven.dbc\"
+node = \"Oven\"
+[parameter.ambient]
+value = 20
+unit = \"degC\"
+maximum = 50
+[signal.Temperature]
+expression = \"ambient\"
+[signal.Heater]
+expression = \"0\"
+[message.Status]
+period_s = 0.1
+";
+
+fn rig() -> Rig {
+    let read = &mut |_: &str| Ok(DBC.to_owned());
+    let description = Description::parse("oven.toml", DESCRIPTION, read);
+    Rig::of_device(description.unwrap_or_else(|error| panic!("{error:?}")).into())
+}
+
+/// The error of the plan with `from` replaced, as a person sees it.
+fn refused(from: &str, to: &str) -> String {
+    assert!(PLAN.contains(from), "{from}");
+    let text = PLAN.replace(from, to);
+    let checked = Plan::parse("oven-settles.toml", &text)
+        .and_then(|plan| plan.check_rig("oven-settles.toml", &text, &rig()));
+    let Err(error) = checked else { panic!("taken: {to}") };
+    let report = miette::Report::new(error);
+    let mut out = String::new();
+    let handler = miette::GraphicalReportHandler::new_themed(miette::GraphicalTheme::none());
+    handler.with_width(120).render_report(&mut out, report.as_ref()).unwrap();
+    out
+}
+
+#[test]
+fn a_plan_speaks_of_what_its_device_has() {
+    let plan = Plan::parse("oven-settles.toml", PLAN).unwrap();
+    plan.check_rig("oven-settles.toml", PLAN, &rig()).unwrap();
+    assert!(plan.judged(&rig()).is_empty());
+}
+
+#[test]
+fn what_the_device_has_not_is_shown_in_place() {
+    let cases = [
+        ("message = \"Command\", set = { Enable = 1", "message = \"Comand\", set = { Enable = 1"),
+        ("Setpoint = 60", "Setpont = 60"),
+        ("Setpoint = 60", "Setpoint = 600"),
+        ("stop_sending = \"Command\"", "stop_sending = \"Status\""),
+        (
+            "above = { quantity = \"signal.Temperature\"",
+            "above = { quantity = \"signal.Temprature\"",
+        ),
+        ("quantity = \"signal.Temperature\"\nunit", "quantity = \"signal.Setpoint\"\nunit"),
+        ("unit = \"degC\"", "unit = \"K\""),
+        ("quantity = \"period.Status\"", "quantity = \"period.State\""),
+        ("device.ambient\", value = 20", "device.ambent\", value = 20"),
+        ("device.ambient\", value = 20", "device.ambient\", value = 200"),
+        ("device.ambient", "gyro.ambient"),
+        ("{ wait = { duration_s = 120 }", "{ lap = { direction = \"cw\" }"),
+        ("quantity = \"period.Status\"", "quantity = \"lap.return_x\""),
+        ("target = \"device\"", "target = \"gyro\""),
+        ("drop = { loss_percent = 1 }", "flip = { flip_percent = 1 }"),
+        ("device = \"oven\"\n", "device = \"oven\"\ndevices = \"paper\"\n"),
+        ("[[fault]]", "[[property]]\nalways = { finite_outputs = {} }\n\n[[fault]]"),
+    ];
+    let shown: Vec<String> = cases.iter().map(|(from, to)| refused(from, to)).collect();
+    insta::assert_snapshot!(shown.join("\n"));
+}
+
+#[test]
+fn what_is_of_a_device_is_of_no_robot() {
+    let robot = PLAN.replace("device = \"oven\"\n", "devices = \"paper\"\n");
+    let error = Plan::parse("p.toml", &robot).unwrap_err();
+    assert_eq!(error.to_string(), "`send` is for a device of your own");
+}

@@ -1,0 +1,166 @@
+//! How long a step may take where its plan does not say.
+//!
+//! | step | limit |
+//! |---|---|
+//! | at rest for a known time | that time + [`SLACK`] |
+//! | motion | [`MOTION_FACTOR`] x nominal time + [`SLACK`] |
+//! | lap | the same for each of its eight motions, + two absolute measurements |
+//! | waiting for a condition | [`CONDITION_LIMIT`] |
+//! | what a person does on a bench, each value of a sweep included | [`PERSON_LIMIT`] |
+//! | settings and fits | [`SLACK`] |
+//! | repeat, sweep | the repetitions' limits, or their period where that is longer, + [`SLACK`] |
+
+use super::Plan;
+use super::motion::Lap;
+use super::step::{Action, Step};
+use wire::time::Span;
+use wire::units::{Acceleration, AngularAcceleration};
+
+/// On top of every limit. Assumption: communication and settling take seconds.
+pub const SLACK: Span = Span::from_secs(10);
+/// Motions may take longer than nominal by this. Assumption: creep and corrections near the end.
+pub const MOTION_FACTOR: i64 = 3;
+/// Waiting for a condition. Assumption: twice the two hours of the paper's warm-up.
+pub const CONDITION_LIMIT: Span = Span::from_secs(4 * 3_600);
+/// What a person does: placing a robot, measuring a pose, answering. Assumption.
+pub const PERSON_LIMIT: Span = Span::from_secs(3_600);
+/// Ramps of speed. Assumption: 0.4 m/s^2 with 15 deg/s^2 give the paper's lap of 64 s.
+pub const RAMP: Acceleration = Acceleration::from_m_per_s2(0.4);
+/// Ramps of turns; see [`RAMP`].
+pub const TURN_RAMP: AngularAcceleration = AngularAcceleration::from_deg_per_s2(15.0);
+
+/// Time of a move from rest to rest over `distance` with a steady speed and equal ramps, all above zero
+/// and in the same base units.
+pub fn trapezoid(distance: f64, speed: f64, acceleration: f64) -> Span {
+    let ramps = speed * speed / acceleration;
+    let seconds = if distance >= ramps {
+        distance / speed + speed / acceleration
+    } else {
+        2.0 * (distance / acceleration).sqrt()
+    };
+    Span::from_secs_f64(seconds)
+}
+
+/// Time of the motion alone, as it is prescribed; zero where nothing moves.
+pub fn nominal_motion(action: &Action) -> Span {
+    match action {
+        Action::Turn(a) => {
+            trapezoid(a.angle.abs().rad(), a.rate.rad_per_s(), TURN_RAMP.rad_per_s2())
+        }
+        Action::Straight(a) => trapezoid(a.distance.abs().m(), a.speed.m_per_s(), RAMP.m_per_s2()),
+        Action::Lap(lap) => nominal_lap(lap),
+        Action::TableTurn(a) => {
+            trapezoid(a.angle.abs().rad(), a.rate.rad_per_s(), a.acceleration.rad_per_s2())
+        }
+        _ => Span::ZERO,
+    }
+}
+
+fn nominal_lap(lap: &Lap) -> Span {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let side = trapezoid(lap.side.m(), lap.speed.m_per_s(), RAMP.m_per_s2());
+    let corner = trapezoid(quarter, lap.turn_rate.rad_per_s(), TURN_RAMP.rad_per_s2());
+    (side + corner) * 4
+}
+
+/// The limit of an action where its step does not say; see the [module](self).
+pub fn default_limit(action: &Action) -> Span {
+    match action {
+        Action::BiasTest(a) => a.duration + SLACK,
+        Action::BiasResidual(a) => a.duration + SLACK,
+        Action::Log(a) => a.duration + SLACK,
+        Action::Wait(a) => a.duration + SLACK,
+        Action::WaitUntil(_) => CONDITION_LIMIT,
+        Action::Turn(_) | Action::Straight(_) | Action::TableTurn(_) => {
+            nominal_motion(action) * MOTION_FACTOR + SLACK
+        }
+        Action::Lap(lap) => nominal_lap(lap) * MOTION_FACTOR + SLACK * 8 + PERSON_LIMIT * 2,
+        Action::Place(_) | Action::MeasurePose(_) | Action::OperatorPrompt(_) => PERSON_LIMIT,
+        Action::SetParameter(_) => PERSON_LIMIT,
+        Action::PowerCycle(a) => a.off + PERSON_LIMIT,
+        Action::HeadingSource(_)
+        | Action::BiasMethod(_)
+        | Action::Fit(_)
+        | Action::SaveCalibration(_)
+        | Action::UseCalibration(_)
+        | Action::Identify(_)
+        | Action::UseModel(_)
+        | Action::Send(_)
+        | Action::StopSending(_) => SLACK,
+        Action::Repeat(repeat) => {
+            let steps = sum(&repeat.steps);
+            let once = repeat.period.map_or(steps, |period| period.max(steps));
+            once * i64::from(repeat.times) + SLACK
+        }
+        Action::Sweep(sweep) => {
+            let values = i64::try_from(sweep.values.len()).unwrap_or(i64::MAX);
+            (sum(&sweep.steps) + PERSON_LIMIT) * values + SLACK
+        }
+    }
+}
+
+fn sum(steps: &[Step]) -> Span {
+    steps.iter().fold(Span::ZERO, |sum, step| sum + step.time_limit())
+}
+
+impl Step {
+    /// How long it may take: as written, or [`default_limit`].
+    pub fn time_limit(&self) -> Span {
+        self.explicit_time_limit.unwrap_or_else(|| default_limit(&self.action))
+    }
+}
+
+impl Plan {
+    /// How long it may take: as written, or the sum of its steps' limits.
+    pub fn time_limit(&self) -> Span {
+        self.explicit_time_limit.unwrap_or_else(|| sum(&self.steps))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{default_limit, nominal_motion, trapezoid};
+    use crate::{Action, Step};
+    use serde::Deserialize;
+    use wire::time::Span;
+
+    fn action(text: &str) -> Action {
+        #[derive(Deserialize)]
+        struct Holder {
+            step: Step,
+        }
+        toml::from_str::<Holder>(&format!("step = {text}")).unwrap().step.action
+    }
+
+    #[test]
+    fn a_move_is_a_trapezoid_or_a_triangle() {
+        assert_eq!(trapezoid(4.0, 0.4, 0.4), Span::from_secs(11));
+        assert_eq!(trapezoid(1.0, 1.0, 1.0), Span::from_secs(2));
+        assert_eq!(trapezoid(0.25, 1.0, 1.0), Span::from_secs(1));
+    }
+
+    #[test]
+    fn the_papers_motions_take_the_papers_times() {
+        // 64 s of travel for a lap; 48 s for a table run of a 20 s bias test and two turns.
+        let lap = nominal_motion(&action("{ lap = { direction = \"cw\" } }"));
+        assert_eq!(lap, Span::from_secs(64));
+        let turn = nominal_motion(&action("{ table_turn = { angle_deg = -360 } }"));
+        assert_eq!(turn * 2 + Span::from_secs(20), Span::from_secs(48));
+    }
+
+    #[test]
+    fn limits_follow_the_table() {
+        for (text, seconds) in [
+            ("{ bias_test = {} }", 30),
+            ("{ wait = { duration_s = 7200 } }", 7_210),
+            ("{ table_turn = { angle_deg = 360 } }", 3 * 14 + 10),
+            ("{ straight = { distance_m = -4 } }", 3 * 11 + 10),
+            ("{ use_calibration = \"none\" }", 10),
+            ("{ repeat = { times = 3, steps = [{ bias_test = {} }] } }", 100),
+            ("{ repeat = { times = 3, period_s = 60, steps = [{ bias_test = {} }] } }", 190),
+            ("{ repeat = { times = 2, steps = [{ bias_test = {}, time_limit_s = 5 }] } }", 20),
+        ] {
+            assert_eq!(default_limit(&action(text)), Span::from_secs(seconds), "{text}");
+        }
+    }
+}

@@ -1,0 +1,309 @@
+//! What a plan must satisfy as a whole, beyond what each value satisfies by itself.
+
+use super::check::Check;
+use super::contradiction::contradictions;
+use super::fit::Fit;
+use super::hint::proposal;
+use super::identify::Identify;
+use super::measurement::Declared;
+use super::quantities::{COMMON_TAGS, DURING_PREFIX, find_tag};
+use super::quantity::{Filter, QuantityName};
+use super::rig::Rig;
+use super::step::{Action, Step};
+use super::subject::Subject;
+use super::{DEPTH_MAX, Plan, STEPS_DONE_MAX, STEPS_MAX};
+use crate::faults::Unfit;
+use crate::flow::Answer;
+use std::collections::BTreeMap;
+
+/// A step down into the document.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Segment {
+    /// Into the value of this key.
+    Key(&'static str),
+    /// Into this element.
+    Index(usize),
+}
+
+/// Something wrong, and where.
+#[derive(Debug)]
+pub(super) struct Fault {
+    pub(super) path: Vec<Segment>,
+    pub(super) message: String,
+    pub(super) help: Option<String>,
+}
+
+type Checked = Result<(), Fault>;
+
+/// The first thing that is wrong; units and names of messages are checked where the rig is at hand.
+pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
+    let subject = Subject::of(plan, rig)?;
+    let mut survey = Survey { subject, ..Survey::default() };
+    let mut path = vec![Segment::Key("steps")];
+    let done = survey.steps(&plan.steps, &mut path, 1)?;
+    if done > STEPS_DONE_MAX {
+        let message = format!("{done} steps when carried out, expected at most {STEPS_DONE_MAX}");
+        return Err(Fault { path, message, help: None });
+    }
+    if plan.measurements.is_empty() {
+        let message = "a plan that measures nothing, expected at least one [[measurement]]";
+        return Err(Fault { path: Vec::new(), message: message.to_owned(), help: None });
+    }
+    let mut names: BTreeMap<&str, usize> = BTreeMap::new();
+    for (index, declared) in plan.measurements.iter().enumerate() {
+        let at = Place { root: &[Segment::Key("measurement"), Segment::Index(index)] };
+        if let Some(first) = names.insert(declared.name.as_str(), index) {
+            let message = format!("measurement name `{}` is used twice", declared.name);
+            let help = format!("the first is number {} in the file", first + 1);
+            return Err(at.fault(&[Segment::Key("name")], message, Some(help)));
+        }
+        survey.measurement(declared, &at)?;
+    }
+    for (index, send) in plan.finally.iter().enumerate() {
+        let at = Place { root: &[Segment::Key("finally"), Segment::Index(index)] };
+        subject.send(send, &at)?;
+    }
+    subject.properties(&plan.properties)?;
+    plan.faults.check(plan).map_err(misplaced)?;
+    for (index, envelope) in plan.envelopes.iter().enumerate() {
+        envelope.check(index)?;
+    }
+    contradictions(&plan.properties, &plan.steps)
+}
+
+/// The place of a fault of the schedule that is not right.
+pub(super) fn misplaced(unfit: Unfit) -> Fault {
+    let mut path = vec![Segment::Key("fault"), Segment::Index(unfit.index)];
+    path.extend(unfit.keys.into_iter().map(Segment::Key));
+    Fault { path, message: unfit.message, help: unfit.help }
+}
+
+/// Where something stands.
+pub(super) struct Place<'a> {
+    pub(super) root: &'a [Segment],
+}
+
+impl Place<'_> {
+    pub(super) fn fault(&self, rest: &[Segment], message: String, help: Option<String>) -> Fault {
+        Fault { path: [self.root, rest].concat(), message, help }
+    }
+}
+
+/// What the steps hold, for what refers to them.
+#[derive(Default)]
+struct Survey<'a> {
+    subject: Subject<'a>,
+    steps: usize,
+    fits: BTreeMap<&'a str, &'a Fit>,
+    models: Vec<&'a str>,
+    answers: BTreeMap<&'a str, &'a Answer>,
+    swept: Vec<String>,
+    phases: Vec<&'a str>,
+}
+
+impl<'a> Survey<'a> {
+    /// How many steps are carried out; `path` comes back as it was.
+    fn steps(
+        &mut self,
+        steps: &'a [Step],
+        path: &mut Vec<Segment>,
+        depth: usize,
+    ) -> Result<u64, Fault> {
+        if depth > DEPTH_MAX {
+            let message = format!("steps nested {depth} deep, expected at most {DEPTH_MAX}");
+            return Err(Fault { path: path.clone(), message, help: None });
+        }
+        let mut done: u64 = 0;
+        for (index, step) in steps.iter().enumerate() {
+            self.steps += 1;
+            let name = step.action.name();
+            path.extend([Segment::Index(index), Segment::Key(name)]);
+            if self.steps > STEPS_MAX {
+                let message = format!("more than {STEPS_MAX} steps in one plan");
+                return Err(Fault { path: path.clone(), message, help: None });
+            }
+            self.phases.push(name);
+            self.phases.extend(step.label.as_ref().map(|label| label.as_str()));
+            if let Action::Sweep(sweep) = &step.action {
+                self.swept.push(sweep.parameter.to_string());
+            }
+            self.action(&step.action, &Place { root: path })?;
+            path.push(Segment::Key("steps"));
+            let within = step.action.steps();
+            let once = if within.is_empty() { 0 } else { self.steps(within, path, depth + 1)? };
+            let all = once.saturating_mul(step.action.repetitions());
+            done = done.saturating_add(1).saturating_add(all);
+            path.truncate(path.len() - 3);
+        }
+        Ok(done)
+    }
+
+    fn action(&mut self, action: &'a Action, at: &Place<'_>) -> Checked {
+        self.subject.action(action, at)?;
+        match action {
+            Action::OperatorPrompt(prompt) => {
+                if let Some(answer) = &prompt.answer {
+                    self.answers.insert(answer.name.as_str(), answer);
+                }
+            }
+            Action::Fit(fit) => {
+                self.filter(&fit.quantity, &fit.filter, at)?;
+                if let Some(tag) = fit.model.against() {
+                    let key = Segment::Key(fit.model.name());
+                    self.tag(&fit.quantity, tag, at, &[Segment::Key("model"), key])?;
+                }
+                if self.fits.insert(fit.name.as_str(), fit).is_some() {
+                    let message = format!("fit name `{}` is used twice", fit.name);
+                    return Err(at.fault(&[Segment::Key("name")], message, None));
+                }
+            }
+            Action::Identify(identify) => self.identify(identify, at)?,
+            Action::SaveCalibration(save) => {
+                if save.from.is_empty() {
+                    let message =
+                        "a calibration from nothing, expected at least one fit".to_owned();
+                    return Err(at.fault(&[Segment::Key("from")], message, None));
+                }
+                for (index, name) in save.from.iter().enumerate() {
+                    let here = [Segment::Key("from"), Segment::Index(index)];
+                    let Some(fit) = self.fits.get(name.as_str()) else {
+                        let known: Vec<_> = self.fits.keys().copied().collect();
+                        let help = proposal(name.as_str(), &known);
+                        let message = format!("no fit `{name}` before this step");
+                        return Err(at.fault(&here, message, Some(help)));
+                    };
+                    if fit.becomes().is_none() {
+                        let model = fit.model.name();
+                        let message =
+                            format!("a calibration has no place for a {model} of {}", fit.quantity);
+                        return Err(at.fault(&here, message, None));
+                    }
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// The steps that it is made from come before it, and no two models share a name.
+    fn identify(&mut self, identify: &'a Identify, at: &Place<'_>) -> Checked {
+        let step = identify.from.step();
+        if !self.phases.contains(&step) {
+            let message =
+                format!("no `{step}` before this step, of which {} are", identify.from.name());
+            return Err(at.fault(&[Segment::Key("from")], message, None));
+        }
+        if let Some(over) = &identify.over
+            && !self.phases.contains(&over.as_str())
+        {
+            let help = proposal(over.as_str(), &unique(&self.phases));
+            let message = format!("no step or label `{over}` before this step");
+            return Err(at.fault(&[Segment::Key("over")], message, Some(help)));
+        }
+        if self.models.contains(&identify.name.as_str()) {
+            let message = format!("model name `{}` is used twice", identify.name);
+            return Err(at.fault(&[Segment::Key("name")], message, None));
+        }
+        self.models.push(identify.name.as_str());
+        Ok(())
+    }
+
+    fn measurement(&self, declared: &Declared, at: &Place<'_>) -> Checked {
+        self.filter(&declared.quantity, &declared.filter, at)?;
+        let Some(unit) = self.unit(&declared.quantity, at, &[Segment::Key("quantity")])? else {
+            return Ok(());
+        };
+        let on_the_floor =
+            matches!(declared.check, Check::AllButInSquare { .. } | Check::UmbmarkWithin { .. });
+        if on_the_floor && unit != "m" {
+            let kind = declared.check.name();
+            let message = format!("`{}` is in {unit}, `{kind}` needs m", declared.quantity);
+            return Err(at.fault(&[Segment::Key("quantity")], message, None));
+        }
+        let check = [Segment::Key("check"), Segment::Key(declared.check.name())];
+        let in_check = |key| [check[0].clone(), check[1].clone(), Segment::Key(key)];
+        if let Some((key, second)) = declared.check.second_quantity() {
+            let second_unit = self.unit(second, at, &in_check(key))?;
+            if let Some(second_unit) = second_unit.filter(|second_unit| *second_unit != unit) {
+                let message =
+                    format!("`{second}` is in {second_unit}, `{}` in {unit}", declared.quantity);
+                return Err(at.fault(&in_check(key), message, None));
+            }
+        }
+        if let Some(tag) = declared.check.against() {
+            self.tag(&declared.quantity, tag, at, &in_check("against"))?;
+        }
+        if let Check::NeverOutside { during, .. } = &declared.check
+            && !self.phases.contains(&during.as_str())
+        {
+            let help = proposal(during, &unique(&self.phases));
+            let message = format!("no step or label `{during}` in this plan");
+            return Err(at.fault(&in_check("during"), message, Some(help)));
+        }
+        self.figure_unit(declared, &unit, at)
+    }
+
+    fn figure_unit(&self, declared: &Declared, unit: &str, at: &Place<'_>) -> Checked {
+        let against = declared.check.against().and_then(find_tag).map(|tag| tag.unit);
+        if against.is_none() && declared.check.against().is_some() {
+            // A swept parameter: its unit is known to its device alone.
+            return Ok(());
+        }
+        let expected = declared.check.figure_unit(unit, against.unwrap_or("1"));
+        if declared.unit == expected {
+            return Ok(());
+        }
+        let kind = declared.check.name();
+        let message = format!("unit `{}`, expected `{expected}`", declared.unit);
+        let help = format!("`{kind}` of `{}` is judged in `{expected}`", declared.quantity);
+        Err(at.fault(&[Segment::Key("unit")], message, Some(help)))
+    }
+
+    /// Unit of a quantity; none where its device's layout is not at hand.
+    fn unit(
+        &self,
+        quantity: &QuantityName,
+        at: &Place<'_>,
+        here: &[Segment],
+    ) -> Result<Option<String>, Fault> {
+        self.subject.quantity(quantity, at, here)?;
+        if let Some(of_message) = quantity.of_message() {
+            return self.subject.unit(of_message, at, here);
+        }
+        if let Some(entry) = quantity.entry() {
+            return Ok(Some(entry.unit.to_owned()));
+        }
+        let answer = quantity.operator_answer().unwrap_or_default();
+        self.answers.get(answer).map(|answer| Some(answer.unit.clone())).ok_or_else(|| {
+            let message = format!("no operator_prompt in this plan asks for `{answer}`");
+            at.fault(here, message, None)
+        })
+    }
+
+    fn filter(&self, quantity: &QuantityName, filter: &Filter, at: &Place<'_>) -> Checked {
+        filter.tags().try_for_each(|tag| self.tag(quantity, tag, at, &[Segment::Key("where")]))
+    }
+
+    fn tag(&self, quantity: &QuantityName, tag: &str, at: &Place<'_>, here: &[Segment]) -> Checked {
+        let own = quantity.entry().map_or(&[][..], |entry| entry.tags);
+        let known: Vec<&str> = own
+            .iter()
+            .chain(COMMON_TAGS)
+            .copied()
+            .chain(self.swept.iter().map(String::as_str))
+            .collect();
+        let phase = tag.strip_prefix(DURING_PREFIX);
+        if known.contains(&tag) || phase.is_some_and(|phase| self.phases.contains(&phase)) {
+            return Ok(());
+        }
+        let message = format!("`{quantity}` carries no tag `{tag}`");
+        Err(at.fault(here, message, Some(proposal(tag, &known))))
+    }
+}
+
+fn unique<'a>(names: &[&'a str]) -> Vec<&'a str> {
+    let mut names = names.to_vec();
+    names.sort_unstable();
+    names.dedup();
+    names
+}

@@ -1,0 +1,116 @@
+//! The beginning of a record file: magic, format version, and a block that describes itself.
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 8 | [`MAGIC`] |
+//! | 2 | format version, little-endian |
+//! | 4 | length of the block, little-endian, at most [`HEADER_BYTES_MAX`] |
+//! | … | the block: [`Header`] as JSON, ended by a line feed |
+//!
+//! `head -2` shows a person whose record it is; a program need not know this crate to read that.
+
+use super::Device;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+
+/// The first bytes of every record file. The first is no text, so that nothing takes it for text;
+/// the last is changed by whatever mangles line ends.
+pub const MAGIC: [u8; 8] = *b"\x89hilrec\n";
+
+/// The version that this crate writes, and the only one that it reads: there was none before it.
+pub const FORMAT_VERSION: u16 = 1;
+
+/// The longest block: hundreds of quantities fit.
+pub const HEADER_BYTES_MAX: usize = 1024 * 1024;
+
+/// What a record file says about itself.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Header {
+    /// Version of the harness that wrote it.
+    pub harness: String,
+    /// Name of the plan.
+    pub plan: String,
+    /// The seed.
+    pub seed: u64,
+    /// What the observations in it mean.
+    #[serde(default)]
+    pub quantities: Vec<Quantity>,
+    /// The nodes of a rig by their names, in the order of [`Device::Node`]; none where the plan names its only device.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub nodes: Vec<String>,
+    /// The serial lines of the bench as its device file has them; none where nobody said so.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lines: Vec<Line>,
+}
+
+/// A serial line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Line {
+    /// The device at its end.
+    pub device: Device,
+    /// Bits per second on the line.
+    pub baud: u32,
+    /// Bits on the line for one byte, start and stop bits included.
+    pub bits_per_byte: u32,
+}
+
+/// A quantity that the plan observes, as a report needs it: without the plan at hand.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Quantity {
+    /// Name, as in an observation.
+    pub name: String,
+    /// Unit of its values; empty where it has none.
+    pub unit: String,
+    /// What it is, in a few words.
+    pub title: String,
+    /// Where single values are meant to lie.
+    #[serde(default)]
+    pub bands: Vec<Band>,
+    /// Measurements that rest on it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub judged_by: Vec<String>,
+}
+
+/// Where single values of a quantity are meant to lie, in its unit.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Band {
+    /// The measurement that says so.
+    pub measurement: String,
+    /// Lower end, included; none where there is no limit.
+    pub lower: Option<f64>,
+    /// Upper end, included; none where there is no limit.
+    pub upper: Option<f64>,
+    /// What the paper gives, with its place.
+    pub paper: Option<String>,
+    /// The observations that are meant: those with these tags. Empty: all.
+    #[serde(default)]
+    pub tags: BTreeMap<String, f64>,
+}
+
+impl Header {
+    /// Whose event it is, by name.
+    pub fn name_of(&self, device: Device) -> &str {
+        match device {
+            Device::Node(place) => self.nodes.get(usize::from(place)).map_or("node", |name| name),
+            device => device.name(),
+        }
+    }
+
+    /// Writes magic, version and block.
+    pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
+        let mut block = serde_json::to_vec(self)?;
+        block.push(b'\n');
+        let length = u32::try_from(block.len()).ok().filter(|_| block.len() <= HEADER_BYTES_MAX);
+        let Some(length) = length else {
+            return Err(io::Error::new(
+                io::ErrorKind::InvalidInput,
+                format!("the header takes {} bytes; {HEADER_BYTES_MAX} are allowed", block.len()),
+            ));
+        };
+        out.write_all(&MAGIC)?;
+        out.write_all(&FORMAT_VERSION.to_le_bytes())?;
+        out.write_all(&length.to_le_bytes())?;
+        out.write_all(&block)
+    }
+}

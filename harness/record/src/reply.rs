@@ -1,0 +1,88 @@
+//! What a person answered: the number, who gave it, how, and when.
+
+use crate::figures;
+use plan::Answer;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// How a reply came.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Through {
+    /// Typed while the run went on.
+    Terminal,
+    /// Written in a file before the run.
+    File,
+    /// Given as an argument.
+    Argument,
+}
+
+/// A number that was asked for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Number {
+    /// Name of the answer in the plan.
+    pub name: String,
+    /// The value, in `unit`.
+    pub value: f64,
+    /// The unit that the plan asks for.
+    pub unit: String,
+}
+
+/// What a person answered, or did.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Reply {
+    /// What was asked, as the plan words it.
+    pub question: String,
+    /// The number; none where something was to be done, and is.
+    pub number: Option<Number>,
+    /// Who.
+    pub by: String,
+    /// How.
+    pub through: Through,
+    /// When, in seconds since 1970-01-01 00:00 UTC, where a person was there. The bench time is that of
+    /// the record.
+    pub unix_s: Option<i64>,
+}
+
+impl Reply {
+    /// A number was given.
+    pub fn number(text: &str, answer: &Answer, value: f64, by: String, through: Through) -> Self {
+        let (name, unit) = (answer.name.to_string(), answer.unit.clone());
+        let number = Some(Number { name, value, unit });
+        Self { question: text.to_owned(), number, by, through, unix_s: None }
+    }
+
+    /// What was asked for is done.
+    pub const fn done(question: String, by: String, through: Through) -> Self {
+        Self { question, number: None, by, through, unix_s: None }
+    }
+}
+
+impl Through {
+    const fn words(self) -> &'static str {
+        match self {
+            Self::Terminal => "at the terminal",
+            Self::File => "in a file",
+            Self::Argument => "as an argument",
+        }
+    }
+}
+
+/// On one line, whatever is in it.
+impl fmt::Display for Reply {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { question, number, by, through, unix_s } = self;
+        match number {
+            None => write!(f, "done")?,
+            Some(Number { name, value, unit }) => {
+                let value = figures::quantity(*value, 0.0, unit);
+                write!(f, "{} = {}", name.escape_debug(), value.escape_debug())?;
+            }
+        }
+        write!(f, " by {} {}", by.escape_debug(), through.words())?;
+        if let Some(unix_s) = unix_s {
+            write!(f, ", unix time {unix_s} s")?;
+        }
+        write!(f, ": {}", question.escape_debug())
+    }
+}

@@ -1,0 +1,311 @@
+//! A run folder: everything that a run leaves behind.
+//!
+//! | file | what |
+//! |---|---|
+//! | `summary.json` | [`Summary`] |
+//! | `record.hilrec` | the record; see [`record::header`](crate::header) |
+//! | `junit.xml` | the verdicts, for a build server |
+//! | `report.html` | the report, for a person |
+//! | others | what the plan made; the summary names them |
+
+mod error;
+mod record_file;
+
+pub use error::RunFolderError;
+pub use record_file::RecordFile;
+
+use crate::header::{Header, MAGIC};
+use crate::outcome::Summary;
+use crate::reader::{RecordError, RecordReader};
+use crate::reading::{Teller, TellingFile};
+use crate::sink::{FileSink, Level};
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Component, Path, PathBuf};
+
+/// Name of the summary.
+pub const SUMMARY: &str = "summary.json";
+/// Name of the record.
+pub const RECORD: &str = "record.hilrec";
+/// Name of the verdicts for a build server.
+pub const JUNIT: &str = "junit.xml";
+/// Name of the report.
+pub const REPORT: &str = "report.html";
+
+const OURS: [&str; 4] = [SUMMARY, RECORD, JUNIT, REPORT];
+
+/// The longest summary that is read.
+const SUMMARY_BYTES_MAX: u64 = 64 * 1024 * 1024;
+
+/// A folder that is ours.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RunFolder {
+    path: PathBuf,
+    teller: Teller,
+}
+
+impl RunFolder {
+    /// Makes the folder. If an earlier run is in it, that run's files are removed, and no others.
+    ///
+    /// # Errors
+    /// [`RunFolderError::Foreign`] when there are files in it and no run.
+    pub fn create(path: impl Into<PathBuf>) -> Result<Self, RunFolderError> {
+        let folder = Self { path: path.into(), teller: Teller::default() };
+        let path = || folder.path.clone();
+        fs::create_dir_all(&folder.path)
+            .map_err(|source| RunFolderError::Write { path: path(), source })?;
+        let is_empty = fs::read_dir(&folder.path)
+            .map_err(|source| RunFolderError::Read { path: path(), source })?
+            .next()
+            .is_none();
+        if !is_empty {
+            if !folder.holds_run() {
+                return Err(RunFolderError::Foreign { path: path() });
+            }
+            folder.clear()?;
+        }
+        Ok(folder)
+    }
+
+    /// A folder with a run in it.
+    ///
+    /// # Errors
+    /// [`RunFolderError::NoRun`] when there is none.
+    pub fn open(path: impl Into<PathBuf>) -> Result<Self, RunFolderError> {
+        let folder = Self { path: path.into(), teller: Teller::default() };
+        let holds_any = [SUMMARY, RECORD].iter().any(|name| folder.path.join(name).is_file());
+        if holds_any { Ok(folder) } else { Err(RunFolderError::NoRun { path: folder.path }) }
+    }
+
+    /// The same, and whenever its record is read `teller` hears how much of it was.
+    #[must_use]
+    pub fn telling(mut self, teller: Teller) -> Self {
+        self.teller = teller;
+        self
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The file of that name in it.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Begins the record.
+    pub fn record_sink(
+        &self,
+        header: &Header,
+        level: Level,
+    ) -> Result<FileSink<RecordFile>, RunFolderError> {
+        let path = self.file(RECORD);
+        RecordFile::create(&path)
+            .and_then(|file| FileSink::new(file, header, level))
+            .map_err(|source| RunFolderError::Write { path, source })
+    }
+
+    /// Opens the record.
+    pub fn records(&self) -> Result<RecordReader<TellingFile>, RunFolderError> {
+        let path = self.file(RECORD);
+        let input = TellingFile::open(&path, self.teller.clone());
+        let opened = input.map_err(RecordError::Io).and_then(RecordReader::new);
+        opened.map_err(|source| RunFolderError::Record { path, source })
+    }
+
+    /// Writes the summary.
+    pub fn write_summary(&self, summary: &Summary) -> Result<(), RunFolderError> {
+        let mut json = serde_json::to_vec_pretty(summary)
+            .map_err(|source| RunFolderError::Summary { path: self.file(SUMMARY), source })?;
+        json.push(b'\n');
+        self.replace(SUMMARY, &json)
+    }
+
+    /// Reads the summary.
+    pub fn summary(&self) -> Result<Summary, RunFolderError> {
+        let path = self.file(SUMMARY);
+        let json = match read_at_most(&path, SUMMARY_BYTES_MAX) {
+            Ok(json) => json,
+            Err(source) => return Err(RunFolderError::Read { path, source }),
+        };
+        serde_json::from_slice(&json).map_err(|source| RunFolderError::Summary { path, source })
+    }
+
+    /// Reads the summary; none where the run was killed before it had one.
+    pub fn summary_if_any(&self) -> Result<Option<Summary>, RunFolderError> {
+        self.file(SUMMARY).exists().then(|| self.summary()).transpose()
+    }
+
+    /// Writes the verdicts for a build server.
+    pub fn write_junit(&self, xml: &str) -> Result<(), RunFolderError> {
+        self.replace(JUNIT, xml.as_bytes())
+    }
+
+    /// Writes the report.
+    pub fn write_report(&self, html: &str) -> Result<(), RunFolderError> {
+        self.replace(REPORT, html.as_bytes())
+    }
+
+    /// Writes what a plan made. The summary must name it.
+    pub fn write_artifact(&self, name: &str, content: &[u8]) -> Result<(), RunFolderError> {
+        if !is_artifact_name(name) {
+            return Err(RunFolderError::ArtifactName { name: name.to_owned() });
+        }
+        self.replace(name, content)
+    }
+
+    /// Writes beside the file first, so that whoever looks finds the old file or the whole new one.
+    fn replace(&self, name: &str, content: &[u8]) -> Result<(), RunFolderError> {
+        let partial = self.file(&format!(".{name}.partial"));
+        let path = self.file(name);
+        let done = fs::write(&partial, content).and_then(|()| fs::rename(&partial, &path));
+        done.map_err(|source| {
+            // Best effort: the error that matters is the first.
+            let _ = fs::remove_file(&partial);
+            RunFolderError::Write { path, source }
+        })
+    }
+
+    fn holds_run(&self) -> bool {
+        let mut magic = [0; MAGIC.len()];
+        let record = File::open(self.file(RECORD)).and_then(|mut file| file.read_exact(&mut magic));
+        (record.is_ok() && magic == MAGIC) || self.summary().is_ok()
+    }
+
+    /// Removes the files of an earlier run. The record goes last: broken off half-way, the folder is
+    /// still known as ours. A link to a device or a pipe holds nothing of an earlier run and stays:
+    /// somebody wants the record to go there.
+    fn clear(&self) -> Result<(), RunFolderError> {
+        let artifacts = self.summary().map(|summary| summary.artifacts).unwrap_or_default();
+        let artifacts = artifacts.iter().map(String::as_str).filter(|name| is_artifact_name(name));
+        for name in artifacts.chain([REPORT, JUNIT, SUMMARY, RECORD]) {
+            let path = self.file(name);
+            if fs::metadata(&path).is_ok_and(|about| !about.is_file() && !about.is_dir()) {
+                continue;
+            }
+            match fs::remove_file(&path) {
+                Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                    return Err(RunFolderError::Remove { path, source });
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A plain file name that is not ours: an artifact can neither leave the folder nor replace the record.
+fn is_artifact_name(name: &str) -> bool {
+    let mut components = Path::new(name).components();
+    let plain = matches!(components.next(), Some(Component::Normal(only)) if only == name);
+    plain && components.next().is_none() && !OURS.contains(&name) && !name.starts_with('.')
+}
+
+fn read_at_most(path: &Path, bytes_max: u64) -> io::Result<Vec<u8>> {
+    let mut content = Vec::new();
+    File::open(path)?.take(bytes_max + 1).read_to_end(&mut content)?;
+    match content.len() as u64 > bytes_max {
+        true => {
+            Err(io::Error::new(io::ErrorKind::FileTooLarge, format!("more than {bytes_max} bytes")))
+        }
+        false => Ok(content),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{JUNIT, RECORD, REPORT, RunFolder, RunFolderError, SUMMARY};
+    use crate::header::Header;
+    use crate::outcome::samples::summary;
+    use crate::samples::one_of_each;
+    use crate::sink::{Level, RecordSink};
+    use std::fs;
+
+    fn folder() -> (tempfile::TempDir, RunFolder) {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = RunFolder::create(dir.path().join("a/run")).unwrap();
+        (dir, folder)
+    }
+
+    fn names(folder: &RunFolder) -> Vec<String> {
+        let entries = fs::read_dir(folder.path()).unwrap();
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn what_is_written_is_read_back() {
+        let (_dir, folder) = folder();
+        let mut sink = folder.record_sink(&Header::default(), Level::Full).unwrap();
+        one_of_each().into_iter().for_each(|record| sink.record(record));
+        sink.finish();
+        folder.write_summary(&summary()).unwrap();
+        folder.write_junit("<testsuites/>").unwrap();
+        folder.write_report("<!DOCTYPE html>").unwrap();
+        folder.write_artifact("calibration.toml", b"scale = 1").unwrap();
+
+        assert_eq!(names(&folder), ["calibration.toml", JUNIT, RECORD, REPORT, SUMMARY]);
+        let again = RunFolder::open(folder.path()).unwrap();
+        assert_eq!(again.summary().unwrap(), summary());
+        let records: Vec<_> = again.records().unwrap().map(Result::unwrap).collect();
+        assert_eq!(records, one_of_each());
+    }
+
+    #[test]
+    fn an_earlier_run_is_replaced_and_other_files_stay() {
+        let (_dir, folder) = folder();
+        folder.write_summary(&summary()).unwrap();
+        folder.write_artifact("calibration.toml", b"old").unwrap();
+        fs::write(folder.file("notes.txt"), "mine").unwrap();
+        RunFolder::create(folder.path()).unwrap();
+        assert_eq!(names(&folder), ["notes.txt"]);
+    }
+
+    #[test]
+    fn a_run_that_was_killed_is_known_by_its_record() {
+        let (_dir, folder) = folder();
+        drop(folder.record_sink(&Header::default(), Level::Full).unwrap());
+        RunFolder::create(folder.path()).unwrap();
+        assert!(names(&folder).is_empty());
+    }
+
+    #[test]
+    fn foreign_folders_are_left_alone() {
+        let dir = tempfile::tempdir().unwrap();
+        fs::write(dir.path().join(SUMMARY), r#"{"other": "program"}"#).unwrap();
+        let error = RunFolder::create(dir.path()).unwrap_err();
+        assert!(matches!(error, RunFolderError::Foreign { .. }), "{error}");
+        assert!(dir.path().join(SUMMARY).exists());
+        let empty = tempfile::tempdir().unwrap();
+        let error = RunFolder::open(empty.path()).unwrap_err();
+        assert!(matches!(error, RunFolderError::NoRun { .. }), "{error}");
+    }
+
+    #[test]
+    fn artifacts_cannot_leave_the_folder_or_replace_our_files() {
+        let (_dir, folder) = folder();
+        for name in ["../x", "/x", "a/b", "", ".", "..", "x/", RECORD, ".hidden"] {
+            let error = folder.write_artifact(name, b"").unwrap_err();
+            assert!(matches!(error, RunFolderError::ArtifactName { .. }), "{name}");
+        }
+        assert!(names(&folder).is_empty());
+    }
+
+    #[test]
+    fn errors_name_the_file_and_the_cause() {
+        let (_dir, folder) = folder();
+        fs::create_dir(folder.file(REPORT)).unwrap();
+        let error = folder.write_report("x").unwrap_err();
+        assert!(error.to_string().starts_with("failed to write /"), "{error}");
+        assert!(error.to_string().ends_with(REPORT), "{error}");
+        assert!(std::error::Error::source(&error).is_some());
+        assert_eq!(names(&folder), [REPORT], "nothing partial stays");
+        fs::write(folder.file(RECORD), "nothing of ours").unwrap();
+        let error = folder.records().unwrap_err();
+        let source = std::error::Error::source(&error).unwrap().to_string();
+        assert_eq!(source, "not a record file");
+    }
+}

@@ -1,0 +1,73 @@
+//! What can go wrong with a run folder.
+
+use super::{RECORD, SUMMARY};
+use crate::reader::RecordError;
+use std::io;
+use std::path::PathBuf;
+
+/// What went wrong with a run folder, and where.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum RunFolderError {
+    /// There are files in it, and none of them is ours.
+    #[error("refused to replace {}: it holds files and is no run folder", path.display())]
+    #[diagnostic(help("choose another folder with --out, or empty this one"))]
+    Foreign {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// Nothing in it is ours.
+    #[error("no run in {}: neither {SUMMARY} nor {RECORD} is there", path.display())]
+    NoRun {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A file or folder could not be made or written.
+    #[error("failed to write {}", path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A file or folder could not be read.
+    #[error("failed to read {}", path.display())]
+    Read {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A file of an earlier run could not be removed.
+    #[error("failed to remove {} of an earlier run", path.display())]
+    Remove {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The summary is none.
+    #[error("failed to understand {} as a summary", path.display())]
+    Summary {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: serde_json::Error,
+    },
+    /// The record cannot be read.
+    #[error("failed to read {}", path.display())]
+    Record {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        #[source]
+        #[diagnostic_source]
+        source: RecordError,
+    },
+    /// An artifact's name is not a plain file name, or is the name of a file of ours.
+    #[error("failed to name a file of the run folder {name:?}")]
+    #[diagnostic(help("a plain file name is needed, other than those that every run folder has"))]
+    ArtifactName {
+        /// The name.
+        name: String,
+    },
+}

@@ -1,0 +1,200 @@
+//! A record as one line for a person: `hil show RUN`.
+//!
+//! A line holds exactly one record whatever is in it: control characters are escaped, so that no
+//! text of a device moves the cursor of a terminal.
+
+use super::{Device, Observation, Record, RecordKind};
+use controller::health::{Causes, Health};
+use controller::mission::{Report, State};
+use serde::Serialize;
+use std::fmt;
+use wire::can::{CanFrame, Id, RecordedFrame};
+use wire::units::Pose;
+
+/// Width of a device's name, and of an instant up to a hundred hours.
+const DEVICE_WIDTH: usize = 10;
+const SECONDS_WIDTH: usize = 16;
+
+/// The line of a record, without its end, and whose it is by name.
+#[derive(Debug, Clone, Copy)]
+pub struct Line<'a>(pub &'a Record, pub &'a str);
+
+impl Device {
+    /// The name, as in plans and reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Plan => "plan",
+            Self::Controller => "controller",
+            Self::Gyro => "gyro",
+            Self::Base => "base",
+            Self::Table => "table",
+            Self::Absolute => "absolute",
+            Self::Device => "device",
+            // Which it is, the header says.
+            Self::Node(_) => "node",
+        }
+    }
+}
+
+impl fmt::Display for Line<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Record { at, kind, .. } = self.0;
+        let seconds = Seconds(at.as_nanos()).to_string();
+        write!(f, "{seconds:>SECONDS_WIDTH$} {:<DEVICE_WIDTH$} ", self.1)?;
+        match kind {
+            RecordKind::Bytes(bytes) => {
+                write!(f, "bytes")?;
+                bytes.iter().try_for_each(|byte| write!(f, " {byte:02x}"))
+            }
+            RecordKind::Frame(frame) => write_frame(f, *frame),
+            RecordKind::StepBegan { path, title } => {
+                write!(f, "begin {}: {}", path.escape_debug(), title.escape_debug())
+            }
+            RecordKind::StepEnded { path } => write!(f, "end {}", path.escape_debug()),
+            RecordKind::Command(command) => write_json(f, "command", command),
+            RecordKind::Report(Report::State(state)) => write_state(f, state),
+            RecordKind::Report(Report::Health(health)) => write_health(f, health),
+            RecordKind::Report(report) => write_json(f, "report", report),
+            RecordKind::Observation(observation) => write_observation(f, observation),
+            RecordKind::Truth { pose, bias_rad_per_s, coil_celsius } => {
+                write!(f, "truth {}, ", Readable(*pose))?;
+                let bias = wire::units::AngularRate::from_rad_per_s(*bias_rad_per_s).deg_per_h();
+                write!(f, "bias {bias:.3} deg/h, coil {coil_celsius:.2} degC")
+            }
+            RecordKind::Note(text) => write!(f, "note {}", text.escape_debug()),
+            RecordKind::Reply(reply) => write!(f, "reply {reply}"),
+            RecordKind::Fault(fault) => write!(f, "{fault}"),
+        }
+    }
+}
+
+/// Seconds with all nine decimals: two records differ here exactly when they differ in time.
+struct Seconds(i64);
+
+impl fmt::Display for Seconds {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const NANOS: u64 = 1_000_000_000;
+        let sign = if self.0 < 0 { "-" } else { "" };
+        let nanos = self.0.unsigned_abs();
+        write!(f, "{sign}{}.{:09}", nanos / NANOS, nanos % NANOS)
+    }
+}
+
+/// A pose in metres and degrees.
+struct Readable(Pose);
+
+impl fmt::Display for Readable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Pose { x, y, heading } = self.0;
+        write!(f, "at {:.4} {:.4} m, heading {:.3} deg", x.m(), y.m(), heading.deg())
+    }
+}
+
+/// A frame alone, for a message.
+pub struct ShownFrame(pub CanFrame);
+
+impl fmt::Display for ShownFrame {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_frame(f, self.0.into())
+    }
+}
+
+/// As `candump` writes it: identifier, `#`, data.
+fn write_frame(f: &mut fmt::Formatter<'_>, recorded: RecordedFrame) -> fmt::Result {
+    let Some(frame) = recorded.frame() else {
+        return write!(f, "frame out of range: {recorded:?}");
+    };
+    write_identifier(f, &frame)?;
+    if frame.is_remote() {
+        return write!(f, "R");
+    }
+    frame.data().iter().try_for_each(|byte| write!(f, "{byte:02X}"))
+}
+
+fn write_identifier(f: &mut fmt::Formatter<'_>, frame: &CanFrame) -> fmt::Result {
+    match frame.id() {
+        Id::Standard(id) => write!(f, "frame {:03X}#", id.as_raw()),
+        Id::Extended(id) => write!(f, "frame {:08X}#", id.as_raw()),
+    }
+}
+
+/// Commands and reports as they would stand in a line of the controller process.
+fn write_json(f: &mut fmt::Formatter<'_>, word: &str, value: &impl Serialize) -> fmt::Result {
+    match serde_json::to_string(value) {
+        Ok(json) => write!(f, "{word} {json}"),
+        Err(error) => write!(f, "{word} cannot be shown: {error}"),
+    }
+}
+
+fn write_state(f: &mut fmt::Formatter<'_>, state: &State) -> fmt::Result {
+    write!(f, "state {} {}", name_of(&state.activity), Readable(state.pose))?;
+    write!(f, ", gyro {:.3} deg", state.gyro_heading.deg())?;
+    write!(f, ", odometry {:.3} deg", state.odometry_heading.deg())?;
+    write!(f, ", raw {:.4} deg/s", state.raw_rate.deg_per_s())?;
+    write!(f, ", bias {:.3} deg/h", state.bias.deg_per_h())?;
+    if let Some(temperature) = state.temperature {
+        write!(f, ", {:.2} degC", temperature.celsius())?;
+    }
+    write!(f, ", {} samples", state.samples)?;
+    if state.samples_lost > 0 {
+        write!(f, " ({} lost)", state.samples_lost)?;
+    }
+    write!(f, ", {}", name_of(&state.health.level))?;
+    if state.moving { write!(f, ", moving") } else { Ok(()) }
+}
+
+fn write_health(f: &mut fmt::Formatter<'_>, health: &Health) -> fmt::Result {
+    write!(f, "health {}", name_of(&health.level))?;
+    cause_names(&health.causes).iter().try_for_each(|cause| write!(f, " {cause}"))
+}
+
+/// The names of the causes that are set.
+pub fn cause_names(causes: &Causes) -> Vec<String> {
+    match serde_json::to_value(causes) {
+        Ok(serde_json::Value::Object(all)) => {
+            all.into_iter().filter(|(_, set)| set == true).map(|(name, _)| name).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// The name under which a unit variant is serialised.
+pub fn name_of(value: &impl Serialize) -> String {
+    match serde_json::to_value(value) {
+        Ok(serde_json::Value::String(name)) => name,
+        _ => String::new(),
+    }
+}
+
+fn write_observation(f: &mut fmt::Formatter<'_>, observation: &Observation) -> fmt::Result {
+    let Observation { quantity, value, uncertainty, tags } = observation;
+    write!(f, "observation {} {value}", quantity.escape_debug())?;
+    if *uncertainty != 0.0 {
+        write!(f, " +- {uncertainty}")?;
+    }
+    tags.iter().try_for_each(|(tag, value)| write!(f, " {}={value}", tag.escape_debug()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Line;
+    use crate::samples::one_of_each;
+
+    #[test]
+    fn each_kind_has_its_line() {
+        let lines: Vec<_> = one_of_each()
+            .iter()
+            .map(|record| Line(record, record.device.name()).to_string())
+            .collect();
+        insta::assert_snapshot!(lines.join("\n"));
+    }
+
+    #[test]
+    fn a_record_is_one_line_whatever_it_holds() {
+        use crate::{Device, Record, RecordKind};
+        let kind = RecordKind::Note("two\nlines\u{1b}[2J".into());
+        let record = Record { at: wire::time::Timestamp::ZERO, device: Device::Base, kind };
+        let line = Line(&record, record.device.name()).to_string();
+        assert!(line.ends_with(r"note two\nlines\u{1b}[2J"), "{line}");
+    }
+}

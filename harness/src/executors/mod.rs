@@ -1,0 +1,10 @@
+//! Who carries out the cases of a campaign: [`Simulated`] in virtual time, `OnBench` in real time.
+
+#[cfg(feature = "live")]
+mod on_bench;
+mod passes;
+mod simulated;
+
+#[cfg(feature = "live")]
+pub use on_bench::{Bench, OnBench, Site};
+pub use simulated::Simulated;

@@ -1,0 +1,137 @@
+//! Cases carried out in real time: emulated devices on ports, real ones, any device under test; one at a time.
+
+use super::simulated::{result, struck};
+use crate::campaign::{Case, CaseResult, Executor};
+use crate::faults::{FaultKind, Target};
+use crate::operator::{Answers, Operator, Person};
+use crate::plan::Property;
+use crate::properties::Unjudged;
+use crate::record::sink::NullSink;
+use crate::run::Prepared;
+use crate::run_live::{LiveOrder, carry_out};
+use crate::world::live::{LiveError, Setting};
+use std::fmt;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use wire::time::{Span, Timestamp};
+
+/// A bench that campaigns use in turn: one run at a time, and none once it did not come up.
+#[derive(Debug, Clone, Default)]
+pub struct Bench(Arc<Mutex<Option<LiveError>>>);
+
+impl Bench {
+    /// Why it did not come up, if it did not. Waits for a run that is under way.
+    pub fn take_broken(&self) -> Option<LiveError> {
+        self.turn().take()
+    }
+
+    /// One's turn: what broke it, if anything did.
+    fn turn(&self) -> MutexGuard<'_, Option<LiveError>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// What a campaign needs of the place that it is carried out at.
+pub struct Site {
+    /// The bench.
+    pub bench: Bench,
+    /// Answers to what the plan asks a person.
+    pub answers: Answers,
+    /// Whoever can be asked for the others, each time anew.
+    pub person: Option<Box<dyn Fn() -> Box<dyn Person> + Send + Sync>>,
+    /// Somebody wants it to end.
+    pub stop: Box<dyn Fn() -> bool + Send + Sync>,
+    /// Takes what the device under test writes to stderr, of the last run.
+    pub log: PathBuf,
+}
+
+impl fmt::Debug for Site {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Site").field("log", &self.log).finish_non_exhaustive()
+    }
+}
+
+/// Carries cases out on a bench in real time. What a case came to is not what it comes to the next time:
+/// [`Repeatedly`](crate::campaign::Repeatedly) says what is to be believed.
+#[derive(Debug)]
+pub struct OnBench {
+    prepared: Prepared,
+    setting: Setting,
+    properties: Vec<Property>,
+    unjudged: Vec<Unjudged>,
+    site: Site,
+}
+
+impl OnBench {
+    /// Of a plan on the bench that `setting` describes. Properties are those of the plan, or all where it declares
+    /// none, as far as this bench can judge them.
+    pub fn new(prepared: Prepared, setting: Setting, site: Site) -> Self {
+        let (properties, unjudged) = setting.sight().divide(&prepared.plan.judged(&prepared.rig));
+        Self { prepared, setting, properties, unjudged, site }
+    }
+
+    /// Properties that are watched.
+    pub fn properties(&self) -> &[Property] {
+        &self.properties
+    }
+
+    /// Those that cannot be judged on this bench.
+    pub fn unjudged(&self) -> &[Unjudged] {
+        &self.unjudged
+    }
+
+    /// Can a fault of this kind be injected here?
+    pub fn can_suffer(&self, target: Target, what: FaultKind) -> bool {
+        self.setting.can_suffer(target, what)
+    }
+
+    /// Why the bench did not come up, if it did not; it is then not tried again.
+    pub fn take_broken(&self) -> Option<LiveError> {
+        self.site.bench.take_broken()
+    }
+
+    fn run(&self, case: &Case) -> (Span, CaseResult) {
+        let not_run = || (Span::ZERO, CaseResult::given_up());
+        let mut broken = self.site.bench.turn();
+        if broken.is_some() || (self.site.stop)() {
+            return not_run();
+        }
+        let prepared = struck(&self.prepared, case);
+        let order = LiveOrder {
+            prepared: &prepared,
+            seed: case.seed,
+            setting: &self.setting,
+            properties: &self.properties,
+            log: &self.site.log,
+        };
+        let person = self.site.person.as_ref().map(|person| person());
+        let operator = Operator::live(self.site.answers.clone(), person);
+        match carry_out(order, operator, &mut NullSink, &mut |_| !(self.site.stop)()) {
+            Ok(live) => {
+                let result = result(&prepared, &live.run);
+                (live.run.end - Timestamp::ZERO, result)
+            }
+            Err(error) => {
+                *broken = Some(error);
+                not_run()
+            }
+        }
+    }
+}
+
+impl Executor for OnBench {
+    fn execute(&self, case: &Case) -> CaseResult {
+        self.run(case).1
+    }
+
+    fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
+        self.run(&Case { seed, ..Case::default() })
+    }
+
+    fn takes(&self, case: &Case) -> bool {
+        let plan = &self.prepared.plan;
+        let all = case.schedule.beside(&plan.faults);
+        let lines = self.prepared.rig.struck();
+        all.fits(plan, &lines).is_ok() && self.setting.reaches(&all).is_ok()
+    }
+}

@@ -1,0 +1,72 @@
+//! Of a device of the user's own nobody knows what must hold at every moment: what a campaign looks for is that its plan does
+//! not pass.
+
+use crate::campaign::{CaseResult, PASSES, Violated};
+use crate::outcome::{Measurement, Outcome};
+use crate::run::Simulated;
+use std::collections::BTreeMap;
+
+/// What a run came to.
+pub(super) fn result(run: &Simulated, measurements: &[Measurement], judged: Outcome) -> CaseResult {
+    let outcome = run.ending.outcome.max(judged);
+    let passed = outcome == Outcome::Passed;
+    let broken = measurements.iter().find(|one| !one.verdict.is_acceptable());
+    let what = run.ending.reason.clone().or_else(|| broken.map(said)).unwrap_or_default();
+    let violated = (!passed).then(|| Violated {
+        property: PASSES.to_owned(),
+        at_s: run.end.as_secs_f64(),
+        what,
+    });
+    let margin = if run.ending.outcome == Outcome::Passed { least(measurements) } else { -1.0 };
+    CaseResult {
+        outcome: outcome.name().to_owned(),
+        violated: violated.into_iter().collect(),
+        margins: BTreeMap::from([(PASSES.to_owned(), margin)]),
+        passed,
+        ..CaseResult::default()
+    }
+}
+
+fn said(measurement: &Measurement) -> String {
+    let Measurement { name, statistic, unit, .. } = measurement;
+    match measurement.value {
+        Some(value) => format!("{name}: {statistic}: {value} {unit}"),
+        None => format!("{name}: {statistic}"),
+    }
+}
+
+/// The least distance from the end of a band, as a share of half of its width, or of the one end that it has: 1 in the
+/// middle, 0 at the end, negative beyond, within -1 to 1.
+fn least(measurements: &[Measurement]) -> f64 {
+    let shares = measurements.iter().map(|one| {
+        let scale = match (one.lower, one.upper) {
+            (Some(lower), Some(upper)) => (upper - lower) / 2.0,
+            (end, other) => end.or(other).map_or(0.0, f64::abs),
+        };
+        match one.margin() {
+            None => -1.0,
+            Some(margin) if scale > 0.0 => margin / scale,
+            Some(margin) => margin,
+        }
+    });
+    shares.fold(1.0, f64::min).max(-1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::least;
+    use crate::outcome::samples::summary;
+
+    #[test]
+    fn the_margin_is_a_share_of_the_band() {
+        let mut one = summary().measurements[0].clone();
+        (one.lower, one.upper, one.value) = (Some(59.0), Some(61.0), Some(60.0));
+        assert_eq!(least(&[one.clone()]), 1.0);
+        one.value = Some(61.5);
+        assert_eq!(least(&[one.clone()]), -0.5);
+        (one.lower, one.upper, one.value) = (None, Some(10.0), Some(7.5));
+        assert_eq!(least(&[one.clone()]), 0.25);
+        one.value = None;
+        assert_eq!(least(&[one]), -1.0);
+    }
+}

@@ -1,0 +1,109 @@
+//! Cases in virtual time.
+
+use super::passes;
+use crate::campaign::{Case, CaseResult, Executor, Violated};
+use crate::checks::judge_all;
+use crate::operator::Answers;
+use crate::outcome::Outcome;
+use crate::properties::{Kind, PropertyVerdict};
+use crate::record::sink::NullSink;
+use crate::run::{self, Prepared, simulate_watched};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use wire::time::{Span, Timestamp};
+
+/// In virtual time, on emulated devices, every byte and frame on its way; nothing is recorded.
+#[derive(Debug, Clone)]
+pub struct Simulated {
+    prepared: Prepared,
+    answers: Answers,
+    /// What is looked for is that the plan does not pass.
+    must_pass: bool,
+}
+
+impl Simulated {
+    /// Of a plan; what a person would be asked is answered by `answers`.
+    pub const fn new(prepared: Prepared, answers: Answers) -> Self {
+        Self { prepared, answers, must_pass: false }
+    }
+
+    /// The same; in place of its properties the plan has to [pass](crate::campaign::PASSES).
+    pub fn that_must_pass(self) -> Self {
+        Self { must_pass: true, ..self }
+    }
+
+    /// What a person would be asked.
+    pub const fn answers(&self) -> &Answers {
+        &self.answers
+    }
+
+    fn run(&self, case: &Case) -> (Span, CaseResult) {
+        let prepared = struck(&self.prepared, case);
+        let run =
+            simulate_watched(&prepared, case.seed, &self.answers, &mut NullSink, &mut |_| true);
+        let result = if self.must_pass {
+            let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
+            passes::result(&run, &measurements, judged)
+        } else {
+            result(&prepared, &run)
+        };
+        (run.end - Timestamp::ZERO, result)
+    }
+}
+
+/// The plan with the faults of a case beside its own.
+pub(super) fn struck(prepared: &Prepared, case: &Case) -> Prepared {
+    let mut prepared = prepared.clone();
+    let plan = Arc::make_mut(&mut prepared.plan);
+    plan.faults = case.schedule.beside(&plan.faults);
+    prepared
+}
+
+/// What a run came to.
+pub(super) fn result(prepared: &Prepared, run: &run::Simulated) -> CaseResult {
+    let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
+    if prepared.rig.robot.is_none() {
+        return passes::result(run, &measurements, judged);
+    }
+    let verdicts = &run.properties;
+    CaseResult {
+        outcome: run.ending.outcome.name().to_owned(),
+        violated: verdicts.iter().filter_map(violated).collect(),
+        margins: verdicts
+            .iter()
+            .filter_map(|verdict| Some((verdict.name.to_owned(), verdict.margin?)))
+            .collect(),
+        reached: verdicts
+            .iter()
+            .filter(|verdict| verdict.kind == Kind::Sometimes && verdict.held)
+            .map(|verdict| verdict.name.to_owned())
+            .collect(),
+        repeated: BTreeMap::new(),
+        passed: run.ending.outcome.max(judged) == Outcome::Passed,
+    }
+}
+
+fn violated(verdict: &PropertyVerdict) -> Option<Violated> {
+    let violation = verdict.first_violation.as_ref()?;
+    Some(Violated {
+        property: verdict.name.to_owned(),
+        at_s: violation.at.as_secs_f64(),
+        what: violation.what.clone(),
+    })
+}
+
+impl Executor for Simulated {
+    fn execute(&self, case: &Case) -> CaseResult {
+        self.run(case).1
+    }
+
+    fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
+        self.run(&Case { seed, ..Case::default() })
+    }
+
+    fn takes(&self, case: &Case) -> bool {
+        let plan = &self.prepared.plan;
+        let lines = self.prepared.rig.struck();
+        case.schedule.beside(&plan.faults).fits(plan, &lines).is_ok()
+    }
+}

@@ -1,0 +1,145 @@
+//! Rigs at work, from rigs as plans declare them.
+
+use super::Rig;
+use super::line::{End, EndId, Line};
+use super::node::{BASE, Described, GYRO, Machine, Node, Part};
+use super::robot::{CARRIER, Robot};
+use super::tester::Tester;
+use crate::hosted::{Hosting, OwnDevices};
+use crate::plan::Rig as Declared;
+use crate::plan::rig::{NodePart, RigLine};
+use crate::record::Device;
+use crate::world::bench::Bench;
+use controller::config::Transport;
+use described::Medium;
+use wire::device::PortId;
+
+pub(super) fn end(node: usize, port: PortId, who: Device, name: &str) -> End {
+    End { node, port, who, name: name.into() }
+}
+
+/// The paper's robot or table, with the controller that `hosting` starts; where there is none, it is away.
+pub(crate) fn paper(bench: Bench, hosting: Option<&Hosting>) -> Rig {
+    let config = bench.controller_config();
+    let (stream, transport) = (bench.gyro_stream(), bench.base_transport());
+    let mut rig = Rig::default();
+    let robot = rig.node(Node::new("robot", Part::Robot(Box::new(Robot::new(bench)))));
+    let part = match hosting {
+        Some(hosting) => Part::Controller(Box::new(Machine::new(hosting.start(&config)))),
+        None => Part::Away,
+    };
+    let controller = rig.node(Node::new("controller", part));
+    let device = end(robot, super::robot::GYRO, Device::Gyro, "gyro");
+    let host = end(controller, GYRO, Device::Controller, "controller");
+    rig.line("gyro", Line::serial(stream.format.serial(), [device, host]));
+    let device = end(robot, CARRIER, Device::Base, "base");
+    let host = end(controller, BASE, Device::Controller, "controller");
+    match transport {
+        Some(Transport::Can) => rig.line("base", Line::can(None, vec![host, device])),
+        Some(Transport::Serial) => {
+            let settings = wire::base::serial_link::SETTINGS;
+            rig.line("base", Line::serial(settings, [host, device]))
+        }
+        None => {
+            let plan = rig.node(Node::new("plan", Part::Plan));
+            let host = end(plan, PortId(0), Device::Plan, "plan");
+            let device = end(robot, CARRIER, Device::Table, "table");
+            rig.line("table", Line::serial(wire::table::SETTINGS, [host, device]))
+        }
+    };
+    rig
+}
+
+/// As whose the record has what a node sends: by its place among the declared nodes.
+pub(crate) fn who(declared: &Declared, place: usize) -> Device {
+    let node = &declared.nodes[place];
+    match (&node.part, declared.is_short) {
+        (NodePart::Tester(..), true) => Device::Plan,
+        (_, true) => Device::Device,
+        _ => Device::Node(u8::try_from(place).unwrap_or(u8::MAX)),
+    }
+}
+
+/// The declared nodes and their lines beside what is there. What is under test is what `own` brings; where that has nothing
+/// of the name, it is away. The places of those that are away.
+pub(super) fn add(rig: &mut Rig, declared: &Declared, own: &OwnDevices, seed: u64) -> Vec<usize> {
+    let of_robot = rig.lines.len();
+    let mut ends: Vec<Vec<End>> = vec![Vec::new(); of_robot + declared.lines.len()];
+    let mut away = Vec::new();
+    for (place, node) in declared.nodes.iter().enumerate() {
+        let part = match &node.part {
+            NodePart::Described(description) => {
+                Part::Described(Box::new(Described::new(&node.name, description, seed)))
+            }
+            NodePart::Tester(layout, sender) => {
+                Part::Tester(Box::new(Tester::new(layout.clone(), *sender)))
+            }
+            NodePart::UnderTest(_) => match own.start(&node.name) {
+                Some(device) => Part::Own(device),
+                None => Part::Away,
+            },
+        };
+        let is_away = matches!(part, Part::Away);
+        let at = rig.node(Node::new(&node.name, part));
+        if is_away {
+            away.push(at);
+        }
+        for (port, line) in node.lines.iter().enumerate() {
+            let port = PortId(u8::try_from(port).unwrap_or(u8::MAX));
+            ends[*line].push(end(at, port, who(declared, place), &node.name));
+        }
+    }
+    for (line, mut ends) in ends.into_iter().enumerate() {
+        let of_rig = line.checked_sub(of_robot).and_then(|line| declared.lines.get(line));
+        if of_rig.is_some_and(|line| line.medium != Medium::Can) && ends.len() == 1 {
+            let nobody = rig.node(Node::new("nobody", Part::Away));
+            ends.push(end(nobody, PortId(0), Device::Plan, "nobody"));
+        }
+        match line.checked_sub(of_robot).and_then(|line| declared.lines.get(line)) {
+            None => ends.into_iter().for_each(|end| rig.join(line, end)),
+            Some(declared) => _ = rig.line(&declared.name, line_of(declared, ends)),
+        }
+    }
+    away
+}
+
+fn line_of(declared: &RigLine, mut ends: Vec<End>) -> Line {
+    match declared.medium {
+        Medium::Can => Line::can(declared.bit_rate, ends),
+        Medium::Serial(settings) => {
+            let second = ends.pop();
+            match (ends.pop(), second) {
+                (Some(first), Some(second)) => Line::serial(settings, [first, second]),
+                // Nobody is on it.
+                _ => Line::can(None, Vec::new()),
+            }
+        }
+    }
+}
+
+/// What speakers say is read.
+pub(super) fn listen(rig: &mut Rig, declared: &Declared) {
+    for (index, speaker) in declared.speakers.iter().enumerate() {
+        let Some(line) = rig.lines.get(speaker.line) else { continue };
+        let at = |end: &End| *rig.nodes[end.node].name == *speaker.node;
+        let Some(place) = line.ends().iter().position(at) else { continue };
+        let decoder = speaker.layout.decoder_for(speaker.sender);
+        rig.listen((speaker.line, EndId::of(place)), index, decoder, true);
+    }
+}
+
+/// In virtual time: `bench` is the paper's robot or table, where there is one, and `hosting` starts its controller.
+pub(crate) fn simulated(
+    declared: &Declared,
+    bench: Option<Bench>,
+    (hosting, own): (&Hosting, &OwnDevices),
+    seed: u64,
+) -> (Rig, Vec<usize>) {
+    let mut rig = match bench {
+        Some(bench) => paper(bench, Some(hosting)),
+        None => Rig::default(),
+    };
+    let away = add(&mut rig, declared, own, seed);
+    listen(&mut rig, declared);
+    (rig, away)
+}

@@ -1,0 +1,209 @@
+//! Rigs in real time: whoever is not in this process is at a port of the system.
+
+use super::Rig;
+use super::build::{self, add, end, listen};
+use super::line::{End, EndId, Line};
+use super::node::{Described, Node, Part};
+use super::robot::CARRIER;
+use super::tester::Tester;
+use crate::hosted::OwnDevices;
+use crate::outcome::PortSide;
+use crate::plan::{DEVICE, Rig as Declared};
+use crate::record::Device;
+use crate::world::bench::Bench;
+use crate::world::live::{
+    BASE as BASE_ROLE, GYRO as GYRO_ROLE, LineSite, Placement, Player, PortPlan, PortPlans, TABLE,
+    Traffic, base_traffic,
+};
+use described::{Description, Medium, Sender};
+use ports::PortSpec;
+use std::sync::Arc;
+use wire::device::PortId;
+
+fn port(
+    role: &str,
+    spec: &PortSpec,
+    traffic: Traffic,
+    at: (usize, EndId),
+    who: Device,
+) -> PortPlan {
+    PortPlan {
+        role: role.into(),
+        side: PortSide::Bench,
+        spec: spec.clone(),
+        traffic,
+        line: at.0,
+        end: at.1,
+        who,
+        far_of: None,
+        listens: false,
+    }
+}
+
+/// The paper's robot or table, its devices where `placement` says, the controller away.
+pub(crate) fn paper(bench: Bench, placement: &Placement) -> (Rig, PortPlans) {
+    let gyro = Traffic::Bytes(bench.gyro_stream().format.serial());
+    let transport = bench.base_transport();
+    let mut rig = build::paper(bench, None);
+    let mut plans = PortPlans::default();
+    let is_real = |player: &Player| !player.is_emulated();
+    if let Some(robot) = rig.robot_mut() {
+        robot.gyro_is_real = is_real(&placement.gyro);
+        robot.carrier_is_real = placement.base.as_ref().is_some_and(is_real);
+    }
+    match &placement.gyro {
+        Player::Emulated(spec) => {
+            plans.ports.push(port(GYRO_ROLE, spec, gyro, (0, EndId(1)), Device::Gyro));
+        }
+        Player::Real(spec) => plans.real.push((GYRO_ROLE.into(), spec.clone())),
+    }
+    if let (Some(player), Some(transport)) = (&placement.base, transport) {
+        let traffic = base_traffic(transport);
+        let plan = port(BASE_ROLE, player.spec(), traffic, (1, EndId(0)), Device::Base);
+        match player {
+            Player::Emulated(_) => plans.ports.push(plan),
+            Player::Real(spec) => {
+                plans.real.push((BASE_ROLE.into(), spec.clone()));
+                // A bus of the kernel is heard by the harness, too.
+                if let PortSpec::Can { .. } = spec {
+                    plans.ports.push(PortPlan { listens: true, ..plan });
+                }
+            }
+        }
+    }
+    if let (Some(player), Some(plan)) = (&placement.table, rig.find("plan")) {
+        place_table(&mut rig, &mut plans, player, plan);
+    }
+    (rig, plans)
+}
+
+/// The plan commands the table at a port: the real one, or the emulated one at the port's other side.
+fn place_table(rig: &mut Rig, plans: &mut PortPlans, player: &Player, plan: usize) {
+    let traffic = Traffic::Bytes(wire::table::SETTINGS);
+    let Some(robot) = rig.find("robot") else { return };
+    let away = rig.node(Node::new(TABLE, Part::Away));
+    rig.lines.pop();
+    rig.line_names.pop();
+    let of_plan = end(plan, PortId(0), Device::Plan, "plan");
+    let at_port = end(away, PortId(0), Device::Table, TABLE);
+    match player {
+        Player::Real(spec) => {
+            // The emulated one follows, so that an emulated gyro on it turns.
+            let follows = end(robot, CARRIER, Device::Table, TABLE);
+            let line = rig.line(TABLE, Line::direct(vec![of_plan, at_port, follows]));
+            if let Some(robot) = rig.robot_mut() {
+                robot.carrier_is_real = true;
+            }
+            let plan = port(TABLE, spec, traffic, (line, EndId(1)), Device::Table);
+            plans.ports.push(PortPlan { side: PortSide::Plan, ..plan });
+        }
+        Player::Emulated(spec) => {
+            let host = end(away, PortId(1), Device::Plan, "plan");
+            let device = end(robot, CARRIER, Device::Table, TABLE);
+            let near = Line::serial(wire::table::SETTINGS, [host, device]).unrecorded();
+            let near = rig.line(TABLE, near);
+            let far = rig.line(TABLE, Line::direct(vec![of_plan, at_port]));
+            two_sides(plans, spec, traffic, (TABLE, Device::Table), (near, far));
+        }
+    }
+}
+
+/// Both sides of a port: of the emulated device, whose line has the port at its first end, and of the plan, whose has it
+/// at its second.
+fn two_sides(
+    plans: &mut PortPlans,
+    spec: &PortSpec,
+    traffic: Traffic,
+    (role, who): (&str, Device),
+    (near, far): (usize, usize),
+) {
+    let device = port(role, spec, traffic, (near, EndId(0)), who);
+    let plan = port(role, spec, traffic, (far, EndId(1)), who);
+    let far_of = Some(plans.ports.len());
+    plans.ports.push(device);
+    plans.ports.push(PortPlan { side: PortSide::Plan, far_of, ..plan });
+}
+
+/// What crosses the line of a device.
+fn traffic(medium: Medium) -> Traffic {
+    match medium {
+        Medium::Can => Traffic::Frames,
+        Medium::Serial(settings) => Traffic::Bytes(settings),
+    }
+}
+
+/// One device, real or emulated, and the plan at the other side of its port.
+pub(crate) fn device(
+    description: &Arc<Description>,
+    player: &Player,
+    seed: u64,
+) -> (Rig, PortPlans) {
+    let layout = description.layout();
+    let traffic = traffic(layout.medium());
+    let (mut rig, mut plans) = (Rig::default(), PortPlans::default());
+    let tester = Tester::new(layout.clone(), Sender::Host);
+    let host = rig.node(Node::new("host", Part::Tester(Box::new(tester))));
+    let away = rig.node(Node::new("away", Part::Away));
+    let ends = vec![
+        end(host, PortId(0), Device::Plan, "host"),
+        end(away, PortId(0), Device::Device, DEVICE),
+    ];
+    match player {
+        Player::Real(spec) => {
+            let far = rig.line(DEVICE, Line::direct(ends));
+            let plan = port(DEVICE, spec, traffic, (far, EndId(1)), Device::Device);
+            plans.ports.push(PortPlan { side: PortSide::Plan, ..plan });
+            rig.listen((far, EndId(1)), 0, layout.decoder_for(Sender::Device), true);
+        }
+        Player::Emulated(spec) => {
+            let near = alone(&mut rig, description, seed);
+            let far = rig.line(DEVICE, Line::direct(ends));
+            two_sides(&mut plans, spec, traffic, (DEVICE, Device::Device), (near, far));
+            rig.listen((far, EndId(1)), 0, layout.decoder_for(Sender::Device), true);
+        }
+    }
+    (rig, plans)
+}
+
+/// Nodes on lines of which some are at ports: whoever is under test is at the far side of the port of its line.
+pub(crate) fn rig(
+    declared: &Declared,
+    sites: &[LineSite],
+    own: &OwnDevices,
+    seed: u64,
+) -> (Rig, PortPlans) {
+    let (mut rig, mut plans) = (Rig::default(), PortPlans::default());
+    add(&mut rig, declared, own, seed);
+    listen(&mut rig, declared);
+    for LineSite { line, spec } in sites {
+        let is_away = |end: &End| matches!(rig.nodes[end.node].part, Part::Away);
+        let place = rig.lines[*line].ends().iter().position(is_away);
+        let place = place.unwrap_or_else(|| {
+            // Nobody of the rig is there: others may listen.
+            let node = rig.node(Node::new("port", Part::Away));
+            rig.join(*line, end(node, PortId(0), Device::Plan, "port"));
+            rig.lines[*line].ends().len() - 1
+        });
+        let who = rig.lines[*line].who(EndId::of(place));
+        let name = &declared.lines[*line].name;
+        let traffic = traffic(declared.lines[*line].medium);
+        plans.ports.push(port(name, spec, traffic, (*line, EndId::of(place)), who));
+    }
+    (rig, plans)
+}
+
+/// An emulated device and its line, at whose first end is a port; the line.
+pub(crate) fn alone(rig: &mut Rig, description: &Arc<Description>, seed: u64) -> usize {
+    let emulated = Part::Described(Box::new(Described::new(DEVICE, description, seed)));
+    let device = rig.node(Node::new(DEVICE, emulated));
+    let away = rig.node(Node::new("port", Part::Away));
+    let ends = [
+        end(away, PortId(0), Device::Plan, "host"),
+        end(device, PortId(0), Device::Device, DEVICE),
+    ];
+    let line = match description.layout().medium() {
+        Medium::Can => Line::can(None, ends.into()),
+        Medium::Serial(settings) => Line::serial(settings, ends),
+    };
+    rig.line(DEVICE, line.unrecorded())
+}

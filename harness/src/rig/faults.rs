@@ -1,0 +1,250 @@
+//! Faults of a rig: what the schedule says is done to lines, devices, the machine of the controller, and the operator.
+
+use super::Rig;
+use super::director::Director;
+use super::injector::Change;
+use super::ledger::Ledger;
+use super::line::EndId;
+use super::node::{Machine, Part};
+use crate::faults::Chance;
+use crate::faults::{FaultKind, Schedule, Target};
+use crate::link::ErrorState;
+use crate::plan::PhaseEvent;
+use crate::record::FaultSummary;
+use crate::record::sink::RecordSink;
+use crate::world::bench::Carrier;
+use emulators::base::BaseFault;
+use emulators::gyro::GyroFault;
+use wire::time::{Span, Timestamp};
+use wire::units::Angle;
+
+/// What faults strike: a rig, the answers of a person, and the machine of a controller that is in this process but not of
+/// the rig.
+type Struck<'a> = (&'a mut Rig, &'a mut Director, Option<&'a mut Machine>);
+
+/// The faults of a run; one without any has none of this.
+#[derive(Debug)]
+pub(crate) struct Faults {
+    ledger: Ledger,
+    seed: u64,
+}
+
+impl Faults {
+    /// The faults of `schedule` in the run with `seed`, which begins at zero; none where there are none. Machines of
+    /// controllers can be struck from now on.
+    pub(crate) fn of(schedule: &Schedule, seed: u64, rig: &mut Rig) -> Option<Box<Self>> {
+        let ledger = Ledger::of(schedule, seed)?;
+        for node in &mut rig.nodes {
+            if let Part::Controller(machine) = &mut node.part {
+                machine.with_faults();
+            }
+        }
+        Some(Box::new(Self { ledger, seed }))
+    }
+
+    pub(crate) const fn next_due(&self) -> Timestamp {
+        self.ledger.next_due()
+    }
+
+    pub(crate) fn phase(&mut self, now: Timestamp, event: &PhaseEvent) {
+        self.ledger.phase(now, event);
+    }
+
+    /// How many faults go on now.
+    pub(crate) fn active(&self) -> usize {
+        self.ledger.active()
+    }
+
+    /// What is due begins and ends; true where anything did.
+    pub(crate) fn strike(
+        &mut self,
+        now: Timestamp,
+        rig: &mut Rig,
+        director: &mut Director,
+        mut here: Option<&mut Machine>,
+        sink: &mut impl RecordSink,
+    ) -> bool {
+        let mut any = false;
+        while let Some(change) = self.ledger.change(now, sink) {
+            any = true;
+            match change {
+                Change::Begins(index) => {
+                    self.begin(now, index, (rig, director, here.as_deref_mut()));
+                }
+                Change::Ends(index) => {
+                    self.over(now, index, (rig, director, here.as_deref_mut()), sink);
+                }
+            }
+        }
+        any
+    }
+
+    /// Records what became of the nodes of the buses; says whether one has left its bus.
+    pub(crate) fn record_confinement(
+        &self,
+        now: Timestamp,
+        rig: &mut Rig,
+        sink: &mut impl RecordSink,
+    ) -> bool {
+        let mut has_left = false;
+        for line in &mut rig.lines {
+            while let Some((fault, change)) = line.state_change() {
+                has_left |= change.state == ErrorState::Off;
+                self.ledger.confinement(now, sink, fault, (line.name(change.node), &change));
+            }
+        }
+        has_left
+    }
+
+    /// The run is over: whatever goes on ends, and what never began is told.
+    pub(crate) fn finish(
+        &mut self,
+        now: Timestamp,
+        rig: &mut Rig,
+        director: &mut Director,
+        mut here: Option<&mut Machine>,
+        sink: &mut impl RecordSink,
+    ) -> Vec<FaultSummary> {
+        for index in self.ledger.still_on() {
+            self.over(now, index, (rig, director, here.as_deref_mut()), sink);
+        }
+        self.ledger.close(now, sink)
+    }
+
+    fn over(
+        &mut self,
+        now: Timestamp,
+        index: usize,
+        struck: Struck<'_>,
+        sink: &mut impl RecordSink,
+    ) {
+        let acted = self.end(now, index, struck);
+        self.ledger.over(now, sink, index, acted);
+    }
+
+    /// Switches a fault on; one that is over in an instant is done.
+    fn begin(&mut self, now: Timestamp, index: usize, (rig, director, here): Struck<'_>) {
+        let fault = self.ledger.fault(index).clone();
+        let kind = fault.what;
+        if kind.info().reach.is_line() {
+            let chance = |way: &str| Chance::new(self.seed, &format!("{index} {way}"));
+            for (line, end) in rig.lines_of(fault.target) {
+                rig.lines[line].begin_fault(now, (index, &kind), (end, fault.toward), chance);
+            }
+            return;
+        }
+        let chance = Chance::new(self.seed, &index.to_string());
+        match kind {
+            FaultKind::SchedulerStall { .. } | FaultKind::ClockStep { .. } => {
+                rig.machines().chain(here).for_each(|machine| machine.begin_fault(&kind));
+            }
+            FaultKind::WrongUnit { .. } | FaultKind::WrongSign { .. } => {
+                director.slips.begin(index, kind, chance);
+            }
+            _ => {
+                let Some(robot) = rig.robot_mut() else { return };
+                if let Some(of_gyro) = gyro_fault(&kind) {
+                    return robot.bench.gyro.begin_fault(index, of_gyro, chance.into_stream());
+                }
+                match (kind, &mut robot.bench.carrier) {
+                    (FaultKind::EncoderJump { angle_deg }, Carrier::Base(base)) => {
+                        base.jump_encoder(now, Angle::from_deg(angle_deg));
+                        self.ledger.acted(index, 1);
+                    }
+                    (FaultKind::LostSteps { steps }, Carrier::Table(table)) => {
+                        table.lose_steps(now, steps);
+                        self.ledger.acted(index, 1);
+                    }
+                    (_, Carrier::Base(base)) => {
+                        if let Some(of_base) = base_fault(&kind) {
+                            base.begin_fault(now, index, of_base, chance.into_stream());
+                        }
+                    }
+                    (_, Carrier::Table(_)) => {}
+                }
+            }
+        }
+    }
+
+    /// Switches a fault off; how often it has acted.
+    fn end(&mut self, now: Timestamp, index: usize, (rig, director, here): Struck<'_>) -> u64 {
+        let fault = self.ledger.fault(index).clone();
+        let kind = fault.what;
+        if kind.info().reach.is_line() {
+            let lines = rig.lines_of(fault.target);
+            return lines.iter().map(|(line, _)| rig.lines[*line].end_fault(now, index)).sum();
+        }
+        match kind {
+            FaultKind::SchedulerStall { .. } | FaultKind::ClockStep { .. } => {
+                rig.machines().chain(here).map(|machine| machine.end_fault(now, &kind)).sum()
+            }
+            FaultKind::WrongUnit { .. } | FaultKind::WrongSign { .. } => director.slips.end(index),
+            _ => {
+                let Some(robot) = rig.robot_mut() else { return 0 };
+                if gyro_fault(&kind).is_some() {
+                    return robot.bench.gyro.end_fault(index);
+                }
+                match &mut robot.bench.carrier {
+                    Carrier::Base(base) => base.end_fault(now, index),
+                    Carrier::Table(_) => 0,
+                }
+            }
+        }
+    }
+}
+
+impl Rig {
+    /// The lines that a fault of this target strikes, and the end that is the target's.
+    fn lines_of(&self, target: Target) -> Vec<(usize, EndId)> {
+        let name = target.name();
+        let of_name = |line: usize| {
+            let ends = self.lines[line].ends();
+            let at = ends.iter().position(|end| &*end.name == name).map(EndId::of);
+            // All that crosses a line of this name: what everybody sends is sent to nobody in particular.
+            let all = (*self.line_names[line] == *name).then_some(EndId::STRANGER);
+            at.or(all).map(|end| (line, end))
+        };
+        (0..self.lines.len()).filter_map(of_name).collect()
+    }
+
+    fn machines(&mut self) -> impl Iterator<Item = &mut Machine> {
+        self.nodes.iter_mut().filter_map(|node| match &mut node.part {
+            Part::Controller(machine) => Some(&mut **machine),
+            _ => None,
+        })
+    }
+}
+
+/// The switch of the gyro that a kind is.
+fn gyro_fault(kind: &FaultKind) -> Option<GyroFault> {
+    Some(match *kind {
+        FaultKind::Stuck { .. } => GyroFault::Stuck,
+        FaultKind::OverRange { lost_percent } => {
+            GyroFault::OverRange { lost: lost_percent / 100.0 }
+        }
+        FaultKind::BiasStep { deg_per_h } => {
+            GyroFault::BiasStep { by: (deg_per_h / 3_600.0).to_radians() }
+        }
+        FaultKind::NoiseBurst { rms_deg_per_s } => {
+            GyroFault::Noise { rms: rms_deg_per_s.to_radians() }
+        }
+        FaultKind::TemperatureFrozen { .. } => GyroFault::TemperatureFrozen,
+        FaultKind::TemperatureWild { rms_kelvin } => GyroFault::TemperatureWild { rms_kelvin },
+        FaultKind::Restart { .. } => GyroFault::Off,
+        _ => return None,
+    })
+}
+
+/// The switch of the base that a kind is.
+fn base_fault(kind: &FaultKind) -> Option<BaseFault> {
+    Some(match *kind {
+        FaultKind::RefuseCommands { .. } => BaseFault::RefuseCommands,
+        FaultKind::StuckOdometry { .. } => BaseFault::StuckOdometry,
+        FaultKind::WheelSlip { slip_percent } => {
+            BaseFault::WheelSlip { lost: slip_percent / 100.0 }
+        }
+        FaultKind::LateStop { late_s } => BaseFault::LateStop { by: Span::from_secs_f64(late_s) },
+        FaultKind::EmergencyStop { .. } => BaseFault::EmergencyStop,
+        _ => return None,
+    })
+}

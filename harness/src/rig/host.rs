@@ -1,0 +1,135 @@
+//! The machine that a controller runs on: it may stand still, and its clock may jump.
+
+use super::node::input;
+use crate::faults::FaultKind;
+use crate::hosted::HostedController;
+use controller::Port;
+use controller::mission::Mission;
+use std::collections::VecDeque;
+use wire::device::Transmit;
+use wire::time::{Span, Timestamp};
+
+/// What waits for a machine that stands still; more is dropped and counted, as in full buffers of a kernel.
+pub(crate) const HELD_MAX: usize = 4_096;
+
+#[derive(Debug)]
+enum Held {
+    Crossed(Port, Transmit),
+    // Boxed: a calibration is far larger than a packet.
+    Mission(Box<Mission>),
+}
+
+/// A machine with faults.
+#[derive(Debug, Default)]
+pub(crate) struct Host {
+    /// How many stalls are on.
+    stalls: usize,
+    held: VecDeque<Held>,
+    taken: u64,
+    dropped: u64,
+    /// How far its clock is ahead.
+    ahead: Span,
+}
+
+impl Host {
+    /// It does not run now.
+    pub(crate) const fn is_stalled(&self) -> bool {
+        self.stalls > 0
+    }
+
+    /// What its clock says.
+    pub(crate) fn told(&self, now: Timestamp) -> Timestamp {
+        now + self.ahead
+    }
+
+    /// When its clock says `told`.
+    pub(crate) fn when(&self, told: Timestamp) -> Timestamp {
+        if told == Timestamp::MAX { told } else { told - self.ahead }
+    }
+
+    /// A fault of a machine begins; others are none of its business.
+    pub(crate) fn begin(&mut self, kind: &FaultKind) {
+        match kind {
+            FaultKind::SchedulerStall { .. } => self.stalls += 1,
+            FaultKind::ClockStep { step_s } => self.ahead += Span::from_secs_f64(*step_s),
+            _ => {}
+        }
+    }
+
+    /// It ends; how often it has acted. A machine that goes on hears all at once what was held.
+    pub(crate) fn end(
+        &mut self,
+        now: Timestamp,
+        kind: &FaultKind,
+        controller: &mut impl HostedController,
+    ) -> u64 {
+        match kind {
+            FaultKind::SchedulerStall { .. } => {
+                self.go_on(now, controller);
+                self.taken
+            }
+            FaultKind::ClockStep { step_s } => {
+                self.ahead += -Span::from_secs_f64(*step_s);
+                1
+            }
+            _ => 0,
+        }
+    }
+
+    fn go_on(&mut self, now: Timestamp, controller: &mut impl HostedController) {
+        self.stalls = self.stalls.saturating_sub(1);
+        if self.stalls > 0 {
+            return;
+        }
+        let now = self.told(now);
+        for held in self.held.drain(..) {
+            match held {
+                Held::Crossed(port, what) => controller.receive(now, port, input(&what)),
+                Held::Mission(mission) => controller.command(now, *mission),
+            }
+        }
+    }
+
+    /// What found no room.
+    pub(crate) const fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    /// The controller is to hear bytes or a frame.
+    pub(crate) fn hear(
+        &mut self,
+        now: Timestamp,
+        port: Port,
+        what: Transmit,
+        controller: &mut impl HostedController,
+    ) {
+        if self.is_stalled() {
+            self.hold(Held::Crossed(port, what));
+        } else {
+            controller.receive(self.told(now), port, input(&what));
+        }
+    }
+
+    /// The controller is given a mission.
+    pub(crate) fn mission(
+        &mut self,
+        now: Timestamp,
+        mission: Mission,
+        controller: &mut impl HostedController,
+    ) {
+        if self.is_stalled() {
+            self.hold(Held::Mission(Box::new(mission)));
+        } else {
+            controller.command(self.told(now), mission);
+        }
+    }
+
+    fn hold(&mut self, held: Held) {
+        if self.held.len() < HELD_MAX {
+            self.held.push_back(held);
+            self.taken += 1;
+        } else {
+            self.dropped += 1;
+        }
+    }
+}

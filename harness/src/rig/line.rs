@@ -1,0 +1,245 @@
+//! A line between nodes: both directions of a serial line, or a CAN bus that all of its ends hear.
+
+use super::injector::makes_frames;
+use crate::faults::Chance;
+use crate::faults::{FaultKind, Toward};
+use crate::link::{CanBus, SerialLine, StateChange};
+use crate::record::Device;
+use std::collections::VecDeque;
+use std::sync::Arc;
+use wire::device::{PortId, Transmit};
+use wire::serial::SerialSettings;
+use wire::time::Timestamp;
+
+/// An end of a line, by its place among them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct EndId(pub(crate) u8);
+
+impl EndId {
+    /// Another node, which a fault put on the bus.
+    pub(crate) const STRANGER: Self = Self(u8::MAX);
+
+    pub(crate) fn of(place: usize) -> Self {
+        Self(u8::try_from(place).unwrap_or(u8::MAX))
+    }
+
+    pub(crate) const fn place(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// Which node is at an end, at which of its ports, and as whose the record has what it sends.
+#[derive(Debug, Clone)]
+pub(crate) struct End {
+    pub(crate) node: usize,
+    pub(crate) port: PortId,
+    pub(crate) who: Device,
+    /// As the record names a node whose error state changed.
+    pub(crate) name: Arc<str>,
+}
+
+/// What is between the ends.
+#[derive(Debug)]
+#[cfg_attr(not(feature = "live"), expect(dead_code, reason = "ports need real time"))]
+enum Wire {
+    /// From the first end to the second, and back.
+    Serial([SerialLine; 2]),
+    Can(CanBus<EndId>),
+    /// No line of its own: what is sent is through, as a port of the system paces it.
+    Direct(VecDeque<(EndId, Transmit)>),
+}
+
+/// What a direct line holds at most; more is dropped and counted.
+const DIRECT_MAX: usize = 1_024;
+
+/// One line of a rig.
+#[derive(Debug)]
+pub(crate) struct Line {
+    wire: Wire,
+    ends: Vec<End>,
+    /// What crosses it is in the record, and read.
+    #[cfg(feature = "live")]
+    is_recorded: bool,
+    dropped: u64,
+    /// The last fault that began on it: changes of error states are put down to it.
+    struck_last: usize,
+}
+
+impl Line {
+    pub(crate) fn serial(settings: SerialSettings, ends: [End; 2]) -> Self {
+        let wire = Wire::Serial([SerialLine::new(settings), SerialLine::new(settings)]);
+        Self::of(wire, ends.into())
+    }
+
+    /// A bus of the usual rate, or of that one.
+    pub(crate) fn can(bit_rate: Option<u32>, ends: Vec<End>) -> Self {
+        let bus = bit_rate.map_or_else(CanBus::new, CanBus::at);
+        Self::of(Wire::Can(bus), ends)
+    }
+
+    /// One more end; its place.
+    pub(super) fn add(&mut self, end: End) -> usize {
+        self.ends.push(end);
+        self.ends.len() - 1
+    }
+
+    /// Between nodes of which one is at a port of the system.
+    #[cfg(feature = "live")]
+    pub(crate) fn direct(ends: Vec<End>) -> Self {
+        Self::of(Wire::Direct(VecDeque::new()), ends)
+    }
+
+    const fn of(wire: Wire, ends: Vec<End>) -> Self {
+        Self {
+            wire,
+            ends,
+            #[cfg(feature = "live")]
+            is_recorded: true,
+            dropped: 0,
+            struck_last: 0,
+        }
+    }
+
+    /// What crosses it is recorded elsewhere.
+    #[cfg(feature = "live")]
+    pub(crate) fn unrecorded(self) -> Self {
+        Self { is_recorded: false, ..self }
+    }
+
+    #[cfg(feature = "live")]
+    pub(crate) const fn is_recorded(&self) -> bool {
+        self.is_recorded
+    }
+
+    pub(crate) fn ends(&self) -> &[End] {
+        &self.ends
+    }
+
+    pub(crate) const fn is_can(&self) -> bool {
+        matches!(self.wire, Wire::Can(_))
+    }
+
+    /// As whose the record has what came from there.
+    pub(crate) fn who(&self, from: EndId) -> Device {
+        self.ends.get(from.place()).map_or(Device::Plan, |end| end.who)
+    }
+
+    pub(crate) fn name(&self, of: EndId) -> &str {
+        self.ends.get(of.place()).map_or("stranger", |end| &end.name)
+    }
+
+    /// When something is through next.
+    pub(crate) fn next_arrival(&self) -> Timestamp {
+        match &self.wire {
+            Wire::Serial([there, back]) => there.next_arrival().min(back.next_arrival()),
+            Wire::Can(bus) => bus.next_arrival(),
+            Wire::Direct(queue) if queue.is_empty() => Timestamp::MAX,
+            Wire::Direct(_) => Timestamp::ZERO,
+        }
+    }
+
+    /// Puts something on the line; what is of another medium is none of this line's.
+    pub(crate) fn send(&mut self, now: Timestamp, from: EndId, what: Transmit) {
+        match (&mut self.wire, what) {
+            (Wire::Serial(ways), Transmit::Bytes(packet)) => {
+                if let Some(way) = ways.get_mut(from.place()) {
+                    way.send(now, packet);
+                }
+            }
+            (Wire::Can(bus), Transmit::Frame(frame)) => bus.send(now, from, frame),
+            (Wire::Direct(queue), what) if queue.len() < DIRECT_MAX => {
+                queue.push_back((from, what));
+            }
+            (Wire::Direct(_), _) => self.dropped += 1,
+            _ => {}
+        }
+    }
+
+    /// Something that is through by `now`, and who sent it.
+    pub(crate) fn arrived(&mut self, now: Timestamp) -> Option<(EndId, Transmit)> {
+        match &mut self.wire {
+            Wire::Serial([there, back]) => {
+                let there = there.arrived(now).map(|packet| (EndId(0), packet));
+                let either = there.or_else(|| Some((EndId(1), back.arrived(now)?)));
+                either.map(|(from, packet)| (from, Transmit::Bytes(packet)))
+            }
+            Wire::Can(bus) => bus.arrived(now).map(|(from, frame)| (from, Transmit::Frame(frame))),
+            Wire::Direct(queue) => queue.pop_front(),
+        }
+    }
+
+    /// What found no room.
+    pub(crate) fn dropped(&self) -> u64 {
+        match &self.wire {
+            Wire::Serial(ways) => ways.iter().map(SerialLine::dropped).sum(),
+            Wire::Can(bus) => bus.dropped(),
+            Wire::Direct(_) => self.dropped,
+        }
+    }
+
+    /// The next change of an end's error state that was not told yet, and the fault that it is put down to.
+    pub(crate) fn state_change(&mut self) -> Option<(usize, StateChange<EndId>)> {
+        match &mut self.wire {
+            Wire::Serial(_) | Wire::Direct(_) => None,
+            Wire::Can(bus) => bus.state_change().map(|change| (self.struck_last, change)),
+        }
+    }
+
+    /// From now on the line is faulty in this way too: what the device at the end `of` sends, what the others send to it,
+    /// or both. Each direction draws for itself.
+    pub(crate) fn begin_fault(
+        &mut self,
+        now: Timestamp,
+        (number, kind): (usize, &FaultKind),
+        (of, toward): (EndId, Toward),
+        chance: impl Fn(&str) -> Chance,
+    ) {
+        self.struck_last = number;
+        match &mut self.wire {
+            Wire::Can(bus) => {
+                let ends: Vec<EndId> = (0..self.ends.len()).map(EndId::of).collect();
+                let mut strike = |name: &str, from| {
+                    let fault = (number, kind, chance(name));
+                    bus.begin_fault(now, fault, from, &ends, EndId::STRANGER);
+                };
+                if makes_frames(kind) {
+                    return strike("bus", None);
+                }
+                if toward != Toward::Device {
+                    strike("to host", Some(of));
+                }
+                if toward != Toward::Host {
+                    let others = ends.iter().filter(|end| **end != of);
+                    for (count, other) in others.enumerate() {
+                        let name = match count {
+                            0 => "to device".to_owned(),
+                            more => format!("to device {more}"),
+                        };
+                        strike(&name, Some(*other));
+                    }
+                }
+            }
+            Wire::Serial(ways) => {
+                for (place, way) in ways.iter_mut().enumerate() {
+                    let (direction, name) = match EndId::of(place) == of {
+                        true => (Toward::Host, "to host"),
+                        false => (Toward::Device, "to device"),
+                    };
+                    if toward == Toward::Both || toward == direction {
+                        way.begin_fault(now, number, kind, chance(name));
+                    }
+                }
+            }
+            Wire::Direct(_) => {}
+        }
+    }
+
+    /// The fault of this number is over; how often it acted.
+    pub(crate) fn end_fault(&mut self, now: Timestamp, number: usize) -> u64 {
+        match &mut self.wire {
+            Wire::Can(bus) => bus.end_fault(now, number),
+            Wire::Serial(ways) => ways.iter_mut().map(|way| way.end_fault(number)).sum(),
+            Wire::Direct(_) => 0,
+        }
+    }
+}

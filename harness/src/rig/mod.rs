@@ -1,0 +1,330 @@
+//! A rig: nodes on lines, whoever they are.
+//!
+//! ```text
+//!   Director (the plan)            Observer (record, properties)
+//!        │ orders                        ▲ what crosses
+//!        ▼                               │
+//!   node ──┤ line ├── node    node ──┤ line ├── node
+//!    emulated, under test, tester, away: each a state machine; lines are paced, and faulty where a fault says so
+//! ```
+//!
+//! [`simulate`] is the loop in virtual time; `live` that in real time. Both ask the same nodes and lines.
+//!
+//! At equal times the order is: begin and end faults, deliver what has arrived, wake what is due (emulated devices first,
+//! then what they are emulated for, then the plan), transmit until nothing moves any more, record.
+
+pub(crate) mod build;
+#[cfg(feature = "live")]
+pub(crate) mod build_live;
+pub(crate) mod director;
+pub(crate) mod faults;
+mod host;
+mod injector;
+mod ledger;
+pub(crate) mod line;
+pub(crate) mod node;
+pub(crate) mod robot;
+pub mod simulate;
+mod slips;
+mod tester;
+
+use crate::engine::Engine;
+use crate::world::crossing::CrossedLine;
+use described::Decoder;
+use line::{End, EndId, Line};
+use node::{Node, Part, Route};
+use robot::Robot;
+use std::sync::Arc;
+use wire::device::{PortId, Transmit};
+use wire::time::Timestamp;
+
+/// Nodes and the lines between them.
+#[derive(Debug, Default)]
+pub(crate) struct Rig {
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) lines: Vec<Line>,
+    /// Names of the lines.
+    pub(crate) line_names: Vec<Arc<str>>,
+    ears: Vec<Ear>,
+}
+
+/// Reads what one end of a line says.
+#[derive(Debug)]
+struct Ear {
+    line: usize,
+    end: EndId,
+    /// By its place among the speakers of the rig.
+    speaker: usize,
+    decoder: Decoder,
+    /// What came and could not be read counts: somebody's own device has to be understood.
+    judged: bool,
+}
+
+impl Rig {
+    /// Adds a node; its place.
+    pub(crate) fn node(&mut self, node: Node) -> usize {
+        self.nodes.push(node);
+        self.nodes.len() - 1
+    }
+
+    /// Adds a line between nodes that are there.
+    pub(crate) fn line(&mut self, name: &str, line: Line) -> usize {
+        let index = self.lines.len();
+        for (place, End { node, port, .. }) in line.ends().iter().enumerate() {
+            let routes = &mut self.nodes[*node].routes;
+            let port = usize::from(port.0);
+            if routes.len() <= port {
+                routes.resize(port + 1, None);
+            }
+            routes[port] = Some(Route { line: index, end: EndId::of(place) });
+        }
+        self.lines.push(line);
+        self.line_names.push(name.into());
+        index
+    }
+
+    /// One more end of a line that is there.
+    pub(crate) fn join(&mut self, line: usize, end: End) {
+        let (node, port) = (end.node, usize::from(end.port.0));
+        let place = EndId::of(self.lines[line].add(end));
+        let routes = &mut self.nodes[node].routes;
+        if routes.len() <= port {
+            routes.resize(port + 1, None);
+        }
+        routes[port] = Some(Route { line, end: place });
+    }
+
+    /// What comes from that end of a line is read as messages.
+    pub(crate) fn listen(
+        &mut self,
+        (line, end): (usize, EndId),
+        speaker: usize,
+        decoder: Decoder,
+        judged: bool,
+    ) {
+        self.ears.push(Ear { line, end, speaker, decoder, judged });
+    }
+
+    /// When something is through next, on any line.
+    #[inline]
+    pub(crate) fn next_arrival(&self) -> Timestamp {
+        self.lines.iter().map(Line::next_arrival).min().unwrap_or(Timestamp::MAX)
+    }
+
+    /// When a node wants to be woken next.
+    #[inline]
+    pub(crate) fn next_wakeup(&self) -> Timestamp {
+        self.nodes.iter().map(Node::next_wakeup).min().unwrap_or(Timestamp::MAX)
+    }
+
+    /// What found no room, in lines and nodes.
+    pub(crate) fn dropped(&self) -> u64 {
+        self.lines.iter().map(Line::dropped).sum::<u64>()
+            + self.nodes.iter().map(Node::dropped).sum::<u64>()
+    }
+
+    /// Puts what a node sends on the line at that port; what leads nowhere is lost.
+    #[inline]
+    pub(crate) fn send(&mut self, now: Timestamp, node: usize, port: PortId, what: Transmit) {
+        if let Some(Route { line, end }) = self.nodes[node].route(port) {
+            self.lines[line].send(now, end, what);
+        }
+    }
+
+    /// Everybody at the line but the sender takes what has come through; `reached` is told who.
+    #[inline]
+    pub(crate) fn hand_over(
+        &mut self,
+        now: Timestamp,
+        line: usize,
+        from: EndId,
+        what: &Transmit,
+        mut reached: impl FnMut(usize),
+    ) {
+        for (place, end) in self.lines[line].ends().iter().enumerate() {
+            if EndId::of(place) != from {
+                self.nodes[end.node].receive(now, end.port, what);
+                reached(end.node);
+            }
+        }
+    }
+
+    /// Reads what an end of a line said; `take` gets each message: its speaker, its place in that one's layout, and the
+    /// values of its signals.
+    #[inline]
+    pub(crate) fn read(
+        &mut self,
+        (line, from): (usize, EndId),
+        what: &Transmit,
+        mut take: impl FnMut((usize, usize), &[Option<f64>]),
+    ) {
+        for ear in &mut self.ears {
+            // A stranger's frames are taken for those of the one whose messages they are.
+            let strange = from == EndId::STRANGER && ear.judged;
+            if ear.line != line || (ear.end != from && !strange) {
+                continue;
+            }
+            let speaker = ear.speaker;
+            let mut take = |decoded: described::Decoded| {
+                take((speaker, decoded.message), &decoded.values);
+            };
+            match what {
+                Transmit::Frame(frame) => ear.decoder.frame(frame).into_iter().for_each(take),
+                Transmit::Bytes(packet) => ear.decoder.bytes(packet.as_slice(), &mut take),
+            }
+        }
+    }
+
+    /// Whoever is at that end is at a port of the system.
+    #[cfg(feature = "live")]
+    pub(crate) fn is_away(&self, line: usize, end: EndId) -> bool {
+        let end = self.lines[line].ends().get(end.place());
+        end.is_some_and(|end| matches!(self.nodes[end.node].part, Part::Away))
+    }
+
+    /// Which end said what came from a port: the one away whose message it is, else `at`, where the port is.
+    #[cfg(feature = "live")]
+    pub(crate) fn speaker_of(&self, line: usize, at: EndId, what: &Transmit) -> EndId {
+        let Transmit::Frame(frame) = what else { return at };
+        let of = |ear: &&Ear| {
+            ear.line == line && self.is_away(line, ear.end) && ear.decoder.takes(frame.id())
+        };
+        self.ears.iter().find(of).map_or(at, |ear| ear.end)
+    }
+
+    /// How often what came from a device whose messages are known was none of them.
+    pub(crate) fn damaged(&self) -> u64 {
+        self.ears.iter().filter(|ear| ear.judged).map(|ear| ear.decoder.damaged()).sum()
+    }
+
+    /// The gyro's outputs up to `now`, each at its own instant, onto its line.
+    #[inline]
+    pub(crate) fn wake_gyro(&mut self, now: Timestamp, place: usize) {
+        let Some(route) = self.nodes[place].route(robot::GYRO) else { return };
+        let Part::Robot(robot) = &mut self.nodes[place].part else { return };
+        while let Some((at, what)) = robot.gyro_output(now) {
+            self.lines[route.line].send(at, route.end, what);
+        }
+    }
+
+    /// Wakes the emulated devices that are due; `reached` is told who.
+    #[inline]
+    pub(crate) fn wake_emulated(
+        &mut self,
+        now: Timestamp,
+        engine: &mut Engine,
+        mut reached: impl FnMut(usize),
+    ) {
+        for place in 0..self.nodes.len() {
+            match &mut self.nodes[place].part {
+                Part::Robot(robot) => {
+                    if robot.wake(now) {
+                        reached(place);
+                    }
+                    self.wake_gyro(now, place);
+                }
+                Part::Described(described) if described.next_wakeup() <= now => {
+                    if described.wake(now) {
+                        engine.answered(now);
+                    }
+                    reached(place);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Wakes those that devices are emulated for, where they are due.
+    #[inline]
+    pub(crate) fn wake_others(
+        &mut self,
+        now: Timestamp,
+        engine: &mut Engine,
+        mut reached: impl FnMut(usize),
+    ) {
+        for (place, node) in self.nodes.iter_mut().enumerate() {
+            match &mut node.part {
+                Part::Controller(machine) if machine.is_due(now) => {
+                    machine.wake(now);
+                    reached(place);
+                }
+                Part::Own(device) if device.next_wakeup() <= now => {
+                    device.wake(now);
+                    reached(place);
+                }
+                Part::Tester(tester) if tester.next_wakeup() <= now => {
+                    if let Err(why) = tester.wake(now) {
+                        engine.broke(now, &why);
+                    }
+                    reached(place);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// What a node has to say goes onto its lines. Controllers are asked by their owner, who hears their reports, too.
+    #[inline]
+    pub(crate) fn empty(&mut self, now: Timestamp, place: usize) {
+        loop {
+            let (port, what) = match &mut self.nodes[place].part {
+                Part::Robot(robot) => match robot.transmit() {
+                    Some(what) => (robot::CARRIER, what),
+                    None => return,
+                },
+                Part::Described(described) => match described.device.transmit() {
+                    Some(what) => (PortId(0), what),
+                    None => return,
+                },
+                Part::Own(device) => match device.transmit(now) {
+                    Some(sent) => sent,
+                    None => return,
+                },
+                Part::Tester(tester) => match tester.transmit() {
+                    Some(what) => (PortId(0), what),
+                    None => return,
+                },
+                Part::Controller(_) | Part::Plan | Part::Away => return,
+            };
+            self.send(now, place, port, what);
+        }
+    }
+
+    /// The gyro and what turns it.
+    pub(crate) fn robot(&self) -> Option<&Robot> {
+        self.nodes.iter().find_map(|node| match &node.part {
+            Part::Robot(robot) => Some(&**robot),
+            _ => None,
+        })
+    }
+
+    /// See [`Self::robot`].
+    pub(crate) fn robot_mut(&mut self) -> Option<&mut Robot> {
+        self.nodes.iter_mut().find_map(|node| match &mut node.part {
+            Part::Robot(robot) => Some(&mut **robot),
+            _ => None,
+        })
+    }
+
+    /// What its lines cross where they go through the kernel. The device of a line is its last emulated end.
+    pub(crate) fn crossed_lines(&self) -> Vec<CrossedLine> {
+        let of = |(line, name): (&Line, &Arc<str>)| CrossedLine {
+            name: Arc::clone(name),
+            is_can: line.is_can(),
+            device_end: line
+                .ends()
+                .iter()
+                .rposition(|end| self.nodes[end.node].is_emulated())
+                .unwrap_or_default(),
+        };
+        self.lines.iter().zip(&self.line_names).map(of).collect()
+    }
+
+    /// The place of the node of this name.
+    pub(crate) fn find(&self, name: &str) -> Option<usize> {
+        self.nodes.iter().position(|node| &*node.name == name)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,256 @@
+//! A node: who is at the lines of a rig.
+
+use super::host::Host;
+use super::robot::Robot;
+use super::tester::Tester;
+use crate::faults::FaultKind;
+use crate::hosted::{Hosted, HostedController as _};
+use crate::plan::DEVICE;
+use controller::mission::Mission;
+use controller::{Input, Output, Port};
+use described::Description;
+use std::fmt;
+use std::sync::Arc;
+use wire::device::{Device, PortId, Transmit};
+use wire::time::Timestamp;
+
+/// One node of a rig.
+#[derive(Debug)]
+pub(crate) struct Node {
+    pub(crate) name: Arc<str>,
+    pub(crate) part: Part,
+    /// Of each of its ports, which line and which end of it.
+    pub(super) routes: Vec<Option<Route>>,
+}
+
+/// Where a port leads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Route {
+    pub(super) line: usize,
+    pub(super) end: super::line::EndId,
+}
+
+/// What a node is.
+#[derive(Debug)]
+pub(crate) enum Part {
+    /// Emulated, built in: the gyro and what turns it.
+    Robot(Box<Robot>),
+    /// Emulated, from a file.
+    Described(Box<Described>),
+    /// Under test, in this process, and takes missions.
+    Controller(Box<Machine>),
+    /// Somebody's own, in this process: emulated or under test.
+    Own(Box<dyn Device>),
+    /// The plan speaks here, in messages.
+    Tester(Box<Tester>),
+    /// The plan's own port at the table.
+    Plan,
+    /// At a port of this machine: a process, or a real device.
+    Away,
+}
+
+impl Node {
+    pub(crate) fn new(name: &str, part: Part) -> Self {
+        Self { name: name.into(), part, routes: Vec::new() }
+    }
+
+    pub(super) fn route(&self, port: PortId) -> Option<Route> {
+        self.routes.get(usize::from(port.0)).copied().flatten()
+    }
+
+    /// It is emulated: woken before those that it is emulated for.
+    pub(super) const fn is_emulated(&self) -> bool {
+        matches!(self.part, Part::Robot(_) | Part::Described(_))
+    }
+
+    #[inline]
+    pub(super) fn receive(&mut self, now: Timestamp, port: PortId, what: &Transmit) {
+        match &mut self.part {
+            Part::Controller(machine) => machine.receive(now, port, what),
+            Part::Robot(robot) => robot.receive(now, port, what),
+            Part::Described(described) => described.receive(now, what),
+            Part::Own(device) => device.receive(now, port, what),
+            // They read what crosses the line with everybody else's words.
+            Part::Tester(_) | Part::Plan | Part::Away => {}
+        }
+    }
+
+    pub(super) fn next_wakeup(&self) -> Timestamp {
+        match &self.part {
+            Part::Controller(machine) => machine.next_wakeup(),
+            Part::Robot(robot) => robot.next_wakeup(),
+            Part::Described(described) => described.next_wakeup(),
+            Part::Own(device) => device.next_wakeup(),
+            Part::Tester(tester) => tester.next_wakeup(),
+            Part::Plan | Part::Away => Timestamp::MAX,
+        }
+    }
+
+    /// What it or its buffers had no room for.
+    pub(super) fn dropped(&self) -> u64 {
+        match &self.part {
+            Part::Controller(machine) => machine.dropped(),
+            Part::Described(described) => described.device.dropped(),
+            _ => 0,
+        }
+    }
+}
+
+/// A device that a file describes, which can be switched off and on.
+#[derive(Debug)]
+pub(crate) struct Described {
+    pub(crate) device: described::Device,
+    /// It is switched on again then.
+    on_at: Option<Timestamp>,
+}
+
+impl Described {
+    /// Its random numbers are from `seed`, and its own by its name as a node.
+    pub(crate) fn new(node: &str, description: &Arc<Description>, seed: u64) -> Self {
+        let named = match node == DEVICE || node == description.name {
+            true => Arc::clone(description),
+            false => Arc::new(description.named(node)),
+        };
+        Self { device: described::Device::new(named, seed), on_at: None }
+    }
+
+    pub(super) fn receive(&mut self, now: Timestamp, what: &Transmit) {
+        match what {
+            Transmit::Frame(frame) => self.device.receive_frame(now, frame),
+            Transmit::Bytes(packet) => self.device.receive_bytes(now, packet.as_slice()),
+        }
+    }
+
+    /// Does what is due; true where it has just been switched on again.
+    pub(crate) fn wake(&mut self, now: Timestamp) -> bool {
+        let is_back = self.on_at.take_if(|at| *at <= now).is_some();
+        if is_back {
+            self.device.power(now, true);
+        }
+        if self.device.next_wakeup() <= now {
+            self.device.wake(now);
+        }
+        is_back
+    }
+
+    pub(crate) fn next_wakeup(&self) -> Timestamp {
+        self.device.next_wakeup().min(self.on_at.unwrap_or(Timestamp::MAX))
+    }
+
+    /// Switches it off, and on again at `on_at`.
+    pub(crate) fn cycle(&mut self, now: Timestamp, on_at: Timestamp) {
+        self.device.power(now, false);
+        self.on_at = Some(on_at);
+    }
+}
+
+/// The port of a controller at its gyro.
+pub(crate) const GYRO: PortId = PortId(0);
+/// The port of a controller at its base.
+pub(crate) const BASE: PortId = PortId(1);
+
+/// A controller and the machine that it runs on.
+pub(crate) struct Machine {
+    pub(crate) controller: Hosted,
+    /// Only where faults can strike it.
+    pub(super) host: Option<Host>,
+    /// When it wants to be woken; asked again when something has reached it.
+    pub(super) due: Timestamp,
+}
+
+impl Machine {
+    pub(crate) const fn new(controller: Hosted) -> Self {
+        Self { controller, host: None, due: Timestamp::ZERO }
+    }
+
+    #[inline]
+    pub(crate) fn receive(&mut self, now: Timestamp, port: PortId, what: &Transmit) {
+        let at = if port == GYRO { Port::Gyro } else { Port::Base };
+        match &mut self.host {
+            None => self.controller.receive(now, at, input(what)),
+            Some(host) => host.hear(now, at, *what, &mut self.controller),
+        }
+    }
+
+    pub(crate) fn command(&mut self, now: Timestamp, mission: Mission) {
+        match &mut self.host {
+            None => self.controller.command(now, mission),
+            Some(host) => host.mission(now, mission, &mut self.controller),
+        }
+    }
+
+    /// It wants to be woken by now, and its machine runs.
+    #[inline]
+    pub(crate) fn is_due(&self, now: Timestamp) -> bool {
+        self.due <= now && !self.is_stalled()
+    }
+
+    #[inline]
+    pub(crate) fn wake(&mut self, now: Timestamp) {
+        self.controller.wake(self.told(now));
+    }
+
+    pub(crate) fn next_wakeup(&self) -> Timestamp {
+        self.due
+    }
+
+    /// When it wants to be woken, by its own clock.
+    pub(crate) fn ask_due(&mut self) {
+        let due = self.controller.next_wakeup();
+        self.due = self.host.as_ref().map_or(due, |host| host.when(due));
+    }
+
+    pub(crate) fn is_stalled(&self) -> bool {
+        self.host.as_ref().is_some_and(Host::is_stalled)
+    }
+
+    /// Faults can strike it from now on.
+    pub(crate) fn with_faults(&mut self) {
+        self.host = Some(Host::default());
+    }
+
+    /// What found no room while it stood still.
+    pub(crate) fn dropped(&self) -> u64 {
+        self.host.as_ref().map_or(0, Host::dropped)
+    }
+
+    /// What its clock says.
+    pub(crate) fn told(&self, now: Timestamp) -> Timestamp {
+        self.host.as_ref().map_or(now, |host| host.told(now))
+    }
+
+    /// Its machine begins to err.
+    pub(crate) fn begin_fault(&mut self, kind: &FaultKind) {
+        if let Some(host) = &mut self.host {
+            host.begin(kind);
+        }
+    }
+
+    /// Its machine errs no longer; how often it did.
+    pub(crate) fn end_fault(&mut self, now: Timestamp, kind: &FaultKind) -> u64 {
+        let Self { host: Some(host), controller, .. } = self else { return 0 };
+        host.end(now, kind, controller)
+    }
+}
+
+impl fmt::Debug for Machine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Machine").field("host", &self.host).finish_non_exhaustive()
+    }
+}
+
+pub(crate) fn input(what: &Transmit) -> Input<'_> {
+    match what {
+        Transmit::Bytes(packet) => Input::Bytes(packet.as_slice()),
+        Transmit::Frame(frame) => Input::Frame(*frame),
+    }
+}
+
+/// What a controller sends, and at which port.
+pub(crate) const fn output(output: Output) -> (PortId, Transmit) {
+    match output {
+        Output::Bytes(Port::Gyro, packet) => (GYRO, Transmit::Bytes(packet)),
+        Output::Bytes(Port::Base, packet) => (BASE, Transmit::Bytes(packet)),
+        Output::Frame(frame) => (BASE, Transmit::Frame(frame)),
+    }
+}

@@ -1,0 +1,421 @@
+//! The loop in virtual time: the same bytes as on real lines, one event after another.
+//!
+//! Time jumps to the next event. Nothing here reads a clock or draws a number, so plan, seed and version determine every
+//! byte of the record. What is delivered may first [cross](crate::world::crossing) a pty or a CAN interface of the kernel,
+//! which time does not notice.
+
+use super::Rig;
+use super::director::Director;
+use super::faults::Faults;
+use super::line::EndId;
+use super::node::{Part, output};
+use crate::engine::{Action, Ending, Engine};
+use crate::hosted::HostedController as _;
+use crate::outcome::Outcome;
+use crate::properties::{Monitor, Seen};
+use crate::record::sink::RecordSink;
+use crate::record::{Device, FaultSummary, Progress};
+use crate::world::crossing::Crossing;
+use crate::world::watch::{Watch, see};
+use controller::mission::{Mission, Report};
+use wire::device::Transmit;
+use wire::time::{Span, Timestamp};
+
+/// Rounds of transmitting at one instant; more means that two devices answer each other for ever.
+const ROUNDS_MAX: u32 = 1_000;
+/// Events at one instant; more means that somebody wants to be woken again and again for nothing.
+const EVENTS_AT_ONCE_MAX: u32 = 10_000;
+/// Events between two looks beyond the loop.
+const EVENTS_PER_PULSE: u64 = 50_000;
+/// What is sent last has so long to get through. Assumption: the longest queue of a bus is over in a tenth of it.
+const LAST_WORDS: Span = Span::from_secs(1);
+
+/// Looks beyond a run: does anybody want it to stop, does the disk still take the record?
+pub(crate) fn look_up(
+    engine: &mut Engine,
+    now: Timestamp,
+    sink: &mut impl RecordSink,
+    pulse: &mut impl FnMut(Progress) -> bool,
+) {
+    let (steps_done, steps) = engine.progress();
+    if !pulse(Progress { now, steps_done, steps }) {
+        engine.abort(now);
+    }
+    if let Some(error) = sink.failed() {
+        engine.broke(now, &format!("failed to write the record: {error}"));
+    }
+}
+
+/// Who has been reached by an event and may have something to say, or want to be woken at another time: a bit a node, and
+/// the highest for the plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Touched(u64);
+
+impl Touched {
+    const PLAN: u64 = 1 << 63;
+    const ALL: Self = Self(u64::MAX);
+
+    fn node(&mut self, place: usize) {
+        self.0 |= 1 << place;
+    }
+
+    fn take(&mut self, bit: u64) -> bool {
+        let was = self.0 & bit != 0;
+        self.0 &= !bit;
+        was
+    }
+}
+
+/// One run in virtual time.
+#[derive(Debug)]
+pub(crate) struct Simulation<C> {
+    now: Timestamp,
+    rig: Rig,
+    pub(crate) director: Director,
+    crossing: C,
+    watch: Option<Box<Watch>>,
+    touched: Touched,
+    /// What goes wrong on purpose; none where the plan has no faults.
+    faults: Option<Box<Faults>>,
+    /// When the plan wants to be woken.
+    plan_due: Timestamp,
+    events: u64,
+    events_at_once: u32,
+}
+
+/// How a run in virtual time ended.
+#[derive(Debug)]
+pub(crate) struct End {
+    pub(crate) ending: Ending,
+    pub(crate) at: Timestamp,
+    pub(crate) events: u64,
+    pub(crate) dropped: u64,
+    pub(crate) faults: Vec<FaultSummary>,
+    pub(crate) monitor: Option<Monitor>,
+}
+
+impl<C: Crossing> Simulation<C> {
+    /// A run at time zero; the plan's faults draw from `seed`.
+    pub(crate) fn new(crossing: C, mut rig: Rig, director: Director, seed: u64) -> Self {
+        let faults = Faults::of(&director.engine.plan().faults, seed, &mut rig);
+        let now = Timestamp::ZERO;
+        Self {
+            now,
+            rig,
+            director,
+            crossing,
+            watch: None,
+            touched: Touched::ALL,
+            faults,
+            plan_due: now,
+            events: 0,
+            events_at_once: 0,
+        }
+    }
+
+    /// Properties are judged as the run goes on. The record stays what it is.
+    pub(crate) fn with_monitor(mut self, monitor: Option<Monitor>) -> Self {
+        self.watch = monitor.map(|monitor| Box::new(Watch::new(monitor)));
+        self
+    }
+
+    /// Runs the plan to its end. What the engine asks to be kept is handed to `keep`. Between two events `pulse` is called
+    /// now and then; when it says false, the run is aborted.
+    pub(crate) fn run(
+        &mut self,
+        sink: &mut impl RecordSink,
+        keep: &mut impl FnMut(&Action),
+        pulse: &mut impl FnMut(Progress) -> bool,
+    ) -> End {
+        let ending = self.run_to_end(sink, keep, pulse);
+        self.last_words(sink, keep);
+        let Self { faults, rig, director, now, .. } = self;
+        if rig.damaged() > 0 {
+            let note = format!("{} times what came could not be read", rig.damaged());
+            let kind = crate::record::RecordKind::Note(note);
+            sink.record(crate::record::Record { at: *now, device: Device::Plan, kind });
+        }
+        let faults = match faults {
+            Some(faults) => faults.finish(*now, rig, director, None, sink),
+            None => Vec::new(),
+        };
+        End {
+            ending,
+            at: *now,
+            events: self.events,
+            dropped: self.rig.dropped(),
+            faults,
+            monitor: self.watch.take().map(|watch| watch.into_monitor()),
+        }
+    }
+
+    fn run_to_end(
+        &mut self,
+        sink: &mut impl RecordSink,
+        keep: &mut impl FnMut(&Action),
+        pulse: &mut impl FnMut(Progress) -> bool,
+    ) -> Ending {
+        self.transmit(sink, keep);
+        loop {
+            if let Some(ending) = self.director.engine.ending() {
+                return ending.clone();
+            }
+            if self.events.is_multiple_of(EVENTS_PER_PULSE) {
+                self.look_up(sink, pulse);
+            }
+            let next = self.next_event();
+            if next == Timestamp::MAX {
+                self.broke("nothing is left that could happen");
+            } else {
+                self.events_at_once = if next > self.now { 0 } else { self.events_at_once + 1 };
+                self.now = self.now.max(next);
+            }
+            if self.events_at_once == EVENTS_AT_ONCE_MAX {
+                // Nothing that takes time can happen any more, a tear-down neither.
+                let reason = format!("time stands still at {} s", self.now.as_secs_f64());
+                return Ending { outcome: Outcome::Error, reason: Some(reason) };
+            }
+            self.events += 1;
+            if self.faults.is_some() {
+                self.strike(sink);
+            }
+            self.deliver(sink);
+            if self.faults.is_some() {
+                self.note_confinement(sink);
+            }
+            self.wake();
+            if let (Some(watch), Some(robot)) = (&mut self.watch, self.rig.robot()) {
+                watch.look_again(self.now, &robot.bench.carrier);
+            }
+            self.transmit(sink, keep);
+        }
+    }
+
+    /// Looks beyond the run; who is stopped may have something to say.
+    fn look_up(&mut self, sink: &mut impl RecordSink, pulse: &mut impl FnMut(Progress) -> bool) {
+        if let Some(watch) = &self.watch {
+            watch.tell(sink);
+        }
+        look_up(&mut self.director.engine, self.now, sink, pulse);
+        if self.director.engine.is_ending() {
+            self.touched.0 |= Touched::PLAN;
+        }
+    }
+
+    fn broke(&mut self, why: &str) {
+        self.director.engine.broke(self.now, why);
+        self.touched.0 |= Touched::PLAN;
+    }
+
+    fn next_event(&self) -> Timestamp {
+        self.rig
+            .next_arrival()
+            .min(self.rig.next_wakeup())
+            .min(self.plan_due)
+            .min(self.faults.as_ref().map_or(Timestamp::MAX, |faults| faults.next_due()))
+    }
+
+    /// Faults that are due begin and end, which may reach anybody.
+    #[cold]
+    fn strike(&mut self, sink: &mut impl RecordSink) {
+        let Self { faults: Some(faults), now, rig, director, watch, touched, .. } = self else {
+            return;
+        };
+        if faults.strike(*now, rig, director, None, sink) {
+            see(watch, *now, &Seen::Faults { active: faults.active() });
+            *touched = Touched::ALL;
+        }
+    }
+
+    /// Nodes that have left their bus, or come back to it, by faults.
+    fn note_confinement(&mut self, sink: &mut impl RecordSink) {
+        let Self { faults: Some(faults), now, rig, watch, .. } = self else { return };
+        if faults.record_confinement(*now, rig, sink) {
+            see(watch, *now, &Seen::BusOff);
+        }
+    }
+
+    /// What has come through the lines is delivered, after whatever is crossed.
+    fn deliver(&mut self, sink: &mut impl RecordSink) {
+        let now = self.now;
+        for line in 0..self.rig.lines.len() {
+            if self.rig.lines[line].next_arrival() > now {
+                continue;
+            }
+            while let Some((from, mut what)) = self.rig.lines[line].arrived(now) {
+                if self.crossing.carry(now, line, from.place(), &mut what) {
+                    self.delivered(sink, line, from, &what);
+                }
+            }
+            if let Some(failure) = self.crossing.failure() {
+                self.broke(&failure.to_string());
+            }
+        }
+    }
+
+    #[inline]
+    fn delivered(&mut self, sink: &mut impl RecordSink, line: usize, from: EndId, what: &Transmit) {
+        let Self { now, rig, director, touched, watch, .. } = self;
+        let (now, who) = (*now, rig.lines[line].who(from));
+        match what {
+            Transmit::Bytes(packet) => sink.bytes(now, who, packet.as_slice()),
+            Transmit::Frame(frame) => sink.frame(now, who, *frame),
+        }
+        if let Some(watch) = watch {
+            match (what, who) {
+                (Transmit::Bytes(packet), Device::Gyro) => {
+                    watch.see(now, &Seen::GyroBytes(packet.as_slice()));
+                }
+                (Transmit::Bytes(packet), Device::Base) => {
+                    watch.see(now, &Seen::BaseBytes(packet.as_slice()));
+                }
+                (Transmit::Frame(frame), Device::Base | Device::Plan) => {
+                    watch.see(now, &Seen::BaseFrame(frame));
+                }
+                _ => {}
+            }
+        }
+        rig.hand_over(now, line, from, what, |node| touched.node(node));
+        rig.read((line, from), what, |which, values| {
+            director.engine.message(now, which, values);
+            touched.0 |= Touched::PLAN;
+        });
+        if let (Device::Table, Transmit::Bytes(packet)) = (who, what) {
+            director.hear_table(now, packet.as_slice());
+            touched.0 |= Touched::PLAN;
+        }
+    }
+
+    fn wake(&mut self) {
+        let Self { now, rig, director, touched, .. } = self;
+        let now = *now;
+        rig.wake_emulated(now, &mut director.engine, |place| touched.node(place));
+        rig.wake_others(now, &mut director.engine, |place| touched.node(place));
+        let was_reached = self.touched.0 & Touched::PLAN != 0;
+        if self.plan_due <= now || (was_reached && director.engine.next_wakeup() <= now) {
+            director.engine.wake(now);
+            self.touched.0 |= Touched::PLAN;
+        }
+    }
+
+    /// Carries everything that those who were reached have to say, until nobody has: those under test and testers first,
+    /// then what the plan orders, then the emulated devices.
+    fn transmit(&mut self, sink: &mut impl RecordSink, keep: &mut impl FnMut(&Action)) {
+        let mut rounds = 0;
+        self.touched.0 &= Touched::PLAN | ((1 << self.rig.nodes.len()) - 1);
+        while self.touched != Touched::default() {
+            rounds += 1;
+            if rounds == ROUNDS_MAX {
+                self.director.engine.broke(self.now, "two devices answer each other without end");
+                return;
+            }
+            for place in 0..self.rig.nodes.len() {
+                if !self.rig.nodes[place].is_emulated() && self.touched.take(1 << place) {
+                    match self.rig.nodes[place].part {
+                        Part::Controller(_) => self.ask_controller(place, sink),
+                        _ => self.rig.empty(self.now, place),
+                    }
+                }
+            }
+            if self.touched.take(Touched::PLAN) {
+                self.ask_engine(sink, keep);
+            }
+            for place in 0..self.rig.nodes.len() {
+                if self.rig.nodes[place].is_emulated() && self.touched.take(1 << place) {
+                    self.rig.empty(self.now, place);
+                }
+            }
+            self.touched.0 &= Touched::PLAN | ((1 << self.rig.nodes.len()) - 1);
+        }
+    }
+
+    fn ask_controller(&mut self, place: usize, sink: &mut impl RecordSink) {
+        let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
+        if machine.is_stalled() {
+            // It is touched again when its machine goes on.
+            machine.due = Timestamp::MAX;
+            return;
+        }
+        let told = machine.told(self.now);
+        loop {
+            let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
+            let Some(sent) = machine.controller.transmit(told) else { break };
+            if let (Some(watch), Some(robot)) = (&mut self.watch, self.rig.robot()) {
+                watch.look(self.now, &robot.bench.carrier);
+                watch.see(self.now, &Seen::Sent(&sent));
+            }
+            let (port, what) = output(sent);
+            self.rig.send(self.now, place, port, what);
+        }
+        loop {
+            let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
+            let Some(report) = machine.controller.report() else {
+                machine.ask_due();
+                return;
+            };
+            self.hear_report(sink, &report);
+        }
+    }
+
+    /// Apart, as reports are rare and large: their room is not made at every event.
+    #[inline(never)]
+    fn hear_report(&mut self, sink: &mut impl RecordSink, report: &Report) {
+        if let (Some(watch), Some(robot)) = (&mut self.watch, self.rig.robot()) {
+            watch.look(self.now, &robot.bench.carrier);
+            watch.see(self.now, &Seen::Report(report));
+        }
+        self.director.record_report(self.now, &mut self.rig, sink, report);
+        self.director.engine.report(self.now, report);
+        self.touched.0 |= Touched::PLAN;
+    }
+
+    /// Apart for the same reason: an action may hold a whole calibration.
+    #[inline(never)]
+    fn ask_engine(&mut self, sink: &mut impl RecordSink, keep: &mut impl FnMut(&Action)) {
+        while let Some(action) = self.director.engine.action() {
+            // Whatever it is, it may have reached anybody.
+            self.touched = Touched::ALL;
+            if let (Some(watch), Some(robot)) = (&mut self.watch, self.rig.robot()) {
+                watch.look(self.now, &robot.bench.carrier);
+                watch.see_action(self.now, &action);
+            }
+            if let (Action::Phase(event), Some(faults)) = (&action, &mut self.faults) {
+                faults.phase(self.now, event);
+                continue;
+            }
+            if let Some(mission) = self.director.act(self.now, &mut self.rig, sink, keep, action) {
+                self.order(mission);
+            }
+        }
+        self.plan_due = self.director.engine.next_wakeup();
+    }
+
+    /// Gives a mission to whoever takes them.
+    fn order(&mut self, mission: Mission) {
+        let machine = self.rig.nodes.iter_mut().find_map(|node| match &mut node.part {
+            Part::Controller(machine) => Some(machine),
+            _ => None,
+        });
+        if let Some(machine) = machine {
+            machine.command(self.now, mission);
+        }
+    }
+
+    /// What the plan sent last goes through, where it speaks itself.
+    fn last_words(&mut self, sink: &mut impl RecordSink, keep: &mut impl FnMut(&Action)) {
+        if !self.rig.nodes.iter().any(|node| matches!(node.part, Part::Tester(_))) {
+            return;
+        }
+        self.touched.0 |= Touched::PLAN;
+        self.transmit(sink, keep);
+        let until = self.now + LAST_WORDS;
+        loop {
+            let next = self.rig.next_arrival();
+            if next > until {
+                return;
+            }
+            self.now = self.now.max(next);
+            self.deliver(sink);
+        }
+    }
+}

@@ -1,0 +1,3 @@
+//! Rigs in whole runs.
+
+mod faults;

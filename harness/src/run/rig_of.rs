@@ -1,0 +1,102 @@
+//! The rig that a plan names, read and checked.
+
+use crate::library::{Kind, Library, LibraryError, Source};
+use crate::models::learned;
+use crate::plan::{Plan, Rig, rig_build};
+use crate::world::bench::{DevicesError, load_devices};
+use described::{Description, DescriptionError, Files, Layout};
+use emulators::device_file::Devices;
+use emulators::gyro::terms::SensorErrors;
+use identification::finding::SCHEMA;
+use identification::model::Model;
+use std::sync::Arc;
+
+/// Why a rig cannot be used.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum RigError {
+    /// The device file is not right.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Devices(#[from] DevicesError),
+    /// The rig's file or a description cannot be had, or is not right.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Library(#[from] LibraryError),
+    /// The description is not right.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Description(#[from] Box<DescriptionError>),
+}
+
+/// The rig that `plan` names.
+///
+/// # Errors
+///
+/// When it is missing or not right.
+pub fn load_rig(library: &Library, plan: &Plan) -> Result<Rig, RigError> {
+    if let Some(name) = &plan.rig {
+        return rig_build::load(library, name.as_str(), &mut Reader(library));
+    }
+    if let Some(name) = &plan.device {
+        return Ok(Rig::of_device(Arc::new(load_description(library, name.as_str())?)));
+    }
+    let name = plan.devices.as_ref().map_or("", |name| name.as_str());
+    Ok(Rig::of_robot(load_devices(library, name)?))
+}
+
+/// Reads what a rig file names.
+struct Reader<'a>(&'a Library);
+
+impl rig_build::Parts for Reader<'_> {
+    type Error = RigError;
+
+    fn devices(&mut self, name: &str) -> Result<Devices, RigError> {
+        Ok(load_devices(self.0, name)?)
+    }
+
+    fn description(&mut self, name: &str) -> Result<Description, RigError> {
+        load_description(self.0, name)
+    }
+
+    fn layout(
+        &mut self,
+        file: &Source,
+        is_ours: &dyn Fn(&str) -> bool,
+    ) -> Result<Layout, RigError> {
+        Ok(Layout::from_dbc_of(&file.origin, &file.text, is_ours).map_err(Box::new)?)
+    }
+}
+
+/// The description of that name or path. Files that it names are beside it.
+///
+/// # Errors
+///
+/// When it, or one of those, is missing or not right.
+pub fn load_description(library: &Library, name: &str) -> Result<Description, RigError> {
+    let source = library.open(Kind::Description, name)?;
+    let Source { origin, text } = &source;
+    let mut files = Beside { library, source: &source };
+    Ok(Description::parse_with(origin, text, &mut files).map_err(Box::new)?)
+}
+
+/// The files beside a description.
+struct Beside<'a> {
+    library: &'a Library,
+    source: &'a Source,
+}
+
+impl Files for Beside<'_> {
+    fn text(&mut self, name: &str) -> Result<String, String> {
+        let opened = self.library.open_beside(self.source, name);
+        opened.map(|opened| opened.text).map_err(|error| error.to_string())
+    }
+
+    fn errors(&mut self, name: &str) -> Result<SensorErrors, String> {
+        let text = self.text(name)?;
+        let model = Model::from_toml(&text).map_err(|error| error.message().to_owned())?;
+        if model.schema != SCHEMA {
+            return Err(format!("schema {}, expected {SCHEMA}", model.schema));
+        }
+        SensorErrors::of(learned(&model).map_err(|refused| refused.to_string())?)
+    }
+}

@@ -1,0 +1,262 @@
+//! Tables for a terminal: paper against measured, how the seeds came out, what a machine lacks.
+
+mod campaign;
+mod markdown;
+mod seeds;
+
+#[cfg(test)]
+pub(crate) use campaign::tests::example;
+pub use campaign::{
+    Again, campaign_json, campaign_table, envelope_table, envelopes_json, level_line,
+};
+pub use markdown::{campaign_markdown, envelopes_markdown, runs_markdown};
+pub use seeds::{seeds_markdown, seeds_table};
+
+#[cfg(feature = "tty")]
+use comfy_table::{Attribute, Color};
+use comfy_table::{Cell, ColumnConstraint, ContentArrangement, Row, Table, presets};
+use record::figures;
+use record::outcome::{Counts, Measurement, Outcome, Summary, Verdict};
+use std::io::IsTerminal;
+
+/// Columns of a stream that is no terminal: what a build server's log shows without breaking.
+const WIDTH_ELSEWHERE: u16 = 120;
+
+/// The narrowest table that is tried; narrower terminals break the lines themselves.
+const WIDTH_MIN: u16 = 60;
+
+/// Room that the other columns need before names may be kept whole.
+const WIDTH_OF_OTHERS_MIN: u16 = 30;
+
+/// What the paper gives: not shown where it gives nothing.
+const PAPER_COLUMN: usize = 2;
+/// Procedure, measurement and verdict: names that are ugly when broken.
+const WHOLE_COLUMNS: [usize; 3] = [0, 1, 5];
+
+/// Are colours wanted on a stream that is a terminal, or none? Never where `NO_COLOR` is set to anything
+/// (no-color.org); everywhere where `CLICOLOR_FORCE` is set to anything but 0 (bixense.com/clicolors).
+pub fn is_colour_wanted(is_terminal: bool) -> bool {
+    let set = |name| std::env::var_os(name).filter(|value| !value.is_empty());
+    set("NO_COLOR").is_none()
+        && (is_terminal || set("CLICOLOR_FORCE").is_some_and(|value| value != "0"))
+}
+
+/// How a table is to look.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Style {
+    /// Columns that there are.
+    pub width: u16,
+    /// Colours are wanted; there are none without the feature `tty`.
+    pub colour: bool,
+}
+
+impl Style {
+    /// For a file, a pipe, a log.
+    pub const PLAIN: Self = Self { width: WIDTH_ELSEWHERE, colour: false };
+
+    /// What suits the standard output: its width, and colours where [`is_colour_wanted`].
+    pub fn of_stdout() -> Self {
+        let is_terminal = std::io::stdout().is_terminal();
+        let width = Table::new().width().filter(|_| is_terminal).unwrap_or(WIDTH_ELSEWHERE);
+        Self { width, colour: is_colour_wanted(is_terminal) }
+    }
+
+    /// An empty table with this header.
+    pub fn table(self, header: &[&str]) -> Table {
+        let mut table = Table::new();
+        table
+            .load_style(presets::NOTHING)
+            .set_content_arrangement(ContentArrangement::Dynamic)
+            .set_width(self.width.max(WIDTH_MIN))
+            .set_header(header.iter().map(|name| self.dim(Cell::new(name))));
+        #[cfg(feature = "tty")]
+        if self.colour {
+            table.enforce_styling();
+        } else {
+            table.force_no_tty();
+        }
+        table
+    }
+
+    #[cfg(not(feature = "tty"))]
+    const fn dim(self, cell: Cell) -> Cell {
+        cell
+    }
+
+    #[cfg(feature = "tty")]
+    fn dim(self, cell: Cell) -> Cell {
+        if self.colour { cell.add_attribute(Attribute::Dim) } else { cell }
+    }
+
+    #[cfg(not(feature = "tty"))]
+    fn verdict(self, verdict: Verdict) -> Cell {
+        Cell::new(verdict.name())
+    }
+
+    #[cfg(feature = "tty")]
+    fn verdict(self, verdict: Verdict) -> Cell {
+        let cell = Cell::new(verdict.name());
+        let colour = match verdict {
+            Verdict::Pass => Color::Green,
+            Verdict::Marginal => Color::Yellow,
+            Verdict::Fail | Verdict::Unset => Color::Red,
+        };
+        if self.colour { cell.fg(colour) } else { cell }
+    }
+}
+
+/// Paper against measured, one line a measurement, and a closing line with counts and exit status.
+pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
+    let header = ["procedure", "measurement", "paper", "measured", "band", "verdict"];
+    let mut table = style.table(&header);
+    for summary in summaries {
+        for (index, measurement) in summary.measurements.iter().enumerate() {
+            let procedure = if index == 0 { printable(&summary.plan) } else { String::new() };
+            table.add_row(row(procedure, measurement, style));
+        }
+    }
+    keep_whole(&mut table, &WHOLE_COLUMNS, style);
+    let mut measured = summaries.iter().flat_map(|summary| &summary.measurements);
+    if measured.all(|measurement| measurement.paper.is_none())
+        && let Some(paper) = table.column_mut(PAPER_COLUMN)
+    {
+        paper.set_constraint(ColumnConstraint::Hidden);
+    }
+    let mut text = lines(&table);
+    text.push('\n');
+    for summary in summaries {
+        if let Some(reason) = &summary.reason {
+            let (plan, outcome) = (printable(&summary.plan), summary.outcome.name());
+            text += &format!("{plan}: {outcome}: {}\n", printable(reason));
+        }
+    }
+    for summary in summaries {
+        for property in &summary.properties {
+            if let Some(why) = &property.not_judged {
+                let (plan, name) = (printable(&summary.plan), printable(&property.name));
+                text += &format!("{plan}: {name} not judged: {}\n", printable(why));
+            }
+        }
+    }
+    text + &closing_line(summaries) + "\n"
+}
+
+fn row(procedure: String, measurement: &Measurement, style: Style) -> Row {
+    let Measurement { unit, lower, upper, .. } = measurement;
+    let measured = match measurement.value {
+        Some(value) => figures::quantity(value, measurement.uncertainty, unit),
+        None => "-".to_owned(),
+    };
+    let paper = measurement.paper.as_deref().map_or_else(|| "-".to_owned(), printable);
+    Row::from([
+        Cell::new(procedure),
+        Cell::new(printable(&measurement.name)),
+        Cell::new(paper),
+        Cell::new(printable(&measured)),
+        Cell::new(printable(&figures::band(*lower, *upper, unit))),
+        style.verdict(measurement.verdict),
+    ])
+}
+
+fn closing_line(summaries: &[Summary]) -> String {
+    let counts = Counts::of(summaries.iter().flat_map(|summary| &summary.measurements));
+    let outcome = worst(summaries);
+    let simulated = summaries.iter().map(|summary| summary.simulated_s).sum();
+    let wall = summaries.iter().map(|summary| summary.wall_s).sum();
+    format!(
+        "{} ({counts}) in {}; the bench ran {}; exit status {}",
+        outcome.name(),
+        figures::duration(wall),
+        figures::duration(simulated),
+        outcome.exit_status(),
+    )
+}
+
+/// The outcome of several runs: that of the one that went worst.
+pub fn worst(summaries: &[Summary]) -> Outcome {
+    summaries.iter().map(|summary| summary.outcome).max().unwrap_or(Outcome::Passed)
+}
+
+/// Text from outside, without what would move the cursor or break the row.
+pub fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+}
+
+/// Breaks no cell of these columns, if that leaves room for the others.
+pub fn keep_whole(table: &mut Table, columns: &[usize], style: Style) {
+    let widths = table.column_max_content_widths();
+    let paddings = 2 * widths.len() as u16;
+    let whole: u16 = columns.iter().filter_map(|&column| widths.get(column)).sum();
+    if whole + paddings + WIDTH_OF_OTHERS_MIN > style.width.max(WIDTH_MIN) {
+        return;
+    }
+    for &column in columns {
+        if let Some(column) = table.column_mut(column) {
+            column.set_constraint(ColumnConstraint::ContentWidth);
+        }
+    }
+}
+
+/// The table without the blanks at the ends of its lines.
+pub fn lines(table: &Table) -> String {
+    let mut text = String::new();
+    for line in table.lines() {
+        text += line.trim_end();
+        text.push('\n');
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Style, closing_line, measurements_table};
+    use record::outcome::samples::{properties, summary};
+    use record::outcome::{Outcome, Summary};
+
+    #[test]
+    fn paper_stands_against_measured() {
+        insta::assert_snapshot!(measurements_table(&[summary(), summary()], Style::PLAIN));
+    }
+
+    #[test]
+    fn what_was_not_judged_is_said() {
+        let mut summary = summary();
+        summary.properties = properties();
+        let table = measurements_table(&[summary], Style::PLAIN);
+        let said: Vec<_> = table.lines().filter(|line| line.contains("not judged")).collect();
+        assert_eq!(said, ["laps-observed: done_is_done not judged: the base is real"]);
+    }
+
+    #[test]
+    fn a_narrow_terminal_wraps_the_cells() {
+        let style = Style { width: 100, colour: false };
+        let table = measurements_table(&[summary()], style);
+        let rows: Vec<_> = table.lines().take_while(|line| !line.is_empty()).collect();
+        assert!(rows.iter().all(|line| line.chars().count() <= 100), "{table}");
+        insta::assert_snapshot!(table);
+    }
+
+    #[test]
+    #[cfg(feature = "tty")]
+    fn colours_come_only_when_wanted() {
+        let coloured = measurements_table(&[summary()], Style { colour: true, ..Style::PLAIN });
+        assert!(coloured.contains("\u{1b}["));
+        assert!(!measurements_table(&[summary()], Style::PLAIN).contains('\u{1b}'));
+    }
+
+    #[test]
+    fn text_from_outside_cannot_steer_the_terminal() {
+        let plan = "evil\u{1b}[2J\nplan".to_owned();
+        let table = measurements_table(&[Summary { plan, ..summary() }], Style::PLAIN);
+        assert!(!table.contains('\u{1b}'));
+        assert!(table.contains("evil\u{fffd}[2J\u{fffd}plan"));
+    }
+
+    #[test]
+    fn the_worst_run_decides_the_exit_status() {
+        let passed = Summary { outcome: Outcome::Passed, ..summary() };
+        let timeout = Summary { outcome: Outcome::Timeout, ..summary() };
+        assert!(closing_line(&[timeout, passed]).ends_with("exit status 4"));
+        assert!(closing_line(&[]).ends_with("exit status 0"));
+    }
+}

@@ -1,0 +1,314 @@
+//! What a campaign came to, and how much of a fault is tolerated.
+
+use super::{Style, lines, printable};
+use campaign::Measured;
+use campaign::{Campaign, Envelope, Level, Repeated};
+use comfy_table::Cell;
+use judge::properties::Unjudged;
+use plan::faults::Fault;
+use record::figures;
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// What a campaign on a bench has to say beyond one in virtual time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Again<'a> {
+    /// Fresh repetitions of the smallest case of each property that broke; none where the bench broke, or somebody
+    /// stopped it.
+    pub confirmed: Vec<Option<Repeated>>,
+    /// Properties that this bench cannot judge.
+    pub unjudged: &'a [Unjudged],
+    /// How sure the shares are.
+    pub confidence: f64,
+}
+
+impl Again<'_> {
+    /// `broke in 7 of 8 repetitions; the property breaks in at least 53 % of runs at 95 % confidence`.
+    fn line(&self, index: usize) -> String {
+        let percent = figures::exact(100.0 * self.confidence, 4);
+        match self.confirmed.get(index).copied().flatten() {
+            Some(Repeated { broke, of, at_least }) => format!(
+                "broke in {broke} of {of} repetitions; the property breaks in at least {:.0} % of runs at \
+                 {percent} % confidence",
+                // A bound from below is rounded down.
+                (100.0 * at_least).floor()
+            ),
+            None => "not repeated once it was small".to_owned(),
+        }
+    }
+}
+
+/// Tables for a terminal: what broke, how near the others came, and what was reached. `saved` are the plans of the
+/// smallest cases, one for each property that broke.
+pub fn campaign_table(
+    done: &Campaign,
+    saved: &[PathBuf],
+    again: Option<&Again<'_>>,
+    style: Style,
+) -> String {
+    let tally = &done.tally;
+    let mut text = String::new();
+    if !tally.nearest.is_empty() || !tally.broken.is_empty() {
+        let mut table = style.table(&["always", "broken by", "least margin", "case"]);
+        for (property, (margin, number)) in &tally.nearest {
+            let times = tally.broken.get(property).map_or(0, |(times, _)| *times);
+            let cells = [
+                printable(property),
+                format!("{times} of {}", tally.cases),
+                format!("{margin:.3}"),
+                number.to_string(),
+            ];
+            table.add_row(cells.map(Cell::new));
+        }
+        for (property, (times, number)) in &tally.broken {
+            if !tally.nearest.contains_key(property) {
+                let of = format!("{times} of {}", tally.cases);
+                let cells = [printable(property), of, "-".to_owned(), number.to_string()];
+                table.add_row(cells.map(Cell::new));
+            }
+        }
+        text += &lines(&table);
+    }
+    let reached = tally.reached.iter().map(|(state, times)| (state, *times));
+    let never = done.never.iter().map(|state| (state, 0));
+    let mut table = style.table(&["sometimes", "reached by"]);
+    for (state, times) in reached.chain(never) {
+        let times = if times == 0 { "no case".to_owned() } else { format!("{times} cases") };
+        table.add_row([printable(state), times].map(Cell::new));
+    }
+    text += "\n";
+    text += &lines(&table);
+    for (index, (found, path)) in done.found.iter().zip(saved).enumerate() {
+        let what = found.shrunk.result.violated.iter().find(|v| v.property == found.property);
+        let faults = found.shrunk.case.schedule.faults.len();
+        let _ = write!(
+            text,
+            "\n{}: case {}, made small in {} runs: {faults} fault{}, seed {}\n  {}\n  {}\n",
+            printable(&found.property),
+            found.number,
+            found.shrunk.executions,
+            if faults == 1 { "" } else { "s" },
+            found.shrunk.case.seed,
+            what.map_or(String::new(), |v| format!("at {:.3} s: {}", v.at_s, printable(&v.what))),
+            path.display(),
+        );
+        if let Some(again) = again {
+            let _ = writeln!(text, "  {}", again.line(index));
+        }
+    }
+    for (property, times) in &tally.unconfirmed {
+        let (property, s) = (printable(property), if *times == 1 { "" } else { "s" });
+        let _ = write!(
+            text,
+            "\n{property}: broke once in {times} case{s} whose repetitions do not show that it breaks\n"
+        );
+    }
+    for one in again.map_or(&[][..], |again| again.unjudged) {
+        let _ = write!(text, "\n{} not judged: {}\n", one.name, one.why);
+    }
+    let outcomes: Vec<String> =
+        tally.outcomes.iter().map(|(outcome, times)| format!("{times} {outcome}")).collect();
+    let _ = writeln!(
+        text,
+        "\n{} cases ({}{}), {} propert{} broken",
+        tally.cases,
+        outcomes.join(", "),
+        if tally.resumed > 0 { format!("; {} done before", tally.resumed) } else { String::new() },
+        tally.broken.len(),
+        if tally.broken.len() == 1 { "y" } else { "ies" },
+    );
+    text
+}
+
+/// The same for a program.
+pub fn campaign_json(done: &Campaign, saved: &[PathBuf], again: Option<&Again<'_>>) -> String {
+    let tally = &done.tally;
+    let found: Vec<Value> = done
+        .found
+        .iter()
+        .zip(saved)
+        .enumerate()
+        .map(|(index, (found, path))| {
+            json!({
+                "repeated": again.and_then(|again| again.confirmed.get(index)),
+                "property": found.property,
+                "case": found.number,
+                "times": found.times,
+                "shrink_executions": found.shrunk.executions,
+                "smallest": found.shrunk.case,
+                "result": found.shrunk.result,
+                "plan": path.display().to_string(),
+            })
+        })
+        .collect();
+    let value = json!({
+        "cases": tally.cases,
+        "resumed": tally.resumed,
+        "passed": tally.passed,
+        "outcomes": tally.outcomes,
+        "nearest": tally.nearest,
+        "reached": tally.reached,
+        "never": done.never,
+        "found": found,
+        "unconfirmed": tally.unconfirmed,
+        "not_judged": again.map(|again| {
+            let why = |one: &Unjudged| (one.name.to_owned(), Value::from(one.why.clone()));
+            again.unjudged.iter().map(why).collect::<serde_json::Map<_, _>>()
+        }),
+        "confidence": again.map(|again| again.confidence),
+        "stopped": done.stopped,
+    });
+    value.to_string()
+}
+
+/// One severity, as it is measured.
+pub fn level_line(level: &Level, fault: &Fault) -> String {
+    let unit = fault.what.info().parameters.first().map_or("", |first| first.unit);
+    format!(
+        "{fault}: {} {unit}: {} of {} runs pass ({:.1} to {:.1} %)",
+        figure(level.severity),
+        level.passed,
+        level.runs,
+        100.0 * level.interval.0,
+        100.0 * level.interval.1
+    )
+}
+
+/// The envelope for a terminal.
+pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> String {
+    let severity = format!("{} of {}, {}", found.kind, found.target, found.unit);
+    let mut table = style.table(&[severity.as_str(), "runs that pass", "95 % interval", ""]);
+    for level in &found.levels {
+        let (lower, upper) = level.interval;
+        let cells = [
+            figure(level.severity),
+            format!("{} of {}", level.passed, level.runs),
+            format!("{:.1} to {:.1} %", 100.0 * lower, 100.0 * upper),
+            "#".repeat((20.0 * level.share()).round() as usize),
+        ];
+        table.add_row(cells.map(Cell::new));
+    }
+    let percent = 100.0 * found.share;
+    let verdict = match found.tolerated {
+        Some(most) if found.is_all => {
+            format!("tolerates all that was tried, up to {} {}", figure(most), found.unit)
+        }
+        Some(most) => format!("passes to {} {}", figure(most), found.unit),
+        None => match found.fails_by_itself() {
+            Some(level) => {
+                format!("too few runs pass without any fault: {} of {}", level.passed, level.runs)
+            }
+            None => "tolerates none that was tried".to_owned(),
+        },
+    };
+    let claim = at_least.map_or(String::new(), |least| {
+        let word = if found.tolerates(least) { "holds" } else { "does not hold" };
+        format!("; at least {} {}: {word}", figure(least), found.unit)
+    });
+    format!("{}\n{verdict}: {percent} % of runs pass, at 95 % confidence{claim}\n", lines(&table))
+}
+
+/// The same for a program.
+pub fn envelopes_json(all: &[Measured]) -> String {
+    serde_json::to_string_pretty(all).unwrap_or_default()
+}
+
+/// A severity that was measured: three digits.
+fn figure(severity: f64) -> String {
+    figures::exact(severity, 3)
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::{Again, campaign_table, envelope_table, figure};
+    use crate::console::Style;
+    use campaign::{
+        Campaign, Case, CaseResult, Envelope, Found, Level, Repeated, Shrunk, Tally, Violated,
+    };
+    use judge::properties::Unjudged;
+    use plan::faults::{Fault, FaultKind, Schedule, Target};
+    use std::path::PathBuf;
+
+    #[test]
+    fn figures_have_three_digits() {
+        for (value, text) in [(2.34567, "2.35"), (0.0123, "0.0123"), (1234.5, "1234"), (5.0, "5")] {
+            assert_eq!(figure(value), text);
+        }
+    }
+
+    /// One property broke, one held, and one state was never reached.
+    pub(crate) fn example() -> (Campaign, Vec<PathBuf>) {
+        let fault = Fault::new(Target::Gyro, FaultKind::typical("drop").unwrap());
+        let case = Case { seed: 7, schedule: Schedule { faults: vec![fault] } };
+        let violated = Violated {
+            property: "fresh_heading".to_owned(),
+            at_s: 12.5,
+            what: "a velocity on a heading of 0.31 s".to_owned(),
+        };
+        let result = CaseResult { violated: vec![violated], ..CaseResult::default() };
+        let tally = Tally {
+            cases: 100,
+            outcomes: [("passed".to_owned(), 90), ("failed".to_owned(), 10)].into(),
+            broken: [("fresh_heading".to_owned(), (3, 41))].into(),
+            reached: [("gyro_silent".to_owned(), 12)].into(),
+            unconfirmed: [("recovers".to_owned(), 2)].into(),
+            nearest: [
+                ("fresh_heading".to_owned(), (-0.21, 41)),
+                ("within_limits".to_owned(), (0.31, 5)),
+            ]
+            .into(),
+            ..Tally::default()
+        };
+        let found = Found {
+            property: "fresh_heading".to_owned(),
+            number: 41,
+            case: case.clone(),
+            shrunk: Shrunk { case, result, executions: 37 },
+            times: 3,
+        };
+        let done = Campaign {
+            tally,
+            found: vec![found],
+            never: vec!["bus_off".to_owned()],
+            stopped: false,
+        };
+        (done, vec!["runs/x/laps-fresh-heading-1a2b3c4d.toml".into()])
+    }
+
+    #[test]
+    fn a_campaign_in_words() {
+        let (done, saved) = example();
+        insta::assert_snapshot!(campaign_table(&done, &saved, None, Style::PLAIN));
+        let unjudged = [Unjudged {
+            name: "done_is_done",
+            kind: judge::properties::Kind::Always,
+            why: "the base is real".to_owned(),
+        }];
+        let confirmed = vec![Some(Repeated { broke: 7, of: 8, at_least: 0.529_3 })];
+        let again = Again { confirmed, unjudged: &unjudged, confidence: 0.95 };
+        insta::assert_snapshot!(
+            "a_campaign_on_a_bench",
+            campaign_table(&done, &saved, Some(&again), Style::PLAIN)
+        );
+    }
+
+    #[test]
+    fn an_envelope_in_words() {
+        let level = |severity, passed, interval| Level { severity, passed, runs: 100, interval };
+        let found = Envelope {
+            kind: "drop".to_owned(),
+            target: "gyro".to_owned(),
+            unit: "%".to_owned(),
+            share: 0.9,
+            levels: vec![
+                level(0.01, 100, (0.963, 1.0)),
+                level(3.162, 99, (0.946, 0.998)),
+                level(31.62, 12, (0.07, 0.198)),
+            ],
+            tolerated: Some(3.162),
+            is_all: false,
+        };
+        insta::assert_snapshot!(envelope_table(&found, Some(2.0), Style::PLAIN));
+    }
+}

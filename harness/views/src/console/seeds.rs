@@ -1,0 +1,77 @@
+//! How many seeds pass: what one run cannot tell.
+
+use super::{Style, lines, printable};
+use campaign::seeds::SeedShare;
+use comfy_table::Cell;
+
+const HEADER: [&str; 5] = ["procedure", "measurement", "seeds that pass", "95 % interval", "paper"];
+
+fn cells(one: &SeedShare) -> [String; HEADER.len()] {
+    let share = match one.seeds {
+        0 => "no seed ran".to_owned(),
+        seeds => {
+            let percent = 100.0 * one.passed as f64 / seeds as f64;
+            format!("{percent:.1} % ({} of {seeds})", one.passed)
+        }
+    };
+    let (lower, upper) = one.interval;
+    [
+        printable(&one.plan),
+        printable(&one.measurement),
+        share,
+        format!("{:.1} % to {:.1} %", 100.0 * lower, 100.0 * upper),
+        printable(one.paper.as_deref().unwrap_or("-")),
+    ]
+}
+
+/// The shares for a terminal.
+pub fn seeds_table(shares: &[SeedShare], style: Style) -> String {
+    let mut table = style.table(&HEADER);
+    for share in shares {
+        table.add_row(cells(share).map(Cell::new));
+    }
+    lines(&table)
+}
+
+/// The shares as a Markdown table.
+pub fn seeds_markdown(shares: &[SeedShare]) -> String {
+    let mut text = markdown_row(HEADER.map(str::to_owned));
+    text += &markdown_row(HEADER.map(|_| "---".to_owned()));
+    shares.iter().for_each(|share| text += &markdown_row(cells(share)));
+    text
+}
+
+fn markdown_row(cells: [String; HEADER.len()]) -> String {
+    let cells = cells.map(|cell| cell.replace('\\', r"\\").replace('|', r"\|"));
+    format!("| {} |\n", cells.join(" | "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{SeedShare, seeds_markdown, seeds_table};
+    use crate::console::Style;
+
+    fn shares() -> Vec<SeedShare> {
+        let share = SeedShare {
+            plan: "laps-observed".into(),
+            measurement: "return_orientation".into(),
+            passed: 187,
+            seeds: 200,
+            interval: (0.892_2, 0.961_6),
+            paper: Some("±1.0 deg in 40 runs | Fig. 5".into()),
+        };
+        let none =
+            SeedShare { passed: 0, seeds: 0, interval: (0.0, 1.0), paper: None, ..share.clone() };
+        vec![share, none]
+    }
+
+    #[test]
+    fn shares_come_with_their_interval() {
+        insta::assert_snapshot!(seeds_table(&shares(), Style::PLAIN));
+    }
+
+    #[test]
+    fn shares_as_markdown() {
+        insta::assert_snapshot!(seeds_markdown(&shares()));
+    }
+}

@@ -1,0 +1,145 @@
+//! `junit.xml`: verdicts in the form that build servers read.
+//!
+//! One suite a run, one case a measurement, and one for the run itself, which has taken all the time. JUnit knows no
+//! marginal: that passes, and its output says so. Where the run folder is known, the run's case and those that failed name
+//! its files as attachments, in lines that Jenkins (JUnit Attachments) and GitLab read.
+
+mod campaign;
+mod envelopes;
+
+pub use campaign::campaign;
+pub use envelopes::envelopes;
+
+use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, TestSuite};
+use record::figures;
+use record::outcome::{Measurement, Outcome, PropertySummary, Summary};
+use record::run_folder::{RECORD, REPORT};
+use std::path::Path;
+use std::time::Duration;
+
+/// Name of the case that stands for the run itself.
+const RUN_CASE: &str = "the run itself";
+
+/// The document for one run. `folder` is the run folder, as seen from where the build server looks: its working directory.
+///
+/// # Errors
+/// When the XML cannot be written, which memory running out would do.
+pub fn document(
+    summary: &Summary,
+    folder: Option<&Path>,
+) -> Result<String, quick_junit::SerializeError> {
+    let mut report = Report::new("hil");
+    report.add_test_suite(suite(summary, &attachments(folder)));
+    report.to_string()
+}
+
+/// The files of a run that explain a verdict, a line each.
+fn attachments(folder: Option<&Path>) -> String {
+    let line = |file: &str| folder.map(|folder| attachment(&folder.join(file)));
+    [REPORT, RECORD].into_iter().filter_map(line).collect()
+}
+
+/// As Jenkins' JUnit Attachments plugin and GitLab read it.
+fn attachment(path: &Path) -> String {
+    format!("[[ATTACHMENT|{}]]\n", path.display())
+}
+
+fn suite(summary: &Summary, attachments: &str) -> TestSuite {
+    let mut suite = TestSuite::new(&*summary.plan);
+    let time = Duration::try_from_secs_f64(summary.wall_s).unwrap_or_default();
+    suite.set_time(time);
+    for (name, value) in [
+        ("title", summary.title.clone()),
+        ("outcome", summary.outcome.name().to_owned()),
+        ("version", summary.version.clone()),
+        ("seed", summary.seed.to_string()),
+        ("clock", summary.clock.clone()),
+        ("bus", summary.bus.clone()),
+        ("device_under_test", summary.device_under_test.clone()),
+        ("simulated_s", summary.simulated_s.to_string()),
+    ] {
+        suite.add_property(Property::new(name, value));
+    }
+    let mut run = run(summary);
+    run.set_time(time);
+    if !attachments.is_empty() {
+        run.set_system_out(attachments);
+    }
+    suite.add_test_case(run);
+    let cases = summary.measurements.iter().map(|one| case(summary, one, attachments));
+    suite.add_test_cases(cases);
+    suite.add_test_cases(summary.properties.iter().map(|judged| property(summary, judged)));
+    suite
+}
+
+/// It ran to its end, whatever was measured, or the bench broke.
+fn run(summary: &Summary) -> TestCase {
+    let status = if matches!(summary.outcome, Outcome::Passed | Outcome::Failed) {
+        TestCaseStatus::success()
+    } else {
+        let mut status = TestCaseStatus::non_success(NonSuccessKind::Error);
+        let reason = summary.reason.as_deref().unwrap_or("no reason was given");
+        status.set_message(reason).set_type(summary.outcome.name()).set_description(reason);
+        status
+    };
+    named(RUN_CASE, summary, status)
+}
+
+/// What is judged takes no time: the run did.
+fn named(name: &str, summary: &Summary, status: TestCaseStatus) -> TestCase {
+    let mut case = TestCase::new(name, status);
+    case.set_classname(&*summary.plan).set_time(Duration::ZERO);
+    case
+}
+
+fn case(summary: &Summary, measurement: &Measurement, attachments: &str) -> TestCase {
+    let sentence = sentence(measurement);
+    if measurement.verdict.is_acceptable() {
+        let mut case = named(&measurement.name, summary, TestCaseStatus::success());
+        case.set_system_out(sentence);
+        return case;
+    }
+    let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
+    let text = format!("{sentence}\nplan {}, seed {}", summary.plan, summary.seed);
+    status.set_message(&*sentence).set_type(measurement.verdict.name()).set_description(text);
+    let mut case = named(&measurement.name, summary, status);
+    if !attachments.is_empty() {
+        case.set_system_out(attachments);
+    }
+    case
+}
+
+/// One that was not judged is skipped; one that must come about in some run of a campaign need not in this.
+fn property(summary: &Summary, property: &PropertySummary) -> TestCase {
+    let status = match &property.not_judged {
+        Some(why) => {
+            let mut status = TestCaseStatus::skipped();
+            status.set_message(why.as_str());
+            status
+        }
+        None if property.is_broken() => {
+            let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
+            let what = property.what.as_deref().unwrap_or("broken");
+            status.set_message(what).set_type("broken").set_description(what);
+            status
+        }
+        None => TestCaseStatus::success(),
+    };
+    named(&property.name, summary, status)
+}
+
+/// Value, band and paper in one line.
+fn sentence(measurement: &Measurement) -> String {
+    let Measurement { unit, lower, upper, statistic, .. } = measurement;
+    let measured = match measurement.value {
+        Some(value) => figures::quantity(value, measurement.uncertainty, unit),
+        None => "nothing measured".to_owned(),
+    };
+    let verdict = measurement.verdict.name();
+    let band = figures::band(*lower, *upper, unit);
+    let paper = measurement.paper.as_deref().unwrap_or("gives nothing");
+    format!("{verdict}: {statistic}: {measured}; band: {band}; paper: {paper}")
+}
+
+#[cfg(test)]
+mod tests;

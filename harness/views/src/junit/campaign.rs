@@ -1,0 +1,99 @@
+//! A campaign as a suite: one case a property, with the smallest case that breaks it.
+
+use super::attachment;
+use campaign::{Account, Campaign};
+use judge::properties::Unjudged;
+use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, TestSuite};
+use record::run_folder::REPORT;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Name of the case that stands for the campaign itself.
+const CAMPAIGN_CASE: &str = "the campaign itself";
+
+/// The document for a campaign, whose `account` says of which plan and how long. `saved` are the plans of the smallest
+/// cases, one for each property that broke; `unjudged` is what the bench does not show; `folder` is the campaign's. States
+/// that no case came to are skipped: they fail nothing.
+///
+/// # Errors
+/// When the XML cannot be written, which memory running out would do.
+pub fn campaign(
+    account: &Account,
+    done: &Campaign,
+    saved: &[PathBuf],
+    unjudged: &[Unjudged],
+    folder: &Path,
+) -> Result<String, quick_junit::SerializeError> {
+    let (plan, tally) = (&account.plan, &done.tally);
+    let wall_s = account.end.as_ref().map_or(0.0, |end| end.wall_s);
+    let time = Duration::try_from_secs_f64(wall_s).unwrap_or_default();
+    let report_page = attachment(&folder.join(REPORT));
+    let mut suite = TestSuite::new(format!("campaign {plan}"));
+    suite.set_time(time);
+    suite.add_property(Property::new("seed", account.seed.to_string()));
+    suite.add_property(Property::new("cases", tally.cases.to_string()));
+    suite.add_property(Property::new("passed", tally.passed.to_string()));
+    let case = |name: &str, status: TestCaseStatus| {
+        let mut case = TestCase::new(name, status);
+        case.set_classname(format!("campaign.{plan}")).set_time(Duration::ZERO);
+        case
+    };
+    let ended = if done.stopped {
+        let mut status = TestCaseStatus::non_success(NonSuccessKind::Error);
+        let message = format!("stopped after {} cases", tally.cases);
+        status.set_message(&*message).set_type("aborted").set_description(&*message);
+        status
+    } else {
+        TestCaseStatus::success()
+    };
+    let mut itself = case(CAMPAIGN_CASE, ended);
+    itself.set_time(time).set_system_out(&*report_page);
+    suite.add_test_case(itself);
+
+    let found: BTreeSet<&str> = done.found.iter().map(|found| &*found.property).collect();
+    for (found, path) in done.found.iter().zip(saved) {
+        let what = found.shrunk.result.violated.iter().find(|one| one.property == found.property);
+        let what = what.map_or("broken", |violated| &*violated.what);
+        let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
+        let text = format!(
+            "{what}\nbroken by {} of {} cases; the smallest again: hil run {} --seed {} {}",
+            found.times,
+            tally.cases,
+            path.display(),
+            found.shrunk.case.seed,
+            account.replay
+        );
+        status.set_message(what).set_type("broken").set_description(text.trim_end());
+        let mut broken = case(&found.property, status);
+        broken.set_system_out(attachment(path) + &report_page);
+        suite.add_test_case(broken);
+    }
+    for (property, (margin, _)) in &tally.nearest {
+        if !found.contains(&**property) {
+            let mut held = case(property, TestCaseStatus::success());
+            held.set_system_out(format!("held; least margin {margin:.3} of its limit"));
+            suite.add_test_case(held);
+        }
+    }
+    for one in unjudged {
+        suite.add_test_case(case(one.name, skipped(&one.why)));
+    }
+    for (state, times) in &tally.reached {
+        let mut reached = case(state, TestCaseStatus::success());
+        reached.set_system_out(format!("reached by {times} cases"));
+        suite.add_test_case(reached);
+    }
+    for state in &done.never {
+        suite.add_test_case(case(state, skipped("no case came to it")));
+    }
+    let mut report = Report::new("hil");
+    report.add_test_suite(suite);
+    report.to_string()
+}
+
+fn skipped(why: &str) -> TestCaseStatus {
+    let mut status = TestCaseStatus::skipped();
+    status.set_message(why);
+    status
+}

@@ -1,0 +1,65 @@
+//! No schema of JUnit is the standard: what its readers share is tested here.
+
+use super::{campaign, document};
+use crate::console::example;
+use ::campaign::{Account, End};
+use quick_junit::{Report, TestCaseStatus};
+use record::outcome::samples::{properties, summary};
+use record::outcome::{Outcome, Summary};
+use std::path::Path;
+
+fn account() -> Account {
+    let end = End { wall_s: 4.5, ..End::default() };
+    Account { plan: "live-side".to_owned(), seed: 3, end: Some(end), ..Account::new() }
+}
+
+const FOLDER: &str = "runs/laps-observed-seed7";
+
+#[test]
+fn verdicts_become_cases() {
+    insta::assert_snapshot!(document(&summary(), Some(Path::new(FOLDER))).unwrap());
+}
+
+#[test]
+fn a_broken_bench_is_an_error() {
+    let reason = Some("gyro: \u{1b}[31mno such port <ttyUSB0>".to_owned());
+    let measurements = Vec::new();
+    let broken = Summary { outcome: Outcome::Error, reason, measurements, ..summary() };
+    insta::assert_snapshot!(document(&broken, None).unwrap());
+}
+
+#[test]
+fn a_campaign_has_a_case_for_each_property() {
+    let (done, saved) = example();
+    insta::assert_snapshot!(campaign(&account(), &done, &saved, &[], Path::new("runs/x")).unwrap());
+}
+
+/// The attributes and counts that Jenkins, GitLab and GitHub's reporters rely on.
+#[test]
+fn what_readers_rely_on_is_there() {
+    let run = Summary { properties: properties(), ..summary() };
+    let (done, saved) = example();
+    let of_run = document(&run, Some(Path::new(FOLDER))).unwrap();
+    for xml in [of_run, campaign(&account(), &done, &saved, &[], Path::new("runs/x")).unwrap()] {
+        let report = Report::deserialize_from_str(&xml).unwrap();
+        for suite in &report.test_suites {
+            let failed = suite
+                .test_cases
+                .iter()
+                .filter(|case| matches!(case.status, TestCaseStatus::NonSuccess { .. }));
+            assert_eq!(suite.tests, suite.test_cases.len());
+            assert_eq!(suite.failures + suite.errors, failed.count());
+            assert!(suite.failures > 0, "{xml}");
+            for case in &suite.test_cases {
+                assert!(case.classname.is_some(), "{}", case.name.as_str());
+                if let TestCaseStatus::NonSuccess { message, ty, description, .. } = &case.status {
+                    assert!(message.is_some() && ty.is_some() && description.is_some());
+                    let out = case.system_out.as_ref().map_or("", |text| text.as_str());
+                    let is_property =
+                        run.properties.iter().any(|one| one.name == case.name.as_str());
+                    assert!(out.contains("[[ATTACHMENT|runs/") || is_property, "{xml}");
+                }
+            }
+        }
+    }
+}

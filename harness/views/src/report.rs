@@ -1,0 +1,56 @@
+//! `report.html`: a run on one page, a [`campaign`], or an [`identification`], for a person.
+//!
+//! The page stands alone: no script, no request, light or dark as the reader's system is, fit to be
+//! printed. It is computed from the summary and the record only, so that it can be drawn again later.
+//!
+//! What is absent: judgement. Verdicts come from the summary; the page only shows them.
+
+mod against;
+mod bus_load;
+pub mod campaign;
+mod collect;
+mod decided;
+mod download;
+pub mod envelopes;
+mod fault_spans;
+mod frame;
+mod heading;
+pub mod identification;
+mod marks;
+mod measurements;
+mod median;
+mod observations;
+mod observed;
+mod page;
+mod palette;
+mod panel;
+mod paper;
+mod path;
+mod plain;
+mod properties;
+#[cfg(test)]
+mod samples;
+mod scatter;
+mod steps;
+#[cfg(test)]
+mod tests;
+mod thin;
+mod timeline;
+mod trouble;
+
+use collect::Collected;
+use record::Record;
+use record::header::Header;
+use record::outcome::Summary;
+use record::reader::RecordError;
+
+/// The page of a run: its summary, what its record says about itself, and its records, read once
+/// and not kept. A record that ends early is drawn as far as it goes, and the page says so.
+pub fn render(
+    summary: &Summary,
+    header: &Header,
+    records: impl IntoIterator<Item = Result<Record, RecordError>>,
+) -> String {
+    let collected = Collected::of(records);
+    page::page(summary, header, &collected).into_string()
+}

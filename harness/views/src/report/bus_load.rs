@@ -1,0 +1,186 @@
+//! How busy the bus and the serial lines were, second by second.
+
+use super::download::{ROWS_MAX, Table, number, place};
+use super::frame::{Axis, Frame, SCALE};
+use super::palette::CCW;
+use super::thin::{Point, extremes};
+use maud::{Markup, html};
+use plotters::element::PathElement;
+use plotters::style::Color;
+use record::header::Line;
+use record::{Device, Record, RecordKind};
+use std::collections::BTreeMap;
+use wire::can::BIT_RATE;
+
+/// The most seconds that are kept: two days.
+const SECONDS_MAX: usize = 172_800;
+
+/// Columns of a plot; two points of each are drawn.
+const COLUMNS: usize = 600;
+
+/// More seconds than this are shown in hours.
+const SHORT_MAX: usize = 7_200;
+
+/// What crossed a line in each second, from the first.
+type Seconds = Vec<u32>;
+
+/// What crossed each line.
+#[derive(Debug, Default)]
+pub(super) struct BusLoad {
+    /// Bits on the CAN bus, before stuffing.
+    can_bits: Seconds,
+    /// Bytes by whoever sent them.
+    bytes: BTreeMap<Device, Seconds>,
+    /// Frames and bytes later than [`SECONDS_MAX`].
+    overflowed: u64,
+}
+
+impl BusLoad {
+    /// Counts what crossed.
+    pub(super) fn add(&mut self, record: &Record) {
+        let (seconds, amount) = match &record.kind {
+            RecordKind::Frame(frame) => {
+                let bits = frame.frame().map_or(0, |frame| frame.bits_unstuffed());
+                (&mut self.can_bits, bits)
+            }
+            RecordKind::Bytes(bytes) => {
+                let count = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
+                (self.bytes.entry(record.device).or_default(), count)
+            }
+            _ => return,
+        };
+        // Whole seconds; no time is negative.
+        let second = record.at.as_secs_f64() as usize;
+        if second >= SECONDS_MAX {
+            self.overflowed += 1;
+            return;
+        }
+        if seconds.len() <= second {
+            seconds.resize(second + 1, 0);
+        }
+        seconds[second] = seconds[second].saturating_add(amount);
+    }
+
+    /// A plot for each line; words where the record holds neither frames nor bytes.
+    pub(super) fn plots(&self, lines: &[Line]) -> Markup {
+        if self.can_bits.is_empty() && self.bytes.is_empty() {
+            return html! {
+                p.missing {
+                    "The record holds no frames and no bytes; " code { "--record full" } " keeps them."
+                }
+            };
+        }
+        let share = 100.0 / BIT_RATE as f64;
+        let kbit = BIT_RATE / 1_000;
+        html! {
+            div.plots {
+                @if !self.can_bits.is_empty() {
+                    (plot(
+                        "CAN bus",
+                        "share of bit time in %",
+                        &points(&self.can_bits, share),
+                        &format!("Without stuff bits, of {kbit} kbit/s, the rate of the emulated bus."),
+                    ))
+                }
+                @for (device, seconds) in &self.bytes {
+                    @let line = lines.iter().find(|line| line.device == *device);
+                    (serial(*device, seconds, line))
+                }
+            }
+            @if self.overflowed > 0 {
+                p.missing { (self.overflowed) " frames and packets came later than is drawn." }
+            }
+        }
+    }
+}
+
+/// As a share of what the line can carry, where that is known.
+fn serial(device: Device, seconds: &[u32], line: Option<&Line>) -> Markup {
+    let title = format!("Serial line, sent by the {}", device.name());
+    let most = seconds.iter().max().copied().unwrap_or_default();
+    let Some(line) = line.filter(|line| line.baud > 0) else {
+        let note = "Of which line, or at how many baud, the record does not say.";
+        return plot(&title, "bytes/s", &points(seconds, 1.0), note);
+    };
+    let Line { baud, bits_per_byte, .. } = line;
+    let share = 100.0 * f64::from(*bits_per_byte) / f64::from(*baud);
+    let can = baud / (*bits_per_byte).max(1);
+    let note = format!("At most {most} bytes/s, of {can} at {baud} baud.");
+    plot(&title, "share of bit time in %", &points(seconds, share), &note)
+}
+
+fn points(seconds: &[u32], unit: f64) -> Vec<Point> {
+    seconds.iter().enumerate().map(|(at, amount)| (at as f64, f64::from(*amount) * unit)).collect()
+}
+
+fn plot(title: &str, unit: &str, points: &[Point], note: &str) -> Markup {
+    let (unit_of_time, unit_s) = match points.len() {
+        0..=SHORT_MAX => ("s", 1.0),
+        _ => ("h", 3_600.0),
+    };
+    let line: Vec<Point> =
+        extremes(points, COLUMNS).into_iter().map(|(at, load)| (at / unit_s, load)).collect();
+    let kept = extremes(points, ROWS_MAX / 2);
+    let frame = Frame::wide(
+        Axis::around(
+            format!("bench time in {unit_of_time}"),
+            points.iter().map(|point| point.0 / unit_s),
+        ),
+        Axis::around(unit, points.iter().map(|point| point.1).chain([0.0])),
+    );
+    let drawn = line.len();
+    let plot = frame.plot(&format!("load of {title}"), |chart| {
+        chart.draw_series([PathElement::new(line, CCW.stroke_width(SCALE))])?;
+        Ok(())
+    });
+    let left_out = points.len() - kept.len();
+    let mut data = Table::new(["time_s", unit]);
+    for (at, load) in kept {
+        data.row([place(at), number(load)]);
+    }
+    html! {
+        figure {
+            h3 { (title) }
+            (plot)
+            figcaption {
+                p {
+                    (note) " " (points.len()) " second" @if points.len() != 1 { "s" }
+                    @if drawn < points.len() {
+                        "; " (drawn) " drawn, the quietest and the busiest of each column"
+                    }
+                    ". " (data.without(left_out).link(&format!("load-{title}")))
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::BusLoad;
+    use record::header::Line;
+    use record::samples::record;
+    use record::{Device, RecordKind};
+    use wire::can::{CanFrame, StandardId};
+
+    #[test]
+    fn what_crosses_is_counted_in_its_second() {
+        let frame = CanFrame::new(StandardId::new(1).unwrap(), &[0; 8]).unwrap();
+        let mut load = BusLoad::default();
+        assert!(load.plots(&[]).into_string().contains("--record full"));
+        for at_s in [0.5, 2.1, 2.9] {
+            load.add(&record(at_s, Device::Base, RecordKind::Frame(frame.into())));
+            load.add(&record(at_s, Device::Gyro, RecordKind::Bytes(vec![0; 8])));
+        }
+        load.add(&record(1e9, Device::Gyro, RecordKind::Bytes(vec![0; 8])));
+        assert_eq!(load.can_bits, [111, 0, 222]);
+        assert_eq!(load.bytes[&Device::Gyro], [8, 0, 16]);
+        assert_eq!(load.overflowed, 1);
+        let text = load.plots(&[]).into_string();
+        assert_eq!(text.matches("<svg").count(), 2);
+        assert!(text.contains("bytes/s") && text.contains("500 kbit/s"), "{text}");
+        let line = Line { device: Device::Gyro, baud: 9_600, bits_per_byte: 10 };
+        let text = load.plots(&[line]).into_string();
+        assert!(text.contains("At most 16 bytes/s, of 960 at 9600 baud."), "{text}");
+    }
+}

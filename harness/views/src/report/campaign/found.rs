@@ -1,0 +1,48 @@
+//! The smallest case of each property that broke: what was seen, the schedule, and how to see it again.
+
+use campaign::{Account, FoundCase};
+use maud::{Markup, html};
+
+/// One card each; nothing where nothing was made small.
+pub(super) fn cards(account: &Account) -> Option<Markup> {
+    let found = &account.end.as_ref()?.found;
+    (!found.is_empty()).then(|| html! { div.cards { @for one in found { (card(account, one)) } } })
+}
+
+fn card(account: &Account, found: &FoundCase) -> Markup {
+    let schedule = &found.case.schedule;
+    let count = schedule.faults.len();
+    html! {
+        div.effect.broken {
+            h3 { (found.property) }
+            p { (found.what) }
+            p.small {
+                "At " (format!("{:.3}", found.at_s)) " s. First broken by case " (found.number) ", by "
+                (found.times) " case" @if found.times != 1 { "s" } " in all; made small in "
+                (found.executions) " runs: " (count) " fault" @if count != 1 { "s" } "."
+                @if let Some(repeated) = found.repeated {
+                    " Broke in " (repeated.broke) " of " (repeated.of) " repetitions."
+                }
+            }
+            @if count > 0 { pre { (schedule.to_toml().trim()) } }
+            p { "Again: " code { (command(account, found)) } }
+            p.small {
+                "Plan: "
+                @match found.file.as_deref().filter(|name| is_plain(name)) {
+                    Some(name) => a href=(name) { (name) },
+                    None => code { (found.plan) },
+                }
+            }
+        }
+    }
+}
+
+fn command(account: &Account, found: &FoundCase) -> String {
+    let command = format!("hil run {} --seed {} {}", found.plan, found.case.seed, account.replay);
+    command.trim_end().to_owned()
+}
+
+/// A file beside the page and nothing else: a link may lead nowhere outside.
+fn is_plain(name: &str) -> bool {
+    !name.starts_with('.') && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
+}

@@ -1,0 +1,96 @@
+//! What the page needs of a journal, gathered in one pass.
+
+use super::super::thin::Point;
+use campaign::{Line, Struck, Tally};
+use plan::faults::{Fault, When};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The most cases whose margins are kept.
+const MARGINS_MAX: usize = 1_000_000;
+
+/// When a fault began, as a column of a table.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Column {
+    /// With the run.
+    Always,
+    /// At a time, whatever the plan was about.
+    At,
+    /// With or within a phase of the plan.
+    Phase(String),
+}
+
+impl Column {
+    fn of(fault: &Fault) -> Self {
+        match &fault.when {
+            When::Always => Self::Always,
+            When::At(_) => Self::At,
+            When::Step { phase, .. } | When::During { phase, .. } => {
+                Self::Phase(phase.as_str().to_owned())
+            }
+        }
+    }
+
+    pub(super) fn name(&self) -> &str {
+        match self {
+            Self::Always => "from the beginning",
+            Self::At => "at a time",
+            Self::Phase(name) => name,
+        }
+    }
+}
+
+/// How many cases tried something, and in how many of these something broke.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Tried {
+    pub cases: u64,
+    pub broke: u64,
+}
+
+impl Tried {
+    fn count(&mut self, broke: bool) {
+        self.cases += 1;
+        self.broke += u64::from(broke);
+    }
+}
+
+/// Everything of a journal that is drawn.
+#[derive(Debug, Clone, Default)]
+pub struct Gathered {
+    pub(super) tally: Tally,
+    pub(super) margins: BTreeMap<String, Vec<Point>>,
+    pub(super) tried: BTreeMap<(Struck, Column), Tried>,
+    /// Cases whose margins are beyond [`MARGINS_MAX`].
+    pub(super) margins_not_kept: u64,
+}
+
+impl Gathered {
+    /// Adds one case.
+    pub fn add(&mut self, line: &Line) {
+        self.tally.count(line.number, &line.result);
+        let broke = !line.result.violated.is_empty();
+        let what: BTreeSet<(Struck, Column)> = line
+            .case
+            .schedule
+            .faults
+            .iter()
+            .map(|fault| (struck(fault), Column::of(fault)))
+            .collect();
+        for key in what {
+            self.tried.entry(key).or_default().count(broke);
+        }
+        if self.tally.cases > MARGINS_MAX as u64 {
+            self.margins_not_kept += 1;
+            return;
+        }
+        for (property, margin) in
+            line.result.margins.iter().filter(|(_, margin)| margin.is_finite())
+        {
+            let points = self.margins.entry(property.clone()).or_default();
+            points.push((line.number as f64, *margin));
+        }
+    }
+}
+
+fn struck(fault: &Fault) -> Struck {
+    Struck { kind: fault.what.name().to_owned(), target: fault.target.name().to_owned() }
+}

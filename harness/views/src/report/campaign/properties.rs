@@ -1,0 +1,93 @@
+//! How often each property broke and how near it came, and how often each state came about.
+
+use super::Gathered;
+use campaign::Account;
+use maud::{Markup, html};
+use std::collections::BTreeSet;
+
+/// Properties that must hold at every moment; nothing where none was judged.
+pub(super) fn always(account: &Account, gathered: &Gathered) -> Option<Markup> {
+    let tally = &gathered.tally;
+    let not_judged = account.end.as_ref().map(|end| &end.not_judged);
+    let names: BTreeSet<&String> = tally.nearest.keys().chain(tally.broken.keys()).collect();
+    if names.is_empty() && not_judged.is_none_or(|none| none.is_empty()) {
+        return None;
+    }
+    Some(html! {
+        div.scroll {
+            table {
+                thead {
+                    tr {
+                        th { "property" } th.number { "broken by" } th { "" } th.number { "least margin" }
+                        th.number { "in case" } th { "verdict" }
+                    }
+                }
+                tbody {
+                    @for name in names { (row(name, gathered)) }
+                    @for (name, why) in not_judged.into_iter().flatten() {
+                        tr.unset {
+                            td { strong { (name) } div.small { "not judged: " (why) } }
+                            td.number { "-" } td {} td.number { "-" } td.number { "-" }
+                            td { span.verdict { "not judged" } }
+                        }
+                    }
+                }
+            }
+        }
+        p.small { "A margin is the least distance to a violation as a share of its limit; below zero it broke." }
+    })
+}
+
+fn row(name: &str, gathered: &Gathered) -> Markup {
+    let tally = &gathered.tally;
+    let (times, first) = tally.broken.get(name).copied().unwrap_or_default();
+    let nearest = tally.nearest.get(name).filter(|(margin, _)| margin.is_finite());
+    let unconfirmed = tally.unconfirmed.get(name);
+    html! {
+        tr.(if times > 0 { "fail" } else { "pass" }) {
+            td {
+                strong { (name) }
+                @if let Some(times) = unconfirmed {
+                    div.small { "broke once in " (times) " more, whose repetitions do not show it" }
+                }
+            }
+            td.number { (times) " of " (tally.cases) }
+            td { (bar(times, tally.cases, "fault")) }
+            td.number { (nearest.map_or_else(|| "-".to_owned(), |(margin, _)| format!("{margin:.3}"))) }
+            td.number { (nearest.map_or(first, |(_, number)| *number)) }
+            td { span.verdict { (if times > 0 { "broken" } else { "held" }) } }
+        }
+    }
+}
+
+/// States that should come about in some case; nothing where the plan names none.
+pub(super) fn sometimes(account: &Account, gathered: &Gathered) -> Option<Markup> {
+    let tally = &gathered.tally;
+    let names: BTreeSet<&String> = account.states.iter().chain(tally.reached.keys()).collect();
+    (!names.is_empty()).then(|| {
+        html! {
+            div.scroll {
+                table {
+                    thead { tr { th { "state" } th.number { "reached by" } th { "" } } }
+                    tbody {
+                        @for name in names {
+                            @let times = tally.reached.get(name).copied().unwrap_or_default();
+                            tr.(if times == 0 { "marginal" } else { "pass" }) {
+                                td { strong { (name) } }
+                                td.number {
+                                    @if times == 0 { span.reason { "no case" } } @else { (times) " of " (tally.cases) }
+                                }
+                                td { (bar(times, tally.cases, "state")) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    })
+}
+
+fn bar(times: u64, of: u64, class: &str) -> Markup {
+    let share = 100.0 * times as f64 / of.max(1) as f64;
+    html! { span.bar.(class) { i style=(format!("width:{share:.1}%")) {} } }
+}

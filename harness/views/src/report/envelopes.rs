@@ -1,0 +1,176 @@
+//! `report.html` of envelopes: the probability to pass over the severity of a fault.
+
+use super::download::{Table, number};
+use super::frame::{Axis, Drawn, Frame, SCALE};
+use super::page::{document, section};
+use super::palette::{BAND, CCW, OUTSIDE};
+use campaign::{Level, Measured};
+use maud::{Markup, html};
+use plotters::element::{Circle, PathElement};
+use plotters::style::Color;
+use record::figures;
+
+/// The page of the envelopes of a plan. The same arguments give the same bytes.
+pub fn page(plan: &str, all: &[Measured]) -> String {
+    let body = html! {
+        header {
+            h1 { (plan) ": how much of each fault is tolerated" }
+            p {
+                "A run passes where every measurement is in its band and no property broke. A severity is "
+                "tolerated where, of it and of every smaller one that was run, the lower end of the 95 % "
+                "interval (Wilson) is the share that is asked for, or more."
+            }
+        }
+        (section("Envelopes", Some(table(all))))
+        @for one in all {
+            (section(&format!("{} of {}", one.envelope.kind, one.envelope.target), Some(figure(one))))
+        }
+    };
+    document(&format!("{plan}: envelopes"), &body).into_string()
+}
+
+fn table(all: &[Measured]) -> Markup {
+    html! {
+        div.scroll {
+            table {
+                thead {
+                    tr {
+                        th { "fault" } th { "strikes" } th { "passes to" } th { "of runs" } th { "asked for" }
+                        th { "verdict" }
+                    }
+                }
+                tbody {
+                    @for one in all {
+                        @let envelope = &one.envelope;
+                        tr.(if one.holds() { "pass" } else { "fail" }) {
+                            td { (envelope.kind) }
+                            td { (envelope.target) }
+                            td {
+                                @match envelope.tolerated {
+                                    Some(most) => {
+                                        (severity(most)) " " (envelope.unit)
+                                        @if envelope.is_all { " (all that was tried)" }
+                                    },
+                                    None => @match envelope.fails_by_itself() {
+                                        Some(level) => {
+                                            "too few runs pass without any fault: " (level.passed) " of "
+                                            (level.runs)
+                                        },
+                                        None => "none that was tried",
+                                    },
+                                }
+                            }
+                            td { (figures::exact(100.0 * envelope.share, 3)) " %" }
+                            td {
+                                @if let Some(least) = one.at_least { (severity(least)) " " (envelope.unit) }
+                            }
+                            td { (verdict(one)) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn verdict(one: &Measured) -> Markup {
+    let word = if one.holds() { "pass" } else { "fail" };
+    html! { @if one.at_least.is_some() { span.verdict { (word) } } }
+}
+
+/// Share of runs that pass over the logarithm of the severity, with the interval of each.
+fn figure(one: &Measured) -> Markup {
+    let envelope = &one.envelope;
+    let levels: Vec<&Level> = envelope.levels.iter().filter(|level| level.severity > 0.0).collect();
+    let exponents = levels.iter().map(|level| level.severity.log10());
+    let asked = one.at_least.filter(|least| *least > 0.0).map(f64::log10);
+    let unit = if envelope.unit == "1" { "" } else { &envelope.unit };
+    let frame = Frame::wide(
+        Axis::decades(format!("severity in {unit}"), exponents.chain(asked)),
+        Axis::around("runs that pass in %", [0.0, 100.0]),
+    );
+    let name = format!("share of runs that pass over the severity of {}", envelope.kind);
+    let plot = frame.plot(&name, |chart| -> Drawn {
+        let share = 100.0 * envelope.share;
+        let across = [(frame.x.range.start, share), (frame.x.range.end, share)];
+        chart.draw_series([PathElement::new(across, BAND.stroke_width(SCALE))])?;
+        if let Some(asked) = asked {
+            let up = [(asked, 0.0), (asked, 100.0)];
+            chart.draw_series([PathElement::new(up, OUTSIDE.stroke_width(SCALE))])?;
+        }
+        let bars = levels.iter().map(|level| {
+            let at = level.severity.log10();
+            let (lower, upper) = level.interval;
+            PathElement::new([(at, 100.0 * lower), (at, 100.0 * upper)], CCW.stroke_width(SCALE))
+        });
+        chart.draw_series(bars)?;
+        let points: Vec<(f64, f64)> =
+            levels.iter().map(|level| (level.severity.log10(), 100.0 * level.share())).collect();
+        let radius = 3 * SCALE as i32;
+        chart.draw_series(points.iter().map(|at| Circle::new(*at, radius, CCW.filled())))?;
+        chart.draw_series([PathElement::new(points, CCW.stroke_width(SCALE))])?;
+        Ok(())
+    });
+    let mut data = Table::new(["severity", "passed", "runs", "lower", "upper"]);
+    for level in &envelope.levels {
+        data.row([
+            number(level.severity),
+            level.passed.to_string(),
+            level.runs.to_string(),
+            number(level.interval.0),
+            number(level.interval.1),
+        ]);
+    }
+    html! {
+        figure {
+            (plot)
+            figcaption {
+                "Points are shares of runs that passed, bars their 95 % intervals. Green: the share that "
+                "is asked for."
+                @if one.at_least.is_some() { " Red: the severity that must be tolerated." }
+                " " (data.link(&format!("{}-{}", envelope.kind, envelope.target)))
+            }
+        }
+    }
+}
+
+fn severity(value: f64) -> String {
+    figures::exact(value, 3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Measured, page};
+    use campaign::{Envelope, Level};
+    use scraper::{Html, Selector};
+
+    fn measured(at_least: Option<f64>) -> Measured {
+        let level = |severity, passed| Level { severity, passed, runs: 40, interval: (0.1, 0.9) };
+        let envelope = Envelope {
+            kind: "drop".to_owned(),
+            target: "<gyro>".to_owned(),
+            unit: "%".to_owned(),
+            share: 0.9,
+            levels: vec![level(0.0, 40), level(0.1, 40), level(1.0, 30), level(10.0, 0)],
+            tolerated: Some(0.1),
+            is_all: false,
+        };
+        Measured { plan: "x".to_owned(), envelope, at_least }
+    }
+
+    fn texts(page: &Html, selector: &str) -> Vec<String> {
+        let selector = Selector::parse(selector).unwrap();
+        page.select(&selector).map(|found| found.text().collect()).collect()
+    }
+
+    #[test]
+    fn the_page_says_what_holds_and_draws_what_was_run() {
+        let text = page("laps", &[measured(Some(0.1)), measured(Some(0.2)), measured(None)]);
+        assert!(!text.contains("<gyro>") && !text.contains("://"), "text from outside is escaped");
+        let page = Html::parse_document(&text);
+        assert_eq!(texts(&page, ".verdict"), ["pass", "fail"]);
+        assert_eq!(page.select(&Selector::parse("svg.plot").unwrap()).count(), 3);
+        assert_eq!(page.select(&Selector::parse("a.data").unwrap()).count(), 3);
+        assert_eq!(texts(&page, "td:nth-child(3)"), ["0.1 %", "0.1 %", "0.1 %"]);
+    }
+}

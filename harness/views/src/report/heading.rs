@@ -1,0 +1,80 @@
+//! What run it is and how it ended.
+
+use super::collect::Collected;
+use maud::{Markup, html};
+use record::figures;
+use record::outcome::{Counts, Outcome, Summary};
+
+/// The top of the page.
+pub(super) fn heading(summary: &Summary, collected: &Collected) -> Markup {
+    let outcome = summary.outcome;
+    let counts = Counts::of(&summary.measurements);
+    html! {
+        header.(outcome.name()) {
+            p.outcome { (outcome.name()) }
+            h1 { (summary.title) }
+            p.lead { (counts) ". " (reason(summary)) }
+            @if let Some(title) = collected.steps.unfinished() {
+                @if outcome != Outcome::Passed {
+                    p.lead { "The step that had not ended: " (title) "." }
+                }
+            }
+            @if let Some(cut) = &collected.cut {
+                p.lead.cut { "Drawn from what could be read: " (cut) "." }
+            }
+            dl {
+                (fact("plan", &summary.plan))
+                (fact("seed", &summary.seed.to_string()))
+                (fact("clock", &summary.clock))
+                (fact("bus", &summary.bus))
+                (fact("device under test", &summary.device_under_test))
+                (fact("bench time", &figures::duration(summary.simulated_s)))
+                (fact("took", &figures::duration(summary.wall_s)))
+                (fact("events", &grouped(summary.events)))
+                (fact("records", &grouped(collected.records)))
+                @if let Some(timing) = &summary.timing {
+                    (fact("late, 99 % of the time", &format!("at most {:.1} ms", timing.late.p99_ms)))
+                    (fact("late, at worst", &format!("{:.1} ms", timing.late.max_ms)))
+                    (fact("scheduling", &timing.scheduling))
+                }
+                (fact("exit status", &outcome.exit_status().to_string()))
+                (fact("hil", &summary.version))
+            }
+        }
+    }
+}
+
+fn reason(summary: &Summary) -> &str {
+    match (&summary.reason, summary.outcome) {
+        (Some(reason), _) => reason,
+        (None, Outcome::Passed) => "",
+        (None, _) => "No reason was given.",
+    }
+}
+
+fn fact(name: &str, value: &str) -> Markup {
+    html! { div { dt { (name) } dd { (value) } } }
+}
+
+/// A count with thin gaps between its thousands.
+fn grouped(count: u64) -> String {
+    let digits = count.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push('\u{202f}');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn thousands_are_set_apart() {
+        assert_eq!(super::grouped(34_567_890), "34\u{202f}567\u{202f}890");
+        assert_eq!(super::grouped(0), "0");
+        assert_eq!(super::grouped(999), "999");
+    }
+}

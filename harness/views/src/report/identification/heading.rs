@@ -1,0 +1,91 @@
+//! The answer, at the top of the page.
+
+use identification::finding::{Finding, HeldOut, Verdict};
+use maud::{Markup, html};
+use record::figures;
+
+/// The top of the page.
+pub(super) fn heading(finding: &Finding) -> Markup {
+    let (class, word) = match finding.verdict {
+        Verdict::Explained => ("passed", "explained"),
+        Verdict::NothingMissing => ("passed", "nothing is missing"),
+        Verdict::StructureLeft => ("open", "structure is left"),
+    };
+    html! {
+        header.(class) {
+            p.outcome { (word) }
+            h1 { (finding.dataset) }
+            @for sentence in finding.in_words() { p.lead { (sentence) } }
+            p.lead { (verdict(finding)) }
+            @for held_out in std::iter::once(&finding.held_out).chain(&finding.held_out_also) {
+                (errors(held_out))
+            }
+            @for notice in &finding.notices { p.lead.cut { "Note: " (notice) } }
+            dl {
+                (fact("kind", finding.kind.name()))
+                (fact("rows", &finding.rows.to_string()))
+                (fact("runs", &finding.runs.to_string()))
+                (fact("seed", &finding.seed.to_string()))
+                (fact(
+                    "noise floor",
+                    &figures::quantity(finding.noise_floor.value, 0.0, &finding.noise_floor.unit),
+                ))
+            }
+        }
+    }
+}
+
+/// The verdict in a sentence.
+fn verdict(finding: &Finding) -> String {
+    let count = finding.effects.len();
+    let effects = match count {
+        1 => "one effect".to_owned(),
+        _ => format!("{count} effects"),
+    };
+    match finding.verdict {
+        Verdict::Explained => format!(
+            "The model given lacked {effects}. What was found lowers the error on data that took no part in \
+             the fit, and no further cause shows in what remains."
+        ),
+        Verdict::NothingMissing => {
+            "The model given leaves nothing but noise: these data give no reason to add anything."
+                .to_owned()
+        }
+        Verdict::StructureLeft if count == 0 => {
+            "Something remains that is not noise, and no effect that was tried describes it."
+                .to_owned()
+        }
+        Verdict::StructureLeft => format!(
+            "The model given lacked {effects}, but what remains is still not noise alone: the model is \
+             better, not complete."
+        ),
+    }
+}
+
+/// Before and after, and how sure that is.
+fn errors(held_out: &HeldOut) -> Markup {
+    let HeldOut { quantity, unit, before, after, ci95: [low, high], folds, .. } = held_out;
+    let change = 100.0 * (after - before) / before;
+    // A quarter of a 95 % interval is about a standard error: it says which digits count.
+    let figure = |value: f64| figures::value(value, (high - low) / 4.0);
+    html! {
+        p.change {
+            @if let Some(quantity) = quantity { code { (quantity) } " " }
+            "error " span.before { (figure(*before)) } " → " strong.after { (figure(*after)) } " "
+            (if unit == "1" { "" } else { unit.as_str() })
+            @if change.is_finite() { " (" (format!("{change:+.0}")) " %)" }
+            span.small {
+                " root mean square on data left out of the fit, in " (folds) " parts; "
+                @if low < high {
+                    "95 % interval from resampled runs " (figure(*low)) " to " (figure(*high))
+                } @else {
+                    "one run alone gives no interval"
+                }
+            }
+        }
+    }
+}
+
+fn fact(name: &str, value: &str) -> Markup {
+    html! { div { dt { (name) } dd { (value) } } }
+}

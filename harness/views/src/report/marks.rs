@@ -1,0 +1,125 @@
+//! Bands, bars and marks: what stands in a plot, and which mark is outside.
+
+use super::against::Against;
+use super::frame::{Chart, Drawn, Frame, SCALE};
+use super::observed::{Direction, Sample};
+use super::palette::{BAND, REFERENCE};
+use super::thin::Point;
+use plotters::element::{Circle, PathElement, Rectangle, TriangleMarker};
+use plotters::style::{Color, ShapeStyle};
+use record::figures;
+use record::header::Band;
+
+/// Radius of a mark, in CSS pixels times [`SCALE`].
+const MARK_RADIUS: i32 = 3 * SCALE as i32;
+
+/// What each band is, once.
+pub(super) fn band_texts(bands: &[Band], unit: &str) -> Vec<String> {
+    let mut texts = Vec::new();
+    for band in bands {
+        let ends = figures::band(band.lower, band.upper, unit);
+        let mut text = format!("{}: {ends}", band.measurement);
+        if let Some(paper) = &band.paper {
+            text += &format!(" (paper: {paper})");
+        }
+        if !texts.contains(&text) {
+            texts.push(text);
+        }
+    }
+    texts
+}
+
+/// Outside a band that means it. Bands with tags that are not drawn here mark nothing.
+pub(super) fn is_outside(sample: &Sample, bands: &[Band]) -> bool {
+    bands.iter().any(|band| {
+        let meant = band.tags.iter().all(|(tag, value)| match (tag.as_str(), sample.direction) {
+            ("direction", Some(Direction::Cw)) => *value < 0.0,
+            ("direction", Some(Direction::Ccw)) => *value > 0.0,
+            _ => false,
+        });
+        let inside = band.lower.is_none_or(|lower| sample.value >= lower)
+            && band.upper.is_none_or(|upper| sample.value <= upper);
+        meant && !inside
+    })
+}
+
+/// Each band once, and zero where it is in sight.
+pub(super) fn draw_bands(chart: &mut Chart<'_>, frame: &Frame, bands: &[Band]) -> Drawn {
+    let (x, y) = (&frame.x.range, &frame.y.range);
+    let across = |at: f64, style: ShapeStyle| PathElement::new([(x.start, at), (x.end, at)], style);
+    let mut seen: Vec<(Option<f64>, Option<f64>)> = Vec::new();
+    for band in bands {
+        let ends = (band.lower, band.upper);
+        if seen.contains(&ends) || ends == (None, None) {
+            continue;
+        }
+        seen.push(ends);
+        let corners = [
+            (x.start, ends.0.unwrap_or(y.start).max(y.start)),
+            (x.end, ends.1.unwrap_or(y.end).min(y.end)),
+        ];
+        chart.draw_series([Rectangle::new(corners, BAND.mix(0.12).filled())])?;
+        let edges = [ends.0, ends.1].into_iter().flatten();
+        chart.draw_series(edges.map(|at| across(at, BAND.stroke_width(SCALE))))?;
+    }
+    if y.contains(&0.0) {
+        chart.draw_series([across(0.0, REFERENCE.stroke_width(SCALE))])?;
+    }
+    Ok(())
+}
+
+pub(super) fn draw_bars(chart: &mut Chart<'_>, samples: &[Sample], against: Against) -> Drawn {
+    let bars = samples.iter().filter(|sample| sample.uncertainty > 0.0).map(|sample| {
+        let ends = [sample.value - sample.uncertainty, sample.value + sample.uncertainty];
+        let x = against.x(sample);
+        PathElement::new(ends.map(|y| (x, y)), REFERENCE.stroke_width(SCALE))
+    });
+    chart.draw_series(bars)?;
+    Ok(())
+}
+
+pub(super) fn draw_marks(
+    chart: &mut Chart<'_>,
+    points: Vec<Point>,
+    direction: Option<Direction>,
+    style: ShapeStyle,
+) -> Drawn {
+    if direction == Some(Direction::Cw) {
+        // A triangle of the same height looks smaller than a disc.
+        let size = MARK_RADIUS + 2;
+        chart.draw_series(points.into_iter().map(|at| TriangleMarker::new(at, size, style)))?;
+    } else {
+        chart.draw_series(points.into_iter().map(|at| Circle::new(at, MARK_RADIUS, style)))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_outside;
+    use crate::report::observed::{Direction, Sample};
+    use record::header::Band;
+    use std::collections::BTreeMap;
+
+    fn sample() -> Sample {
+        let direction = Some(Direction::Cw);
+        Sample { value: 0.3, direction, ..Sample::default() }
+    }
+
+    #[test]
+    fn a_band_marks_only_what_it_means() {
+        let band = |direction: Option<f64>| Band {
+            lower: Some(-0.25),
+            upper: Some(0.25),
+            tags: direction.map(|sign| ("direction".to_owned(), sign)).into_iter().collect(),
+            ..Band::default()
+        };
+        let cw = sample();
+        assert!(is_outside(&cw, &[band(None)]));
+        assert!(is_outside(&cw, &[band(Some(1.0)), band(Some(-1.0))]));
+        assert!(!is_outside(&cw, &[band(Some(1.0))]));
+        let other = Band { tags: BTreeMap::from([("speed".to_owned(), 1.0)]), ..band(None) };
+        assert!(!is_outside(&cw, &[other]));
+        assert!(!is_outside(&Sample { value: 0.25, ..cw }, &[band(None)]), "ends are inside");
+    }
+}

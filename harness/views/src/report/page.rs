@@ -1,0 +1,79 @@
+//! The page: what comes where.
+
+use super::collect::Collected;
+use super::paper::Figures;
+use super::{
+    decided, heading, measurements, observations, path, plain, properties, timeline, trouble,
+};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use record::header::Header;
+use record::outcome::{Outcome, Summary};
+
+/// Part of the page, so that it needs nothing beside it.
+const STYLE: &str = include_str!("style.css");
+
+/// The whole document of a run.
+pub(super) fn page(summary: &Summary, header: &Header, collected: &Collected) -> Markup {
+    // What a run that was killed declares is not known.
+    let is_judged = !summary.measurements.is_empty() || summary.outcome != Outcome::Error;
+    let marks = decided::marks(summary, header, collected);
+    let paper = Figures::of(header, collected);
+    let body = html! {
+        (heading::heading(summary, collected))
+        (section(measurements::heading(&summary.measurements), is_judged.then(|| measurements::table(&summary.measurements))))
+        (section("Properties", properties::table(&summary.properties)))
+        (section("Notes and faults", trouble::list(&collected.troubles)))
+        (section("The paper's figures", paper.plots()))
+        (section("Observations", observations::plots(header, collected, &paper)))
+        (section("Where it went", path::figure(&collected.believed, &collected.truth)))
+        (section(
+            "Steps, faults and verdicts",
+            timeline::figure(collected, &marks),
+        ))
+        (section("Load of the lines", Some(collected.load.plots(&header.lines))))
+        (section("Files", artifacts(&summary.artifacts)))
+    };
+    document(&format!("{}: {}", summary.plan, summary.outcome.name()), &body)
+}
+
+/// What a browser may load for the page: nothing but what is in it.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; \
+                      form-action 'none'";
+
+/// A page that needs nothing beside it, light or dark as the reader's system is.
+pub(super) fn document(title: &str, body: &Markup) -> Markup {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body { main { (body) } }
+        }
+    };
+    PreEscaped(plain::text(page.into_string()))
+}
+
+/// A section that has something to show.
+pub(super) fn section(title: &str, content: Option<Markup>) -> Markup {
+    html! {
+        @if let Some(content) = content {
+            section { h2 { (title) } (content) }
+        }
+    }
+}
+
+fn artifacts(names: &[String]) -> Option<Markup> {
+    if names.is_empty() {
+        return None;
+    }
+    Some(html! {
+        p { "Beside this page:" }
+        ul { @for name in names { li { code { (name) } } } }
+    })
+}

@@ -1,0 +1,315 @@
+//! Observations over an axis with all that they are compared with: the plan's band, what the paper gives, their median.
+
+use super::against::Against;
+use super::download;
+use super::frame::{Axis, Chart, DrawError, Drawn, Frame, SCALE};
+use super::marks::{band_texts, draw_bands, draw_bars, draw_marks, is_outside};
+use super::median::{median, running};
+use super::observed::{Direction, Sample};
+use super::palette::{CCW, CW, INK, OUTSIDE, PAPER};
+use super::thin::{Point, extremes};
+use maud::{Markup, html};
+use plotters::series::DashedLineSeries;
+use plotters::style::{Color, RGBColor};
+use record::figures;
+use record::header::Band;
+
+/// Columns of a plot; two marks of each are drawn.
+const MARK_COLUMNS: usize = 280;
+
+/// More samples than this are drawn without bars.
+const BARS_MAX: usize = 120;
+
+/// Dashes and dots, in pixels of the drawing.
+pub(super) const DASH: (u32, u32) = (7 * SCALE, 4 * SCALE);
+const DOTS: (u32, u32) = (2 * SCALE, 3 * SCALE);
+
+/// What marks of one group look like.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Look {
+    /// Counter-clockwise, or what stands first.
+    Disc,
+    /// Clockwise, or what stands against it.
+    Triangle,
+    /// A third.
+    Plain,
+}
+
+impl Look {
+    /// Of its marks.
+    pub(super) const fn colour(self) -> RGBColor {
+        match self {
+            Self::Disc => CCW,
+            Self::Triangle => CW,
+            Self::Plain => INK,
+        }
+    }
+
+    const fn class(self) -> &'static str {
+        match self {
+            Self::Disc => "ccw",
+            Self::Triangle => "cw",
+            Self::Plain => "plain",
+        }
+    }
+
+    /// The mark of a direction, in a legend.
+    pub(super) fn mark(self) -> Markup {
+        self.labelled(match self {
+            Self::Disc => Direction::Ccw.name(),
+            Self::Triangle => Direction::Cw.name(),
+            Self::Plain => "no direction",
+        })
+    }
+
+    fn labelled(self, label: &str) -> Markup {
+        html! { span { i.mark.(self.class()) { (self.sign()) } (label) } }
+    }
+
+    const fn sign(self) -> &'static str {
+        match self {
+            Self::Triangle => "▲",
+            Self::Disc | Self::Plain => "●",
+        }
+    }
+}
+
+/// Observations that are drawn alike.
+#[derive(Debug, Clone)]
+pub(super) struct Group {
+    pub label: &'static str,
+    pub look: Look,
+    pub samples: Vec<Sample>,
+}
+
+/// Observations by direction; those without one stand for themselves.
+pub(super) fn by_direction(samples: &[Sample]) -> Vec<Group> {
+    let of = |label, look, direction| Group {
+        label,
+        look,
+        samples: samples.iter().filter(|sample| sample.direction == direction).copied().collect(),
+    };
+    let mut groups = vec![
+        of("ccw", Look::Disc, Some(Direction::Ccw)),
+        of("cw", Look::Triangle, Some(Direction::Cw)),
+        of("no direction", Look::Plain, None),
+    ];
+    groups.retain(|group| !group.samples.is_empty());
+    groups
+}
+
+/// What the paper gives, as it is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Given {
+    /// A value.
+    Level(f64),
+    /// A straight line: its slope, and its value where the axis is zero.
+    Line(f64, f64),
+    /// A place on the axis.
+    Place(f64),
+}
+
+/// How medians are taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Medians {
+    /// One of each group.
+    Whole,
+    /// One of each column of the plot.
+    Running,
+}
+
+/// One plot with its words.
+#[derive(Debug)]
+pub(super) struct Panel<'a> {
+    pub title: &'a str,
+    /// What the values are; it stands at their axis.
+    pub value: &'a str,
+    pub unit: &'a str,
+    pub against: Against,
+    pub groups: Vec<Group>,
+    pub bands: &'a [Band],
+    /// What the paper gives, each with its words; equal words are said once.
+    pub paper: &'a [(Given, &'a str)],
+    pub medians: Medians,
+    /// Name of the file of its data.
+    pub file: &'a str,
+}
+
+impl Panel<'_> {
+    /// The figure; nothing where there is no observation.
+    pub(super) fn figure(&self) -> Option<Markup> {
+        let samples: Vec<Sample> =
+            self.groups.iter().flat_map(|group| &group.samples).copied().collect();
+        if samples.is_empty() {
+            return None;
+        }
+        let frame = self.frame(&samples);
+        let has_bars = samples.len() <= BARS_MAX;
+        let mut drawn = 0;
+        let plot = frame.plot(self.title, |chart| {
+            draw_bands(chart, &frame, self.bands)?;
+            self.draw_paper(chart, &frame)?;
+            if has_bars {
+                draw_bars(chart, &samples, self.against)?;
+            }
+            for group in &self.groups {
+                drawn += self.draw_group(chart, &frame, group)?;
+            }
+            Ok(())
+        });
+        let outside = samples.iter().filter(|sample| is_outside(sample, self.bands)).count();
+        let data = download::samples(&self.groups, self.unit);
+        Some(html! {
+            figure {
+                h3 { (self.title) }
+                (plot)
+                figcaption {
+                    p.legend {
+                        @for group in &self.groups { (self.legend(group)) }
+                        @if outside > 0 { span { i.mark.outside { "■" } (outside) " outside" } }
+                        @for band in band_texts(self.bands, self.unit) { span { i.swatch {} (band) } }
+                        @for text in self.paper_texts() { span { i.line.paper {} (text) } }
+                    }
+                    p {
+                        (samples.len()) " observation" @if samples.len() != 1 { "s" }
+                        @if drawn < samples.len() {
+                            "; " (drawn) " drawn, the lowest and the highest of each column"
+                        }
+                        @if has_bars && samples.iter().any(|sample| sample.uncertainty > 0.0) {
+                            "; bars are standard uncertainties"
+                        }
+                        ". " (data.link(self.file))
+                    }
+                }
+            }
+        })
+    }
+
+    fn frame(&self, samples: &[Sample]) -> Frame {
+        let ends = self.bands.iter().flat_map(|band| [band.lower, band.upper]).flatten();
+        let levels = self.paper.iter().filter_map(|(given, _)| match given {
+            Given::Level(at) => Some(*at),
+            _ => None,
+        });
+        let places = self.paper.iter().filter_map(|(given, _)| match given {
+            Given::Place(at) => Some(*at),
+            _ => None,
+        });
+        let bar = |sample: &Sample| match samples.len() <= BARS_MAX {
+            true => [sample.value - sample.uncertainty, sample.value + sample.uncertainty],
+            false => [sample.value; 2],
+        };
+        Frame::wide(
+            Axis::around(
+                self.against.label(),
+                samples.iter().map(|sample| self.against.x(sample)).chain(places),
+            ),
+            Axis::around(
+                figures::axis_label(self.value, self.unit),
+                samples.iter().flat_map(bar).chain(ends).chain(levels),
+            ),
+        )
+    }
+
+    fn points(&self, samples: &[Sample]) -> Vec<Point> {
+        samples.iter().map(|sample| (self.against.x(sample), sample.value)).collect()
+    }
+
+    fn draw_paper(&self, chart: &mut Chart<'_>, frame: &Frame) -> Drawn {
+        let (x, y) = (&frame.x.range, &frame.y.range);
+        for (given, _) in self.paper {
+            let ends = match *given {
+                Given::Level(at) => [(x.start, at), (x.end, at)],
+                Given::Place(at) => [(at, y.start), (at, y.end)],
+                Given::Line(slope, at_zero) => [x.start, x.end].map(|x| (x, at_zero + slope * x)),
+            };
+            dashed(chart, &ends, DASH, PAPER)?;
+        }
+        Ok(())
+    }
+
+    /// How many marks it took.
+    fn draw_group(
+        &self,
+        chart: &mut Chart<'_>,
+        frame: &Frame,
+        group: &Group,
+    ) -> Result<usize, DrawError> {
+        let direction = (group.look == Look::Triangle).then_some(Direction::Cw);
+        let style = group.look.colour();
+        let (outside, inside): (Vec<Sample>, Vec<Sample>) =
+            group.samples.iter().partition(|sample| is_outside(sample, self.bands));
+        let inside = extremes(&self.points(&inside), MARK_COLUMNS);
+        let outside = extremes(&self.points(&outside), MARK_COLUMNS);
+        let drawn = inside.len() + outside.len();
+        draw_marks(chart, inside, direction, style.filled())?;
+        draw_marks(chart, outside, direction, OUTSIDE.filled())?;
+        let line = match self.medians {
+            Medians::Running => running(&self.points(&group.samples)),
+            Medians::Whole => median(&group.samples).map_or_else(Vec::new, |median| {
+                vec![(frame.x.range.start, median), (frame.x.range.end, median)]
+            }),
+        };
+        dashed(chart, &line, DOTS, style)?;
+        Ok(drawn)
+    }
+
+    fn legend(&self, group: &Group) -> Markup {
+        let class = group.look.class();
+        let median = match self.medians {
+            Medians::Whole => median(&group.samples).map(|median| {
+                format!("median {}", figures::quantity(rounded(median), 0.0, self.unit))
+            }),
+            Medians::Running => Some("running median".to_owned()),
+        };
+        html! {
+            (group.look.labelled(group.label))
+            @if let Some(median) = median {
+                span { i.line.{ (class) "-median" } {} (group.label) ": " (median) }
+            }
+        }
+    }
+
+    fn paper_texts(&self) -> Vec<&str> {
+        let mut texts: Vec<&str> = Vec::new();
+        for (_, text) in self.paper {
+            if !texts.contains(text) {
+                texts.push(text);
+            }
+        }
+        texts
+    }
+}
+
+/// To the digits that a reader of a plot can use.
+fn rounded(value: f64) -> f64 {
+    figures::exact(value, 3).parse().unwrap_or(value)
+}
+
+/// A broken line; nothing where it has fewer than two points.
+pub(super) fn dashed(
+    chart: &mut Chart<'_>,
+    line: &[Point],
+    (on, off): (u32, u32),
+    colour: RGBColor,
+) -> Drawn {
+    if line.len() > 1 {
+        let style = colour.stroke_width(SCALE + SCALE / 2);
+        chart.draw_series(DashedLineSeries::new(line.to_vec(), on, off, style))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::by_direction;
+    use crate::report::observed::{Direction, Sample};
+
+    #[test]
+    fn directions_are_told_apart() {
+        let sample = |direction| Sample { direction, ..Sample::default() };
+        let groups = by_direction(&[sample(Some(Direction::Cw)), sample(None)]);
+        let labels: Vec<_> = groups.iter().map(|group| group.label).collect();
+        assert_eq!(labels, ["cw", "no direction"]);
+    }
+}

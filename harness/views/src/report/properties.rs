@@ -1,0 +1,76 @@
+//! What became of the plan's properties, and which of them this bench could not judge.
+
+use maud::{Markup, html};
+use record::outcome::PropertySummary;
+
+/// The table; nothing where the plan declares none.
+pub(super) fn table(properties: &[PropertySummary]) -> Option<Markup> {
+    if properties.is_empty() {
+        return None;
+    }
+    Some(html! {
+        div.scroll {
+            table.properties {
+                thead {
+                    tr {
+                        th { "property" }
+                        th { "must hold" }
+                        th.number { "least margin" }
+                        th { "came to" }
+                    }
+                }
+                tbody { @for property in properties { (row(property)) } }
+            }
+        }
+    })
+}
+
+fn row(property: &PropertySummary) -> Markup {
+    let margin = property.margin.filter(|margin| margin.is_finite());
+    let class = match (property.held, property.always) {
+        (None, _) => "unset",
+        (Some(false), true) => "fail",
+        _ => "pass",
+    };
+    html! {
+        tr.(class) {
+            td { strong { (property.name) } }
+            td { (if property.always { "always" } else { "sometimes" }) }
+            td.number { (margin.map_or_else(|| "-".to_owned(), |margin| format!("{margin:.3}"))) }
+            td { (came_to(property)) }
+        }
+    }
+}
+
+/// In words.
+fn came_to(property: &PropertySummary) -> String {
+    let what = property.what.as_deref().unwrap_or("-");
+    match (property.held, property.always) {
+        (None, _) => {
+            format!("not judged: {}", property.not_judged.as_deref().unwrap_or("nobody says why"))
+        }
+        (Some(true), true) if property.margin.is_none() => "nothing to judge".to_owned(),
+        (Some(true), true) => "held".to_owned(),
+        (Some(true), false) => "came about".to_owned(),
+        (Some(false), true) => {
+            format!("broke at {:.3} s: {what}", property.broken_s.unwrap_or_default())
+        }
+        (Some(false), false) => "did not come about".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{came_to, table};
+    use record::outcome::samples::properties;
+
+    #[test]
+    fn each_property_is_told_in_words() {
+        let told: Vec<String> =
+            properties().iter().map(|one| format!("{}: {}", one.name, came_to(one))).collect();
+        insta::assert_snapshot!(told.join("\n"));
+        let page = table(&properties()).unwrap().into_string();
+        assert_eq!(page.matches("class=\"unset\"").count(), 1, "{page}");
+        assert!(table(&[]).is_none());
+    }
+}

@@ -1,0 +1,109 @@
+//! How much of a plan is left, in bench time.
+//!
+//! Each step has a nominal duration: what it states, or what its motion takes as prescribed. What the steps so
+//! far have taken against it says how fast this run goes, and the rest is scaled by that.
+
+use plan::time_limits::nominal_motion;
+use plan::{Action, Plan, Step};
+use std::collections::BTreeMap;
+use wire::time::{Span, Timestamp};
+
+/// Pace is believed once this much of nominal time is done. Assumption: a bias test.
+const PACE_AFTER_S: f64 = 5.0;
+/// Nominal time of what is over at once or takes as long as somebody likes. Assumption.
+const UNKNOWN_S: f64 = 0.0;
+
+/// What a plan takes, and how much of it is done.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Estimate {
+    /// Nominal seconds of each step, by its place without the round.
+    steps: BTreeMap<String, f64>,
+    total_s: f64,
+    done_s: f64,
+    /// Bench time when the last step ended.
+    ended_s: f64,
+    /// Of the step under way.
+    current_s: f64,
+}
+
+impl Estimate {
+    pub(super) fn new(plan: &Plan) -> Self {
+        let mut estimate = Self::default();
+        estimate.total_s = estimate.list("steps", &plan.steps);
+        estimate
+    }
+
+    fn list(&mut self, place: &str, steps: &[Step]) -> f64 {
+        let mut sum_s = 0.0;
+        for (index, step) in steps.iter().enumerate() {
+            let place = format!("{place}[{index}]");
+            let action = &step.action;
+            sum_s += match action.steps() {
+                [] => {
+                    let nominal_s = nominal(action).map_or(UNKNOWN_S, Span::as_secs_f64);
+                    self.steps.insert(place, nominal_s);
+                    nominal_s
+                }
+                within => {
+                    let once_s = self.list(&format!("{place}.{}", action.name()), within);
+                    let period_s = match action {
+                        Action::Repeat(repeat) => repeat.period.map_or(0.0, Span::as_secs_f64),
+                        _ => 0.0,
+                    };
+                    once_s.max(period_s) * action.repetitions() as f64
+                }
+            };
+        }
+        sum_s
+    }
+
+    fn of(&self, place: &str) -> f64 {
+        let place = place.split_once(" (").map_or(place, |(place, _)| place);
+        self.steps.get(place).copied().unwrap_or(UNKNOWN_S)
+    }
+
+    pub(super) fn began(&mut self, place: &str) {
+        self.current_s = self.of(place);
+    }
+
+    pub(super) fn ended(&mut self, place: &str, now: Timestamp) {
+        self.done_s += self.of(place);
+        self.ended_s = now.as_secs_f64();
+        self.current_s = 0.0;
+    }
+
+    /// Bench time of the whole plan as it is prescribed.
+    pub const fn nominal_s(&self) -> f64 {
+        self.total_s
+    }
+
+    /// Bench time that is left, in seconds; none where nothing is known of it.
+    pub fn left_s(&self, now: Timestamp) -> Option<f64> {
+        if self.total_s <= 0.0 {
+            return None;
+        }
+        let under_way_s = (now.as_secs_f64() - self.ended_s).clamp(0.0, self.current_s);
+        let left_s = (self.total_s - self.done_s - under_way_s).max(0.0);
+        let pace = if self.done_s > PACE_AFTER_S { self.ended_s / self.done_s } else { 1.0 };
+        Some(left_s * pace)
+    }
+
+    /// Share of the plan that is done, 0 to 1.
+    pub fn share(&self, now: Timestamp) -> Option<f64> {
+        let left_s = self.left_s(now)?;
+        let now_s = now.as_secs_f64();
+        Some(if now_s + left_s > 0.0 { now_s / (now_s + left_s) } else { 0.0 })
+    }
+}
+
+/// What a step takes when all goes as it is written; none where nobody can know.
+fn nominal(action: &Action) -> Option<Span> {
+    match action {
+        Action::BiasTest(a) => Some(a.duration),
+        Action::BiasResidual(a) => Some(a.duration),
+        Action::Log(a) => Some(a.duration),
+        Action::Wait(a) => Some(a.duration),
+        Action::PowerCycle(a) => Some(a.off),
+        motion => Some(nominal_motion(motion)).filter(|span| *span > Span::ZERO),
+    }
+}

@@ -1,0 +1,73 @@
+//! A quantity that the plan measures: what was seen of it, and where it is meant to lie.
+
+use super::series::Series;
+use plan::quantities::during_tag;
+use plan::{self, Check, Filter, Plan};
+use record::Observation;
+use record::header::{Band, Quantity};
+use wire::time::Timestamp;
+
+/// A quantity that the plan measures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gauge {
+    /// Name, unit, meaning and bands, as in the header of the record.
+    pub quantity: Quantity,
+    /// Its values.
+    pub series: Series,
+    /// Values outside a band in which each of them has to be.
+    pub outside: u64,
+    /// Least and greatest value.
+    pub range: Option<(f64, f64)>,
+    strict: Vec<Strict>,
+}
+
+/// A band in which every value has to be: of a check that allows none outside.
+#[derive(Debug, Clone, PartialEq)]
+struct Strict {
+    filter: Filter,
+    during: Option<String>,
+    band: plan::Band,
+}
+
+impl Gauge {
+    pub(super) fn new(quantity: &Quantity, plan: &Plan) -> Self {
+        let quantity = quantity.clone();
+        let judges = plan.measurements.iter();
+        let judges = judges.filter(|declared| declared.quantity.as_str() == quantity.name);
+        let strict = judges.filter_map(|declared| {
+            let (band, during) = match &declared.check {
+                Check::AllWithin(band) => (*band, None),
+                Check::NeverOutside { band, during } => (*band, Some(during_tag(during))),
+                _ => return None,
+            };
+            Some(Strict { filter: declared.filter.clone(), during, band })
+        });
+        let strict = strict.collect();
+        Self { quantity, series: Series::default(), outside: 0, range: None, strict }
+    }
+
+    pub(super) fn take(&mut self, at: Timestamp, observation: &Observation) {
+        let value = observation.value;
+        self.series.push(at.as_secs_f64(), value);
+        self.range = Some(
+            self.range.map_or((value, value), |(least, most)| (least.min(value), most.max(value))),
+        );
+        let has = |tag: &String| observation.tags.get(tag).is_some_and(|&value| value != 0.0);
+        let is_meant =
+            |one: &&Strict| one.during.as_ref().is_none_or(has) && one.filter.matches(observation);
+        if self.strict.iter().filter(is_meant).any(|one| !one.band.contains(value)) {
+            self.outside += 1;
+        }
+    }
+
+    /// The last value.
+    pub fn last(&self) -> Option<f64> {
+        self.series.last().map(|(_, value)| value)
+    }
+
+    /// The band that is meant for all values: the first that asks for no tag, else the first.
+    pub fn band(&self) -> Option<&Band> {
+        let bands = &self.quantity.bands;
+        bands.iter().find(|band| band.tags.is_empty()).or_else(|| bands.first())
+    }
+}

@@ -1,0 +1,194 @@
+//! What is shown of a run.
+
+use super::estimate::Estimate;
+use super::gauge::Gauge;
+use super::news::{News, NewsKind};
+use super::robot::Robot;
+use super::traffic::Traffic;
+use controller::health::Health;
+use controller::mission::{MissionId, Report};
+use plan::Plan;
+use record::Progress;
+use record::header::Header;
+use record::text::{cause_names, name_of};
+use record::{FaultEvent, FaultRecord, Record, RecordKind, Violation};
+use serde::Serialize;
+use wire::time::Timestamp;
+
+/// Faults in force that are named; the others are counted.
+pub const FAULTS_MAX: usize = 16;
+/// Broken properties that are named: there are fewer kinds of them.
+pub const BROKEN_MAX: usize = 32;
+
+/// The step under way.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UnderWay {
+    /// Where it stands in the plan.
+    pub path: String,
+    /// What it is, in words.
+    pub title: String,
+    /// Since when.
+    pub since: Timestamp,
+}
+
+/// Everything that can be shown of a run, as it is now.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// Name of the plan.
+    pub plan: String,
+    /// Its title.
+    pub title: String,
+    /// The seed.
+    pub seed: u64,
+    /// The plan is of a device of the user's own, not of the robot or the table.
+    pub is_of_device: bool,
+    /// Bench time.
+    pub now: Timestamp,
+    /// Steps done, and in all as far as they were told.
+    pub steps_done: u64,
+    /// See [`Self::steps_done`].
+    pub steps: u64,
+    /// The step under way.
+    pub under_way: Option<UnderWay>,
+    /// How much is left.
+    pub estimate: Estimate,
+    /// The robot.
+    pub robot: Robot,
+    /// What the plan measures, in the order in which it declares it.
+    pub gauges: Vec<Gauge>,
+    /// What crosses the lines.
+    pub traffic: Traffic,
+    /// What the device under test thinks of itself.
+    pub health: Option<Health>,
+    /// Place in the schedule and name of the faults in force.
+    pub faults: Vec<(u32, String)>,
+    /// Faults in force for which there was no room.
+    pub faults_unnamed: u64,
+    /// Properties that do not hold, and what was seen.
+    pub broken: Vec<(&'static str, Violation)>,
+    /// What happened last.
+    pub news: News,
+    /// Records taken.
+    pub records: u64,
+}
+
+impl Model {
+    /// Of a run of `plan` that has not begun.
+    pub fn new(plan: &Plan, header: &Header) -> Self {
+        Self {
+            plan: header.plan.clone(),
+            title: plan.title.clone(),
+            seed: header.seed,
+            is_of_device: plan.devices.is_none(),
+            now: Timestamp::ZERO,
+            steps_done: 0,
+            steps: 0,
+            under_way: None,
+            estimate: Estimate::new(plan),
+            robot: Robot::default(),
+            gauges: header.quantities.iter().map(|one| Gauge::new(one, plan)).collect(),
+            traffic: Traffic::new(&header.lines),
+            health: None,
+            faults: Vec::new(),
+            faults_unnamed: 0,
+            broken: Vec::new(),
+            news: News::default(),
+            records: 0,
+        }
+    }
+
+    pub(super) fn progress(&mut self, progress: Progress) {
+        let Progress { now, steps_done, steps } = progress;
+        self.now = self.now.max(now);
+        self.steps_done = steps_done;
+        self.steps = steps;
+    }
+
+    pub(super) fn take(&mut self, record: &Record) {
+        let at = record.at;
+        self.now = self.now.max(at);
+        self.records += 1;
+        match &record.kind {
+            RecordKind::StepBegan { path, title } => {
+                self.estimate.began(path);
+                self.news.add(at, NewsKind::StepBegan, &format!("begin {path}: {title}"));
+                let (path, title) = (path.clone(), title.clone());
+                self.under_way = Some(UnderWay { path, title, since: at });
+            }
+            RecordKind::StepEnded { path } => {
+                self.estimate.ended(path, at);
+                self.news.add(at, NewsKind::StepEnded, &format!("end {path}"));
+                self.under_way = None;
+                self.steps_done += 1;
+            }
+            RecordKind::Command(command) => self.robot.command(command),
+            RecordKind::Report(report) => self.report(at, report),
+            RecordKind::Observation(observation) => {
+                let named = |gauge: &&mut Gauge| gauge.quantity.name == observation.quantity;
+                if let Some(gauge) = self.gauges.iter_mut().find(named) {
+                    gauge.take(at, observation);
+                }
+            }
+            RecordKind::Truth { pose, .. } => self.robot.truth(*pose),
+            RecordKind::Note(text) => self.news.add(at, NewsKind::Note, text),
+            RecordKind::Reply(reply) => self.news.add(at, NewsKind::Note, &reply.to_string()),
+            RecordKind::Fault(fault) => self.fault(at, fault),
+            RecordKind::Bytes(_) | RecordKind::Frame(_) => {}
+        }
+    }
+
+    fn report(&mut self, at: Timestamp, report: &Report) {
+        match report {
+            Report::State(state) => {
+                self.robot.state(at, state);
+                self.health.get_or_insert(state.health);
+            }
+            Report::Health(health) => {
+                self.health = Some(*health);
+                self.news.add(at, NewsKind::Health, &in_words(health));
+            }
+            Report::Refused { id, reason } => self.turned_down(at, "refused", *id, reason),
+            Report::Aborted { id, reason } => self.turned_down(at, "broken off", *id, reason),
+            Report::Done { .. } => {}
+        }
+    }
+
+    fn turned_down(&mut self, at: Timestamp, how: &str, id: MissionId, reason: &impl Serialize) {
+        let text = format!("mission {id} {how}: {}", name_of(reason));
+        self.news.add(at, NewsKind::Refusal, &text);
+    }
+
+    fn fault(&mut self, at: Timestamp, fault: &FaultRecord) {
+        self.news.add(at, NewsKind::Fault, &fault.to_string());
+        match fault.event {
+            FaultEvent::Began if self.faults.len() < FAULTS_MAX => {
+                self.faults.push((fault.index, fault.name.clone()));
+            }
+            FaultEvent::Began => self.faults_unnamed += 1,
+            FaultEvent::Ended { .. } => {
+                let named = self.faults.len();
+                self.faults.retain(|(index, _)| *index != fault.index);
+                if self.faults.len() == named {
+                    self.faults_unnamed = self.faults_unnamed.saturating_sub(1);
+                }
+            }
+            FaultEvent::NeverHappened { .. } | FaultEvent::Confinement { .. } => {}
+        }
+    }
+
+    pub(super) fn broken(&mut self, name: &'static str, violation: &Violation) {
+        let known = self.broken.iter().any(|(known, _)| *known == name);
+        if known || self.broken.len() == BROKEN_MAX {
+            return;
+        }
+        let text = format!("broke {name}: {}", violation.what);
+        self.news.add(violation.at, NewsKind::Broken, &text);
+        self.broken.push((name, violation.clone()));
+    }
+}
+
+/// `fault: gyro silent`.
+pub fn in_words(health: &Health) -> String {
+    let (level, causes) = (name_of(&health.level), cause_names(&health.causes));
+    if causes.is_empty() { level } else { format!("{level}: {}", causes.join(", ")) }
+}

@@ -1,0 +1,79 @@
+//! A record sink that shows what goes through it.
+
+use super::{Feed, Traffic};
+use record::sink::{Level, RecordSink};
+use record::{Device, Record, Violation};
+use std::io;
+use wire::can::CanFrame;
+use wire::time::Timestamp;
+
+/// Hands everything on as it is, and shows it to a feed, where there is one. What crosses the lines is counted
+/// here and shown once a second of bench time: frames come by the million, and each would need the lock.
+#[derive(Debug)]
+pub struct Watched<S> {
+    inner: S,
+    feed: Option<Feed>,
+    traffic: Traffic,
+}
+
+impl<S> Watched<S> {
+    /// Shows to `feed` what `inner` is given.
+    pub fn new(inner: S, feed: Option<&Feed>) -> Self {
+        let traffic = feed.map(|feed| feed.model().traffic.clone()).unwrap_or_default();
+        Self { inner, feed: feed.cloned(), traffic }
+    }
+
+    /// What it hands everything on to.
+    pub fn into_inner(self) -> S {
+        self.inner
+    }
+
+    fn show_traffic(&self) {
+        if let Some(feed) = &self.feed {
+            feed.model().traffic.clone_from(&self.traffic);
+        }
+    }
+}
+
+impl<S: RecordSink> RecordSink for Watched<S> {
+    fn record(&mut self, record: Record) {
+        if let Some(feed) = &self.feed {
+            feed.take(&record);
+        }
+        self.inner.record(record);
+    }
+
+    fn bytes(&mut self, at: Timestamp, device: Device, bytes: &[u8]) {
+        if self.feed.is_some() && self.traffic.bytes(at, device, bytes.len()) {
+            self.show_traffic();
+        }
+        self.inner.bytes(at, device, bytes);
+    }
+
+    fn frame(&mut self, at: Timestamp, device: Device, frame: CanFrame) {
+        if self.feed.is_some() && self.traffic.frame(at, device, &frame) {
+            self.show_traffic();
+        }
+        self.inner.frame(at, device, frame);
+    }
+
+    fn broken(&mut self, name: &'static str, violation: &Violation) {
+        if let Some(feed) = &self.feed {
+            feed.model().broken(name, violation);
+        }
+        self.inner.broken(name, violation);
+    }
+
+    fn level(&self) -> Level {
+        self.inner.level()
+    }
+
+    fn failed(&self) -> Option<&io::Error> {
+        self.inner.failed()
+    }
+
+    fn finish(&mut self) {
+        self.show_traffic();
+        self.inner.finish();
+    }
+}

@@ -1,0 +1,294 @@
+//! A CAN interface of the kernel (SocketCAN, `Documentation/networking/can.rst`).
+//!
+//! Error frames are heard ([`FrameEvent::Bus`]), CAN FD frames are tolerated, frames that are sent here are
+//! not heard back; other programs on this machine hear them. When the interface goes down the port waits
+//! until it is up again, and tells of both; when it is deleted the port is lost.
+//!
+//! Frames that arrive while nobody receives wait in the socket. What it has no room for the kernel drops
+//! and counts ([`Counters::receive_dropped_frames`]).
+
+mod frame;
+mod interface;
+#[cfg(test)]
+mod tests;
+
+pub use interface::{Interface, InterfaceState, kernel_has_can};
+
+use super::backoff::Backoff;
+use super::error::{PortError, PortLost};
+use super::watch::watch;
+use super::{Counters, FrameEvent};
+pub use frame::{Heard, from_socket, to_socket};
+use rustix::io::Errno;
+use rustix::net::sockopt::{
+    set_socket_recv_buffer_size, set_socket_recv_buffer_size_force, socket_recv_buffer_size,
+};
+use socketcan::{CanErrorFrame, CanFdSocket, CanRawFrame, Socket as _, SocketOptions as _};
+use std::io;
+use std::time::Duration;
+use tokio::io::Interest;
+use tokio::io::unix::AsyncFd;
+use tokio::time::{Interval, MissedTickBehavior, interval};
+use wire::can::CanFrame;
+use wire::can_error::CanErrorEvent;
+
+/// Receive buffer that is asked for, bytes. The kernel doubles it and charges some 800 bytes a frame: room
+/// for about 10,000, which a bus at 1 Mbit/s takes half a second to send.
+const RECEIVE_BUFFER: usize = 4 << 20;
+/// Between two looks whether an interface is up again; the socket does not tell.
+const LOOK_PERIOD: Duration = Duration::from_millis(50);
+/// Numbers that `SO_MEMINFO` gives (`SK_MEMINFO_VARS` of `linux/sock_diag.h`).
+const MEMINFO_VARS: usize = 9;
+
+/// A CAN interface that is used from here.
+#[derive(Debug)]
+pub struct CanSocketPort {
+    interface: Interface,
+    link: Link,
+    /// While the interface is down: when to look again.
+    look: Option<Interval>,
+    /// What comes after an event that had to be told first.
+    next: Option<FrameEvent>,
+    backoff: Backoff,
+    counters: Counters,
+}
+
+#[derive(Debug)]
+enum Link {
+    Open(AsyncFd<CanFdSocket>),
+    Lost(PortLost),
+}
+
+impl CanSocketPort {
+    /// Opens the interface of that name. Called within a tokio runtime that has IO and time enabled.
+    ///
+    /// # Errors
+    /// When the kernel has no CAN, or there is no such interface, or it is down.
+    pub fn open(interface: &str) -> Result<Self, PortError> {
+        let interface = Interface::new(interface);
+        let link = Link::Open(open(&interface)?);
+        let (backoff, counters) = (Backoff::default(), Counters::default());
+        Ok(Self { interface, link, look: None, next: None, backoff, counters })
+    }
+
+    /// The name of the interface.
+    pub fn interface(&self) -> &str {
+        self.interface.name()
+    }
+
+    /// Waits for what comes next. May be called off without losing anything.
+    ///
+    /// # Errors
+    /// When the interface was deleted; again and again until it was [reopened](Self::reopen).
+    pub async fn receive(&mut self) -> Result<FrameEvent, PortLost> {
+        loop {
+            if let Some(event) = self.next.take() {
+                return Ok(event);
+            }
+            let socket = match &self.link {
+                Link::Open(socket) => socket,
+                Link::Lost(lost) => return Err(*lost),
+            };
+            let heard = tokio::select! {
+                biased;
+                heard = read(socket) => heard,
+                () = tick(self.look.as_mut()) => {
+                    if self.interface.state() == InterfaceState::Down {
+                        continue;
+                    }
+                    return Ok(self.up());
+                }
+            };
+            let event = match heard {
+                Ok(frame) => self.take(&frame),
+                Err(cause) => match Errno::from_io_error(&cause) {
+                    Some(Errno::NETDOWN) => self.down(),
+                    Some(Errno::NODEV) => return Err(self.lose(PortLost::Deleted)),
+                    // A length that is neither that of a classic nor that of an FD frame.
+                    None if cause.kind() == io::ErrorKind::InvalidData => {
+                        self.counters.unsupported_frames += 1;
+                        None
+                    }
+                    _ => return Err(self.lose(PortLost::Other(cause.kind()))),
+                },
+            };
+            let Some(event) = event else { continue };
+            // A frame is heard sooner than the next look: the interface is up, which is told first.
+            if matches!(event, FrameEvent::Frame(_)) && self.look.is_some() {
+                self.next = Some(event);
+                return Ok(self.up());
+            }
+            return Ok(event);
+        }
+    }
+
+    fn take(&mut self, frame: &CanRawFrame) -> Option<FrameEvent> {
+        self.counters.fd_frames += u64::from(matches!(frame, CanRawFrame::Fd(_)));
+        match from_socket(frame) {
+            Heard::Frame(frame) => {
+                self.counters.frames_in += 1;
+                Some(FrameEvent::Frame(frame))
+            }
+            Heard::Error(event) => {
+                self.counters.error_frames += 1;
+                Some(FrameEvent::Bus(event))
+            }
+            Heard::Unsupported => {
+                self.counters.unsupported_frames += 1;
+                None
+            }
+        }
+    }
+
+    /// `None` when that is known already.
+    fn down(&mut self) -> Option<FrameEvent> {
+        if self.look.is_some() {
+            return None;
+        }
+        let mut look = interval(LOOK_PERIOD);
+        look.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        self.look = Some(look);
+        Some(FrameEvent::Down)
+    }
+
+    fn up(&mut self) -> FrameEvent {
+        self.look = None;
+        self.counters.returns += 1;
+        FrameEvent::Up
+    }
+
+    fn lose(&mut self, lost: PortLost) -> PortLost {
+        // The socket takes its count along.
+        self.counters = self.counters();
+        self.link = Link::Lost(lost);
+        self.look = None;
+        lost
+    }
+
+    /// Hands a frame to the interface at once. What it has no room for is lost and counted.
+    pub fn send(&mut self, frame: &CanFrame) {
+        let sent = match (&self.link, to_socket(frame)) {
+            (Link::Open(socket), Some(frame)) => socket.get_ref().write_frame(&frame).is_ok(),
+            _ => false,
+        };
+        if sent {
+            self.counters.frames_out += 1;
+        } else {
+            self.counters.overrun_frames += 1;
+        }
+    }
+
+    /// Tells the other programs on a virtual interface of an error on the bus, as its driver would.
+    ///
+    /// # Errors
+    /// When the interface is none that only carries frames between programs: a driver would send this as
+    /// a frame. Also when the system refuses.
+    pub fn report(&mut self, event: &CanErrorEvent) -> io::Result<()> {
+        if !self.interface.is_virtual() {
+            return Err(io::ErrorKind::Unsupported.into());
+        }
+        let Link::Open(socket) = &self.link else {
+            return Err(io::ErrorKind::NotConnected.into());
+        };
+        let (id, data) = event.encode();
+        let frame = CanErrorFrame::new_error(id, &data).map_err(io::Error::other)?;
+        socket.get_ref().write_frame(&frame)
+    }
+
+    /// Closes the socket and opens it again, with growing pauses until the interface is there and up. May
+    /// be called off, and called again.
+    ///
+    /// # Errors
+    /// When it stayed away for too long; the next call begins the series anew.
+    pub async fn reopen(&mut self) -> Result<(), PortError> {
+        if let Link::Open(_) = self.link {
+            self.lose(PortLost::Deleted);
+        }
+        let mut last = None;
+        while self.backoff.pause().await {
+            match open(&self.interface) {
+                Ok(socket) => {
+                    self.link = Link::Open(socket);
+                    self.backoff = Backoff::default();
+                    self.counters.returns += 1;
+                    return Ok(());
+                }
+                Err(error) => last = Some(error),
+            }
+        }
+        self.backoff = Backoff::default();
+        Err(PortError::given_up(self.interface.name(), last))
+    }
+
+    /// Bytes that the socket keeps for frames that nobody has received yet, as the kernel counts them.
+    /// `None` where the port is lost.
+    pub fn receive_buffer(&self) -> Option<usize> {
+        match &self.link {
+            Link::Open(socket) => socket_recv_buffer_size(socket).ok(),
+            Link::Lost(_) => None,
+        }
+    }
+
+    /// What has crossed it.
+    pub fn counters(&self) -> Counters {
+        let dropped = match &self.link {
+            Link::Open(socket) => dropped(socket.get_ref()),
+            Link::Lost(_) => 0,
+        };
+        let before = self.counters.receive_dropped_frames;
+        Counters { receive_dropped_frames: before.saturating_add(dropped), ..self.counters }
+    }
+}
+
+fn open(interface: &Interface) -> Result<AsyncFd<CanFdSocket>, PortError> {
+    let failed = |source| {
+        let interface = interface.name().to_owned();
+        PortError::Can { step: "watch", interface, source }
+    };
+    // An interface that goes down is an error alone, and no reason to read.
+    watch(connect(interface)?, Interest::READABLE | Interest::ERROR).map_err(failed)
+}
+
+/// A socket on the interface that never blocks, without an event loop.
+///
+/// # Errors
+/// When the kernel has no CAN, or there is no such interface, or it is down.
+pub fn connect(interface: &Interface) -> Result<CanFdSocket, PortError> {
+    interface.require_up()?;
+    let name = || interface.name().to_owned();
+    let failed = |step| move |source| PortError::Can { step, interface: name(), source };
+    let socket = CanFdSocket::open(interface.name()).map_err(failed("open"))?;
+    socket.set_nonblocking(true).map_err(failed("set up"))?;
+    socket.set_error_filter_accept_all().map_err(failed("hear the errors of"))?;
+    socket.set_recv_own_msgs(false).map_err(failed("set up"))?;
+    // Without the right to exceed the machine's bound (`net.core.rmem_max`), up to that.
+    if set_socket_recv_buffer_size_force(&socket, RECEIVE_BUFFER).is_err() {
+        set_socket_recv_buffer_size(&socket, RECEIVE_BUFFER)
+            .map_err(|cause| failed("set the receive buffer of")(cause.into()))?;
+    }
+    Ok(socket)
+}
+
+async fn read(socket: &AsyncFd<CanFdSocket>) -> io::Result<CanRawFrame> {
+    socket.async_io(Interest::READABLE | Interest::ERROR, CanFdSocket::read_raw_frame).await
+}
+
+/// The next look; without one, never.
+async fn tick(look: Option<&mut Interval>) {
+    match look {
+        Some(look) => _ = look.tick().await,
+        None => std::future::pending().await,
+    }
+}
+
+/// Frames that the receive queue of this socket had no room for. Asked of the socket itself, since the mark
+/// on received frames (`SO_RXQ_OVFL`) says nothing of losses behind the last of them.
+fn dropped(socket: &CanFdSocket) -> u64 {
+    let mut answer = [0; MEMINFO_VARS * size_of::<u32>()];
+    let count = socket
+        .get_socket_option_bytes(libc::SOL_SOCKET, libc::SO_MEMINFO, &mut answer)
+        .unwrap_or(0);
+    let place = libc::SK_MEMINFO_DROPS as usize;
+    let (vars, _) = answer.get(..count).unwrap_or_default().as_chunks();
+    vars.get(place).map_or(0, |var| u32::from_ne_bytes(*var).into())
+}

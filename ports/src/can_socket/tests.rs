@@ -1,0 +1,73 @@
+//! What can be tried without a kernel that has CAN. `harness/tests/can_port.rs` has the rest.
+
+use super::frame::{Heard, from_socket, to_socket};
+use super::{CanSocketPort, kernel_has_can};
+use crate::error::PortError;
+use proptest::prelude::*;
+use socketcan::{CanFdFrame, CanRawFrame, EmbeddedFrame as _};
+use wire::can::{CanFrame, ExtendedId, Id, StandardId};
+use wire::can_error::CanErrorEvent;
+
+fn raw(frame: &socketcan::CanFrame) -> CanRawFrame {
+    CanRawFrame::Classic(*match frame {
+        socketcan::CanFrame::Data(frame) => frame.as_ref(),
+        socketcan::CanFrame::Remote(frame) => frame.as_ref(),
+        socketcan::CanFrame::Error(frame) => frame.as_ref(),
+    })
+}
+
+fn any_id() -> impl Strategy<Value = Id> {
+    prop_oneof![
+        (0..=0x7ffu16).prop_map(|id| Id::Standard(StandardId::new(id).unwrap())),
+        (0..=0x1fff_ffffu32).prop_map(|id| Id::Extended(ExtendedId::new(id).unwrap())),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn frames_cross_unchanged(id in any_id(), data in prop::collection::vec(any::<u8>(), 0..=8)) {
+        let frame = CanFrame::new(id, &data).unwrap();
+        let remote = CanFrame::new_remote(id, data.len()).unwrap();
+        for frame in [frame, remote] {
+            prop_assert_eq!(from_socket(&raw(&to_socket(&frame).unwrap())), Heard::Frame(frame));
+        }
+    }
+
+    #[test]
+    fn an_fd_frame_of_up_to_eight_bytes_is_a_frame(id in any_id(), data in prop::collection::vec(any::<u8>(), 0..=64)) {
+        let Some(fd) = CanFdFrame::new(id, &data) else { return Ok(()) };
+        let heard = from_socket(&CanRawFrame::Fd(*fd.as_ref()));
+        let length = socketcan::EmbeddedFrame::data(&fd).len();
+        match CanFrame::new(id, &data) {
+            Some(frame) if length == data.len() => prop_assert_eq!(heard, Heard::Frame(frame)),
+            _ => prop_assert!(length > 8 && heard == Heard::Unsupported, "{heard:?}"),
+        }
+    }
+
+    #[test]
+    fn whatever_a_driver_hands_up_is_taken(id: u32, length: u8, data: [u8; 8]) {
+        let empty = socketcan::CanFrame::new(StandardId::ZERO, &[]).unwrap();
+        let CanRawFrame::Classic(mut frame) = raw(&empty) else { unreachable!() };
+        (frame.can_id, frame.can_dlc, frame.data) = (id, length, data);
+        from_socket(&CanRawFrame::Classic(frame));
+    }
+}
+
+#[test]
+fn an_error_frame_is_an_event_of_the_bus() {
+    let event = CanErrorEvent { bus_off: true, ..CanErrorEvent::default() };
+    let (id, data) = event.encode();
+    let frame = socketcan::CanErrorFrame::new_error(id, &data).unwrap();
+    assert_eq!(from_socket(&CanRawFrame::Classic(*frame.as_ref())), Heard::Error(event));
+}
+
+#[test]
+fn a_missing_interface_is_told_from_a_kernel_without_can() {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    let error = runtime.block_on(async { CanSocketPort::open("nocan7").unwrap_err() });
+    match error {
+        PortError::NoInterface { .. } => assert!(kernel_has_can().is_ok()),
+        PortError::NoCan { .. } => assert!(kernel_has_can().is_err()),
+        other => panic!("{other}"),
+    }
+}

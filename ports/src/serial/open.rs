@@ -1,0 +1,102 @@
+//! Opening a serial port, and what the reasons for which it does not open mean.
+
+use super::marks::Marks;
+use super::usb;
+use crate::error::PortError;
+use crate::spec::{Flow, SerialDevice, SerialSpec, Sharing};
+use rustix::fs::{Mode, OFlags};
+use rustix::io::Errno;
+use rustix::termios::{InputModes, OptionalActions, tcgetattr, tcsetattr};
+use std::io;
+use std::os::fd::OwnedFd;
+use tokio_serial::{
+    ClearBuffer, DataBits, ErrorKind, FlowControl, SerialPort as _, SerialPortBuilder,
+    SerialStream, StopBits,
+};
+use wire::serial::{Parity, SerialSettings};
+
+/// The open port, and who reads the marks in its stream.
+pub(super) fn open(
+    spec: &SerialSpec,
+    settings: SerialSettings,
+) -> Result<(SerialStream, Marks), PortError> {
+    let path = match &spec.device {
+        SerialDevice::Path(path) => path.clone(),
+        SerialDevice::Usb(id) => usb::find(id, &usb::adapters())?,
+    };
+    let failed = |cause: io::Error| error(&path, settings, cause);
+    // `serialport` hands out no descriptor for what it does not offer itself. This second one is opened
+    // before the first claims the port, and closed at once: settings are the port's, not the
+    // descriptor's.
+    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    let terminal =
+        rustix::fs::open(&path, flags, Mode::empty()).map_err(|cause| failed(cause.into()))?;
+    let sharing = spec.options.sharing.unwrap_or_default();
+    let builder = builder(&path, settings, spec.options.flow.unwrap_or_default())
+        .exclusive(sharing == Sharing::Exclusive);
+    let stream = SerialStream::open(&builder).map_err(|cause| match cause.kind() {
+        ErrorKind::NoDevice => PortError::Busy { port: path.clone() },
+        _ => failed(cause.into()),
+    })?;
+    let marks = match sharing {
+        Sharing::Exclusive => {
+            mark_errors(&terminal).map_err(|cause| failed(cause.into()))?;
+            Marks::new()
+        }
+        // Others may set the port otherwise at any time, and marks would be taken for data.
+        Sharing::Shared => Marks::absent(),
+    };
+    stream.clear(ClearBuffer::Input).map_err(|cause| failed(cause.into()))?;
+    Ok((stream, marks))
+}
+
+fn builder(path: &str, settings: SerialSettings, flow: Flow) -> SerialPortBuilder {
+    tokio_serial::new(path, settings.baud)
+        .data_bits(match settings.data_bits {
+            ..=5 => DataBits::Five,
+            6 => DataBits::Six,
+            7 => DataBits::Seven,
+            8.. => DataBits::Eight,
+        })
+        .parity(match settings.parity {
+            Parity::None => tokio_serial::Parity::None,
+            Parity::Even => tokio_serial::Parity::Even,
+            Parity::Odd => tokio_serial::Parity::Odd,
+        })
+        .stop_bits(if settings.stop_bits >= 2 { StopBits::Two } else { StopBits::One })
+        .flow_control(match flow {
+            Flow::None => FlowControl::None,
+            Flow::Software => FlowControl::Software,
+            Flow::Hardware => FlowControl::Hardware,
+        })
+}
+
+/// Has the terminal mark errors in the stream (termios(3), `PARMRK`).
+fn mark_errors(terminal: &OwnedFd) -> Result<(), Errno> {
+    let mut termios = tcgetattr(terminal)?;
+    termios.input_modes.insert(InputModes::PARMRK | InputModes::INPCK);
+    termios
+        .input_modes
+        .remove(InputModes::IGNPAR | InputModes::IGNBRK | InputModes::BRKINT | InputModes::ISTRIP);
+    tcsetattr(terminal, OptionalActions::Now, &termios)
+}
+
+fn error(path: &str, settings: SerialSettings, source: io::Error) -> PortError {
+    let port = path.to_owned();
+    match Errno::from_io_error(&source) {
+        Some(Errno::NOENT | Errno::NXIO | Errno::NODEV) => PortError::NoDevice { port },
+        Some(Errno::ACCESS | Errno::PERM) => PortError::Denied { port },
+        Some(Errno::BUSY) => PortError::Busy { port },
+        _ => PortError::Settings { port, settings: written(settings), source },
+    }
+}
+
+/// In the usual short form, such as `9600 8N1`.
+fn written(settings: SerialSettings) -> String {
+    let parity = match settings.parity {
+        Parity::None => 'N',
+        Parity::Even => 'E',
+        Parity::Odd => 'O',
+    };
+    format!("{} {}{parity}{}", settings.baud, settings.data_bits, settings.stop_bits)
+}

@@ -1,0 +1,199 @@
+//! The user of an adapter.
+
+use super::{EVENTS_MAX, Lines, USUAL};
+use crate::error::{PortError, PortLost};
+use crate::serial::{SerialEvent, SerialPort};
+use crate::spec::SerialSpec;
+use crate::{Counters, FrameEvent};
+use std::collections::VecDeque;
+use std::time::Duration;
+use tokio::time::timeout;
+use wire::can::CanFrame;
+use wire::can_error::CanErrorEvent;
+use wire::slcan::{Answer, AnswerDecoder, BitRate, Command};
+
+/// An adapter answers within this. Assumption: USB adapters do within a few milliseconds. Those that do not
+/// answer at all are taken to have obeyed: some firmware acknowledges nothing.
+const ANSWER_LIMIT: Duration = Duration::from_millis(300);
+/// What was under way before is over when nothing came for this long.
+const QUIET: Duration = Duration::from_millis(50);
+/// Reads that are thrown away at most before a bus that is never quiet is opened all the same.
+const STALE_READS_MAX: usize = 1_000;
+
+/// An adapter on a serial port, with its bus open.
+#[derive(Debug)]
+pub struct SlcanHost {
+    serial: SerialPort,
+    name: String,
+    bitrate: BitRate,
+    decoder: AnswerDecoder,
+    lines: Lines,
+    /// Decoded, and not yet handed on; at most [`EVENTS_MAX`].
+    events: VecDeque<FrameEvent>,
+    counters: Counters,
+}
+
+impl SlcanHost {
+    /// Opens the port, closes the adapter's bus if it was open, and opens it at `bitrate`. Called within a
+    /// tokio runtime that has IO and time enabled.
+    ///
+    /// # Errors
+    /// When the port cannot be opened, or the adapter refuses.
+    pub async fn open(spec: &SerialSpec, bitrate: BitRate) -> Result<Self, PortError> {
+        let mut host = Self {
+            serial: SerialPort::open(spec, USUAL)?,
+            name: spec.device.to_string(),
+            bitrate,
+            decoder: AnswerDecoder::new(),
+            lines: Lines::default(),
+            events: VecDeque::with_capacity(EVENTS_MAX),
+            counters: Counters::default(),
+        };
+        host.join().await?;
+        Ok(host)
+    }
+
+    /// Takes the adapter from whatever state it is in to an open bus.
+    async fn join(&mut self) -> Result<(), PortError> {
+        // Ends what somebody else may have begun (CAN232 manual: send two or three CR first).
+        self.serial.send(b"\r\r\r");
+        self.command(&Command::Close);
+        for _ in 0..STALE_READS_MAX {
+            match timeout(QUIET, self.serial.receive()).await {
+                Ok(result) => _ = result.map_err(|lost| self.lost(lost))?,
+                Err(_) => break,
+            }
+        }
+        // Half a line of before belongs to none of what comes; the counts stay.
+        self.counters = self.counters + self.of_lines();
+        self.decoder = AnswerDecoder::new();
+        for (command, words) in
+            [(Command::BitRate(self.bitrate), "take the bitrate"), (Command::Open, "open the bus")]
+        {
+            self.command(&command);
+            match timeout(ANSWER_LIMIT, self.answer()).await {
+                Ok(Ok(Answer::Refused)) => {
+                    let port = self.name.clone();
+                    return Err(PortError::AdapterRefused { port, command: words });
+                }
+                Ok(Err(lost)) => return Err(self.lost(lost)),
+                Ok(Ok(_)) => {}
+                Err(_) => tracing::warn!("{}: no answer when told to {words}", self.name),
+            }
+        }
+        Ok(())
+    }
+
+    fn lost(&self, source: PortLost) -> PortError {
+        PortError::AdapterLost { port: self.name.clone(), source }
+    }
+
+    /// The answer to a command. Frames that come before it are kept.
+    async fn answer(&mut self) -> Result<Answer, PortLost> {
+        loop {
+            let SerialEvent::Bytes(packet) = self.serial.receive().await? else { continue };
+            let (mut answer, events, counters) = (None, &mut self.events, &mut self.counters);
+            self.decoder.feed(packet.as_slice(), |heard| match heard {
+                Answer::Done | Answer::Refused if answer.is_none() => answer = Some(heard),
+                heard => events.extend(event(heard, counters)),
+            });
+            if let Some(answer) = answer {
+                return Ok(answer);
+            }
+            // Nobody takes events yet: the newest are kept.
+            while self.events.len() > EVENTS_MAX {
+                self.events.pop_front();
+                self.counters.receive_dropped_frames += 1;
+            }
+        }
+    }
+
+    fn command(&mut self, command: &Command) -> bool {
+        self.lines.send(command.encode().as_slice(), |bytes| self.serial.send(bytes))
+    }
+
+    /// Waits for what comes next. May be called off without losing anything.
+    ///
+    /// # Errors
+    /// When the adapter is gone; again and again until it was [reopened](Self::reopen).
+    pub async fn receive(&mut self) -> Result<FrameEvent, PortLost> {
+        self.lines.finish(|bytes| self.serial.send(bytes));
+        loop {
+            if let Some(event) = self.events.pop_front() {
+                return Ok(event);
+            }
+            if let SerialEvent::Bytes(packet) = self.serial.receive().await? {
+                let (events, counters) = (&mut self.events, &mut self.counters);
+                self.decoder.feed(packet.as_slice(), |heard| events.extend(event(heard, counters)));
+            }
+        }
+    }
+
+    /// Hands a frame to the adapter's line at once. What finds no room there is lost and counted; that the
+    /// adapter has taken it is not waited for, and [refusals](Counters::refused) are counted.
+    pub fn send(&mut self, frame: &CanFrame) {
+        if self.command(&Command::Transmit(*frame)) {
+            self.counters.frames_out += 1;
+        } else {
+            self.counters.overrun_frames += 1;
+        }
+    }
+
+    /// Closes the port, waits for the adapter to come back, and opens its bus. May be called off, and called
+    /// again.
+    ///
+    /// # Errors
+    /// When it stayed away for too long, or refuses.
+    pub async fn reopen(&mut self) -> Result<(), PortError> {
+        self.events.clear();
+        self.serial.reopen().await?;
+        self.lines = Lines::default();
+        self.join().await
+    }
+
+    /// What has crossed it, the serial line included.
+    pub fn counters(&self) -> Counters {
+        self.counters + self.serial.counters() + self.of_lines()
+    }
+
+    /// Lines since the bus was opened.
+    fn of_lines(&self) -> Counters {
+        let lines = self.decoder.counters();
+        Counters {
+            malformed_lines: lines.malformed + lines.overlong,
+            unsupported_frames: lines.unsupported,
+            ..Counters::default()
+        }
+    }
+}
+
+impl Drop for SlcanHost {
+    /// An adapter that is left alone with an open bus fills its queues.
+    fn drop(&mut self) {
+        self.command(&Command::Close);
+    }
+}
+
+/// What an answer tells of the bus.
+fn event(answer: Answer, counters: &mut Counters) -> Option<FrameEvent> {
+    let event = match answer {
+        Answer::Frame(received) => {
+            counters.frames_in += 1;
+            return Some(FrameEvent::Frame(received.frame));
+        }
+        Answer::State(report) => CanErrorEvent::from(report),
+        Answer::Errors(errors) => CanErrorEvent::from(errors),
+        Answer::Refused => {
+            counters.refused += 1;
+            return None;
+        }
+        Answer::Done
+        | Answer::TakenStandard
+        | Answer::TakenExtended
+        | Answer::Version(_)
+        | Answer::SerialNumber(_)
+        | Answer::Status(_) => return None,
+    };
+    counters.error_frames += 1;
+    Some(FrameEvent::Bus(event))
+}

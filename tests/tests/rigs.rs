@@ -1,0 +1,267 @@
+//! Rigs: what is wrong with a file is refused at its place; two buses and a gateway; a node that nobody plays; faults by the
+//! names of nodes and lines.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use harness::{Trial, TrialError, TrialRun};
+use std::path::Path;
+use tempfile::TempDir;
+use wire::device::{Device, PortId, Transmit};
+use wire::time::Timestamp;
+
+const PACK: &str = include_str!("../../examples/battery-pack/rigs/pack.toml");
+const DBC: &str = include_str!("../../examples/battery-pack/devices/pack.dbc");
+const CELLS: &str = include_str!("../../examples/battery-pack/devices/cells.toml");
+const CHARGER: &str = include_str!("../../examples/battery-pack/devices/charger.toml");
+
+/// A device that speaks text on a serial line.
+const SCALE: &str = r#"
+name = "scale"
+title = "A scale"
+[serial]
+baud = 9600
+[parameter.load]
+value = 5.0
+unit = "kg"
+[[message]]
+name = "Reading"
+sent_by = "device"
+text = "{Mass:.2}\r\n"
+period_s = 0.1
+[signal.Mass]
+expression = "load"
+"#;
+
+/// A project with this rig and this plan.
+fn project(rig: &str, plan: &str) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (path, text) in [
+        ("rigs/pack.toml", rig),
+        ("devices/pack.dbc", DBC),
+        ("devices/cells.toml", CELLS),
+        ("devices/charger.toml", CHARGER),
+        ("devices/scale.toml", SCALE),
+        ("plan.toml", plan),
+    ] {
+        let path = folder.path().join(path);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    }
+    folder
+}
+
+fn load(folder: &TempDir) -> Result<Trial, TrialError> {
+    Trial::load(Path::new(folder.path()).join("plan.toml").to_str().unwrap())
+}
+
+/// A plan that measures one quantity.
+fn plan(steps: &str, quantity: &str, unit: &str, check: &str) -> String {
+    format!(
+        "name = \"plan\"\ntitle = \"\"\nrig = \"pack\"\nsteps = [{steps}]\n[[measurement]]\nname = \"it\"\ndoc = \"\"\n\
+         quantity = \"{quantity}\"\nunit = \"{unit}\"\ncheck = {{ {check} }}\n"
+    )
+}
+
+const WAIT: &str = "{ wait = { duration_s = 2 } }";
+
+fn cells() -> String {
+    plan(WAIT, "cells.VoltageMax", "V", "all_within = [3, 4.2]")
+}
+
+/// What is said of a rig, or of a plan on it.
+fn refused(rig: &str, plan: &str) -> String {
+    let folder = project(rig, plan);
+    let Err(error) = load(&folder) else { panic!("taken:\n{rig}\n{plan}") };
+    let mut said = error.to_string();
+    let mut cause = std::error::Error::source(&error);
+    while let Some(one) = cause {
+        said = format!("{said}: {one}");
+        cause = one.source();
+    }
+    said
+}
+
+#[test]
+fn what_is_wrong_with_a_rig_is_refused() {
+    let node = |more: &str| format!("{PACK}\n[[node]]\n{more}");
+    let serial = "[[line]]\nname = \"uart\"\nserial = {}\n";
+    let third = "[[node]]\nname = \"a\"\nat = \"uart\"\nemulate = \"scale\"\n\
+                 [[node]]\nname = \"b\"\nat = \"uart\"\ntester = true\n\
+                 [[node]]\nname = \"c\"\nat = \"uart\"\ntester = true\n";
+    for (rig, expected) in [
+        (
+            node("name = \"cells\"\nat = \"can0\"\nemulate = \"cells\""),
+            "two nodes are called `cells`",
+        ),
+        (
+            node("name = \"extra\"\nat = \"can7\"\nemulate = \"cells\""),
+            "no line `can7` for `extra`",
+        ),
+        (node("name = \"extra\"\nat = []\nemulate = \"cells\""), "`extra` is on no line"),
+        (format!("{serial}{third}"), "a third end on the serial line `uart`"),
+        (PACK.replace("\"manager\"", "\"manger\""), "no node `manger` in"),
+        (
+            node("name = \"gyro\"\nat = \"can0\"\nemulate = \"cells\""),
+            "`gyro` has a meaning of its own",
+        ),
+        (
+            node("name = \"extra\"\nat = \"can0\""),
+            "not exactly one of emulated, under test and tester",
+        ),
+        (PACK.replace("250_000", "12"), "expected 10,000 to 1,000,000 bits per second"),
+        (node("name = \"extra\"\nat = \"can0\"\nemulate = \"scale\""), "on the other kind of line"),
+        (format!("{PACK}\n[[line]]\nname = \"can0\"\ncan = {{}}\n"), "two lines are called `can0`"),
+        (PACK.replace("pack.dbc", "none.dbc"), "none.dbc"),
+        ("title = \"nothing\"".to_owned(), "a rig without a node"),
+    ] {
+        let said = refused(&rig, &cells());
+        assert!(said.contains(expected), "{expected}\n{said}");
+    }
+}
+
+#[test]
+fn what_a_plan_says_of_nodes_that_are_not_there_is_refused() {
+    let unit = |quantity: &str| plan(WAIT, quantity, "V", "all_within = [0, 9]");
+    let steps = |steps: &str| plan(steps, "cells.VoltageMax", "V", "all_within = [0, 9]");
+    for (plan, expected) in [
+        (unit("cell.VoltageMax"), "no node `cell` whose messages are known"),
+        (unit("cells.VoltgeMax"), "no signal `VoltgeMax` in the layout of `cells`"),
+        (unit("cells.ContactorClosed"), "`ContactorClosed` is sent to `cells`, and not by it"),
+        (unit("cells.TemperatureMax"), "unit `V`, expected `degC`"),
+        (unit("period.cells.CellStats"), "no message `CellStats` that `cells` sends"),
+        (
+            steps("{ send = { message = \"CellStatus\" } }"),
+            "`CellStatus` is sent by `cells` itself",
+        ),
+        (steps("{ power_cycle = { device = \"cell\", off_s = 1 } }"), "no `cell` on this bench"),
+        (steps("{ turn = { angle_deg = 90 } }"), "`turn` is for a gyro on a robot or a table"),
+        (
+            format!(
+                "{}[[fault]]\ntarget = \"can7\"\nwhat = {{ drop = {{ loss_percent = 5 }} }}\n",
+                cells()
+            ),
+            "no node and no line `can7` in this rig",
+        ),
+        (
+            format!(
+                "{}[[fault]]\ntarget = \"can0\"\nwhat = {{ flip = {{ flip_percent = 5 }} }}\n",
+                cells()
+            ),
+            "`flip` is of a serial line, and `can0` is on CAN",
+        ),
+    ] {
+        let said = refused(PACK, &plan);
+        assert!(said.contains(expected), "{expected}\n{said}");
+    }
+}
+
+#[test]
+fn a_program_has_no_place_in_virtual_time() {
+    let folder = project(PACK, &cells());
+    let run = load(&folder).unwrap().run().unwrap();
+    assert_eq!(run.summary().outcome.name(), "error");
+    let why = run.summary().reason.clone().unwrap();
+    assert!(why.contains("`manager` is under test, and nothing plays it in virtual time"), "{why}");
+}
+
+/// Passes frames from its first line to its second, or both ways.
+#[derive(Debug, Default)]
+struct Gateway {
+    both_ways: bool,
+    outgoing: Vec<(PortId, Transmit)>,
+}
+
+impl Device for Gateway {
+    fn receive(&mut self, _: Timestamp, port: PortId, what: &Transmit) {
+        if port == PortId(0) || self.both_ways {
+            self.outgoing.push((PortId(1 - port.0), *what));
+        }
+    }
+
+    fn wake(&mut self, _: Timestamp) {}
+
+    fn next_wakeup(&self) -> Timestamp {
+        Timestamp::MAX
+    }
+
+    fn transmit(&mut self, _: Timestamp) -> Option<(PortId, Transmit)> {
+        self.outgoing.pop()
+    }
+}
+
+/// Two buses, and a gateway between them.
+const BUSES: &str = r#"
+[[line]]
+name = "can0"
+can = { bit_rate = 500_000 }
+[[line]]
+name = "can1"
+can = { bit_rate = 125_000, dbc = "../devices/pack.dbc" }
+[[node]]
+name = "cells"
+at = "can0"
+emulate = "cells"
+[[node]]
+name = "gateway"
+at = ["can0", "can1"]
+dbc_node = "Cells"
+under_test = { in_process = true }
+[[node]]
+name = "charger"
+at = "can1"
+emulate = "charger"
+"#;
+
+fn across(steps: &str, faults: &str, both_ways: bool) -> TrialRun {
+    let plan = plan(steps, "gateway.VoltageMax", "V", "all_within = [3, 4.2]");
+    let folder = project(BUSES, &format!("{plan}observations_min = 15\n{faults}"));
+    let trial = load(&folder).unwrap();
+    trial.with_node("gateway", move || Gateway { both_ways, ..Gateway::default() }).run().unwrap()
+}
+
+#[test]
+fn a_gateway_passes_on_what_the_other_bus_says() {
+    let run = across(WAIT, "", false);
+    assert!(run.passed(), "{run}");
+}
+
+#[test]
+fn a_line_is_struck_by_its_name_and_no_other() {
+    let fault = |target: &str, toward: &str| {
+        format!(
+            "[[fault]]\ntarget = \"{target}\"\ntoward = \"{toward}\"\n\
+             what = {{ drop = {{ loss_percent = 100 }} }}\n"
+        )
+    };
+    for (target, toward, passes) in [
+        ("can0", "both", false),
+        ("cells", "host", false),
+        ("can1", "both", false),
+        ("charger", "host", true),
+        // On a bus, what is sent to one is sent to all.
+        ("charger", "device", false),
+    ] {
+        let run = across(WAIT, &fault(target, toward), false);
+        assert_eq!(run.passed(), passes, "{target}, {toward}: {run}");
+    }
+}
+
+#[test]
+fn a_gateway_that_echoes_for_ever_does_not_hang_a_run() {
+    // What it passes on comes back from nobody, so that the buses carry each frame once.
+    let run = across(WAIT, "", true);
+    assert!(run.passed(), "{run}");
+}
+
+#[test]
+fn two_serial_devices_have_a_line_each() {
+    let rig = "[[line]]\nname = \"left\"\nserial = {}\n[[line]]\nname = \"right\"\nserial = {}\n\
+               [[node]]\nname = \"one\"\nat = \"left\"\nemulate = \"scale\"\n\
+               [[node]]\nname = \"two\"\nat = \"right\"\nemulate = \"scale\"\n";
+    let steps = "{ set_parameter = { parameter = \"two.load\", value = 7 } }, { wait = { duration_s = 1 } }";
+    let one = plan(steps, "one.Mass", "1", "all_within = [5, 5]");
+    assert!(load(&project(rig, &one)).unwrap().run().unwrap().passed());
+    // Before it is set it says 5.
+    let two = plan(steps, "two.Mass", "1", "mean_within = [6, 7]");
+    assert!(load(&project(rig, &two)).unwrap().run().unwrap().passed());
+}
