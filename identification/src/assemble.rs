@@ -37,8 +37,8 @@ impl Done<'_> {
         (&self.fit.path[0].metrics, &self.fit.nested)
     }
 
-    /// Held-out error over the white noise of a reading, where readings are alone.
-    fn error_over_white(&self) -> Option<f64> {
+    /// Held-out error over the noise that is new in a reading, where readings are alone.
+    fn error_over_floor(&self) -> Option<f64> {
         let is_row = self.data.block.aggregate == Aggregate::Row;
         let error = self.errors().1.first()?.errors.rmse();
         (is_row && self.fit.floor > 0.0).then(|| error / self.fit.floor)
@@ -115,15 +115,15 @@ pub(crate) fn assemble(
                     .min(1.0),
             });
         }
-        if let Some(slow) = above_white(one, noise_is_known) {
+        if let Some(slow) = above_floor(one, noise_is_known) {
             left.push(slow);
         }
         if let Some(goes) = &one.fit.goes {
             left.push(goes.left(&one.data.block.label));
         }
-        if let Some(ratio) = one.error_over_white() {
+        if let Some(ratio) = one.error_over_floor() {
             notices.push(format!(
-                "the held-out error of `{}` is {ratio:.1} times the white noise of a reading",
+                "the held-out error of `{}` is {ratio:.1} times the noise that is new in a reading",
                 one.data.block.label
             ));
         }
@@ -215,15 +215,18 @@ pub(crate) fn assemble(
     identified
 }
 
-/// An error this many times the white noise from row to row is no noise by itself.
-const ABOVE_WHITE_MAX: f64 = 5.0;
+/// An error this many times the noise that is new in a reading is no noise by itself.
+const ABOVE_FLOOR_MAX: f64 = 5.0;
 
-/// What is left so far above the white noise that something slow is in it, which no cause explains.
-fn above_white(one: &Done<'_>, noise_is_known: bool) -> Option<Left> {
-    let ratio = one.error_over_white()?;
-    (ratio > ABOVE_WHITE_MAX && !noise_is_known).then(|| Left {
+/// What is left so far above what is new in a reading that something slow is in it, which no cause explains.
+fn above_floor(one: &Done<'_>, noise_is_known: bool) -> Option<Left> {
+    let ratio = one.error_over_floor()?;
+    (ratio > ABOVE_FLOOR_MAX && !noise_is_known).then(|| Left {
         drivers: vec![one.data.channels.time_name.clone()],
-        shape: format!("error of {} at {ratio:.0} times its white noise", one.data.block.label),
+        shape: format!(
+            "error of {} at {ratio:.0} times the noise that is new in a reading",
+            one.data.block.label
+        ),
         share_of_residual_variance: 1.0 - ratio.powi(-2),
     })
 }

@@ -97,6 +97,21 @@ fn the_plain_model_that_leaves_such_a_memory_does_not_miss_nothing() {
     assert_eq!(finding.verdict, Verdict::StructureLeft, "{finding:#?}");
 }
 
+/// A memory that is over by the next reading is new in each: the error is not many times that noise.
+#[test]
+fn a_memory_shorter_than_the_time_between_readings_is_new_in_each() {
+    let mut dataset = at_rest(0.0, 100.0);
+    // Of the slow part, a reading in fifty.
+    let keep = |values: &[f64]| values.iter().copied().step_by(50).collect::<Vec<f64>>();
+    for column in &mut dataset.columns {
+        column.values = keep(&column.values);
+    }
+    dataset.run_of_row = dataset.run_of_row.iter().copied().step_by(50).collect();
+    let finding = found(&dataset, None);
+    assert_eq!(finding.verdict, Verdict::NothingMissing, "{finding:#?}");
+    assert!(finding.held_out.after < 1.5 * finding.noise_floor.value, "{finding:#?}");
+}
+
 /// A gyro at a table that ramps from one plateau to the next, half a sample late: the delay shows in the ramps alone.
 #[test]
 fn a_delay_that_shows_in_ramps_alone_is_no_coloured_noise() {

@@ -106,6 +106,7 @@ fn experiment(
         effects: vec![found],
         noise,
         floor: NOISE_DEG.to_radians(),
+        scale: NOISE_DEG.to_radians(),
         left: Vec::new(),
         left_out: Vec::new(),
     };

@@ -272,10 +272,10 @@ fn noise(data: Data<'_>, fit: &BlockFit) -> Vec<Parameter> {
         unit,
         range: None,
     };
-    let mut found = vec![parameter("white".to_owned(), fit.floor / unit.si, unit.text.clone())];
-    let scale = fit.floor / fit.noise.white.sqrt();
+    let white = fit.scale * fit.noise.white.sqrt();
+    let mut found = vec![parameter("white".to_owned(), white / unit.si, unit.text.clone())];
     for part in &fit.noise.coloured {
-        let rms = scale * part.variance.sqrt();
+        let rms = fit.scale * part.variance.sqrt();
         let name = if part.correlation_s.is_finite() {
             format!("correlated_over_{:.3}_{}", part.correlation_s, data.channels.time_unit.text())
         } else {

@@ -43,8 +43,10 @@ pub struct BlockFit {
     pub effects: Vec<Found>,
     /// The noise that remains.
     pub noise: NoiseModel,
-    /// Standard deviation of the white part of the noise, of an observation.
+    /// Standard deviation of what is new in a reading.
     pub floor: f64,
+    /// Standard deviation that a variance of 1 in `noise` stands for.
+    pub scale: f64,
     /// Strongest candidates that did not pass, with their strength.
     pub left: Vec<Contender>,
     /// Outliers under the final model.
@@ -261,7 +263,7 @@ const SWALLOWING: f64 = 5.0;
 /// Is the error of readings so far above the white noise that there may be a cause in it?
 fn is_swallowing(state: &State<'_>, metrics: &[Metric]) -> bool {
     let scene = state.scene(&state.terms);
-    let floor = scene.scale * state.noise.white.sqrt();
+    let floor = scene.floor(&state.noise);
     let is_row = state.data.block.aggregate == Aggregate::Row;
     is_row && metrics.iter().any(|metric| metric.errors.rmse() > SWALLOWING * floor)
 }

@@ -111,11 +111,13 @@ impl Material<'_> {
             found.push(Found { shape: shape.clone(), coefficients, numbers, strength, rivals });
         }
         let effects = found.split_off(state.base);
+        let floor = floor(data, &left);
         BlockFit {
             base: found,
             effects,
             noise: state.noise.clone(),
-            floor: floor(data, &left),
+            floor,
+            scale: floor,
             left: Vec::new(),
             left_out: state.left_out.clone(),
             path: Vec::new(),

@@ -1,6 +1,9 @@
 //! The model of a block as it grows: one round asks whether anything is missing, and what.
 
-use super::choose::{Contender, Profile, contenders, plainest_first, profiled, surfaces};
+use super::choose::{
+    Contender, Profile, contenders, plainest_first, profiled, surfaces, with_lower_orders,
+    without_superfluous,
+};
 use super::cross;
 use super::data::Data;
 use super::record::Record;
@@ -100,11 +103,14 @@ impl<'a> State<'a> {
     fn round(&self, threshold: f64) -> Vec<Contender> {
         let scene = self.scene(&self.terms);
         let mut found = contenders(&scene);
+        let mut groups = with_lower_orders(&scene, &self.terms);
         if found.iter().all(|contender| contender.strength < threshold) {
             found.extend(surfaces(&scene));
             found.sort_by(|a, b| b.rank.total_cmp(&a.rank));
         }
         if !self.noise.is_coloured() {
+            found.extend(groups);
+            without_superfluous(&mut found);
             return found;
         }
         let columns = self.columns(&self.terms);
@@ -121,12 +127,14 @@ impl<'a> State<'a> {
         let plain = NoiseModel { coloured: Vec::new(), ..self.noise.clone() };
         let white = Scene::new(self.record, &plain, &self.left_out, &columns);
         let naive = contenders(&white);
+        groups.extend(with_lower_orders(&white, &self.terms));
         let mut seen: Vec<String> = Vec::new();
         let mut profiles: Vec<Contender> = Vec::new();
-        for list in [&found, &naive] {
+        for list in [&found, &naive, &groups] {
             let mut taken = 0;
             for contender in list.iter() {
-                let label = contender.candidate.shape.label();
+                let label: String =
+                    contender.all().map(|candidate| candidate.shape.label()).collect();
                 let is_constant = contender.candidate.shape.drivers.is_empty();
                 if (taken == PROFILED && !is_constant) || contender.strength < threshold - 8.0 {
                     continue;
@@ -138,7 +146,7 @@ impl<'a> State<'a> {
                 }
             }
         }
-        profiles.sort_by(|a, b| b.rank.total_cmp(&a.rank));
+        without_superfluous(&mut profiles);
         profiles
     }
 
@@ -160,7 +168,7 @@ impl<'a> State<'a> {
                 }
                 continue;
             }
-            let mut chosen = vec![contender.candidate.clone()];
+            let mut chosen: Vec<Candidate> = contender.all().cloned().collect();
             if is_wide(&contender.candidate) {
                 let named: Vec<Candidate> = found
                     .iter()

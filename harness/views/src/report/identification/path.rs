@@ -3,11 +3,11 @@
 use super::super::download::{Table, number};
 use super::super::frame::{Axis, Frame, SCALE};
 use super::super::palette::{BAND, CCW, CW, INK, OUTSIDE, PAPER};
-use record::figures;
 use identification::finding::{Finding, PathModel};
 use maud::{Markup, html};
 use plotters::element::{Circle, PathElement};
 use plotters::style::{Color, RGBColor};
+use record::figures;
 
 /// Metrics that are drawn, one a colour.
 const COLOURS: [RGBColor; 6] = [CCW, CW, BAND, PAPER, OUTSIDE, INK];
