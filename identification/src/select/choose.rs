@@ -122,11 +122,11 @@ pub fn with_lower_orders(scene: &Scene<'_>, terms: &[Shape]) -> Vec<Contender> {
         scene.record.candidates().iter().map(|seen| &seen.candidate).collect();
     let mut found = Vec::new();
     for candidate in &every {
-        let is_lower = |shape: &&Shape| shape.is_lower_order_of(&candidate.shape);
+        let is_there = |lower: &Shape| terms.iter().any(|term| term.says(lower));
         let beside: Vec<Candidate> = every
             .iter()
             .filter(|other| {
-                is_lower(&&other.shape) && !terms.iter().any(|term| term.says(&other.shape))
+                other.shape.is_lower_order_of(&candidate.shape) && !is_there(&other.shape)
             })
             .map(|other| (*other).clone())
             .collect();
