@@ -7,6 +7,7 @@ pub mod catalogue;
 pub mod design;
 pub mod figures;
 pub mod laps;
+pub mod measured;
 pub mod noise;
 pub mod odometry;
 pub mod package;

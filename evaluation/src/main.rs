@@ -46,6 +46,9 @@ struct Arguments {
     /// Lists the names of the cases.
     #[arg(long)]
     list: bool,
+    /// Identifies the real sets in the folders below this one instead.
+    #[arg(long, value_name = "DIR")]
+    measured: Option<PathBuf>,
 }
 
 /// One case in so many is quick.
@@ -102,6 +105,9 @@ fn evaluate(arguments: &Arguments) -> io::Result<()> {
     };
     let stride = if arguments.quick { QUICK } else { 1 };
     let chosen: Vec<Case> = every.into_iter().filter(wanted).step_by(stride).collect();
+    if let Some(folder) = &arguments.measured {
+        return measured(folder, arguments.only.as_deref());
+    }
     if arguments.list {
         let mut out = io::stdout().lock();
         return chosen.iter().try_for_each(|case| writeln!(out, "{}", case.name()));
@@ -222,4 +228,43 @@ fn dump(case: &Case, folder: &Path) -> io::Result<()> {
         serde_json::to_string_pretty(&package::descriptor(&dataset)).map_err(io::Error::other)?;
     std::fs::write(folder.join("datapackage.json"), descriptor + "\n")?;
     std::fs::write(folder.join(package::CSV), package::csv(&dataset))
+}
+
+/// Prints what is found in each real set.
+fn measured(folder: &Path, only: Option<&str>) -> io::Result<()> {
+    let mut folders: Vec<PathBuf> = std::fs::read_dir(folder)?
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| path.join("datapackage.json").exists())
+        .filter(|path| {
+            let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+            only.is_none_or(|only| {
+                only.split(',').any(|only| name.as_deref().is_some_and(|name| name.contains(only)))
+            })
+        })
+        .collect();
+    folders.sort();
+    for folder in folders {
+        let start = seconds();
+        let dataset = match evaluation::measured::read(&folder) {
+            Ok(dataset) => dataset,
+            Err(error) => {
+                println!("{}: {error}", folder.display());
+                continue;
+            }
+        };
+        let read = seconds();
+        match guarded(|| identify::identify(&dataset, None, &Options::default(), &mut |_, _| {})) {
+            Err(error) => println!("== {}: {error}", dataset.name),
+            Ok(found) => {
+                println!(
+                    "== {} read {:.1} s, identified {:.1} s",
+                    dataset.name,
+                    read - start,
+                    seconds() - read
+                );
+                println!("{}", evaluation::measured::summary(&found.finding));
+            }
+        }
+    }
+    Ok(())
 }

@@ -125,7 +125,13 @@ mod tests {
     }
 
     fn parameter(name: &str, value: f64, error: Option<f64>, unit: &str) -> Parameter {
-        Parameter { name: name.into(), value, standard_error: error, unit: unit.into() }
+        Parameter {
+            name: name.into(),
+            value,
+            standard_error: error,
+            unit: unit.into(),
+            range: None,
+        }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use crate::dataset::{Axis, Kind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Version of the contract.
 pub const SCHEMA: u32 = 1;
@@ -36,6 +37,9 @@ pub struct Finding {
     pub base: Vec<Parameter>,
     /// What was added, the strongest first.
     pub effects: Vec<Effect>,
+    /// The models that were judged, from plain to rich; the finding is the chosen one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub path: Vec<PathModel>,
     /// What is left and looks like something.
     pub left: Vec<Left>,
     /// What would decide between the rivals.
@@ -103,6 +107,29 @@ pub struct HeldOut {
     pub folds: usize,
 }
 
+/// A model on the path from plain to rich.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PathModel {
+    /// Names of its effects beyond the model given.
+    pub effects: Vec<String>,
+    /// Its error on runs that took no part in the fit, of each metric.
+    pub held_out: BTreeMap<String, PathError>,
+    /// Whether the finding is this one.
+    pub chosen: bool,
+}
+
+/// A held-out error of a model on the path.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PathError {
+    /// Root mean square, in `unit`.
+    pub value: f64,
+    /// By how much it may be above the best one on the path and count as equal: the standard error of the difference
+    /// of the two over runs; where what is left is no noise, at least that of the best one itself.
+    pub standard_error: f64,
+    /// Its unit.
+    pub unit: String,
+}
+
 /// An effect that was added.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Effect {
@@ -149,6 +176,9 @@ pub struct Parameter {
     pub standard_error: Option<f64>,
     /// Its unit.
     pub unit: String,
+    /// Where it can lie by physics, in `unit`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range: Option<[f64; 2]>,
 }
 
 /// Another cause that the data cannot exclude.

@@ -1,13 +1,16 @@
 //! The entry: data and a model in, finding and a better model out.
 
-use crate::dataset::{Dataset, Kind};
-use crate::experiment::{self, Doubt, Experiment};
-use crate::finding::{Figure, Finding, Left, SCHEMA, Verdict};
-use crate::model::{Acts, KNOT, Model, Shape, Term, exposure};
+use crate::align::{Aligned, align};
+use crate::assemble::{Done, assemble};
+use crate::dataset::Dataset;
+use crate::experiment::Experiment;
+use crate::finding::Finding;
+use crate::judge::{Holding, Judge};
+use crate::model::{Acts, Model, Shape, exposure};
 use crate::noise::{self, Layout, NoiseModel};
-use crate::outcome::{self, Diagnostics, Errors};
-use crate::problem::{Aggregate, Block, Known, Problem};
-use crate::select::{BlockFit, Data, Found, fit_terms, identify_block, without_rounding};
+use crate::outcome::Diagnostics;
+use crate::problem::{Block, Known, Problem};
+use crate::select::{Asked, Data, fit_terms, identify_block, without_rounding};
 
 pub use crate::outcome::predict;
 
@@ -55,15 +58,6 @@ pub enum IdentifyError {
 /// How far it is: a share from 0 to 1 and what is being done.
 pub type Progress<'a> = &'a mut dyn FnMut(f64, &str);
 
-/// One block with what came of it.
-struct Done<'a> {
-    data: Data<'a>,
-    plain: Vec<Found>,
-    fit: BlockFit,
-    before: Errors,
-    after: Errors,
-}
-
 /// Finds what `model` (by default the plain model of the kind) lacks to explain `dataset`.
 ///
 /// # Errors
@@ -81,13 +75,18 @@ pub fn identify(
         return Err(IdentifyError::Model("the model is of another kind than the data".to_owned()));
     }
     progress(0.0, "reading");
-    let problem = Problem::new(dataset, model.map(Model::known).unwrap_or_default())?;
+    let mut problem = Problem::new(dataset, model.map(Model::known).unwrap_or_default())?;
+    // A model that is given has set right what there was to.
+    let is_plain = model.is_none();
+    let aligned: Vec<Option<Aligned>> =
+        problem.blocks.iter_mut().map(|block| if is_plain { align(block) } else { None }).collect();
+    let problem = problem;
     let noises = options.noise_from.as_ref().map(static_noises).transpose()?;
     let mut notices = Vec::new();
     let mut working = Vec::new();
     for block in &problem.blocks {
         let base = base_terms(model, block, &problem)?;
-        match without_rounding(block, &problem.channels, &base) {
+        match without_rounding(block, problem.channels_of(block), &base) {
             Some((corrected, step)) => {
                 notices.push(format!(
                     "`{}` is rounded to steps of {:.3e} {}, coarser than its noise; the mean rounding error is taken out",
@@ -107,49 +106,25 @@ pub fn identify(
     let count = problem.blocks.len();
     let mut done = Vec::new();
     for (index, (block, layout)) in working.iter().zip(&layouts).enumerate() {
-        let data = Data { block, channels: &problem.channels, layout };
+        let data = Data { block, channels: problem.channels_of(block), layout };
         let base = base_terms(model, block, &problem)?;
         let known = noises.as_ref().and_then(|noises| matching(noises, block));
         let mut report = |share: f64| {
             progress((index as f64 + share) / count as f64, &block.label);
         };
-        let fit = identify_block(
-            data,
-            base.clone(),
-            1.0 / count as f64,
-            options.max_effects,
-            known,
-            &mut report,
-        );
-        let plain = fit_terms(data, &base, &fit.noise, &fit.left_out);
         // Errors are of the readings as they are.
         let read = Data { block: &problem.blocks[index], ..data };
-        let before = block_errors(&problem, read, &base, &fit.noise, &fit.left_out);
-        let after = block_errors(&problem, read, &fit.shapes(), &fit.noise, &fit.left_out);
-        done.push(Done { data, plain, fit, before, after });
+        let judge = Judge { data: read, path: problem.path.as_ref(), holding: Holding::Spread };
+        let asked =
+            Asked { share: 1.0 / count as f64, effects_max: options.max_effects, noise: known };
+        let fit = identify_block(data, &judge, base.clone(), asked, &mut report);
+        let plain = fit_terms(data, &base, &fit.noise, &fit.left_out);
+        done.push(Done { data, judge, plain, fit, aligned: aligned[index].clone() });
     }
     progress(1.0, "done");
-    let mut identified = assemble(dataset, &problem, &done, options.seed);
+    let mut identified = assemble(dataset, &problem, &done, options);
     identified.finding.notices.extend(notices);
     Ok(identified)
-}
-
-/// Errors of `shapes` over held-out runs: of the final position, where a path was driven.
-fn block_errors(
-    problem: &Problem,
-    data: Data<'_>,
-    shapes: &[Shape],
-    noise: &NoiseModel,
-    left_out: &[bool],
-) -> Errors {
-    if data.block.aggregate == Aggregate::Pose
-        && let Some(path) = &problem.path
-        && let Some((positions, _)) =
-            outcome::path_errors(path, &[(data, shapes.to_vec(), noise, left_out)])
-    {
-        return positions;
-    }
-    data.held_out(shapes, noise, left_out)
 }
 
 /// What the model has for a block: the terms given, or what the plain model of the kind fits.
@@ -168,8 +143,9 @@ fn base_terms(
         let mine = term.axis.is_none() || block.axis.is_none() || term.axis == block.axis;
         let here = term.quantity.is_none() || term.quantity == block.apart;
         if mine && here && exposure(block, term.term).is_some() {
-            let (shape, _) = term.to_shape(&problem.channels).map_err(IdentifyError::Model)?;
-            if shape.observed(block, &problem.channels).is_none() {
+            let (shape, _) =
+                term.to_shape(problem.channels_of(block)).map_err(IdentifyError::Model)?;
+            if shape.observed(block, problem.channels_of(block)).is_none() {
                 return Err(IdentifyError::Model(format!(
                     "term `{}` needs what the data do not have",
                     term.name
@@ -183,12 +159,12 @@ fn base_terms(
 
 /// When the observations of a block were made, and how noise adds up in them.
 fn layout(block: &Block, problem: &Problem, base: &[Shape]) -> Layout {
-    let plain = Layout::new(block, &problem.channels);
+    let plain = Layout::new(block, problem.channels_of(block));
     let Some(bias) = block.exposure(Acts::Bias) else {
         return plain;
     };
     let durations: Vec<f64> = block.rows.iter().map(|&row| bias.per_row[row]).collect();
-    let data = Data { block, channels: &problem.channels, layout: &plain };
+    let data = Data { block, channels: problem.channels_of(block), layout: &plain };
     let columns = data.all_columns(base);
     noise::likeliest_layout(plain, &durations, &block.residual, &columns)
 }
@@ -200,8 +176,8 @@ fn static_noises(dataset: &Dataset) -> Result<Vec<(Block, NoiseModel)>, Identify
         .blocks
         .iter()
         .map(|block| {
-            let layout = Layout::new(block, &problem.channels);
-            let data = Data { block, channels: &problem.channels, layout: &layout };
+            let layout = Layout::new(block, problem.channels_of(block));
+            let data = Data { block, channels: problem.channels_of(block), layout: &layout };
             let base: Vec<Shape> = block
                 .constants
                 .iter()
@@ -218,225 +194,4 @@ fn matching<'a>(noises: &'a [(Block, NoiseModel)], block: &Block) -> Option<&'a 
         .iter()
         .find(|(other, _)| other.aggregate == block.aggregate && other.axis == block.axis)
         .map(|(_, noise)| noise)
-}
-
-fn assemble(dataset: &Dataset, problem: &Problem, done: &[Done<'_>], seed: u64) -> Identified {
-    let mut effects = Vec::new();
-    let mut terms: Vec<Term> = Vec::new();
-    let mut plain = Vec::new();
-    let mut base = Vec::new();
-    let mut left = Vec::new();
-    let mut notices: Vec<String> =
-        dataset.notices.iter().chain(&problem.notices).cloned().collect();
-    let mut diagnostics =
-        Diagnostics { blocks: Vec::new(), run_labels: dataset.run_labels.clone() };
-    for one in done {
-        // Errors of a path are in metres.
-        let unit =
-            if one.data.block.aggregate == Aggregate::Pose { 1.0 } else { one.data.block.unit.si };
-        for found in &one.plain {
-            plain.push(outcome::term(one.data, found));
-        }
-        for found in &one.fit.base {
-            let term = outcome::term(one.data, found);
-            let numbers = term.parameters.iter().filter(|one| !KNOT.contains(&one.name.as_str()));
-            base.extend(numbers.cloned().map(|mut parameter| {
-                parameter.name.clone_from(&term.name);
-                parameter
-            }));
-            terms.push(term);
-        }
-        let shapes = one.fit.shapes();
-        for (index, found) in one.fit.effects.iter().enumerate() {
-            let mut without = shapes.clone();
-            without.remove(one.fit.base.len() + index);
-            let before =
-                block_errors(problem, one.data, &without, &one.fit.noise, &one.fit.left_out).rmse();
-            let after = one.after.rmse();
-            let mut effect = outcome::effect(one.data, found, before / unit, after / unit);
-            if found.shape.acts == Acts::Axis && sees_little(&one.fit.base) {
-                effect.name = "wrong_axis".to_owned();
-            }
-            effects.push((found.strength, effect));
-            terms.push(outcome::term(one.data, found));
-        }
-        for contender in &one.fit.left {
-            left.push(Left {
-                drivers: contender
-                    .candidate
-                    .shape
-                    .drivers
-                    .iter()
-                    .map(ToString::to_string)
-                    .collect(),
-                shape: contender.candidate.shape.name.clone(),
-                share_of_residual_variance: (contender.score.statistic
-                    / one.data.block.rows.len().max(1) as f64)
-                    .min(1.0),
-            });
-        }
-        match outcome::whiteness(one.data, &one.fit) {
-            Some(found) => {
-                notices.push(found.notice(one.data, done.len()));
-                if !found.is_white(done.len()) {
-                    left.push(found.left(one.data, done.len()));
-                }
-            }
-            None => notices.push(format!(
-                "`{}` has too few observations to judge whether what is left is white",
-                one.data.block.label
-            )),
-        }
-        diagnostics.blocks.push(outcome::diagnose(
-            one.data,
-            &one.plain,
-            &one.fit,
-            (&one.before, &one.after),
-        ));
-    }
-    effects.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut effects: Vec<_> = effects.into_iter().map(|(_, effect)| effect).collect();
-    outcome::lines_before_their_zero(&mut effects);
-    let (held_out, held_out_also) = errors(problem, done, seed);
-    let verdict = if !left.is_empty() {
-        Verdict::StructureLeft
-    } else if effects.is_empty() {
-        Verdict::NothingMissing
-    } else if held_out.after < held_out.before
-        || held_out_also.iter().any(|also| also.after < also.before)
-    {
-        Verdict::Explained
-    } else {
-        Verdict::StructureLeft
-    };
-    let main = main_block(done);
-    let runs = dataset.run_labels.len();
-    let mut fields = std::collections::BTreeMap::new();
-    for term in &terms {
-        for driver in &term.drivers {
-            if let Some(column) = dataset.named(&driver.field) {
-                fields.insert(driver.field.clone(), column.role);
-            }
-        }
-    }
-    let doubts: Vec<Doubt<'_>> =
-        done.iter().map(|one| Doubt { data: one.data, fit: &one.fit }).collect();
-    let experiment = experiment::next(dataset, problem, &doubts);
-    let mut identified = Identified {
-        finding: Finding {
-            schema: SCHEMA,
-            dataset: dataset.name.clone(),
-            kind: dataset.kind,
-            rows: dataset.rows(),
-            runs,
-            seed,
-            verdict,
-            noise_floor: Figure {
-                value: done[main].fit.floor / done[main].data.block.unit.si,
-                unit: done[main].data.block.unit.text.clone(),
-            },
-            held_out,
-            held_out_also,
-            base,
-            effects,
-            left,
-            next_experiment: None,
-            notices,
-        },
-        model: Model {
-            schema: SCHEMA,
-            kind: dataset.kind,
-            dataset: Some(dataset.name.clone()),
-            fields,
-            counts_per_rad_per_s: problem.counts_per_unit,
-            closing_lever_m: problem.closing_lever_m,
-            terms,
-            plain,
-        },
-        diagnostics,
-        experiment,
-    };
-    if let Some(experiment) = &identified.experiment {
-        experiment.note(&mut identified.finding);
-    }
-    identified
-}
-
-/// Does the gyro see less than half of the rotation that it should measure?
-fn sees_little(base: &[Found]) -> bool {
-    base.iter()
-        .find(|found| found.shape.acts == Acts::Scale && found.shape.drivers.is_empty())
-        .and_then(|found| found.coefficients.first())
-        .is_some_and(|(scale, _)| *scale < -0.5)
-}
-
-/// The block that the headline is about: the one with the strongest effect.
-fn main_block(done: &[Done<'_>]) -> usize {
-    let strength =
-        |one: &Done<'_>| one.fit.effects.iter().map(|found| found.strength).fold(0.0, f64::max);
-    let mut best = 0;
-    for index in 1..done.len() {
-        if strength(&done[index]) > strength(&done[best]) {
-            best = index;
-        }
-    }
-    best
-}
-
-/// Held-out errors: where a robot was driven, of its final position first.
-fn errors(
-    problem: &Problem,
-    done: &[Done<'_>],
-    seed: u64,
-) -> (crate::finding::HeldOut, Vec<crate::finding::HeldOut>) {
-    let mut all = Vec::new();
-    if problem.kind == Kind::Odometry
-        && let Some(path) = &problem.path
-    {
-        let driven = |after: bool| {
-            let blocks: Vec<_> = done
-                .iter()
-                .filter(|one| one.data.block.label == "pose")
-                .map(|one| {
-                    let shapes = if after {
-                        one.fit.shapes()
-                    } else {
-                        one.plain.iter().map(|found| found.shape.clone()).collect()
-                    };
-                    (one.data, shapes, &one.fit.noise, one.fit.left_out.as_slice())
-                })
-                .collect();
-            outcome::path_errors(path, &blocks)
-        };
-        if let (Some(before), Some(after)) = (driven(false), driven(true)) {
-            all.push(outcome::held_out(
-                &before.0,
-                &after.0,
-                ("m", 1.0),
-                Some("final_position"),
-                seed,
-            ));
-            let degree = crate::dataset::Unit::Degree.si();
-            all.push(outcome::held_out(
-                &before.1,
-                &after.1,
-                ("deg", degree),
-                Some("final_heading"),
-                seed,
-            ));
-        }
-    }
-    let main = main_block(done);
-    let order = std::iter::once(main).chain((0..done.len()).filter(|index| *index != main));
-    for index in order {
-        let one = &done[index];
-        if one.data.block.aggregate == Aggregate::Pose && !all.is_empty() {
-            continue;
-        }
-        let unit = &one.data.block.unit;
-        let quantity = (done.len() > 1).then_some(one.data.block.label.as_str());
-        all.push(outcome::held_out(&one.before, &one.after, (&unit.text, unit.si), quantity, seed));
-    }
-    let first = all.remove(0);
-    (first, all)
 }

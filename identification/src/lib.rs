@@ -8,11 +8,14 @@
 )]
 #![expect(clippy::needless_range_loop, reason = "loops go over several columns at once")]
 
+mod align;
+mod assemble;
 mod candidates;
 pub mod dataset;
 pub mod experiment;
 pub mod finding;
 pub mod identify;
+mod judge;
 mod lattice;
 mod linear;
 pub mod model;

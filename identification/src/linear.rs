@@ -180,9 +180,95 @@ pub fn solve(columns: &[Vec<f64>], target: &[f64]) -> Solution {
     Solution { coefficients, inverse }
 }
 
+/// Normal equations of a least-squares fit, which add up over stretches of the data.
+#[derive(Debug, Clone)]
+pub struct Normal {
+    /// Products of columns; of the triangle below the diagonal.
+    products: Vec<Vec<f64>>,
+    /// Products of columns with the target.
+    target: Vec<f64>,
+}
+
+/// A column of which less than this share of the square is left beyond the columns before it depends on them.
+const DEPENDENT: f64 = 1e-11;
+
+impl Normal {
+    /// Of `width` columns and no rows.
+    pub fn new(width: usize) -> Self {
+        Self { products: (0..width).map(|i| vec![0.0; i + 1]).collect(), target: vec![0.0; width] }
+    }
+
+    /// Adds the rows of `range`.
+    pub fn add(&mut self, columns: &[Vec<f64>], target: &[f64], range: std::ops::Range<usize>) {
+        for (i, column) in columns.iter().enumerate() {
+            let column = &column[range.clone()];
+            for (product, other) in self.products[i].iter_mut().zip(columns) {
+                *product += dot(column, &other[range.clone()]);
+            }
+            self.target[i] += dot(column, &target[range.clone()]);
+        }
+    }
+
+    /// Adds the rows of `other`.
+    pub fn join(&mut self, other: &Self) {
+        for (mine, its) in self.products.iter_mut().zip(&other.products) {
+            mine.iter_mut().zip(its).for_each(|(mine, its)| *mine += its);
+        }
+        self.target.iter_mut().zip(&other.target).for_each(|(mine, its)| *mine += its);
+    }
+
+    /// Coefficients, one a column; 0 for a column that depends on those before it. By Cholesky's factors.
+    pub fn solve(&self) -> Vec<f64> {
+        let k = self.target.len();
+        let mut lower: Vec<Vec<f64>> = Vec::with_capacity(k);
+        let mut half = vec![0.0; k];
+        for i in 0..k {
+            let mut row = vec![0.0; i + 1];
+            for j in 0..i {
+                let sum: f64 = (0..j).map(|l| row[l] * lower[j][l]).sum();
+                row[j] =
+                    if lower[j][j] > 0.0 { (self.products[i][j] - sum) / lower[j][j] } else { 0.0 };
+            }
+            let own = self.products[i][i];
+            let left = own - row[..i].iter().map(|value| value * value).sum::<f64>();
+            row[i] = if left > DEPENDENT * own { left.sqrt() } else { 0.0 };
+            if row[i] > 0.0 {
+                let sum: f64 = (0..i).map(|l| row[l] * half[l]).sum();
+                half[i] = (self.target[i] - sum) / row[i];
+            }
+            lower.push(row);
+        }
+        let mut found = vec![0.0; k];
+        for i in (0..k).rev() {
+            if lower[i][i] > 0.0 {
+                let sum: f64 = (i + 1..k).map(|l| lower[l][i] * found[l]).sum();
+                found[i] = (half[i] - sum) / lower[i][i];
+            }
+        }
+        found
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{Basis, solve};
+    use super::{Basis, Normal, solve};
+
+    #[test]
+    fn normal_equations_add_up_to_the_fit_of_all_rows() {
+        let x: Vec<f64> = (0..9).map(|i| f64::from(i * i % 7)).collect();
+        let columns = vec![vec![1.0; 9], x.clone(), x.iter().map(|x| 3.0 * x).collect()];
+        let y: Vec<f64> =
+            x.iter().enumerate().map(|(i, x)| 2.0 - 0.3 * x + (i as f64).sin()).collect();
+        let whole = solve(&columns, &y).coefficients;
+        let mut normal = Normal::new(3);
+        normal.add(&columns, &y, 0..4);
+        let mut rest = Normal::new(3);
+        rest.add(&columns, &y, 4..9);
+        normal.join(&rest);
+        for (a, b) in normal.solve().iter().zip(&whole) {
+            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
+    }
 
     #[test]
     fn a_line_is_solved_and_a_dependent_column_gets_nothing() {

@@ -96,3 +96,55 @@ fn the_plain_model_that_leaves_such_a_memory_does_not_miss_nothing() {
     let finding = found(&at_rest(0.0, 0.7), told);
     assert_eq!(finding.verdict, Verdict::StructureLeft, "{finding:#?}");
 }
+
+/// A memory that is over by the next reading is new in each: the error is not many times that noise.
+#[test]
+fn a_memory_shorter_than_the_time_between_readings_is_new_in_each() {
+    let mut dataset = at_rest(0.0, 100.0);
+    // Of the slow part, a reading in fifty.
+    let keep = |values: &[f64]| values.iter().copied().step_by(50).collect::<Vec<f64>>();
+    for column in &mut dataset.columns {
+        column.values = keep(&column.values);
+    }
+    dataset.run_of_row = dataset.run_of_row.iter().copied().step_by(50).collect();
+    let finding = found(&dataset, None);
+    assert_eq!(finding.verdict, Verdict::NothingMissing, "{finding:#?}");
+    assert!(finding.held_out.after < 1.5 * finding.noise_floor.value, "{finding:#?}");
+}
+
+/// A gyro at a table that ramps from one plateau to the next, half a sample late: the delay shows in the ramps alone.
+#[test]
+fn a_delay_that_shows_in_ramps_alone_is_no_coloured_noise() {
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(4);
+    let plateau = |k: usize| 20.0 * ((k * 7 % 11) as f64 - 5.0);
+    let rate = |t: f64| {
+        let (k, into) = ((t / 60.0).floor() as usize, t.rem_euclid(60.0));
+        let share = (into / 4.0).min(1.0);
+        let before = if k == 0 { 0.0 } else { plateau(k - 1) };
+        before + share * (plateau(k) - before)
+    };
+    let (mut time, mut gyro, mut truth) = (Vec::new(), Vec::new(), Vec::new());
+    for row in 0..RUNS * ROWS {
+        // Ramps begin and end at samples, so that straight lines between these are exact.
+        let t = row as f64;
+        let noise: f64 = StandardNormal.sample(&mut random);
+        time.push(t);
+        truth.push(rate(t));
+        gyro.push(rate((t - 0.4).max(0.0)) + NOISE * noise);
+    }
+    let mut dataset = at_rest(0.0, 0.0);
+    for column in &mut dataset.columns {
+        match column.role {
+            Role::ReferenceRate => column.values.clone_from(&truth),
+            Role::Time => column.values.clone_from(&time),
+            Role::GyroRate => column.values.clone_from(&gyro),
+            _ => {}
+        }
+    }
+    let finding = found(&dataset, None);
+    let first = &finding.effects[0];
+    assert_eq!(first.term, "delay", "{:?}", finding.effects);
+    let chosen = finding.path.iter().find(|model| model.chosen).unwrap();
+    let (plain, error) = (&finding.path[0].held_out["gyro"], &chosen.held_out["gyro"]);
+    assert!(error.value < 2.0 * NOISE && plain.value > 1.0, "{:?}", finding.path);
+}

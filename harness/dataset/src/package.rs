@@ -135,15 +135,10 @@ fn bad_json(file: &Path, text: &str, error: serde_json::Error) -> DatasetError {
 }
 
 fn drive(context: &Context<'_>, hil: &Hil) -> Result<Option<Drive>, DatasetError> {
-    match hil.drive.as_deref() {
-        None => Ok(None),
-        Some("differential") => Ok(Some(Drive::Differential)),
-        Some("synchro") => Ok(Some(Drive::Synchro)),
-        Some(found) => {
-            let known = ["differential", "synchro"].into_iter();
-            Err(context.unknown("drive", found, known, &["drive"]))
-        }
-    }
+    let Some(found) = hil.drive.as_deref() else { return Ok(None) };
+    let known = Drive::ALL.iter().map(|drive| drive.name());
+    let drive = Drive::parse(found);
+    drive.map(Some).ok_or_else(|| context.unknown("drive", found, known, &["drive"]))
 }
 
 fn unit(context: &Context<'_>, found: &str, after: &[&str]) -> Result<Unit, DatasetError> {

@@ -84,10 +84,7 @@ fn descriptor(dataset: &Dataset, run_field: &str, path: &str, options: &WriteOpt
     }));
     let mut hil = Map::new();
     hil.insert("kind".to_owned(), json!(dataset.kind.name()));
-    let drive = dataset.drive.map(|drive| match drive {
-        Drive::Differential => "differential",
-        Drive::Synchro => "synchro",
-    });
+    let drive = dataset.drive.map(Drive::name);
     hil.extend(drive.map(|drive| ("drive".to_owned(), json!(drive))));
     let constants: Map<String, Value> = dataset
         .constants

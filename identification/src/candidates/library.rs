@@ -40,6 +40,10 @@ pub fn library(block: &Block, channels: &Channels) -> Vec<Candidate> {
     if block.exposure(Acts::Bias).is_some() {
         builder.rate_errors();
     }
+    if block.exposure(Acts::Reference).is_some() {
+        let shape = Shape::constant(constant(Acts::Reference), Acts::Reference);
+        builder.push(Family::Library, shape);
+    }
     if block.exposure(Acts::Drive).is_some() {
         builder.slip();
     }
@@ -56,13 +60,17 @@ impl Builder<'_> {
         let name = |wrap, form| over(on, channel, wrap, form);
         let driver = |wrap| Driver::new(wrap, &channel.name);
         if channel.role == Role::Heading {
-            if on != Acts::Drive {
-                for wrap in [Wrap::Harmonic1, Wrap::Harmonic2] {
+            if on != Acts::Drive && !self.channels.of_sensor {
+                for wrap in [Wrap::Harmonic(1), Wrap::Harmonic(2)] {
                     let shape =
                         Shape::new(&name(wrap, Form::Harmonic), on, driver(wrap), Form::Harmonic);
                     self.push(Family::Library, shape);
                 }
             }
+            return;
+        }
+        if channel.role == Role::SteerAngle {
+            self.over_steering(on, channel);
             return;
         }
         if channel.role == Role::ReferenceRate {
@@ -126,6 +134,19 @@ impl Builder<'_> {
         }
     }
 
+    /// A steering angle that is read wrong by a factor turns the robot by it over the way.
+    fn over_steering(&mut self, on: Acts, channel: &Channel) {
+        let driver = Driver::plain(&channel.name);
+        let shape = match on {
+            Acts::Curvature => Shape::new("steer_scale", on, driver, Form::Linear),
+            Acts::Drive => {
+                Shape::new("distance_scale_over_steer_angle", on, driver, Form::Quadratic)
+            }
+            _ => return,
+        };
+        self.push(Family::Library, shape.with("origin", 0.0));
+    }
+
     /// A rotation about another axis that leaks in.
     fn other_axis(&mut self, on: Acts, channel: &Channel) {
         // At rest every axis shares what heats all of them.
@@ -172,8 +193,50 @@ impl Builder<'_> {
         }
     }
 
+    /// What a sensor makes of what it measures: a curve, a hysteresis, cycles a turn.
+    fn over_reference(&mut self, on: Acts) {
+        if on != Acts::Bias {
+            return;
+        }
+        let name = &self.channels.rotation_name;
+        let values = &self.channels.rotation;
+        let (low, high) = values
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let shape =
+            |name_of: &str, wrap, form| Shape::new(name_of, on, Driver::new(wrap, name), form);
+        let origin = mean(values);
+        let mut found = vec![
+            shape("nonlinearity", Wrap::Plain, Form::Quadratic).with("origin", origin),
+            shape("nonlinearity_cubic", Wrap::Plain, Form::Cubic).with("origin", origin),
+            shape("rate_dependence", Wrap::RateOf, Form::Linear),
+        ];
+        for share in PLAYS {
+            let play = shape("hysteresis", Wrap::BranchOf, Form::Linear);
+            found.push(play.with("half_width", share * (high - low)));
+        }
+        let turns = self.channels.rotation_unit.dimension() == Dimension::Angle;
+        for order in (1..=Wrap::HARMONICS).filter(|_| turns) {
+            found.push(shape(&cycles(order), Wrap::Harmonic(order), Form::Harmonic));
+        }
+        for heading in self.channels.channels.iter().filter(|one| one.role == Role::Heading) {
+            for order in 1..=Wrap::HARMONICS {
+                let driver = Driver::new(Wrap::Harmonic(order), &heading.name);
+                found.push(Shape::new(&cycles(order), on, driver, Form::Harmonic));
+            }
+        }
+        for shape in found {
+            let remembers = shape.drivers[0].wrap == Wrap::BranchOf;
+            self.push(if remembers { Family::Memory } else { Family::Library }, shape);
+        }
+    }
+
     fn over_rotation(&mut self, on: Acts) {
         if self.channels.rotation.is_empty() {
+            return;
+        }
+        if self.channels.of_sensor {
+            self.over_reference(on);
             return;
         }
         let direction = match &self.channels.direction_name {
@@ -304,6 +367,15 @@ impl Builder<'_> {
             let shape = Shape::new("slip", Acts::Slip, driver, Form::Hinge);
             self.push(Family::Library, shape.with("at", share * largest));
         }
+    }
+}
+
+/// Name of an error that comes so many times a turn.
+fn cycles(order: u8) -> String {
+    match order {
+        1 => "once_a_turn".to_owned(),
+        2 => "twice_a_turn".to_owned(),
+        _ => format!("{order}_times_a_turn"),
     }
 }
 

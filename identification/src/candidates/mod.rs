@@ -5,7 +5,8 @@ mod names;
 mod shapes;
 mod timed;
 
-use crate::model::Shape;
+use crate::dataset::Unit;
+use crate::model::{Driver, Form, Shape, Wrap};
 use crate::problem::{Block, Channels};
 pub use library::library;
 pub use shapes::{narrow_on, pairs, products, smooth};
@@ -86,5 +87,25 @@ pub fn all(block: &Block, channels: &Channels) -> Vec<Candidate> {
     found.extend(smooth(block, channels));
     found.extend(products(block, channels));
     found.extend(steps(block, channels));
+    if !lasts(channels) {
+        found.retain(|candidate| !follows_time(&candidate.shape));
+    }
     found
+}
+
+/// A memory of a device takes minutes: over less, time stands for whatever was driven (assumption; gyros of this class
+/// warm up for 5 to 30 minutes). A time without a unit says nothing of it.
+const MEMORY_MIN_S: f64 = 300.0;
+
+/// Do the data last so long that a device could change by itself?
+fn lasts(channels: &Channels) -> bool {
+    let first = channels.time.iter().copied().fold(f64::INFINITY, f64::min);
+    let last = channels.time.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    channels.time_unit != Unit::Second || last - first >= MEMORY_MIN_S
+}
+
+/// Does it follow time alone, and slowly?
+fn follows_time(shape: &Shape) -> bool {
+    let slowly = |driver: &Driver| matches!(driver.wrap, Wrap::Step | Wrap::Trend);
+    shape.form == Form::Exponential || shape.drivers.iter().any(slowly)
 }

@@ -25,9 +25,11 @@ pub(super) fn over(on: Acts, channel: &Channel, wrap: Wrap, form: Form) -> Strin
         (Acts::Bias, Role::Temperature, _, Wrap::LagOf) => Some("bias_temperature_lag"),
         (Acts::Scale, Role::Temperature, _, Wrap::LagOf) => Some("coil_temperature_lag"),
         (Acts::Scale, Role::Temperature, _, Wrap::BranchOf) => Some("scale_thermal_hysteresis"),
-        (Acts::Bias, Role::Heading, _, Wrap::Harmonic1) => Some("magnetic_heading"),
-        (Acts::Bias, Role::Heading, _, Wrap::Harmonic2) => Some("magnetic_heading_second_harmonic"),
-        (Acts::Curvature, Role::Heading, _, Wrap::Harmonic1) => Some("wheel_toe"),
+        (Acts::Bias, Role::Heading, _, Wrap::Harmonic(1)) => Some("magnetic_heading"),
+        (Acts::Bias, Role::Heading, _, Wrap::Harmonic(2)) => {
+            Some("magnetic_heading_second_harmonic")
+        }
+        (Acts::Curvature, Role::Heading, _, Wrap::Harmonic(1)) => Some("wheel_toe"),
         (Acts::Bias, Role::Auxiliary, Unit::Ampere, Wrap::Plain) => Some("magnetic_motor_current"),
         (Acts::Bias, Role::Auxiliary, Unit::Volt, Wrap::Plain) => Some("supply_voltage"),
         (Acts::Bias, Role::Auxiliary, Unit::MetrePerSecondSquared, Wrap::Plain) => {
@@ -44,8 +46,9 @@ pub(super) fn over(on: Acts, channel: &Channel, wrap: Wrap, form: Form) -> Strin
                 Wrap::RateOf => format!("rate_of_{what}"),
                 Wrap::LagOf => format!("lagged_{what}"),
                 Wrap::BranchOf => format!("hysteresis_of_{what}"),
-                Wrap::Harmonic1 => "heading".to_owned(),
-                Wrap::Harmonic2 => "heading_second_harmonic".to_owned(),
+                Wrap::Harmonic(1) => "heading".to_owned(),
+                Wrap::Harmonic(2) => "heading_second_harmonic".to_owned(),
+                Wrap::Harmonic(order) => format!("heading_harmonic_{order}"),
                 Wrap::Abs => format!("size_of_{what}"),
                 Wrap::Sign => format!("sign_of_{what}"),
                 _ => what.to_owned(),
@@ -68,6 +71,7 @@ pub(super) fn constant(on: Acts) -> &'static str {
         Acts::Curvature => "unequal_wheels",
         Acts::Drive => "distance_scale",
         Acts::Scale => "scale_factor",
+        Acts::Reference => "reference_ahead_of_axle",
         _ => "bias",
     }
 }

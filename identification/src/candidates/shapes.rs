@@ -16,7 +16,8 @@ const PLACES: usize = 12;
 /// A driver with fewer different values is no continuous one.
 const DIFFERENT_MIN: usize = 5;
 
-/// Drivers of which something may be a smooth function.
+/// Drivers of which something may be a smooth function. Time is none: a device warms up, ages or jumps, and each of
+/// these has its form; any other function of time only says when the run was made.
 fn drivers(channels: &Channels) -> Vec<Driver> {
     let mut found = Vec::new();
     for channel in &channels.channels {
@@ -38,7 +39,6 @@ fn drivers(channels: &Channels) -> Vec<Driver> {
     if !channels.rotation.is_empty() {
         found.push(Driver::plain(&channels.rotation_name));
     }
-    found.push(Driver::new(Wrap::Trend, &channels.time_name));
     found
 }
 

@@ -15,6 +15,8 @@ pub enum Kind {
     Odometry,
     /// One lap of a closed path.
     Laps,
+    /// One sample of any sensor.
+    Sensor,
 }
 
 /// How a robot is driven.
@@ -25,6 +27,10 @@ pub enum Drive {
     Differential,
     /// All wheels steered and driven together.
     Synchro,
+    /// Wheels of each side turn together and slip in turns; kinematics of a differential drive with an effective track.
+    Skid,
+    /// One steered wheel, which also drives, and an axle behind it.
+    Tricycle,
 }
 
 /// Axis of a sensor.
@@ -70,6 +76,8 @@ pub enum Role {
     OdometryX,
     OdometryY,
     OdometryHeading,
+    Measured,
+    Reference,
     Auxiliary,
     Ignore,
 }

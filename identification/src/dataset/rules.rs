@@ -1,6 +1,6 @@
 //! What the contract asks of fields and of kinds: names, units that a role can have, roles that a kind needs.
 
-use super::{Dimension, Kind, Role};
+use super::{Dimension, Drive, Kind, Role};
 
 macro_rules! named {
     ($enum:ident: $($variant:ident = $name:literal),* $(,)?) => {
@@ -21,7 +21,13 @@ macro_rules! named {
     };
 }
 
-named! { Kind: Turns = "turns", Series = "series", Odometry = "odometry", Laps = "laps" }
+named! { Kind: Turns = "turns", Series = "series", Odometry = "odometry", Laps = "laps",
+    Sensor = "sensor",
+}
+
+named! { Drive:
+    Differential = "differential", Synchro = "synchro", Skid = "skid", Tricycle = "tricycle",
+}
 
 named! { Role:
     Time = "time", Run = "run", Direction = "direction", GyroAngle = "gyro_angle", GyroRate = "gyro_rate",
@@ -31,7 +37,7 @@ named! { Role:
     Temperature = "temperature", TableRate = "table_rate", Bias = "bias", Duration = "duration",
     Heading = "heading", WheelLeft = "wheel_left", WheelRight = "wheel_right",
     DriveDistance = "drive_distance", SteerAngle = "steer_angle", OdometryX = "odometry_x",
-    OdometryY = "odometry_y", OdometryHeading = "odometry_heading", Auxiliary = "auxiliary",
+    OdometryY = "odometry_y", OdometryHeading = "odometry_heading", Measured = "measured", Reference = "reference", Auxiliary = "auxiliary",
     Ignore = "ignore",
 }
 
@@ -61,7 +67,7 @@ impl Role {
             | Self::DriveDistance => &[D::Length],
             Self::Temperature => &[D::Temperature],
             Self::WheelLeft | Self::WheelRight => &[D::Count, D::Angle, D::AngularRate, D::Speed],
-            Self::Run | Self::Auxiliary | Self::Ignore => &[],
+            Self::Run | Self::Measured | Self::Reference | Self::Auxiliary | Self::Ignore => &[],
         }
     }
 
@@ -74,6 +80,7 @@ impl Role {
                 | Self::ReferenceHeading
                 | Self::ReferenceX
                 | Self::ReferenceY
+                | Self::Reference
         )
     }
 
@@ -117,13 +124,14 @@ impl Kind {
                 &[&[R::ReferenceHeading]],
             ],
             Self::Laps => &[&[&[R::Run]], &[&[R::Direction]], &[&[R::GyroAngle]]],
+            Self::Sensor => &[&[&[R::Time]], &[&[R::Measured]], &[&[R::Reference]]],
         }
     }
 
     /// Rows are samples of one course of time: time moves on from row to row of a run, and one row alone says
     /// nothing.
     pub const fn is_sampled(self) -> bool {
-        matches!(self, Self::Series | Self::Odometry)
+        matches!(self, Self::Series | Self::Odometry | Self::Sensor)
     }
 }
 

@@ -48,10 +48,10 @@ pub(super) fn gains(
         let mut ahead = Problem::new(&rows.dataset, problem.known()).ok()?;
         complete(&mut ahead.channels, &rows.dataset, doubt.data.channels);
         let block = ahead.blocks.iter().find(|block| block.label == given.label)?;
-        let layout = Layout::new(block, &ahead.channels);
+        let layout = Layout::new(block, ahead.channels_of(block));
         let noise = noise_of_means(&doubt.fit.noise, given, block, rows.samples, layout.runs());
         let whitener = Whitener::new(&layout, &noise, &[]);
-        let data = Data { block, channels: &ahead.channels, layout: &layout };
+        let data = Data { block, channels: ahead.channels_of(block), layout: &layout };
         for (case, gain) in cases.iter().zip(&mut gains).filter(|(case, _)| case.doubt == index) {
             let both = [0, 1].map(|way: usize| {
                 let seen = case.contests[way].seen(data, &whitener, case.sigma, true);

@@ -108,6 +108,7 @@ fn menu(kind: Kind, levels: &[surroundings::Level]) -> Vec<Programme> {
     match kind {
         Kind::Turns | Kind::Series => menu::table(levels),
         Kind::Odometry | Kind::Laps => menu_base::base(),
+        Kind::Sensor => Vec::new(),
     }
 }
 

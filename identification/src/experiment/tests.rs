@@ -98,10 +98,15 @@ fn experiment(
     found.rivals =
         rivals.iter().map(|shape| RivalFound { shape: shape.clone(), behind: 0.5 }).collect();
     let fit = BlockFit {
+        path: Vec::new(),
+        chosen: 0,
+        nested: Vec::new(),
+        goes: None,
         base,
         effects: vec![found],
         noise,
         floor: NOISE_DEG.to_radians(),
+        scale: NOISE_DEG.to_radians(),
         left: Vec::new(),
         left_out: Vec::new(),
     };

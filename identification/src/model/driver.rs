@@ -20,10 +20,8 @@ pub enum Wrap {
     Abs,
     /// Its sign.
     Sign,
-    /// Cosine and sine of an angle.
-    Harmonic1,
-    /// Cosine and sine of twice an angle.
-    Harmonic2,
+    /// Cosine and sine of so many times an angle, 1 to [`Wrap::HARMONICS`].
+    Harmonic(u8),
     /// Zero before a moment, one after.
     Step,
     /// Cosine and sine of a period.
@@ -33,18 +31,28 @@ pub enum Wrap {
 }
 
 impl Wrap {
-    const WRAPPED: [(Self, &'static str); 10] = [
+    /// Most cycles a turn.
+    pub const HARMONICS: u8 = 32;
+
+    const WRAPPED: [(Self, &'static str); 8] = [
         (Self::RateOf, "rate_of"),
         (Self::LagOf, "lag_of"),
         (Self::BranchOf, "branch_of"),
         (Self::Abs, "abs"),
         (Self::Sign, "sign"),
-        (Self::Harmonic1, "harmonic_1"),
-        (Self::Harmonic2, "harmonic_2"),
         (Self::Step, "step"),
         (Self::Periodic, "periodic"),
         (Self::Trend, "trend"),
     ];
+
+    /// The one of that name.
+    fn parse(name: &str) -> Option<Self> {
+        if let Some(order) = name.strip_prefix("harmonic_") {
+            let order = order.parse().ok().filter(|order| (1..=Self::HARMONICS).contains(order));
+            return order.map(Self::Harmonic);
+        }
+        Self::WRAPPED.into_iter().find(|(_, text)| *text == name).map(|(wrap, _)| wrap)
+    }
 }
 
 /// What an effect sees.
@@ -73,13 +81,16 @@ impl Driver {
             return (!text.is_empty() && !text.contains('(')).then(|| Self::plain(text));
         };
         let (name, field) = inner.split_once('(')?;
-        let (wrap, _) = Wrap::WRAPPED.into_iter().find(|(_, text)| *text == name)?;
+        let wrap = Wrap::parse(name)?;
         (!field.is_empty() && !field.contains('(')).then(|| Self::new(wrap, field))
     }
 }
 
 impl fmt::Display for Driver {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Wrap::Harmonic(order) = self.wrap {
+            return write!(f, "harmonic_{order}({})", self.field);
+        }
         match Wrap::WRAPPED.into_iter().find(|(wrap, _)| *wrap == self.wrap) {
             None => f.write_str(&self.field),
             Some((_, name)) => write!(f, "{name}({})", self.field),
@@ -103,7 +114,7 @@ impl JsonSchema for Driver {
         json_schema!({
             "description": "What an effect sees: a field of the data, or a function of one such as `rate_of(temperature)`.",
             "type": "string",
-            "pattern": format!(r"^(?:[^()]+|(?:{functions})\([^()]+\))$")
+            "pattern": format!(r"^(?:[^()]+|(?:{functions}|harmonic_[0-9]+)\([^()]+\))$")
         })
     }
 }
@@ -125,10 +136,21 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read() {
-        for text in ["temperature", "rate_of(coil)", "harmonic_2(heading)", "trend(time)"] {
+        for text in
+            ["temperature", "rate_of(coil)", "harmonic_2(heading)", "harmonic_31(x)", "trend(time)"]
+        {
             assert_eq!(Driver::parse(text).map(|d| d.to_string()).as_deref(), Some(text));
         }
-        for text in ["", "f(x)", "rate_of()", "rate_of(rate_of(x))", "rate_of(x", "x)"] {
+        for text in [
+            "",
+            "f(x)",
+            "harmonic_0(x)",
+            "harmonic_33(x)",
+            "rate_of()",
+            "rate_of(rate_of(x))",
+            "rate_of(x",
+            "x)",
+        ] {
             assert_eq!(Driver::parse(text), None, "{text}");
         }
     }

@@ -4,6 +4,7 @@
 //! drive, the turned angle is `(1 + turn) x nominal + curvature x distance`, the distance `(1 + drive) x nominal`.
 
 mod driver;
+mod range;
 mod see;
 mod shape;
 mod spline;
@@ -16,6 +17,7 @@ use crate::dataset::{Axis, Kind, Role};
 use crate::finding::Parameter;
 use crate::problem::Known;
 pub use driver::{Driver, Wrap};
+pub use range::{is_physical, range};
 use schemars::JsonSchema;
 pub use see::{Field, field, see};
 use serde::{Deserialize, Serialize};

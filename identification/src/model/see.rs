@@ -63,12 +63,9 @@ pub fn see<'a>(channels: &'a Channels, driver: &Driver, numbers: &Fixed) -> Opti
         }
     };
     Some(match driver.wrap {
-        Wrap::Plain
-        | Wrap::Harmonic1
-        | Wrap::Harmonic2
-        | Wrap::Step
-        | Wrap::Periodic
-        | Wrap::Trend => plain(&found),
+        Wrap::Plain | Wrap::Harmonic(_) | Wrap::Step | Wrap::Periodic | Wrap::Trend => {
+            plain(&found)
+        }
         Wrap::Abs => plain(&found).iter().map(|value| value.abs()).collect(),
         Wrap::Sign => plain(&found).iter().map(|value| sign(*value)).collect(),
         Wrap::RateOf => match found {

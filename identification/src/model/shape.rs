@@ -99,6 +99,39 @@ impl Shape {
         found
     }
 
+    /// Is it a straight line or a lower power of what `other`, a power or a product with a zero of its own, is made
+    /// of?
+    pub fn is_lower_order_of(&self, other: &Self) -> bool {
+        let order = |form| match form {
+            Form::Linear => 1,
+            Form::Quadratic => 2,
+            Form::Cubic => 3,
+            _ => 0,
+        };
+        let mine = order(self.form);
+        let is_lower = match other.form {
+            Form::Product => mine == 1,
+            form => mine > 0 && mine < order(form),
+        };
+        // What is straight over time is called a trend.
+        let same = |driver: &Driver| {
+            let wrap = self.drivers[0].wrap;
+            self.drivers[0].field == driver.field
+                && (wrap == driver.wrap || (wrap == Wrap::Trend && driver.wrap == Wrap::Plain))
+        };
+        is_lower
+            && self.known
+            && self.acts == other.acts
+            && self.drivers.len() == 1
+            && other.number("origin").is_some()
+            && other.drivers.iter().any(same)
+    }
+
+    /// Does it say the same as `other`, up to its numbers?
+    pub fn says(&self, other: &Self) -> bool {
+        self.acts == other.acts && self.form == other.form && self.drivers == other.drivers
+    }
+
     /// How many coefficients it has.
     pub fn width(&self) -> usize {
         match self.form {
@@ -219,7 +252,7 @@ impl Shape {
     /// Which harmonic it is.
     fn order(&self) -> f64 {
         match self.drivers.first().map(|driver| driver.wrap) {
-            Some(Wrap::Harmonic2) => 2.0,
+            Some(Wrap::Harmonic(order)) => f64::from(order),
             _ => 1.0,
         }
     }

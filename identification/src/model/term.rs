@@ -1,7 +1,7 @@
 //! Terms with their numbers in the units of the data, from shapes with numbers in SI, and back.
 
 use super::unit::{coefficient_unit, fixed_unit, place_unit};
-use super::{Acts, Form, Shape, Term, Wrap};
+use super::{Acts, Form, Shape, Term, Wrap, range};
 use crate::finding::Parameter;
 use crate::problem::{Channels, DisplayUnit};
 use crate::units::si_factor;
@@ -16,6 +16,13 @@ pub struct Fitted {
     pub value: f64,
     /// Its standard error; NaN where it was not fitted.
     pub error: f64,
+}
+
+/// Does a coefficient say by itself how much the term does, so that the range of the term is its own?
+fn told_by_itself(shape: &Shape) -> bool {
+    let set_right = ["reversed", "degrees_for", "radians_for"];
+    let is_fault = set_right.iter().any(|start| shape.name.starts_with(start));
+    (matches!(shape.form, Form::Constant | Form::Delay) || shape.acts == Acts::Axis) && !is_fault
 }
 
 /// Names of the coefficients of a shape.
@@ -62,6 +69,10 @@ impl Term {
                 value: fitted.value / written.si,
                 standard_error: fitted.error.is_finite().then_some(fitted.error / written.si),
                 unit: written.text.clone(),
+                range: told_by_itself(shape)
+                    .then(|| range(shape.acts))
+                    .flatten()
+                    .map(|range| range.map(|end| end / written.si)),
             })
             .collect();
         for (name, value) in &shape.fixed {
@@ -76,6 +87,7 @@ impl Term {
                 value: value / unit.si,
                 standard_error: error.filter(|error| error.is_finite()),
                 unit: unit.text,
+                range: None,
             });
         }
         let mut scaled = |knots: &[f64], which: usize| {
@@ -89,6 +101,7 @@ impl Term {
                 value: 1.0,
                 standard_error: None,
                 unit: unit.text,
+                range: None,
             });
             knots
         };

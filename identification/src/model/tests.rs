@@ -151,6 +151,7 @@ fn knots_without_a_unit_are_in_that_of_the_field() {
         value: 1.0,
         standard_error: None,
         unit: "furlong".to_owned(),
+        range: None,
     });
     assert!(term.to_shape(&channels()).unwrap_err().contains("furlong"));
 }

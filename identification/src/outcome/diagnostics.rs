@@ -1,8 +1,8 @@
 //! What a report draws of a block.
 
-use super::held_out::Errors;
 use super::residual;
 use crate::finding::Parameter;
+use crate::judge::Errors;
 use crate::model::{exposure, place_unit, see};
 use crate::noise::Whitener;
 use crate::problem::Aggregate;
@@ -270,11 +270,12 @@ fn noise(data: Data<'_>, fit: &BlockFit) -> Vec<Parameter> {
         value,
         standard_error: None,
         unit,
+        range: None,
     };
-    let mut found = vec![parameter("white".to_owned(), fit.floor / unit.si, unit.text.clone())];
-    let scale = fit.floor / fit.noise.white.sqrt();
+    let white = fit.scale * fit.noise.white.sqrt();
+    let mut found = vec![parameter("white".to_owned(), white / unit.si, unit.text.clone())];
     for part in &fit.noise.coloured {
-        let rms = scale * part.variance.sqrt();
+        let rms = fit.scale * part.variance.sqrt();
         let name = if part.correlation_s.is_finite() {
             format!("correlated_over_{:.3}_{}", part.correlation_s, data.channels.time_unit.text())
         } else {

@@ -2,18 +2,19 @@
 
 mod diagnostics;
 mod effects;
-mod held_out;
+mod path;
 mod predict;
 mod whiteness;
+mod words;
 
 use crate::select::{Data, Found, combine};
 pub(crate) use diagnostics::diagnose;
 pub use diagnostics::{BlockDiagnostics, Diagnostics, EffectCurve, RunError, Series};
 pub(crate) use effects::{effect, lines_before_their_zero, term};
-pub(crate) use held_out::{Errors, held_out, path_errors};
+pub(crate) use path::path;
 pub use predict::predict;
-pub(crate) use whiteness::whiteness;
 pub use whiteness::{WHITENESS_LEVEL, Whiteness};
+pub(crate) use whiteness::{of_innovations, stretches, whiteness};
 
 /// What `found` leaves of a block, in SI.
 fn residual(data: Data<'_>, found: &[Found]) -> Vec<f64> {

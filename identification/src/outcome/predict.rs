@@ -1,12 +1,12 @@
 //! A model applied to other data.
 
-use super::held_out::add_driven;
 use crate::dataset::Dataset;
 use crate::finding::{PredictedQuantity, Prediction, RmsePair, SCHEMA};
 use crate::identify::IdentifyError;
+use crate::judge::add_driven;
 use crate::model::{Model, Shape, Term, exposure};
 use crate::noise::Layout;
-use crate::problem::{Aggregate, Block, Closing, Path, PathError, Problem};
+use crate::problem::{Added, Aggregate, Block, Closing, Path, PathError, Problem};
 use crate::robust::root_mean_square;
 use crate::select::{Data, combine};
 
@@ -23,8 +23,9 @@ fn of_block(
         if !mine || !here || exposure(block, term.term).is_none() {
             continue;
         }
-        let (shape, values) = term.to_shape(&problem.channels).map_err(IdentifyError::Model)?;
-        if shape.observed(block, &problem.channels).is_none() {
+        let (shape, values) =
+            term.to_shape(problem.channels_of(block)).map_err(IdentifyError::Model)?;
+        if shape.observed(block, problem.channels_of(block)).is_none() {
             let drivers: Vec<String> = term.drivers.iter().map(ToString::to_string).collect();
             return Err(IdentifyError::Model(format!(
                 "term `{}` needs {}, which the data do not have",
@@ -76,17 +77,15 @@ pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyE
     let problem = Problem::new(dataset, model.known())?;
     let mut quantities = Vec::new();
     let rows = dataset.rows();
-    let zero = || [vec![0.0; rows], vec![0.0; rows]];
-    let (mut corrections, mut plain_corrections) = (zero(), zero());
+    let (mut corrections, mut plain_corrections) = (Added::nothing(rows), Added::nothing(rows));
     for block in &problem.blocks {
-        let layout = Layout::new(block, &problem.channels);
-        let data = Data { block, channels: &problem.channels, layout: &layout };
+        let layout = Layout::new(block, problem.channels_of(block));
+        let data = Data { block, channels: problem.channels_of(block), layout: &layout };
         let all = of_block(&model.terms, block, &problem)?;
         let plain = of_block(&model.plain, block, &problem)?;
         if block.aggregate == Aggregate::Pose {
-            for (terms, sums) in [(&all, &mut corrections), (&plain, &mut plain_corrections)] {
-                let [turn, distance] = sums;
-                add_driven(data, &terms.0, &terms.1, turn, distance);
+            for (terms, added) in [(&all, &mut corrections), (&plain, &mut plain_corrections)] {
+                add_driven(data, &terms.0, &terms.1, added);
             }
             continue;
         }
@@ -173,30 +172,30 @@ fn readings(
 }
 
 /// Final positions of dead reckoning, one a run (in its last row): distance from the reference.
-fn positions(path: &Path, plain: &[Vec<f64>; 2], all: &[Vec<f64>; 2]) -> PredictedQuantity {
+fn positions(path: &Path, plain: &Added, all: &Added) -> PredictedQuantity {
     finals(path, plain, all, ("final_position", "m", 1.0), |error| error.position)
 }
 
 /// Final headings, likewise.
-fn headings(path: &Path, plain: &[Vec<f64>; 2], all: &[Vec<f64>; 2]) -> PredictedQuantity {
+fn headings(path: &Path, plain: &Added, all: &Added) -> PredictedQuantity {
     let degree = crate::dataset::Unit::Degree.si();
     finals(path, plain, all, ("final_heading", "deg", degree), |error| error.heading)
 }
 
 fn finals(
     path: &Path,
-    plain: &[Vec<f64>; 2],
-    all: &[Vec<f64>; 2],
+    plain: &Added,
+    all: &Added,
     (name, unit, si): (&str, &str, f64),
     of: impl Fn(&PathError) -> f64,
 ) -> PredictedQuantity {
     let mut residual = vec![None; path.distance.len()];
     let (mut before, mut after) = (Vec::new(), Vec::new());
     for (run, rows) in path.runs.iter().enumerate() {
-        if let Some(error) = path.error(run, &plain[0], &plain[1]) {
+        if let Some(error) = path.error(run, plain) {
             before.push(of(&error) / si);
         }
-        if let Some(error) = path.error(run, &all[0], &all[1]) {
+        if let Some(error) = path.error(run, all) {
             after.push(of(&error) / si);
             residual[rows.end - 1] = Some(of(&error) / si);
         }

@@ -44,7 +44,7 @@ pub(crate) fn whiteness(data: Data<'_>, fit: &BlockFit) -> Option<Whiteness> {
 }
 
 /// Observations that follow one another: within a stretch of time and, of a path, one component.
-fn stretches(data: Data<'_>) -> Vec<Range<usize>> {
+pub(crate) fn stretches(data: Data<'_>) -> Vec<Range<usize>> {
     let block = data.block;
     let mut segment_of = vec![0; data.channels.time.len()];
     for (index, range) in data.channels.segments.iter().enumerate() {
@@ -67,7 +67,7 @@ fn stretches(data: Data<'_>) -> Vec<Range<usize>> {
     found
 }
 
-fn of_innovations(innovations: &[f64], stretches: &[Range<usize>]) -> Option<Whiteness> {
+pub(crate) fn of_innovations(innovations: &[f64], stretches: &[Range<usize>]) -> Option<Whiteness> {
     let used = innovations.iter().filter(|value| **value != 0.0).count();
     let longest = stretches.iter().map(ExactSizeIterator::len).max().unwrap_or(0);
     let lag_max = ((used as f64 * LAG_SHARE) as usize).max(1).min(longest.saturating_sub(1));

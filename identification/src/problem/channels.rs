@@ -62,6 +62,8 @@ pub struct Channels {
     pub turning: Option<Turning>,
     /// Whether a row is a sample, so that delays and clocks can show.
     pub sampled: bool,
+    /// Whether the rotation stands for what any sensor measures.
+    pub of_sensor: bool,
     /// Names of fields that are constant.
     pub constant: Vec<String>,
 }
@@ -93,7 +95,8 @@ impl Channels {
             rotation_unit: Unit::DegreePerSecond,
             direction_name: dataset.column(Role::Direction).map(|column| column.name.clone()),
             turning: None,
-            sampled: dataset.kind == Kind::Series,
+            sampled: matches!(dataset.kind, Kind::Series | Kind::Sensor),
+            of_sensor: dataset.kind == Kind::Sensor,
             constant: Vec::new(),
         };
         for column in &dataset.columns {

@@ -1,8 +1,9 @@
 //! A driven path: the heading and the distance that the wheels tell, against the reference.
 
 use super::channels::Channels;
-use super::gyro::{self, missing};
+use super::gyro::missing;
 use super::path::Path;
+use super::series;
 use super::wheels::{self, Motion};
 use super::{Aggregate, Block, Component, DisplayUnit, Exposure, Pose, Problem, wrap};
 use crate::dataset::{Dataset, Role, Unit};
@@ -28,18 +29,31 @@ pub(super) fn odometry(
             .map(|column| column.si().collect::<Vec<f64>>())
             .ok_or_else(|| missing(what))
     };
+    let mut reference = [
+        reference(Role::ReferenceX, "reference x")?,
+        reference(Role::ReferenceY, "reference y")?,
+        reference(Role::ReferenceHeading, "reference heading")?,
+    ];
+    if let Some(ahead) = wheels::length(dataset, &["reference_ahead_of_axle"]) {
+        on_the_axle(&mut reference, ahead);
+    }
+    let mut notices = Vec::new();
+    let is_known = |row: usize| reference.iter().all(|values| values[row].is_finite());
+    let known = (0..dataset.rows()).filter(|&row| is_known(row)).count();
+    let is_dense = 2 * known >= dataset.rows();
+    let judged = runs(&channels.run);
+    let judged = if is_dense { windows(&channels, judged, &mut notices) } else { judged };
     let path = Path {
-        reference: [
-            reference(Role::ReferenceX, "reference x")?,
-            reference(Role::ReferenceY, "reference y")?,
-            reference(Role::ReferenceHeading, "reference heading")?,
-        ],
-        runs: runs(&channels.run),
+        reference,
+        runs: judged,
         distance: motion.distance.clone(),
         turn: motion.turn.clone(),
     };
     let heading = dense_heading(&path);
     add_channels(dataset, &mut channels, &motion, &heading);
+    if let Some((name, angle)) = &motion.steer {
+        channels.add(name, Role::SteerAngle, Unit::Radian, angle.clone());
+    }
     let activity: Vec<f64> = motion
         .distance
         .iter()
@@ -50,7 +64,7 @@ pub(super) fn odometry(
     if blocks[0].rows.len() < 3 * path.runs.len() + 8 {
         return Err(missing("reference in enough rows"));
     }
-    blocks.extend(gyro::beside_odometry(dataset, &mut channels));
+    blocks.extend(series::beside_odometry(dataset, &mut channels));
     Ok(Problem {
         kind: dataset.kind,
         channels,
@@ -58,7 +72,7 @@ pub(super) fn odometry(
         path: Some(path),
         counts_per_unit: None,
         closing_lever_m: None,
-        notices: Vec::new(),
+        notices,
     })
 }
 
@@ -71,6 +85,56 @@ fn runs(run_of_row: &[usize]) -> Vec<Range<usize>> {
             start = row;
         }
     }
+    found
+}
+
+/// Brings the position of a reference that sits `ahead` of the axle, m, to the axle.
+fn on_the_axle(reference: &mut [Vec<f64>; 3], ahead: f64) {
+    let [xs, ys, headings] = reference;
+    for ((x, y), heading) in xs.iter_mut().zip(ys).zip(headings) {
+        *x -= ahead * heading.cos();
+        *y -= ahead * heading.sin();
+    }
+}
+
+/// With fewer runs, windows of them are judged: the ends of so few say little.
+const RUNS_MIN: usize = 5;
+/// So many windows over all.
+const WINDOWS: usize = 24;
+/// Rows of a window, at least.
+const WINDOW_ROWS_MIN: usize = 10;
+
+/// The runs; where there are few, cut into windows that last equally long.
+fn windows(
+    channels: &Channels,
+    runs: Vec<Range<usize>>,
+    notices: &mut Vec<String>,
+) -> Vec<Range<usize>> {
+    let rows: usize = runs.iter().map(ExactSizeIterator::len).sum();
+    if runs.len() >= RUNS_MIN || rows < WINDOWS * WINDOW_ROWS_MIN {
+        return runs;
+    }
+    let lasts = |run: &Range<usize>| channels.time[run.end - 1] - channels.time[run.start];
+    let each = runs.iter().map(lasts).sum::<f64>() / WINDOWS as f64;
+    let mut found = Vec::new();
+    for run in &runs {
+        let mut start = run.start;
+        for row in run.clone() {
+            let is_last = row + 1 == run.end;
+            let is_full = channels.time[row] - channels.time[start] >= each
+                && run.end - row > WINDOW_ROWS_MIN;
+            if is_last || is_full {
+                found.push(start..row + 1);
+                start = row;
+            }
+        }
+    }
+    notices.push(format!(
+        "{} runs are few: errors are those at the ends of {} windows of about {each:.1} s, each from where the \
+         reference says that it begins",
+        runs.len(),
+        found.len()
+    ));
     found
 }
 
@@ -127,6 +191,15 @@ fn add_channels(dataset: &Dataset, channels: &mut Channels, motion: &Motion, hea
             .to_owned();
         channels.add(&name, Role::Heading, Unit::Degree, heading.to_vec());
     }
+}
+
+/// By how much the heading turns in each row.
+fn turned(heading: &[f64], runs: &[Range<usize>]) -> Vec<f64> {
+    let mut found = vec![0.0; heading.len()];
+    for row in runs.iter().flat_map(|run| run.start + 1..run.end) {
+        found[row] = wrap(heading[row] - heading[row - 1]);
+    }
+    found
 }
 
 /// The poses of all runs against dead reckoning from where each began.
@@ -227,11 +300,18 @@ fn pose_block(path: &Path, true_heading: &[f64], activity: &[f64]) -> Block {
                 unit: DisplayUnit::new("deg/m", degree),
             },
             Exposure { acts: Acts::Drive, per_row: path.distance.clone(), unit: one },
+            // A reference that sits ahead of the axle swings aside as the robot turns.
+            Exposure {
+                acts: Acts::Reference,
+                per_row: turned(true_heading, &path.runs),
+                unit: DisplayUnit::new("m", 1.0),
+            },
         ],
         constants: Vec::new(),
         unit: DisplayUnit::new("deg", degree),
         activity: Some(activity.to_vec()),
         pose: Some(pose),
         closing: None,
+        own: None,
     }
 }

@@ -173,6 +173,7 @@ fn closing_block(ends: &[Option<End>; 3], direction: &[f64], lever: f64) -> Bloc
         activity: None,
         pose: None,
         closing: Some(closing),
+        own: None,
     }
 }
 
@@ -203,5 +204,6 @@ fn end_block(end: &End, direction: &[f64], size: f64, swaps: bool) -> Block {
         activity: None,
         pose: None,
         closing: None,
+        own: None,
     }
 }

@@ -9,6 +9,8 @@ mod laps;
 mod path;
 mod pose;
 mod segments;
+mod sensor;
+mod series;
 mod turning;
 mod wheels;
 
@@ -17,8 +19,9 @@ use crate::identify::IdentifyError;
 use crate::model::{Acts, Driver};
 pub use channels::{Channel, Channels};
 pub use closing::Closing;
-pub use path::{Path, PathError};
-pub use pose::{Component, Pose};
+pub use path::{Added, Path, PathError};
+pub use pose::{Component, Moves, Pose};
+use std::rc::Rc;
 pub use turning::{Over, Turning};
 
 /// How rows add up to observations.
@@ -102,6 +105,8 @@ pub struct Block {
     pub pose: Option<Pose>,
     /// How readings go together, for the ends of laps.
     pub closing: Option<Closing>,
+    /// What effects of this block see, where it is not what those of all others do: the rotation about its own axis.
+    pub own: Option<Rc<Channels>>,
 }
 
 /// What a model brings to data beside its terms.
@@ -142,14 +147,20 @@ impl Problem {
         let channels = Channels::new(dataset);
         match dataset.kind {
             Kind::Turns => gyro::turns(dataset, channels),
-            Kind::Series => gyro::series(dataset, channels, known.counts_per_unit),
+            Kind::Series => series::series(dataset, channels, known.counts_per_unit),
             Kind::Odometry => driven::odometry(dataset, channels),
             Kind::Laps => laps::laps(dataset, channels, known),
+            Kind::Sensor => sensor::sensor(dataset, channels),
         }
     }
 }
 
 impl Problem {
+    /// What effects of `block` see.
+    pub fn channels_of<'a>(&'a self, block: &'a Block) -> &'a Channels {
+        block.own.as_deref().unwrap_or(&self.channels)
+    }
+
     /// What a model of these data has to bring to others.
     pub const fn known(&self) -> Known {
         Known { counts_per_unit: self.counts_per_unit, closing_lever_m: self.closing_lever_m }
@@ -171,8 +182,8 @@ impl Block {
     pub fn observe(&self, acts: Acts, per_row: Vec<f64>, runs: &[usize]) -> Vec<f64> {
         match self.aggregate {
             Aggregate::Pose => {
-                let travels = matches!(acts, Acts::Drive | Acts::Slip);
-                self.pose.as_ref().map_or_else(Vec::new, |pose| pose.observe(&per_row, travels))
+                let moves = Moves::of(acts);
+                self.pose.as_ref().map_or_else(Vec::new, |pose| pose.observe(&per_row, moves))
             }
             Aggregate::Row if self.rows.iter().copied().eq(0..per_row.len()) => per_row,
             Aggregate::Row => self.rows.iter().map(|&row| per_row[row]).collect(),

@@ -1,5 +1,6 @@
 //! Dead reckoning of a driven path, and how far it ends from the reference.
 
+use super::Moves;
 use std::ops::Range;
 
 /// A driven path: what the odometry says of each row, and where the reference says the robot was.
@@ -26,6 +27,33 @@ pub struct PathError {
     pub position_mean_square: f64,
 }
 
+/// What a model adds to each row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Added {
+    /// To the turn, rad.
+    pub turn: Vec<f64>,
+    /// To the distance, m.
+    pub along: Vec<f64>,
+    /// To the left, m: of a reference that does not sit on the axle.
+    pub aside: Vec<f64>,
+}
+
+impl Added {
+    /// Nothing, to so many rows.
+    pub fn nothing(rows: usize) -> Self {
+        Self { turn: vec![0.0; rows], along: vec![0.0; rows], aside: vec![0.0; rows] }
+    }
+
+    /// To what terms that move so add.
+    pub fn of(&mut self, moves: Moves) -> &mut [f64] {
+        match moves {
+            Moves::Turns => &mut self.turn,
+            Moves::Along => &mut self.along,
+            Moves::Aside => &mut self.aside,
+        }
+    }
+}
+
 impl Path {
     /// First row of `run` where the whole pose is known.
     pub fn first_whole(&self, run: &Range<usize>) -> Option<usize> {
@@ -49,8 +77,8 @@ impl Path {
         found
     }
 
-    /// Dead reckoning of run `run` from its first whole reference, with `turn` and `distance` added to each row.
-    pub fn error(&self, run: usize, turn: &[f64], distance: &[f64]) -> Option<PathError> {
+    /// Dead reckoning of run `run` from its first whole reference, with what was `added` to each row.
+    pub fn error(&self, run: usize, added: &Added) -> Option<PathError> {
         let [xs, ys, headings] = &self.reference;
         let rows = self.runs.get(run)?.clone();
         let whole = |row: &usize| {
@@ -61,11 +89,12 @@ impl Path {
         let mut error = PathError::default();
         let (mut sum, mut count) = (0.0, 0.0);
         for row in start + 1..rows.end {
-            let step = self.distance[row] + distance[row];
-            let turned = self.turn[row] + turn[row];
+            let step = self.distance[row] + added.along[row];
+            let turned = self.turn[row] + added.turn[row];
+            let aside = added.aside[row];
             let middle = heading + turned / 2.0;
-            x += step * middle.cos();
-            y += step * middle.sin();
+            x += step * middle.cos() - aside * middle.sin();
+            y += step * middle.sin() + aside * middle.cos();
             heading += turned;
             if xs[row].is_finite() && ys[row].is_finite() {
                 let square = (x - xs[row]).powi(2) + (y - ys[row]).powi(2);

@@ -1,5 +1,6 @@
 //! How errors of each row add up to the pose of a driven path: headings turn everything that is driven after them.
 
+use crate::model::Acts;
 use std::ops::Range;
 
 /// What an observation of a pose is.
@@ -11,6 +12,28 @@ pub enum Component {
     X,
     /// Position along y.
     Y,
+}
+
+/// What an error of a row does to a pose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Moves {
+    /// It turns.
+    Turns,
+    /// It goes along the path.
+    Along,
+    /// It goes to the left of the path.
+    Aside,
+}
+
+impl Moves {
+    /// What terms that act so do.
+    pub const fn of(acts: Acts) -> Self {
+        match acts {
+            Acts::Drive | Acts::Slip => Self::Along,
+            Acts::Reference => Self::Aside,
+            _ => Self::Turns,
+        }
+    }
 }
 
 /// Where the path lies.
@@ -36,8 +59,8 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// What an error of each row (of the turn, or of the distance where it `travels`) adds to each observation.
-    pub fn observe(&self, per_row: &[f64], travels: bool) -> Vec<f64> {
+    /// What an error of each row, which `moves` so, adds to each observation.
+    pub fn observe(&self, per_row: &[f64], moves: Moves) -> Vec<f64> {
         let mut observed = vec![0.0; self.references.len()];
         for (range, &start) in self.references_of_run.iter().zip(&self.starts) {
             for component in [Component::Heading, Component::X, Component::Y] {
@@ -46,12 +69,15 @@ impl Pose {
                 for i in range.clone().filter(|&i| self.references[i].1 == component) {
                     while at <= self.references[i].0 {
                         let error = per_row[at];
-                        match (component, travels) {
-                            (Component::Heading, true) => {}
-                            (Component::Heading, false) => turned += error,
-                            (Component::X, true) => moved += error * self.direction[0][at],
-                            (Component::Y, true) => moved += error * self.direction[1][at],
-                            (_, false) => {
+                        let [ahead_x, ahead_y] = [self.direction[0][at], self.direction[1][at]];
+                        match (component, moves) {
+                            (Component::Heading, Moves::Along | Moves::Aside) => {}
+                            (Component::Heading, Moves::Turns) => turned += error,
+                            (Component::X, Moves::Along) => moved += error * ahead_x,
+                            (Component::Y, Moves::Along) => moved += error * ahead_y,
+                            (Component::X, Moves::Aside) => moved -= error * ahead_y,
+                            (Component::Y, Moves::Aside) => moved += error * ahead_x,
+                            (_, Moves::Turns) => {
                                 // Half of a row's error turns its own displacement.
                                 let middle = turned + error / 2.0;
                                 turned += error;
@@ -129,7 +155,7 @@ impl Pose {
 
 #[cfg(test)]
 mod tests {
-    use super::{Component, Pose};
+    use super::{Component, Moves, Pose};
 
     /// A straight line along x: a turn at the start swings the end sideways.
     #[test]
@@ -145,8 +171,9 @@ mod tests {
             direction: [vec![1.0; 3], vec![0.0; 3]],
         };
         pose.group(4);
-        assert_eq!(pose.observe(&[0.1, 0.0, 0.0], false), [0.1, 0.0, 0.2]);
-        assert_eq!(pose.observe(&[0.0, 0.01, 0.01], true), [0.0, 0.02, 0.0]);
+        assert_eq!(pose.observe(&[0.1, 0.0, 0.0], Moves::Turns), [0.1, 0.0, 0.2]);
+        assert_eq!(pose.observe(&[0.0, 0.01, 0.01], Moves::Along), [0.0, 0.02, 0.0]);
+        assert_eq!(pose.observe(&[0.0, 0.01, 0.01], Moves::Aside), [0.0, 0.0, 0.02]);
         let [heading, x, y] = pose.start_errors();
         assert_eq!((heading[2], x[1], y[2]), (2.0, 1.0, 1.0));
     }

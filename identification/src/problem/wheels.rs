@@ -3,7 +3,7 @@
 use super::channels::Channels;
 use super::gyro::missing;
 use super::wrap;
-use crate::dataset::{Column, Constant, Dataset, Dimension, Role, Unit};
+use crate::dataset::{Column, Constant, Dataset, Dimension, Drive, Role, Unit};
 use crate::identify::IdentifyError;
 
 /// Nominal motion in each row.
@@ -12,6 +12,8 @@ pub(super) struct Motion {
     pub distance: Vec<f64>,
     /// Turned, rad.
     pub turn: Vec<f64>,
+    /// Of a tricycle: name of the steering angle and the angle between each row and the one before, rad.
+    pub steer: Option<(String, Vec<f64>)>,
 }
 
 /// A cumulative reading ranges over many times its largest step.
@@ -27,7 +29,7 @@ pub(super) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, I
         let right = travelled(dataset, right, "right", channels)?;
         let distance = left.iter().zip(&right).map(|(l, r)| (l + r) / 2.0).collect();
         let turn = left.iter().zip(&right).map(|(l, r)| (r - l) / track).collect();
-        return Ok(Motion { distance, turn });
+        return Ok(Motion { distance, turn, steer: None });
     }
     let distance = dataset.column(Role::DriveDistance).ok_or_else(|| missing("wheels"))?;
     let steer = dataset.column(Role::SteerAngle).ok_or_else(|| missing("steer angle"))?;
@@ -40,6 +42,9 @@ pub(super) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, I
             distance.values.iter().map(|counts| finite(*counts) * factor).collect()
         }
     };
+    if dataset.drive == Some(Drive::Tricycle) {
+        return tricycle(dataset, &distance, steer, channels);
+    }
     let turn = match steer.unit.dimension() {
         Dimension::AngularRate => by_time(steer, channels),
         Dimension::Count => {
@@ -53,7 +58,36 @@ pub(super) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, I
         }
         _ => increments(steer, channels, true),
     };
-    Ok(Motion { distance, turn })
+    Ok(Motion { distance, turn, steer: None })
+}
+
+/// One steered wheel that drives, `wheelbase` ahead of an axle: the axle goes by the cosine of the steering angle, and
+/// the robot turns by its sine over the wheelbase.
+fn tricycle(
+    dataset: &Dataset,
+    distance: &[f64],
+    steer: &Column,
+    channels: &Channels,
+) -> Result<Motion, IdentifyError> {
+    let base = length(dataset, &["wheelbase"])
+        .ok_or_else(|| missing("constant `wheelbase` in the package"))?;
+    let scale = number(dataset, &["steer_scale"]).unwrap_or(1.0);
+    let angles: Vec<f64> = steer.si().map(|angle| scale * finite(angle)).collect();
+    // The way of a row was driven at the angles of both its ends.
+    let middle: Vec<f64> = (0..angles.len())
+        .map(|row| match row {
+            0 => angles[0],
+            _ if channels.run[row] == channels.run[row - 1] => {
+                (angles[row] + angles[row - 1]) / 2.0
+            }
+            _ => angles[row],
+        })
+        .collect();
+    Ok(Motion {
+        turn: distance.iter().zip(&middle).map(|(way, angle)| way * angle.sin() / base).collect(),
+        distance: distance.iter().zip(&middle).map(|(way, angle)| way * angle.cos()).collect(),
+        steer: Some((steer.name.clone(), middle)),
+    })
 }
 
 fn finite(value: f64) -> f64 {
@@ -64,7 +98,7 @@ fn constant(dataset: &Dataset, names: &[&str]) -> Option<Constant> {
     names.iter().find_map(|name| dataset.constants.get(*name).copied())
 }
 
-fn length(dataset: &Dataset, names: &[&str]) -> Option<f64> {
+pub(super) fn length(dataset: &Dataset, names: &[&str]) -> Option<f64> {
     constant(dataset, names).map(|constant| constant.value * constant.unit.si())
 }
 

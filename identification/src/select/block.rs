@@ -1,30 +1,23 @@
-//! The whole of one block: noise, rounds, refits, rivals.
+//! The whole of one block: a path of models, and which of them is reported.
 
-use super::choose::{Contender, Profile, contenders, plainest_first, profiled, surfaces};
-use super::cross;
-use super::data::{Data, combine};
+use super::choose::Contender;
+use super::data::Data;
+use super::finish::finish;
+use super::material::Material;
 use super::record::Record;
-use super::refine::refine;
-use super::rivals::{RivalFound, rivals};
-use super::scene::{Scene, robust_fit};
-use super::simplify::simplify;
-use crate::candidates::{Candidate, Family};
-use crate::lattice;
-use crate::model::{Form, Shape};
-use crate::noise::Layout;
-use crate::noise::{self, NoiseModel, Whitener};
-use crate::problem::{Aggregate, Block, Channels};
+use super::rivals::RivalFound;
+use super::scene::robust_fit;
+use super::state::State;
+use crate::judge::{
+    Beside, Goes, Holding, Judge, Metric, Standing, best, choose, goes_with, margin, nested,
+};
+use crate::model::{Acts, Shape};
+use crate::noise::{NoiseModel, Whitener};
+use crate::outcome::{Whiteness, of_innovations, stretches};
+use crate::problem::Aggregate;
 
 /// The risk of a false alarm that is taken for a whole data set.
 pub const RISK: f64 = 0.005;
-/// A term whose removal is less surprising than this goes again (one in a thousand).
-const KEEP_MIN: f64 = 6.9;
-/// What did not gain on held-out runs is still worth a word if it is stronger than the threshold by this, in nats.
-const LEFT_FROM: f64 = 4.0;
-/// Contenders that are measured with the noise fitted anew.
-const PROFILED: usize = 8;
-/// Contenders that are tried one after the other in a round.
-const TRIED: usize = 4;
 
 /// An effect that was found.
 #[derive(Debug, Clone)]
@@ -50,12 +43,33 @@ pub struct BlockFit {
     pub effects: Vec<Found>,
     /// The noise that remains.
     pub noise: NoiseModel,
-    /// Standard deviation of the white part of the noise, of an observation.
+    /// Standard deviation of what is new in a reading.
     pub floor: f64,
+    /// Standard deviation that a variance of 1 in `noise` stands for.
+    pub scale: f64,
     /// Strongest candidates that did not pass, with their strength.
     pub left: Vec<Contender>,
     /// Outliers under the final model.
     pub left_out: Vec<bool>,
+    /// The models from plain to rich.
+    pub path: Vec<Waypoint>,
+    /// Which of them was chosen.
+    pub chosen: usize,
+    /// Held-out errors of the choice: of each run, those of the model that would be chosen without it.
+    pub nested: Vec<Metric>,
+    /// The input that what is left goes with, if it does: then it is no noise.
+    pub goes: Option<Goes>,
+}
+
+/// A model on the path.
+#[derive(Debug, Clone)]
+pub struct Waypoint {
+    /// Names of its effects.
+    pub effects: Vec<String>,
+    /// Its held-out errors.
+    pub metrics: Vec<Metric>,
+    /// For each metric, by how much its mean square may be above the best one and count as equal.
+    pub margins: Vec<f64>,
 }
 
 impl BlockFit {
@@ -65,188 +79,51 @@ impl BlockFit {
     }
 }
 
-struct State<'a> {
-    record: &'a Record<'a>,
-    data: Data<'a>,
-    base: usize,
-    terms: Vec<Shape>,
-    families: Vec<Family>,
-    noise: NoiseModel,
-    left_out: Vec<bool>,
+/// What the caller of an identification of a block decides.
+#[derive(Clone, Copy)]
+pub struct Asked<'a> {
+    /// This block's share of the risk of a false alarm.
+    pub share: f64,
+    /// Most effects.
+    pub effects_max: usize,
+    /// Its noise, where it is known.
+    pub noise: Option<&'a NoiseModel>,
 }
 
-impl<'a> State<'a> {
-    /// Columns of the model, derivatives of its numbers included.
-    fn columns(&self, terms: &[Shape]) -> Vec<Vec<f64>> {
-        let mut columns = self.data.all_columns(terms);
-        if terms.iter().any(|term| !term.nonlinear().is_empty()) {
-            let whitener = Whitener::new(self.data.layout, &self.noise, &self.left_out);
-            let white = whitener.apply_all(&columns);
-            let fit = robust_fit(&white, &whitener.apply(&self.data.block.residual));
-            let derivatives = self.data.derivatives(terms, &fit.coefficients);
-            columns.extend(derivatives.into_iter().map(|derivative| derivative.column));
-        }
-        columns
+/// After so many effects what is left should be noise.
+const PATIENCE: usize = 3;
+
+/// A model with its held-out errors.
+#[derive(Clone)]
+pub(super) struct Step<'a> {
+    /// The model.
+    pub state: State<'a>,
+    /// Its errors.
+    pub metrics: Vec<Metric>,
+}
+
+impl<'a> Step<'a> {
+    /// Judged.
+    pub fn new(state: State<'a>, judge: &Judge<'_>) -> Self {
+        let metrics = judge.judge(&state.terms, &state.noise, &state.left_out);
+        Self { state, metrics }
     }
 
-    fn scene(&self, terms: &[Shape]) -> Scene<'a> {
-        Scene::new(self.record, &self.noise, &self.left_out, &self.columns(terms))
-    }
-
-    fn fit_noise(&mut self, anew: bool) {
-        let columns = self.columns(&self.terms);
-        let start = (!anew).then_some(&self.noise);
-        let (noise, left_out) =
-            noise::fit(self.data.layout, &self.data.block.residual, &columns, start);
-        (self.noise, self.left_out) = (noise, left_out);
-    }
-
-    /// Brings the numbers of every term to their best values, with the others in the fit.
-    fn refit(&mut self) {
-        for index in 0..self.terms.len() {
-            let term = &self.terms[index];
-            if term.nonlinear().is_empty() && term.form != Form::Delay {
-                continue;
-            }
-            let mut others = self.terms.clone();
-            let term = others.remove(index);
-            let scene = self.scene(&others);
-            self.terms[index] = refine(&scene, &term).0;
-        }
-    }
-
-    /// Removes what the other terms make superfluous.
-    fn prune(&mut self) {
-        loop {
-            // A constant stays: a wide shape beside it can always stand for it.
-            let weakest = (self.base..self.terms.len())
-                .filter(|&index| !self.terms[index].drivers.is_empty())
-                .map(|index| {
-                    let mut others = self.terms.clone();
-                    let term = others.remove(index);
-                    (self.scene(&others).score(&term).surprise, index)
-                })
-                .min_by(|a, b| a.0.total_cmp(&b.0));
-            match weakest {
-                Some((surprise, index))
-                    if surprise < KEEP_MIN && self.terms.len() > self.base + 1 =>
-                {
-                    self.terms.remove(index);
-                    self.families.remove(index - self.base);
-                }
-                _ => break,
-            }
-        }
-    }
-
-    /// The strongest contenders, under white noise and under the noise that fits.
-    fn round(&self, threshold: f64) -> Vec<Contender> {
-        let scene = self.scene(&self.terms);
-        let mut found = contenders(&scene);
-        if found.iter().all(|contender| contender.strength < threshold) {
-            found.extend(surfaces(&scene));
-            found.sort_by(|a, b| b.rank.total_cmp(&a.rank));
-        }
-        if !self.noise.is_coloured() {
-            return found;
-        }
-        let columns = self.columns(&self.terms);
-        let (noise, likelihood) = noise::retune(
-            self.data.layout,
-            &self.data.block.residual,
-            &columns,
-            &self.noise,
-            &self.left_out,
-        );
-        let null =
-            Profile { columns: &columns, noise: &noise, left_out: &self.left_out, likelihood };
-        // What looks strong where the noise is taken for white.
-        let plain = NoiseModel { coloured: Vec::new(), ..self.noise.clone() };
-        let white = Scene::new(self.record, &plain, &self.left_out, &columns);
-        let naive = contenders(&white);
-        let mut seen: Vec<String> = Vec::new();
-        let mut profiles: Vec<Contender> = Vec::new();
-        for list in [&found, &naive] {
-            let mut taken = 0;
-            for contender in list.iter() {
-                let label = contender.candidate.shape.label();
-                let is_constant = contender.candidate.shape.drivers.is_empty();
-                if (taken == PROFILED && !is_constant) || contender.strength < threshold - 8.0 {
-                    continue;
-                }
-                if !seen.contains(&label) {
-                    seen.push(label);
-                    taken += 1;
-                    profiles.push(profiled(&scene, &null, contender));
-                }
-            }
-        }
-        profiles.sort_by(|a, b| b.rank.total_cmp(&a.rank));
-        profiles
-    }
-
-    /// Adds what is missing, if anything is; what did not pass comes back.
-    fn step(&mut self, threshold: f64) -> Result<(), Vec<Contender>> {
-        let mut found = self.round(threshold);
-        plainest_first(&mut found, threshold);
-        let scene = self.scene(&self.terms);
-        let columns = self.data.all_columns(&self.terms);
-        let mut failed = Vec::new();
-        for contender in
-            found.iter().filter(|contender| contender.strength >= threshold).take(TRIED)
-        {
-            if contender.strength - contender.caution < threshold {
-                // The likeliest cause may be noise after all; then, as long as nothing is known to be missing, a less
-                // likely one is none either.
-                if self.terms.len() == self.base {
-                    break;
-                }
-                continue;
-            }
-            let mut chosen = vec![contender.candidate.clone()];
-            if is_wide(&contender.candidate) {
-                let named: Vec<Candidate> = found
-                    .iter()
-                    .filter(|other| !is_wide(&other.candidate))
-                    .map(|other| other.candidate.clone())
-                    .collect();
-                if let Some(narrow) = simplify(&scene, &contender.candidate.shape, &named) {
-                    chosen = narrow;
-                }
-            }
-            let new: Vec<Vec<f64>> =
-                chosen.iter().flat_map(|candidate| self.data.columns(&candidate.shape)).collect();
-            if cross::gain(&scene, &columns, &new) <= 0.0 {
-                if contender.strength > threshold + LEFT_FROM {
-                    failed.push(contender.clone());
-                }
-                continue;
-            }
-            for candidate in chosen {
-                self.terms.push(candidate.shape);
-                self.families.push(candidate.family);
-            }
-            return Ok(());
-        }
-        Err(failed)
+    fn numbers(&self) -> usize {
+        let added = &self.state.terms[self.state.base..];
+        added.iter().map(|term| term.width() + term.nonlinear().len()).sum()
     }
 }
 
-fn is_wide(candidate: &Candidate) -> bool {
-    matches!(candidate.shape.form, Form::Spline | Form::Surface)
-        || (candidate.family == Family::Smooth && !candidate.shape.known)
-}
-
-/// Finds what the `base` terms lack to explain a block. `share` of the risk of a false alarm is this block's.
+/// Finds what the `base` terms lack to explain a block. `judge` says how well a model predicts what took no part.
 pub fn identify_block(
     data: Data<'_>,
+    judge: &Judge<'_>,
     base: Vec<Shape>,
-    share: f64,
-    effects_max: usize,
-    known_noise: Option<&NoiseModel>,
+    asked: Asked<'_>,
     progress: &mut dyn FnMut(f64),
 ) -> BlockFit {
-    let threshold = -(RISK * share).ln();
+    let threshold = -(RISK * asked.share).ln();
     let record = Record::new(data);
     let mut state = State {
         record: &record,
@@ -257,22 +134,36 @@ pub fn identify_block(
         noise: NoiseModel::white(data.layout.runs()),
         left_out: Vec::new(),
     };
-    if let Some(noise) = known_noise {
+    if let Some(noise) = asked.noise {
         state.noise = NoiseModel { run_scale: vec![1.0; data.layout.runs()], ..noise.clone() };
     } else {
         state.fit_noise(true);
     }
+    let mut path = vec![Step::new(state.clone(), judge)];
     let mut left = Vec::new();
-    for round in 0..2 * effects_max {
+    let material = Material::new(data, judge);
+    // Where what is left knows the input or has a memory that no noise has, it is no noise, and no probability that
+    // takes it for noise means anything: then what matters to the user is looked for, whatever the rest is.
+    let base = state.clone();
+    if remains(&base).goes.is_some() {
+        let rough = material.path(&base, asked);
+        let mut last = rough[rough.len() - 1].state.clone();
+        last.fit_noise(true);
+        if rough.len() == 1 || remains(&last).goes.is_some() {
+            return reported(rough, left, asked, judge, &material);
+        }
+    }
+    for round in 0..2 * asked.effects_max {
         progress(round as f64 / (round as f64 + 2.0));
-        if state.terms.len() >= state.base + effects_max {
+        let added = state.terms.len() - state.base;
+        if added >= asked.effects_max || (added >= PATIENCE && !remains(&state).is_noise()) {
             break;
         }
         let before = state.terms.clone();
         match state.step(threshold) {
             Ok(()) => {
                 state.refit();
-                if known_noise.is_none() {
+                if asked.noise.is_none() {
                     state.fit_noise(true);
                 }
                 state.refit();
@@ -281,6 +172,7 @@ pub fn identify_block(
                 if state.terms == before {
                     break;
                 }
+                path.push(Step::new(state.clone(), judge));
             }
             Err(failed) => {
                 left = failed;
@@ -288,53 +180,146 @@ pub fn identify_block(
             }
         }
     }
-    finish(&state, left)
+    if !remains(&state).is_noise() {
+        return reported(material.path(&base, asked), left, asked, judge, &material);
+    }
+    // Noise can swallow what is sparse, as its colour or as its outliers: what is left is looked at as it is, too. What is slow goes on from
+    // run to run and must not help to predict the next.
+    if asked.noise.is_none() && is_swallowing(&state, &path[path.len() - 1].metrics) {
+        let together = Judge { holding: Holding::Together, ..*judge };
+        let material = Material::new(data, &together);
+        material.look_again(&mut path, judge);
+        material.extend(&mut path, judge, asked);
+    }
+    reported(path, left, asked, judge, &material)
 }
 
-/// The block with the rounding of a coarse lattice taken out, as far as `base` predicts the readings; and the step.
-pub fn without_rounding(
-    block: &Block,
-    channels: &Channels,
-    base: &[Shape],
-) -> Option<(Block, f64)> {
-    if block.aggregate != Aggregate::Row {
-        return None;
-    }
-    let step = lattice::step(&block.raw)? * block.raw_si.abs();
-    let mut working = block.clone();
-    let mut corrected = None;
-    for _ in 0..6 {
-        let layout = Layout::new(&working, channels);
-        let data = Data { block: &working, channels, layout: &layout };
-        let noise = NoiseModel::white(layout.runs());
-        let fitted: Vec<(Vec<Vec<f64>>, Vec<f64>)> = fit_terms(data, base, &noise, &[])
-            .iter()
-            .map(|found| {
-                let values = found.coefficients.iter().map(|(value, _)| *value).collect();
-                (data.columns(&found.shape), values)
-            })
-            .collect();
-        let mut left = block.residual.clone();
-        for (columns, values) in &fitted {
-            for (value, fitted) in left.iter_mut().zip(combine(columns, values)) {
-                *value -= fitted;
+/// The model of the path that is reported, with the path.
+fn reported(
+    path: Vec<Step<'_>>,
+    left: Vec<Contender>,
+    asked: Asked<'_>,
+    judge: &Judge<'_>,
+    material: &Material<'_>,
+) -> BlockFit {
+    let richest = &path[path.len() - 1].state;
+    let is_noise = remains(richest).is_noise();
+    let standings: Vec<Standing<'_>> = path
+        .iter()
+        .map(|step| Standing { numbers: step.numbers(), metrics: &step.metrics })
+        .collect();
+    // Where what is left is noise, what is new from one reading to the next says most of all.
+    let innovations: Vec<Metric> = path
+        .iter()
+        .filter(|_| is_noise)
+        .map(|step| judge.innovation(&step.state.terms, &richest.noise, &richest.left_out))
+        .collect();
+    let all: Vec<Vec<Metric>> = path
+        .iter()
+        .enumerate()
+        .map(|(i, step)| step.metrics.iter().chain(innovations.get(i)).cloned().collect())
+        .collect();
+    let among: Vec<Standing<'_>> = path
+        .iter()
+        .zip(&all)
+        .map(|(step, metrics)| Standing { numbers: step.numbers(), metrics })
+        .collect();
+    let chosen = choose(&among, is_noise);
+    let waypoints = path
+        .iter()
+        .map(|step| {
+            let state = &step.state;
+            let margins = (0..step.metrics.len())
+                .map(|metric| {
+                    let best = &path[best(&standings, metric)].metrics[metric];
+                    margin(&step.metrics[metric], best, is_noise)
+                })
+                .collect();
+            Waypoint {
+                effects: state.terms[state.base..].iter().map(|term| term.name.clone()).collect(),
+                metrics: step.metrics.clone(),
+                margins,
             }
+        })
+        .collect();
+    let mut state = path[chosen].state.clone();
+    let mut fit = if is_noise {
+        if asked.noise.is_none() && chosen + 1 < path.len() {
+            state.fit_noise(true);
         }
-        let predicted: Vec<f64> =
-            left.iter().enumerate().map(|(i, left)| block.measured(i) - left).collect();
-        let found = lattice::correct(&left, &predicted, step)?;
-        // The corrected rest, with what the model explains put back.
-        working.residual = found
-            .residual
-            .iter()
-            .zip(&left)
-            .zip(&block.residual)
-            .map(|((corrected, left), residual)| corrected + residual - left)
-            .collect();
-        working.spread.clone_from(&found.spread);
-        corrected = Some(());
+        finish(&state, left)
+    } else {
+        material.finish(&state, &path[chosen].metrics)
+    };
+    (fit.path, fit.chosen, fit.goes) = (waypoints, chosen, remains(&state).goes);
+    fit.nested = nested(&among, is_noise);
+    fit.nested.truncate(standings[0].metrics.len());
+    fit
+}
+
+/// An error this many times the white noise may hide a cause, which counts as colour or as outliers of the noise.
+const SWALLOWING: f64 = 5.0;
+
+/// Is the error of readings so far above the white noise that there may be a cause in it?
+fn is_swallowing(state: &State<'_>, metrics: &[Metric]) -> bool {
+    let scene = state.scene(&state.terms);
+    let floor = scene.floor(&state.noise);
+    let is_row = state.data.block.aggregate == Aggregate::Row;
+    is_row && metrics.iter().any(|metric| metric.errors.rmse() > SWALLOWING * floor)
+}
+
+/// What a model leaves.
+struct Remains {
+    /// The input with which its size goes, if it goes with one.
+    goes: Option<Goes>,
+    /// Whether it is new in every observation.
+    whiteness: Option<Whiteness>,
+}
+
+/// A memory this improbable in noise is none of noise. What a model misses of an effect that it names must not count as
+/// one (assumption, measured on synthetic sets).
+const MEMORY: f64 = 1e-10;
+
+impl Remains {
+    fn is_noise(&self) -> bool {
+        self.goes.is_none() && self.whiteness.is_none_or(|found| found.p_value > MEMORY)
     }
-    corrected.map(|()| (working, step))
+}
+
+/// Looks at what `state` leaves.
+fn remains(state: &State<'_>) -> Remains {
+    let data = state.data;
+    let whitener = Whitener::new(data.layout, &state.noise, &[]);
+    let columns = whitener.apply_all(&data.all_columns(&state.terms));
+    let target = whitener.apply(&data.block.residual);
+    let fit = robust_fit(&columns, &target);
+    let fitted = super::data::combine(&columns, &fit.coefficients);
+    let white: Vec<f64> = target
+        .iter()
+        .enumerate()
+        .map(|(i, value)| value - fitted.get(i).copied().unwrap_or(0.0))
+        .collect();
+    let channels = data.channels;
+    let of_rows = |values: &[f64]| -> Vec<f64> {
+        data.block.rows.iter().map(|&row| values[row].abs()).collect()
+    };
+    let mut inputs: Vec<(&str, Vec<f64>)> = Vec::new();
+    if !channels.rotation.is_empty() && data.block.exposure(Acts::Bias).is_none()
+        || data.block.exposure(Acts::Scale).is_some()
+    {
+        inputs.push((&channels.rotation_name, of_rows(&channels.rotation)));
+        let slope = channels.smooth(&channels.rotation).slope;
+        inputs.push(("acceleration of the rotation", of_rows(&slope)));
+    }
+    for name in ["speed", "acceleration"] {
+        if let Some(channel) = channels.named(name) {
+            inputs.push((name, of_rows(&channel.values)));
+        }
+    }
+    let beside: Vec<Beside<'_>> =
+        inputs.iter().map(|(name, input)| Beside { name, input }).collect();
+    let whiteness = of_innovations(&white, &stretches(data));
+    Remains { goes: goes_with(&white, &beside), whiteness }
 }
 
 /// `terms` fitted as they are.
@@ -364,81 +349,4 @@ pub fn fit_terms(
             }
         })
         .collect()
-}
-
-fn finish(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
-    let data = state.data;
-    let whitener = Whitener::new(data.layout, &state.noise, &state.left_out);
-    let target = whitener.apply(&data.block.residual);
-    let columns = data.all_columns(&state.terms);
-    let mut white = whitener.apply_all(&columns);
-    let linear = white.len();
-    let first = robust_fit(&white, &target);
-    let derivatives = data.derivatives(&state.terms, &first.coefficients);
-    // The numbers are at their best, so that what is left has nothing along the derivatives: they only widen the
-    // errors of the rest.
-    let fitted = combine(&white, &first.coefficients);
-    let residual: Vec<f64> = if fitted.is_empty() {
-        target.clone()
-    } else {
-        target.iter().zip(&fitted).map(|(t, f)| t - f).collect()
-    };
-    white.extend(derivatives.iter().map(|derivative| whitener.apply(&derivative.column)));
-    if let Some(closing) = &data.block.closing {
-        // The lever comes from the same ends of laps: where they lie says little of how large their error is.
-        let fitted = combine(&columns, &first.coefficients);
-        let by_lever = |(fitted, component): (&f64, &usize)| match component {
-            0 => 0.0,
-            _ => *fitted,
-        };
-        let by_lever: Vec<f64> = fitted.iter().zip(&closing.component).map(by_lever).collect();
-        // Where there is no term, there is nothing for the lever to act on.
-        if !by_lever.is_empty() {
-            white.push(whitener.apply(&by_lever));
-        }
-    }
-    let errors = robust_fit(&white, &residual).errors;
-    let mut at = 0;
-    let mut found = Vec::new();
-    for (index, shape) in state.terms.iter().enumerate() {
-        let width = data.columns(shape).len();
-        let coefficients =
-            (at..at + width).map(|i| (first.coefficients[i], errors[i])).collect::<Vec<_>>();
-        at += width;
-        let numbers = derivatives
-            .iter()
-            .enumerate()
-            .filter(|(_, derivative)| derivative.term == index)
-            .map(|(i, derivative)| (derivative.name.to_owned(), errors[linear + i]))
-            .collect();
-        found.push(Found {
-            shape: shape.clone(),
-            coefficients,
-            numbers,
-            strength: 0.0,
-            rivals: Vec::new(),
-        });
-    }
-    for index in state.base..state.terms.len() {
-        let mut others = state.terms.clone();
-        let effect = others.remove(index);
-        let scene = state.scene(&others);
-        let family = state.families[index - state.base];
-        let score = scene.score(&effect);
-        let strength = score.surprise - family.toll(None);
-        let mine =
-            Contender::new(Candidate { shape: effect, family }, score, strength, scene.free());
-        found[index].strength = strength;
-        found[index].rivals = rivals(&scene, &mine, &contenders(&scene));
-    }
-    let scene = state.scene(&state.terms);
-    let effects = found.split_off(state.base);
-    BlockFit {
-        base: found,
-        effects,
-        noise: state.noise.clone(),
-        floor: scene.scale * state.noise.white.sqrt(),
-        left,
-        left_out: state.left_out.clone(),
-    }
 }

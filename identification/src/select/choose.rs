@@ -5,10 +5,10 @@ use super::held_back::holds_back_all;
 use super::period::periods;
 use super::record::{Seen, View};
 use super::refine::refine;
-use super::scene::{Scene, Score};
+use super::scene::{NOTHING, Scene, Score};
 use crate::candidates::{Candidate, Family, narrow_on};
 use crate::linear::{Basis, dot};
-use crate::model::{Acts, Wrap};
+use crate::model::{Acts, Shape, Wrap};
 use crate::noise::{self, NoiseModel, TIME_CAUTION};
 use crate::significance::surprise_chi2;
 
@@ -26,6 +26,8 @@ pub struct Contender {
     pub rank: f64,
     /// What it must show beyond the threshold, in nats.
     pub caution: f64,
+    /// Terms of a lower order that come with it, since they say where its zero is.
+    pub beside: Vec<Candidate>,
 }
 
 impl Contender {
@@ -34,7 +36,17 @@ impl Contender {
         let numbers = candidate.shape.nonlinear().len() as f64;
         let simple = if candidate.shape.drivers.is_empty() { SIMPLEST } else { 0.0 };
         let rank = strength - 0.5 * numbers * observations.ln() + simple;
-        Self { candidate, score, strength, rank, caution: 0.0 }
+        Self { candidate, score, strength, rank, caution: 0.0, beside: Vec::new() }
+    }
+
+    /// All that it adds.
+    pub fn all(&self) -> impl Iterator<Item = &Candidate> {
+        self.beside.iter().chain(std::iter::once(&self.candidate))
+    }
+
+    /// Columns of all that it adds.
+    fn columns(&self, data: Data<'_>) -> Vec<Vec<f64>> {
+        self.all().flat_map(|candidate| data.columns(&candidate.shape)).collect()
     }
 }
 
@@ -100,6 +112,52 @@ pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
         }
     }
     refined(scene, scored)
+}
+
+/// Powers and products, each with what is missing beside it of a lower order in `terms` (the principle of marginality,
+/// Nelder 1977): alone it would have its zero where the data happen to have their middle, and what has it elsewhere
+/// shows in none of its parts.
+pub fn with_lower_orders(scene: &Scene<'_>, terms: &[Shape]) -> Vec<Contender> {
+    let every: Vec<&Candidate> =
+        scene.record.candidates().iter().map(|seen| &seen.candidate).collect();
+    let mut found = Vec::new();
+    for candidate in &every {
+        let is_there = |lower: &Shape| terms.iter().any(|term| term.says(lower));
+        let beside: Vec<Candidate> = every
+            .iter()
+            .filter(|other| {
+                other.shape.is_lower_order_of(&candidate.shape) && !is_there(&other.shape)
+            })
+            .map(|other| (*other).clone())
+            .collect();
+        if beside.is_empty() || !candidate.shape.known {
+            continue;
+        }
+        let mut contender = Contender::new((*candidate).clone(), NOTHING, 0.0, scene.free());
+        contender.beside = beside;
+        contender.score = scene.score_columns(&contender.columns(scene.data));
+        contender.strength = contender.score.surprise - Family::Pair.toll(None);
+        contender.rank = contender.strength;
+        found.push(contender);
+    }
+    found
+}
+
+/// Without the groups of which one term says the most: that one goes first and the rest, if need be, after it.
+pub fn without_superfluous(contenders: &mut Vec<Contender>) {
+    let alone: Vec<(Shape, f64)> = contenders
+        .iter()
+        .filter(|one| one.beside.is_empty())
+        .map(|one| (one.candidate.shape.clone(), one.score.statistic))
+        .collect();
+    contenders.retain(|group| {
+        let says_most = |(shape, statistic): &(Shape, f64)| {
+            *statistic > NAMED_SHARE * group.score.statistic
+                && group.all().any(|member| member.shape.says(shape))
+        };
+        group.beside.is_empty() || !alone.iter().any(says_most)
+    });
+    contenders.sort_by(|a, b| b.rank.total_cmp(&a.rank));
 }
 
 /// What an engineer would try first goes first, if it passes `threshold`: a constant that the plain model lacks, then
@@ -234,7 +292,7 @@ fn is_offset_or_trend(column: &[f64]) -> bool {
 /// effect and the noise stand for one another.
 pub fn profiled(scene: &Scene<'_>, null: &Profile<'_>, contender: &Contender) -> Contender {
     let mut columns = null.columns.to_vec();
-    columns.extend(scene.data.columns(&contender.candidate.shape));
+    columns.extend(contender.columns(scene.data));
     let Data { block, layout, .. } = scene.data;
     let (noise, likelihood) =
         noise::retune(layout, &block.residual, &columns, null.noise, null.left_out);
@@ -251,10 +309,11 @@ pub fn profiled(scene: &Scene<'_>, null: &Profile<'_>, contender: &Contender) ->
     let mut found = Contender::new(
         contender.candidate.clone(),
         Score { statistic: 2.0 * gain, width, surprise },
-        surprise - toll - caution(&contender.candidate, null.noise),
+        surprise - toll - contender.all().map(|one| caution(one, null.noise)).fold(0.0, f64::max),
         scene.free(),
     );
-    found.caution = caution_of(scene.data, &contender.candidate);
+    found.caution = contender.all().map(|one| caution_of(scene.data, one)).fold(0.0, f64::max);
+    found.beside.clone_from(&contender.beside);
     found
 }
 

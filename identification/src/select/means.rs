@@ -136,6 +136,7 @@ impl Equations {
             direction_name: channels.direction_name.clone(),
             turning: None,
             sampled: channels.sampled,
+            of_sensor: channels.of_sensor,
             constant: channels.constant.clone(),
         };
         let exposures = block
@@ -163,6 +164,7 @@ impl Equations {
             activity: None,
             pose: None,
             closing: None,
+            own: None,
         };
         Self { block, channels: means }
     }

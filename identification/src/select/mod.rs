@@ -4,17 +4,23 @@ mod block;
 mod choose;
 mod cross;
 mod data;
+mod finish;
 mod held_back;
+mod material;
 mod means;
 mod period;
 mod record;
 mod refine;
 mod rivals;
+mod roughly;
+mod rounding;
 mod scene;
 mod simplify;
+mod state;
 
-pub use block::{BlockFit, Found, fit_terms, identify_block, without_rounding};
-pub use cross::folds;
+pub use block::{Asked, BlockFit, Found, Waypoint, fit_terms, identify_block};
+pub use cross::{Fold, folds};
 pub use data::{Data, combine};
 #[cfg(test)]
 pub use rivals::RivalFound;
+pub use rounding::without_rounding;

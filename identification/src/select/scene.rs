@@ -21,7 +21,8 @@ pub struct Score {
     pub surprise: f64,
 }
 
-const NOTHING: Score = Score { statistic: 0.0, width: 0, surprise: 0.0 };
+/// Nothing.
+pub const NOTHING: Score = Score { statistic: 0.0, width: 0, surprise: 0.0 };
 
 /// A block with the model so far taken out.
 pub struct Scene<'a> {
@@ -138,6 +139,18 @@ impl<'a> Scene<'a> {
     /// Degrees of freedom that are left.
     pub fn free(&self) -> f64 {
         (self.used as f64 - self.basis.len() as f64).max(1.0)
+    }
+
+    /// Standard deviation of what is new in a reading: of white noise and of what a coloured one brings since the
+    /// reading before. The white part alone is nothing that readings can tell from a colour that is as short as the
+    /// time between them. Of levels, that of the white noise.
+    pub fn floor(&self, noise: &NoiseModel) -> f64 {
+        if self.data.layout.is_level() {
+            return self.scale * noise.white.sqrt();
+        }
+        let weights = self.whitener.weights().iter().filter(|weight| **weight > 0.0);
+        let (sum, count) = weights.fold((0.0, 0.0), |(s, n), w| (s + w.powi(-2), n + 1.0));
+        self.scale * (sum / f64::max(count, 1.0)).sqrt()
     }
 
     /// What `shape` would explain beyond the model.

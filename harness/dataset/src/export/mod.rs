@@ -144,6 +144,8 @@ impl Recorded {
             Kind::Laps => laps::columns(&self.laps),
             Kind::Series => self.course.columns(),
             Kind::Odometry => self.drives.columns(),
+            // What a sensor of one's own measured has no reference in a record.
+            Kind::Sensor => return Ok(None),
         };
         if columns.is_empty() {
             return Ok(None);

@@ -13,6 +13,9 @@ pub(super) fn summary(finding: &Finding) -> String {
         Verdict::StructureLeft => "structure is left",
     };
     let mut out = format!("{dataset}: {verdict} ({} of {rows} rows, {runs} runs)\n", kind.name());
+    for sentence in finding.in_words() {
+        line(&mut out, &sentence);
+    }
     for held_out in std::iter::once(&finding.held_out).chain(&finding.held_out_also) {
         line(&mut out, &errors(held_out));
     }
@@ -98,7 +101,7 @@ fn words(effect: &Effect) -> String {
 }
 
 fn parameter(parameter: &Parameter) -> String {
-    let Parameter { name, value, standard_error, unit } = parameter;
+    let Parameter { name, value, standard_error, unit, .. } = parameter;
     let error = standard_error.map_or(String::new(), |error| format!(" ± {}", number(error)));
     let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
     format!("{name} = {}{error}{unit}", number(*value))

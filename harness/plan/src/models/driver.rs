@@ -34,10 +34,9 @@ pub(super) fn of(
         },
         (Role::Bias, Wrap::Plain) => Driver::TestedBias,
         (Role::Direction, Wrap::Plain | Wrap::Sign) => Driver::Direction,
-        (
-            Role::Heading | Role::ReferenceHeading,
-            Wrap::Plain | Wrap::Harmonic1 | Wrap::Harmonic2,
-        ) => Driver::Heading,
+        (Role::Heading | Role::ReferenceHeading, Wrap::Plain | Wrap::Harmonic(1..=2)) => {
+            Driver::Heading
+        }
         (Role::Time, Wrap::Plain | Wrap::Step | Wrap::Periodic | Wrap::Trend) => Driver::Time,
         _ => return no_view(),
     })

@@ -39,7 +39,7 @@ pub(super) fn of(
             if first != Some(Driver::Heading) {
                 return Err("a harmonic needs a heading".to_owned());
             }
-            let twice = term.drivers.iter().any(|driver| driver.wrap == Wrap::Harmonic2);
+            let twice = term.drivers.iter().any(|driver| driver.wrap == Wrap::Harmonic(2));
             Form::Harmonic { order: 1 + u8::from(twice), cos: one("cos")?, sin: one("sin")? }
         }
         model::Form::Periodic => {

@@ -11,6 +11,7 @@ mod draw;
 mod effects;
 mod heading;
 mod meaning;
+mod path;
 mod remains;
 mod residuals;
 mod ruler;
@@ -37,6 +38,7 @@ const RESIDUALS_MAX: usize = 30;
 pub fn page(finding: &Finding, model: &Model, diagnostics: &Diagnostics) -> String {
     let body = html! {
         (heading::heading(finding))
+        (section("From plain to rich", path::figure(finding)))
         (section("What was found", Some(effects::cards(finding, diagnostics))))
         (section("What is left", Some(remains::left(finding, diagnostics))))
         (section("What to do next", remains::next(finding)))

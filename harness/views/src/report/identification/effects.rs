@@ -88,7 +88,7 @@ fn size(effect: &Effect, curve: Option<&EffectCurve>) -> String {
 }
 
 fn parameter(parameter: &Parameter) -> String {
-    let Parameter { name, value, standard_error, unit } = parameter;
+    let Parameter { name, value, standard_error, unit, .. } = parameter;
     let error = standard_error.unwrap_or(0.0);
     format!("{} {}", name.replace('_', " "), figures::quantity(*value, error, unit))
 }

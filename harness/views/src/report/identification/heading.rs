@@ -15,6 +15,7 @@ pub(super) fn heading(finding: &Finding) -> Markup {
         header.(class) {
             p.outcome { (word) }
             h1 { (finding.dataset) }
+            @for sentence in finding.in_words() { p.lead { (sentence) } }
             p.lead { (verdict(finding)) }
             @for held_out in std::iter::once(&finding.held_out).chain(&finding.held_out_also) {
                 (errors(held_out))

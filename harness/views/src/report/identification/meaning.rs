@@ -171,8 +171,9 @@ pub(super) fn cause(text: &str) -> String {
         Wrap::BranchOf => format!("whether {field} last rose or fell"),
         Wrap::Abs => format!("the size of {field}"),
         Wrap::Sign => format!("the sign of {field}"),
-        Wrap::Harmonic1 => format!("{field}, once per turn"),
-        Wrap::Harmonic2 => format!("{field}, twice per turn"),
+        Wrap::Harmonic(1) => format!("{field}, once per turn"),
+        Wrap::Harmonic(2) => format!("{field}, twice per turn"),
+        Wrap::Harmonic(order) => format!("{field}, {order} times per turn"),
         Wrap::Step => format!("a moment in {field}"),
         Wrap::Periodic => format!("{field}, again and again"),
     }

@@ -2,14 +2,21 @@
 
 use identification::dataset::Kind;
 use identification::finding::{
-    Effect, Figure, Finding, HeldOut, Left, NextExperiment, Parameter, Rival, SCHEMA, Verdict,
+    Effect, Figure, Finding, HeldOut, Left, NextExperiment, Parameter, PathError, PathModel, Rival,
+    SCHEMA, Verdict,
 };
 use identification::model::{Acts, Driver, Form, Model, Term};
 use identification::outcome::{BlockDiagnostics, Diagnostics, EffectCurve, RunError, Series};
 use std::collections::BTreeMap;
 
 fn parameter(name: &str, value: f64, unit: &str) -> Parameter {
-    Parameter { name: name.into(), value, standard_error: Some(value / 10.0), unit: unit.into() }
+    Parameter {
+        name: name.into(),
+        value,
+        standard_error: Some(value / 10.0),
+        unit: unit.into(),
+        range: None,
+    }
 }
 
 pub(super) fn effect(name: &str, drivers: &[&str]) -> Effect {
@@ -28,6 +35,19 @@ pub(super) fn effect(name: &str, drivers: &[&str]) -> Effect {
         held_out_after: 0.06,
         rivals: Vec::new(),
     }
+}
+
+/// Two models of which the second is chosen.
+fn path() -> Vec<PathModel> {
+    let model = |effects: &[&str], value, chosen| {
+        let error = PathError { value, standard_error: value / 10.0, unit: "deg".into() };
+        PathModel {
+            effects: effects.iter().map(ToString::to_string).collect(),
+            held_out: BTreeMap::from([("gyro_angle".to_owned(), error)]),
+            chosen,
+        }
+    };
+    vec![model(&[], 0.21, false), model(&["shupe"], 0.06, true)]
 }
 
 /// One of everything that a finding can say.
@@ -60,6 +80,7 @@ pub(super) fn finding() -> Finding {
         held_out_also: Vec::new(),
         base: vec![parameter("scale_factor", 0.001, "1")],
         effects: vec![Effect { rivals: vec![rival], ..effect("shupe", &["rate_of(temperature)"]) }],
+        path: path(),
         left: vec![Left {
             drivers: vec!["trend(time)".into()],
             shape: "bias_ageing".into(),

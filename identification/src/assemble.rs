@@ -1,0 +1,286 @@
+//! From the fits of all blocks to a finding and a model.
+
+use crate::align::Aligned;
+use crate::dataset::Dataset;
+use crate::experiment::{self, Doubt};
+use crate::finding::{Figure, Finding, HeldOut, Left, PathModel, SCHEMA, Verdict};
+use crate::identify::{Identified, Options};
+use crate::judge::{Judge, Metric};
+use crate::model::{Acts, KNOT, Model, Term};
+use crate::outcome::{self, Diagnostics};
+use crate::problem::{Aggregate, Problem};
+use crate::select::{BlockFit, Data, Found};
+
+/// One block with what came of it.
+pub(crate) struct Done<'a> {
+    pub data: Data<'a>,
+    pub plain: Vec<Found>,
+    pub fit: BlockFit,
+    pub judge: Judge<'a>,
+    pub aligned: Option<Aligned>,
+}
+
+impl Done<'_> {
+    /// What was set right, as a term that was found.
+    fn set_right(&self) -> Option<Found> {
+        self.aligned.as_ref().map(|aligned| Found {
+            shape: aligned.shape.clone(),
+            coefficients: vec![(aligned.value, f64::NAN)],
+            numbers: Vec::new(),
+            strength: f64::MAX,
+            rivals: Vec::new(),
+        })
+    }
+
+    /// Held-out errors of the model given, and with what was found; these without what the choice saw of a run.
+    fn errors(&self) -> (&[Metric], &[Metric]) {
+        (&self.fit.path[0].metrics, &self.fit.nested)
+    }
+
+    /// Held-out error over the noise that is new in a reading, where readings are alone.
+    fn error_over_floor(&self) -> Option<f64> {
+        let is_row = self.data.block.aggregate == Aggregate::Row;
+        let error = self.errors().1.first()?.errors.rmse();
+        (is_row && self.fit.floor > 0.0).then(|| error / self.fit.floor)
+    }
+
+    /// Held-out errors without an effect.
+    fn without(&self, effect: usize) -> Vec<Metric> {
+        let mut shapes = self.fit.shapes();
+        shapes.remove(self.fit.base.len() + effect);
+        self.judge.judge(&shapes, &self.fit.noise, &self.fit.left_out)
+    }
+}
+
+/// The finding, the model and what a report draws, of all blocks.
+pub(crate) fn assemble(
+    dataset: &Dataset,
+    problem: &Problem,
+    done: &[Done<'_>],
+    options: &Options,
+) -> Identified {
+    let (seed, noise_is_known) = (options.seed, options.noise_from.is_some());
+    let mut effects = Vec::new();
+    let mut terms: Vec<Term> = Vec::new();
+    let mut plain = Vec::new();
+    let mut base = Vec::new();
+    let mut left = Vec::new();
+    let mut notices: Vec<String> =
+        dataset.notices.iter().chain(&problem.notices).cloned().collect();
+    let mut diagnostics =
+        Diagnostics { blocks: Vec::new(), run_labels: dataset.run_labels.clone() };
+    for one in done {
+        if let Some(found) = one.set_right() {
+            let error = one.errors().1[0].errors.rmse() / one.data.block.unit.si;
+            effects.push((found.strength, outcome::effect(one.data, &found, error, error)));
+            let term = outcome::term(one.data, &found);
+            plain.push(term.clone());
+            terms.push(term);
+        }
+        for found in &one.plain {
+            plain.push(outcome::term(one.data, found));
+        }
+        for found in &one.fit.base {
+            let term = outcome::term(one.data, found);
+            let numbers = term.parameters.iter().filter(|one| !KNOT.contains(&one.name.as_str()));
+            base.extend(numbers.cloned().map(|mut parameter| {
+                parameter.name.clone_from(&term.name);
+                parameter
+            }));
+            terms.push(term);
+        }
+        for (index, found) in one.fit.effects.iter().enumerate() {
+            let after = &one.fit.path[one.fit.chosen].metrics;
+            let without = one.without(index);
+            let of = |metrics: &[Metric]| metrics[0].errors.rmse() / metrics[0].unit.si;
+            let mut effect = outcome::effect(one.data, found, of(&without), of(after));
+            if found.shape.acts == Acts::Axis && sees_little(&one.fit.base) {
+                effect.name = "wrong_axis".to_owned();
+            }
+            effects.push((found.strength, effect));
+            terms.push(outcome::term(one.data, found));
+        }
+        for contender in &one.fit.left {
+            left.push(Left {
+                drivers: contender
+                    .candidate
+                    .shape
+                    .drivers
+                    .iter()
+                    .map(ToString::to_string)
+                    .collect(),
+                shape: contender.candidate.shape.name.clone(),
+                share_of_residual_variance: (contender.score.statistic
+                    / one.data.block.rows.len().max(1) as f64)
+                    .min(1.0),
+            });
+        }
+        if let Some(slow) = above_floor(one, noise_is_known) {
+            left.push(slow);
+        }
+        if let Some(goes) = &one.fit.goes {
+            left.push(goes.left(&one.data.block.label));
+        }
+        if let Some(ratio) = one.error_over_floor() {
+            notices.push(format!(
+                "the held-out error of `{}` is {ratio:.1} times the noise that is new in a reading",
+                one.data.block.label
+            ));
+        }
+        match outcome::whiteness(one.data, &one.fit) {
+            Some(found) => {
+                notices.push(found.notice(one.data, done.len()));
+                if !found.is_white(done.len()) {
+                    left.push(found.left(one.data, done.len()));
+                }
+            }
+            None => notices.push(format!(
+                "`{}` has too few observations to judge whether what is left is white",
+                one.data.block.label
+            )),
+        }
+        diagnostics.blocks.push(outcome::diagnose(
+            one.data,
+            &one.plain,
+            &one.fit,
+            (&one.errors().0[0].errors, &one.errors().1[0].errors),
+        ));
+    }
+    effects.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut effects: Vec<_> = effects.into_iter().map(|(_, effect)| effect).collect();
+    outcome::lines_before_their_zero(&mut effects);
+    let (held_out, held_out_also) = errors(done, seed);
+    let verdict = if !left.is_empty() {
+        Verdict::StructureLeft
+    } else if effects.is_empty() {
+        Verdict::NothingMissing
+    } else if held_out.after < held_out.before
+        || held_out_also.iter().any(|also| also.after < also.before)
+    {
+        Verdict::Explained
+    } else {
+        Verdict::StructureLeft
+    };
+    let main = main_block(done);
+    let runs = dataset.run_labels.len();
+    let mut fields = std::collections::BTreeMap::new();
+    for term in &terms {
+        for driver in &term.drivers {
+            if let Some(column) = dataset.named(&driver.field) {
+                fields.insert(driver.field.clone(), column.role);
+            }
+        }
+    }
+    let doubts: Vec<Doubt<'_>> =
+        done.iter().map(|one| Doubt { data: one.data, fit: &one.fit }).collect();
+    let experiment = experiment::next(dataset, problem, &doubts);
+    let mut identified = Identified {
+        finding: Finding {
+            schema: SCHEMA,
+            dataset: dataset.name.clone(),
+            kind: dataset.kind,
+            rows: dataset.rows(),
+            runs,
+            seed,
+            verdict,
+            noise_floor: Figure {
+                value: done[main].fit.floor / done[main].data.block.unit.si,
+                unit: done[main].data.block.unit.text.clone(),
+            },
+            held_out,
+            held_out_also,
+            base,
+            effects,
+            path: path(done),
+            left,
+            next_experiment: None,
+            notices,
+        },
+        model: Model {
+            schema: SCHEMA,
+            kind: dataset.kind,
+            dataset: Some(dataset.name.clone()),
+            fields,
+            counts_per_rad_per_s: problem.counts_per_unit,
+            closing_lever_m: problem.closing_lever_m,
+            terms,
+            plain,
+        },
+        diagnostics,
+        experiment,
+    };
+    if let Some(experiment) = &identified.experiment {
+        experiment.note(&mut identified.finding);
+    }
+    identified
+}
+
+/// An error this many times the noise that is new in a reading is no noise by itself.
+const ABOVE_FLOOR_MAX: f64 = 5.0;
+
+/// What is left so far above what is new in a reading that something slow is in it, which no cause explains.
+fn above_floor(one: &Done<'_>, noise_is_known: bool) -> Option<Left> {
+    let ratio = one.error_over_floor()?;
+    (ratio > ABOVE_FLOOR_MAX && !noise_is_known).then(|| Left {
+        drivers: vec![one.data.channels.time_name.clone()],
+        shape: format!(
+            "error of {} at {ratio:.0} times the noise that is new in a reading",
+            one.data.block.label
+        ),
+        share_of_residual_variance: 1.0 - ratio.powi(-2),
+    })
+}
+
+/// The models that were judged; what was set right holds for all of them.
+fn path(done: &[Done<'_>]) -> Vec<PathModel> {
+    let mut path = outcome::path(&done.iter().map(|one| &one.fit).collect::<Vec<_>>());
+    let aligned = done.iter().filter_map(|one| one.aligned.as_ref());
+    let names: Vec<String> = aligned.map(|aligned| aligned.shape.name.clone()).collect();
+    for model in &mut path {
+        model.effects.splice(0..0, names.iter().cloned());
+    }
+    path
+}
+
+/// Does the gyro see less than half of the rotation that it should measure?
+fn sees_little(base: &[Found]) -> bool {
+    base.iter()
+        .find(|found| found.shape.acts == Acts::Scale && found.shape.drivers.is_empty())
+        .and_then(|found| found.coefficients.first())
+        .is_some_and(|(scale, _)| *scale < -0.5)
+}
+
+/// The block that the headline is about: the one with the strongest effect.
+fn main_block(done: &[Done<'_>]) -> usize {
+    let strength =
+        |one: &Done<'_>| one.fit.effects.iter().map(|found| found.strength).fold(0.0, f64::max);
+    let mut best = 0;
+    for index in 1..done.len() {
+        if strength(&done[index]) > strength(&done[best]) {
+            best = index;
+        }
+    }
+    best
+}
+
+/// Held-out errors in every metric: where a robot was driven, of its final position first.
+fn errors(done: &[Done<'_>], seed: u64) -> (HeldOut, Vec<HeldOut>) {
+    let main = main_block(done);
+    let is_pose = |index: &usize| done[*index].data.block.aggregate == Aggregate::Pose;
+    let mut order: Vec<usize> = (0..done.len()).filter(is_pose).collect();
+    order.extend((0..done.len()).filter(|index| *index == main && !is_pose(index)));
+    order.extend((0..done.len()).filter(|index| *index != main && !is_pose(index)));
+    let several = done.iter().map(|one| one.errors().0.len()).sum::<usize>() > 1;
+    let mut all: Vec<HeldOut> = order
+        .into_iter()
+        .flat_map(|index| {
+            let (before, after) = done[index].errors();
+            after
+                .iter()
+                .zip(before)
+                .map(move |(after, before)| after.held_out(before, several, seed))
+        })
+        .collect();
+    let first = all.remove(0);
+    (first, all)
+}

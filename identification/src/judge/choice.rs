@@ -1,0 +1,198 @@
+//! Which model of a path is reported: the simplest that is as good as the best (Breiman, Friedman, Olshen and Stone
+//! 1984, section 3.4.3, the rule of one standard error), in every metric.
+
+use super::{Errors, Metric};
+
+/// A model on the path, from plain to rich, with its held-out errors.
+pub(crate) struct Standing<'a> {
+    /// How many numbers were fitted beyond the plain model.
+    pub numbers: usize,
+    /// Its errors in each metric; all models of a path have the same metrics.
+    pub metrics: &'a [Metric],
+}
+
+/// Two errors count as equal when they differ by no more than this many standard errors.
+const ERRORS: f64 = 1.0;
+
+/// By how much the mean square of `one` may be above the `best` and count as equal. Where what is left `is_noise`, two
+/// models differ by what runs do not share: their difference has a small standard error. Where it is not, some runs
+/// have errors that no model knows, and a difference only counts if it is more than the error of the error itself.
+pub(crate) fn margin(one: &Metric, best: &Metric, is_noise: bool) -> f64 {
+    let paired = one.errors.beyond(&best.errors).1;
+    let alone = best.errors.standard_error();
+    let margin = if is_noise { paired } else { paired.max(alone) };
+    ERRORS * if margin.is_finite() { margin } else { best.errors.mean_square() }
+}
+
+/// Index of the best model in a metric.
+pub(crate) fn best(path: &[Standing<'_>], metric: usize) -> usize {
+    let square = |index: usize| path[index].metrics[metric].errors.mean_square();
+    (0..path.len()).min_by(|a, b| square(*a).total_cmp(&square(*b))).unwrap_or(0)
+}
+
+/// Is model `rich` worse than `simple` in some metric, beyond the standard error?
+fn is_worse(rich: &Standing<'_>, simple: &Standing<'_>) -> bool {
+    rich.metrics.iter().zip(simple.metrics).any(|(rich, simple)| {
+        let (more, error) = rich.errors.beyond(&simple.errors);
+        more > 0.0 && !(more <= ERRORS * error)
+    })
+}
+
+/// Index of the model to report.
+pub(crate) fn choose(path: &[Standing<'_>], is_noise: bool) -> usize {
+    let Some(first) = path.first() else { return 0 };
+    let simpler = |index: usize| {
+        (0..path.len()).filter(move |&other| path[other].numbers < path[index].numbers)
+    };
+    let is_sound = |index: usize| !simpler(index).any(|other| is_worse(&path[index], &path[other]));
+    let mut order: Vec<usize> = (0..path.len()).collect();
+    order.sort_by_key(|&index| (path[index].numbers, index));
+    let as_good = |index: usize| {
+        (0..first.metrics.len()).all(|metric| {
+            let best = &path[best(path, metric)].metrics[metric];
+            let one = &path[index].metrics[metric];
+            one.errors.mean_square() - best.errors.mean_square() <= margin(one, best, is_noise)
+        })
+    };
+    if let Some(&found) = order.iter().find(|&&index| as_good(index) && is_sound(index)) {
+        return found;
+    }
+    // What is best in one metric is not in another: the one that falls most over all, as long as it is worse than no
+    // simpler one; and of those that are about as good as it, the simplest.
+    let fall = |index: usize| -> f64 {
+        let pairs = path[index].metrics.iter().zip(first.metrics);
+        pairs
+            .map(|(one, plain)| {
+                (plain.errors.rmse() / one.errors.rmse().max(f64::MIN_POSITIVE)).ln()
+            })
+            .sum()
+    };
+    let sound: Vec<usize> = order.into_iter().filter(|&index| is_sound(index)).collect();
+    let most = sound.iter().map(|&index| fall(index)).fold(0.0, f64::max);
+    sound.into_iter().find(|&index| fall(index) >= FALL_SHARE * most).unwrap_or(0)
+}
+
+/// Errors of the choice itself: of each run, those of the model that would be chosen without the fold that held the run
+/// out.
+pub(crate) fn nested(path: &[Standing<'_>], is_noise: bool) -> Vec<Metric> {
+    let Some(first) = path.first() else { return Vec::new() };
+    let folds = first.metrics.iter().map(|metric| metric.errors.folds).max().unwrap_or(0);
+    let mut found: Vec<Metric> = first
+        .metrics
+        .iter()
+        .map(|metric| Metric { errors: Errors::default(), ..metric.clone() })
+        .collect();
+    for fold in 0..folds {
+        let part = |held_out: bool| -> Vec<Vec<Metric>> {
+            let metric = |metric: &Metric| Metric {
+                errors: metric.errors.part(fold, held_out),
+                ..metric.clone()
+            };
+            path.iter().map(|one| one.metrics.iter().map(metric).collect()).collect()
+        };
+        let seen = part(false);
+        let standings: Vec<Standing<'_>> = path
+            .iter()
+            .zip(&seen)
+            .map(|(one, metrics)| Standing { numbers: one.numbers, metrics })
+            .collect();
+        let chosen = choose(&standings, is_noise);
+        for (sum, held_out) in found.iter_mut().zip(part(true).swap_remove(chosen)) {
+            sum.errors.join(held_out.errors);
+        }
+    }
+    found
+}
+
+/// Share of the largest fall that is enough where metrics disagree.
+const FALL_SHARE: f64 = 0.95;
+
+#[cfg(test)]
+mod tests {
+    use super::{Standing, choose, is_worse, nested};
+    use crate::judge::{Errors, Metric};
+    use crate::problem::DisplayUnit;
+    use proptest::prelude::*;
+
+    fn metric(squares: &[f64]) -> Metric {
+        let runs = squares.iter().enumerate().map(|(run, square)| (run, *square, 1.0)).collect();
+        Metric {
+            name: "any".to_owned(),
+            unit: DisplayUnit::new("m", 1.0),
+            errors: Errors {
+                held_by: (0..squares.len()).map(|run| run % 5).collect(),
+                runs,
+                folds: 5,
+            },
+        }
+    }
+
+    fn chosen(path: &[Vec<Metric>], is_noise: bool) -> usize {
+        let standings: Vec<Standing<'_>> = path
+            .iter()
+            .enumerate()
+            .map(|(numbers, metrics)| Standing { numbers, metrics })
+            .collect();
+        choose(&standings, is_noise)
+    }
+
+    #[test]
+    fn the_simplest_within_a_standard_error_is_chosen() {
+        let path = [
+            vec![metric(&[90.0, 110.0, 100.0, 100.0])],
+            vec![metric(&[10.0, 14.0, 12.0, 11.0])],
+            vec![metric(&[9.9, 13.9, 11.9, 10.9])],
+        ];
+        // Better in every run by a little: it counts where the rest is noise, and not where it is not.
+        assert_eq!(chosen(&path, true), 2);
+        assert_eq!(chosen(&path, false), 1);
+    }
+
+    #[test]
+    fn what_ruins_a_metric_is_not_chosen() {
+        let path = [
+            vec![metric(&[4.0, 4.1, 3.9, 4.0]), metric(&[4.0, 4.1, 3.9, 4.0])],
+            vec![metric(&[1.0, 1.1, 0.9, 1.0]), metric(&[3.0, 3.1, 2.9, 3.0])],
+            vec![metric(&[0.1, 0.2, 0.1, 0.1]), metric(&[9.0, 9.1, 8.9, 9.0])],
+        ];
+        assert_eq!(chosen(&path, true), 1);
+        assert_eq!(chosen(&path, false), 1);
+    }
+
+    #[test]
+    fn errors_of_the_choice_are_those_of_models_that_did_not_see_the_run() {
+        // The second model is better in all runs but the last.
+        let path =
+            [vec![metric(&[4.0, 4.2, 3.8, 4.1, 3.9])], vec![metric(&[1.0, 1.1, 0.9, 1.0, 8.0])]];
+        let standings: Vec<Standing<'_>> = path
+            .iter()
+            .enumerate()
+            .map(|(numbers, metrics)| Standing { numbers, metrics })
+            .collect();
+        let errors = &nested(&standings, true)[0].errors;
+        let last = errors.runs.iter().find(|run| run.0 == 4).map(|run| run.1);
+        assert_eq!(
+            (errors.runs.len(), last),
+            (5, Some(8.0)),
+            "chosen without the run that it fails in"
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn never_worse_than_a_simpler_one(
+            squares in prop::collection::vec(prop::collection::vec(0.01_f64..10.0, 12), 1..7),
+            is_noise: bool,
+        ) {
+            let path: Vec<Vec<Metric>> = squares
+                .iter()
+                .map(|all| vec![metric(&all[..6]), metric(&all[6..])])
+                .collect();
+            let found = chosen(&path, is_noise);
+            for simple in 0..found {
+                let of = |index: usize| Standing { numbers: index, metrics: &path[index] };
+                prop_assert!(!is_worse(&of(found), &of(simple)));
+            }
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! Errors on whole runs that took no part in the fit.
+
+use super::Errors;
+use crate::linear::Normal;
+use crate::model::{Shape, exposure};
+use crate::noise::{NoiseModel, Whitener};
+use crate::problem::{Added, Aggregate, Moves, Path};
+use crate::select::{Data, Fold, combine, folds};
+
+/// Columns of the terms and the residual, whitened, as normal equations of stretches that the same folds use.
+struct White {
+    stretches: Vec<(Vec<bool>, Normal)>,
+    width: usize,
+}
+
+impl White {
+    /// `train` says of each fold which observations it uses.
+    fn new(
+        data: Data<'_>,
+        columns: &[Vec<f64>],
+        noise: &NoiseModel,
+        left_out: &[bool],
+        train: &[Vec<bool>],
+    ) -> Self {
+        let whitener = Whitener::new(data.layout, noise, left_out);
+        let residual = whitener.apply(&data.block.residual);
+        let columns = whitener.apply_all(columns);
+        let uses = |i: usize| -> Vec<bool> { train.iter().map(|train| train[i]).collect() };
+        let mut stretches: Vec<(Vec<bool>, Normal)> = Vec::new();
+        let mut start = 0;
+        for i in 1..=residual.len() {
+            let ends = i == residual.len() || train.iter().any(|train| train[i] != train[i - 1]);
+            if !ends {
+                continue;
+            }
+            let mine = uses(start);
+            let at = stretches.iter().position(|(uses, _)| *uses == mine).unwrap_or_else(|| {
+                stretches.push((mine, Normal::new(columns.len())));
+                stretches.len() - 1
+            });
+            stretches[at].1.add(&columns, &residual, start..i);
+            start = i;
+        }
+        Self { stretches, width: columns.len() }
+    }
+
+    /// Coefficients from the observations that fold `number` uses.
+    fn train(&self, number: usize) -> Vec<f64> {
+        let mut all = Normal::new(self.width);
+        for (_, normal) in self.stretches.iter().filter(|(uses, _)| uses[number]) {
+            all.join(normal);
+        }
+        all.solve()
+    }
+}
+
+/// How runs are held out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Holding {
+    /// Every so many runs together.
+    Spread,
+    /// Runs that follow one another together, since what is slow goes on from one to the next.
+    Together,
+}
+
+/// Stretches that count as one where runs are held out together.
+const STRETCHES: usize = 15;
+
+impl Holding {
+    /// The folds of observations in these runs, and what counts as one of each observation.
+    fn folds(self, run: &[usize]) -> (Vec<Fold>, Vec<usize>) {
+        if self == Self::Spread {
+            return (folds(run), run.to_vec());
+        }
+        let one = vec![0; run.len()];
+        (folds(&one), (0..run.len()).map(|i| i * STRETCHES / run.len()).collect())
+    }
+}
+
+impl Data<'_> {
+    /// Squares of what is new in held-out observations, with `terms`: the loss under the noise.
+    pub(crate) fn innovations_held_out(
+        &self,
+        terms: &[Shape],
+        noise: &NoiseModel,
+        left_out: &[bool],
+    ) -> Errors {
+        let columns = self.all_columns(terms);
+        let folds = folds(&self.layout.run);
+        let train: Vec<Vec<bool>> = folds.iter().map(|fold| fold.train.clone()).collect();
+        let white = White::new(*self, &columns, noise, left_out, &train);
+        let whitener = Whitener::new(self.layout, noise, left_out);
+        let columns = whitener.apply_all(&columns);
+        let target = whitener.apply(&self.block.residual);
+        let run = &self.layout.run;
+        let alone = run.iter().all(|other| *other == run[0]);
+        let mut errors = Errors { folds: folds.len(), ..Errors::default() };
+        for (number, fold) in folds.iter().enumerate() {
+            let fitted = combine(&columns, &white.train(number));
+            for i in (0..run.len()).filter(|&i| fold.test[i] && target[i] != 0.0) {
+                let error = target[i] - fitted.get(i).copied().unwrap_or(0.0);
+                errors.add(if alone { number } else { run[i] }, error.powi(2), number);
+            }
+        }
+        errors
+    }
+
+    /// Errors of `terms` over held-out observations.
+    pub(crate) fn held_out(
+        &self,
+        terms: &[Shape],
+        noise: &NoiseModel,
+        left_out: &[bool],
+        holding: Holding,
+    ) -> Errors {
+        let columns = self.all_columns(terms);
+        let (folds, clusters) = holding.folds(&self.layout.run);
+        let train: Vec<Vec<bool>> = folds.iter().map(|fold| fold.train.clone()).collect();
+        let white = White::new(*self, &columns, noise, left_out, &train);
+        let mut errors = Errors { folds: folds.len(), ..Errors::default() };
+        let run = &self.layout.run;
+        let alone = clusters.iter().all(|other| *other == clusters[0]);
+        for (number, fold) in folds.iter().enumerate() {
+            // Of one run alone, each fold stands for itself.
+            let of = |i: usize| if alone { number } else { clusters[i] };
+            let coefficients = white.train(number);
+            let fitted = combine(&columns, &coefficients);
+            let error = |i: usize| self.block.residual[i] - fitted.get(i).copied().unwrap_or(0.0);
+            let mut start = None;
+            for i in 0..run.len() {
+                if !fold.test[i] {
+                    start = None;
+                    continue;
+                }
+                if self.block.aggregate == Aggregate::Row {
+                    errors.add(of(i), error(i).powi(2), number);
+                } else {
+                    // A level counts from where its stretch begins.
+                    let key =
+                        (run[i], self.block.pose.as_ref().map(|pose| pose.component[i] as usize));
+                    if key.1.is_some_and(|component| component > 0) {
+                        // Of one run alone, the heading.
+                        continue;
+                    }
+                    match start {
+                        Some((from, first)) if from == key => {
+                            let first: f64 = first;
+                            errors.add(of(i), (error(i) - first).powi(2), number);
+                        }
+                        _ => start = Some((key, error(i))),
+                    }
+                }
+            }
+        }
+        errors
+    }
+}
+
+/// Final position errors (m) and heading errors (rad) of dead reckoning over held-out runs; `None` where there is one
+/// run only. `blocks` are the heading's and the distance's.
+pub(crate) fn path_errors(
+    path: &Path,
+    blocks: &[(Data<'_>, Vec<Shape>, &NoiseModel, &[bool])],
+) -> Option<(Errors, Errors)> {
+    if path.runs.len() < 2 {
+        return None;
+    }
+    let (mut positions, mut headings) = (Errors::default(), Errors::default());
+    let first = blocks.first()?;
+    let of_row: Vec<usize> = first.0.channels.run.clone();
+    let row_folds = folds(&of_row);
+    let n = of_row.len();
+    let white: Vec<White> = blocks
+        .iter()
+        .map(|(data, terms, noise, left_out)| {
+            let train: Vec<Vec<bool>> = row_folds
+                .iter()
+                .map(|fold| data.block.rows.iter().map(|&row| fold.train[row]).collect())
+                .collect();
+            White::new(*data, &data.all_columns(terms), noise, left_out, &train)
+        })
+        .collect();
+    for (number, fold) in row_folds.iter().enumerate() {
+        let mut added = Added::nothing(n);
+        for ((data, terms, _, _), white) in blocks.iter().zip(&white) {
+            let coefficients = white.train(number);
+            add_driven(*data, terms, &coefficients, &mut added);
+        }
+        for (index, rows) in path.runs.iter().enumerate() {
+            if fold.test[rows.clone()].iter().all(|test| *test)
+                && let Some(error) = path.error(index, &added)
+            {
+                positions.add(index, error.position.powi(2), number);
+                headings.add(index, error.heading.powi(2), number);
+            }
+        }
+    }
+    positions.folds = row_folds.len();
+    headings.folds = row_folds.len();
+    Some((positions, headings))
+}
+
+/// Adds what `terms` say of each row.
+pub(crate) fn add_driven(data: Data<'_>, terms: &[Shape], coefficients: &[f64], added: &mut Added) {
+    let mut at = 0;
+    for term in terms {
+        let to = added.of(Moves::of(term.acts));
+        let Some(exposed) = exposure(data.block, term.acts) else { continue };
+        if data.columns(term).is_empty() {
+            continue;
+        }
+        for column in term.per_row(data.channels).unwrap_or_default() {
+            let coefficient = coefficients.get(at).copied().unwrap_or(0.0);
+            at += 1;
+            for ((total, value), per) in to.iter_mut().zip(&column).zip(&exposed.per_row) {
+                *total += coefficient * value * per;
+            }
+        }
+    }
+}

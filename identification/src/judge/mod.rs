@@ -1,0 +1,96 @@
+//! How well a model predicts runs that took no part in its fit, in the quantities that its user has: the position and
+//! the heading at the end of a path, the rate of each axis.
+
+mod alike;
+mod choice;
+mod errors;
+mod held_out;
+
+use crate::finding::HeldOut;
+use crate::model::Shape;
+use crate::noise::NoiseModel;
+use crate::problem::{Aggregate, DisplayUnit, Path};
+use crate::select::Data;
+pub(crate) use alike::{Beside, Goes, goes_with};
+pub(crate) use choice::{Standing, best, choose, margin, nested};
+pub(crate) use errors::Errors;
+use held_out::path_errors;
+pub(crate) use held_out::{Holding, add_driven};
+
+/// Held-out errors of one quantity.
+#[derive(Debug, Clone)]
+pub struct Metric {
+    /// Which quantity.
+    pub name: String,
+    /// Its unit.
+    pub unit: DisplayUnit,
+    /// The errors, SI.
+    pub errors: Errors,
+}
+
+/// Judges models of one block.
+#[derive(Clone, Copy)]
+pub struct Judge<'a> {
+    /// The readings as they are.
+    pub data: Data<'a>,
+    /// The path, where one was driven.
+    pub path: Option<&'a Path>,
+    /// How runs are held out.
+    pub holding: Holding,
+}
+
+impl Judge<'_> {
+    /// Errors of `terms` in each metric of the block, on runs that took no part.
+    pub fn judge(&self, terms: &[Shape], noise: &NoiseModel, left_out: &[bool]) -> Vec<Metric> {
+        let block = self.data.block;
+        if block.aggregate == Aggregate::Pose
+            && let Some(path) = self.path
+            && let Some((positions, headings)) =
+                path_errors(path, &[(self.data, terms.to_vec(), noise, left_out)])
+        {
+            return vec![
+                Metric {
+                    name: "final_position".to_owned(),
+                    unit: DisplayUnit::new("m", 1.0),
+                    errors: positions,
+                },
+                Metric {
+                    name: "final_heading".to_owned(),
+                    unit: DisplayUnit::new("deg", crate::dataset::Unit::Degree.si()),
+                    errors: headings,
+                },
+            ];
+        }
+        vec![Metric {
+            name: block.label.clone(),
+            unit: block.unit.clone(),
+            errors: self.data.held_out(terms, noise, left_out, self.holding),
+        }]
+    }
+
+    /// The error from one reading to the next: what says most where what is left is noise.
+    pub fn innovation(&self, terms: &[Shape], noise: &NoiseModel, left_out: &[bool]) -> Metric {
+        Metric {
+            name: "innovation".to_owned(),
+            unit: DisplayUnit::new("1", 1.0),
+            errors: self.data.innovations_held_out(terms, noise, left_out),
+        }
+    }
+}
+
+impl Metric {
+    /// As the contract writes it: this the error after, `before` the one before. `quantity` is named where there are
+    /// several.
+    pub fn held_out(&self, before: &Self, is_one_of_several: bool, seed: u64) -> HeldOut {
+        let si = self.unit.si;
+        HeldOut {
+            metric: "rmse".to_owned(),
+            quantity: is_one_of_several.then(|| self.name.clone()),
+            unit: self.unit.text.clone(),
+            before: before.errors.rmse() / si,
+            after: self.errors.rmse() / si,
+            ci95: self.errors.interval(seed).map(|value| value / si),
+            folds: self.errors.folds,
+        }
+    }
+}

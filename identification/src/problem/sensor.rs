@@ -1,0 +1,101 @@
+//! Any sensor against the quantity that it measures.
+
+use super::channels::Channels;
+use super::gyro::{GYRO_CONSTANTS, missing};
+use super::series::bridged;
+use super::{Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
+use crate::dataset::{Column, Dataset, Dimension, Role};
+use crate::identify::IdentifyError;
+use crate::model::Acts;
+
+pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Problem, IdentifyError> {
+    let measured = dataset.column(Role::Measured).ok_or_else(|| missing("measured"))?;
+    let reference = dataset.column(Role::Reference).ok_or_else(|| missing("reference"))?;
+    if measured.unit.dimension() != reference.unit.dimension() {
+        return Err(IdentifyError::Data(format!(
+            "`{}` is in {} and its reference `{}` in {}: expected the same quantity",
+            measured.name, measured.unit, reference.name, reference.unit
+        )));
+    }
+    let turns = reference.unit.dimension() == Dimension::Angle;
+    let values: Vec<f64> = measured.si().collect();
+    let mut truth: Vec<f64> = reference.si().collect();
+    if turns {
+        unwrap(&mut truth, &channels);
+    }
+    channels.rotation = bridged(&channels, &truth, &values);
+    channels.rotation_name.clone_from(&reference.name);
+    channels.rotation_unit = reference.unit;
+    let error = |row: usize| {
+        let error = values[row] - truth[row];
+        if turns { wrap(error) } else { error }
+    };
+    let rows: Vec<usize> = (0..values.len()).filter(|&row| error(row).is_finite()).collect();
+    if rows.len() < 8 {
+        return Err(missing("reference in enough rows"));
+    }
+    let moves = spread(&channels.rotation) > 0.0;
+    let unit = unit_of(measured);
+    let one = DisplayUnit::new("1", 1.0);
+    let mut exposures =
+        vec![Exposure { acts: Acts::Bias, per_row: vec![1.0; values.len()], unit: unit.clone() }];
+    if moves {
+        let per_row = channels.rotation.clone();
+        exposures.push(Exposure { acts: Acts::Scale, per_row, unit: one });
+    }
+    let block = Block {
+        label: measured.name.clone(),
+        axis: measured.axis,
+        apart: None,
+        aggregate: Aggregate::Row,
+        residual: rows.iter().map(|&row| error(row)).collect(),
+        raw: rows.iter().map(|&row| measured.values[row]).collect(),
+        raw_si: measured.unit.si(),
+        rows,
+        spread: Vec::new(),
+        exposures,
+        // An angle that turns on and on has no error that grows with it.
+        constants: GYRO_CONSTANTS[..if moves && !turns { 2 } else { 1 }].to_vec(),
+        unit,
+        activity: None,
+        pose: None,
+        closing: None,
+        own: None,
+    };
+    Ok(Problem {
+        kind: dataset.kind,
+        channels,
+        blocks: vec![block],
+        path: None,
+        counts_per_unit: None,
+        closing_lever_m: None,
+        notices: Vec::new(),
+    })
+}
+
+/// Errors are differences.
+fn unit_of(measured: &Column) -> DisplayUnit {
+    DisplayUnit::new(measured.unit.difference_text(), measured.unit.si())
+}
+
+fn spread(values: &[f64]) -> f64 {
+    let (low, high) =
+        values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    high - low
+}
+
+/// An angle that goes on beyond a turn, run by run.
+fn unwrap(values: &mut [f64], channels: &Channels) {
+    let mut last: Option<(usize, f64)> = None;
+    for (value, &run) in values.iter_mut().zip(&channels.run) {
+        if !value.is_finite() {
+            continue;
+        }
+        if let Some((of, before)) = last
+            && of == run
+        {
+            *value = before + wrap(*value - before);
+        }
+        last = Some((run, *value));
+    }
+}

@@ -1,0 +1,363 @@
+//! Samples of a gyro against a rate or a heading.
+
+use super::channels::Channels;
+use super::gyro::{GYRO_CONSTANTS, angle_unit, missing, rate_unit};
+use super::{Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
+use crate::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
+use crate::identify::IdentifyError;
+use crate::model::Acts;
+use std::rc::Rc;
+
+/// The rate of a gyro at every row, in rad/s or counts, missing values left.
+struct Rate<'a> {
+    column: &'a Column,
+    values: Vec<f64>,
+    /// Is a value the mean since the row before?
+    is_mean: bool,
+}
+
+fn rates<'a>(dataset: &'a Dataset, channels: &Channels) -> Vec<Rate<'a>> {
+    let steps = steps(channels);
+    let mut found = Vec::new();
+    for column in &dataset.columns {
+        match column.role {
+            Role::GyroRate | Role::GyroCounts => {
+                found.push(Rate { column, values: column.si().collect(), is_mean: false });
+            }
+            Role::GyroAngleIncrement => {
+                let values = column.si().zip(&steps).map(|(angle, dt)| angle / dt).collect();
+                found.push(Rate { column, values, is_mean: true });
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Time since the row before; the typical one at the start of a stretch.
+fn steps(channels: &Channels) -> Vec<f64> {
+    let typical = channels.interval();
+    let mut found = vec![typical; channels.time.len()];
+    for range in &channels.segments {
+        for row in range.start + 1..range.end {
+            found[row] = channels.time[row] - channels.time[row - 1];
+        }
+    }
+    found
+}
+
+pub(super) fn series(
+    dataset: &Dataset,
+    mut channels: Channels,
+    counts: Option<f64>,
+) -> Result<Problem, IdentifyError> {
+    let rates = rates(dataset, &channels);
+    if rates.is_empty() {
+        return Err(missing("gyro"));
+    }
+    let mut counts = counts;
+    let mut notices = Vec::new();
+    let mut blocks = Vec::new();
+    let mut references: Vec<Option<&Column>> = Vec::new();
+    for rate in &rates {
+        let mine = |column: &&Column| {
+            column.axis.is_none() || rate.column.axis.is_none() || column.axis == rate.column.axis
+        };
+        let reference_rate = dataset.columns_of(Role::ReferenceRate).find(mine);
+        let reference_heading = dataset.columns_of(Role::ReferenceHeading).find(mine);
+        let block = match (reference_rate, reference_heading) {
+            (Some(reference), _) => against_rate(rate, reference, &mut channels, &mut counts),
+            (None, Some(reference)) => against_heading(rate, reference, &mut channels, &mut counts),
+            (None, None) => {
+                notices.push(format!("`{}` has no reference and is left out", rate.column.name));
+                continue;
+            }
+        };
+        blocks.push(block);
+        references.push(reference_rate);
+    }
+    if blocks.is_empty() {
+        return Err(missing("reference"));
+    }
+    // A rotation about another axis may be what is measured.
+    let turns_about: Vec<&Column> =
+        dataset.columns_of(Role::ReferenceRate).filter(|column| column.axis.is_some()).collect();
+    let mut measured_apart = true;
+    for rate in &rates {
+        measured_apart &= turns_about.iter().any(|column| column.axis == rate.column.axis);
+    }
+    for reference in &turns_about {
+        if rates.iter().any(|rate| rate.column.axis.is_some() && rate.column.axis != reference.axis)
+        {
+            let values: Vec<f64> = reference.si().collect();
+            channels.add(&reference.name, Role::ReferenceRate, reference.unit, values);
+        }
+    }
+    // Another axis of the gyro, or another gyro, may leak in: each is a channel for the others, where no reference
+    // says better how that axis turned.
+    if rates.len() > 1 && !measured_apart {
+        for rate in &rates {
+            let name = rate.column.name.clone();
+            channels.add(&name, rate.column.role, rate.column.unit, rate.values.clone());
+        }
+    }
+    each_its_own_rotation(&mut blocks, &references, &channels);
+    Ok(Problem {
+        kind: Kind::Series,
+        channels,
+        blocks,
+        path: None,
+        counts_per_unit: counts,
+        closing_lever_m: None,
+        notices,
+    })
+}
+
+/// Where each axis has a reference of its own, the rotation that its effects see is that one.
+fn each_its_own_rotation(
+    blocks: &mut [Block],
+    references: &[Option<&Column>],
+    channels: &Channels,
+) {
+    for (block, reference) in blocks.iter_mut().zip(references) {
+        let Some(reference) = reference else { continue };
+        let several = references.iter().flatten().any(|other| other.name != reference.name);
+        if !several {
+            continue;
+        }
+        let mut own = channels.clone();
+        own.channels.retain(|channel| channel.name != reference.name);
+        own.rotation_name.clone_from(&reference.name);
+        own.rotation_unit = reference.unit;
+        if let Some(exposure) = block.exposure(Acts::Scale) {
+            own.rotation.clone_from(&exposure.per_row);
+        }
+        block.own = Some(Rc::new(own));
+    }
+}
+
+/// Counts per unit of rotation, from the data: a line through the medians would do, least squares does better.
+fn counts_per_unit(counts: &[f64], reference: &[f64]) -> f64 {
+    let both: Vec<(f64, f64)> = counts
+        .iter()
+        .zip(reference)
+        .filter(|(c, r)| c.is_finite() && r.is_finite())
+        .map(|(c, r)| (*c, *r))
+        .collect();
+    let n = both.len() as f64;
+    let (mc, mr) =
+        both.iter().fold((0.0, 0.0), |(c, r), (count, rate)| (c + count / n, r + rate / n));
+    let (mut cr, mut rr) = (0.0, 0.0);
+    for (count, rate) in &both {
+        cr += (count - mc) * (rate - mr);
+        rr += (rate - mr) * (rate - mr);
+    }
+    if rr > 0.0 && cr != 0.0 { cr / rr } else { 1.0 }
+}
+
+fn against_rate(
+    rate: &Rate<'_>,
+    reference: &Column,
+    channels: &mut Channels,
+    counts: &mut Option<f64>,
+) -> Block {
+    let measured_reference: Vec<f64> = reference.si().collect();
+    let is_counts = rate.column.unit.dimension() == Dimension::Count;
+    let factor = if is_counts {
+        *counts.get_or_insert_with(|| counts_per_unit(&rate.values, &measured_reference))
+    } else {
+        1.0
+    };
+    let measured: Vec<f64> = rate.values.iter().map(|value| value / factor).collect();
+    let rotation = bridged(channels, &measured_reference, &measured);
+    if channels.rotation.is_empty() {
+        channels.rotation.clone_from(&rotation);
+        channels.rotation_name.clone_from(&reference.name);
+        channels.rotation_unit = reference.unit;
+    }
+    let rows: Vec<usize> = (0..measured.len())
+        .filter(|&row| (measured[row] - measured_reference[row]).is_finite())
+        .collect();
+    let unit = if is_counts { rate_unit(reference.unit) } else { rate_unit(rate.column.unit) };
+    let at_rest = measured_reference.iter().all(|value| !(value.abs() > 0.0));
+    let constants = if at_rest { GYRO_CONSTANTS[..1].to_vec() } else { GYRO_CONSTANTS.to_vec() };
+    let mut exposures =
+        vec![Exposure { acts: Acts::Bias, per_row: vec![1.0; measured.len()], unit: unit.clone() }];
+    if !at_rest {
+        exposures.push(Exposure {
+            acts: Acts::Scale,
+            per_row: rotation,
+            unit: DisplayUnit::new("1", 1.0),
+        });
+    }
+    Block {
+        label: rate.column.name.clone(),
+        axis: rate.column.axis,
+        apart: None,
+        aggregate: Aggregate::Row,
+        residual: rows.iter().map(|&row| measured[row] - measured_reference[row]).collect(),
+        raw: rows.iter().map(|&row| rate.column.values[row]).collect(),
+        raw_si: rate.column.unit.si() / factor,
+        rows,
+        spread: Vec::new(),
+        exposures,
+        constants,
+        unit,
+        activity: None,
+        pose: None,
+        closing: None,
+        own: None,
+    }
+}
+
+/// The rotation, or whatever is measured, at every row: the reference where it is dense, else the gyro's own, corrected to it.
+pub(super) fn bridged(channels: &Channels, reference: &[f64], measured: &[f64]) -> Vec<f64> {
+    let present = reference.iter().filter(|value| value.is_finite()).count();
+    if 2 * present > reference.len() {
+        channels.by_segment(reference, |times, values| {
+            let (t, v): (Vec<f64>, Vec<f64>) =
+                times.iter().zip(values).filter(|(_, v)| v.is_finite()).unzip();
+            times.iter().map(|&time| crate::signal::interpolate(&t, &v, time)).collect()
+        })
+    } else {
+        measured.iter().map(|value| if value.is_finite() { *value } else { 0.0 }).collect()
+    }
+}
+
+fn against_heading(
+    rate: &Rate<'_>,
+    reference: &Column,
+    channels: &mut Channels,
+    counts: &mut Option<f64>,
+) -> Block {
+    let headings: Vec<f64> = reference.si().collect();
+    let steps = steps(channels);
+    let is_counts = rate.column.unit.dimension() == Dimension::Count;
+    let factor = if is_counts {
+        *counts.get_or_insert_with(|| counts_from_heading(rate, &headings, &steps, channels))
+    } else {
+        1.0
+    };
+    let known = |row: usize| rate.values[row].is_finite();
+    let mut nominal = vec![0.0; headings.len()];
+    let mut time_step = vec![0.0; headings.len()];
+    for range in channels.segments.clone() {
+        for row in range.start + 1..range.end {
+            let now = if known(row) { rate.values[row] } else { 0.0 };
+            let before = if known(row - 1) { rate.values[row - 1] } else { now };
+            let mean = if rate.is_mean { now } else { (now + before) / 2.0 };
+            nominal[row] = mean / factor * steps[row];
+            time_step[row] = steps[row];
+        }
+    }
+    if channels.rotation.is_empty() {
+        channels.rotation =
+            rate.values.iter().map(|v| if v.is_finite() { v / factor } else { 0.0 }).collect();
+        channels.rotation_unit = if rate.column.unit.dimension() == Dimension::AngularRate {
+            rate.column.unit
+        } else {
+            Unit::DegreePerSecond
+        };
+    }
+    // The true angle of each row is not known between references; the nominal one is close enough for a
+    // correction of a few per cent of it.
+    let mut measured = 0.0;
+    let mut rows = Vec::new();
+    let mut residual = Vec::new();
+    let mut last: Option<f64> = None;
+    for row in 0..headings.len() {
+        if row > 0 && channels.run[row] != channels.run[row - 1] {
+            measured = 0.0;
+            last = None;
+        }
+        measured += nominal[row];
+        if headings[row].is_finite() {
+            let difference = measured - headings[row];
+            let unwrapped =
+                last.map_or_else(|| wrap(difference), |last| last + wrap(difference - last));
+            last = Some(unwrapped);
+            rows.push(row);
+            residual.push(unwrapped);
+        }
+    }
+    if channels.of(Role::Heading).is_none() {
+        let dense = heading_between(channels, &headings, &nominal);
+        channels.add(&reference.name, Role::Heading, reference.unit, dense);
+    }
+    let unit = if is_counts { rate_unit(reference.unit) } else { rate_unit(rate.column.unit) };
+    Block {
+        label: rate.column.name.clone(),
+        axis: rate.column.axis,
+        apart: None,
+        aggregate: Aggregate::Level,
+        raw: rows.iter().map(|&row| rate.column.values[row]).collect(),
+        raw_si: rate.column.unit.si() / factor,
+        rows,
+        residual,
+        spread: Vec::new(),
+        exposures: vec![
+            Exposure { acts: Acts::Bias, per_row: time_step.clone(), unit },
+            Exposure { acts: Acts::Scale, per_row: nominal, unit: DisplayUnit::new("1", 1.0) },
+        ],
+        constants: GYRO_CONSTANTS.to_vec(),
+        unit: angle_unit(reference.unit),
+        activity: Some(time_step),
+        pose: None,
+        closing: None,
+        own: None,
+    }
+}
+
+/// A gyro that rode along with a robot whose heading was measured.
+pub(super) fn beside_odometry(dataset: &Dataset, channels: &mut Channels) -> Vec<Block> {
+    let Some(reference) = dataset.column(Role::ReferenceHeading) else {
+        return Vec::new();
+    };
+    let rates = rates(dataset, channels);
+    let mut counts = None;
+    rates.iter().map(|rate| against_heading(rate, reference, channels, &mut counts)).collect()
+}
+
+/// Heading at every row: references, and the gyro between them.
+fn heading_between(channels: &Channels, headings: &[f64], nominal: &[f64]) -> Vec<f64> {
+    let mut dense = Vec::with_capacity(headings.len());
+    let mut now = 0.0;
+    for row in 0..headings.len() {
+        let starts = channels.segments.iter().any(|range| range.start == row);
+        now = if headings[row].is_finite() {
+            headings[row]
+        } else if starts {
+            0.0
+        } else {
+            now + nominal[row]
+        };
+        dense.push(now);
+    }
+    dense
+}
+
+/// Counts per rad/s where only headings are there: turned counts against turned headings, from one reference
+/// to the next.
+fn counts_from_heading(
+    rate: &Rate<'_>,
+    headings: &[f64],
+    steps: &[f64],
+    channels: &Channels,
+) -> f64 {
+    let (mut turned, mut referenced) = (Vec::new(), Vec::new());
+    let (mut sum, mut last) = (0.0, None::<f64>);
+    for row in 0..headings.len() {
+        if row > 0 && channels.run[row] != channels.run[row - 1] {
+            (sum, last) = (0.0, None);
+        }
+        sum += if rate.values[row].is_finite() { rate.values[row] * steps[row] } else { 0.0 };
+        if headings[row].is_finite() {
+            if let Some(last) = last {
+                turned.push(sum);
+                referenced.push(wrap(headings[row] - last));
+            }
+            (sum, last) = (0.0, Some(headings[row]));
+        }
+    }
+    counts_per_unit(&turned, &referenced)
+}

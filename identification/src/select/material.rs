@@ -1,0 +1,347 @@
+//! Causes that matter to the user, where what is left is no noise and probabilities mean nothing: constants before
+//! functions, functions before shapes, each judged by what it brings on runs that took no part.
+
+use super::block::{Asked, Step};
+use super::data::{Data, combine};
+use super::state::State;
+use crate::candidates::{Candidate, all};
+use crate::judge::{Judge, Metric, margin};
+use crate::linear::{Basis, dot, solve};
+use crate::model::{Form, Shape, is_physical};
+use crate::noise::{NoiseModel, Whitener};
+use crate::robust::root_mean_square;
+
+/// Observations on which candidates are compared, at most.
+const SAMPLE: usize = 6000;
+/// Candidates of a class that are judged on runs that took no part.
+const JUDGED: usize = 5;
+/// A candidate that explains less of what is left is not judged.
+const SHARE_MIN: f64 = 0.002;
+/// Estimates that are so strongly correlated balance one another: one of them is enough.
+const CORRELATION_MAX: f64 = 0.98;
+/// A reading this many times the root mean square off has no say.
+const GROSS: f64 = 6.0;
+/// By so much the logarithm of an error falls where a model is clearly better.
+const BETTER: f64 = 0.05;
+/// Rounds in which the numbers of a term are brought to their best.
+const SWEEPS: usize = 4;
+/// Looks for causes by what they bring to the user.
+pub(super) struct Material<'a> {
+    data: Data<'a>,
+    judge: &'a Judge<'a>,
+    candidates: Vec<Candidate>,
+}
+
+/// How many classes there are.
+const CLASSES: usize = 3;
+
+/// What the user would do first goes first.
+fn class(shape: &Shape) -> usize {
+    let is_alignment = matches!(shape.form, Form::Delay) || shape.acts == crate::model::Acts::Axis;
+    if shape.drivers.is_empty() || is_alignment {
+        0
+    } else if shape.known {
+        1
+    } else {
+        2
+    }
+}
+
+impl<'a> Material<'a> {
+    /// Of the candidates that `data` could show.
+    pub fn new(data: Data<'a>, judge: &'a Judge<'a>) -> Self {
+        let candidates = all(data.block, data.channels)
+            .into_iter()
+            .filter(|candidate| candidate.shape.form != Form::Step)
+            .collect();
+        Self { data, judge, candidates }
+    }
+
+    /// Models from `state` on, one term at a time.
+    pub fn path<'s>(&self, state: &State<'s>, asked: Asked<'_>) -> Vec<Step<'s>> {
+        let mut path = vec![Step::new(self.fitted(state.clone()), self.judge)];
+        self.extend(&mut path, self.judge, asked);
+        path
+    }
+
+    /// The last model of `path` again, with a say for the readings that counted as outliers of its noise, where that
+    /// predicts better.
+    pub fn look_again<'s>(&self, path: &mut Vec<Step<'s>>, judge: &Judge<'_>) {
+        let Some(last) = path.last() else { return };
+        let again = Step::new(self.fitted(last.state.clone()), judge);
+        if fall(&last.metrics, &again.metrics) > BETTER {
+            path.push(again);
+        }
+    }
+
+    /// Goes on from the last model of `path`, one term at a time.
+    pub fn extend<'s>(&self, path: &mut Vec<Step<'s>>, judge: &Judge<'_>, asked: Asked<'_>) {
+        let Some(last) = path.last() else { return };
+        let Step { state: mut now, mut metrics } =
+            Step::new(self.fitted(last.state.clone()), self.judge);
+        while now.terms.len() < now.base + asked.effects_max {
+            let Some((next, judged)) = self.step(&now, &metrics) else { break };
+            (now, metrics) = (next, judged);
+            path.push(Step::new(now.clone(), judge));
+        }
+    }
+
+    /// With the noise that weighs all rows alike; of levels, the noise stays.
+    pub fn fitted<'s>(&self, mut state: State<'s>) -> State<'s> {
+        if self.data.layout.is_level() {
+            state.left_out = Vec::new();
+            // Errors of levels that are alike, and a walk that brings as much over a step.
+            state.noise = NoiseModel {
+                walk: self.data.layout.mean_activity().max(f64::MIN_POSITIVE).recip(),
+                ..NoiseModel::white(self.data.layout.runs())
+            };
+            return state;
+        }
+        state.noise = NoiseModel::white(self.data.layout.runs());
+        let columns = self.data.all_columns(&state.terms);
+        let residual = &self.data.block.residual;
+        let mut left_out = vec![false; residual.len()];
+        for _ in 0..2 {
+            let whitener = Whitener::new(self.data.layout, &state.noise, &left_out);
+            let fit = solve(&whitener.apply_all(&columns), &whitener.apply(residual));
+            let fitted = combine(&columns, &fit.coefficients);
+            let error = |i: usize| residual[i] - fitted.get(i).copied().unwrap_or(0.0);
+            let errors: Vec<f64> =
+                (0..residual.len()).filter(|&i| !left_out[i]).map(error).collect();
+            let limit = GROSS * root_mean_square(&errors);
+            left_out = (0..residual.len()).map(|i| error(i).abs() > limit).collect();
+        }
+        state.left_out = left_out;
+        state
+    }
+
+    /// The model with the term that brings most, of the first class that has one that matters.
+    fn step<'s>(&self, state: &State<'s>, before: &[Metric]) -> Option<(State<'s>, Vec<Metric>)> {
+        let scored = self.scored(state);
+        (0..CLASSES).find_map(|class| {
+            let mut best: Option<(f64, (State<'s>, Vec<Metric>))> = None;
+            for (next, after) in self.judged(state, &scored, class) {
+                let fall = fall(before, &after);
+                if matters(before, &after) && best.as_ref().is_none_or(|(most, _)| fall > *most) {
+                    best = Some((fall, (next, after)));
+                }
+            }
+            best.map(|(_, found)| found)
+        })
+    }
+
+    /// The strongest candidates of each class beside `state`, judged.
+    pub fn contenders<'s>(&self, state: &State<'s>) -> Vec<(State<'s>, Vec<Metric>)> {
+        let scored = self.scored(state);
+        (0..CLASSES).flat_map(|class| self.judged(state, &scored, class)).collect()
+    }
+
+    /// Candidates by how much of what `state` leaves they explain, the most first. Constants are always among them: a
+    /// small share of what is left from row to row can be much at the end of a path.
+    fn scored(&self, state: &State<'_>) -> Vec<Candidate> {
+        let sample = Sample::new(self.data, state);
+        let mut scored: Vec<(f64, &Candidate)> = self
+            .candidates
+            .iter()
+            .filter(|candidate| !state.terms.contains(&candidate.shape))
+            .map(|candidate| (sample.share(&candidate.shape), candidate))
+            .filter(|(share, candidate)| *share > SHARE_MIN || candidate.shape.drivers.is_empty())
+            .collect();
+        scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let refined = |candidate: &Candidate| Candidate {
+            shape: sample.refined(&candidate.shape),
+            family: candidate.family,
+        };
+        let mut labels: Vec<(String, usize)> = Vec::new();
+        let mut found = Vec::new();
+        for (_, candidate) in scored {
+            let (label, class) = (candidate.shape.label(), class(&candidate.shape));
+            let known = labels.iter().any(|(known, _)| *known == label);
+            if known || labels.iter().filter(|(_, its)| *its == class).count() == JUDGED {
+                continue;
+            }
+            labels.push((label, class));
+            found.push(refined(candidate));
+        }
+        found
+    }
+
+    /// Those of a class, each beside `state`.
+    fn judged<'s>(
+        &self,
+        state: &State<'s>,
+        scored: &[Candidate],
+        of_class: usize,
+    ) -> Vec<(State<'s>, Vec<Metric>)> {
+        scored
+            .iter()
+            .filter(|candidate| class(&candidate.shape) == of_class)
+            .filter_map(|candidate| {
+                let next = self.with(state, candidate)?;
+                let judged = self.judge.judge(&next.terms, &next.noise, &next.left_out);
+                Some((next, judged))
+            })
+            .collect()
+    }
+
+    /// `state` with `candidate`, its numbers at their best; `None` where that is outside physics or balances another
+    /// term.
+    fn with<'s>(&self, state: &State<'s>, candidate: &Candidate) -> Option<State<'s>> {
+        let mut tried = state.clone();
+        tried.terms.push(candidate.shape.clone());
+        tried.families.push(candidate.family);
+        for _ in 0..SWEEPS {
+            if !settle_delays(self.data, &mut tried) {
+                break;
+            }
+        }
+        let tried = self.fitted(tried);
+        (self.is_sound(&tried)).then_some(tried)
+    }
+
+    /// Is every term within physics, and does none balance another?
+    fn is_sound(&self, state: &State<'_>) -> bool {
+        let whitener = Whitener::new(self.data.layout, &state.noise, &state.left_out);
+        let columns = whitener.apply_all(&self.data.all_columns(&state.terms));
+        let fit = solve(&columns, &whitener.apply(&self.data.block.residual));
+        let mut at = 0;
+        let mut of_term = Vec::new();
+        for (index, term) in state.terms.iter().enumerate() {
+            let width = self.data.columns(term).len();
+            of_term.extend(std::iter::repeat_n(index, width));
+            let mine = &fit.coefficients[at..at + width];
+            at += width;
+            let per_row = term.per_row(self.data.channels).unwrap_or_default();
+            if index >= state.base && !is_physical(term, &per_row, mine) {
+                return false;
+            }
+        }
+        let new = state.terms.len() - 1;
+        for i in (0..of_term.len()).filter(|&i| of_term[i] == new) {
+            for j in (0..of_term.len()).filter(|&j| of_term[j] != new) {
+                let scale = (fit.inverse[i][i] * fit.inverse[j][j]).sqrt();
+                if !(scale > 0.0) || (fit.inverse[i][j] / scale).abs() > CORRELATION_MAX {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+}
+
+/// Sum over the metrics of the logarithm by which the error falls.
+fn fall(before: &[Metric], after: &[Metric]) -> f64 {
+    before
+        .iter()
+        .zip(after)
+        .map(|(before, after)| {
+            (before.errors.rmse() / after.errors.rmse().max(f64::MIN_POSITIVE)).ln()
+        })
+        .sum()
+}
+
+/// Does the error of some metric fall by more than it is known, and in most runs, and none rise beyond its standard
+/// error?
+fn matters(before: &[Metric], after: &[Metric]) -> bool {
+    let falls = before.iter().zip(after).any(|(before, after)| {
+        let (less, _) = before.errors.beyond(&after.errors);
+        less > margin(before, after, false) && before.errors.share_above(&after.errors) > 0.5
+    });
+    let rises = before.iter().zip(after).any(|(before, after)| {
+        let (more, error) = after.errors.beyond(&before.errors);
+        more > error
+    });
+    falls && !rises
+}
+
+/// Brings the number of each delay to its coefficient; false where none moved.
+fn settle_delays(data: Data<'_>, state: &mut State<'_>) -> bool {
+    if state.terms.iter().all(|term| term.form != Form::Delay) {
+        return false;
+    }
+    let whitener = Whitener::new(data.layout, &state.noise, &state.left_out);
+    let columns = whitener.apply_all(&data.all_columns(&state.terms));
+    let fit = solve(&columns, &whitener.apply(&data.block.residual));
+    let mut at = 0;
+    let mut moved = false;
+    for term in &mut state.terms {
+        let width = data.columns(term).len();
+        if term.form == Form::Delay {
+            let name = term.fixed.first().map(|(name, _)| name.clone()).unwrap_or_default();
+            let now = term.number(&name).unwrap_or(0.0);
+            let found = fit.coefficients[at];
+            let positive = name != "time_constant" || found > now / 4.0;
+            let next = if positive { found } else { now / 4.0 };
+            if next.is_finite() && next != 0.0 && (next - now).abs() > 1e-3 * now.abs() {
+                term.set(&name, next);
+                moved = true;
+            }
+        }
+        at += width;
+    }
+    moved
+}
+
+/// A part of the observations, with the model so far taken out.
+struct Sample<'a> {
+    data: Data<'a>,
+    at: Vec<usize>,
+    whitener: Whitener,
+    basis: Basis,
+    left: Vec<f64>,
+    total: f64,
+}
+
+impl<'a> Sample<'a> {
+    fn new(data: Data<'a>, state: &State<'_>) -> Self {
+        let whitener = Whitener::new(data.layout, &state.noise, &state.left_out);
+        let n = data.block.residual.len();
+        let stride = n.div_ceil(SAMPLE).max(1);
+        let at: Vec<usize> = (0..n).step_by(stride).collect();
+        let mut found =
+            Self { data, at, whitener, basis: Basis::default(), left: Vec::new(), total: 0.0 };
+        let columns = found.picked(&data.all_columns(&state.terms));
+        found.basis.extend(columns);
+        let mut left = found.picked(std::slice::from_ref(&data.block.residual)).remove(0);
+        found.basis.project(&mut left);
+        found.basis.project(&mut left);
+        found.total = dot(&left, &left).max(f64::MIN_POSITIVE);
+        found.left = left;
+        found
+    }
+
+    fn picked(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let pick = |column: &Vec<f64>| self.at.iter().map(|&i| column[i]).collect();
+        self.whitener.apply_all(columns).iter().map(pick).collect()
+    }
+
+    /// How much of what is left `shape` explains.
+    fn share(&self, shape: &Shape) -> f64 {
+        let columns = self.data.columns(shape);
+        if columns.is_empty() {
+            return 0.0;
+        }
+        self.basis.beyond(self.picked(&columns)).explained(&self.left) / self.total
+    }
+
+    /// `shape` with its numbers where it explains most: by factors, since what is sought are orders first.
+    fn refined(&self, shape: &Shape) -> Shape {
+        let mut best = (self.share(shape), shape.clone());
+        for name in shape.nonlinear() {
+            for factor in [2.0, 1.3, 1.1] {
+                for exponent in [-1.0, 1.0] {
+                    while let Some(now) = best.1.number(name) {
+                        let mut tried = best.1.clone();
+                        tried.set(name, now * f64::powf(factor, exponent));
+                        let share = self.share(&tried);
+                        if !(share > best.0 * (1.0 + 1e-6)) {
+                            break;
+                        }
+                        best = (share, tried);
+                    }
+                }
+            }
+        }
+        best.1
+    }
+}

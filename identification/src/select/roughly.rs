@@ -1,0 +1,192 @@
+//! Values, errors and rivals where what is left is no noise: least squares, with errors that hold whatever is left as
+//! long as runs are alike (Liang and Zeger 1986), and rivals that predict as well what took no part.
+
+use super::block::{BlockFit, Found};
+use super::data::{Data, combine};
+use super::material::Material;
+use super::rivals::RivalFound;
+use super::state::State;
+use crate::judge::{Metric, margin};
+use crate::linear::{dot, solve};
+use crate::noise::Whitener;
+use crate::robust;
+use crate::significance::surprise;
+
+/// Fewer runs are cut into so many stretches.
+const CLUSTERS_MIN: usize = 6;
+const STRETCHES: usize = 12;
+
+/// Which observations go together: runs, or stretches where there are few.
+fn clusters(run: &[usize]) -> Vec<usize> {
+    let mut of: Vec<usize> = Vec::with_capacity(run.len());
+    let mut count = 0;
+    for i in 0..run.len() {
+        count += usize::from(i > 0 && run[i] != run[i - 1]);
+        of.push(count);
+    }
+    if count + 1 >= CLUSTERS_MIN {
+        return of;
+    }
+    (0..run.len()).map(|i| i * STRETCHES / run.len()).collect()
+}
+
+/// Covariance of least-squares coefficients, and from how many clusters.
+fn covariance(
+    columns: &[Vec<f64>],
+    left: &[f64],
+    inverse: &[Vec<f64>],
+    cluster: &[usize],
+) -> (Vec<Vec<f64>>, usize) {
+    let k = columns.len();
+    let mut meat = vec![vec![0.0; k]; k];
+    let (mut start, mut count) = (0, 0);
+    for i in 1..=left.len() {
+        if i < left.len() && cluster[i] == cluster[start] {
+            continue;
+        }
+        let scores: Vec<f64> =
+            columns.iter().map(|column| dot(&column[start..i], &left[start..i])).collect();
+        for a in 0..k {
+            for b in 0..k {
+                meat[a][b] += scores[a] * scores[b];
+            }
+        }
+        (start, count) = (i, count + 1);
+    }
+    let factor = count as f64 / (count as f64 - 1.0).max(1.0);
+    let times = |a: &[Vec<f64>], b: &[Vec<f64>]| -> Vec<Vec<f64>> {
+        (0..k).map(|i| (0..k).map(|j| (0..k).map(|l| a[i][l] * b[l][j]).sum()).collect()).collect()
+    };
+    let mut found = times(&times(inverse, &meat), inverse);
+    found.iter_mut().flatten().for_each(|value| *value *= factor);
+    (found, count)
+}
+
+impl Material<'_> {
+    /// Values, errors and rivals of the terms of `state`, which was judged by `metrics`.
+    pub fn finish(&self, state: &State<'_>, metrics: &[Metric]) -> BlockFit {
+        let data = state.data;
+        let whitener = Whitener::new(data.layout, &state.noise, &state.left_out);
+        let target = whitener.apply(&data.block.residual);
+        let mut columns = whitener.apply_all(&data.all_columns(&state.terms));
+        let linear = columns.len();
+        let first = solve(&columns, &target);
+        let fitted = combine(&columns, &first.coefficients);
+        let left: Vec<f64> = target
+            .iter()
+            .enumerate()
+            .map(|(i, value)| value - fitted.get(i).copied().unwrap_or(0.0))
+            .collect();
+        let derivatives = data.derivatives(&state.terms, &first.coefficients);
+        columns.extend(derivatives.iter().map(|derivative| whitener.apply(&derivative.column)));
+        let inverse = solve(&columns, &left).inverse;
+        let (covariance, count) =
+            covariance(&columns, &left, &inverse, &clusters(&data.layout.run));
+        let mut at = 0;
+        let mut found = Vec::new();
+        for (index, shape) in state.terms.iter().enumerate() {
+            let width = data.columns(shape).len();
+            let coefficients: Vec<(f64, f64)> = (at..at + width)
+                .map(|i| (first.coefficients[i], covariance[i][i].sqrt()))
+                .collect();
+            at += width;
+            let numbers = derivatives
+                .iter()
+                .enumerate()
+                .filter(|(_, derivative)| derivative.term == index)
+                .map(|(i, derivative)| {
+                    (derivative.name.to_owned(), covariance[linear + i][linear + i].sqrt())
+                })
+                .collect();
+            // The largest deviation of a coefficient, all of them looked at.
+            let wald = coefficients
+                .iter()
+                .map(|(value, error)| (value / error).powi(2))
+                .filter(|square| square.is_finite())
+                .fold(0.0, f64::max);
+            let free = count as f64 - 1.0;
+            let strength = (surprise(wald, 1.0, free) - (width.max(1) as f64).ln()).max(0.0);
+            let rivals =
+                if index < state.base { Vec::new() } else { self.rivals(state, index, metrics) };
+            found.push(Found { shape: shape.clone(), coefficients, numbers, strength, rivals });
+        }
+        let effects = found.split_off(state.base);
+        let floor = floor(data, &left);
+        BlockFit {
+            base: found,
+            effects,
+            noise: state.noise.clone(),
+            floor,
+            scale: floor,
+            left: Vec::new(),
+            left_out: state.left_out.clone(),
+            path: Vec::new(),
+            chosen: 0,
+            nested: Vec::new(),
+            goes: None,
+        }
+    }
+
+    /// What predicts as well in the place of a term.
+    fn rivals(&self, state: &State<'_>, index: usize, metrics: &[Metric]) -> Vec<RivalFound> {
+        let mut without = state.clone();
+        let effect = without.terms.remove(index);
+        without.families.remove(index - state.base);
+        let without = self.fitted(without);
+        let mut found: Vec<RivalFound> = self
+            .contenders(&without)
+            .into_iter()
+            .filter_map(|(next, judged)| {
+                let shape = next.terms.last()?.clone();
+                let same = shape.acts == effect.acts
+                    && shape.drivers == effect.drivers
+                    && shape.form == effect.form;
+                let as_good = judged.iter().zip(metrics).all(|(its, mine)| {
+                    its.errors.beyond(&mine.errors).0 <= margin(its, mine, false)
+                });
+                let behind = judged
+                    .iter()
+                    .zip(metrics)
+                    .map(|(its, mine)| {
+                        let (more, error) = its.errors.beyond(&mine.errors);
+                        if more > 0.0 { 0.5 * (more / error).powi(2) } else { 0.0 }
+                    })
+                    .fold(0.0, f64::max);
+                let fair = shape.known || !effect.known;
+                (!same && as_good && fair).then_some(RivalFound { shape, behind })
+            })
+            .collect();
+        found.sort_by(|a, b| a.behind.total_cmp(&b.behind));
+        found
+    }
+}
+
+/// Standard deviation of the white part of what is left: of rows, from one to the next, since what is slow cancels.
+fn floor(data: Data<'_>, left: &[f64]) -> f64 {
+    let run = &data.layout.run;
+    let steps: Vec<f64> = (1..left.len())
+        .filter(|&i| run[i] == run[i - 1] && left[i] != 0.0 && left[i - 1] != 0.0)
+        .map(|i| (left[i] - left[i - 1]) * std::f64::consts::FRAC_1_SQRT_2)
+        .collect();
+    if data.layout.is_level() { robust::spread(left) } else { robust::spread(&steps) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{clusters, covariance};
+    use crate::linear::solve;
+
+    #[test]
+    fn errors_of_a_mean_are_those_of_the_means_of_runs() {
+        let run: Vec<usize> = (0..80).map(|i| i / 10).collect();
+        let of_run = [1.0, -1.0, 2.0, -2.0, 0.5, -0.5, 1.5, -1.5];
+        let y: Vec<f64> = run.iter().map(|&run| of_run[run]).collect();
+        let columns = vec![vec![1.0; 80]];
+        let fit = solve(&columns, &y);
+        let (found, count) = covariance(&columns, &y, &fit.inverse, &clusters(&run));
+        // Eight means with a sum of squares of 15: variance 15/7, of their mean an eighth of it.
+        assert_eq!(count, 8);
+        assert!((found[0][0] - 15.0 / 7.0 / 8.0).abs() < 1e-12, "{}", found[0][0]);
+        assert_eq!(clusters(&[0, 0, 0, 0]).len(), 4);
+    }
+}

@@ -1,0 +1,203 @@
+//! The model of a block as it grows: one round asks whether anything is missing, and what.
+
+use super::choose::{
+    Contender, Profile, contenders, plainest_first, profiled, surfaces, with_lower_orders,
+    without_superfluous,
+};
+use super::cross;
+use super::data::Data;
+use super::record::Record;
+use super::refine::refine;
+use super::scene::{Scene, robust_fit};
+use super::simplify::simplify;
+use crate::candidates::{Candidate, Family};
+use crate::model::{Form, Shape};
+use crate::noise::{self, NoiseModel, Whitener};
+
+/// A term whose removal is less surprising than this goes again (one in a thousand).
+const KEEP_MIN: f64 = 6.9;
+/// What did not gain on held-out runs is still worth a word if it is stronger than the threshold by this, in nats.
+const LEFT_FROM: f64 = 4.0;
+/// Contenders that are measured with the noise fitted anew.
+const PROFILED: usize = 8;
+/// Contenders that are tried one after the other in a round.
+const TRIED: usize = 4;
+
+/// The model of a block as it grows.
+#[derive(Clone)]
+pub(super) struct State<'a> {
+    pub record: &'a Record<'a>,
+    pub data: Data<'a>,
+    pub base: usize,
+    pub terms: Vec<Shape>,
+    pub families: Vec<Family>,
+    pub noise: NoiseModel,
+    pub left_out: Vec<bool>,
+}
+
+impl<'a> State<'a> {
+    /// Columns of the model, derivatives of its numbers included.
+    pub fn columns(&self, terms: &[Shape]) -> Vec<Vec<f64>> {
+        let mut columns = self.data.all_columns(terms);
+        if terms.iter().any(|term| !term.nonlinear().is_empty()) {
+            let whitener = Whitener::new(self.data.layout, &self.noise, &self.left_out);
+            let white = whitener.apply_all(&columns);
+            let fit = robust_fit(&white, &whitener.apply(&self.data.block.residual));
+            let derivatives = self.data.derivatives(terms, &fit.coefficients);
+            columns.extend(derivatives.into_iter().map(|derivative| derivative.column));
+        }
+        columns
+    }
+
+    pub fn scene(&self, terms: &[Shape]) -> Scene<'a> {
+        Scene::new(self.record, &self.noise, &self.left_out, &self.columns(terms))
+    }
+
+    pub fn fit_noise(&mut self, anew: bool) {
+        let columns = self.columns(&self.terms);
+        let start = (!anew).then_some(&self.noise);
+        let (noise, left_out) =
+            noise::fit(self.data.layout, &self.data.block.residual, &columns, start);
+        (self.noise, self.left_out) = (noise, left_out);
+    }
+
+    /// Brings the numbers of every term to their best values, with the others in the fit.
+    pub fn refit(&mut self) {
+        for index in 0..self.terms.len() {
+            let term = &self.terms[index];
+            if term.nonlinear().is_empty() && term.form != Form::Delay {
+                continue;
+            }
+            let mut others = self.terms.clone();
+            let term = others.remove(index);
+            let scene = self.scene(&others);
+            self.terms[index] = refine(&scene, &term).0;
+        }
+    }
+
+    /// Removes what the other terms make superfluous.
+    pub fn prune(&mut self) {
+        loop {
+            // A constant stays: a wide shape beside it can always stand for it.
+            let weakest = (self.base..self.terms.len())
+                .filter(|&index| !self.terms[index].drivers.is_empty())
+                .map(|index| {
+                    let mut others = self.terms.clone();
+                    let term = others.remove(index);
+                    (self.scene(&others).score(&term).surprise, index)
+                })
+                .min_by(|a, b| a.0.total_cmp(&b.0));
+            match weakest {
+                Some((surprise, index))
+                    if surprise < KEEP_MIN && self.terms.len() > self.base + 1 =>
+                {
+                    self.terms.remove(index);
+                    self.families.remove(index - self.base);
+                }
+                _ => break,
+            }
+        }
+    }
+
+    /// The strongest contenders, under white noise and under the noise that fits.
+    fn round(&self, threshold: f64) -> Vec<Contender> {
+        let scene = self.scene(&self.terms);
+        let mut found = contenders(&scene);
+        let mut groups = with_lower_orders(&scene, &self.terms);
+        if found.iter().all(|contender| contender.strength < threshold) {
+            found.extend(surfaces(&scene));
+            found.sort_by(|a, b| b.rank.total_cmp(&a.rank));
+        }
+        if !self.noise.is_coloured() {
+            found.extend(groups);
+            without_superfluous(&mut found);
+            return found;
+        }
+        let columns = self.columns(&self.terms);
+        let (noise, likelihood) = noise::retune(
+            self.data.layout,
+            &self.data.block.residual,
+            &columns,
+            &self.noise,
+            &self.left_out,
+        );
+        let null =
+            Profile { columns: &columns, noise: &noise, left_out: &self.left_out, likelihood };
+        // What looks strong where the noise is taken for white.
+        let plain = NoiseModel { coloured: Vec::new(), ..self.noise.clone() };
+        let white = Scene::new(self.record, &plain, &self.left_out, &columns);
+        let naive = contenders(&white);
+        groups.extend(with_lower_orders(&white, &self.terms));
+        let mut seen: Vec<String> = Vec::new();
+        let mut profiles: Vec<Contender> = Vec::new();
+        for list in [&found, &naive, &groups] {
+            let mut taken = 0;
+            for contender in list.iter() {
+                let label: String =
+                    contender.all().map(|candidate| candidate.shape.label()).collect();
+                let is_constant = contender.candidate.shape.drivers.is_empty();
+                if (taken == PROFILED && !is_constant) || contender.strength < threshold - 8.0 {
+                    continue;
+                }
+                if !seen.contains(&label) {
+                    seen.push(label);
+                    taken += 1;
+                    profiles.push(profiled(&scene, &null, contender));
+                }
+            }
+        }
+        without_superfluous(&mut profiles);
+        profiles
+    }
+
+    /// Adds what is missing, if anything is; what did not pass comes back.
+    pub fn step(&mut self, threshold: f64) -> Result<(), Vec<Contender>> {
+        let mut found = self.round(threshold);
+        plainest_first(&mut found, threshold);
+        let scene = self.scene(&self.terms);
+        let columns = self.data.all_columns(&self.terms);
+        let mut failed = Vec::new();
+        for contender in
+            found.iter().filter(|contender| contender.strength >= threshold).take(TRIED)
+        {
+            if contender.strength - contender.caution < threshold {
+                // The likeliest cause may be noise after all; then, as long as nothing is known to be missing, a less
+                // likely one is none either.
+                if self.terms.len() == self.base {
+                    break;
+                }
+                continue;
+            }
+            let mut chosen: Vec<Candidate> = contender.all().cloned().collect();
+            if is_wide(&contender.candidate) {
+                let named: Vec<Candidate> = found
+                    .iter()
+                    .filter(|other| !is_wide(&other.candidate))
+                    .map(|other| other.candidate.clone())
+                    .collect();
+                if let Some(narrow) = simplify(&scene, &contender.candidate.shape, &named) {
+                    chosen = narrow;
+                }
+            }
+            let new: Vec<Vec<f64>> =
+                chosen.iter().flat_map(|candidate| self.data.columns(&candidate.shape)).collect();
+            if cross::gain(&scene, &columns, &new) <= 0.0 {
+                if contender.strength > threshold + LEFT_FROM {
+                    failed.push(contender.clone());
+                }
+                continue;
+            }
+            for candidate in chosen {
+                self.terms.push(candidate.shape);
+                self.families.push(candidate.family);
+            }
+            return Ok(());
+        }
+        Err(failed)
+    }
+}
+
+fn is_wide(candidate: &Candidate) -> bool {
+    matches!(candidate.shape.form, Form::Spline | Form::Surface)
+        || (candidate.family == Family::Smooth && !candidate.shape.known)
+}

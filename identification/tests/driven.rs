@@ -1,0 +1,197 @@
+//! Driven paths: a cause that matters stands first and no richer model is reported, whatever else the robot does.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use identification::dataset::{Column, Constant, Dataset, Drive, Kind, Role, Unit};
+use identification::finding::Finding;
+use identification::identify::{Options, identify};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use std::collections::BTreeMap;
+
+const DT: f64 = 0.05;
+
+/// A robot: what it really does at a speed and a rate that were meant, and where its reference sits ahead of the axle.
+struct Robot {
+    turn: fn(f64) -> f64,
+    ahead: f64,
+    /// Slip: share of the turn that is drawn anew every half second.
+    slip: f64,
+}
+
+/// Runs of `rows` samples with the wheels' speeds and the pose.
+fn drive(robot: &Robot, runs: usize, rows: usize, seed: u64) -> Dataset {
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(seed);
+    let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+    let mut columns: [Vec<f64>; 6] = Default::default();
+    let mut run_of_row = Vec::new();
+    for run in 0..runs {
+        let (mut x, mut y, mut heading) = (0.0, 0.0, draw());
+        let (speed, rate) = (0.5 + 0.2 * draw(), 0.8 * draw());
+        let mut slip = 0.0;
+        for row in 0..rows {
+            let rate = rate + 0.3 * (row as f64 * DT / 1.3).sin();
+            if row % 10 == 0 {
+                slip = robot.slip * draw();
+            }
+            if row > 0 {
+                let turned = (robot.turn)(rate) * (1.0 + slip) * DT;
+                x += speed * DT * (heading + turned / 2.0).cos();
+                y += speed * DT * (heading + turned / 2.0).sin();
+                heading += turned;
+            }
+            let values = [
+                row as f64 * DT,
+                speed - 0.5 * rate,
+                speed + 0.5 * rate,
+                x + robot.ahead * heading.cos() + 0.002 * draw(),
+                y + robot.ahead * heading.sin() + 0.002 * draw(),
+                heading + 0.002 * draw(),
+            ];
+            columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+            run_of_row.push(run);
+        }
+    }
+    let named = [
+        ("time", Role::Time, Unit::Second),
+        ("left", Role::WheelLeft, Unit::MetrePerSecond),
+        ("right", Role::WheelRight, Unit::MetrePerSecond),
+        ("x", Role::ReferenceX, Unit::Metre),
+        ("y", Role::ReferenceY, Unit::Metre),
+        ("heading", Role::ReferenceHeading, Unit::Radian),
+    ];
+    let columns = named.into_iter().zip(columns).map(|((name, role, unit), values)| Column {
+        name: name.to_owned(),
+        role,
+        axis: None,
+        unit,
+        values,
+    });
+    Dataset {
+        name: "robot".to_owned(),
+        kind: Kind::Odometry,
+        drive: Some(Drive::Skid),
+        constants: BTreeMap::from([(
+            "wheelbase".to_owned(),
+            Constant { value: 1.0, unit: Unit::Metre },
+        )]),
+        columns: columns.collect(),
+        run_labels: (0..runs).map(|run| run.to_string()).collect(),
+        run_of_row,
+        notices: Vec::new(),
+    }
+}
+
+fn found(dataset: &Dataset) -> Finding {
+    identify(dataset, None, &Options::default(), &mut |_, _| ()).unwrap().finding
+}
+
+/// No metric of the chosen model is worse than that of a simpler one by more than its standard error.
+fn assert_sound(finding: &Finding) {
+    let chosen = finding.path.iter().position(|model| model.chosen).unwrap();
+    for simple in &finding.path[..chosen] {
+        for (name, error) in &finding.path[chosen].held_out {
+            let other = &simple.held_out[name];
+            assert!(error.value <= other.value + error.standard_error.max(other.standard_error));
+        }
+    }
+    for parameter in finding.effects.iter().flat_map(|effect| &effect.parameters) {
+        if let Some([low, high]) = parameter.range {
+            assert!((low..=high).contains(&parameter.value), "{parameter:?}");
+        }
+    }
+}
+
+#[test]
+fn a_robot_that_skids_has_an_effective_track_and_little_else() {
+    let robot = Robot { turn: |rate| rate / 1.8, ahead: 0.0, slip: 0.3 };
+    let finding = found(&drive(&robot, 60, 60, 7));
+    let first = &finding.effects[0];
+    assert_eq!(first.name, "effective_track");
+    // 1 / 1.8 - 1.
+    assert!((first.parameters[0].value + 0.444).abs() < 0.03, "{:?}", first.parameters[0]);
+    assert!(finding.effects.len() <= 3, "{:?}", finding.effects);
+    assert_sound(&finding);
+    let said = finding.in_words();
+    assert!(said[0].contains("times as far apart"), "{said:?}");
+}
+
+#[test]
+fn a_reference_that_sits_ahead_of_the_axle_is_found_also_in_one_long_run() {
+    let robot = Robot { turn: |rate| rate, ahead: 0.35, slip: 0.0 };
+    let finding = found(&drive(&robot, 2, 1200, 3));
+    let first = &finding.effects[0];
+    assert_eq!(first.name, "reference_ahead_of_axle", "{:?}", finding.effects);
+    assert!((first.parameters[0].value - 0.35).abs() < 0.02, "{:?}", first.parameters[0]);
+    assert!(finding.notices.iter().any(|notice| notice.contains("windows")));
+    assert_sound(&finding);
+}
+
+/// A front-driven tricycle whose steering angle is `scale` of what is told, `offset` beside it.
+fn tricycle(scale: f64, offset: f64, runs: usize, rows: usize) -> Dataset {
+    const BASE: f64 = 1.2;
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(5);
+    let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+    let mut columns: [Vec<f64>; 6] = Default::default();
+    for run in 0..runs {
+        let (mut x, mut y, mut heading, mut way) = (0.0, 0.0, draw(), 0.0);
+        let phase = 2.0 * run as f64;
+        let told = |row: usize| 0.5 * (row as f64 / 25.0 + phase).sin();
+        for row in 0..rows {
+            if row > 0 {
+                let angle = scale * (told(row) + told(row - 1)) / 2.0 + offset;
+                let driven = 0.5 * DT;
+                way += driven;
+                let turned = driven * angle.sin() / BASE;
+                x += driven * angle.cos() * (heading + turned / 2.0).cos();
+                y += driven * angle.cos() * (heading + turned / 2.0).sin();
+                heading += turned;
+            }
+            let values = [
+                row as f64 * DT,
+                way,
+                told(row),
+                x + 0.001 * draw(),
+                y + 0.001 * draw(),
+                heading + 0.001 * draw(),
+            ];
+            columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+        }
+    }
+    let template = drive(&Robot { turn: |rate| rate, ahead: 0.0, slip: 0.0 }, runs, rows, 1);
+    let roles = [
+        ("time", Role::Time, Unit::Second),
+        ("way", Role::DriveDistance, Unit::Metre),
+        ("steer", Role::SteerAngle, Unit::Radian),
+        ("x", Role::ReferenceX, Unit::Metre),
+        ("y", Role::ReferenceY, Unit::Metre),
+        ("heading", Role::ReferenceHeading, Unit::Radian),
+    ];
+    let columns = roles.into_iter().zip(columns).map(|((name, role, unit), values)| Column {
+        name: name.to_owned(),
+        role,
+        axis: None,
+        unit,
+        values,
+    });
+    Dataset {
+        drive: Some(Drive::Tricycle),
+        constants: BTreeMap::from([(
+            "wheelbase".to_owned(),
+            Constant { value: BASE, unit: Unit::Metre },
+        )]),
+        columns: columns.collect(),
+        ..template
+    }
+}
+
+#[test]
+fn a_tricycle_whose_steering_is_scaled_and_offset_is_set_right() {
+    let exact = found(&tricycle(1.0, 0.0, 8, 400));
+    assert!(exact.held_out.before < 0.02, "kinematics alone: {:?}", exact.held_out);
+    let finding = found(&tricycle(0.8, 0.05, 8, 400));
+    assert!(finding.held_out.after < 0.2 * finding.held_out.before, "{:?}", finding.held_out);
+    let names: Vec<&str> = finding.effects.iter().map(|effect| effect.name.as_str()).collect();
+    assert!(names.contains(&"unequal_wheels") || names.contains(&"steer_offset"), "{names:?}");
+    assert_sound(&finding);
+}

@@ -1,0 +1,142 @@
+//! Any sensor against its reference: a cause of each kind that such sensors have, and noise alone.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use identification::dataset::{Column, Dataset, Kind, Role, Unit};
+use identification::finding::Verdict;
+use identification::identify::{Identified, Options, identify, predict};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use std::collections::BTreeMap;
+
+const RUNS: usize = 6;
+const ROWS: usize = 500;
+
+/// Recordings of a sensor of `unit` whose reference goes as `truth` and which reads `measured` of it.
+fn dataset(
+    unit: Unit,
+    truth: impl Fn(f64) -> f64,
+    measured: impl Fn(&[f64], usize) -> f64,
+    sigma: f64,
+    seed: u64,
+) -> Dataset {
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(seed);
+    let (mut time, mut reference, mut reads, mut warm) = (vec![], vec![], vec![], vec![]);
+    let mut run_of_row = Vec::new();
+    for run in 0..RUNS {
+        let begin = 1000.0 * run as f64;
+        let course: Vec<f64> = (0..ROWS).map(|row| truth(begin + row as f64)).collect();
+        for row in 0..ROWS {
+            let noise: f64 = StandardNormal.sample(&mut random);
+            time.push(begin + row as f64);
+            reads.push(measured(&course, row) + sigma * noise);
+            reference.push(course[row]);
+            warm.push(25.0 + 8.0 * ((begin + row as f64) / 170.0).sin());
+            run_of_row.push(run);
+        }
+    }
+    let column = |name: &str, role, unit, values: Vec<f64>| Column {
+        name: name.to_owned(),
+        role,
+        axis: None,
+        unit,
+        values,
+    };
+    Dataset {
+        name: "sensor".to_owned(),
+        kind: Kind::Sensor,
+        drive: None,
+        constants: BTreeMap::new(),
+        columns: vec![
+            column("time", Role::Time, Unit::Second, time),
+            column("reads", Role::Measured, unit, reads),
+            column("truth", Role::Reference, unit, reference),
+            column("warmth", Role::Temperature, Unit::Celsius, warm),
+        ],
+        run_labels: (0..RUNS).map(|run| run.to_string()).collect(),
+        run_of_row,
+        notices: Vec::new(),
+    }
+}
+
+fn found(dataset: &Dataset) -> Identified {
+    let found = identify(dataset, None, &Options::default(), &mut |_, _| ()).unwrap();
+    if !found.finding.effects.is_empty() {
+        let told = predict(dataset, &found.model).unwrap();
+        assert!(told.rmse.after < told.rmse.before);
+    }
+    found
+}
+
+/// Is it the first effect or a rival of it?
+fn assert_names(found: &Identified, name: &str) {
+    let first = found.finding.effects.first();
+    let named = first.is_some_and(|effect| {
+        effect.name == name || effect.rivals.iter().any(|rival| rival.name == name)
+    });
+    assert!(named, "{name}: {:?} {:?}", found.finding.effects, found.finding.left);
+}
+
+fn wander(t: f64) -> f64 {
+    3.0 * (t / 23.0).sin() + 2.0 * (t / 61.0).cos()
+}
+
+#[test]
+fn cycles_a_turn_of_a_resolver_are_counted() {
+    let angle = |t: f64| (1.7 * t).rem_euclid(360.0);
+    for order in [1, 2, 7] {
+        let error = |course: &[f64], row: usize| {
+            course[row] + 0.2 * (f64::from(order) * course[row].to_radians() + 0.4).cos()
+        };
+        let found = found(&dataset(Unit::Degree, angle, error, 0.1, 3));
+        let effect = &found.finding.effects[0];
+        assert_eq!(effect.drivers, [format!("harmonic_{order}(truth)")]);
+        assert_eq!(found.finding.effects.len(), 1);
+    }
+}
+
+#[test]
+fn nonlinearity_lag_delay_and_hysteresis_have_their_names() {
+    let lagged = |course: &[f64], row: usize| {
+        let keep = (-1.0_f64 / 4.0).exp();
+        course[..=row].iter().fold(course[0], |state, value| keep * state + (1.0 - keep) * value)
+    };
+    let play = |course: &[f64], row: usize| {
+        let mut at = course[0];
+        for value in &course[..=row] {
+            at = at.clamp(value - 0.4, value + 0.4);
+        }
+        at
+    };
+    type Cause = (&'static str, Box<dyn Fn(&[f64], usize) -> f64>);
+    let causes: [Cause; 4] = [
+        ("nonlinearity", Box::new(|course, row| course[row] + 0.01 * course[row].powi(2))),
+        ("bandwidth", Box::new(lagged)),
+        ("hysteresis", Box::new(move |course, row| 0.7 * course[row] + 0.3 * play(course, row))),
+        ("delay", Box::new(|course, row| course[row.saturating_sub(2)])),
+    ];
+    for (name, cause) in causes {
+        assert_names(&found(&dataset(Unit::Volt, wander, cause, 0.03, 5)), name);
+    }
+}
+
+#[test]
+fn noise_of_a_sensor_is_noise() {
+    for seed in 0..6 {
+        let exact = |course: &[f64], row: usize| 1.01 * course[row] + 0.2;
+        let found = found(&dataset(Unit::Ampere, wander, exact, 0.05, seed));
+        assert!(found.finding.effects.is_empty(), "{seed}: {:?}", found.finding.effects);
+        assert_eq!(found.finding.verdict, Verdict::NothingMissing);
+    }
+}
+
+#[test]
+fn units_that_contradict_are_refused_by_name() {
+    let mut odd = dataset(Unit::Volt, wander, |course, row| course[row], 0.05, 1);
+    odd.columns[2].unit = Unit::Ampere;
+    let error = identify(&odd, None, &Options::default(), &mut |_, _| ()).unwrap_err();
+    assert!(
+        error.to_string().contains("`reads` is in V and its reference `truth` in A"),
+        "{error}"
+    );
+}
