@@ -26,7 +26,7 @@
 //! | key | meaning |
 //! |---|---|
 //! | `devices` | the paper's robot or table of this device file, with its controller; its lines are `gyro` and `base` or `table` |
-//! | `[[line]]` | `can = { bit_rate, dbc }`, or `serial = {}`, whose settings are those of the device on it |
+//! | `[[line]]` | `can = { bit_rate, dbc }` with one DBC or an array of several, or `serial = {}`, whose settings are those of the device on it |
 //! | `[[node]]` | `at`: a line, or several; one of `emulate`, `under_test` and `tester` |
 //! | `dbc_node` | the node's name in the DBC, where that is another one |
 //!
@@ -87,9 +87,9 @@ pub struct CanTable {
     #[serde(default)]
     #[schemars(range(min = 10_000, max = 1_000_000))]
     pub bit_rate: Option<u32>,
-    /// The DBC file with its messages, beside the rig file.
+    /// The DBC file with its messages, beside the rig file, or several.
     #[serde(default)]
-    pub dbc: Option<String>,
+    pub dbc: Option<OneOrSeveral<String>>,
 }
 
 /// A serial line, as it is written: the device on it says how it is set.
@@ -103,8 +103,8 @@ pub struct SerialTable {}
 pub struct NodeTable {
     /// Its name.
     pub name: Name,
-    /// The line that it is on, or several.
-    pub at: At,
+    /// The line that it is on, or several, in the order of its ports.
+    pub at: OneOrSeveral<Name>,
     /// The description of the device that is emulated.
     #[serde(default)]
     pub emulate: Option<String>,
@@ -119,22 +119,23 @@ pub struct NodeTable {
     pub dbc_node: Option<String>,
 }
 
-/// Where a node is.
+/// One, or an array of several.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum At {
-    /// On one line.
-    One(Name),
-    /// On several, in the order of its ports.
-    Several(Vec<Name>),
+#[serde(untagged, expecting = "expected a name or an array of names")]
+#[schemars(inline)]
+pub enum OneOrSeveral<T> {
+    /// One.
+    One(T),
+    /// Several.
+    Several(Vec<T>),
 }
 
-impl At {
-    /// The lines.
-    pub fn lines(&self) -> &[Name] {
+impl<T> OneOrSeveral<T> {
+    /// All.
+    pub fn as_slice(&self) -> &[T] {
         match self {
-            Self::One(name) => std::slice::from_ref(name),
-            Self::Several(names) => names,
+            Self::One(one) => std::slice::from_ref(one),
+            Self::Several(several) => several,
         }
     }
 }
