@@ -50,6 +50,7 @@ pub const LINES_MAX: usize = 16;
 /// A rig file, as it is written.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("anyOf" = [{ "required": ["devices"] }, { "required": ["node"] }]))]
 pub struct RigFile {
     /// What it is, in a line.
     #[serde(default)]
@@ -68,6 +69,7 @@ pub struct RigFile {
 /// A line, as it is written.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["can"] }, { "required": ["serial"] }]))]
 pub struct LineTable {
     /// Its name.
     pub name: Name,
@@ -100,6 +102,7 @@ pub struct SerialTable {}
 /// A node, as it is written.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["emulate"] }, { "required": ["under_test"] }, { "required": ["tester"] }]))]
 pub struct NodeTable {
     /// Its name.
     pub name: Name,
