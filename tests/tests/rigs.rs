@@ -3,9 +3,12 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+use harness::run::Prepared;
 use harness::{Trial, TrialError, TrialRun};
+use plan::made::Made;
 use std::path::Path;
 use tempfile::TempDir;
+use tests::plans::{plan_of, record_file};
 use wire::device::{Device, PortId, Transmit};
 use wire::time::Timestamp;
 
@@ -231,6 +234,23 @@ fn a_program_has_no_place_in_virtual_time() {
     assert_eq!(run.summary().outcome.name(), "error");
     let why = run.summary().reason.clone().unwrap();
     assert!(why.contains("`manager` is under test, and nothing plays it in virtual time"), "{why}");
+}
+
+#[test]
+fn the_papers_robot_is_one_rig_file_among_others() {
+    let steps = "{ bias_test = { duration_s = 20 } }, { place = { x_m = 0, y_m = 0, heading_deg = 0 } }, \
+                 { lap = { direction = \"cw\", side_m = 0.5 } }";
+    let faults = "[[fault]]\ntarget = \"gyro\"\nwhat = { drop = { loss_percent = 1 } }\n";
+    let record = |named: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plan.toml");
+        let plan = plan_of(steps).replace("devices = \"none\"", named) + faults;
+        std::fs::write(&path, plan).unwrap();
+        let prepared = Prepared::load(path.to_str().unwrap(), &Made::default()).unwrap();
+        record_file(&prepared, 1)
+    };
+    let (rig, short) = (record("rig = \"paper\""), record("devices = \"paper\""));
+    assert!(short.len() > 10_000 && rig == short, "{} and {} bytes", rig.len(), short.len());
 }
 
 /// Passes frames from its first line to its second, or both ways.

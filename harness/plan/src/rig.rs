@@ -199,7 +199,7 @@ pub struct Rig {
     pub nodes: Vec<RigNode>,
     /// Who says what.
     pub speakers: Vec<Speaker>,
-    /// A plan names its only device, and no rig.
+    /// Of one device alone, or of the paper's robot.
     pub is_short: bool,
 }
 

@@ -53,6 +53,8 @@ pub fn load<P: Parts>(library: &Library, name: &str, parts: &mut P) -> Result<Ri
         Builder { library, source: &source, rig: Rig::default(), dbcs: BTreeMap::new() };
     builder.lines(&file, parts)?;
     builder.nodes(&file, parts)?;
+    // The paper's robot alone is what `devices` in a plan is short for.
+    builder.rig.is_short = file.lines.is_empty() && file.nodes.is_empty();
     Ok(builder.rig)
 }
 

@@ -38,6 +38,7 @@ fn every_shipped_file_is_one_of_its_schema() {
     for (kind, folder) in [
         (FileKind::Plan, ""),
         (FileKind::Bench, "benches"),
+        (FileKind::Rig, "rigs"),
         (FileKind::Devices, "devices"),
         (FileKind::Model, "models"),
         (FileKind::GyroModel, "devices/gyros"),
