@@ -140,6 +140,10 @@ fn what_is_wrong_with_a_rig_is_refused() {
         (node("name = \"extra\"\nat = \"can0\"\nemulate = \"scale\""), "on the other kind of line"),
         (format!("{PACK}\n[[line]]\nname = \"can0\"\ncan = {{}}\n"), "two lines are called `can0`"),
         (PACK.replace("pack.dbc", "none.dbc"), "none.dbc"),
+        (
+            PACK.replace("\"python3\", \"manager.py\", \"{can0}\"", ""),
+            "no program in the command of `manager`",
+        ),
         ("title = \"nothing\"".to_owned(), "a rig without a node"),
     ] {
         let said = refused(&rig, &cells());

@@ -321,6 +321,14 @@ impl Rig {
         })
     }
 
+    /// Is somebody at this line, by its place among those that are not the robot's, who is not in this process?
+    pub fn is_away(&self, line: usize) -> bool {
+        let line = self.robot_lines() + line;
+        self.under_test().any(|(node, how)| {
+            node.lines.contains(&line) && !matches!(how, UnderTest::InProcess(_))
+        })
+    }
+
     /// What is under test, but for the paper's controller.
     pub fn under_test(&self) -> impl Iterator<Item = (&RigNode, &UnderTest)> {
         self.nodes.iter().filter_map(|node| match &node.part {

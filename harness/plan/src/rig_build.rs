@@ -1,7 +1,9 @@
 //! A rig from its file: what is wrong is said with its place.
 
 use crate::library::{Kind, Library, LibraryError, Source};
-use crate::rig::{LINES_MAX, NODES_MAX, NodePart, NodeTable, Rig, RigFile, RigLine, RigNode};
+use crate::rig::{
+    LINES_MAX, NODES_MAX, NodePart, NodeTable, Rig, RigFile, RigLine, RigNode, UnderTest,
+};
 use crate::speakers::{DEVICE, Speaker};
 use crate::{hint, quantities};
 use described::{Description, Layout, Medium, Sender};
@@ -248,6 +250,12 @@ impl Builder<'_> {
                 format!("`{}` is not exactly one of emulated, under test and tester", node.name);
             let help = "write one of `emulate`, `under_test` and `tester = true`".to_owned();
             return Err(self.mistake(("node", number, "name"), message, Some(help)).into());
+        }
+        if node.under_test.as_ref().is_some_and(|how| *how == UnderTest::Command(Vec::new())) {
+            let message = format!("no program in the command of `{}`", node.name);
+            let help = "write the program and its arguments, or `under_test = { attached = true }`";
+            let at = ("node", number, "under_test");
+            return Err(self.mistake(at, message, Some(help.to_owned())).into());
         }
         if let Some(name) = &node.emulate {
             return self.emulated(node, (number, name), lines, parts);
