@@ -2,8 +2,9 @@
 
 use super::failure::Failure;
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use plan::hint;
 use record::Device;
+use record::header::Header;
 use record::outcome::Outcome;
 use record::run_folder::{RECORD, RunFolder, RunFolderError};
 use record::text::Line;
@@ -16,17 +17,27 @@ pub(super) struct ShowArguments {
     /// A run folder.
     #[arg(value_name = "RUN")]
     run: PathBuf,
-    /// Only the events of this device.
-    #[arg(long, value_parser = device_parser())]
-    device: Option<Device>,
+    /// Only the events of this device (plan, controller, gyro, base, table, absolute, device), or node of a rig.
+    #[arg(long, value_name = "NAME")]
+    device: Option<String>,
     /// No more lines than this.
     #[arg(long, value_name = "N")]
     limit: Option<u64>,
 }
 
-fn device_parser() -> impl TypedValueParser<Value = Device> {
-    PossibleValuesParser::new(Device::ALL.map(Device::name)).try_map(|name| {
-        Device::ALL.into_iter().find(|device| device.name() == name).ok_or("no such device")
+/// The device or node of that name.
+fn device(header: &Header, name: &str) -> Result<Device, Failure> {
+    let nodes =
+        (0..=u8::MAX).zip(&header.nodes).map(|(place, node)| (Device::Node(place), &**node));
+    let known: Vec<(Device, &str)> =
+        nodes.chain(Device::ALL.map(|device| (device, device.name()))).collect();
+    let found = known.iter().find(|(_, known)| *known == name).map(|(device, _)| *device);
+    found.ok_or_else(|| {
+        let names: Vec<&str> = known.iter().map(|(_, name)| *name).collect();
+        Failure::arguments(
+            format!("no device `{name}` in this record"),
+            hint::proposal(name, &names),
+        )
     })
 }
 
@@ -37,6 +48,7 @@ impl ShowArguments {
         let mut left = self.limit.unwrap_or(u64::MAX);
         let records = folder.records()?;
         let header = records.header().clone();
+        let wanted = self.device.as_deref().map(|name| device(&header, name)).transpose()?;
         for record in records {
             if left == 0 {
                 break;
@@ -46,7 +58,7 @@ impl ShowArguments {
                 let _ = out.flush();
                 RunFolderError::Record { path: folder.file(RECORD), source }
             })?;
-            if self.device.is_some_and(|device| device != record.device) {
+            if wanted.is_some_and(|device| device != record.device) {
                 continue;
             }
             left -= 1;
@@ -61,5 +73,22 @@ impl ShowArguments {
             Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::output(error)),
             _ => Ok(Outcome::Passed),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Device, Header, device};
+
+    #[test]
+    fn nodes_of_a_rig_have_their_names() {
+        let nodes = ["manager", "cells"].map(str::to_owned).to_vec();
+        let header = Header { nodes, ..Header::default() };
+        assert_eq!(device(&header, "cells").unwrap(), Device::Node(1));
+        assert_eq!(device(&header, "plan").unwrap(), Device::Plan);
+        let said = format!("{:?}", device(&header, "cell").unwrap_err());
+        assert!(said.contains("did you mean `cells`?"), "{said}");
+        let said = format!("{:?}", device(&header, "oven").unwrap_err());
+        assert!(said.contains("`manager`, `cells`, `plan`"), "{said}");
     }
 }
