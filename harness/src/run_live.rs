@@ -126,11 +126,8 @@ impl LiveSetting<'_> {
     fn lines(&self, rig: &Rig) -> Result<Vec<LineSite>, PlacementError> {
         let mut sites = Vec::new();
         for (place, line) in rig.lines.iter().enumerate() {
-            let is_away = |(node, how): (&RigNode, &UnderTest)| {
-                node.lines.contains(&place) && !matches!(how, UnderTest::InProcess(_))
-            };
             let named = self.bench.lines.get(line.name.as_str());
-            if !rig.under_test().any(is_away) && named.is_none() {
+            if !rig.is_away(place) && named.is_none() {
                 continue;
             }
             let spec = match named {

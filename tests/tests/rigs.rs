@@ -3,9 +3,12 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+use harness::run::Prepared;
 use harness::{Trial, TrialError, TrialRun};
+use plan::made::Made;
 use std::path::Path;
 use tempfile::TempDir;
+use tests::plans::{plan_of, record_file};
 use wire::device::{Device, PortId, Transmit};
 use wire::time::Timestamp;
 
@@ -32,12 +35,34 @@ period_s = 0.1
 expression = "load"
 "#;
 
+/// Another file of the same bus: the manager has a message more, and the cells' stands in both, with another comment.
+const MORE: &str = r#"VERSION ""
+NS_ :
+BS_:
+BU_: MANAGER Cells
+BO_ 784 Report: 1 MANAGER
+ SG_ Level : 0|8@1+ (1,0) [0|100] "%" Vector__XXX
+BO_ 256 CellStatus: 8 Cells
+ SG_ TemperatureMax : 32|8@1- (1,0) [-40|120] "degC" MANAGER
+ SG_ VoltageMax : 0|16@1+ (0.001,0) [0|6] "V" MANAGER
+ SG_ VoltageMin : 16|16@1+ (0.001,0) [0|6] "V" MANAGER
+CM_ SG_ 256 VoltageMax "As measured.";
+BA_DEF_ BO_ "GenMsgCycleTime" INT 0 10000;
+BA_DEF_DEF_ "GenMsgCycleTime" 0;
+BA_ "GenMsgCycleTime" BO_ 256 100;
+"#;
+
 /// A project with this rig and this plan.
 fn project(rig: &str, plan: &str) -> TempDir {
+    project_with(MORE, rig, plan)
+}
+
+fn project_with(more: &str, rig: &str, plan: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (path, text) in [
         ("rigs/pack.toml", rig),
         ("devices/pack.dbc", DBC),
+        ("devices/more.dbc", more),
         ("devices/cells.toml", CELLS),
         ("devices/charger.toml", CHARGER),
         ("devices/scale.toml", SCALE),
@@ -70,8 +95,11 @@ fn cells() -> String {
 
 /// What is said of a rig, or of a plan on it.
 fn refused(rig: &str, plan: &str) -> String {
-    let folder = project(rig, plan);
-    let Err(error) = load(&folder) else { panic!("taken:\n{rig}\n{plan}") };
+    why_not(&project(rig, plan))
+}
+
+fn why_not(project: &TempDir) -> String {
+    let Err(error) = load(project) else { panic!("taken") };
     let mut said = error.to_string();
     let mut cause = std::error::Error::source(&error);
     while let Some(one) = cause {
@@ -112,6 +140,10 @@ fn what_is_wrong_with_a_rig_is_refused() {
         (node("name = \"extra\"\nat = \"can0\"\nemulate = \"scale\""), "on the other kind of line"),
         (format!("{PACK}\n[[line]]\nname = \"can0\"\ncan = {{}}\n"), "two lines are called `can0`"),
         (PACK.replace("pack.dbc", "none.dbc"), "none.dbc"),
+        (
+            PACK.replace("\"python3\", \"manager.py\", \"{can0}\"", ""),
+            "no program in the command of `manager`",
+        ),
         ("title = \"nothing\"".to_owned(), "a rig without a node"),
     ] {
         let said = refused(&rig, &cells());
@@ -155,6 +187,50 @@ fn what_a_plan_says_of_nodes_that_are_not_there_is_refused() {
     }
 }
 
+/// The plan speaks as the manager, with messages of both files.
+fn two_files() -> String {
+    let both = "[\"../devices/pack.dbc\", \"../devices/more.dbc\"]";
+    PACK.replace("\"../devices/pack.dbc\"", both).replace(
+        "under_test = { command = [\"python3\", \"manager.py\", \"{can0}\"] }",
+        "tester = true",
+    )
+}
+
+#[test]
+fn messages_of_several_files_are_those_of_the_line() {
+    let steps = "{ send = { message = \"Report\", set = { Level = 40 }, every_s = 0.1 } }, \
+                 { send = { message = \"ManagerCommand\", set = { CurrentLimit = 9 }, every_s = 0.1 } }, \
+                 { wait = { duration_s = 2 } }";
+    for (quantity, unit, check) in [
+        ("manager.Level", "%", "all_within = [40, 40]"),
+        ("manager.CurrentLimit", "A", "all_within = [9, 9]"),
+        ("cells.VoltageMax", "V", "all_within = [3, 4.2]"),
+    ] {
+        let run = load(&project(&two_files(), &plan(steps, quantity, unit, check))).unwrap().run();
+        assert!(run.unwrap().passed(), "{quantity}");
+    }
+}
+
+#[test]
+fn files_that_contradict_each_other_are_refused() {
+    for (from, to, expected) in [
+        ("BO_ 784 Report", "BO_ 768 Report", "have one identifier"),
+        ("256", "257", "have one name and two identifiers"),
+        ("CellStatus: 8", "CellStatus: 7", "have one identifier and two lengths"),
+        ("CellStatus: 8 Cells", "CellStatus: 8 MANAGER", "have one identifier and two senders"),
+        ("BO_ 256 100", "BO_ 256 200", "have one identifier and two cycle times"),
+        ("0.001,0) [0|6] \"V\"", "0.002,0) [0|6] \"V\"", "two definitions of `VoltageMax`"),
+    ] {
+        let said = why_not(&project_with(&MORE.replace(from, to), &two_files(), &cells()));
+        assert!(said.contains(expected) && said.contains("pack.dbc, line"), "{expected}\n{said}");
+    }
+    let said = why_not(&project_with(&MORE.replace("BO_ 784", "BO_"), &two_files(), &cells()));
+    assert!(said.contains("failed to read as a DBC"), "{said}");
+    // The last node is the tester.
+    let said = refused(&(two_files() + "dbc_node = \"Display\""), &cells());
+    assert!(said.contains("no node `Display` in ") && said.contains("more.dbc"), "{said}");
+}
+
 #[test]
 fn a_program_has_no_place_in_virtual_time() {
     let folder = project(PACK, &cells());
@@ -162,6 +238,23 @@ fn a_program_has_no_place_in_virtual_time() {
     assert_eq!(run.summary().outcome.name(), "error");
     let why = run.summary().reason.clone().unwrap();
     assert!(why.contains("`manager` is under test, and nothing plays it in virtual time"), "{why}");
+}
+
+#[test]
+fn the_papers_robot_is_one_rig_file_among_others() {
+    let steps = "{ bias_test = { duration_s = 20 } }, { place = { x_m = 0, y_m = 0, heading_deg = 0 } }, \
+                 { lap = { direction = \"cw\", side_m = 0.5 } }";
+    let faults = "[[fault]]\ntarget = \"gyro\"\nwhat = { drop = { loss_percent = 1 } }\n";
+    let record = |named: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plan.toml");
+        let plan = plan_of(steps).replace("devices = \"none\"", named) + faults;
+        std::fs::write(&path, plan).unwrap();
+        let prepared = Prepared::load(path.to_str().unwrap(), &Made::default()).unwrap();
+        record_file(&prepared, 1)
+    };
+    let (rig, short) = (record("rig = \"paper\""), record("devices = \"paper\""));
+    assert!(short.len() > 10_000 && rig == short, "{} and {} bytes", rig.len(), short.len());
 }
 
 /// Passes frames from its first line to its second, or both ways.

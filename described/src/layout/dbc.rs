@@ -36,38 +36,81 @@ impl Layout {
             return Err(DescriptionError::new(file, text, at, format!("no node `{node}`"))
                 .with_help(Some(hint::proposal(node, &nodes))));
         }
-        Self::of_dbc(file, text, &dbc, &|of| of == node)
+        Ok(Self::new(Medium::Can, messages_of(file, text, &dbc, &|of| of == node)?))
     }
 
-    /// The layout of a DBC for somebody who sends the messages of several nodes, or of none that has a name: of those that
-    /// `is_ours` says yes to.
+    /// The layout of one or several DBCs, each by its name and text, for somebody who sends the messages of several nodes, or
+    /// of none that has a name: of those that `is_ours` says yes to. What two files define alike is one message.
     ///
     /// # Errors
-    /// As [`Layout::from_dbc`], but for the node.
-    pub fn from_dbc_of(
-        file: &str,
-        text: &str,
-        is_ours: &dyn Fn(&str) -> bool,
-    ) -> Result<Self, DescriptionError> {
-        Self::of_dbc(file, text, &parsed(file, text)?, is_ours)
-    }
-
-    fn of_dbc(
-        file: &str,
-        text: &str,
-        dbc: &Dbc,
+    /// As [`Layout::from_dbc`], but for the node; and where two files define a message or an identifier differently.
+    pub fn from_dbcs(
+        files: &[(&str, &str)],
         is_ours: &dyn Fn(&str) -> bool,
     ) -> Result<Self, DescriptionError> {
         let mut messages: Vec<Message> = Vec::new();
-        for message in dbc.messages.iter().filter(|message| message.name != ORPHANS) {
-            let converted = written_id(text, &message.name)
-                .and_then(|written| convert(dbc, message, written, is_ours))
-                .and_then(|converted| distinct(&messages, converted))
-                .map_err(|refusal| refusal.located(file, text, message))?;
-            messages.push(converted);
+        let mut origins = Vec::new();
+        for (file, text) in files {
+            for message in messages_of(file, text, &parsed(file, text)?, is_ours)? {
+                let (name, id) = (&message.name, message.can_id());
+                let is_it = |known: &Message| known.name == *name || known.can_id() == id;
+                let Some(place) = messages.iter().position(is_it) else {
+                    messages.push(message);
+                    origins.push((file, text));
+                    continue;
+                };
+                let Some(what) = difference(&messages[place], &message) else { continue };
+                let (other, text_of_other) = origins[place];
+                let before = line_of(text_of_other, &messages[place].name).start;
+                let line = text_of_other[..before].lines().count() + 1;
+                let known = &messages[place].name;
+                let message =
+                    format!("`{name}` and `{known}` in {other}, line {line}, have {what}");
+                let help = "make the two the same, or take one out of a copy of its file";
+                return Err(Refusal::message(message, help).located(file, text, name));
+            }
         }
         Ok(Self::new(Medium::Can, messages))
     }
+}
+
+fn messages_of(
+    file: &str,
+    text: &str,
+    dbc: &Dbc,
+    is_ours: &dyn Fn(&str) -> bool,
+) -> Result<Vec<Message>, DescriptionError> {
+    let mut messages: Vec<Message> = Vec::new();
+    for message in dbc.messages.iter().filter(|message| message.name != ORPHANS) {
+        let converted = written_id(text, &message.name)
+            .and_then(|written| convert(dbc, message, written, is_ours))
+            .and_then(|converted| distinct(&messages, converted))
+            .map_err(|refusal| refusal.located(file, text, &message.name))?;
+        messages.push(converted);
+    }
+    Ok(messages)
+}
+
+/// What two definitions of a message do not agree on, but for their comments.
+fn difference(one: &Message, other: &Message) -> Option<String> {
+    let lacks = |of: &Message, signal: &Signal| {
+        !of.signals
+            .iter()
+            .any(|known| Signal { doc: signal.doc.clone(), ..known.clone() } == *signal)
+    };
+    let apart = [
+        (one.name != other.name, "one identifier"),
+        (one.can_id() != other.can_id(), "one name and two identifiers"),
+        (one.carrier != other.carrier, "one identifier and two lengths"),
+        (one.sender != other.sender, "one identifier and two senders"),
+        (one.period != other.period, "one identifier and two cycle times"),
+    ];
+    let what = apart.iter().find(|(differs, _)| *differs).map(|(_, what)| (*what).to_owned());
+    what.or_else(|| {
+        let ours = one.signals.iter().find(|signal| lacks(other, signal));
+        let signal = ours.or_else(|| other.signals.iter().find(|signal| lacks(one, signal)))?;
+        Some(format!("one identifier and two definitions of `{}`", signal.name))
+    })
 }
 
 fn parsed(file: &str, text: &str) -> Result<Dbc, DescriptionError> {
@@ -90,10 +133,8 @@ impl Refusal {
         Self { signal: Some(signal.name.clone()), message, help }
     }
 
-    fn located(self, file: &str, text: &str, message: &can_dbc::Message) -> DescriptionError {
-        let begin =
-            line_with(text, |line| head(line).is_some_and(|(_, name)| name == message.name));
-        let begin = begin.unwrap_or(0..0);
+    fn located(self, file: &str, text: &str, message: &str) -> DescriptionError {
+        let begin = line_of(text, message);
         let at = self.signal.and_then(|name| {
             let after = text.get(begin.end..)?;
             let named = format!("SG_ {name} ");
@@ -103,6 +144,11 @@ impl Refusal {
         DescriptionError::new(file, text, at.unwrap_or(begin), self.message)
             .with_help(Some(self.help.to_owned()))
     }
+}
+
+/// The first line of a message.
+fn line_of(text: &str, message: &str) -> Range<usize> {
+    line_with(text, |line| head(line).is_some_and(|(_, name)| name == message)).unwrap_or(0..0)
 }
 
 /// The identifier and the name in the first line of a message.

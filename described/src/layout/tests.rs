@@ -292,6 +292,19 @@ SIG_VALTYPE_ 100 Double : 2;
 "#;
 
 #[test]
+fn what_two_files_contradict_each_other_in_is_shown_in_the_second() {
+    let other = RICH.replace("Ratio", "Share");
+    let error =
+        Layout::from_dbcs(&[("rich.dbc", RICH), ("other.dbc", &other)], &|_| true).unwrap_err();
+    assert_eq!(error.file(), "other.dbc");
+    assert!(other[error.range()].starts_with("BO_ 2566844926 "), "{error}");
+    assert!(error.to_string().contains("in rich.dbc, line "), "{error}");
+    assert!(error.advice().is_some());
+    let alike = Layout::from_dbcs(&[("rich.dbc", RICH), ("copy.dbc", RICH)], &|_| true).unwrap();
+    assert_eq!(alike.messages().len(), 2);
+}
+
+#[test]
 fn a_dbc_says_all_of_a_signal() {
     let layout = Layout::from_dbc("rich.dbc", RICH, "ECU").unwrap();
     let [rich, wide] = layout.messages() else { panic!("two messages") };

@@ -11,6 +11,7 @@ use emulators::device_file::{BaseModel, DeviceFile, GyroModel, TableModel};
 use identification::model::Model;
 use plan::Plan;
 use plan::bench_file::BenchFile;
+use plan::rig::RigFile;
 use schemars::generate::SchemaSettings;
 use schemars::transform::{Transform, transform_subschemas};
 use schemars::{Schema, SchemaGenerator};
@@ -23,6 +24,8 @@ pub enum FileKind {
     Plan,
     /// A bench file: which port plays which role.
     Bench,
+    /// A rig: nodes on lines.
+    Rig,
     /// A device file: gyro, base and table that are emulated.
     Devices,
     /// The description of a device of your own.
@@ -39,9 +42,10 @@ pub enum FileKind {
 
 impl FileKind {
     /// Every kind there is.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Plan,
         Self::Bench,
+        Self::Rig,
         Self::Devices,
         Self::Device,
         Self::Model,
@@ -55,6 +59,7 @@ impl FileKind {
         match self {
             Self::Plan => "plan.schema.json",
             Self::Bench => "bench.schema.json",
+            Self::Rig => "rig.schema.json",
             Self::Devices => "devices.schema.json",
             Self::Device => "device.schema.json",
             Self::Model => "model.schema.json",
@@ -72,6 +77,7 @@ impl FileKind {
         match self {
             Self::Plan => generator.into_root_schema_for::<Plan>(),
             Self::Bench => generator.into_root_schema_for::<BenchFile>(),
+            Self::Rig => generator.into_root_schema_for::<RigFile>(),
             Self::Devices => generator.into_root_schema_for::<DeviceFile>(),
             Self::Device => described::schema(generator),
             Self::Model => generator.into_root_schema_for::<Model>(),

@@ -187,6 +187,11 @@ impl Library {
         Self { folder, ..Self::default() }
     }
 
+    /// The shipped files, and before them those of the project in this folder.
+    pub fn of_project(folder: &Path) -> Self {
+        Self { folder: Some(folder.to_owned()), ..Self::default() }
+    }
+
     /// The file that `name` means.
     ///
     /// # Errors
@@ -319,6 +324,17 @@ pub fn names(kind: Kind) -> Vec<String> {
         .filter_map(|file| file.path().file_name()?.to_str()?.strip_suffix(".toml"))
         .map(str::to_owned)
         .collect();
+    names.sort();
+    names
+}
+
+/// Names of the files of a kind in the folder of a project, sorted.
+pub fn names_in(project: &Path, kind: Kind) -> Vec<String> {
+    let files = project.join(kind.folder()).read_dir().into_iter().flatten();
+    let paths = files.filter_map(|file| Some(file.ok()?.path()));
+    let named = paths.filter(|path| path.extension().is_some_and(|end| end == "toml"));
+    let mut names: Vec<String> =
+        named.filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned())).collect();
     names.sort();
     names
 }

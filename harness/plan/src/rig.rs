@@ -26,7 +26,7 @@
 //! | key | meaning |
 //! |---|---|
 //! | `devices` | the paper's robot or table of this device file, with its controller; its lines are `gyro` and `base` or `table` |
-//! | `[[line]]` | `can = { bit_rate, dbc }`, or `serial = {}`, whose settings are those of the device on it |
+//! | `[[line]]` | `can = { bit_rate, dbc }` with one DBC or an array of several, or `serial = {}`, whose settings are those of the device on it |
 //! | `[[node]]` | `at`: a line, or several; one of `emulate`, `under_test`, `tester` and `replay = { log, channel }` |
 //! | `dbc_node` | the node's name in the DBC, where that is another one |
 //!
@@ -51,6 +51,7 @@ pub const LINES_MAX: usize = 16;
 /// A rig file, as it is written.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("anyOf" = [{ "required": ["devices"] }, { "required": ["node"] }]))]
 pub struct RigFile {
     /// What it is, in a line.
     #[serde(default)]
@@ -69,6 +70,7 @@ pub struct RigFile {
 /// A line, as it is written.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["can"] }, { "required": ["serial"] }]))]
 pub struct LineTable {
     /// Its name.
     pub name: Name,
@@ -88,9 +90,9 @@ pub struct CanTable {
     #[serde(default)]
     #[schemars(range(min = 10_000, max = 1_000_000))]
     pub bit_rate: Option<u32>,
-    /// The DBC file with its messages, beside the rig file.
+    /// The DBC file with its messages, beside the rig file, or several.
     #[serde(default)]
-    pub dbc: Option<String>,
+    pub dbc: Option<OneOrSeveral<String>>,
 }
 
 /// A serial line, as it is written: the device on it says how it is set.
@@ -101,11 +103,12 @@ pub struct SerialTable {}
 /// A node, as it is written.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["emulate"] }, { "required": ["under_test"] }, { "required": ["tester"] }]))]
 pub struct NodeTable {
     /// Its name.
     pub name: Name,
-    /// The line that it is on, or several.
-    pub at: At,
+    /// The line that it is on, or several, in the order of its ports.
+    pub at: OneOrSeveral<Name>,
     /// The description of the device that is emulated.
     #[serde(default)]
     pub emulate: Option<String>,
@@ -134,22 +137,23 @@ pub struct ReplayTable {
     pub channel: Option<String>,
 }
 
-/// Where a node is.
+/// One, or an array of several.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum At {
-    /// On one line.
-    One(Name),
-    /// On several, in the order of its ports.
-    Several(Vec<Name>),
+#[serde(untagged, expecting = "expected a name or an array of names")]
+#[schemars(inline)]
+pub enum OneOrSeveral<T> {
+    /// One.
+    One(T),
+    /// Several.
+    Several(Vec<T>),
 }
 
-impl At {
-    /// The lines.
-    pub fn lines(&self) -> &[Name] {
+impl<T> OneOrSeveral<T> {
+    /// All.
+    pub fn as_slice(&self) -> &[T] {
         match self {
-            Self::One(name) => std::slice::from_ref(name),
-            Self::Several(names) => names,
+            Self::One(one) => std::slice::from_ref(one),
+            Self::Several(several) => several,
         }
     }
 }
@@ -212,7 +216,7 @@ pub struct Rig {
     pub nodes: Vec<RigNode>,
     /// Who says what.
     pub speakers: Vec<Speaker>,
-    /// A plan names its only device, and no rig.
+    /// Of one device alone, or of the paper's robot.
     pub is_short: bool,
 }
 
@@ -349,6 +353,14 @@ impl Rig {
         self.nodes.iter().filter_map(|node| match &node.part {
             NodePart::Tester(layout, sender) => Some((node.name.as_str(), layout, *sender)),
             _ => None,
+        })
+    }
+
+    /// Is somebody at this line, by its place among those that are not the robot's, who is not in this process?
+    pub fn is_away(&self, line: usize) -> bool {
+        let line = self.robot_lines() + line;
+        self.under_test().any(|(node, how)| {
+            node.lines.contains(&line) && !matches!(how, UnderTest::InProcess(_))
         })
     }
 

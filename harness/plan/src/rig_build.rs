@@ -1,9 +1,11 @@
 //! A rig from its file: what is wrong is said with its place.
 
+mod replayed;
+
 use crate::library::{Kind, Library, LibraryError, Source};
-use crate::replayed::{Logged, channel_of, said_on};
+use crate::replayed::Logged;
 use crate::rig::{
-    LINES_MAX, NODES_MAX, NodePart, NodeTable, ReplayTable, Rig, RigFile, RigLine, RigNode,
+    LINES_MAX, NODES_MAX, NodePart, NodeTable, Rig, RigFile, RigLine, RigNode, UnderTest,
 };
 use crate::speakers::{DEVICE, Speaker};
 use crate::{hint, quantities};
@@ -32,14 +34,14 @@ pub trait Parts {
     /// When it is missing or not right.
     fn description(&mut self, name: &str) -> Result<Description, Self::Error>;
 
-    /// The layout of a DBC: what `is_ours` says yes to is sent by the node.
+    /// The layout of the DBCs of a line: what `is_ours` says yes to is sent by the node.
     ///
     /// # Errors
     ///
-    /// When it is no DBC that can be used.
+    /// When one is no DBC that can be used, or two contradict each other.
     fn layout(
         &mut self,
-        file: &Source,
+        files: &[Source],
         is_ours: &dyn Fn(&str) -> bool,
     ) -> Result<Layout, Self::Error>;
 
@@ -63,6 +65,8 @@ pub fn load<P: Parts>(library: &Library, name: &str, parts: &mut P) -> Result<Ri
         Builder { library, source: &source, rig: Rig::default(), dbcs: BTreeMap::new() };
     builder.lines(&file, parts)?;
     builder.nodes(&file, parts)?;
+    // The paper's robot alone is what `devices` in a plan is short for.
+    builder.rig.is_short = file.lines.is_empty() && file.nodes.is_empty();
     Ok(builder.rig)
 }
 
@@ -70,8 +74,8 @@ struct Builder<'a> {
     library: &'a Library,
     source: &'a Source,
     rig: Rig,
-    /// The DBC of a line, and the names of its nodes.
-    dbcs: BTreeMap<usize, (Source, Vec<String>)>,
+    /// The DBCs of a line that has any.
+    dbcs: BTreeMap<usize, Vec<Source>>,
 }
 
 impl Builder<'_> {
@@ -124,10 +128,13 @@ impl Builder<'_> {
                         let message = "expected 10,000 to 1,000,000 bits per second".to_owned();
                         return Err(self.mistake(("line", number, "can"), message, None).into());
                     }
-                    if let Some(dbc) = &can.dbc {
-                        let dbc = self.library.open_beside(self.source, dbc)?;
-                        let nodes = dbc_nodes(&dbc.text);
-                        self.dbcs.insert(number, (dbc, nodes));
+                    let dbcs = can.dbc.iter().flat_map(|dbc| dbc.as_slice());
+                    let dbcs = dbcs.map(|dbc| self.library.open_beside(self.source, dbc));
+                    let dbcs = dbcs.collect::<Result<Vec<_>, _>>()?;
+                    if !dbcs.is_empty() {
+                        // What is wrong with them is said whoever is on the line.
+                        parts.layout(&dbcs, &|_| false)?;
+                        self.dbcs.insert(number, dbcs);
                     }
                     (Medium::Can, can.bit_rate)
                 }
@@ -167,7 +174,7 @@ impl Builder<'_> {
             let name = node.name.as_str();
             self.check_name(file, number)?;
             let mut lines = Vec::new();
-            for line in node.at.lines() {
+            for line in node.at.as_slice() {
                 let known: Vec<&str> =
                     self.rig.lines.iter().map(|line| line.name.as_str()).collect();
                 let robot = match (line.as_str(), self.rig.robot.is_some()) {
@@ -262,6 +269,12 @@ impl Builder<'_> {
                 "write one of `emulate`, `under_test`, `tester = true` and `replay`".to_owned();
             return Err(self.mistake(("node", number, "name"), message, Some(help)).into());
         }
+        if node.under_test.as_ref().is_some_and(|how| *how == UnderTest::Command(Vec::new())) {
+            let message = format!("no program in the command of `{}`", node.name);
+            let help = "write the program and its arguments, or `under_test = { attached = true }`";
+            let at = ("node", number, "under_test");
+            return Err(self.mistake(at, message, Some(help.to_owned())).into());
+        }
         if let Some(name) = &node.emulate {
             return self.emulated(node, (number, name), lines, parts);
         }
@@ -284,40 +297,6 @@ impl Builder<'_> {
                 Err(self.mistake(("node", number, "at"), message, Some(help)).into())
             }
         }
-    }
-
-    fn replayed<P: Parts>(
-        &self,
-        number: usize,
-        replay: &ReplayTable,
-        (node, lines): (&NodeTable, &[usize]),
-        parts: &mut P,
-    ) -> Result<NodePart, P::Error> {
-        let source = self.library.open_beside(self.source, &replay.log)?;
-        let log = parts.log(&source)?;
-        let mut said = Vec::new();
-        for (port, line) in lines.iter().enumerate() {
-            let Some(declared) = self.line(*line) else { continue };
-            let named = replay.channel.as_deref();
-            let channel = channel_of(&log, &declared.name, declared.medium, named);
-            let channel = channel.map_err(|known| {
-                let line = &declared.name;
-                let message = format!("which channel of {} is the line `{line}`?", source.origin);
-                let help = format!("`channel = ...`, one of: {}", known.join(", "));
-                self.mistake(("node", number, "replay"), message, Some(help))
-            })?;
-            let speaks = |one: &&Speaker| one.node == node.name.as_str() && one.line == *line;
-            let words = self.rig.speakers.iter().find(speaks);
-            let words = words.map(|speaker| (&speaker.layout, speaker.sender));
-            let port = u8::try_from(port).unwrap_or(u8::MAX);
-            said.extend(said_on(&log, channel, words).map(|(at, what)| (at, port, what)));
-        }
-        if said.is_empty() {
-            let message = format!("`{}` says nothing in {}", node.name, source.origin);
-            return Err(self.mistake(("node", number, "replay"), message, None).into());
-        }
-        said.sort_by_key(|(at, ..)| *at);
-        Ok(NodePart::Replayed(said.into()))
     }
 
     fn emulated<P: Parts>(
@@ -371,7 +350,7 @@ impl Builder<'_> {
         parts: &mut P,
     ) -> Result<Option<(Layout, Sender)>, P::Error> {
         let node = &file.nodes[number];
-        let Some((dbc, nodes)) =
+        let Some(dbcs) =
             line.checked_sub(self.rig.robot_lines()).and_then(|line| self.dbcs.get(&line))
         else {
             let other = self.rig.speakers.iter().find(|known| known.line == line);
@@ -379,10 +358,12 @@ impl Builder<'_> {
             return Ok(other.map(|other| (other.layout.clone(), Sender::Host)));
         };
         let wanted = node.dbc_node.as_deref().unwrap_or(node.name.as_str());
-        let found = nodes.iter().find(|known| known.eq_ignore_ascii_case(wanted));
-        match (found, node.tester) {
-            (Some(found), _) => Ok(Some((parts.layout(dbc, &|of| of == found)?, Sender::Device))),
-            (None, Some(_)) if node.dbc_node.is_none() => {
+        let nodes: Vec<&str> = dbcs.iter().flat_map(|dbc| dbc_nodes(&dbc.text)).collect();
+        // It may stand in several of the files.
+        let is_it = |of: &str| of.eq_ignore_ascii_case(wanted);
+        match (nodes.iter().any(|known| is_it(known)), node.tester) {
+            (true, _) => Ok(Some((parts.layout(dbcs, &is_it)?, Sender::Device))),
+            (false, Some(_)) if node.dbc_node.is_none() => {
                 // All that no other node of the rig sends.
                 let taken: Vec<String> = file
                     .nodes
@@ -391,13 +372,13 @@ impl Builder<'_> {
                     .map(|other| other.dbc_node.clone().unwrap_or_else(|| other.name.to_string()))
                     .collect();
                 let is_ours = |of: &str| !taken.iter().any(|taken| taken.eq_ignore_ascii_case(of));
-                Ok(Some((parts.layout(dbc, &is_ours)?, Sender::Device)))
+                Ok(Some((parts.layout(dbcs, &is_ours)?, Sender::Device)))
             }
-            (None, _) => {
-                let known: Vec<&str> = nodes.iter().map(String::as_str).collect();
-                let message = format!("no node `{wanted}` in {}", dbc.origin);
+            (false, _) => {
+                let origins: Vec<&str> = dbcs.iter().map(|dbc| dbc.origin.as_str()).collect();
+                let message = format!("no node `{wanted}` in {}", origins.join(" and "));
                 let help =
-                    format!("{}; `dbc_node` says which it is", hint::proposal(wanted, &known));
+                    format!("{}; `dbc_node` says which it is", hint::proposal(wanted, &nodes));
                 let key = if node.dbc_node.is_some() { "dbc_node" } else { "name" };
                 Err(self.mistake(("node", number, key), message, Some(help)).into())
             }
@@ -406,7 +387,7 @@ impl Builder<'_> {
 }
 
 /// The nodes that a DBC declares.
-fn dbc_nodes(text: &str) -> Vec<String> {
+fn dbc_nodes(text: &str) -> impl Iterator<Item = &str> {
     let line = text.lines().find_map(|line| line.trim_start().strip_prefix("BU_:"));
-    line.unwrap_or_default().split_whitespace().map(str::to_owned).collect()
+    line.unwrap_or_default().split_whitespace()
 }

@@ -114,10 +114,11 @@ impl rig_build::Parts for Reader<'_> {
 
     fn layout(
         &mut self,
-        file: &Source,
+        files: &[Source],
         is_ours: &dyn Fn(&str) -> bool,
     ) -> Result<Layout, RigError> {
-        Ok(Layout::from_dbc_of(&file.origin, &file.text, is_ours).map_err(Box::new)?)
+        let files: Vec<_> = files.iter().map(|file| (&*file.origin, &*file.text)).collect();
+        Ok(Layout::from_dbcs(&files, is_ours).map_err(Box::new)?)
     }
 
     #[cfg(feature = "logs")]

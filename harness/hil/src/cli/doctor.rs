@@ -11,8 +11,8 @@ Exit status:
 
 /// Says what this machine and a bench have, what they lack, and the command that mends it.
 ///
-/// Without a bench nothing is needed; with plans, the roles that they need are looked for on the bench.
-/// Nothing is changed.
+/// Without a bench nothing is needed but the programs that plans test; with one, the roles and lines of the plans are
+/// looked for on it. Nothing is changed.
 #[derive(Debug, Args)]
 #[command(after_help = STATUSES)]
 pub(super) struct DoctorArguments {

@@ -1,6 +1,7 @@
-//! `hil list`: what ships, and which names a plan can use.
+//! `hil list`: what ships, what belongs to the project in the working directory, and which names a plan can use.
 
 use super::failure::Failure;
+use super::listed::listed;
 use super::{say, say_json};
 use clap::{Args, ValueEnum};
 use comfy_table::{ContentArrangement, Row, Table, presets};
@@ -9,28 +10,31 @@ use emulators::base::{BaseParameters, Wheel};
 use emulators::gyro::GyroParameters;
 use emulators::parameters::{Domain, ParameterInfo, Parameters};
 use emulators::table::TableParameters;
-use harness::run::load_plan;
 use plan::bench_file::{BenchFile, ROLES, Role};
 use plan::faults::{FaultKind, table as vocabulary};
-use plan::library::{Kind, Library, LibraryError, names};
+use plan::library::Kind;
 use plan::quantities::QUANTITIES;
+use plan::rig::RigFile;
 use plan::{Action, STEP_EXAMPLES};
 use record::outcome::Outcome;
 use serde_json::{Map, Value};
+use std::path::Path;
 use views::console::Style;
 
 /// What can be listed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Topic {
-    /// Plans that ship.
+    /// Plans.
     Plans,
     /// What a step of a plan can do.
     Steps,
-    /// Device files, and the gyros, bases and tables that they name, that ship.
+    /// Device files, the gyros, bases and tables that they name, and descriptions.
     Devices,
-    /// Bench files that ship.
+    /// Rigs: nodes on lines.
+    Rigs,
+    /// Bench files.
     Benches,
-    /// Identified models and calibrations that ship.
+    /// Identified models and calibrations.
     Models,
     /// What a plan can measure.
     Quantities,
@@ -40,7 +44,7 @@ enum Topic {
     Faults,
 }
 
-/// Lists what ships and what plans can name.
+/// Lists what ships, what the project in this folder has, and what plans can name.
 #[derive(Debug, Args)]
 pub(super) struct ListArguments {
     /// What to list; everything without.
@@ -57,16 +61,18 @@ impl Topic {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    fn table(self) -> Result<Table, Failure> {
+    /// With the files of the project in this folder.
+    fn table(self, project: &Path) -> Table {
         match self {
-            Self::Plans => plans(),
-            Self::Steps => Ok(steps()),
-            Self::Devices => devices(),
-            Self::Benches => benches(),
-            Self::Models => models(),
-            Self::Quantities => Ok(quantities()),
-            Self::Parameters => Ok(parameters()),
-            Self::Faults => Ok(faults()),
+            Self::Plans => plans(project),
+            Self::Steps => steps(),
+            Self::Devices => devices(project),
+            Self::Rigs => rigs(project),
+            Self::Benches => benches(project),
+            Self::Models => models(project),
+            Self::Quantities => quantities(),
+            Self::Parameters => parameters(),
+            Self::Faults => faults(),
         }
     }
 }
@@ -77,18 +83,14 @@ impl ListArguments {
             Some(topic) => std::slice::from_ref(topic),
             None => Topic::value_variants(),
         };
-        let mut tables = Vec::new();
-        for topic in topics {
-            tables.push((topic, topic.table()?));
-        }
+        let tables = topics.iter().map(|topic| (topic, topic.table(Path::new("."))));
         if self.json {
             let all: Map<String, Value> =
-                tables.iter().map(|(topic, table)| (topic.name(), rows(table))).collect();
+                tables.map(|(topic, table)| (topic.name(), rows(&table))).collect();
             say_json(&all)?;
         } else {
             let style = Style::of_stdout();
-            let texts: Vec<String> =
-                tables.into_iter().map(|(_, table)| lines(table, style)).collect();
+            let texts: Vec<String> = tables.map(|(_, table)| lines(table, style)).collect();
             say(&texts.join("\n"))?;
         }
         Ok(Outcome::Passed)
@@ -122,13 +124,20 @@ fn lines(mut table: Table, style: Style) -> String {
     table.lines().map(|line| line.trim_end().to_owned() + "\n").collect()
 }
 
-fn plans() -> Result<Table, Failure> {
-    let mut table = table(["plan", "title", "paper"]);
-    for name in names(Kind::Plan) {
-        let plan = load_plan(&Library::shipped(), &name)?;
-        table.add_row([name, plan.title, plan.paper.unwrap_or_default()]);
+fn plans(project: &Path) -> Table {
+    let mut table = table(["plan", "from", "title", "paper"]);
+    for file in listed(project, Kind::Plan) {
+        // Other files lie beside plans, too.
+        if file.source.text.lines().any(|line| line.starts_with("steps")) {
+            table.add_row([
+                &file.path(project),
+                file.from,
+                &file.text("title"),
+                &file.text("paper"),
+            ]);
+        }
     }
-    Ok(table)
+    table
 }
 
 fn steps() -> Table {
@@ -139,55 +148,78 @@ fn steps() -> Table {
     table
 }
 
-fn models() -> Result<Table, Failure> {
-    let mut table = table(["name", "kind", "terms or origin"]);
-    for name in names(Kind::Model) {
-        let (_, model) = plan::models::read(&Library::shipped(), &name)
-            .map_err(harness::run::PrepareError::from)?;
-        let terms: Vec<&str> = model.terms.iter().map(|term| term.name.as_str()).collect();
-        table.add_row([name, format!("model of {}", model.kind.name()), terms.join(", ")]);
+fn models(project: &Path) -> Table {
+    let mut table = table(["name", "from", "kind", "terms or origin"]);
+    for file in listed(project, Kind::Model) {
+        let (kind, terms) = match plan::models::read(&file.library, &file.name) {
+            Ok((_, model)) => {
+                let terms: Vec<&str> = model.terms.iter().map(|term| term.name.as_str()).collect();
+                (format!("model of {}", model.kind.name()), terms.join(", "))
+            }
+            // A list does not fail for one file that is not right.
+            Err(error) => (Kind::Model.to_string(), error.to_string()),
+        };
+        table.add_row([file.name, file.from.to_owned(), kind, terms]);
     }
-    for name in names(Kind::Calibration) {
-        let source = Library::shipped()
-            .open(Kind::Calibration, &name)
-            .map_err(harness::run::PrepareError::from)?;
+    for file in listed(project, Kind::Calibration) {
         // The first line says what made it.
-        let origin = source.text.lines().next().and_then(|line| line.strip_prefix("# "));
-        table.add_row([name, Kind::Calibration.to_string(), origin.unwrap_or_default().to_owned()]);
+        let origin = file.source.text.lines().next().and_then(|line| line.strip_prefix("# "));
+        let origin = origin.unwrap_or_default();
+        table.add_row([&file.name, file.from, &file.kind.to_string(), origin]);
     }
-    Ok(table)
+    table
 }
 
-fn devices() -> Result<Table, Failure> {
-    let mut table = table(["name", "kind", "title"]);
+fn devices(project: &Path) -> Table {
+    let mut table = table(["name", "from", "kind", "title"]);
     for kind in [Kind::Devices, Kind::GyroModel, Kind::BaseModel, Kind::TableModel] {
-        for name in names(kind) {
-            let title = title(kind, &name).map_err(harness::run::PrepareError::from)?;
-            table.add_row([name, kind.to_string(), title]);
+        for file in listed(project, kind) {
+            // Descriptions lie in the folder of device files, and say no mount.
+            let is_described = kind == Kind::Devices && file.text("mount").is_empty();
+            let kind = if is_described { Kind::Description } else { kind };
+            table.add_row([&file.name, file.from, &kind.to_string(), &file.text("title")]);
         }
     }
-    Ok(table)
+    table
 }
 
-fn benches() -> Result<Table, Failure> {
-    let mut table = table(["bench", "gyro", "base", "table", "title"]);
-    for name in names(Kind::Bench) {
-        let bench = BenchFile::load(&name)?;
-        let [gyro, base, turntable] = ROLES.map(|role| match bench.role(role) {
-            Role::Real(port) => port.to_string(),
-            Role::Emulated(None) => "emulated".to_owned(),
-            Role::Emulated(Some(port)) => format!("emulated on {port}"),
-        });
-        table.add_row([name, gyro, base, turntable, bench.title]);
+fn rigs(project: &Path) -> Table {
+    let mut table = table(["rig", "from", "lines", "nodes", "title"]);
+    for file in listed(project, Kind::Rig) {
+        let (lines, nodes, title) = match file.source.parse::<RigFile>() {
+            Ok(rig) => {
+                let robot = rig.devices.map(|name| format!("devices {name}"));
+                let lines: Vec<&str> = rig.lines.iter().map(|line| line.name.as_str()).collect();
+                let nodes = rig.nodes.iter().map(|node| node.name.to_string());
+                let nodes: Vec<String> = robot.into_iter().chain(nodes).collect();
+                (lines.join(", "), nodes.join(", "), rig.title)
+            }
+            Err(error) => (String::new(), String::new(), error.to_string()),
+        };
+        table.add_row([file.name, file.from.to_owned(), lines, nodes, title]);
     }
-    Ok(table)
+    table
 }
 
-/// The title of a file, whatever else is in it.
-fn title(kind: Kind, name: &str) -> Result<String, LibraryError> {
-    let source = Library::shipped().open(kind, name)?;
-    let file: toml::Table = source.text.parse().unwrap_or_default();
-    Ok(file.get("title").and_then(|title| title.as_str()).unwrap_or_default().to_owned())
+fn benches(project: &Path) -> Table {
+    let mut table = table(["bench", "from", "gyro", "base", "table", "title"]);
+    for file in listed(project, Kind::Bench) {
+        let (players, title) = match file.source.parse::<BenchFile>() {
+            Ok(bench) => {
+                let player = |role| match bench.role(role) {
+                    Role::Real(port) => port.to_string(),
+                    Role::Emulated(None) => "emulated".to_owned(),
+                    Role::Emulated(Some(port)) => format!("emulated on {port}"),
+                };
+                (ROLES.map(player), bench.title)
+            }
+            Err(error) => (ROLES.map(|_| String::new()), error.to_string()),
+        };
+        let [gyro, base, turntable] = players;
+        let name = file.path(project);
+        table.add_row([name, file.from.to_owned(), gyro, base, turntable, title]);
+    }
+    table
 }
 
 fn quantities() -> Table {
@@ -247,23 +279,31 @@ fn number(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::{
-        Style, Topic, benches, devices, lines, models, parameters, plans, quantities, rows, steps,
+        Style, Topic, benches, devices, lines, models, parameters, plans, quantities, rigs, rows,
+        steps,
     };
     use clap::ValueEnum as _;
     use plan::library::{Kind, names};
+    use std::path::Path;
+
+    /// A folder without a project.
+    const NOWHERE: &str = "no/such/folder";
 
     #[test]
     fn everything_that_ships_is_listed_with_its_title() {
-        let plans = lines(plans().unwrap(), Style::PLAIN);
+        let nowhere = Path::new(NOWHERE);
+        let plans = lines(plans(nowhere), Style::PLAIN);
         assert!(names(Kind::Plan).iter().all(|name| plans.contains(name.as_str())), "{plans}");
-        let benches = lines(benches().unwrap(), Style::PLAIN);
+        let benches = lines(benches(nowhere), Style::PLAIN);
         assert!(names(Kind::Bench).iter().all(|name| benches.contains(name.as_str())), "{benches}");
-        let devices = devices().unwrap();
+        let rigs = lines(rigs(nowhere), Style::PLAIN);
+        assert!(names(Kind::Rig).iter().all(|name| rigs.contains(name.as_str())), "{rigs}");
+        let devices = devices(nowhere);
         assert!(devices.row_count() > 4);
         for row in devices.row_iter() {
             assert!(row.cell_iter().all(|cell| !cell.content().is_empty()), "{devices}");
         }
-        let models = models().unwrap();
+        let models = models(nowhere);
         for row in models.row_iter() {
             assert!(row.cell_iter().all(|cell| !cell.content().is_empty()), "{models}");
         }
@@ -271,9 +311,33 @@ mod tests {
     }
 
     #[test]
+    fn files_of_the_project_are_listed_as_such() {
+        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/battery-pack");
+        let folder = tempfile::tempdir().unwrap();
+        for file in ["charge.toml", "Cargo.toml", "rigs/pack.toml", "devices/cells.toml"] {
+            let to = folder.path().join(file);
+            std::fs::create_dir_all(to.parent().unwrap()).unwrap();
+            std::fs::copy(example.join(file), to).unwrap();
+        }
+        std::fs::create_dir(folder.path().join("benches")).unwrap();
+        for (name, text) in [
+            ("benches/mine.toml", "title = \"By the window\"\n[gyro]\nport = \"/dev/ttyUSB0\"\n"),
+            ("benches/bad.toml", "[gyro]\nprot = 1\n"),
+            ("rigs/bad.toml", "lines = 3\n"),
+        ] {
+            std::fs::write(folder.path().join(name), text).unwrap();
+        }
+        let tables = [Topic::Plans, Topic::Devices, Topic::Rigs, Topic::Benches, Topic::Models];
+        let tables = tables.map(|topic| lines(topic.table(folder.path()), Style::PLAIN));
+        let all = tables.concat();
+        let own: Vec<&str> = all.lines().filter(|line| line.contains("project")).collect();
+        insta::assert_snapshot!(own.join("\n"));
+    }
+
+    #[test]
     fn the_keys_of_the_document_are_these() {
         let keys = |topic: &Topic| {
-            let all = rows(&topic.table().unwrap());
+            let all = rows(&topic.table(Path::new(NOWHERE)));
             let first = all.as_array().unwrap()[0].as_object().unwrap().clone();
             format!(
                 "{}: {}",

@@ -24,6 +24,7 @@ mod identify;
 mod import;
 mod interrupt;
 mod list;
+mod listed;
 mod live;
 mod log;
 mod log_format;

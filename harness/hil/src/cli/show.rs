@@ -2,8 +2,9 @@
 
 use super::failure::Failure;
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use plan::hint;
 use record::Device;
+use record::header::Header;
 use record::outcome::Outcome;
 use record::run_folder::{RECORD, RunFolder, RunFolderError};
 use record::text::Line;
@@ -16,18 +17,25 @@ pub(super) struct ShowArguments {
     /// A run folder.
     #[arg(value_name = "RUN")]
     run: PathBuf,
-    /// Only the events of this device.
-    #[arg(long, value_parser = device_parser())]
-    device: Option<Device>,
+    /// Only the events of this device (plan, controller, gyro, base, table, absolute, device), or node of a rig.
+    #[arg(long, value_name = "NAME")]
+    device: Option<String>,
     /// No more lines than this.
     #[arg(long, value_name = "N")]
     limit: Option<u64>,
 }
 
-fn device_parser() -> impl TypedValueParser<Value = Device> {
-    PossibleValuesParser::new(Device::ALL.map(Device::name)).try_map(|name| {
-        Device::ALL.into_iter().find(|device| device.name() == name).ok_or("no such device")
-    })
+/// Refuses a name that is of no device and no node of the record.
+fn check_name(header: &Header, name: &str) -> Result<(), Failure> {
+    let nodes = header.nodes.iter().map(|node| node.name.as_str());
+    let known: Vec<&str> = nodes.chain(Device::ALL.iter().map(|device| device.name())).collect();
+    if known.contains(&name) {
+        return Ok(());
+    }
+    Err(Failure::arguments(
+        format!("no device `{name}` in this record"),
+        hint::proposal(name, &known),
+    ))
 }
 
 impl ShowArguments {
@@ -37,6 +45,8 @@ impl ShowArguments {
         let mut left = self.limit.unwrap_or(u64::MAX);
         let records = folder.records()?;
         let header = records.header().clone();
+        let wanted = self.device.as_deref();
+        wanted.map_or(Ok(()), |name| check_name(&header, name))?;
         for record in records {
             if left == 0 {
                 break;
@@ -46,7 +56,8 @@ impl ShowArguments {
                 let _ = out.flush();
                 RunFolderError::Record { path: folder.file(RECORD), source }
             })?;
-            if self.device.is_some_and(|device| device != record.device) {
+            // A node on several lines is one device.
+            if wanted.is_some_and(|name| name != header.name_of(record.device)) {
                 continue;
             }
             left -= 1;
@@ -61,5 +72,23 @@ impl ShowArguments {
             Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::output(error)),
             _ => Ok(Outcome::Passed),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Header, check_name};
+    use record::header::Node;
+
+    #[test]
+    fn nodes_of_a_rig_have_their_names() {
+        let node = |name: &str| Node { name: name.to_owned(), line: "can0".to_owned() };
+        let nodes = ["manager", "cells"].map(node).to_vec();
+        let header = Header { nodes, ..Header::default() };
+        assert!(check_name(&header, "cells").is_ok() && check_name(&header, "plan").is_ok());
+        let said = format!("{:?}", check_name(&header, "cell").unwrap_err());
+        assert!(said.contains("did you mean `cells`?"), "{said}");
+        let said = format!("{:?}", check_name(&header, "oven").unwrap_err());
+        assert!(said.contains("`manager`, `cells`, `plan`"), "{said}");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::finding::{Finding, joined};
 use super::interface::{self, CanInterface, CanState, is_vcan_name};
-use super::{Facts, Needs};
+use super::{Facts, Needs, PortNeed};
 use plan::bench_file::Medium;
 use rustix::net::{AddressFamily, Protocol, SocketType, socket};
 use serde::Serialize;
@@ -67,8 +67,9 @@ pub(super) fn judge(facts: &Facts, needs: &Needs, findings: &mut Vec<Finding>) {
         findings.push(module(facts, name));
     }
     for interface in &can.interfaces {
-        let by = joined(needing(needs, &interface.name));
-        findings.push(judge_interface(interface, by));
+        let by = joined(needing(needs, &interface.name).map(|need| need.by.as_str()));
+        let bit_rate = needing(needs, &interface.name).find_map(|need| need.bit_rate);
+        findings.push(judge_interface(interface, by, bit_rate));
     }
     if can.interfaces.is_empty() {
         findings.push(Finding::gap("CAN interfaces", "none", make_vcan(facts, "vcan0"), None));
@@ -89,16 +90,13 @@ pub(super) fn judge(facts: &Facts, needs: &Needs, findings: &mut Vec<Finding>) {
                  set {name} up"
             )
         };
-        let by = joined(needing(needs, name));
+        let by = joined(needing(needs, name).map(|need| need.by.as_str()));
         findings.push(Finding::gap(*name, "there is no such interface", mend, by));
     }
 }
 
-fn needing<'a>(needs: &'a Needs, interface: &'a str) -> impl Iterator<Item = &'a str> {
-    needs
-        .ports_on(&[Medium::Can])
-        .filter(move |need| need.port.address() == interface)
-        .map(|need| need.by.as_str())
+fn needing<'a>(needs: &'a Needs, interface: &'a str) -> impl Iterator<Item = &'a PortNeed> {
+    needs.ports_on(&[Medium::Can]).filter(move |need| need.port.address() == interface)
 }
 
 /// The ways around a kernel without CAN.
@@ -150,7 +148,11 @@ fn make_vcan(facts: &Facts, name: &str) -> String {
     }
 }
 
-fn judge_interface(interface: &CanInterface, needed_by: Option<String>) -> Finding {
+fn judge_interface(
+    interface: &CanInterface,
+    needed_by: Option<String>,
+    bit_rate: Option<u32>,
+) -> Finding {
     let name = &interface.name;
     let subject = format!("interface {name}");
     let words = interface.words();
@@ -161,8 +163,11 @@ fn judge_interface(interface: &CanInterface, needed_by: Option<String>) -> Findi
             "sudo ip link set {name} up (the bit rate is the adapter's: slcand -s6 is 500 kbit/s)"
         )
     } else {
-        format!("sudo ip link set {name} up type can bitrate {BIT_RATE} restart-ms 100")
+        let rate = bit_rate.map_or(BIT_RATE, i64::from);
+        format!("sudo ip link set {name} up type can bitrate {rate} restart-ms 100")
     };
+    let wrong_rate =
+        bit_rate.filter(|rate| interface.bitrate.is_some_and(|set| set != u64::from(*rate)));
     match (interface.up, interface.state) {
         (false, _) => Finding::gap(subject, words, set_up, needed_by),
         (true, Some(CanState::BusOff)) => {
@@ -175,6 +180,12 @@ fn judge_interface(interface: &CanInterface, needed_by: Option<String>) -> Findi
         (true, Some(CanState::Stopped | CanState::Sleeping)) => {
             let mend = format!("sudo ip link set {name} down && {set_up}");
             Finding::gap(subject, words, mend, needed_by)
+        }
+        (true, _) if wrong_rate.is_some() => {
+            let mend = format!("sudo ip link set {name} down && {set_up}");
+            let rate = f64::from(wrong_rate.unwrap_or_default()) / 1e3;
+            let what = format!("{words}; its line has {rate} kbit/s");
+            Finding::gap(subject, what, mend, needed_by)
         }
         (true, Some(CanState::ErrorPassive | CanState::ErrorWarning)) => {
             let mend = format!(

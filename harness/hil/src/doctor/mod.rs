@@ -23,7 +23,7 @@ mod tests;
 
 pub use finding::{Finding, Status};
 pub use interface::{CanInterface, CanState};
-pub use needs::{Needs, PortNeed};
+pub use needs::{Needs, PortNeed, ProgramNeed};
 
 use record::outcome::Outcome;
 use serde::Serialize;

@@ -2,7 +2,9 @@
 
 use super::finding::Finding;
 use super::plans;
-use plan::bench_file::{AttachPlace, BenchFile, ControllerSection, Medium, PortText, Role};
+use harness::run::Prepared;
+use plan::bench_file::{AttachPlace, BenchFile, ControllerSection, Medium, PortText, ROLES, Role};
+use plan::rig::UnderTest;
 use wire::time::Span;
 
 /// A port that must be there.
@@ -12,6 +14,17 @@ pub struct PortNeed {
     pub by: String,
     /// The port.
     pub port: PortText,
+    /// Bits per second on it, where a rig file says so.
+    pub bit_rate: Option<u32>,
+}
+
+/// A program that must be there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ProgramNeed {
+    /// Who needs it, such as `manager of plan charge`.
+    pub by: String,
+    /// Its words.
+    pub words: Vec<String>,
 }
 
 /// What must be there, and for whom.
@@ -23,8 +36,8 @@ pub struct Needs {
     pub ptys: Vec<String>,
     /// Who needs our own controller as a program.
     pub our_controller: Option<String>,
-    /// A program that is the device under test, and who needs it.
-    pub program: Option<(String, String)>,
+    /// Programs that are under test.
+    pub programs: Vec<ProgramNeed>,
     /// How late the harness may be, and who says so.
     pub late_max: Option<(Span, String)>,
     /// What is already known of benches and plans themselves.
@@ -32,17 +45,25 @@ pub struct Needs {
 }
 
 impl Needs {
-    /// What the bench and the plans of these names or paths need. Plans alone run in virtual time, which
-    /// needs nothing but their files.
+    /// What the bench and the plans of these names or paths need. Plans alone need nothing but their files, and the
+    /// programs that they test.
     pub fn read(bench: Option<&str>, plans: &[String]) -> Self {
         let mut needs = Self::default();
         let prepared = plans::prepare(plans, &mut needs.findings);
+        for Prepared { plan, rig, .. } in &prepared {
+            for (node, how) in rig.under_test() {
+                if let UnderTest::Command(words) = how {
+                    needs.program(format!("{} of plan {}", node.name, plan.name), words);
+                }
+            }
+        }
         let Some(name) = bench else { return needs };
         match BenchFile::load(name) {
             Err(error) => needs.findings.push(plans::unusable(&format!("bench {name}"), &error)),
             Ok(file) => {
                 let roles = plans::judge(name, &file, &prepared, &mut needs.findings);
                 needs.add(name, &file, &roles);
+                needs.add_lines(name, &file, &prepared);
             }
         }
         needs
@@ -54,32 +75,54 @@ impl Needs {
             let by = format!("the {role} of bench {name}");
             match bench.role(role) {
                 Role::Emulated(None) => self.ptys.push(by),
-                Role::Real(port) | Role::Emulated(Some(port)) => {
-                    if port.medium().is_made_here() {
-                        self.ptys.push(by);
-                    } else {
-                        self.ports.push(PortNeed { by, port });
-                    }
-                }
+                Role::Real(port) | Role::Emulated(Some(port)) => self.port(by, &port, None),
             }
         }
         let by = format!("the controller of bench {name}");
         match &bench.controller {
+            // Nothing else takes its missions.
+            _ if !roles.iter().any(|role| ROLES.contains(role)) => {}
             None => self.our_controller = Some(by),
-            Some(ControllerSection::Command(words)) => {
-                self.program = words.first().map(|program| (program.clone(), by));
-            }
-            Some(ControllerSection::Attach(AttachPlace::Line(port))) => {
-                if port.medium().is_made_here() {
-                    self.ptys.push(by);
-                } else {
-                    self.ports.push(PortNeed { by, port: port.clone() });
-                }
-            }
+            Some(ControllerSection::Command(words)) => self.program(by, words),
+            Some(ControllerSection::Attach(AttachPlace::Line(port))) => self.port(by, port, None),
             // Who listens on a socket may come later.
             Some(ControllerSection::InProcess | ControllerSection::Attach(_)) => {}
         }
         self.late_max = bench.timing.late_max.map(|late| (late, format!("bench {name}")));
+    }
+
+    /// Adds what lines of the plans' rigs need of a bench: all that it names, where there are no plans.
+    fn add_lines(&mut self, name: &str, bench: &BenchFile, prepared: &[Prepared]) {
+        for (line, section) in &bench.lines {
+            let of_rigs = prepared.iter().flat_map(|one| &one.rig.lines);
+            let known = of_rigs.into_iter().find(|known| known.name == *line);
+            if known.is_some() || prepared.is_empty() {
+                let by = format!("the line {line} of bench {name}");
+                self.port(by, &section.port, known.and_then(|known| known.bit_rate));
+            }
+        }
+        for one in prepared {
+            let lines = plans::lines(one).map(|(line, _)| line);
+            let unnamed = lines.filter(|line| !bench.lines.contains_key(*line));
+            self.ptys
+                .extend(unnamed.map(|line| format!("the line {line} of plan {}", one.plan.name)));
+        }
+    }
+
+    /// Adds a port that has to be there, or a pty that is made.
+    fn port(&mut self, by: String, port: &PortText, bit_rate: Option<u32>) {
+        if port.medium().is_made_here() {
+            self.ptys.push(by);
+        } else {
+            self.ports.push(PortNeed { by, port: port.clone(), bit_rate });
+        }
+    }
+
+    fn program(&mut self, by: String, words: &[String]) {
+        match self.programs.iter_mut().find(|known| known.words == words) {
+            Some(known) => known.by += &format!(", {by}"),
+            None => self.programs.push(ProgramNeed { by, words: words.to_vec() }),
+        }
     }
 
     /// Ports of these media.

@@ -1,4 +1,4 @@
-//! Do plans find their files, and does a bench provide the roles that they need?
+//! Do plans find their files, and does a bench provide the roles and lines that they need?
 
 use super::finding::Finding;
 use described::Medium;
@@ -7,7 +7,7 @@ use emulators::device_file::Mount;
 use harness::operator::{AnswerFile, Answers, Attendance, RealRoles, asks_a_person};
 use harness::run::Prepared;
 use miette::Diagnostic;
-use plan::bench_file::{self, BenchFile, ROLES, Role};
+use plan::bench_file::{self, BenchFile, PortText, ROLES};
 use plan::made::Made;
 
 /// How a base is connected.
@@ -29,12 +29,15 @@ pub(super) fn prepare(plans: &[String], findings: &mut Vec<Finding>) -> Vec<Prep
         }
     }
     for one in &prepared {
-        let roles = needed(one).into_iter().map(|(role, on)| match on {
-            None => role.to_owned(),
-            Some(bus) => format!("{role} {bus}"),
+        let needs = needed(one).into_iter().map(|needed| match needed.on() {
+            None => needed.what(),
+            Some(bus) => format!("{} {bus}", needed.what()),
         });
-        let what =
-            format!("all its files are there; needs {}", roles.collect::<Vec<_>>().join(", "));
+        let needs = match needs.collect::<Vec<_>>() {
+            needs if needs.is_empty() => "no port".to_owned(),
+            needs => needs.join(", "),
+        };
+        let what = format!("all its files are there; needs {needs}");
         findings.push(Finding::good(format!("plan {}", one.plan.name), what));
     }
     prepared
@@ -52,23 +55,72 @@ fn comment(text: &str) -> String {
     text.lines().map(|line| format!("# {line}")).collect::<Vec<_>>().join("\n")
 }
 
-/// The roles that a plan needs, and what each is connected by where there is a choice.
-fn needed(prepared: &Prepared) -> Vec<(&'static str, Option<&'static str>)> {
+/// What a plan needs a port for, and what it is connected by where there is a choice.
+#[derive(Clone, Copy)]
+enum Needed<'a> {
+    Role(&'static str, Option<&'static str>),
+    Line(&'a str, &'static str),
+}
+
+impl Needed<'_> {
+    const fn on(self) -> Option<&'static str> {
+        match self {
+            Self::Role(_, on) => on,
+            Self::Line(_, on) => Some(on),
+        }
+    }
+
+    fn what(self) -> String {
+        match self {
+            Self::Role(role, _) => role.to_owned(),
+            Self::Line(line, _) => format!("line {line}"),
+        }
+    }
+
+    /// Its table in a bench file.
+    fn table(self) -> String {
+        match self {
+            Self::Role(role, _) => role.to_owned(),
+            Self::Line(line, _) => format!("line.{line}"),
+        }
+    }
+
+    fn port(self, bench: &BenchFile) -> Option<PortText> {
+        match self {
+            Self::Role(role, _) => bench.role(role).port().cloned(),
+            Self::Line(line, _) => bench.lines.get(line).map(|section| section.port.clone()),
+        }
+    }
+}
+
+const fn on(medium: Medium) -> &'static str {
+    match medium {
+        Medium::Can => ON_CAN,
+        Medium::Serial(_) => ON_A_SERIAL_LINE,
+    }
+}
+
+/// The lines of a rig that something is at that runs elsewhere, and what they are. In real time a robot has roles alone.
+pub(super) fn lines(prepared: &Prepared) -> impl Iterator<Item = (&str, &'static str)> {
+    let rig = &prepared.rig;
+    let lines = rig.lines.iter().enumerate().filter(|_| rig.robot.is_none());
+    let away = lines.filter(|(place, _)| rig.is_away(*place));
+    away.map(|(_, line)| (line.name.as_str(), on(line.medium)))
+}
+
+fn needed(prepared: &Prepared) -> Vec<Needed<'_>> {
+    let role = Needed::Role;
     match (&prepared.rig.robot, prepared.rig.device()) {
         (Some(devices), _) => {
             let carrier = match (devices.mount, &devices.base) {
-                (Mount::Base, Some((Transport::Can, _))) => ("base", Some(ON_CAN)),
-                (Mount::Base, Some((Transport::Serial, _))) => ("base", Some(ON_A_SERIAL_LINE)),
-                _ => ("table", None),
+                (Mount::Base, Some((Transport::Can, _))) => role("base", Some(ON_CAN)),
+                (Mount::Base, Some((Transport::Serial, _))) => role("base", Some(ON_A_SERIAL_LINE)),
+                _ => role("table", None),
             };
-            vec![("gyro", None), carrier]
+            vec![role("gyro", None), carrier]
         }
-        (None, Some(device)) => match device.layout().medium() {
-            Medium::Can => vec![("device", Some(ON_CAN))],
-            Medium::Serial(_) => vec![("device", Some(ON_A_SERIAL_LINE))],
-        },
-        // Its lines have ports, and no roles.
-        (None, None) => Vec::new(),
+        (None, Some(device)) => vec![role("device", Some(on(device.layout().medium())))],
+        (None, None) => lines(prepared).map(|(line, on)| Needed::Line(line, on)).collect(),
     }
 }
 
@@ -84,11 +136,13 @@ pub(super) fn judge(
     let mut roles = Vec::new();
     for one in prepared {
         let plan = one.plan.name.as_str();
-        for (role, on) in needed(one) {
-            if !roles.contains(&role) {
+        for needed in needed(one) {
+            if let Needed::Role(role, _) = needed
+                && !roles.contains(&role)
+            {
                 roles.push(role);
             }
-            findings.extend(misfit(&subject, plan, (role, on), &bench.role(role)));
+            findings.extend(misfit(&subject, plan, needed, needed.port(bench)));
         }
     }
     answers(&subject, bench, prepared, findings);
@@ -99,23 +153,34 @@ pub(super) fn judge(
         };
         findings.push(Finding::good(subject, what));
     }
-    if prepared.is_empty() { ROLES.to_vec() } else { roles }
+    let has_robot = [&bench.gyro, &bench.base, &bench.table].iter().any(|role| role.is_some())
+        || bench.controller.is_some();
+    match prepared {
+        [] if has_robot || bench.device.is_none() && bench.lines.is_empty() => ROLES.to_vec(),
+        [] => bench.device.iter().map(|_| "device").collect(),
+        _ => roles,
+    }
 }
 
-/// A role on a medium that the plan's base is not connected by.
+/// A role or line on a medium that the plan does not have it on.
 fn misfit(
     subject: &str,
     plan: &str,
-    (role, on): (&str, Option<&str>),
-    player: &Role,
+    needed: Needed<'_>,
+    port: Option<PortText>,
 ) -> Option<Finding> {
-    let Some(port) = player.port() else {
+    let (what, table, on) = (needed.what(), needed.table(), needed.on());
+    let Some(port) = port else {
         // The pty that an emulated device gets where no port is named carries bytes.
         return (on == Some(ON_CAN)).then(|| {
+            let emulated = match needed {
+                Needed::Role(..) => "\n# emulated = true",
+                Needed::Line(..) => "",
+            };
             Finding::gap(
                 subject,
-                format!("names no port for the {role}, which plan {plan} has on CAN"),
-                format!("# in the bench:\n# [{role}]\n# port = \"can:vcan0\"\n# emulated = true"),
+                format!("names no port for the {what}, which plan {plan} has on CAN"),
+                format!("# in the bench:\n# [{table}]\n# port = \"can:vcan0\"{emulated}"),
                 Some(format!("plan {plan}")),
             )
         });
@@ -127,14 +192,14 @@ fn misfit(
     }
     let proposed =
         if medium.is_serial_line() { bench_file::Medium::Can } else { bench_file::Medium::Serial };
+    let or = match needed {
+        Needed::Role(..) => ", or a device file in the plan whose base has the other transport",
+        Needed::Line(..) => "",
+    };
     Some(Finding::gap(
         subject,
-        format!("gives the {role} {carries}, plan {plan} has it {}", on.unwrap_or_default()),
-        format!(
-            "# name a port such as {}:... for [{role}], or a device file in the plan whose base has the \
-             other transport",
-            proposed.scheme()
-        ),
+        format!("gives the {what} {carries}, plan {plan} has it {}", on.unwrap_or_default()),
+        format!("# name a port such as {}:... for [{table}]{or}", proposed.scheme()),
         Some(format!("plan {plan}")),
     ))
 }

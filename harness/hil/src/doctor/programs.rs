@@ -5,6 +5,8 @@ use super::finding::Finding;
 use harness::world::live::our_program;
 use rustix::fs::{Access, access};
 use serde::Serialize;
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 /// Programs, and where they are.
@@ -12,9 +14,28 @@ use std::path::{Path, PathBuf};
 pub struct ProgramFacts {
     /// `k2a-controller`, our controller as a program.
     pub our_controller: Option<PathBuf>,
-    /// The program of the bench, as it is written, and where it is.
-    pub device_under_test: Option<(String, Option<PathBuf>)>,
+    /// Programs under test.
+    pub under_test: Vec<ProgramFound>,
 }
+
+/// A program under test, and what of it is here.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+pub struct ProgramFound {
+    /// Its words.
+    pub words: Vec<String>,
+    /// Where the first of them leads.
+    pub path: Option<PathBuf>,
+    /// The interpreter that its first line names, where that is not here.
+    pub no_interpreter: Option<String>,
+    /// The script that it is to run, where that is not here.
+    pub no_script: Option<String>,
+}
+
+/// Programs that run the script which is their first argument, whatever version stands behind the name.
+const INTERPRETERS: [&str; 6] = ["python", "sh", "bash", "node", "perl", "ruby"];
+
+/// Longest first line that names an interpreter, in bytes (`BINPRM_BUF_SIZE` of Linux).
+const FIRST_LINE_MAX: u64 = 256;
 
 pub(super) fn judge(facts: &ProgramFacts, needs: &Needs, findings: &mut Vec<Finding>) {
     findings.push(match &facts.our_controller {
@@ -26,26 +47,83 @@ pub(super) fn judge(facts: &ProgramFacts, needs: &Needs, findings: &mut Vec<Find
             needs.our_controller.clone(),
         ),
     });
-    let Some((program, by)) = &needs.program else { return };
-    let place = facts.device_under_test.as_ref().and_then(|(_, place)| place.as_ref());
-    findings.push(match place {
-        Some(path) => Finding::good(program, path.display().to_string()),
-        None => Finding::gap(
-            program,
-            "the device under test is not there, or is no program",
-            format!("# build it; a path is taken from the working directory\nchmod +x {program}"),
-            Some(by.clone()),
-        ),
-    });
+    for need in &needs.programs {
+        let found = facts.under_test.iter().find(|found| found.words == need.words);
+        findings.extend(need.words.first().map(|program| judge_program(program, found, &need.by)));
+    }
+}
+
+fn judge_program(program: &str, found: Option<&ProgramFound>, by: &str) -> Finding {
+    let by = Some(by.to_owned());
+    let Some(ProgramFound { path: Some(path), no_interpreter, no_script, .. }) = found else {
+        let (what, mend) = if program.contains('/') {
+            let mend = format!(
+                "# build it; a path is taken from the working directory\nchmod +x {program}"
+            );
+            ("the device under test is not there, or is no program", mend)
+        } else {
+            let mend =
+                format!("# install it, or write its path: ./{program} in the working directory");
+            ("the device under test is not where PATH leads", mend)
+        };
+        return Finding::gap(program, what, mend, by);
+    };
+    if let Some(interpreter) = no_interpreter {
+        let what = format!("its first line names {interpreter}, which is not here");
+        let mend =
+            format!("# install {interpreter}, or mend the line:\nhead -1 {}", path.display());
+        return Finding::gap(program, what, mend, by);
+    }
+    if let Some(script) = no_script {
+        let name = Path::new(script).file_name().unwrap_or_default().to_string_lossy();
+        let mend = format!(
+            "# a path is taken from the working directory: go where it is\nfind . -name {name}"
+        );
+        return Finding::gap(
+            script,
+            format!("{program} is to run it, and it is not there"),
+            mend,
+            by,
+        );
+    }
+    Finding::good(program, path.display().to_string())
 }
 
 /// Looks for them as the shell would.
 pub(super) fn gather(needs: &Needs) -> ProgramFacts {
-    let named = |(program, _): &(String, String)| (program.clone(), find(Path::new(program)));
     ProgramFacts {
         our_controller: find(&our_program()),
-        device_under_test: needs.program.as_ref().map(named),
+        under_test: needs.programs.iter().map(|need| look(&need.words)).collect(),
     }
+}
+
+/// What is here of the program with these words.
+pub(super) fn look(words: &[String]) -> ProgramFound {
+    let program = Path::new(words.first().map_or("", |program| program));
+    let path = find(program);
+    let interpreter = path.as_deref().and_then(interpreter);
+    let name = program.file_name().unwrap_or_default().to_string_lossy();
+    let name = name.trim_end_matches(|one: char| one.is_ascii_digit() || one == '.');
+    let script = words.get(1).filter(|script| {
+        INTERPRETERS.contains(&name) && !script.starts_with('-') && !script.contains('{')
+    });
+    ProgramFound {
+        words: words.to_vec(),
+        path,
+        no_interpreter: interpreter.filter(|one| find(Path::new(one)).is_none()),
+        no_script: script.filter(|script| !Path::new(script).is_file()).cloned(),
+    }
+}
+
+/// The interpreter that the first line of a script names, by itself or as what `env` looks for.
+fn interpreter(path: &Path) -> Option<String> {
+    let mut first = Vec::new();
+    File::open(path).ok()?.take(FIRST_LINE_MAX).read_to_end(&mut first).ok()?;
+    let text = String::from_utf8_lossy(&first);
+    let mut words = text.strip_prefix("#!")?.lines().next()?.split_whitespace();
+    let named = words.next()?;
+    let of_env = words.find(|word| !word.starts_with('-')).filter(|_| named.ends_with("/env"));
+    Some(of_env.unwrap_or(named).to_owned())
 }
 
 fn find(program: &Path) -> Option<PathBuf> {

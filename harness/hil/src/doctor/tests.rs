@@ -3,12 +3,13 @@
 use super::can::{CanFacts, Module};
 use super::clock::ClockFacts;
 use super::limits::LimitFacts;
-use super::programs::ProgramFacts;
+use super::programs::{ProgramFacts, ProgramFound, look};
 use super::pty::PtyFacts;
 use super::serial::{SerialFacts, SerialPort, UsbAdapter};
-use super::{CanInterface, CanState, Facts, Needs, Status, examine, outcome, show};
+use super::{CanInterface, CanState, Facts, Needs, ProgramNeed, Status, examine, outcome, show};
 use plan::bench_file::{BenchFile, ROLES};
 use record::outcome::Outcome;
+use std::os::unix::fs::PermissionsExt as _;
 use views::console::Style;
 
 fn needs(name: &str) -> Needs {
@@ -85,7 +86,7 @@ fn laptop() -> Facts {
         limits: LimitFacts { real_time_priority: Some(0), locked_bytes: Some(8 << 20) },
         programs: ProgramFacts {
             our_controller: Some("/home/jane/hil/target/release/k2a-controller".into()),
-            device_under_test: None,
+            under_test: Vec::new(),
         },
     }
 }
@@ -144,8 +145,9 @@ fn a_laptop_with_vcan() {
 fn a_bench_with_usb_adapters() {
     let mut facts = bench(CanState::ErrorActive);
     facts.serial.ports.truncate(1);
-    let program = Some(("./my-controller".to_owned(), Some("./my-controller".into())));
-    facts.programs.device_under_test = program;
+    let words = needs("usb").programs.first().map(|need| need.words.clone()).unwrap_or_default();
+    let path = words.first().map(Into::into);
+    facts.programs.under_test = vec![ProgramFound { words, path, ..ProgramFound::default() }];
     assert_eq!(outcome(&examine(&facts, &needs("usb"))), Outcome::Passed);
     insta::assert_snapshot!(shown(&facts, &needs("usb")));
 }
@@ -275,6 +277,81 @@ fn plans_are_held_against_the_bench() {
     let needs = read(Some("vcan"), &["verification"]);
     assert!(needs.ports.is_empty(), "{:?}", needs.ports);
     assert_eq!(needs.ptys.len(), 2);
+}
+
+#[test]
+fn a_rig_needs_its_programs_and_the_ports_of_its_lines_and_no_controller_of_ours() {
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/battery-pack/charge.toml");
+    let folder = tempfile::tempdir().unwrap();
+    let needs = |bench: Option<&str>| {
+        let path = folder.path().join("mine.toml");
+        std::fs::write(&path, bench.unwrap_or_default()).unwrap();
+        Needs::read(bench.and(path.to_str()), &[example.to_owned()])
+    };
+    let alone = needs(None);
+    assert_eq!(alone.programs[0].words, ["python3", "manager.py", "{can0}"]);
+    let mut facts = bench(CanState::ErrorActive);
+    facts.programs.our_controller = None;
+    let words = alone.programs[0].words.clone();
+    let (path, no_script) = (Some("/usr/bin/python3".into()), Some("manager.py".to_owned()));
+    let found = ProgramFound { words, path, ..ProgramFound::default() };
+    let mut shown = String::new();
+    for (bench, found) in [
+        (None, vec![]),
+        (None, vec![ProgramFound { no_script, ..found.clone() }]),
+        (Some(""), vec![found.clone()]),
+        (Some("[line.can0]\nport = \"/dev/ttyUSB0\""), vec![found.clone()]),
+        // The rig has 250 kbit/s, and the interface 500.
+        (Some("[line.can0]\nport = \"can:can0\""), vec![found]),
+    ] {
+        facts.programs.under_test = found;
+        let needs = needs(bench);
+        for finding in examine(&facts, &needs) {
+            if finding.needed_by.is_some() {
+                let mend = finding.mend.unwrap_or_default();
+                let by = finding.needed_by.unwrap_or_default();
+                shown += &format!("{}, for {by}: {}\n{mend}\n", finding.subject, finding.what);
+            }
+        }
+        shown += "\n";
+    }
+    insta::assert_snapshot!(shown.replace(&*folder.path().to_string_lossy(), "."));
+    // Without plans, a bench of lines needs them alone.
+    let path = folder.path().join("mine.toml");
+    let lines = Needs::read(path.to_str(), &[]);
+    assert_eq!((lines.ports.len(), lines.ptys.len(), lines.our_controller), (1, 0, None));
+}
+
+#[test]
+fn a_script_is_looked_for_and_so_is_its_interpreter() {
+    let folder = tempfile::tempdir().unwrap();
+    let script = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let good = script("good", "#!/bin/sh\n");
+    assert_eq!(look(std::slice::from_ref(&good)).no_interpreter, None);
+    for (name, line, lacks) in [
+        ("a", "#!/usr/bin/env -S no-such-python -u\n", "no-such-python"),
+        ("b", "#!/no/such/interpreter\n", "/no/such/interpreter"),
+    ] {
+        assert_eq!(look(&[script(name, line)]).no_interpreter.as_deref(), Some(lacks));
+    }
+    let sh = |script: &str| look(&["sh".to_owned(), script.to_owned()]);
+    assert!(sh(&good).path.is_some() && sh(&good).no_script.is_none());
+    assert_eq!(sh("no/such.sh").no_script.as_deref(), Some("no/such.sh"));
+    assert_eq!(sh("-c").no_script, None);
+    assert_eq!(look(&["no-such-program".to_owned()]).path, None);
+    let gone = "no-such-program".to_owned();
+    let needs = Needs {
+        programs: vec![ProgramNeed { by: "x of plan y".to_owned(), words: vec![gone] }],
+        ..Needs::default()
+    };
+    let (status, mend) = mends(&laptop(), &needs, "no-such-program");
+    assert_eq!(status, Status::Lacking);
+    assert!(mend.contains("./no-such-program"), "{mend}");
 }
 
 #[test]

@@ -38,6 +38,7 @@ fn every_shipped_file_is_one_of_its_schema() {
     for (kind, folder) in [
         (FileKind::Plan, ""),
         (FileKind::Bench, "benches"),
+        (FileKind::Rig, "rigs"),
         (FileKind::Devices, "devices"),
         (FileKind::Model, "models"),
         (FileKind::GyroModel, "devices/gyros"),
@@ -54,6 +55,15 @@ fn every_shipped_file_is_one_of_its_schema() {
             let named = path.parent().unwrap().join(line).canonicalize().unwrap();
             assert_eq!(named, schemas().canonicalize().unwrap().join(kind.schema_file()));
         }
+    }
+}
+
+#[test]
+fn the_rig_of_the_example_is_one_of_its_schema() {
+    let rig = include_str!("../../../../examples/battery-pack/rigs/pack.toml");
+    let several = rig.replace("\"../devices/pack.dbc\"", "[\"a.dbc\", \"b.dbc\"]");
+    for text in [rig, &several] {
+        assert_takes(&validator(FileKind::Rig), text, "the battery pack");
     }
 }
 
@@ -204,6 +214,14 @@ fn mistakes_in_other_files_are_refused() {
         (FileKind::Bench, "[gyroscope]\nemulated = true"),
         (FileKind::Bench, "[timing]\nlate_ms_max = 0"),
         (FileKind::Bench, "[controller]\nin_process = true\ncommand = [\"x\"]"),
+        (FileKind::Rig, "title = \"nobody\""),
+        (FileKind::Rig, "[[node]]\nname = \"a\"\ntester = true"),
+        (FileKind::Rig, "[[node]]\nname = \"a\"\nat = \"b\""),
+        (FileKind::Rig, "[[node]]\nname = \"a\"\nat = \"b\"\ntester = true\nemulate = \"c\""),
+        (FileKind::Rig, "[[node]]\nname = \"a\"\nat = \"b\"\nunder_test = { command = \"x\" }"),
+        (FileKind::Rig, "devices = \"paper\"\n[[line]]\nname = \"a\"\ncan = { bit_rate = 12 }"),
+        (FileKind::Rig, "devices = \"paper\"\n[[line]]\nname = \"a\"\ncan = { dbc = 3 }"),
+        (FileKind::Rig, "devices = \"paper\"\n[[line]]\nname = \"a\"\ncan = {}\nserial = {}"),
         (FileKind::Device, "title = \"no name\""),
         (FileKind::Device, "name = \"x\"\n[state.a]\nrat = 1"),
         (FileKind::Device, "name = \"x\"\n[message.A]\nperiod_s = \"1\""),

@@ -8,6 +8,7 @@ use super::traffic::Traffic;
 use controller::health::Health;
 use controller::mission::{MissionId, Report};
 use plan::Plan;
+use record::Device;
 use record::Progress;
 use record::header::Header;
 use record::text::{cause_names, name_of};
@@ -79,7 +80,9 @@ impl Model {
             plan: header.plan.clone(),
             title: plan.title.clone(),
             seed: header.seed,
-            is_of_device: plan.devices.is_none(),
+            // A rig may have the robot.
+            is_of_device: plan.devices.is_none()
+                && header.lines.iter().all(|line| line.device != Device::Gyro),
             now: Timestamp::ZERO,
             steps_done: 0,
             steps: 0,
