@@ -80,7 +80,7 @@ fn draw(path: &[PathModel], metrics: &[&String], chosen: usize) -> Markup {
 /// The models in words.
 fn rows(path: &[PathModel], metrics: &[&String]) -> Markup {
     html! {
-        table {
+        div.scroll.plain { table {
             thead { tr { th { "model" } th { "effects" } @for metric in metrics { th { (metric) } } } }
             tbody {
                 @for (at, model) in path.iter().enumerate() {
@@ -97,7 +97,7 @@ fn rows(path: &[PathModel], metrics: &[&String]) -> Markup {
                     }
                 }
             }
-        }
+        } }
     }
 }
 
