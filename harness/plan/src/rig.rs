@@ -103,7 +103,7 @@ pub struct SerialTable {}
 /// A node, as it is written.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{ "required": ["emulate"] }, { "required": ["under_test"] }, { "required": ["tester"] }]))]
+#[schemars(extend("oneOf" = [{ "required": ["emulate"] }, { "required": ["under_test"] }, { "required": ["tester"] }, { "required": ["replay"] }]))]
 pub struct NodeTable {
     /// Its name.
     pub name: Name,

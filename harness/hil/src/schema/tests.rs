@@ -62,7 +62,8 @@ fn every_shipped_file_is_one_of_its_schema() {
 fn the_rig_of_the_example_is_one_of_its_schema() {
     let rig = include_str!("../../../../examples/battery-pack/rigs/pack.toml");
     let several = rig.replace("\"../devices/pack.dbc\"", "[\"a.dbc\", \"b.dbc\"]");
-    for text in [rig, &several] {
+    let replayed = rig.replace("emulate = \"cells\"", "replay = { log = \"cells.log\" }");
+    for text in [rig, &several, &replayed] {
         assert_takes(&validator(FileKind::Rig), text, "the battery pack");
     }
 }
