@@ -216,13 +216,16 @@ impl Library {
     /// When it cannot be read.
     pub fn open_beside(&self, source: &Source, name: &str) -> Result<Source, LibraryError> {
         let kind = Kind::DeviceData;
+        // Two files of one name may lie beside two others.
+        let beside = Path::new(&source.origin).file_name().unwrap_or_default().to_string_lossy();
+        let key = format!("{beside}/{name}");
         if let Some(pack) = &self.packed {
-            return pack.open(kind, name);
+            return pack.open(kind, &key);
         }
         let folder = Path::new(&source.origin).parent().unwrap_or(Path::new(""));
         let found = read(&folder.join(name))?;
         if let Some(opened) = &self.opened {
-            opened.lock().unwrap_or_else(PoisonError::into_inner).add(kind, name, &found);
+            opened.lock().unwrap_or_else(PoisonError::into_inner).add(kind, &key, &found);
         }
         Ok(found)
     }

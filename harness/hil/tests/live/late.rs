@@ -84,8 +84,9 @@ impl Drop for Robot {
     }
 }
 
-/// A run in which `fault` sets in on the way; what is left of it, its summary and its record.
-fn late(fault: &Value) -> (Output, Value, String) {
+/// A run in which what `device` sends is held back on the way, and then comes all at once; what is left of it, its summary
+/// and its record.
+fn late(device: &str) -> (Output, Value, String) {
     let (folder, out) = out("late");
     let mut robot = Robot::start(folder.path());
     let at = |name: &str| folder.path().join(name).display().to_string();
@@ -102,11 +103,11 @@ fn late(fault: &Value) -> (Output, Value, String) {
     run.arg("--bench").arg(folder.path().join("bench.toml")).args(["--record", "full", "--out"]);
     let run = run.arg(&out).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     robot.drives();
-    robot.ask(fault);
+    let stall = json!({ "stall": { "for_s": 0.6 } });
+    robot.ask(&json!({ "fault": stall, "device": device, "toward": "host" }));
     let output = run.wait_with_output().unwrap();
-    let delayed = robot.ask(&json!({ "get": "counters" }));
-    let device = fault["device"].as_str().unwrap();
-    assert!(delayed[device]["link"]["delayed"].as_u64().unwrap() > 0, "{delayed}");
+    let counters = robot.ask(&json!({ "get": "counters" }));
+    assert!(counters["faults_acted"].as_u64().unwrap() > 0, "{counters}");
     (output, summary(&out), record(&out))
 }
 
@@ -125,8 +126,7 @@ fn kept_to_the_end(record: &str, reason: &str, device: &str) {
 /// Its answers come after the controller has given them up: it must break off, and does.
 #[test]
 fn a_base_that_answers_late_is_named_and_every_answer_kept() {
-    let (output, summary, record) =
-        late(&json!({ "fault": "delay", "device": "base", "delay_s": 0.6 }));
+    let (output, summary, record) = late("base");
     assert_eq!(output.status.code(), Some(1), "{}", shown(&output));
     let reason = summary["reason"].as_str().unwrap();
     assert!(reason.contains("straight") && reason.contains("base"), "{reason}");
@@ -136,8 +136,7 @@ fn a_base_that_answers_late_is_named_and_every_answer_kept() {
 /// A buffer on the gyro's line: for a moment nothing comes, then all of it, later.
 #[test]
 fn a_gyro_that_is_held_up_is_named_and_every_sample_kept() {
-    let (output, summary, record) =
-        late(&json!({ "fault": "delay", "device": "gyro", "delay_s": 0.6 }));
+    let (output, summary, record) = late("gyro");
     assert_eq!(output.status.code(), Some(1), "{}", shown(&output));
     let reason = summary["reason"].as_str().unwrap();
     assert!(reason.contains("straight") && reason.contains("gyro"), "{reason}");
