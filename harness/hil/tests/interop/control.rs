@@ -43,3 +43,23 @@ fn a_bench_in_one_process_has_a_line_for_each_port() {
     bench.end();
     assert!(!folder.path().join("can.pty").exists(), "the link is removed");
 }
+
+#[test]
+fn the_devices_of_a_rig_serve_whoever_is_on_its_lines() {
+    let folder = tempfile::tempdir().unwrap();
+    let rig = super::rig::file("examples/battery-pack/rigs/pack.toml");
+    let arguments = ["rig", rig.to_str().unwrap(), "--line", "can0=slcan-pty:can.pty"];
+    let (mut pack, ready) = Emulated::start(folder.path(), &arguments);
+    assert_eq!((&ready["ready"], &ready["link"]), (&json!("can0"), &json!("can.pty")));
+    // The manager is whoever is on the bus: it is not emulated.
+    let list = pack.ask(json!({ "list": true }))["ok"].take();
+    let names: Vec<&String> = list.as_object().unwrap().keys().collect();
+    assert_eq!(names, ["cells", "charger"]);
+    let set = json!({ "set": { "offset": 0.5 }, "device": "cells" });
+    assert_eq!(pack.ask(set)["ok"]["set"], 1);
+    assert_eq!(pack.ask(json!({ "get": [], "device": "cells" }))["ok"]["offset"], 0.5);
+    assert!(pack.truth()["cells"]["charge"].is_number());
+    let fault = json!({ "fault": "disconnect", "device": "can0" });
+    assert_eq!(pack.ask(fault)["ok"]["fault"], "disconnect");
+    assert!(pack.end()["ports"]["can0"].is_object());
+}

@@ -94,8 +94,11 @@ fn fits(name: &str, port: &PortSpec, medium: Medium) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::arguments(
-        format!("failed to put {name} on {port}: its layout is of another medium"),
-        "messages of a DBC need a CAN port: can:INTERFACE, slcan-pty; bytes a serial one: pty, /dev/ttyUSB0",
+        match medium {
+            Medium::Can => format!("failed to put {name} on {port}: it is on a CAN bus"),
+            Medium::Serial(_) => format!("failed to put {name} on {port}: it is on a serial line"),
+        },
+        "frames need a CAN port: can:INTERFACE, slcan-pty; bytes a serial one: pty, /dev/ttyUSB0",
     ))
 }
 
