@@ -178,6 +178,12 @@ impl Prepared {
         }
     }
 
+    /// The plan, to be changed in code: a record of it does not hold the text that it had.
+    pub(crate) fn changed_plan(&mut self) -> &mut Plan {
+        Arc::make_mut(&mut self.files).forget_plan();
+        Arc::make_mut(&mut self.plan)
+    }
+
     /// The robot or table, as it is in the run with `seed`.
     pub(crate) fn bench(&self, devices: &Devices, seed: u64) -> Bench {
         let bench = Bench::new(devices.clone(), seed);

@@ -54,7 +54,6 @@ use crate::stopwatch::Stopwatch;
 use controller::config::Config;
 use folder::Folder;
 use std::path::PathBuf;
-use std::sync::Arc;
 use wire::device::Device;
 
 /// The seed where none is given, as of `hil run`.
@@ -66,8 +65,6 @@ const IN_CODE: &str = "a plan built in code";
 /// A plan that is to be run, with everything that it names, read and checked.
 #[derive(Debug, Clone)]
 pub struct Trial {
-    /// The plan as it is written; none where it was built or changed in code.
-    text: Option<String>,
     prepared: Prepared,
     seed: u64,
     answers: Answers,
@@ -116,17 +113,16 @@ impl Trial {
         let source = Source { origin: IN_CODE.to_owned(), text: String::new() };
         plan.check(&source.origin, "").map_err(crate::run::PrepareError::from)?;
         let prepared = Prepared::of_plan(&Library::shipped(), plan, &source, &Made::default())?;
-        Ok(Self::new(None, prepared))
+        Ok(Self::new(prepared))
     }
 
     fn read(library: &Library, source: Source, made: &Made) -> Result<Self, TrialError> {
-        let prepared = Prepared::of_source(library, &source, made)?;
-        Ok(Self::new(Some(source.text), prepared))
+        Ok(Self::new(Prepared::of_source(library, &source, made)?))
     }
 
-    fn new(text: Option<String>, prepared: Prepared) -> Self {
+    fn new(prepared: Prepared) -> Self {
         let answers = Answers::default();
-        Self { text, prepared, seed: SEED, answers, folder: None, level: Level::Events }
+        Self { prepared, seed: SEED, answers, folder: None, level: Level::Events }
     }
 
     /// With this seed: the same seed gives the same record, byte for byte, as long as the controller does the same.
@@ -146,7 +142,7 @@ impl Trial {
         self
     }
 
-    /// With a device of one's own in the place of a node of the rig that is under test. `start` makes one for each run, at
+    /// With your own device in the place of a node under test. `start` makes one for each run, at
     /// time zero; its ports are the lines that the rig file has the node on, in their order.
     pub fn with_node<D: Device + 'static>(
         mut self,
@@ -159,15 +155,13 @@ impl Trial {
 
     /// With these faults behind those of the plan.
     pub fn with_faults(mut self, faults: impl IntoIterator<Item = Fault>) -> Self {
-        self.text = None;
-        Arc::make_mut(&mut self.prepared.plan).faults.faults.extend(faults);
+        self.prepared.changed_plan().faults.faults.extend(faults);
         self
     }
 
     /// With these properties beside those of the plan.
     pub fn with_properties(mut self, properties: impl IntoIterator<Item = Property>) -> Self {
-        self.text = None;
-        Arc::make_mut(&mut self.prepared.plan).properties.extend(properties);
+        self.prepared.changed_plan().properties.extend(properties);
         self
     }
 
@@ -210,9 +204,14 @@ impl Trial {
         TrialCampaign::of(self.clone())
     }
 
+    /// The plan as it is written; none where it was built or changed in code.
+    fn text(&self) -> Option<&str> {
+        self.prepared.files.plan()
+    }
+
     /// What was added in code fits the plan and its bench, as what is written was checked to do.
     fn check(&self) -> Result<(), TrialError> {
-        if self.text.is_none() {
+        if self.text().is_none() {
             let Prepared { plan, rig, .. } = &self.prepared;
             let wrong = crate::run::PrepareError::from;
             plan.check(IN_CODE, "").map_err(wrong)?;

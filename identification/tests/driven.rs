@@ -127,7 +127,7 @@ fn a_reference_that_sits_ahead_of_the_axle_is_found_also_in_one_long_run() {
     assert_sound(&finding);
 }
 
-/// A front-driven tricycle whose steering angle is `scale` of what is told, `offset` beside it.
+/// A front-driven tricycle whose steering angle is `scale` times the reported one, plus `offset`.
 fn tricycle(scale: f64, offset: f64, runs: usize, rows: usize) -> Dataset {
     const BASE: f64 = 1.2;
     let mut random = chacha20::ChaCha8Rng::seed_from_u64(5);

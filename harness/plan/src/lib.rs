@@ -125,7 +125,7 @@ pub struct Plan {
     /// Name of the device file: a gyro on a robot or a table.
     #[serde(default)]
     pub devices: Option<Name>,
-    /// Name of the description of one device, of the user's own.
+    /// Name of the description of a custom device.
     #[serde(default)]
     pub device: Option<Name>,
     /// Name of a rig: nodes on lines. A plan names one of the three.

@@ -1,6 +1,6 @@
 //! Nodes whose part a log of their bus plays.
 
-use crate::rig::{NodePart, Rig};
+use crate::rig::{NodePart, Rig, RigLine};
 use crate::speakers::Speaker;
 use described::{Layout, Medium, Sender};
 use std::collections::BTreeSet;
@@ -23,21 +23,54 @@ pub struct Logged {
 /// What a node sends, as a log has it: when, at which of its ports, and what.
 pub type Replayed = Arc<[(Span, u8, Transmit)]>;
 
+/// Whose words of a line are meant.
+#[derive(Clone, Copy)]
+pub(crate) enum Words<'a> {
+    /// Everybody's: nobody knows who says what.
+    All,
+    /// Those of who sends as this in the layout. On a serial line a log does not say who spoke.
+    Of(&'a Layout, Sender),
+    /// Nobody's.
+    None,
+}
+
+/// The part that `log` has of a node on these lines, which are in the order of its ports; none where the line is none of
+/// its rig's own.
+///
+/// # Errors
+///
+/// The line that is not in the log, and the channels that could be it.
+pub(crate) fn part_in<'a>(
+    log: &[Logged],
+    named: Option<&str>,
+    lines: impl Iterator<Item = Option<(&'a RigLine, Words<'a>)>>,
+) -> Result<Replayed, (String, Vec<String>)> {
+    let mut said = Vec::new();
+    for (port, at) in lines.enumerate() {
+        let Some((line, words)) = at else { continue };
+        let channel = channel_of(log, line, named).map_err(|known| (line.name.clone(), known))?;
+        let port = u8::try_from(port).unwrap_or(u8::MAX);
+        said.extend(said_on(log, channel, words).map(|(at, what)| (at, port, what)));
+    }
+    said.sort_by_key(|(at, ..)| *at);
+    Ok(said.into())
+}
+
 /// The channel of a log that a line is: the one that is named, the one of the line's name, or the only one that carries
 /// what the line does.
 ///
 /// # Errors
 ///
-/// The channels that there are, where none or several could be meant.
-pub(crate) fn channel_of<'a>(
+/// The channels that carry it, where several could be meant or the one that is meant is not among them.
+fn channel_of<'a>(
     log: &'a [Logged],
-    line: &str,
-    medium: Medium,
+    line: &RigLine,
     named: Option<&str>,
 ) -> Result<&'a str, Vec<String>> {
-    let fits = |one: &&Logged| matches!(one.what, Transmit::Frame(_)) == (medium == Medium::Can);
+    let is_can = line.medium == Medium::Can;
+    let fits = |one: &&Logged| matches!(one.what, Transmit::Frame(_)) == is_can;
     let known: BTreeSet<&str> = log.iter().filter(fits).map(|one| &*one.channel).collect();
-    let wanted = named.or_else(|| known.contains(line).then_some(line));
+    let wanted = named.or_else(|| known.contains(&*line.name).then_some(&*line.name));
     let found = match (wanted, known.len()) {
         (Some(wanted), _) => known.get(wanted).copied(),
         (None, 1) => known.first().copied(),
@@ -46,19 +79,23 @@ pub(crate) fn channel_of<'a>(
     found.ok_or_else(|| known.into_iter().map(str::to_owned).collect())
 }
 
-/// What of `log` on `channel` is said by who sends as `sender` in `layout`; everything where no layout is known.
-pub(crate) fn said_on<'a>(
+/// What of `log` on `channel` is said in these words.
+fn said_on<'a>(
     log: &'a [Logged],
     channel: &'a str,
-    words: Option<(&Layout, Sender)>,
+    words: Words<'_>,
 ) -> impl Iterator<Item = (Span, Transmit)> + 'a {
-    let ids: Option<BTreeSet<Id>> = words.map(|(layout, sender)| {
-        let sent = layout.messages().iter().filter(|message| message.sender == sender);
-        sent.filter_map(|message| message.can_id()).collect()
-    });
+    let ids: Option<BTreeSet<Id>> = match words {
+        Words::Of(layout, sender) => {
+            let sent = layout.messages().iter().filter(|message| message.sender == sender);
+            Some(sent.filter_map(|message| message.can_id()).collect())
+        }
+        Words::All | Words::None => None,
+    };
+    let is_any = !matches!(words, Words::None);
     let is_said = move |what: &Transmit| match (what, &ids) {
         (Transmit::Frame(frame), Some(ids)) => ids.contains(&frame.id()),
-        _ => true,
+        _ => is_any,
     };
     let of_channel = log.iter().filter(move |one| &*one.channel == channel);
     of_channel.filter(move |one| is_said(&one.what)).map(|one| (one.at, one.what))
@@ -78,26 +115,19 @@ impl Rig {
     ) -> Result<Self, (String, Vec<String>)> {
         let Self { lines, nodes, speakers, .. } = &mut self;
         for node in nodes {
-            let mut said = Vec::new();
-            for (port, line) in node.lines.iter().enumerate() {
-                let Some(declared) = lines.get(*line) else { continue };
-                let channel = channel_of(log, &declared.name, declared.medium, named)
-                    .map_err(|known| (declared.name.clone(), known))?;
+            let words = |line: &usize| {
+                let declared = lines.get(*line)?;
                 let speaks = |one: &&Speaker| one.node == node.name && one.line == *line;
-                let words = match (&node.part, speakers.iter().find(speaks)) {
-                    (_, Some(speaker)) => Some((&speaker.layout, speaker.sender)),
-                    (NodePart::Tester(layout, sender), None) => Some((layout, *sender)),
-                    _ => None,
+                let (layout, sender) = match (&node.part, speakers.iter().find(speaks)) {
+                    (_, Some(speaker)) => (&speaker.layout, speaker.sender),
+                    (NodePart::Tester(layout, sender), None) => (layout, *sender),
+                    _ => return Some((declared, Words::None)),
                 };
-                let is_heard = words.is_some_and(|(_, sender)| {
-                    declared.medium == Medium::Can || sender == Sender::Device
-                });
-                let port = u8::try_from(port).unwrap_or(u8::MAX);
-                let of_line = said_on(log, channel, words).filter(|_| is_heard);
-                said.extend(of_line.map(|(at, what)| (at, port, what)));
-            }
-            said.sort_by_key(|(at, ..)| *at);
-            node.part = NodePart::Replayed(said.into());
+                let is_heard = declared.medium == Medium::Can || sender == Sender::Device;
+                Some((declared, if is_heard { Words::Of(layout, sender) } else { Words::None }))
+            };
+            let said = part_in(log, named, node.lines.iter().map(words))?;
+            node.part = NodePart::Replayed(said);
         }
         Ok(self)
     }

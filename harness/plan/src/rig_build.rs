@@ -49,7 +49,7 @@ pub trait Parts {
     ///
     /// # Errors
     ///
-    /// When it is none that can be read.
+    /// When it cannot be read.
     fn log(&mut self, file: &Source) -> Result<Vec<Logged>, Self::Error>;
 }
 

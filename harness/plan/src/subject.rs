@@ -195,7 +195,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// Waiting needs a quantity that is told while the plan goes on.
+    /// Waiting needs a quantity that is reported while the plan runs.
     fn awaited(&self, quantity: &QuantityName, at: &Place<'_>, here: &[Segment]) -> Checked {
         self.quantity(quantity, at, here)?;
         match quantity.of_message() {

@@ -112,7 +112,7 @@ impl Emulated {
                     self.overflowed += 1;
                 }
             }
-            // Error states of a bus are told in a run's record alone.
+            // Only the record of a run takes note of error states.
             while self.rig.lines[line].state_change().is_some() {}
         }
         self.rig.wake_emulated(at, |_| {}, || {});

@@ -96,7 +96,7 @@ impl Faults {
         has_left
     }
 
-    /// The run is over: whatever goes on ends, and what never began is told.
+    /// The run is over: what goes on ends, and what never began is listed.
     pub(crate) fn finish(
         &mut self,
         now: Timestamp,

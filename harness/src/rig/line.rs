@@ -138,7 +138,7 @@ impl Line {
         }
     }
 
-    /// Puts something on the line; what is of another medium is none of this line's.
+    /// Puts something on the line; anything of another medium is ignored.
     pub(crate) fn send(&mut self, now: Timestamp, from: EndId, what: Transmit) {
         match (&mut self.wire, what) {
             (Wire::Serial(ways), Transmit::Bytes(packet)) => {

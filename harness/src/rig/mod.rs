@@ -132,7 +132,7 @@ impl Rig {
         }
     }
 
-    /// Everybody at the line but the sender takes what has come through; `reached` is told who.
+    /// Everybody at the line but the sender takes what has come through; `reached` hears who.
     #[inline]
     pub(crate) fn hand_over(
         &mut self,
@@ -210,7 +210,7 @@ impl Rig {
         }
     }
 
-    /// Wakes the emulated devices that are due; `reached` is told who, `answered` that one has been switched on again.
+    /// Wakes the emulated devices that are due; `reached` hears who, `answered` that one has been switched on again.
     #[inline]
     pub(crate) fn wake_emulated(
         &mut self,
@@ -271,29 +271,15 @@ impl Rig {
     #[inline]
     pub(crate) fn empty(&mut self, now: Timestamp, place: usize) {
         loop {
-            let (port, what) = match &mut self.nodes[place].part {
-                Part::Robot(robot) => match robot.transmit() {
-                    Some(what) => (robot::CARRIER, what),
-                    None => return,
-                },
-                Part::Described(described) => match described.device.transmit() {
-                    Some(what) => (PortId(0), what),
-                    None => return,
-                },
-                Part::Own(device) => match device.transmit(now) {
-                    Some(sent) => sent,
-                    None => return,
-                },
-                Part::Replayed(replaying) => match replaying.transmit(now) {
-                    Some(sent) => sent,
-                    None => return,
-                },
-                Part::Tester(tester) => match tester.transmit() {
-                    Some(what) => (PortId(0), what),
-                    None => return,
-                },
-                Part::Controller(_) | Part::Plan | Part::Away => return,
+            let sent = match &mut self.nodes[place].part {
+                Part::Robot(robot) => robot.transmit().map(|what| (robot::CARRIER, what)),
+                Part::Described(described) => described.device.transmit().map(at_only_port),
+                Part::Own(device) => device.transmit(now),
+                Part::Replayed(replaying) => replaying.transmit(now),
+                Part::Tester(tester) => tester.transmit().map(at_only_port),
+                Part::Controller(_) | Part::Plan | Part::Away => None,
             };
+            let Some((port, what)) = sent else { return };
             self.send(now, place, port, what);
         }
     }
@@ -342,6 +328,10 @@ impl Rig {
     pub(crate) fn find(&self, name: &str) -> Option<usize> {
         self.nodes.iter().position(|node| &*node.name == name)
     }
+}
+
+const fn at_only_port(what: Transmit) -> (PortId, Transmit) {
+    (PortId(0), what)
 }
 
 #[cfg(test)]

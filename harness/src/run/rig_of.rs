@@ -86,7 +86,9 @@ pub fn load_recorded(
 ) -> Result<Option<(Plan, Rig)>, PrepareError> {
     let (library, name) = match named {
         Some(name) => (Library::beside(name), name),
-        None if recorded.files.has_plan() => (Library::packed(Arc::clone(&recorded.files)), PLAN),
+        None if recorded.files.plan().is_some() => {
+            (Library::packed(Arc::clone(&recorded.files)), PLAN)
+        }
         // The name comes from a file: it is not taken for a path.
         None if names(Kind::Plan).contains(&recorded.plan) => {
             (Library::shipped(), recorded.plan.as_str())

@@ -124,9 +124,9 @@ impl TrialCampaign {
 
     /// What decides the cases.
     fn what(&self) -> String {
-        let Trial { prepared, seed, text, .. } = &self.trial;
+        let Trial { prepared, seed, .. } = &self.trial;
         let (plan, faults) = (&prepared.plan, self.faults.join(", "));
-        let known = text.clone().unwrap_or_else(|| plan.faults.to_toml());
+        let known = self.trial.text().map_or_else(|| plan.faults.to_toml(), str::to_owned);
         let id = Case::default().id(&known);
         format!("{} ({id}) of a trial, seed {seed}, faults: {faults}", plan.name)
     }
@@ -140,7 +140,7 @@ impl TrialCampaign {
         let what = violated.iter().find(|one| one.property == found.property);
         let what = what.map_or("", |violated| violated.what.as_str());
         let property = found.property.clone();
-        let (name, text) = match &self.trial.text {
+        let (name, text) = match self.trial.text() {
             Some(text) => {
                 let plan = plan.name.as_str();
                 let regression = Regression { plan, text, property: &property, what, case };

@@ -165,3 +165,14 @@ fn a_campaign_that_breaks_nothing_leaves_nothing() {
     let unknown = campaign.faults(&["drip"]).run().unwrap_err();
     assert!(unknown.to_string().contains("\"drip\""), "{unknown}");
 }
+
+/// Whoever judges the record again would take the text for the plan that was run.
+#[test]
+fn a_plan_that_was_changed_in_code_leaves_no_text_in_the_record() {
+    let held = |trial: &Trial| trial.prepared.header(1).files.plan().map(str::to_owned);
+    assert_eq!(held(&line()).as_deref(), Some(LINE));
+    let drop = FaultKind::typical("drop").unwrap();
+    let struck = line().with_faults([Fault::new(Target::Gyro, drop)]);
+    assert_eq!(held(&struck), None);
+    assert!(!struck.prepared.header(1).files.0.is_empty(), "what it names is as it was");
+}

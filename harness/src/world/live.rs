@@ -85,7 +85,7 @@ pub struct LiveWorld {
     director: Director,
     setting: Setting,
     plans: PortPlans,
-    /// What a controller is told; none where nobody takes missions.
+    /// The controller's configuration; none where nobody takes missions.
     config: Option<Config>,
     journal: Journal,
     lateness: Lateness,

@@ -73,7 +73,7 @@ pub(super) fn planned(
         Kind::Laps => (laps(phases, &celsius), 1.0),
         Kind::Odometry => (drive(phases, &celsius), 1.0),
         Kind::Series => series(phases, interval, &celsius),
-        // No bench of ours moves what a sensor of one's own measures.
+        // No bench of ours moves what a custom sensor measures.
         Kind::Sensor => return None,
     };
     if rows.is_empty() {

@@ -144,7 +144,7 @@ impl Recorded {
             Kind::Laps => laps::columns(&self.laps),
             Kind::Series => self.course.columns(),
             Kind::Odometry => self.drives.columns(),
-            // What a sensor of one's own measured has no reference in a record.
+            // A record has no reference for a custom sensor.
             Kind::Sensor => return Ok(None),
         };
         if columns.is_empty() {

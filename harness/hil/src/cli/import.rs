@@ -19,7 +19,7 @@ use views::console::{self, Style};
 /// Of a rig, or of a device of your own, every node says what it says in the log, and the plan listens: its steps wait and
 /// hold as in a run, and what it would send or set is taken to be in the log. Channels of the log are lines by their names.
 ///
-/// Of the paper's robot the frames of the base are told by their identifiers. They say how far each straight line went and how
+/// Of the paper's robot the identifiers tell which frames are the base's. They say how far each straight line went and how
 /// often a pose was written: straight.stop_error and pose_write.retries are formed from them. What rests
 /// on the gyro, the table, the absolute measurement or the controller's own word is not on the bus: such
 /// a measurement is unset, and fails. `hil check RUN` judges the folder again.

@@ -1,4 +1,4 @@
-//! Logs of a bus with devices of the user's own: as runs that a plan judges, and in the place of a node.
+//! Logs of a bus with custom devices: as runs that a plan judges, and in the place of a node.
 
 use super::hil::{Hil, Ran};
 use std::fs;

@@ -60,9 +60,14 @@ impl Pack {
         self.0.iter().map(|file| file.text.len()).sum()
     }
 
-    /// It holds a plan.
-    pub fn has_plan(&self) -> bool {
-        self.file(Kind::Plan, PLAN).is_some()
+    /// The text of the plan in it.
+    pub fn plan(&self) -> Option<&str> {
+        self.file(Kind::Plan, PLAN).map(|file| file.text.as_str())
+    }
+
+    /// Takes the plan out: what it says is no longer so.
+    pub fn forget_plan(&mut self) {
+        self.0.retain(|file| file.kind != Kind::Plan);
     }
 
     fn names(&self, kind: Kind) -> Vec<&str> {

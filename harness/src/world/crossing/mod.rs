@@ -54,7 +54,7 @@ pub enum Toward {
 /// What of the kernel the lines of a bench cross. Serial lines cross ptys in any case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KernelBus {
-    /// Ptys alone: there is none for a CAN bus.
+    /// Ptys only: a CAN bus has no pty.
     Pty,
     /// Frames cross `vcan0`.
     Vcan,

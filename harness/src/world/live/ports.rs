@@ -248,7 +248,7 @@ impl Ports {
         let summary = |open: &OpenPort| {
             journal.summary((Arc::clone(&open.plan.role), open.plan.side), &open.port)
         };
-        // The plan's side of a port is told before the device's.
+        // The plan's side of a port comes before the device's.
         let mut order: Vec<usize> = (0..self.open.len()).collect();
         order.sort_by_key(|place| {
             let far_of = self.open[*place].plan.far_of;

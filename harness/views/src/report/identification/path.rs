@@ -77,7 +77,7 @@ fn draw(path: &[PathModel], metrics: &[&String], chosen: usize) -> Markup {
     })
 }
 
-/// The models in words.
+/// The models as a table.
 fn rows(path: &[PathModel], metrics: &[&String]) -> Markup {
     html! {
         div.scroll.plain { table {
