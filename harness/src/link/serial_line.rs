@@ -7,7 +7,7 @@ use faulty::Faulty;
 use std::collections::VecDeque;
 use wire::packet::Packet;
 use wire::serial::SerialSettings;
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 
 /// Packets that can wait for the line; more are dropped and counted.
 pub const PACKETS_MAX: usize = 256;
@@ -47,6 +47,11 @@ impl SerialLine {
         self.under_way.push_back((self.busy_until, packet));
     }
 
+    /// How long so many bytes take.
+    pub fn time_for(&self, bytes: usize) -> Span {
+        self.settings.time_for(bytes)
+    }
+
     /// When the next packet is through.
     pub fn next_arrival(&self) -> Timestamp {
         self.under_way.front().map_or(Timestamp::MAX, |(at, _)| *at)
@@ -68,8 +73,7 @@ impl SerialLine {
 
 #[cfg(test)]
 mod tests {
-    use super::{PACKETS_MAX, Packet, SerialLine, SerialSettings, Timestamp};
-    use wire::time::Span;
+    use super::{PACKETS_MAX, Packet, SerialLine, SerialSettings, Span, Timestamp};
 
     #[test]
     fn bytes_take_their_time_one_after_another() {

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use wire::device::{PortId, Transmit};
 use wire::serial::SerialSettings;
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 
 /// An end of a line, by its place among them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,6 +61,8 @@ pub(crate) struct Line {
     #[cfg(feature = "live")]
     is_recorded: bool,
     dropped: u64,
+    /// See [`Self::next_arrival`]: asked at every event, it is kept and not looked for.
+    next_arrival: Timestamp,
     /// The last fault that began on it: changes of error states are put down to it.
     struck_last: usize,
 }
@@ -96,6 +98,7 @@ impl Line {
             #[cfg(feature = "live")]
             is_recorded: true,
             dropped: 0,
+            next_arrival: Timestamp::MAX,
             struck_last: 0,
         }
     }
@@ -129,16 +132,23 @@ impl Line {
     }
 
     /// When something is through next.
-    pub(crate) fn next_arrival(&self) -> Timestamp {
-        match &self.wire {
+    #[inline]
+    pub(crate) const fn next_arrival(&self) -> Timestamp {
+        self.next_arrival
+    }
+
+    #[inline]
+    fn look_ahead(&mut self) {
+        self.next_arrival = match &self.wire {
             Wire::Serial([there, back]) => there.next_arrival().min(back.next_arrival()),
             Wire::Can(bus) => bus.next_arrival(),
             Wire::Direct(queue) if queue.is_empty() => Timestamp::MAX,
             Wire::Direct(_) => Timestamp::ZERO,
-        }
+        };
     }
 
     /// Puts something on the line; anything of another medium is ignored.
+    #[inline]
     pub(crate) fn send(&mut self, now: Timestamp, from: EndId, what: Transmit) {
         match (&mut self.wire, what) {
             (Wire::Serial(ways), Transmit::Bytes(packet)) => {
@@ -153,18 +163,35 @@ impl Line {
             (Wire::Direct(_), _) => self.dropped += 1,
             _ => {}
         }
+        self.look_ahead();
     }
 
     /// Something that is through by `now`, and who sent it.
+    #[inline]
     pub(crate) fn arrived(&mut self, now: Timestamp) -> Option<(EndId, Transmit)> {
-        match &mut self.wire {
+        if self.next_arrival > now {
+            return None;
+        }
+        let arrived = match &mut self.wire {
             Wire::Serial([there, back]) => {
-                let there = there.arrived(now).map(|packet| (EndId(0), packet));
-                let either = there.or_else(|| Some((EndId(1), back.arrived(now)?)));
-                either.map(|(from, packet)| (from, Transmit::Bytes(packet)))
+                let (from, way) = match there.next_arrival() <= now {
+                    true => (EndId(0), there),
+                    false => (EndId(1), back),
+                };
+                way.arrived(now).map(|packet| (from, Transmit::Bytes(packet)))
             }
             Wire::Can(bus) => bus.arrived(now).map(|(from, frame)| (from, Transmit::Frame(frame))),
             Wire::Direct(queue) => queue.pop_front(),
+        };
+        self.look_ahead();
+        arrived
+    }
+
+    /// How long so many bytes take on it at least; nothing on a bus.
+    pub(super) fn time_for(&self, bytes: usize) -> Span {
+        match &self.wire {
+            Wire::Serial([way, _]) => way.time_for(bytes),
+            Wire::Can(_) | Wire::Direct(_) => Span::ZERO,
         }
     }
 
@@ -202,13 +229,14 @@ impl Line {
                     let fault = (number, kind, chance(name));
                     bus.begin_fault(now, fault, from, &ends, EndId::STRANGER);
                 };
-                if makes_frames(kind) {
-                    return strike("bus", None);
+                let of_bus = makes_frames(kind);
+                if of_bus {
+                    strike("bus", None);
                 }
-                if toward != Toward::Device {
+                if toward != Toward::Device && !of_bus {
                     strike("to host", Some(of));
                 }
-                if toward != Toward::Host {
+                if toward != Toward::Host && !of_bus {
                     let others = ends.iter().filter(|end| **end != of);
                     for (count, other) in others.enumerate() {
                         let name = match count {
@@ -232,14 +260,17 @@ impl Line {
             }
             Wire::Direct(_) => {}
         }
+        self.look_ahead();
     }
 
     /// The fault of this number is over; how often it acted.
     pub(crate) fn end_fault(&mut self, now: Timestamp, number: usize) -> u64 {
-        match &mut self.wire {
+        let acted = match &mut self.wire {
             Wire::Can(bus) => bus.end_fault(now, number),
             Wire::Serial(ways) => ways.iter_mut().map(|way| way.end_fault(number)).sum(),
             Wire::Direct(_) => 0,
-        }
+        };
+        self.look_ahead();
+        acted
     }
 }

@@ -78,6 +78,7 @@ impl Node {
         }
     }
 
+    #[inline]
     pub(super) fn next_wakeup(&self) -> Timestamp {
         match &self.part {
             Part::Controller(machine) => machine.next_wakeup(),

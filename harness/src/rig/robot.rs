@@ -3,7 +3,7 @@
 use crate::faults::Target;
 use crate::world::bench::{Bench, Carrier};
 use wire::device::{PortId, Transmit};
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 
 /// The port of the gyro's stream.
 pub(crate) const GYRO: PortId = PortId(0);
@@ -20,12 +20,15 @@ pub(crate) struct Robot {
     pub(crate) gyro_is_real: bool,
     /// See `gyro_is_real`.
     pub(crate) carrier_is_real: bool,
+    /// An output of the gyro may be asked for so long after its instant; see [`wake_gyros_late`](super::Rig::wake_gyros_late).
+    pub(super) gyro_late: Span,
 }
 
 impl Robot {
     pub(crate) const fn new(bench: Bench) -> Self {
         let (gyro_is_real, carrier_is_real) = (false, false);
-        Self { bench, carrier_due: Timestamp::ZERO, gyro_is_real, carrier_is_real }
+        let (carrier_due, gyro_late) = (Timestamp::ZERO, Span::ZERO);
+        Self { bench, carrier_due, gyro_is_real, carrier_is_real, gyro_late }
     }
 
     /// The device of that name is part of it.
@@ -101,7 +104,7 @@ impl Robot {
     pub(super) fn next_wakeup(&self) -> Timestamp {
         let gyro = match self.gyro_is_real {
             true => Timestamp::MAX,
-            false => self.bench.gyro.next_wakeup(),
+            false => self.bench.gyro.next_wakeup() + self.gyro_late,
         };
         self.carrier_due.min(gyro)
     }

@@ -59,10 +59,21 @@ impl Touched {
         self.0 |= 1 << place;
     }
 
-    fn take(&mut self, bit: u64) -> bool {
-        let was = self.0 & bit != 0;
-        self.0 &= !bit;
-        was
+    /// Those of them that are of `mask`, which are touched no more.
+    fn take(&mut self, mask: u64) -> Self {
+        let taken = Self(self.0 & mask);
+        self.0 &= !mask;
+        taken
+    }
+
+    /// The places of the nodes.
+    fn places(self) -> impl Iterator<Item = usize> {
+        let mut left = self.0;
+        std::iter::from_fn(move || {
+            let place = left.trailing_zeros() as usize;
+            left &= left.wrapping_sub(1);
+            (place < 64).then_some(place)
+        })
     }
 }
 
@@ -75,6 +86,9 @@ pub(crate) struct Simulation<C> {
     crossing: C,
     watch: Option<Box<Watch>>,
     touched: Touched,
+    /// The emulated nodes, and the others: a bit each.
+    emulated: u64,
+    others: u64,
     /// What goes wrong on purpose; none where the plan has no faults.
     faults: Option<Box<Faults>>,
     /// When the plan wants to be woken.
@@ -99,8 +113,14 @@ impl<C: Crossing> Simulation<C> {
     pub(crate) fn new(crossing: C, mut rig: Rig, director: Director, seed: u64) -> Self {
         let faults = Faults::of(&director.engine.plan().faults, seed, &mut rig);
         let now = Timestamp::ZERO;
+        let bits = rig.nodes.iter().enumerate();
+        let emulated = bits.filter(|(_, node)| node.is_emulated()).map(|(place, _)| 1_u64 << place);
+        let emulated: u64 = emulated.sum();
+        let others = ((1 << rig.nodes.len()) - 1) & !emulated;
         Self {
             now,
+            emulated,
+            others,
             rig,
             director,
             crossing,
@@ -156,6 +176,11 @@ impl<C: Crossing> Simulation<C> {
         pulse: &mut impl FnMut(Progress) -> bool,
     ) -> Ending {
         self.transmit(sink, keep);
+        // Properties are shown the truth at every event, those of the gyro included.
+        let gyros_are_late = self.faults.is_none() && self.watch.is_none();
+        if gyros_are_late {
+            self.rig.wake_gyros_late();
+        }
         loop {
             if let Some(ending) = self.director.engine.ending() {
                 return ending.clone();
@@ -176,6 +201,9 @@ impl<C: Crossing> Simulation<C> {
                 return Ending { outcome: Outcome::Error, reason: Some(reason) };
             }
             self.events += 1;
+            if gyros_are_late {
+                self.rig.wake_gyros_before(self.now);
+            }
             if self.faults.is_some() {
                 self.strike(sink);
             }
@@ -303,30 +331,25 @@ impl<C: Crossing> Simulation<C> {
     /// then what the plan orders, then the emulated devices.
     fn transmit(&mut self, sink: &mut impl RecordSink, keep: &mut impl FnMut(&Action)) {
         let mut rounds = 0;
-        self.touched.0 &= Touched::PLAN | ((1 << self.rig.nodes.len()) - 1);
-        while self.touched != Touched::default() {
+        let anybody = Touched::PLAN | self.emulated | self.others;
+        while self.touched.0 & anybody != 0 {
             rounds += 1;
             if rounds == ROUNDS_MAX {
                 self.director.engine.broke(self.now, "two devices answer each other without end");
                 return;
             }
-            for place in 0..self.rig.nodes.len() {
-                if !self.rig.nodes[place].is_emulated() && self.touched.take(1 << place) {
-                    match self.rig.nodes[place].part {
-                        Part::Controller(_) => self.ask_controller(place, sink),
-                        _ => self.rig.empty(self.now, place),
-                    }
+            for place in self.touched.take(self.others).places() {
+                match self.rig.nodes[place].part {
+                    Part::Controller(_) => self.ask_controller(place, sink),
+                    _ => self.rig.empty(self.now, place),
                 }
             }
-            if self.touched.take(Touched::PLAN) {
+            if self.touched.take(Touched::PLAN) != Touched::default() {
                 self.ask_engine(sink, keep);
             }
-            for place in 0..self.rig.nodes.len() {
-                if self.rig.nodes[place].is_emulated() && self.touched.take(1 << place) {
-                    self.rig.empty(self.now, place);
-                }
+            for place in self.touched.take(self.emulated).places() {
+                self.rig.empty(self.now, place);
             }
-            self.touched.0 &= Touched::PLAN | ((1 << self.rig.nodes.len()) - 1);
         }
     }
 

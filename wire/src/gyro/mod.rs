@@ -138,6 +138,15 @@ impl GyroFormat {
         }
     }
 
+    /// Length of one output on the wire, bytes.
+    pub const fn frame_bytes(self) -> usize {
+        match self {
+            Self::Navigator | Self::Ecore2000 => kvh_frame::FRAME_BYTES,
+            Self::Dsp3000Ascii => dsp3000_ascii::LINE_BYTES,
+            Self::Dsp3000Binary => dsp3000_binary::FRAME_BYTES,
+        }
+    }
+
     /// The step between two neighbouring values on the wire, as a rate (or, for the DSP-3000 in an
     /// angle mode, see its module).
     pub const fn rate_step(self) -> AngularRate {
