@@ -88,18 +88,18 @@ pub fn form() -> impl Strategy<Value = Form> {
         let of = of.prop_map(Box::new).boxed();
         let two = (of.clone(), of.clone());
         prop_oneof![
-            of.clone().prop_map(Not),
-            of.clone().prop_map(Rises),
-            of.clone().prop_map(Falls),
-            two.clone().prop_map(|(a, b)| And(a, b)),
-            two.clone().prop_map(|(a, b)| Or(a, b)),
-            two.clone().prop_map(|(a, b)| Implies(a, b)),
-            (window(), of.clone()).prop_map(|((a, b), of)| Eventually(a, b, of)),
-            (window(), of.clone()).prop_map(|((a, b), of)| Always(a, b, of)),
-            (past(), of.clone()).prop_map(|((a, b), of)| Once(a, b, of)),
-            (past(), of).prop_map(|((a, b), of)| Historically(a, b, of)),
-            (window(), two.clone()).prop_map(|((a, b), (p, q))| Until(a, b, p, q)),
-            (past(), two).prop_map(|((a, b), (p, q))| Since(a, b, p, q)),
+            1 => of.clone().prop_map(Not),
+            1 => of.clone().prop_map(Rises),
+            1 => of.clone().prop_map(Falls),
+            2 => two.clone().prop_map(|(a, b)| And(a, b)),
+            2 => two.clone().prop_map(|(a, b)| Or(a, b)),
+            2 => two.clone().prop_map(|(a, b)| Implies(a, b)),
+            2 => (window(), of.clone()).prop_map(|((a, b), of)| Eventually(a, b, of)),
+            2 => (window(), of.clone()).prop_map(|((a, b), of)| Always(a, b, of)),
+            2 => (past(), of.clone()).prop_map(|((a, b), of)| Once(a, b, of)),
+            2 => (past(), of).prop_map(|((a, b), of)| Historically(a, b, of)),
+            6 => (window(), two.clone()).prop_map(|((a, b), (p, q))| Until(a, b, p, q)),
+            9 => (past(), two).prop_map(|((a, b), (p, q))| Since(a, b, p, q)),
         ]
     })
 }
@@ -120,18 +120,24 @@ impl Num {
         }
     }
 
-    /// As RTAMT writes it; it has no `min` and no `max` of numbers.
+    /// As RTAMT writes it. It has no `min` and no `max` of numbers and no parentheses in arithmetic, and its
+    /// `+` binds tighter than its `*`: each operator is alone.
     pub fn rtamt(&self) -> Option<String> {
         Some(match self {
-            Self::Constant(value) if *value < 0 => format!("(0 - {})", value.unsigned_abs()),
+            Self::Add(a, b) => format!("{} + {}", a.rtamt_operand()?, b.rtamt_operand()?),
+            Self::Subtract(a, b) => format!("{} - {}", a.rtamt_operand()?, b.rtamt_operand()?),
+            Self::Multiply(a, b) => format!("{} * {}", a.rtamt_operand()?, b.rtamt_operand()?),
+            Self::Negate(of) => format!("0 - {}", of.rtamt_operand()?),
+            of => of.rtamt_operand()?,
+        })
+    }
+
+    fn rtamt_operand(&self) -> Option<String> {
+        Some(match self {
             Self::Constant(value) => value.to_string(),
             Self::Signal(signal) => LETTERS[*signal].to_owned(),
-            Self::Add(a, b) => format!("({} + {})", a.rtamt()?, b.rtamt()?),
-            Self::Subtract(a, b) => format!("({} - {})", a.rtamt()?, b.rtamt()?),
-            Self::Multiply(a, b) => format!("({} * {})", a.rtamt()?, b.rtamt()?),
-            Self::Negate(of) => format!("(0 - {})", of.rtamt()?),
             Self::Abs(of) => format!("abs({})", of.rtamt()?),
-            Self::Min(..) | Self::Max(..) => return None,
+            _ => return None,
         })
     }
 }
@@ -179,7 +185,8 @@ impl Form {
                 format!("({} {how} {})", a.rtamt()?, b.rtamt()?)
             }
             Near(a, b, tolerance) => {
-                format!("(abs({} - {}) <= {tolerance})", a.rtamt()?, b.rtamt()?)
+                let apart = Num::Subtract(Box::new(a.clone()), Box::new(b.clone()));
+                format!("(abs({}) <= {tolerance})", apart.rtamt()?)
             }
             Between(a, b, c) => {
                 format!("(({0} < {1}) and ({1} <= {2}))", a.rtamt()?, b.rtamt()?, c.rtamt()?)

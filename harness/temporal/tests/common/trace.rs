@@ -74,7 +74,7 @@ pub fn online(formula: &Formula, trace: &Trace, step: i64) -> Vec<Truth> {
             take(&mut evaluator);
         }
     }
-    evaluator.finish(at(trace.len() - 1));
+    evaluator.finish(Timestamp::from_nanos(trace.len() as i64 * step - 1));
     take(&mut evaluator);
     truths.into_iter().map(|truth| truth.expect("every moment is told")).collect()
 }
