@@ -18,6 +18,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     // What is said before a run, and what happened in it.
     ("harness/plan", &["wire", "controller", "emulators", "described", "identification", "ports"]),
     ("harness/record", &["wire", "controller", "plan"]),
+    // Formulas know no plan: whoever has signals may watch them.
+    ("harness/temporal", &["wire"]),
     // What is made of a record.
     ("harness/judge", &["wire", "controller", "plan", "record"]),
     ("harness/dataset", &["controller", "identification", "plan", "record"]),
@@ -108,7 +110,7 @@ const LINES_MAX: usize = 800;
 const CLOCKS: [&str; 4] = ["std::time", "Instant::", "SystemTime", "thread::sleep"];
 
 /// Folders and files where time is an argument.
-const TIMELESS: [&str; 15] = [
+const TIMELESS: [&str; 16] = [
     "wire/src/",
     "controller/src/",
     "emulators/src/",
@@ -116,6 +118,7 @@ const TIMELESS: [&str; 15] = [
     "harness/judge/src/",
     "harness/plan/src/",
     "harness/record/src/",
+    "harness/temporal/src/",
     "harness/views/src/report/",
     "harness/campaign/src/space.rs",
     "harness/campaign/src/shrink.rs",

@@ -1,0 +1,129 @@
+//! A formula as it was read.
+
+use crate::mistake::Mistake;
+use crate::number::Number;
+use crate::parse;
+use crate::signals::Signals;
+use crate::truth::Truth;
+use wire::time::Span;
+
+/// A formula whose signals were found and whose units fit: what a [`Monitor`](crate::Monitor) watches.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Formula {
+    pub(crate) text: String,
+    pub(crate) condition: Condition,
+    pub(crate) signals: Vec<Used>,
+}
+
+/// A signal that a formula reads.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Used {
+    /// As the formula writes it.
+    pub name: String,
+    /// The caller's number for it, as [`Signals`] gave it.
+    pub index: usize,
+}
+
+/// True or false at a moment.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Condition {
+    Compare(Comparator, Number, Number),
+    /// Apart by no more than the last; with `false` by more.
+    Near(bool, Number, Number, Number),
+    Changes(Number),
+    Rises(Box<Condition>),
+    Not(Box<Condition>),
+    And(Box<Condition>, Box<Condition>),
+    Or(Box<Condition>, Box<Condition>),
+    Eventually(Interval, Box<Condition>),
+    Always(Interval, Box<Condition>),
+    Once(Interval, Box<Condition>),
+    Historically(Interval, Box<Condition>),
+    Until(Interval, Box<Condition>, Box<Condition>),
+    Since(Interval, Box<Condition>, Box<Condition>),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Comparator {
+    Less,
+    LessOrEqual,
+    Greater,
+    GreaterOrEqual,
+    Equal,
+    NotEqual,
+}
+
+/// Nanoseconds from now, before or after; without an end it is to the start of the run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Interval {
+    pub(crate) from: i64,
+    pub(crate) to: Option<i64>,
+}
+
+impl Formula {
+    /// Reads a formula whose signals are among `signals`. The language is in the head of the crate.
+    ///
+    /// # Errors
+    ///
+    /// The first [`Mistake`], with its place.
+    pub fn parse(text: &str, signals: &dyn Signals) -> Result<Self, Mistake> {
+        parse::parse(text, signals)
+    }
+
+    /// The text that it was read from.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The signals that it reads. An update of any other changes nothing.
+    pub fn signals(&self) -> &[Used] {
+        &self.signals
+    }
+
+    /// How far it looks ahead: so long after a moment its truth then is final.
+    pub fn horizon(&self) -> Span {
+        Span::from_nanos(self.condition.horizon())
+    }
+}
+
+impl Condition {
+    pub(crate) fn horizon(&self) -> i64 {
+        match self {
+            Self::Compare(..) | Self::Near(..) | Self::Changes(_) => 0,
+            Self::Rises(of) | Self::Not(of) => of.horizon(),
+            Self::Once(_, of) | Self::Historically(_, of) => of.horizon(),
+            Self::And(a, b) | Self::Or(a, b) | Self::Since(_, a, b) => a.horizon().max(b.horizon()),
+            Self::Eventually(interval, of) | Self::Always(interval, of) => {
+                interval.ahead().saturating_add(of.horizon())
+            }
+            Self::Until(interval, a, b) => {
+                interval.ahead().saturating_add(a.horizon().max(b.horizon()))
+            }
+        }
+    }
+}
+
+impl Interval {
+    pub(crate) fn ahead(self) -> i64 {
+        self.to.unwrap_or(i64::MAX)
+    }
+}
+
+impl Comparator {
+    pub(crate) fn truth(self, left: f64, right: f64) -> Truth {
+        let holds = match self {
+            Self::Less => left < right,
+            Self::LessOrEqual => left <= right,
+            Self::Greater => left > right,
+            Self::GreaterOrEqual => left >= right,
+            Self::Equal => left == right,
+            Self::NotEqual => left != right,
+        };
+        Truth::new(holds, distance(left, right))
+    }
+}
+
+/// How far two numbers are apart. Equal infinities are not apart at all.
+pub(crate) fn distance(left: f64, right: f64) -> f64 {
+    if left == right { 0.0 } else { (left - right).abs() }
+}

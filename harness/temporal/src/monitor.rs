@@ -1,0 +1,152 @@
+//! A formula that is to hold at every moment of a run.
+
+use crate::evaluator::{Evaluator, Stretch};
+use crate::formula::Formula;
+use crate::history::History;
+use crate::verdict::{Verdict, Violation};
+use wire::time::{Span, Timestamp};
+
+/// Judges a formula at every moment while a run goes.
+///
+/// ```
+/// use temporal::{Formula, Monitor, NotFound, Signal, Signals};
+/// use wire::time::Timestamp;
+///
+/// struct Bus;
+/// impl Signals for Bus {
+///     fn find(&self, name: &str) -> Result<Signal, NotFound> {
+///         let known = ["cells.VoltageMax", "manager.ContactorCommand"];
+///         let index = known.iter().position(|known| *known == name);
+///         let index = index.ok_or_else(|| NotFound::unknown(name, &known))?;
+///         let unit = ["V", ""][index].to_owned();
+///         Ok(Signal { index, unit, names: Vec::new() })
+///     }
+/// }
+///
+/// let text = "cells.VoltageMax > 4.25 V -> within 100 ms: manager.ContactorCommand == 0";
+/// let mut monitor = Monitor::new(Formula::parse(text, &Bus)?);
+/// let at = |millis: i64| Timestamp::from_nanos(millis * 1_000_000);
+/// monitor.update(at(0), &[(0, 4.1), (1, 1.0)]);
+/// monitor.update(at(500), &[(0, 4.3)]);
+/// monitor.update(at(650), &[(1, 0.0)]);
+/// let verdict = monitor.finish(at(2_000));
+/// // From 500 ms to just before 550 ms the answer was more than 100 ms away.
+/// let violation = verdict.first_violation.expect("it came after 150 ms");
+/// assert_eq!(violation.at, at(500));
+/// assert_eq!(violation.known, at(600));
+/// # Ok::<(), temporal::Mistake>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Monitor {
+    formula: Formula,
+    evaluator: Evaluator,
+    verdict: Verdict,
+    last: Option<Last>,
+}
+
+/// What the moments before were.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Last {
+    False,
+    Open,
+    Other,
+}
+
+impl Monitor {
+    /// Judges `formula` from the first update on.
+    pub fn new(formula: Formula) -> Self {
+        let mut evaluator = Evaluator::new(&formula);
+        evaluator.history = Some(History::new(formula.signals.len()));
+        Self { formula, evaluator, verdict: Verdict::new(), last: None }
+    }
+
+    /// What it judges.
+    pub fn formula(&self) -> &Formula {
+        &self.formula
+    }
+
+    /// As [`Evaluator::update`].
+    pub fn update(&mut self, time: Timestamp, values: &[(usize, f64)]) {
+        self.evaluator.update(time, values);
+        self.judge();
+    }
+
+    /// As [`Evaluator::advance`]. What looks ahead is judged when its horizon is over.
+    pub fn advance(&mut self, time: Timestamp) {
+        self.evaluator.advance(time);
+        self.judge();
+    }
+
+    /// What is said so far, of the moments that are final.
+    pub fn verdict(&self) -> &Verdict {
+        &self.verdict
+    }
+
+    /// What would be said if the run ended at `time`. This tells a violation as soon as nothing can mend it,
+    /// which may be before its horizon is over; it costs a copy of the monitor.
+    pub fn preview(&self, time: Timestamp) -> Verdict {
+        self.clone().finish(time)
+    }
+
+    /// The run ends at `time`. What follows it is unknown: a moment whose truth depends on that is open,
+    /// neither a violation nor judged.
+    pub fn finish(mut self, time: Timestamp) -> Verdict {
+        self.evaluator.finish(time);
+        self.judge();
+        self.verdict
+    }
+
+    fn judge(&mut self) {
+        while let Some(stretch) = self.evaluator.take() {
+            match (stretch.truth.holds(), stretch.truth.robustness()) {
+                (Some(holds), Some(robustness)) => self.known(stretch, holds, robustness),
+                _ => self.unknown(stretch),
+            }
+            if let Some(history) = &mut self.evaluator.history {
+                history.forget_before(stretch.to.as_nanos());
+            }
+        }
+    }
+
+    fn known(&mut self, stretch: Stretch, holds: bool, robustness: f64) {
+        self.verdict.judged += stretch.length();
+        if robustness < self.verdict.robustness || self.verdict.worst.is_none() {
+            self.verdict.robustness = robustness;
+            self.verdict.worst = Some(stretch.from);
+        }
+        if holds {
+            self.last = Some(Last::Other);
+            return;
+        }
+        self.verdict.holds = false;
+        self.verdict.violated += stretch.length();
+        if self.last != Some(Last::False) {
+            self.verdict.violations += 1;
+        }
+        self.last = Some(Last::False);
+        if let Some(history) = self.evaluator.history.take() {
+            let known = stretch.from + self.evaluator.horizon();
+            let names = self.formula.signals.iter().map(|used| used.name.clone());
+            self.verdict.first_violation = Some(Violation {
+                at: stretch.from,
+                known: self.evaluator.end().map_or(known, |end| end.min(known)),
+                robustness,
+                values: names.zip(history.at(stretch.from.as_nanos())).collect(),
+            });
+        }
+    }
+
+    fn unknown(&mut self, stretch: Stretch) {
+        // From here on the horizon reaches beyond the end.
+        let open = self
+            .evaluator
+            .end()
+            .map(|end| (end - self.evaluator.horizon() + Span::from_nanos(1)).max(stretch.from));
+        let open = open.filter(|open| *open < stretch.to);
+        self.verdict.unknown += open.unwrap_or(stretch.to) - stretch.from;
+        if open.is_some() && self.last != Some(Last::Open) {
+            self.verdict.open += 1;
+        }
+        self.last = Some(if open.is_some() { Last::Open } else { Last::Other });
+    }
+}

@@ -1,0 +1,164 @@
+//! A condition as operators with streams between them.
+
+use crate::formula::{Comparator, Condition, Interval, distance};
+use crate::number::Number;
+use crate::operators::{Edge, Join, Reach, Until, Window};
+use crate::stream::Stream;
+use crate::truth::Truth;
+
+/// Operators, operands before what takes them, and the stream that each makes.
+#[derive(Debug, Clone)]
+pub(crate) struct Network {
+    nodes: Vec<Node>,
+    streams: Vec<Stream>,
+}
+
+/// An operator; a number is the node that is its operand, and each is the operand of one node alone.
+#[derive(Debug, Clone)]
+enum Node {
+    Compare(Comparator, Number, Number),
+    Near(bool, Number, Number, Number),
+    Changes(Number, Change),
+    Not(usize),
+    Edge(usize, Edge),
+    Join(usize, usize, Join),
+    Window(usize, Window),
+    Until(usize, usize, Until),
+}
+
+/// What `changes` keeps.
+#[derive(Debug, Clone)]
+struct Change {
+    last: f64,
+    /// When the nanosecond of the last change is over, and what is true then.
+    over: Option<(i64, Truth)>,
+}
+
+impl Network {
+    pub(crate) fn new(condition: &Condition) -> Self {
+        let mut network = Self { nodes: Vec::new(), streams: Vec::new() };
+        network.add(condition);
+        network
+    }
+
+    /// The run starts at `at`.
+    pub(crate) fn start(&mut self, at: i64) {
+        self.streams.iter_mut().for_each(|stream| stream.start(at));
+    }
+
+    /// What the whole condition is.
+    pub(crate) fn root(&mut self) -> &mut Stream {
+        let root = self.streams.len() - 1;
+        &mut self.streams[root]
+    }
+
+    fn add(&mut self, condition: &Condition) -> usize {
+        let node = match condition {
+            Condition::Compare(how, a, b) => Node::Compare(*how, a.clone(), b.clone()),
+            Condition::Near(is_near, a, b, tolerance) => {
+                Node::Near(*is_near, a.clone(), b.clone(), tolerance.clone())
+            }
+            Condition::Changes(of) => {
+                Node::Changes(of.clone(), Change { last: f64::NAN, over: None })
+            }
+            Condition::Not(of) => Node::Not(self.add(of)),
+            Condition::Rises(of) => Node::Edge(self.add(of), Edge::new()),
+            Condition::And(a, b) => Node::Join(self.add(a), self.add(b), Join::and()),
+            Condition::Or(a, b) => Node::Join(self.add(a), self.add(b), Join::or()),
+            Condition::Eventually(interval, of) => self.window(interval.after(), of, false, false),
+            Condition::Always(interval, of) => self.window(interval.after(), of, true, false),
+            Condition::Once(interval, of) => self.window(interval.before(), of, false, true),
+            Condition::Historically(interval, of) => self.window(interval.before(), of, true, true),
+            Condition::Until(interval, a, b) => {
+                let until = Until::until(interval.from, interval.ahead());
+                Node::Until(self.add(a), self.add(b), until)
+            }
+            Condition::Since(interval, a, b) => {
+                Node::Until(self.add(a), self.add(b), Until::since(interval.from, interval.to))
+            }
+        };
+        self.nodes.push(node);
+        self.streams.push(Stream::new());
+        self.nodes.len() - 1
+    }
+
+    fn window(&mut self, reach: Reach, of: &Condition, is_least: bool, clips: bool) -> Node {
+        Node::Window(self.add(of), Window::new(reach, is_least, clips))
+    }
+
+    /// The signals have the values `slots` from `from` until just before `to`.
+    pub(crate) fn run(&mut self, slots: &[f64], from: i64, to: i64) {
+        for (index, node) in self.nodes.iter_mut().enumerate() {
+            let (inputs, outputs) = self.streams.split_at_mut(index);
+            let out = &mut outputs[0];
+            match node {
+                Node::Compare(how, a, b) => {
+                    out.push(from, how.truth(a.value(slots), b.value(slots)));
+                    out.know(to);
+                }
+                Node::Near(is_near, a, b, tolerance) => {
+                    let apart = distance(a.value(slots), b.value(slots));
+                    let tolerance = tolerance.value(slots);
+                    let is_within = apart <= tolerance;
+                    out.push(from, Truth::new(is_within == *is_near, distance(apart, tolerance)));
+                    out.know(to);
+                }
+                Node::Changes(of, change) => {
+                    change.run(of.value(slots), from, to, out);
+                    out.know(to);
+                }
+                Node::Not(of) => {
+                    let input = &mut inputs[*of];
+                    input.pour(|step| out.push(step.at, -step.truth));
+                    out.know(input.known());
+                }
+                Node::Edge(of, edge) => edge.run(&mut inputs[*of], out),
+                Node::Window(of, window) => window.run(&mut inputs[*of], out),
+                Node::Join(a, b, join) => {
+                    let (a, b) = pair(inputs, *a, *b);
+                    join.run(a, b, out);
+                }
+                Node::Until(a, b, until) => {
+                    let (a, b) = pair(inputs, *a, *b);
+                    until.run(a, b, out);
+                }
+            }
+        }
+    }
+}
+
+impl Change {
+    fn run(&mut self, value: f64, from: i64, to: i64, out: &mut Stream) {
+        if let Some((over, truth)) = self.over.take_if(|(over, _)| *over < from) {
+            out.push(over, truth);
+        }
+        let apart = distance(value, self.last);
+        let truth = Truth::new(apart > 0.0, apart);
+        out.push(from, truth);
+        self.last = value;
+        let steady = if value.is_nan() { Truth::UNKNOWN } else { Truth::new(false, 0.0) };
+        let over = from.saturating_add(1);
+        if over < to {
+            out.push(over, steady);
+            self.over = None;
+        } else {
+            self.over = Some((over, steady));
+        }
+    }
+}
+
+impl Interval {
+    fn after(self) -> Reach {
+        Reach { from: Some(self.from), to: self.ahead() }
+    }
+
+    fn before(self) -> Reach {
+        Reach { from: self.to.map(|to| -to), to: -self.from }
+    }
+}
+
+/// Two streams of one slice, the first before the second.
+fn pair(streams: &mut [Stream], first: usize, second: usize) -> (&mut Stream, &mut Stream) {
+    let (left, right) = streams.split_at_mut(second);
+    (&mut left[first], &mut right[0])
+}

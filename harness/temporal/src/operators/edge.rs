@@ -1,0 +1,39 @@
+//! `rises`.
+
+use crate::stream::Stream;
+use crate::truth::Truth;
+
+/// True at the one nanosecond at which its operand is true and was false just before.
+#[derive(Debug, Clone)]
+pub(crate) struct Edge {
+    last: Truth,
+    /// When the nanosecond of the last step is over.
+    over: Option<i64>,
+}
+
+impl Edge {
+    pub(crate) fn new() -> Self {
+        Self { last: Truth::UNKNOWN, over: None }
+    }
+
+    pub(crate) fn run(&mut self, input: &mut Stream, out: &mut Stream) {
+        while let Some(step) = input.pop() {
+            if let Some(over) = self.over.filter(|over| *over < step.at) {
+                out.push(over, steady(self.last));
+            }
+            out.push(step.at, step.truth.min(-self.last));
+            self.last = step.truth;
+            self.over = Some(step.at.saturating_add(1));
+        }
+        if let Some(over) = self.over.filter(|over| *over < input.known()) {
+            out.push(over, steady(self.last));
+            self.over = None;
+        }
+        out.know(input.known());
+    }
+}
+
+/// True now and false before, where both are the same.
+fn steady(truth: Truth) -> Truth {
+    truth.min(-truth)
+}

@@ -1,0 +1,122 @@
+//! Comparisons: numbers on both sides, a name on one, ranges, tolerances.
+
+use super::lexer::Token;
+use super::quantity::Quantity;
+use super::{Parser, Part, What};
+use crate::formula::{Comparator, Condition};
+use crate::mistake::Mistake;
+use crate::number::Number;
+use std::ops::Range;
+
+impl Parser<'_> {
+    pub(super) fn comparison(&mut self) -> Result<Part, Mistake> {
+        let left = self.sum()?;
+        let Some(comparator) = self.comparator() else { return Ok(left) };
+        let start = left.at.start;
+        let operator_at = self.at.clone();
+        self.advance()?;
+        let right = self.sum()?;
+        for part in [&left, &right] {
+            if let What::Condition(_) = part.what {
+                let message =
+                    format!("`{}` compares numbers, not conditions", self.said(&operator_at));
+                let mistake = Mistake::new(operator_at, message);
+                return Err(mistake.help("`and`, `or` and `->` join conditions"));
+            }
+        }
+        let (left, right) = self.named(left, right, comparator, &operator_at)?;
+        if self.is_symbol("+-") || self.is_symbol("±") {
+            let condition = self.near(left, right, comparator, &operator_at)?;
+            return Ok(Part::condition(condition, start..self.end));
+        }
+        let middle = right.clone();
+        let mut condition = self.compared(left, right, comparator, start..self.end)?;
+        if let Some(second) = self.comparator() {
+            let at = self.at.clone();
+            if direction(comparator).is_none() || direction(comparator) != direction(second) {
+                let mistake = Mistake::new(at, "these two comparisons do not chain");
+                return Err(mistake.help("`1 < x < 2` does; else write `a < b and b > c`"));
+            }
+            self.advance()?;
+            let part = self.sum()?;
+            let right = self.quantity(part, "<")?;
+            let end = self.compared(middle.clone(), right, second, at.start..self.end)?;
+            condition = Condition::And(Box::new(condition), Box::new(end));
+            if self.comparator().is_some() {
+                let mistake = Mistake::new(self.at.clone(), "a range has two ends");
+                return Err(mistake.help("write `and` between ranges"));
+            }
+        }
+        Ok(Part::condition(condition, start..self.end))
+    }
+
+    fn comparator(&self) -> Option<Comparator> {
+        let Token::Symbol(symbol) = self.next else { return None };
+        Some(match symbol {
+            "<" => Comparator::Less,
+            "<=" => Comparator::LessOrEqual,
+            ">" => Comparator::Greater,
+            ">=" => Comparator::GreaterOrEqual,
+            "==" => Comparator::Equal,
+            "!=" => Comparator::NotEqual,
+            _ => return None,
+        })
+    }
+
+    fn compared(
+        &self,
+        left: Quantity,
+        right: Quantity,
+        comparator: Comparator,
+        at: Range<usize>,
+    ) -> Result<Condition, Mistake> {
+        let (left, right) = self.alike(left, right)?;
+        if let (Number::Constant(_), Number::Constant(_)) = (&left.number, &right.number) {
+            let mistake = Mistake::new(at, "no signal is compared here: it never changes");
+            return Err(mistake.help("put a signal on one side"));
+        }
+        Ok(Condition::Compare(comparator, left.number, right.number))
+    }
+
+    /// `x == 5 +- 0.1`.
+    fn near(
+        &mut self,
+        left: Quantity,
+        right: Quantity,
+        comparator: Comparator,
+        operator_at: &Range<usize>,
+    ) -> Result<Condition, Mistake> {
+        let is_near = match comparator {
+            Comparator::Equal => true,
+            Comparator::NotEqual => false,
+            _ => {
+                let mistake = Mistake::new(self.at.clone(), "a tolerance belongs to `==` or `!=`");
+                return Err(mistake.help("write `x == 5 +- 0.1`"));
+            }
+        };
+        self.advance()?;
+        let part = self.sum()?;
+        let at = part.at.clone();
+        let tolerance = self.quantity(part, "+-")?;
+        if matches!(tolerance.number, Number::Constant(value) if value < 0.0) {
+            return Err(Mistake::new(at, "a tolerance is not negative").help("leave out the sign"));
+        }
+        let (left, right) = self.alike(left, right)?;
+        let (left, tolerance) = self.alike(left, tolerance)?;
+        if let (Number::Constant(_), Number::Constant(_)) = (&left.number, &right.number) {
+            let mistake =
+                Mistake::new(operator_at.clone(), "no signal is compared here: it never changes");
+            return Err(mistake.help("put a signal on one side"));
+        }
+        Ok(Condition::Near(is_near, left.number, right.number, tolerance.number))
+    }
+}
+
+/// Up or down, where it has a direction.
+fn direction(comparator: Comparator) -> Option<bool> {
+    match comparator {
+        Comparator::Less | Comparator::LessOrEqual => Some(true),
+        Comparator::Greater | Comparator::GreaterOrEqual => Some(false),
+        Comparator::Equal | Comparator::NotEqual => None,
+    }
+}

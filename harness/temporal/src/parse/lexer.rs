@@ -1,0 +1,119 @@
+//! The words of a formula, each with its place.
+
+use crate::mistake::Mistake;
+use std::ops::Range;
+
+/// A word.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Token<'a> {
+    Number(f64),
+    /// A signal, an operator or a function.
+    Name(&'a str),
+    /// What stands between quotation marks: the name of a value.
+    Quoted(&'a str),
+    /// An operator, a parenthesis, a comma or a colon.
+    Symbol(&'a str),
+    End,
+}
+
+/// The longer ones first.
+const SYMBOLS: [&str; 24] = [
+    "->", "+-", "<=", ">=", "==", "!=", "&&", "||", "±", "<", ">", "+", "-", "*", "/", "(", ")",
+    "[", "]", ",", ":", "!", "{", "}",
+];
+
+/// What other languages write, and what is written here.
+const ELSEWHERE: [(&str, &str); 6] =
+    [("=>", "->"), ("<>", "!="), ("=", "=="), ("&", "and"), ("|", "or"), ("~", "not")];
+
+/// Names that mean something else than a signal.
+pub(super) const KEYWORDS: [&str; 17] = [
+    "and",
+    "or",
+    "not",
+    "until",
+    "since",
+    "within",
+    "for",
+    "always",
+    "eventually",
+    "once",
+    "historically",
+    "rises",
+    "falls",
+    "changes",
+    "abs",
+    "min",
+    "max",
+];
+
+/// The word at `from`, behind blanks, and its place.
+pub(super) fn token(text: &str, from: usize) -> Result<(Token<'_>, Range<usize>), Mistake> {
+    let rest = text.get(from..).unwrap_or_default();
+    let start = from + (rest.len() - rest.trim_start().len());
+    let rest = rest.trim_start();
+    let Some(first) = rest.chars().next() else { return Ok((Token::End, start..start)) };
+    if first.is_ascii_digit() || first == '.' {
+        let at = start..start + number_length(rest.as_bytes());
+        let word = &text[at.clone()];
+        let number = word.parse().ok().filter(|number: &f64| number.is_finite());
+        let number =
+            number.ok_or_else(|| Mistake::new(at.clone(), format!("`{word}` is not a number")))?;
+        return Ok((Token::Number(number), at));
+    }
+    if first.is_alphabetic() || first == '_' {
+        let part = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+        let length = rest.find(|c| !part(c)).unwrap_or(rest.len());
+        return Ok((Token::Name(&rest[..length]), start..start + length));
+    }
+    if first == '"' {
+        let Some(length) = rest[1..].find('"') else {
+            let mistake = Mistake::new(start..text.len(), "the name has no end");
+            return Err(mistake.help("write a second `\"` behind it"));
+        };
+        return Ok((Token::Quoted(&rest[1..=length]), start..start + length + 2));
+    }
+    if let Some(symbol) = SYMBOLS.iter().find(|symbol| rest.starts_with(**symbol)) {
+        return Ok((Token::Symbol(symbol), start..start + symbol.len()));
+    }
+    if let Some((foreign, ours)) = ELSEWHERE.iter().find(|(word, _)| rest.starts_with(word)) {
+        let mistake =
+            Mistake::new(start..start + foreign.len(), format!("no operator `{foreign}`"));
+        return Err(mistake.help(format!("write `{ours}`")));
+    }
+    let mistake =
+        Mistake::new(start..start + first.len_utf8(), format!("`{first}` means nothing here"));
+    Err(mistake.help("names have letters, digits, `_` and `.`"))
+}
+
+/// How many bytes look like a number: digits, a point, digits, an exponent.
+fn number_length(text: &[u8]) -> usize {
+    let digits = |from: usize| text[from..].iter().take_while(|b| b.is_ascii_digit()).count();
+    let mut at = digits(0);
+    if text.get(at) == Some(&b'.') {
+        at += 1 + digits(at + 1);
+    }
+    if matches!(text.get(at), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(text.get(at + 1), Some(b'+' | b'-')));
+        let exponent = text.get(at + 1 + sign..).map_or(0, |_| digits(at + 1 + sign));
+        if exponent > 0 {
+            at += 1 + sign + exponent;
+        }
+    }
+    at
+}
+
+/// The word behind a number that may be its unit: letters, `%`, `°`, and digits or `/` within.
+pub(super) fn unit_word(text: &str, from: usize) -> Option<Range<usize>> {
+    let rest = text.get(from..)?;
+    let start = from + (rest.len() - rest.trim_start().len());
+    let rest = rest.trim_start();
+    let first = |c: char| c.is_alphabetic() || matches!(c, '%' | '°');
+    // `/min` would be a division.
+    rest.chars().next().filter(|c| first(*c))?;
+    let part = |c: char| first(c) || c.is_numeric() || matches!(c, '/' | '^' | '_');
+    let length = rest.find(|c| !part(c)).unwrap_or(rest.len());
+    let word = rest[..length].trim_end_matches('/');
+    let letters = word.find(|c: char| !c.is_alphabetic()).unwrap_or(word.len());
+    (!KEYWORDS.contains(&&word[..letters]) || word == "min").then_some(start..start + word.len())
+}

@@ -1,0 +1,131 @@
+//! From text to conditions, by recursive descent. Signals are found and units are checked on the way.
+//!
+//! From the loosest to the tightest: `->`, `or`, `and`, `until` and `since`, `not`, comparisons, `+ -`,
+//! `* /`, the sign.
+
+mod comparison;
+mod condition;
+mod lexer;
+mod quantity;
+mod signal;
+mod window;
+
+use crate::formula::{Condition, Formula, Used};
+use crate::mistake::Mistake;
+use crate::signals::{Signal, Signals};
+use lexer::{Token, token};
+use quantity::Quantity;
+use std::ops::Range;
+use window::HORIZON_MAX;
+
+/// The longest formula. Assumption: what is longer is several properties.
+const BYTES_MAX: usize = 2_000;
+
+/// Parentheses and operators within one another. Assumption: nobody reads more.
+const NESTING_MAX: usize = 50;
+
+struct Parser<'a> {
+    text: &'a str,
+    signals: &'a dyn Signals,
+    /// What was found so far, in the order of the slots.
+    found: Vec<(Used, Signal)>,
+    next: Token<'a>,
+    at: Range<usize>,
+    /// Where the word before ended.
+    end: usize,
+    nesting: usize,
+}
+
+/// A part of a formula.
+struct Part {
+    what: What,
+    at: Range<usize>,
+    /// The `until` or `since` that it is, if no parentheses are around it.
+    bare: Option<Range<usize>>,
+    /// It ends with what a colon reaches.
+    is_open: bool,
+}
+
+enum What {
+    Condition(Condition),
+    Quantity(Quantity),
+    /// The name of a value.
+    Named(String),
+}
+
+pub(crate) fn parse(text: &str, signals: &dyn Signals) -> Result<Formula, Mistake> {
+    if text.len() > BYTES_MAX {
+        let message = format!("a formula has at most {BYTES_MAX} bytes");
+        return Err(Mistake::new(0..text.len(), message).help(DIVIDE));
+    }
+    let (next, at) = token(text, 0)?;
+    let mut parser = Parser { text, signals, found: Vec::new(), next, at, end: 0, nesting: 0 };
+    let whole = parser.implication()?;
+    if parser.next != Token::End {
+        return Err(parser.unexpected("an operator"));
+    }
+    let condition = parser.condition(whole)?;
+    if condition.horizon() > HORIZON_MAX {
+        let message = "the formula looks more than an hour ahead";
+        return Err(Mistake::new(0..text.len(), message).help("windows within one another add up"));
+    }
+    let signals = parser.found.into_iter().map(|(used, _)| used).collect();
+    Ok(Formula { text: text.to_owned(), condition, signals })
+}
+
+const DIVIDE: &str = "divide it: several properties, each with its own name";
+
+impl<'a> Parser<'a> {
+    fn advance(&mut self) -> Result<(), Mistake> {
+        self.end = self.at.end;
+        (self.next, self.at) = token(self.text, self.at.end)?;
+        Ok(())
+    }
+
+    fn is_symbol(&self, symbol: &str) -> bool {
+        self.next == Token::Symbol(symbol)
+    }
+
+    fn expect(&mut self, symbol: &str) -> Result<(), Mistake> {
+        if !self.is_symbol(symbol) {
+            return Err(self.unexpected(&format!("`{symbol}`")));
+        }
+        self.advance()
+    }
+
+    fn unexpected(&self, expected: &str) -> Mistake {
+        let found = match self.next {
+            Token::End => "the end".to_owned(),
+            _ => format!("`{}`", self.said(&self.at)),
+        };
+        Mistake::new(self.at.clone(), format!("expected {expected}, found {found}"))
+    }
+
+    fn said(&self, at: &Range<usize>) -> &'a str {
+        self.text.get(at.clone()).unwrap_or_default()
+    }
+
+    /// One level further in, so that no text exhausts the stack.
+    fn deeper<T>(
+        &mut self,
+        read: impl FnOnce(&mut Self) -> Result<T, Mistake>,
+    ) -> Result<T, Mistake> {
+        self.nesting += 1;
+        if self.nesting > NESTING_MAX {
+            return Err(Mistake::new(self.at.clone(), "nested too deeply").help(DIVIDE));
+        }
+        let read = read(self)?;
+        self.nesting -= 1;
+        Ok(read)
+    }
+}
+
+impl Part {
+    fn condition(condition: Condition, at: Range<usize>) -> Self {
+        Self { what: What::Condition(condition), at, bare: None, is_open: false }
+    }
+
+    fn quantity(quantity: Quantity, at: Range<usize>) -> Self {
+        Self { what: What::Quantity(quantity), at, bare: None, is_open: false }
+    }
+}

@@ -1,0 +1,98 @@
+//! Signals and the names of their values.
+
+use super::quantity::{Measure, Quantity};
+use super::{Parser, Part, What};
+use crate::formula::{Comparator, Used};
+use crate::mistake::Mistake;
+use crate::number::Number;
+use crate::parse::lexer::{KEYWORDS, Token};
+use crate::signals::proposal;
+use std::ops::Range;
+
+impl Parser<'_> {
+    /// A name that no other rule takes.
+    pub(super) fn signal(&mut self, name: &str) -> Result<Part, Mistake> {
+        let at = self.at.clone();
+        if KEYWORDS.contains(&name) {
+            let mistake = self.unexpected("a signal, a number or `(`");
+            return Err(match name {
+                "within" | "for" | "always" | "eventually" | "once" | "historically" => {
+                    mistake.help(format!("put parentheses around `{name} ...: ...`"))
+                }
+                _ => mistake,
+            });
+        }
+        let found = self.signals.find(name).map_err(|not_found| Mistake {
+            at: at.clone(),
+            message: not_found.message,
+            help: not_found.help,
+        })?;
+        self.advance()?;
+        if self.next == Token::Symbol("(") {
+            let known = &KEYWORDS[11..];
+            let mistake = Mistake::new(at, format!("`{name}` is a signal, no function"));
+            return Err(mistake.help(format!("functions are {}", known.join(", "))));
+        }
+        let measure = Measure::of(&found.unit);
+        let slot = self.found.iter().position(|(used, _)| used.index == found.index);
+        let slot = slot.unwrap_or_else(|| {
+            self.found.push((Used { name: name.to_owned(), index: found.index }, found));
+            self.found.len() - 1
+        });
+        Ok(Part::quantity(Quantity { number: Number::Slot(slot), measure, at: at.clone() }, at))
+    }
+
+    /// Both sides of a comparison as numbers; a name stands for the value that the signal gives it.
+    pub(super) fn named(
+        &self,
+        left: Part,
+        right: Part,
+        comparator: Comparator,
+        operator_at: &Range<usize>,
+    ) -> Result<(Quantity, Quantity), Mistake> {
+        let word = self.said(operator_at);
+        let is_equality = matches!(comparator, Comparator::Equal | Comparator::NotEqual);
+        match (left, right) {
+            (Part { what: What::Named(_), at, .. }, _)
+            | (_, Part { what: What::Named(_), at, .. })
+                if !is_equality =>
+            {
+                let mistake = Mistake::new(operator_at.clone(), format!("`{word}` of a name"));
+                let said = self.said(&at);
+                Err(mistake.help(format!("names are equal or not: `signal == {said}`")))
+            }
+            (Part { what: What::Named(name), at, .. }, right) => {
+                let right = self.quantity(right, word)?;
+                Ok((self.value(&name, at, &right)?, right))
+            }
+            (left, Part { what: What::Named(name), at, .. }) => {
+                let left = self.quantity(left, word)?;
+                let value = self.value(&name, at, &left)?;
+                Ok((left, value))
+            }
+            (left, right) => Ok((self.quantity(left, word)?, self.quantity(right, word)?)),
+        }
+    }
+
+    fn value(&self, name: &str, at: Range<usize>, beside: &Quantity) -> Result<Quantity, Mistake> {
+        let slot = match beside.number {
+            Number::Slot(slot) => self.found.get(slot),
+            _ => None,
+        };
+        let Some((used, signal)) = slot else {
+            let mistake = Mistake::new(at, "the name of a value stands beside a signal");
+            return Err(mistake.help(format!("write `signal == \"{name}\"`")));
+        };
+        if let Some((_, value)) = signal.names.iter().find(|(known, _)| known == name) {
+            let number = Number::Constant(*value);
+            return Ok(Quantity { number, measure: Measure::Bare, at });
+        }
+        let known: Vec<_> = signal.names.iter().map(|(known, _)| known).collect();
+        let mistake = Mistake::new(at, format!("`{}` has no value `{name}`", used.name));
+        Err(if known.is_empty() {
+            mistake.help("its values have no names: write the number")
+        } else {
+            mistake.help(proposal(name, &known))
+        })
+    }
+}

@@ -1,0 +1,102 @@
+//! Whether a formula holds and by how much, in one ordered number.
+
+use std::fmt;
+use std::ops::Neg;
+
+/// What a formula is at one moment: false, unknown or true, and by which margin.
+///
+/// The margin is the robustness of Donzé & Maler (2010): how far the signals could move before the
+/// formula changes. It has the unit of the compared signals. Truths are ordered: false by much, false by
+/// little, unknown, true by little, true by much. `and` is the least, `or` the greatest, `not` the mirror
+/// image. So a formula whose margin is zero is still either true (`x >= 4` at 4) or false (`x > 4` at 4).
+///
+/// Where one operand is unknown and the other decides, the margin is that of the one that decides: a bound
+/// that the unknown one could only make larger.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Truth(i64);
+
+impl Truth {
+    /// Neither true nor false: a signal has no value.
+    pub const UNKNOWN: Self = Self(0);
+    /// True whatever the signals do: "all" of nothing.
+    pub const TRUE: Self = Self(f64::INFINITY.to_bits() as i64 + 1);
+    /// False whatever the signals do: "one" of nothing.
+    pub const FALSE: Self = Self(-(f64::INFINITY.to_bits() as i64 + 1));
+
+    /// True or false by `distance`, which counts without its sign; unknown where it is not a number.
+    pub fn new(holds: bool, distance: f64) -> Self {
+        if distance.is_nan() {
+            return Self::UNKNOWN;
+        }
+        // The bits of positive floats are ordered as the floats are.
+        let rank = distance.abs().to_bits() as i64 + 1;
+        Self(if holds { rank } else { -rank })
+    }
+
+    /// Whether it holds; `None` while it is unknown.
+    pub fn holds(self) -> Option<bool> {
+        (self != Self::UNKNOWN).then_some(self.0 > 0)
+    }
+
+    /// The robustness: positive or zero where it holds, negative or zero where it does not.
+    pub fn robustness(self) -> Option<f64> {
+        let holds = self.holds()?;
+        let distance = f64::from_bits(self.0.unsigned_abs() - 1);
+        // Zero has no sign for who reads it.
+        Some(if holds || distance == 0.0 { distance } else { -distance })
+    }
+
+    pub(crate) fn is_known(self) -> bool {
+        self != Self::UNKNOWN
+    }
+}
+
+impl Neg for Truth {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+impl fmt::Debug for Truth {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.holds(), self.robustness()) {
+            (Some(holds), Some(robustness)) => write!(f, "{holds}({robustness})"),
+            _ => f.write_str("unknown"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Truth;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_margin_of_zero_keeps_its_side() {
+        let (holds, fails) = (Truth::new(true, 0.0), Truth::new(false, -0.0));
+        assert_eq!((holds.holds(), holds.robustness()), (Some(true), Some(0.0)));
+        assert_eq!((fails.holds(), fails.robustness()), (Some(false), Some(0.0)));
+        assert!(fails.robustness().is_some_and(f64::is_sign_positive));
+        assert!(fails < Truth::UNKNOWN && Truth::UNKNOWN < holds);
+        assert_eq!(-holds, fails);
+    }
+
+    #[test]
+    fn the_ends_are_infinite() {
+        assert_eq!(Truth::TRUE.robustness(), Some(f64::INFINITY));
+        assert_eq!(-Truth::TRUE, Truth::FALSE);
+        assert_eq!(Truth::new(true, f64::NAN), Truth::UNKNOWN);
+        assert_eq!(Truth::new(false, f64::INFINITY), Truth::FALSE);
+    }
+
+    proptest! {
+        #[test]
+        fn order_is_that_of_the_robustness(a in -1e6f64..1e6, b in -1e6f64..1e6) {
+            let (x, y) = (Truth::new(a > 0.0, a), Truth::new(b > 0.0, b));
+            prop_assert_eq!(x.robustness(), Some(a));
+            prop_assert_eq!(x < y, a < b);
+            prop_assert_eq!((-x).robustness(), Some(-a));
+        }
+    }
+}

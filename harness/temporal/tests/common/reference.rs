@@ -1,0 +1,185 @@
+//! What a formula is at every moment, by definition: loops over moments, no thought of speed.
+
+use super::form::{Form, Num};
+
+/// Truth with its margin, by cases.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Value {
+    False(f64),
+    Unknown,
+    True(f64),
+}
+
+use Value::{False, True, Unknown};
+
+/// The signals at each moment from the start of the run on, not a number where they have no value. Moments
+/// behind the run are there as far as the formula looks ahead.
+pub type Rows = Vec<[f64; 3]>;
+
+fn not(value: Value) -> Value {
+    match value {
+        False(margin) => True(-margin),
+        Unknown => Unknown,
+        True(margin) => False(-margin),
+    }
+}
+
+/// True where all are.
+fn all(values: impl IntoIterator<Item = Value>) -> Value {
+    let values: Vec<_> = values.into_iter().collect();
+    let failing = values.iter().filter_map(|value| match value {
+        False(margin) => Some(*margin),
+        _ => None,
+    });
+    if let Some(worst) = failing.reduce(f64::min) {
+        return False(worst);
+    }
+    if values.contains(&Unknown) {
+        return Unknown;
+    }
+    True(values.iter().fold(f64::INFINITY, |least, value| match value {
+        True(margin) => least.min(*margin),
+        _ => least,
+    }))
+}
+
+/// True where one is.
+fn any(values: impl IntoIterator<Item = Value>) -> Value {
+    not(all(values.into_iter().map(not)))
+}
+
+fn number(num: &Num, row: &[f64; 3]) -> f64 {
+    let two = |a: &Num, b: &Num| (number(a, row), number(b, row));
+    match num {
+        Num::Constant(value) => f64::from(*value),
+        Num::Signal(signal) => row[*signal],
+        Num::Add(a, b) => number(a, row) + number(b, row),
+        Num::Subtract(a, b) => number(a, row) - number(b, row),
+        Num::Multiply(a, b) => number(a, row) * number(b, row),
+        Num::Negate(of) => -number(of, row),
+        Num::Abs(of) => number(of, row).abs(),
+        Num::Min(a, b) => {
+            let (a, b) = two(a, b);
+            if a.is_nan() || a < b { a } else { b }
+        }
+        Num::Max(a, b) => {
+            let (a, b) = two(a, b);
+            if a.is_nan() || a > b { a } else { b }
+        }
+    }
+}
+
+fn compare(how: &str, a: f64, b: f64) -> Value {
+    if a.is_nan() || b.is_nan() {
+        return Unknown;
+    }
+    let (holds, margin) = match how {
+        "<" => (a < b, b - a),
+        "<=" => (a <= b, b - a),
+        ">" => (a > b, a - b),
+        ">=" => (a >= b, a - b),
+        "==" => (a == b, -(a - b).abs()),
+        "!=" => (a != b, (a - b).abs()),
+        _ => panic!("{how}"),
+    };
+    if holds { True(margin) } else { False(margin) }
+}
+
+/// What the formula is at each moment of `rows`.
+pub fn evaluate(form: &Form, rows: &Rows) -> Vec<Value> {
+    let count = rows.len() as i64;
+    let at_each = |value: &dyn Fn(usize) -> Value| (0..rows.len()).map(value).collect::<Vec<_>>();
+    let get = |values: &[Value], at: i64| match usize::try_from(at) {
+        Ok(at) => values.get(at).copied().unwrap_or(Unknown),
+        Err(_) => Unknown,
+    };
+    // The moments `from` to `to` ago, as far as the operand exists then.
+    let back = |of: &[Value], at: usize, from: i64, to: Option<i64>| {
+        let begin = of.iter().position(|value| *value != Unknown);
+        let begin = begin.filter(|begin| *begin <= at).map(|begin| begin as i64)?;
+        let at = at as i64;
+        let first = to.map_or(begin, |to| (at - to).max(begin));
+        Some(first..=at - from)
+    };
+    match form {
+        Form::Compare(how, a, b) => {
+            at_each(&|at| compare(how, number(a, &rows[at]), number(b, &rows[at])))
+        }
+        Form::Near(a, b, tolerance) => at_each(&|at| {
+            let apart = (number(a, &rows[at]) - number(b, &rows[at])).abs();
+            compare("<=", apart, f64::from(*tolerance))
+        }),
+        Form::Between(a, b, c) => at_each(&|at| {
+            let [a, b, c] = [a, b, c].map(|num| number(num, &rows[at]));
+            all([compare("<", a, b), compare("<=", b, c)])
+        }),
+        Form::Changes(of) => at_each(&|at| {
+            let before = at.checked_sub(1).map_or(f64::NAN, |before| number(of, &rows[before]));
+            compare("!=", number(of, &rows[at]), before)
+        }),
+        Form::Rises(of) => {
+            let of = evaluate(of, rows);
+            at_each(&|at| all([of[at], not(get(&of, at as i64 - 1))]))
+        }
+        Form::Falls(of) => {
+            let of = evaluate(of, rows);
+            at_each(&|at| all([not(of[at]), get(&of, at as i64 - 1)]))
+        }
+        Form::Not(of) => evaluate(of, rows).into_iter().map(not).collect(),
+        Form::And(a, b) => {
+            let (a, b) = (evaluate(a, rows), evaluate(b, rows));
+            at_each(&|at| all([a[at], b[at]]))
+        }
+        Form::Or(a, b) => {
+            let (a, b) = (evaluate(a, rows), evaluate(b, rows));
+            at_each(&|at| any([a[at], b[at]]))
+        }
+        Form::Implies(a, b) => {
+            let (a, b) = (evaluate(a, rows), evaluate(b, rows));
+            at_each(&|at| any([not(a[at]), b[at]]))
+        }
+        Form::Eventually(from, to, of) => {
+            let of = evaluate(of, rows);
+            at_each(&|at| any((*from..=*to).map(|ahead| get(&of, at as i64 + ahead))))
+        }
+        Form::Always(from, to, of) => {
+            let of = evaluate(of, rows);
+            at_each(&|at| all((*from..=*to).map(|ahead| get(&of, at as i64 + ahead))))
+        }
+        Form::Once(from, to, of) => {
+            let of = evaluate(of, rows);
+            at_each(&|at| match back(&of, at, *from, *to) {
+                Some(moments) => any(moments.map(|moment| get(&of, moment))),
+                None => Unknown,
+            })
+        }
+        Form::Historically(from, to, of) => {
+            let of = evaluate(of, rows);
+            at_each(&|at| match back(&of, at, *from, *to) {
+                Some(moments) => all(moments.map(|moment| get(&of, moment))),
+                None => Unknown,
+            })
+        }
+        Form::Until(from, to, held, met) => {
+            let (held, met) = (evaluate(held, rows), evaluate(met, rows));
+            at_each(&|at| {
+                let at = at as i64;
+                any((at + from..=at + to).map(|then| {
+                    all((at..then).map(|between| get(&held, between)).chain([get(&met, then)]))
+                }))
+            })
+        }
+        Form::Since(from, to, held, met) => {
+            let (held, met) = (evaluate(held, rows), evaluate(met, rows));
+            at_each(&|at| {
+                let moments = back(&met, at, *from, *to);
+                let at = at as i64;
+                // Before the start: it may have been met at any moment.
+                let moments = moments.unwrap_or(at - to.unwrap_or(count)..=at - from);
+                any(moments.map(|then| {
+                    all((then + 1..=at).map(|after| get(&held, after)).chain([get(&met, then)]))
+                }))
+            })
+        }
+    }
+}
