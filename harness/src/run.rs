@@ -216,9 +216,11 @@ impl Prepared {
     ) -> (rig::Rig, Director, Option<Monitor>) {
         let operator = Operator::simulated(answers.clone());
         let bench = self.rig.robot.as_ref().map(|devices| self.bench(devices, seed));
-        let monitor = bench.as_ref().zip(properties).map(|(bench, properties)| {
-            Monitor::new(properties, &Limits::of(&bench.controller_config()))
-        });
+        let limits = bench.as_ref().map(|bench| Limits::of(&bench.controller_config()));
+        let is_anything = |asked: &&[Property]| limits.is_some() || !asked.is_empty();
+        let monitor = properties
+            .filter(is_anything)
+            .map(|asked| Monitor::new(asked, limits.as_ref(), &self.rig.speakers));
         let mut engine = self.engine(bench.as_ref());
         let hosts = (&self.hosting, &self.own);
         let (rig, away) = build::simulated(&self.rig, bench, hosts, seed);
@@ -411,7 +413,7 @@ fn go(
         made,
         dropped: end.dropped,
         faults: end.faults,
-        properties: end.monitor.map(Monitor::verdicts).unwrap_or_default(),
+        properties: end.monitor.map(|monitor| monitor.verdicts(end.at)).unwrap_or_default(),
         unjudged: Vec::new(),
     }
 }

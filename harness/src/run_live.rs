@@ -193,7 +193,8 @@ pub(crate) fn carry_out(
 ) -> Result<LiveRun, LiveError> {
     let LiveOrder { prepared, seed, setting, properties, log } = order;
     let (rig, director) = prepared.live(seed, setting, operator);
-    let mut world = LiveWorld::new(rig, director, setting.clone(), seed).with_monitor(properties);
+    let mut world = LiveWorld::new(rig, director, setting.clone(), seed)
+        .with_monitor(properties, &prepared.rig.speakers);
     let mut made = Made::default();
     let mut keep_made = |action: &Action| action.keep_in(&mut made);
     let mut end = world.run(log, sink, &mut keep_made, pulse)?;

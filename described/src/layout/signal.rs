@@ -68,6 +68,12 @@ impl Signal {
             .map(|(_, name)| name.as_str())
     }
 
+    /// The values that have a name, in its unit.
+    pub fn names(&self) -> impl Iterator<Item = (&str, f64)> {
+        let value = |number: i64| self.scale.physical(number as f64);
+        self.named_values.iter().map(move |(number, name)| (name.as_str(), value(*number)))
+    }
+
     /// Writes the value into the bytes of its message; `false` where it is out of range.
     pub(super) fn put(&self, value: f64, data: &mut [u8]) -> bool {
         let Storage::Bits { field, coding } = self.storage else { return true };

@@ -45,6 +45,41 @@ fn each_mistake_is_found_by_what_is_about_it() -> Result<(), TrialError> {
     Ok(())
 }
 
+/// The properties that broke.
+fn broken(run: &TrialRun) -> Vec<&str> {
+    let broken = run.summary().properties.iter().filter(|one| one.is_broken());
+    broken.map(|one| one.name.as_str()).collect()
+}
+
+#[test]
+fn each_mistake_breaks_the_deadline_that_is_about_it_and_none_else() -> Result<(), TrialError> {
+    let sound = run("deadlines.toml", None)?;
+    assert!(sound.passed(), "{sound}");
+    assert!(sound.summary().properties.iter().all(|one| one.held == Some(true)), "{sound}");
+    for (mistake, expected) in [
+        (Mistake::OpensLate, "opens on over-voltage"),
+        (Mistake::NeverOpens, "opens on over-voltage"),
+        (Mistake::ClosesAgain, "stays open"),
+        (Mistake::LimitTooHigh, "keeps to the cells' rating"),
+    ] {
+        let run = run("deadlines.toml", Some(mistake))?;
+        assert_eq!(broken(&run), [expected], "{mistake:?}: {run}");
+    }
+    Ok(())
+}
+
+#[test]
+fn a_campaign_looks_for_faults_that_break_a_deadline() -> Result<(), TrialError> {
+    let trial = Trial::load("deadlines.toml")?.with_node("manager", || Manager::new(None));
+    let findings = trial.campaign().faults(&["disconnect", "delay"]).cases(60).run()?;
+    let found: Vec<&str> = findings.smallest().iter().map(|one| one.property.as_str()).collect();
+    // Who does not hear of an over-voltage cannot open: no manager could.
+    assert!(found.contains(&"opens on over-voltage"), "{findings}");
+    // No fault of the bus makes it ask for more than it may.
+    assert!(!found.contains(&"keeps to the cells' rating"), "{findings}");
+    Ok(())
+}
+
 #[test]
 fn a_seed_gives_the_same_run_again() -> Result<(), TrialError> {
     let values = |run: TrialRun| format!("{:?}", run.summary().measurements);

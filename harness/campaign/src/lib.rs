@@ -46,7 +46,7 @@ pub use executor::Executor;
 pub use guard::caught;
 pub use guided::Guided;
 pub use journal::{Journal, JournalError, Line, each_line};
-pub use regression::{Regression, RegressionError};
+pub use regression::{Regression, RegressionError, slug};
 pub use repeat::{
     BREAKS_AT_LEAST, CONFIDENCE, REPEATS, REPEATS_MAX, Repeatedly, Repetition, RepetitionError,
 };

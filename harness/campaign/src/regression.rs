@@ -40,11 +40,21 @@ pub enum RegressionError {
     },
 }
 
+/// The name of a property as names of plans and files have it: words with hyphens between them, cut off where it is long.
+pub fn slug(property: &str) -> String {
+    const LENGTH_MAX: usize = 40;
+    let words =
+        property.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    let mut slug = words.collect::<Vec<_>>().join("-").to_ascii_lowercase();
+    slug.truncate(LENGTH_MAX);
+    slug.trim_end_matches('-').to_owned()
+}
+
 impl Regression<'_> {
     /// Name of the plan: that of the plan struck, of the property, and of the case.
     pub fn name(&self) -> String {
         let id = self.case.id(self.text).to_string();
-        format!("{}-{}-{}", self.plan, self.property.replace('_', "-"), &id[..8])
+        format!("{}-{}-{}", self.plan, slug(self.property), &id[..8])
     }
 
     /// The plan that was struck, under its new name, with the seed and the faults of the case behind its own: in

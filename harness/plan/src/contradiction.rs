@@ -83,7 +83,7 @@ pub(super) fn of_bench(
                     ));
                 }
             }
-            Property::Always(_) => {}
+            Property::Always(_) | Property::Stated(_) => {}
         }
     }
     Ok(())

@@ -39,10 +39,12 @@ impl Sent<'_> {
         let of = |speaker: &Speaker| {
             let node = speaker.node.clone();
             let signals = speaker.messages().flat_map(|message| message.signals.clone());
-            signals.map(move |signal| match node.as_str() {
-                DEVICE => signal.name,
-                node => format!("{node}.{}", signal.name),
-            }).collect::<Vec<_>>()
+            signals
+                .map(move |signal| match node.as_str() {
+                    DEVICE => signal.name,
+                    node => format!("{node}.{}", signal.name),
+                })
+                .collect::<Vec<_>>()
         };
         let mut names: Vec<String> = self.0.iter().flat_map(of).collect();
         names.sort();
@@ -59,7 +61,9 @@ impl Signals for Sent<'_> {
             _ => {
                 let mut owners: Vec<&str> = self.0.iter().map(|one| one.node.as_str()).collect();
                 owners.dedup();
-                let of = |node| resolve(self.0, OfMessage::Signal { node, name }).ok().map(|at| (node, at));
+                let of = |node| {
+                    resolve(self.0, OfMessage::Signal { node, name }).ok().map(|at| (node, at))
+                };
                 let found: Vec<(&str, MessagePlace)> = owners.into_iter().filter_map(of).collect();
                 match found.as_slice() {
                     [(_, only)] => Ok(*only),

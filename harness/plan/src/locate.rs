@@ -13,6 +13,9 @@ pub(super) fn locate(text: &str, path: &[Segment]) -> Range<usize> {
     let mut table = Some(document.get_ref());
     let mut array: Option<&DeArray<'_>> = None;
     for segment in path {
+        if let Segment::Text(within) = segment {
+            return part(text, found, within);
+        }
         let value = match (segment, table, array) {
             (Segment::Key(key), Some(table), _) => table.get(*key),
             (Segment::Index(index), _, Some(array)) => array.get(*index),
@@ -27,6 +30,20 @@ pub(super) fn locate(text: &str, path: &[Segment]) -> Range<usize> {
         };
     }
     found
+}
+
+/// Bytes of a text that stands at `found`, quotes included; all of it where it is not written as it is meant.
+fn part(text: &str, found: Range<usize>, within: &Range<usize>) -> Range<usize> {
+    let written = text.get(found.clone()).unwrap_or_default();
+    let marks = ["\"\"\"", "'''", "\"", "'"].into_iter().find(|marks| written.starts_with(marks));
+    let is_plain = !written.contains('\\') && !written.contains('\n');
+    match marks.filter(|_| is_plain) {
+        Some(marks) => {
+            let start = found.start + marks.len();
+            start + within.start..(start + within.end).min(found.end)
+        }
+        None => found,
+    }
 }
 
 fn first_line(text: &str) -> usize {

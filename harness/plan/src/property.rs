@@ -2,29 +2,178 @@
 //!
 //! ```toml
 //! [[property]]
-//! always = { fresh_heading = { age_s_max = 0.16 } }
+//! name = "opens on over-voltage"
+//! always = "cells.VoltageMax > 4.25 -> within 100 ms: manager.ContactorCommand == 0"
 //!
 //! [[property]]
-//! sometimes = "gyro_silent"
+//! sometimes = "manager.State == 3"
+//!
+//! [[property]]
+//! always = { fresh_heading = { age_s_max = 0.16 } }
 //! ```
 //!
-//! A limit that is left out is the bench's (`judge::properties::Limits`). How each is judged stands in
-//! `judge::properties`.
+//! A text is a formula over signals of the rig, in the language of the crate `temporal`. Those with names are built in and
+//! of the paper's robot; a limit that is left out is the bench's (`judge::properties::Limits`).
 
 use super::number;
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::de::{Error as _, MapAccess, Visitor, value::MapAccessDeserializer};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::borrow::Cow;
+use std::fmt;
 use wire::time::Span;
 use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Speed};
 
 /// One `[[property]]` of a plan.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Property {
     /// It must hold at every moment of every run.
     Always(Always),
     /// It must come about in at least one run of a campaign.
     Sometimes(Sometimes),
+    /// The plan states it itself.
+    Stated(Stated),
+}
+
+/// Which kind of property.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// It must hold at every moment.
+    Always,
+    /// It must come about in at least one run.
+    Sometimes,
+}
+
+/// A formula over signals of the rig.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Stated {
+    /// Where it has none of its own, the formula.
+    pub name: String,
+    /// When it must hold.
+    pub kind: Kind,
+    /// As it is written.
+    pub formula: String,
+}
+
+/// As a plan has it.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Property")]
+struct Entry {
+    /// What verdicts and reports call a formula. Its text, where this is left out.
+    name: Option<String>,
+    /// It must hold at every moment of every run: a formula over signals, or a property of the paper's robot.
+    always: Option<OrFormula<Always>>,
+    /// It must come about in at least one run of a campaign: a formula over signals, or a state of the paper's robot.
+    sometimes: Option<OrFormula<Sometimes>>,
+}
+
+/// A text is a formula, unless it is the name of what is built in.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+enum OrFormula<T> {
+    BuiltIn(T),
+    Formula(String),
+}
+
+/// A built-in property, and whether a text names one.
+trait BuiltIn: Sized {
+    const EXPECTED: &'static str;
+
+    /// What a word stands for; no word with a space or an operator is a name.
+    fn of_text(text: &str) -> Result<OrFormula<Self>, String>;
+}
+
+impl BuiltIn for Always {
+    const EXPECTED: &'static str =
+        "a formula over signals, or a property such as { recovers = {} }";
+
+    fn of_text(text: &str) -> Result<OrFormula<Self>, String> {
+        match Self::ALL.iter().find(|known| known.name() == text) {
+            Some(known) => Ok(OrFormula::BuiltIn(*known)),
+            None => Ok(OrFormula::Formula(text.to_owned())),
+        }
+    }
+}
+
+impl BuiltIn for Sometimes {
+    const EXPECTED: &'static str = "a formula over signals, or a state such as \"gyro_silent\"";
+
+    fn of_text(text: &str) -> Result<OrFormula<Self>, String> {
+        if let Some(known) = Self::ALL.iter().find(|known| known.name() == text) {
+            return Ok(OrFormula::BuiltIn(*known));
+        }
+        if !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
+            let names: Vec<&str> = Self::ALL.iter().map(|known| known.name()).collect();
+            return Err(format!("unknown state `{text}`, {}", super::hint::proposal(text, &names)));
+        }
+        Ok(OrFormula::Formula(text.to_owned()))
+    }
+}
+
+impl<'de, T: BuiltIn + Deserialize<'de>> Deserialize<'de> for OrFormula<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either<T>(std::marker::PhantomData<T>);
+        impl<'de, T: BuiltIn + Deserialize<'de>> Visitor<'de> for Either<T> {
+            type Value = OrFormula<T>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(T::EXPECTED)
+            }
+
+            fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Self::Value, E> {
+                T::of_text(text).map_err(E::custom)
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+                T::deserialize(MapAccessDeserializer::new(map)).map(OrFormula::BuiltIn)
+            }
+        }
+        deserializer.deserialize_any(Either(std::marker::PhantomData))
+    }
+}
+
+impl<'de> Deserialize<'de> for Property {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let Entry { name, always, sometimes } = Entry::deserialize(deserializer)?;
+        let stated = |kind, formula: String| {
+            let name = name.clone().unwrap_or_else(|| formula.clone());
+            Self::Stated(Stated { name, kind, formula })
+        };
+        let property = match (always, sometimes) {
+            (Some(OrFormula::Formula(formula)), None) => stated(Kind::Always, formula),
+            (None, Some(OrFormula::Formula(formula))) => stated(Kind::Sometimes, formula),
+            (Some(OrFormula::BuiltIn(always)), None) => Self::Always(always),
+            (None, Some(OrFormula::BuiltIn(sometimes))) => Self::Sometimes(sometimes),
+            (None, None) => return Err(D::Error::custom("missing field `always` or `sometimes`")),
+            (Some(_), Some(_)) => {
+                return Err(D::Error::custom(
+                    "`always` beside `sometimes`: make it two properties",
+                ));
+            }
+        };
+        match (&property, name) {
+            (Self::Stated(Stated { name, .. }), _) if name.trim().is_empty() => {
+                Err(D::Error::custom("an empty property"))
+            }
+            (Self::Stated(_), _) | (_, None) => Ok(property),
+            (_, Some(_)) => Err(D::Error::custom(format!(
+                "`name` beside `{}`, which has its own: leave it out",
+                property.name()
+            ))),
+        }
+    }
+}
+
+impl JsonSchema for Property {
+    fn schema_name() -> Cow<'static, str> {
+        Entry::schema_name()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        Entry::json_schema(generator)
+    }
 }
 
 /// What must hold at every moment.
@@ -173,11 +322,26 @@ impl Property {
         always.chain(sometimes).collect()
     }
 
-    /// As it is written.
-    pub const fn name(&self) -> &'static str {
+    /// As verdicts call it.
+    pub fn name(&self) -> &str {
         match self {
             Self::Always(always) => always.name(),
             Self::Sometimes(sometimes) => sometimes.name(),
+            Self::Stated(stated) => &stated.name,
+        }
+    }
+
+    /// A formula that a plan states itself.
+    pub const fn is_stated(&self) -> bool {
+        matches!(self, Self::Stated(_))
+    }
+
+    /// When it must hold.
+    pub const fn kind(&self) -> Kind {
+        match self {
+            Self::Always(_) => Kind::Always,
+            Self::Sometimes(_) => Kind::Sometimes,
+            Self::Stated(stated) => stated.kind,
         }
     }
 }

@@ -1,10 +1,11 @@
 //! What a plan may say, by the rig that it is carried out on: of the paper's robot or table, of nodes and their messages.
 
 use super::Plan;
+use super::formula::formula;
 use super::hint::proposal;
 use super::message::Send;
 use super::name::ParameterName;
-use super::property::Property;
+use super::property::{Kind, Property, Stated};
 use super::quantity::{OfMessage, QuantityName};
 use super::rig::Rig;
 use super::speakers::{DEVICE, resolve, unit, whose};
@@ -180,19 +181,45 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// Properties are of the paper's robot: of nodes, their measurements are judged.
+    /// What is built in is of the paper's robot; formulas are of nodes whose messages are known.
     pub(super) fn properties(&self, properties: &[Property]) -> Checked {
-        match properties {
-            [first, ..] if !self.has_robot => Err(Fault {
-                path: vec![Segment::Key("property"), Segment::Index(0)],
-                message: format!("`{}` is judged of our controller alone", first.name()),
-                help: Some(
-                    "declare a [[measurement]]: campaigns look for faults that make one fail"
-                        .to_owned(),
-                ),
-            }),
-            _ => Ok(()),
+        for (index, property) in properties.iter().enumerate() {
+            let root = [Segment::Key("property"), Segment::Index(index)];
+            let at = Place { root: &root };
+            match property {
+                Property::Stated(stated) => self.formula(stated, &at)?,
+                Property::Always(_) | Property::Sometimes(_) if self.has_robot => {}
+                Property::Always(_) | Property::Sometimes(_) => {
+                    let message =
+                        format!("`{}` is judged of our controller alone", property.name());
+                    let help =
+                        "state it as a formula: always = \"manager.Voltage < 60 V\"".to_owned();
+                    return Err(at.fault(&[], message, Some(help)));
+                }
+            }
         }
+        Ok(())
+    }
+
+    fn formula(&self, stated: &Stated, at: &Place<'_>) -> Checked {
+        let key = match stated.kind {
+            Kind::Always => "always",
+            Kind::Sometimes => "sometimes",
+        };
+        let here = [Segment::Key(key)];
+        if self.is_robot() {
+            let message =
+                "a formula is over signals of nodes, and this plan has the paper's robot alone";
+            let help = "name a rig: `rig = \"...\"` instead of `devices`".to_owned();
+            return Err(at.fault(&here, message.to_owned(), Some(help)));
+        }
+        let Some(rig) = self.rig else { return Ok(()) };
+        let mistake = match formula(&stated.formula, &rig.speakers) {
+            Ok(_) => return Ok(()),
+            Err(mistake) => mistake,
+        };
+        let within = [&here[..], &[Segment::Text(mistake.at)]].concat();
+        Err(at.fault(&within, mistake.message, mistake.help))
     }
 
     /// Waiting needs a quantity that is reported while the plan runs.

@@ -6,6 +6,7 @@ use super::fit::Fit;
 use super::hint::proposal;
 use super::identify::Identify;
 use super::measurement::Declared;
+use super::property::Property;
 use super::quantities::{COMMON_TAGS, DURING_PREFIX, find_tag};
 use super::quantity::{Filter, QuantityName};
 use super::rig::Rig;
@@ -15,6 +16,7 @@ use super::{DEPTH_MAX, Plan, STEPS_DONE_MAX, STEPS_MAX};
 use crate::faults::Unfit;
 use crate::flow::Answer;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// A step down into the document.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -23,6 +25,8 @@ pub(super) enum Segment {
     Key(&'static str),
     /// Into this element.
     Index(usize),
+    /// To these bytes of this text.
+    Text(Range<usize>),
 }
 
 /// Something wrong, and where.
@@ -45,8 +49,8 @@ pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
         let message = format!("{done} steps when carried out, expected at most {STEPS_DONE_MAX}");
         return Err(Fault { path, message, help: None });
     }
-    if plan.measurements.is_empty() {
-        let message = "a plan that measures nothing, expected at least one [[measurement]]";
+    if plan.measurements.is_empty() && !plan.properties.iter().any(Property::is_stated) {
+        let message = "a plan that judges nothing, expected at least one [[measurement]]";
         return Err(Fault { path: Vec::new(), message: message.to_owned(), help: None });
     }
     let mut names: BTreeMap<&str, usize> = BTreeMap::new();

@@ -49,7 +49,7 @@ pub trait RecordSink {
 
     /// Hears that a property does not hold, as often as somebody looks. The record has no place for it: a run is
     /// judged by it at its end.
-    fn broken(&mut self, _name: &'static str, _violation: &Violation) {}
+    fn broken(&mut self, _name: &str, _violation: &Violation) {}
 
     /// What it keeps. Who finds [`Level::Events`] need not make what would be left out.
     fn level(&self) -> Level;
@@ -235,7 +235,7 @@ impl<S: RecordSink + ?Sized> RecordSink for Box<S> {
         (**self).frame(at, device, frame);
     }
 
-    fn broken(&mut self, name: &'static str, violation: &Violation) {
+    fn broken(&mut self, name: &str, violation: &Violation) {
         (**self).broken(name, violation);
     }
 
@@ -272,7 +272,7 @@ impl<A: RecordSink, B: RecordSink> RecordSink for Both<A, B> {
         self.1.frame(at, device, frame);
     }
 
-    fn broken(&mut self, name: &'static str, violation: &Violation) {
+    fn broken(&mut self, name: &str, violation: &Violation) {
         self.0.broken(name, violation);
         self.1.broken(name, violation);
     }

@@ -62,7 +62,7 @@ pub(super) fn struck(prepared: &Prepared, case: &Case) -> Prepared {
 /// What a run came to.
 pub(super) fn result(prepared: &Prepared, run: &run::Simulated) -> CaseResult {
     let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
-    if prepared.rig.robot.is_none() {
+    if prepared.plan.judged(&prepared.rig).is_empty() {
         return passes::result(run, &measurements, judged);
     }
     let verdicts = &run.properties;

@@ -307,6 +307,8 @@ impl<C: Crossing> Simulation<C> {
         rig.read((line, from), what, |which, values| {
             director.engine.message(now, which, values);
             touched.0 |= Touched::PLAN;
+            let (speaker, message) = which;
+            see(watch, now, &Seen::Message { speaker, message, values });
         });
         if let (Device::Table, Transmit::Bytes(packet)) = (who, what) {
             director.hear_table(now, packet.as_slice());

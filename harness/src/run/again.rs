@@ -33,6 +33,7 @@ use crate::record::header::Header;
 use crate::record::reader::RecordError;
 use crate::record::{Record, RecordKind, VERSION};
 use crate::world::bench::Bench;
+use emulators::device_file::Devices;
 use std::collections::BTreeMap;
 use wire::time::Timestamp;
 
@@ -65,10 +66,10 @@ pub fn judge_again(
 ) -> JudgedAgain {
     let of_plan = header(plan, recorded.seed, &rig.speakers);
     let header = Header { quantities: of_plan.quantities, ..recorded.clone() };
-    let robot = rig.robot.as_deref().filter(|_| !plan.properties.is_empty());
-    let limits = robot
-        .map(|robot| Limits::of(&Bench::new(robot.clone(), recorded.seed).controller_config()));
-    let mut replayed = limits.as_ref().map(|limits| Replayed::new(&plan.properties, limits));
+    let of = |robot: &Devices| Bench::new(robot.clone(), recorded.seed).controller_config();
+    let limits = rig.robot.as_deref().map(|robot| Limits::of(&of(robot)));
+    let has_any = !plan.properties.is_empty();
+    let mut replayed = has_any.then(|| Replayed::new(&plan.properties, limits.as_ref(), rig));
     let read = Read::of(records, &header, &mut |record| {
         if let Some(replayed) = &mut replayed {
             replayed.take(record);
@@ -89,10 +90,10 @@ pub fn judge_again(
     let summary = summary.unwrap_or_else(|| unfinished(recorded, &plan.title, read.last));
     let real = summary.clock == "real";
     let before = &summary.properties;
-    let (properties, kept) = match replayed.zip(limits.as_ref()) {
+    let (properties, kept) = match replayed {
         // What was made of a bus log holds no report of the controller.
-        Some(_) if summary.clock == IMPORTED => (before.clone(), Vec::new()),
-        Some((replayed, limits)) => replayed.judge(&plan.properties, limits, real, before),
+        Some(_) if summary.clock == IMPORTED && limits.is_some() => (before.clone(), Vec::new()),
+        Some(replayed) => replayed.judge(&plan.properties, limits.as_ref(), real, before),
         None => Default::default(),
     };
     let mut summary = Summary { outcome, reason, measurements, properties, ..summary };

@@ -3,12 +3,14 @@
 
 use crate::engine::FIRST_MISSION;
 use crate::outcome::PropertySummary;
-use crate::plan::Property;
+use crate::plan::{Property, Rig, Speaker};
 use crate::properties::{Limits, Monitor, Seen, Sight, Unjudged, View};
 use crate::record::FaultEvent;
 use crate::record::{Device, Record, RecordKind};
+use crate::rig::build::who;
 use controller::mission::{Mission, MissionId};
 use controller::{Output, Port};
+use described::Decoder;
 use std::collections::BTreeSet;
 use wire::packet::Packet;
 use wire::time::Timestamp;
@@ -22,15 +24,36 @@ pub(super) struct Replayed {
     /// Bytes or frames of the gyro and of the base.
     gyro: bool,
     base: bool,
+    /// What each node of the rig says on a line.
+    ears: Vec<Ear>,
+    /// Bytes or frames of one of them.
+    messages: bool,
     /// Times never go back for a monitor, whatever a record says.
     latest: Timestamp,
 }
 
+/// Reads what one node says on one line.
+#[derive(Debug)]
+struct Ear {
+    /// As the record has it.
+    who: Device,
+    /// By its place among the speakers of the rig.
+    speaker: usize,
+    decoder: Decoder,
+}
+
 impl Replayed {
-    /// A monitor of `properties`, of which there is at least one.
-    pub(super) fn new(properties: &[Property], limits: &Limits) -> Self {
+    /// A monitor of `properties`, of which there is at least one; `limits` are those of the rig's robot, if it has one.
+    pub(super) fn new(properties: &[Property], limits: Option<&Limits>, rig: &Rig) -> Self {
+        let ear = |(speaker, one): (usize, &Speaker)| {
+            let place = rig.nodes.iter().position(|node| node.name == one.node)?;
+            let decoder = one.layout.decoder_for(one.sender);
+            Some(Ear { who: who(rig, place, one.line), speaker, decoder })
+        };
         Self {
-            monitor: Monitor::new(properties, limits),
+            monitor: Monitor::new(properties, limits, &rig.speakers),
+            ears: rig.speakers.iter().enumerate().filter_map(ear).collect(),
+            messages: false,
             mission: FIRST_MISSION,
             faults: BTreeSet::new(),
             gyro: false,
@@ -42,6 +65,7 @@ impl Replayed {
     /// Takes the next record.
     pub(super) fn take(&mut self, record: &Record) {
         let at = record.at;
+        self.read(record);
         match (&record.kind, record.device) {
             (RecordKind::StepBegan { .. }, _) => self.see(at, &Seen::LapBegan),
             (RecordKind::StepEnded { .. }, _) => self.see(at, &Seen::LapEnded),
@@ -80,6 +104,30 @@ impl Replayed {
         }
     }
 
+    /// Bytes and frames of the rig's nodes, as messages.
+    fn read(&mut self, record: &Record) {
+        let Self { ears, monitor, messages, latest, .. } = self;
+        let of = |ear: &&mut Ear| ear.who == record.device;
+        let Some(Ear { speaker, decoder, .. }) = ears.iter_mut().find(of) else { return };
+        let at = record.at.max(*latest);
+        let mut see = |decoded: described::Decoded| {
+            let (message, values) = (decoded.message, decoded.values.as_slice());
+            monitor.see(at, &Seen::Message { speaker: *speaker, message, values });
+        };
+        match &record.kind {
+            RecordKind::Bytes(bytes) => {
+                *messages = true;
+                decoder.bytes(bytes, &mut see);
+            }
+            RecordKind::Frame(frame) => {
+                *messages = true;
+                let frame = frame.frame();
+                frame.and_then(|frame| decoder.frame(&frame)).into_iter().for_each(see);
+            }
+            _ => {}
+        }
+    }
+
     fn fault(&mut self, at: Timestamp, index: u32, event: &FaultEvent) {
         match event {
             FaultEvent::Began => _ = self.faults.insert(index),
@@ -102,7 +150,7 @@ impl Replayed {
     }
 
     /// What the record shows, by what was found in it; `real` where a real clock made it.
-    fn sight(&self, limits: &Limits, real: bool) -> Sight {
+    fn sight(&self, limits: Option<&Limits>, real: bool) -> Sight {
         let mut sight = Sight::whole()
             .without(View::Truth, "the record has it less often than the run saw it, and no speeds")
             .without(
@@ -116,7 +164,10 @@ impl Replayed {
                 "the record holds states now and then (--record full all)",
             );
         }
-        if !self.base && limits.base.is_some() {
+        if !self.messages {
+            sight = sight.without(View::Messages, missing);
+        }
+        if !self.base && limits.is_some_and(|limits| limits.base.is_some()) {
             sight = sight.without(View::BaseReplies, missing);
         }
         if real {
@@ -130,12 +181,12 @@ impl Replayed {
     pub(super) fn judge(
         self,
         properties: &[Property],
-        limits: &Limits,
+        limits: Option<&Limits>,
         real: bool,
         before: &[PropertySummary],
     ) -> (Vec<PropertySummary>, Vec<Unjudged>) {
         let (_, unjudged) = self.sight(limits, real).divide(properties);
-        let verdicts = self.monitor.verdicts();
+        let verdicts = self.monitor.verdicts(self.latest);
         let all = verdicts.iter().map(|verdict| {
             let Some(missing) = unjudged.iter().find(|one| one.name == verdict.name) else {
                 return verdict.into();

@@ -149,7 +149,7 @@ impl TrialCampaign {
             None => {
                 let faults = case.schedule.beside(&plan.faults).to_toml();
                 let head = format!("# The faults of {}, with seed {}\n\n", plan.name, case.seed);
-                (format!("{}-{}", plan.name, property.replace('_', "-")), head + &faults)
+                (format!("{}-{}", plan.name, campaign::slug(&property)), head + &faults)
             }
         };
         let path = folder.join(format!("{name}.toml"));

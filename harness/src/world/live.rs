@@ -48,6 +48,7 @@ pub use verdict::LiveEnd;
 
 use crate::engine::{Action, Ending, Engine};
 use crate::outcome::PortSide;
+use crate::plan::Speaker;
 use crate::properties::{Limits, Property};
 use crate::record::Device;
 use crate::record::Progress;
@@ -134,14 +135,14 @@ impl LiveWorld {
     }
 
     /// These properties are judged as the run goes on, as far as this bench shows what they are judged by.
-    pub fn with_monitor(mut self, properties: &[Property]) -> Self {
-        let Some(config) = &self.config else { return self };
-        let limits = Limits::of(config);
+    pub(crate) fn with_monitor(mut self, properties: &[Property], speakers: &[Speaker]) -> Self {
+        let limits = self.config.as_ref().map(Limits::of);
         let ear = match self.setting.device_under_test {
             DeviceUnderTest::InProcess => Ear::Controller,
             _ => Ear::Lines,
         };
-        let eyes = Eyes::new(properties, &limits, &self.setting.sight(), ear);
+        let sight = self.setting.sight();
+        let eyes = Eyes::new(properties, limits.as_ref(), speakers, (&sight, ear));
         self.eyes = (!properties.is_empty()).then(|| Box::new(eyes));
         self
     }
@@ -232,7 +233,8 @@ impl LiveWorld {
         let end = clock.now();
         self.lateness.end_step(self.course());
         let (faults, dropped) = self.end_faults(end, sink, &mut device);
-        let (properties, unjudged) = self.eyes.take().map(|eyes| eyes.close()).unwrap_or_default();
+        let eyes = self.eyes.take();
+        let (properties, unjudged) = eyes.map(|eyes| eyes.close(end)).unwrap_or_default();
         let ending = verdict::excuse(self.judge(ending, end, &ports), &properties, &self.lateness);
         let bus_to_command = device.in_process().map(|here| here.bus_to_command().spread());
         let timing = self.lateness.timing(bus_to_command, scheduling);

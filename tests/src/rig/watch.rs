@@ -13,7 +13,7 @@ pub(super) struct Watch {
 
 impl Watch {
     pub(super) fn new(config: &Config) -> Self {
-        Self { monitor: Monitor::new(&[], &Limits::of(config)), looked: None }
+        Self { monitor: Monitor::new(&[], Some(&Limits::of(config)), &[]), looked: None }
     }
 
     pub(super) fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {
@@ -58,7 +58,7 @@ impl Watch {
 impl Rig {
     /// What became of every property since the rig was made. The rig is at its end.
     pub fn verdicts(self) -> Vec<PropertyVerdict> {
-        self.watch.monitor.verdicts()
+        self.watch.monitor.verdicts(self.now)
     }
 
     /// A lap begins here, as far as properties go; without any, the scenario is one lap.

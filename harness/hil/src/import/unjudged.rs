@@ -1,6 +1,6 @@
 //! What of a plan's measurements a log of a CAN bus can make.
 
-use judge::properties::{Kind, Unjudged};
+use judge::properties::Unjudged;
 use plan::Plan;
 use plan::quantities::{self as q, OPERATOR_PREFIX, Quantity};
 use record::outcome::PropertySummary;
@@ -53,8 +53,8 @@ pub(super) fn of_plan(plan: &Plan) -> Vec<(String, &'static str)> {
 /// The properties of `plan`: what frames alone say of the controller is not what it reported.
 pub(super) fn properties(plan: &Plan) -> Vec<PropertySummary> {
     let unjudged = plan.properties.iter().map(|property| Unjudged {
-        name: property.name(),
-        kind: Kind::of(property),
+        name: property.name().to_owned(),
+        kind: property.kind(),
         why: "a log holds frames alone: nobody watched the controller's reports and the gyro"
             .to_owned(),
     });

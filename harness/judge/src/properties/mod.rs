@@ -1,6 +1,9 @@
 //! Properties of a run: what must hold at every moment, and what a campaign must have reached. Judged
-//! while a run goes on, from what is true and from what the controller says; in real time by as much of it
-//! as the bench shows ([`Sight`]).
+//! while a run goes on.
+//!
+//! A plan states its own as [formulas](temporal) over the signals of its rig, judged message by message ([`Stated`]). Those
+//! below are built in: they are of the paper's robot, judged from what is true and from what the controller says; in real
+//! time by as much of it as the bench shows ([`Sight`]).
 //!
 //! | always | is violated when |
 //! |---|---|
@@ -30,6 +33,7 @@ mod seen;
 mod senses;
 mod sight;
 mod sometimes;
+mod stated;
 #[cfg(test)]
 mod tests;
 mod verdict;
@@ -39,10 +43,10 @@ pub use limits::{
     TRUE_OVER_COMMANDED_MAX,
 };
 pub use monitor::Monitor;
-pub use plan::{Always, Property, Sometimes};
+pub use plan::{Always, Kind, Property, Sometimes, Stated};
 pub use seen::{Seen, Truth};
 pub use sight::{Sight, Unjudged, View};
-pub use verdict::{Kind, PropertyVerdict};
+pub use verdict::PropertyVerdict;
 
 /// The truth is shown at least this often, as far as anything happens meanwhile, and whenever the controller says
 /// something: the period of a base's reports in motion.

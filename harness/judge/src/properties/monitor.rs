@@ -4,8 +4,10 @@ use super::always::{self, Judge};
 use super::seen::Seen;
 use super::senses::{Fact, Senses, Topic};
 use super::sometimes::Reached;
-use super::verdict::{Kind, PropertyVerdict};
-use super::{Limits, Property};
+use super::stated::Statement;
+use super::verdict::PropertyVerdict;
+use super::{Kind, Limits, Property};
+use plan::Speaker;
 use record::Violation;
 use wire::time::Timestamp;
 
@@ -13,6 +15,15 @@ use wire::time::Timestamp;
 #[derive(Debug)]
 pub struct Monitor {
     properties: Vec<Property>,
+    /// What is built in, of the paper's robot; none on a rig without it.
+    of_robot: Option<Box<OfRobot>>,
+    /// What the plan states, in the order of the properties.
+    stated: Vec<Statement>,
+}
+
+/// Judges what is built in.
+#[derive(Debug)]
+struct OfRobot {
     senses: Senses,
     judges: Vec<Box<dyn Judge>>,
     /// Which judges hear each topic.
@@ -22,10 +33,12 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// A monitor of `properties`; without any, of all of them. `limits` hold where a property states none.
-    pub fn new(properties: &[Property], limits: &Limits) -> Self {
+    /// A monitor of `properties` on a rig whose messages are those of `speakers`. `limits` are those of the paper's robot,
+    /// where it is on the rig: they hold where a property states none, and without any property all that are built in are
+    /// judged.
+    pub fn new(properties: &[Property], limits: Option<&Limits>, speakers: &[Speaker]) -> Self {
         let mut asked = properties.to_vec();
-        if asked.is_empty() {
+        if asked.is_empty() && limits.is_some() {
             asked = Property::all();
         }
         let mut properties: Vec<Property> = Vec::new();
@@ -34,9 +47,72 @@ impl Monitor {
                 properties.push(property);
             }
         }
+        let stated = properties.iter().filter_map(|property| match property {
+            Property::Stated(stated) => Some(Statement::new(stated, speakers)),
+            Property::Always(_) | Property::Sometimes(_) => None,
+        });
+        Self {
+            of_robot: limits.map(|limits| Box::new(OfRobot::new(&properties, limits))),
+            stated: stated.collect(),
+            properties,
+        }
+    }
+
+    /// Takes what is seen at `now`. Times never go back.
+    pub fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {
+        if let Seen::Message { speaker, message, values } = *seen {
+            for statement in &mut self.stated {
+                statement.message(now, (speaker, message), values);
+            }
+        } else if let Some(of_robot) = &mut self.of_robot {
+            of_robot.see(now, seen);
+        }
+    }
+
+    /// The properties that do not hold so far, and where each was first violated.
+    pub fn broken(&self) -> impl Iterator<Item = (&str, &Violation)> {
+        let always = self.properties.iter().filter_map(|property| match property {
+            Property::Always(always) => Some(always.name()),
+            Property::Sometimes(_) | Property::Stated(_) => None,
+        });
+        let judges = self.of_robot.iter().flat_map(|of_robot| &of_robot.judges);
+        let judged = always.zip(judges);
+        let built_in =
+            judged.filter_map(|(name, judge)| Some((name, judge.judgement().first_violation()?)));
+        built_in.chain(self.stated.iter().filter_map(Statement::broken))
+    }
+
+    /// What became of each property, in the order in which they were asked for. The run ends at `end`, and with it the lap
+    /// that is under way.
+    pub fn verdicts(mut self, end: Timestamp) -> Vec<PropertyVerdict> {
+        if let Some(of_robot) = &mut self.of_robot {
+            let OfRobot { senses, judges, .. } = &mut **of_robot;
+            judges.iter_mut().for_each(|judge| judge.judge(senses, &Fact::LapEnded));
+        }
+        let mut judges = self.of_robot.iter().flat_map(|of_robot| &of_robot.judges);
+        let mut stated = self.stated.into_iter();
+        let verdicts = self.properties.iter().filter_map(|property| match property {
+            Property::Always(always) => {
+                judges.next().map(|judge| judge.judgement().clone().verdict(always.name()))
+            }
+            Property::Sometimes(sometimes) => Some(PropertyVerdict {
+                name: sometimes.name().to_owned(),
+                kind: Kind::Sometimes,
+                held: self.of_robot.as_ref().is_some_and(|one| one.reached.has(*sometimes)),
+                first_violation: None,
+                margin: None,
+            }),
+            Property::Stated(_) => stated.next().map(|statement| statement.verdict(end)),
+        });
+        verdicts.collect()
+    }
+}
+
+impl OfRobot {
+    fn new(properties: &[Property], limits: &Limits) -> Self {
         let judges = properties.iter().filter_map(|property| match property {
             Property::Always(property) => Some(always::judge(property, limits)),
-            Property::Sometimes(_) => None,
+            Property::Sometimes(_) | Property::Stated(_) => None,
         });
         let judges: Vec<Box<dyn Judge>> = judges.collect();
         let mut hearers = [const { Vec::new() }; Topic::COUNT];
@@ -45,18 +121,11 @@ impl Monitor {
                 hearers[*topic as usize].push(index);
             }
         }
-        Self {
-            senses: Senses::new(limits),
-            judges,
-            hearers,
-            reached: Reached::default(),
-            facts: Vec::new(),
-            properties,
-        }
+        let (reached, facts) = Default::default();
+        Self { senses: Senses::new(limits), judges, hearers, reached, facts }
     }
 
-    /// Takes what is seen at `now`. Times never go back.
-    pub fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {
+    fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {
         self.facts.clear();
         self.senses.take(now, seen, &mut self.facts);
         for fact in &self.facts {
@@ -65,37 +134,5 @@ impl Monitor {
             }
             self.reached.judge(&self.senses, fact);
         }
-    }
-
-    /// The properties that do not hold so far, and where each was first violated.
-    pub fn broken(&self) -> impl Iterator<Item = (&'static str, &Violation)> {
-        let always = self.properties.iter().filter_map(|property| match property {
-            Property::Always(always) => Some(always.name()),
-            Property::Sometimes(_) => None,
-        });
-        let judged = always.zip(&self.judges);
-        judged.filter_map(|(name, judge)| Some((name, judge.judgement().first_violation()?)))
-    }
-
-    /// What became of each property, in the order in which they were asked for. The run ends here, and
-    /// with it the lap that is under way.
-    pub fn verdicts(mut self) -> Vec<PropertyVerdict> {
-        for judge in &mut self.judges {
-            judge.judge(&self.senses, &Fact::LapEnded);
-        }
-        let mut judges = self.judges.into_iter();
-        let verdicts = self.properties.iter().filter_map(|property| match property {
-            Property::Always(always) => {
-                judges.next().map(|judge| judge.judgement().clone().verdict(always.name()))
-            }
-            Property::Sometimes(sometimes) => Some(PropertyVerdict {
-                name: sometimes.name(),
-                kind: Kind::Sometimes,
-                held: self.reached.has(*sometimes),
-                first_violation: None,
-                margin: None,
-            }),
-        });
-        verdicts.collect()
     }
 }

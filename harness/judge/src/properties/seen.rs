@@ -46,4 +46,13 @@ pub enum Seen<'a> {
     },
     /// A node left the bus for too many errors.
     BusOff,
+    /// A message of a node has arrived.
+    Message {
+        /// Whose, by its place among the speakers of the rig.
+        speaker: usize,
+        /// Which, by its place in that one's layout.
+        message: usize,
+        /// One value a signal, in the signal's unit; `None` where this frame does not carry it.
+        values: &'a [Option<f64>],
+    },
 }

@@ -196,6 +196,7 @@ impl Senses {
                 facts.push(Fact::Faults);
             }
             Seen::BusOff => facts.push(Fact::BusOff),
+            Seen::Message { .. } => {}
         }
     }
 

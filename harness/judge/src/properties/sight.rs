@@ -21,6 +21,8 @@ pub enum View {
     BusStates,
     /// Reports as they are, before they become lines of text.
     PlainReports,
+    /// What the nodes of a rig send.
+    Messages,
 }
 
 /// What is not seen on a bench, and why.
@@ -33,7 +35,7 @@ pub struct Sight {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unjudged {
     /// As a plan writes it.
-    pub name: &'static str,
+    pub name: String,
     /// Which kind.
     pub kind: Kind,
     /// Why: what it is judged by, and why that is not seen.
@@ -43,7 +45,7 @@ pub struct Unjudged {
 impl From<&Unjudged> for PropertySummary {
     fn from(unjudged: &Unjudged) -> Self {
         Self {
-            name: unjudged.name.to_owned(),
+            name: unjudged.name.clone(),
             always: unjudged.kind == Kind::Always,
             held: None,
             not_judged: Some(unjudged.why.clone()),
@@ -77,9 +79,9 @@ impl Sight {
         let (mut judged, mut unjudged) = (Vec::new(), Vec::new());
         for property in properties {
             match self.missing(property) {
-                None => judged.push(*property),
+                None => judged.push(property.clone()),
                 Some(why) => {
-                    let (name, kind) = (property.name(), Kind::of(property));
+                    let (name, kind) = (property.name().to_owned(), property.kind());
                     unjudged.push(Unjudged { name, kind, why });
                 }
             }
@@ -104,13 +106,14 @@ impl View {
             Self::BaseRequests => "what the controller sends to the base",
             Self::BusStates => "the error states of the base's bus",
             Self::PlainReports => "every number of a report",
+            Self::Messages => "the messages of the nodes",
         }
     }
 }
 
 /// What a property is judged by, beyond missions and reports.
 pub const fn needs(property: &Property) -> &'static [View] {
-    use View::{BaseReplies, BaseRequests, BusStates, GyroLine, PlainReports, Truth};
+    use View::{BaseReplies, BaseRequests, BusStates, GyroLine, Messages, PlainReports, Truth};
     match property {
         Property::Always(always) => match always {
             Always::FreshHeading { .. } => &[GyroLine, BaseRequests],
@@ -123,6 +126,7 @@ pub const fn needs(property: &Property) -> &'static [View] {
         Property::Sometimes(Sometimes::Resynchronised) => &[GyroLine],
         Property::Sometimes(Sometimes::BusOff) => &[BusStates],
         Property::Sometimes(_) => &[],
+        Property::Stated(_) => &[Messages],
     }
 }
 

@@ -310,10 +310,10 @@ fn limits_of_a_property_go_before_those_of_the_bench() {
     let strict = Property::Always(Always::FreshHeading { age_max: Some(Span::from_millis(20)) });
     let mut scene = Scene::new();
     let limits = Limits::of(&Config::new(GyroConfig::default(), None, MotionConfig::default()));
-    scene.monitor =
-        Monitor::new(&[strict, Property::Sometimes(Sometimes::BusOff), strict], &limits);
+    let asked = [strict.clone(), Property::Sometimes(Sometimes::BusOff), strict];
+    scene.monitor = Monitor::new(&asked, Some(&limits), &[]);
     scene.gyro().after(40).velocity(0.1);
-    let verdicts = scene.monitor.verdicts();
+    let verdicts = scene.monitor.verdicts(scene.now);
     assert_eq!(verdicts.len(), 2, "asked for twice, judged once");
     assert!(near(verdicts[0].margin.unwrap(), -1.0) && verdicts[1].name == "bus_off");
     assert_eq!(limits.acceleration_max, Acceleration::from_m_per_s2(0.8));

@@ -1,36 +1,16 @@
 //! What became of a property, and how near it came to the other outcome.
 
-use plan::Property;
+use plan::Kind;
 use record::Violation;
 use record::outcome::PropertySummary;
 use serde::Serialize;
 use wire::time::Timestamp;
 
-/// Which kind of property.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Kind {
-    /// It must hold at every moment.
-    Always,
-    /// It must come about in at least one run.
-    Sometimes,
-}
-
-impl Kind {
-    /// That of a property.
-    pub const fn of(property: &Property) -> Self {
-        match property {
-            Property::Always(_) => Self::Always,
-            Property::Sometimes(_) => Self::Sometimes,
-        }
-    }
-}
-
 /// What became of one property in one run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PropertyVerdict {
-    /// As a plan writes it.
-    pub name: &'static str,
+    /// As a plan has it.
+    pub name: String,
     /// Which kind.
     pub kind: Kind,
     /// Always: it was never violated. Sometimes: it came about.
@@ -47,7 +27,7 @@ impl From<&PropertyVerdict> for PropertySummary {
     fn from(verdict: &PropertyVerdict) -> Self {
         let violation = verdict.first_violation.as_ref();
         Self {
-            name: verdict.name.to_owned(),
+            name: verdict.name.clone(),
             always: verdict.kind == Kind::Always,
             held: Some(verdict.held),
             not_judged: None,
@@ -81,9 +61,9 @@ impl Judgement {
     }
 
     /// The verdict on the always-property `name`.
-    pub(super) fn verdict(self, name: &'static str) -> PropertyVerdict {
+    pub(super) fn verdict(self, name: &str) -> PropertyVerdict {
         PropertyVerdict {
-            name,
+            name: name.to_owned(),
             kind: Kind::Always,
             held: self.first_violation.is_none(),
             first_violation: self.first_violation,

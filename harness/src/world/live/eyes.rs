@@ -5,6 +5,7 @@
 use super::in_process::Crossing;
 use super::ports::{BASE, GYRO};
 use crate::engine::Action;
+use crate::plan::Speaker;
 use crate::properties::{Limits, Monitor, Property, PropertyVerdict, Seen, Sight, Unjudged, View};
 use crate::record::Device;
 use crate::record::sink::RecordSink;
@@ -37,16 +38,23 @@ pub(super) struct Eyes {
 
 impl Eyes {
     /// Eyes for `properties`, as far as `sight` goes.
-    pub(super) fn new(properties: &[Property], limits: &Limits, sight: &Sight, ear: Ear) -> Self {
+    pub(super) fn new(
+        properties: &[Property],
+        limits: Option<&Limits>,
+        speakers: &[Speaker],
+        (sight, ear): (&Sight, Ear),
+    ) -> Self {
         let (judged, unjudged) = sight.divide(properties);
-        let watch = (!judged.is_empty()).then(|| Watch::new(Monitor::new(&judged, limits)));
+        let monitor = || Monitor::new(&judged, limits, speakers);
+        let watch = (!judged.is_empty()).then(|| Watch::new(monitor()));
         let truth = sight.has(View::Truth);
         Self { watch, unjudged, truth, ear, latest: Timestamp::ZERO }
     }
 
     /// What became of the properties, and those that could not be judged.
-    pub(super) fn close(self) -> (Vec<PropertyVerdict>, Vec<Unjudged>) {
-        let verdicts = self.watch.map(|watch| watch.into_monitor().verdicts());
+    pub(super) fn close(self, end: Timestamp) -> (Vec<PropertyVerdict>, Vec<Unjudged>) {
+        let end = end.max(self.latest);
+        let verdicts = self.watch.map(|watch| watch.into_monitor().verdicts(end));
         (verdicts.unwrap_or_default(), self.unjudged)
     }
 

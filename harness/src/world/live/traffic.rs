@@ -198,7 +198,13 @@ impl LiveWorld {
         if !is_recorded {
             return;
         }
-        rig.read((line, from), what, |which, values| director.engine.message(now, which, values));
+        rig.read((line, from), what, |which, values| {
+            director.engine.message(now, which, values);
+            let (speaker, message) = which;
+            if let Some(eyes) = eyes {
+                eyes.see(now, &Seen::Message { speaker, message, values });
+            }
+        });
         if let (Device::Table, Transmit::Bytes(packet)) = (who, what) {
             director.hear_table(now, packet.as_slice());
         }

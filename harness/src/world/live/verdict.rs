@@ -48,7 +48,7 @@ pub(super) fn excuse(
 ) -> Ending {
     let late = properties.iter().find_map(|verdict| {
         let violation = verdict.first_violation.as_ref()?;
-        lateness.verdict_on_violation(verdict.name, violation.at)
+        lateness.verdict_on_violation(&verdict.name, violation.at)
     });
     match (ending.outcome, late) {
         (Outcome::Passed | Outcome::Failed | Outcome::Timeout, Some(why)) => {
@@ -110,7 +110,7 @@ mod tests {
     fn what_broke_on_a_machine_that_was_late_is_the_fault_of_the_bench() {
         let at = Timestamp::from_nanos(9_000_000_000);
         let broken = PropertyVerdict {
-            name: "fresh_heading",
+            name: "fresh_heading".to_owned(),
             kind: Kind::Always,
             held: false,
             first_violation: Some(Violation { at, what: "an old one".to_owned() }),

@@ -281,7 +281,7 @@ pub(crate) mod tests {
         let (done, saved) = example();
         insta::assert_snapshot!(campaign_table(&done, &saved, None, Style::PLAIN));
         let unjudged = [Unjudged {
-            name: "done_is_done",
+            name: "done_is_done".to_owned(),
             kind: judge::properties::Kind::Always,
             why: "the base is real".to_owned(),
         }];

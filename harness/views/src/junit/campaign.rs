@@ -77,7 +77,7 @@ pub fn campaign(
         }
     }
     for one in unjudged {
-        suite.add_test_case(case(one.name, skipped(&one.why)));
+        suite.add_test_case(case(&one.name, skipped(&one.why)));
     }
     for (state, times) in &tally.reached {
         let mut reached = case(state, TestCaseStatus::success());

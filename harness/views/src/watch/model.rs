@@ -66,7 +66,7 @@ pub struct Model {
     /// Faults in force for which there was no room.
     pub faults_unnamed: u64,
     /// Properties that do not hold, and what was seen.
-    pub broken: Vec<(&'static str, Violation)>,
+    pub broken: Vec<(String, Violation)>,
     /// What happened last.
     pub news: News,
     /// Records taken.
@@ -179,14 +179,14 @@ impl Model {
         }
     }
 
-    pub(super) fn broken(&mut self, name: &'static str, violation: &Violation) {
+    pub(super) fn broken(&mut self, name: &str, violation: &Violation) {
         let known = self.broken.iter().any(|(known, _)| *known == name);
         if known || self.broken.len() == BROKEN_MAX {
             return;
         }
         let text = format!("broke {name}: {}", violation.what);
         self.news.add(violation.at, NewsKind::Broken, &text);
-        self.broken.push((name, violation.clone()));
+        self.broken.push((name.to_owned(), violation.clone()));
     }
 }
 

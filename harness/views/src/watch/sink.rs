@@ -57,7 +57,7 @@ impl<S: RecordSink> RecordSink for Watched<S> {
         self.inner.frame(at, device, frame);
     }
 
-    fn broken(&mut self, name: &'static str, violation: &Violation) {
+    fn broken(&mut self, name: &str, violation: &Violation) {
         if let Some(feed) = &self.feed {
             feed.model().broken(name, violation);
         }

@@ -14,7 +14,7 @@ use wire::units::{Angle, AngularRate, Length, Pose, Speed};
 pub(super) struct Scene {
     pub(super) monitor: Monitor,
     encoder: GyroEncoder,
-    now: Timestamp,
+    pub(super) now: Timestamp,
 }
 
 impl Scene {
@@ -23,7 +23,7 @@ impl Scene {
         let base = BaseConfig::new(Transport::Can);
         let limits = Limits::of(&Config::new(gyro, Some(base), MotionConfig::default()));
         Self {
-            monitor: Monitor::new(&[], &limits),
+            monitor: Monitor::new(&[], Some(&limits), &[]),
             encoder: GyroEncoder::new(gyro.stream),
             now: Timestamp::ZERO,
         }
@@ -90,7 +90,7 @@ impl Scene {
     }
 
     pub(super) fn verdict(self, name: &str) -> PropertyVerdict {
-        let verdicts = self.monitor.verdicts();
+        let verdicts = self.monitor.verdicts(self.now);
         verdicts.into_iter().find(|verdict| verdict.name == name).expect("all are judged")
     }
 }

@@ -1,0 +1,119 @@
+//! What a plan states itself: a formula over the signals of its rig.
+
+use super::Kind;
+use super::verdict::PropertyVerdict;
+use plan::{MessagePlace, Speaker, Stated};
+use record::Violation;
+use std::collections::BTreeMap;
+use temporal::Monitor;
+use wire::time::Timestamp;
+
+/// Judges one formula, message by message.
+#[derive(Debug)]
+pub(super) struct Statement {
+    name: String,
+    kind: Kind,
+    /// None where the formula does not fit the rig, which is refused before a run.
+    monitor: Option<Monitor>,
+    /// Of each message that the formula reads, by its speaker and place: which of its signals, and their numbers in the
+    /// formula.
+    reads: BTreeMap<(usize, usize), Vec<(usize, usize)>>,
+    /// The largest range of its signals: what a margin is a share of.
+    range: f64,
+    violation: Option<Violation>,
+    values: Vec<(usize, f64)>,
+}
+
+impl Statement {
+    pub(super) fn new(stated: &Stated, speakers: &[Speaker]) -> Self {
+        // What must come about once must not be false throughout.
+        let text = match stated.kind {
+            Kind::Always => stated.formula.clone(),
+            Kind::Sometimes => format!("not ({})", stated.formula),
+        };
+        let formula = plan::formula(&text, speakers).ok();
+        let places: Vec<MessagePlace> = plan::signals(speakers).collect();
+        let mut reads: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        let mut range: f64 = 0.0;
+        for used in formula.iter().flat_map(temporal::Formula::signals) {
+            let Some(place) = places.get(used.index) else { continue };
+            let Some(signal) = place.signal else { continue };
+            reads.entry((place.speaker, place.message)).or_default().push((signal, used.index));
+            if let Some(signal) = plan::signal(speakers, *place) {
+                range = range.max(signal.maximum - signal.minimum);
+            }
+        }
+        Self {
+            name: stated.name.clone(),
+            kind: stated.kind,
+            monitor: formula.map(Monitor::new),
+            reads,
+            range,
+            violation: None,
+            values: Vec::new(),
+        }
+    }
+
+    /// Takes a message, by its speaker and place.
+    pub(super) fn message(&mut self, now: Timestamp, of: (usize, usize), values: &[Option<f64>]) {
+        let Some(monitor) = &mut self.monitor else { return };
+        let Some(read) = self.reads.get(&of) else { return };
+        self.values.clear();
+        let carried = read.iter().filter_map(|(signal, number)| {
+            let value = values.get(*signal).copied().flatten()?;
+            Some((*number, value))
+        });
+        self.values.extend(carried);
+        monitor.update(now, &self.values);
+        if self.violation.is_none()
+            && let Some(violation) = &monitor.verdict().first_violation
+        {
+            self.violation = Some(told(violation));
+        }
+    }
+
+    /// Where what must always hold did not, so far.
+    pub(super) fn broken(&self) -> Option<(&str, &Violation)> {
+        let is_always = self.kind == Kind::Always;
+        self.violation
+            .as_ref()
+            .filter(|_| is_always)
+            .map(|violation| (self.name.as_str(), violation))
+    }
+
+    /// What became of it in a run that ended at `end`.
+    pub(super) fn verdict(self, end: Timestamp) -> PropertyVerdict {
+        let Self { name, kind, monitor, range, .. } = self;
+        let verdict = monitor.map(|monitor| monitor.finish(end));
+        let violation = verdict.as_ref().and_then(|verdict| verdict.first_violation.as_ref());
+        if kind == Kind::Sometimes {
+            let held = violation.is_some();
+            return PropertyVerdict { name, kind, held, first_violation: None, margin: None };
+        }
+        let judged = verdict.as_ref().filter(|verdict| verdict.worst.is_some());
+        let share = |robustness: f64| match range > 0.0 {
+            true => (robustness / range).clamp(-1.0, 1.0),
+            false => robustness.clamp(-1.0, 1.0),
+        };
+        PropertyVerdict {
+            name,
+            kind,
+            held: violation.is_none(),
+            first_violation: violation.map(told),
+            margin: judged.map(|verdict| share(verdict.robustness)),
+        }
+    }
+}
+
+/// When it was false, by how much, and what the signals were.
+fn told(violation: &temporal::Violation) -> Violation {
+    let value = |(name, value): &(String, f64)| match value.is_nan() {
+        true => format!("{name} unknown"),
+        false => format!("{name} = {value}"),
+    };
+    let values: Vec<String> = violation.values.iter().map(value).collect();
+    let after = (violation.known - violation.at).as_secs_f64();
+    let known = if after > 0.0 { format!(", certain {after:.3} s later") } else { String::new() };
+    let what = format!("{}: false by {:.6}{known}", values.join(", "), violation.robustness.abs());
+    Violation { at: violation.at, what }
+}
