@@ -74,6 +74,9 @@ fn what_the_end_leaves_open_is_no_violation() {
     assert_eq!(decided.first_violation.map(|violation| violation.known), Some(at(6)));
     let open = verdict("for 10 ns: Count == 1", &[(0, COUNT, 1.0)], 6);
     assert_eq!((open.holds, open.open, open.judged), (true, 1, Span::ZERO));
+    // Unknown for another reason, as long as the whole horizon is within the run.
+    let silent = verdict("within 10 ns: Speed + Count > 0", &[(0, COUNT, 1.0)], 30);
+    assert_eq!((silent.unknown, silent.open), (Span::from_nanos(21), 1));
 }
 
 #[test]
