@@ -71,7 +71,8 @@ impl Monitor {
         self.judge();
     }
 
-    /// As [`Evaluator::advance`]. What looks ahead is judged when its horizon is over.
+    /// As [`Evaluator::advance`]. What looks ahead is judged when its horizon is over, and only an update that
+    /// the formula reads tells that time has passed: where none may come for long, this does.
     pub fn advance(&mut self, time: Timestamp) {
         self.evaluator.advance(time);
         self.judge();

@@ -23,7 +23,7 @@ enum Node {
     Edge(usize, Edge),
     Join(usize, usize, Join),
     Window(usize, Window),
-    Until(usize, usize, Until),
+    Until(usize, usize, Box<Until>),
 }
 
 /// What `changes` keeps.
@@ -70,11 +70,12 @@ impl Network {
             Condition::Once(interval, of) => self.window(interval.before(), of, false, true),
             Condition::Historically(interval, of) => self.window(interval.before(), of, true, true),
             Condition::Until(interval, a, b) => {
-                let until = Until::until(interval.from, interval.ahead());
-                Node::Until(self.add(a), self.add(b), until)
+                let until = Until::ahead(interval.from, interval.ahead());
+                Node::Until(self.add(a), self.add(b), Box::new(until))
             }
             Condition::Since(interval, a, b) => {
-                Node::Until(self.add(a), self.add(b), Until::since(interval.from, interval.to))
+                let since = Until::back(interval.from, interval.to);
+                Node::Until(self.add(a), self.add(b), Box::new(since))
             }
         };
         self.nodes.push(node);

@@ -33,13 +33,7 @@ fn interop() -> PathBuf {
 }
 
 fn python() -> OsString {
-    let python = std::env::var_os("HIL_TESTS_PYTHON").unwrap_or_else(|| "python3".into());
-    // The test runs in the folder of its crate.
-    let below_root = interop().join("../..").join(&python);
-    if Path::new(&python).components().count() > 1 && below_root.exists() {
-        return below_root.into();
-    }
-    python
+    std::env::var_os("HIL_TESTS_PYTHON").unwrap_or_else(|| "python3".into())
 }
 
 fn is_there() -> bool {

@@ -29,11 +29,13 @@ struct Lead {
 }
 
 impl Until {
-    pub(crate) fn until(from: i64, to: i64) -> Self {
+    /// `until`.
+    pub(crate) fn ahead(from: i64, to: i64) -> Self {
         Self { fold: Fold::until(to - from), lead: Lead::new(from, false) }
     }
 
-    pub(crate) fn since(from: i64, to: Option<i64>) -> Self {
+    /// `since`.
+    pub(crate) fn back(from: i64, to: Option<i64>) -> Self {
         Self { fold: Fold::since(to.map(|to| to - from)), lead: Lead::new(from, true) }
     }
 

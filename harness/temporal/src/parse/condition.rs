@@ -14,7 +14,7 @@ impl Parser<'_> {
                 return Ok(left);
             }
             if left.is_open {
-                let mistake = Mistake::new(parser.at.clone(), "it is open what leads to what here");
+                let mistake = Mistake::new(parser.at.clone(), "this `->` can be read in two ways");
                 let help = "put parentheses around what the colon is to reach";
                 return Err(mistake.help(help));
             }
@@ -55,8 +55,10 @@ impl Parser<'_> {
     ) -> Result<Part, Mistake> {
         for part in [&left, &right] {
             if let Some(at) = &part.bare {
-                let mistake =
-                    Mistake::new(at.clone(), format!("it is open what `{}` joins", self.said(at)));
+                let mistake = Mistake::new(
+                    at.clone(),
+                    format!("this `{}` can be read in two ways", self.said(at)),
+                );
                 return Err(
                     mistake.help("put parentheses around its two sides or around the whole")
                 );
@@ -121,8 +123,8 @@ impl Parser<'_> {
             _ => return Err(without_end(word, at, ": ")),
         };
         if !self.is_symbol(":") {
-            let mistake = self.unexpected("`:`");
-            return Err(mistake.help("a colon, and behind it what it is about"));
+            let said = self.said(&(at.start..self.end));
+            return Err(self.unexpected("`:`").help(format!("write `{said}: ...`")));
         }
         self.advance()?;
         let of = self.deeper(Self::disjunction)?;

@@ -53,6 +53,8 @@ impl Measure {
             return Self::None;
         };
         let sign = if is_over { '/' } else { '*' };
+        let whole = |text: String| if text.contains('/') { format!("({text})") } else { text };
+        let (left, right) = (whole(left), whole(right));
         match if is_over { a.over(b) } else { a.times(b) } {
             Some(unit) => Self::Known(unit, format!("{left}{sign}{right}")),
             None => Self::None,
@@ -202,7 +204,7 @@ impl Parser<'_> {
         match part.what {
             What::Quantity(quantity) => Ok(quantity),
             What::Condition(_) => {
-                let message = format!("`{word}` is of numbers; this is true or false");
+                let message = format!("`{word}` takes numbers; this is true or false");
                 Err(Mistake::new(part.at, message).help("`and`, `or` and `->` join conditions"))
             }
             What::Named(name) => {

@@ -1,1 +1,49 @@
+//! What formulas mean, and what is said of texts that are none.
 
+mod mistakes;
+mod monitors;
+mod reactions;
+mod readings;
+
+use crate::{Formula, Mistake, NotFound, Signal, Signals};
+use wire::time::Timestamp;
+
+/// Signals of a car, each with its unit and the names of its values.
+struct Car;
+
+const NAMES: [&str; 8] = [
+    "cells.VoltageMax",
+    "cells.Current",
+    "manager.State",
+    "Speed",
+    "Wheel.Speed",
+    "Temperature",
+    "Count",
+    "Flow",
+];
+const UNITS: [&str; 8] = ["V", "mA", "", "km/h", "m/s", "degC", "", "drops"];
+
+impl Signals for Car {
+    fn find(&self, name: &str) -> Result<Signal, NotFound> {
+        if name == "Voltage" {
+            return Err(NotFound::ambiguous(name, &["cells.Voltage", "pack.Voltage"]));
+        }
+        let index = NAMES.iter().position(|known| *known == name);
+        let index = index.ok_or_else(|| NotFound::unknown(name, &NAMES))?;
+        let names =
+            if index == 2 { vec![("Idle".into(), 0.0), ("Ready".into(), 3.0)] } else { vec![] };
+        Ok(Signal { index, unit: UNITS[index].to_owned(), names })
+    }
+}
+
+fn read(text: &str) -> Result<Formula, Mistake> {
+    Formula::parse(text, &Car)
+}
+
+fn formula(text: &str) -> Formula {
+    read(text).unwrap_or_else(|mistake| panic!("{text}: {mistake}"))
+}
+
+fn at(nanos: i64) -> Timestamp {
+    Timestamp::from_nanos(nanos)
+}
