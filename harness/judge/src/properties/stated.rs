@@ -18,6 +18,8 @@ pub(super) struct Statement {
     /// Of each message that the formula reads, by its speaker and place: which of its signals, and their numbers in the
     /// formula.
     reads: BTreeMap<(usize, usize), Vec<(usize, usize)>>,
+    /// Signals that had no value yet, by their numbers.
+    unseen: BTreeMap<usize, String>,
     /// The largest range of its signals: what a margin is a share of.
     range: f64,
     violation: Option<Violation>,
@@ -35,9 +37,11 @@ impl Statement {
         let places: Vec<MessagePlace> = plan::signals(speakers).collect();
         let mut reads: BTreeMap<_, Vec<_>> = BTreeMap::new();
         let mut range: f64 = 0.0;
+        let mut unseen = BTreeMap::new();
         for used in formula.iter().flat_map(temporal::Formula::signals) {
             let Some(place) = places.get(used.index) else { continue };
             let Some(signal) = place.signal else { continue };
+            unseen.insert(used.index, used.name.clone());
             reads.entry((place.speaker, place.message)).or_default().push((signal, used.index));
             if let Some(signal) = plan::signal(speakers, *place) {
                 range = range.max(signal.maximum - signal.minimum);
@@ -48,6 +52,7 @@ impl Statement {
             kind: stated.kind,
             monitor: formula.map(Monitor::new),
             reads,
+            unseen,
             range,
             violation: None,
             values: Vec::new(),
@@ -64,6 +69,9 @@ impl Statement {
             Some((*number, value))
         });
         self.values.extend(carried);
+        if !self.unseen.is_empty() {
+            self.values.iter().for_each(|(number, _)| _ = self.unseen.remove(number));
+        }
         monitor.update(now, &self.values);
         if self.violation.is_none()
             && let Some(violation) = &monitor.verdict().first_violation
@@ -83,14 +91,22 @@ impl Statement {
 
     /// What became of it in a run that ended at `end`.
     pub(super) fn verdict(self, end: Timestamp) -> PropertyVerdict {
-        let Self { name, kind, monitor, range, .. } = self;
+        let Self { name, kind, monitor, unseen, range, .. } = self;
         let verdict = monitor.map(|monitor| monitor.finish(end));
         let violation = verdict.as_ref().and_then(|verdict| verdict.first_violation.as_ref());
         if kind == Kind::Sometimes {
             let held = violation.is_some();
-            return PropertyVerdict { name, kind, held, first_violation: None, margin: None };
+            let (first_violation, never_judged, margin) = (None, None, None);
+            return PropertyVerdict { name, kind, held, first_violation, never_judged, margin };
         }
         let judged = verdict.as_ref().filter(|verdict| verdict.worst.is_some());
+        if judged.is_none() {
+            // What could not be broken did not hold.
+            let unseen: Vec<String> = unseen.into_values().collect();
+            let never_judged = Some(format!("never judged: no value of {}", unseen.join(", ")));
+            let (held, first_violation, margin) = (false, None, None);
+            return PropertyVerdict { name, kind, held, first_violation, never_judged, margin };
+        }
         let share = |robustness: f64| match range > 0.0 {
             true => (robustness / range).clamp(-1.0, 1.0),
             false => robustness.clamp(-1.0, 1.0),
@@ -100,6 +116,7 @@ impl Statement {
             kind,
             held: violation.is_none(),
             first_violation: violation.map(told),
+            never_judged: None,
             margin: judged.map(|verdict| share(verdict.robustness)),
         }
     }
