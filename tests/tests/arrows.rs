@@ -45,6 +45,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "ports",
             "plan",
             "record",
+            "temporal",
             "judge",
             "dataset",
             "campaign",

@@ -2,7 +2,7 @@
 
 use super::Kind;
 use super::verdict::PropertyVerdict;
-use plan::{MessagePlace, Speaker, Stated};
+use plan::{MessagePlace, Reads, Speaker, Stated};
 use record::Violation;
 use std::collections::BTreeMap;
 use temporal::Monitor;
@@ -15,15 +15,12 @@ pub(super) struct Statement {
     kind: Kind,
     /// None where the formula does not fit the rig, which is refused before a run.
     monitor: Option<Monitor>,
-    /// Of each message that the formula reads, by its speaker and place: which of its signals, and their numbers in the
-    /// formula.
-    reads: BTreeMap<(usize, usize), Vec<(usize, usize)>>,
+    reads: Reads,
     /// Signals that had no value yet, by their numbers.
     unseen: BTreeMap<usize, String>,
     /// The largest range of its signals: what a margin is a share of.
     range: f64,
     violation: Option<Violation>,
-    values: Vec<(usize, f64)>,
 }
 
 impl Statement {
@@ -35,44 +32,34 @@ impl Statement {
         };
         let formula = plan::formula(&text, speakers).ok();
         let places: Vec<MessagePlace> = plan::signals(speakers).collect();
-        let mut reads: BTreeMap<_, Vec<_>> = BTreeMap::new();
         let mut range: f64 = 0.0;
         let mut unseen = BTreeMap::new();
         for used in formula.iter().flat_map(temporal::Formula::signals) {
-            let Some(place) = places.get(used.index) else { continue };
-            let Some(signal) = place.signal else { continue };
             unseen.insert(used.index, used.name.clone());
-            reads.entry((place.speaker, place.message)).or_default().push((signal, used.index));
-            if let Some(signal) = plan::signal(speakers, *place) {
+            let place = places.get(used.index);
+            if let Some(signal) = place.and_then(|place| plan::signal(speakers, *place)) {
                 range = range.max(signal.maximum - signal.minimum);
             }
         }
         Self {
             name: stated.name.clone(),
             kind: stated.kind,
+            reads: Reads::of(&formula, speakers),
             monitor: formula.map(Monitor::new),
-            reads,
             unseen,
             range,
             violation: None,
-            values: Vec::new(),
         }
     }
 
     /// Takes a message, by its speaker and place.
     pub(super) fn message(&mut self, now: Timestamp, of: (usize, usize), values: &[Option<f64>]) {
         let Some(monitor) = &mut self.monitor else { return };
-        let Some(read) = self.reads.get(&of) else { return };
-        self.values.clear();
-        let carried = read.iter().filter_map(|(signal, number)| {
-            let value = values.get(*signal).copied().flatten()?;
-            Some((*number, value))
-        });
-        self.values.extend(carried);
+        let Some(values) = self.reads.take(of, values) else { return };
         if !self.unseen.is_empty() {
-            self.values.iter().for_each(|(number, _)| _ = self.unseen.remove(number));
+            values.iter().for_each(|(number, _)| _ = self.unseen.remove(number));
         }
-        monitor.update(now, &self.values);
+        monitor.update(now, values);
         if self.violation.is_none()
             && let Some(violation) = &monitor.verdict().first_violation
         {
