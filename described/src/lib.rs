@@ -120,6 +120,7 @@ mod files;
 mod hint;
 mod layout;
 mod place;
+mod protection;
 
 pub use description::Description;
 pub use device::Device;

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::ops::RangeInclusive;
 
 /// The most bits that one signal has.
 pub const SIGNAL_BITS_MAX: u32 = 64;
@@ -70,6 +71,16 @@ impl BitField {
     /// Whether the two have a bit in common.
     pub(crate) fn overlaps(self, other: Self) -> bool {
         self.bits().any(|bit| other.bits().any(|taken| taken == bit))
+    }
+
+    /// The bytes that it touches.
+    pub(crate) fn bytes(self) -> RangeInclusive<usize> {
+        let ahead = match self.order {
+            ByteOrder::Little => self.start % 8,
+            ByteOrder::Big => 7 - self.start % 8,
+        };
+        let first = self.start / 8;
+        first..=first + (ahead + self.length as usize - 1) / 8
     }
 
     /// Number of each bit, along the field.

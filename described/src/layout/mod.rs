@@ -14,6 +14,7 @@ mod text;
 mod dbc;
 mod table;
 
+pub(crate) use bits::BitField;
 pub use bits::{ByteOrder, SIGNAL_BITS_MAX};
 pub use decoder::Decoder;
 pub use message::{Message, Sender};

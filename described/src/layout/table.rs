@@ -1,7 +1,7 @@
 //! Layouts that a description writes out: frames of whole bytes, packets and lines.
 
 use super::bits::{BitField, ByteOrder};
-use super::checksum::{Checksum, Trailer};
+use super::checksum::Trailer;
 use super::message::{Carrier, Message};
 use super::number::{Coding, Scale};
 use super::signal::{Carried, Signal, Storage};
@@ -11,6 +11,7 @@ use crate::error::Mistake;
 use crate::file::{ChecksumOver, FieldTable, FieldType, MessageTable, SerialTable};
 use crate::hint;
 use crate::place::Place;
+use crate::protection::Checksum;
 use wire::can::{DATA_BYTES_MAX, ExtendedId, Id, StandardId};
 use wire::packet::BYTES_MAX;
 
