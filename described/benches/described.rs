@@ -38,7 +38,9 @@ fn codecs(criterion: &mut Criterion) {
     let Ok(Transmit::Frame(frame)) = base.encode(motion, &values) else { panic!("on CAN") };
     let mut decoder = base.decoder();
     group.bench_function("decode a frame of nine signals", |bencher| {
-        bencher.iter(|| decoder.frame(black_box(&frame)));
+        bencher.iter(|| {
+            black_box(decoder.frame(black_box(&frame)));
+        });
     });
     let meter = Description::parse("meter.toml", SERIAL, &mut |_| Err(String::new()))
         .expect("the file is a description");

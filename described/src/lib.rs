@@ -127,8 +127,8 @@ pub use device::Device;
 pub use error::DescriptionError;
 pub use files::Files;
 pub use layout::{
-    ByteOrder, Carried, Decoded, Decoder, EncodeError, Layout, Medium, Message, SIGNAL_BITS_MAX,
-    Sender, Signal, SignalName,
+    ByteOrder, Carried, DbcNode, Decoded, Decoder, EncodeError, Layout, Medium, Message, NOBODY,
+    Note, SIGNAL_BITS_MAX, Selection, Sender, Signal, SignalName, dbc_nodes, dbc_text,
 };
 
 /// The JSON Schema of a description, in either of its forms, for editors.

@@ -29,7 +29,8 @@ fn frames_are_those_of_cantools() {
         };
         let hex: String = frame.data().iter().map(|byte| format!("{byte:02x}")).collect();
         assert_eq!(hex, data, "{row}");
-        let decoded = layout.decoder().frame(&frame).expect("the frame is known");
+        let mut decoder = layout.decoder();
+        let decoded = decoder.frame(&frame).expect("the frame is known");
         for ((found, value), signal) in
             decoded.values.iter().zip(&values).zip(&layout.messages()[message].signals)
         {

@@ -44,7 +44,8 @@ proptest! {
         };
         prop_assert_eq!(request_frame(&request), Some(frame));
         let Some(Request::SetVelocity { drive, .. }) = parse_request(&frame) else { panic!("refused") };
-        let found = LAYOUT.decoder().frame(&frame).unwrap();
+        let mut decoder = LAYOUT.decoder();
+        let found = decoder.frame(&frame).unwrap();
         prop_assert!((found.values[0].unwrap() - drive.m_per_s()).abs() < 1e-12);
     }
 
@@ -77,7 +78,8 @@ proptest! {
             ..Motion::default()
         };
         let frame = reply_frame(&Reply::Motion(motion));
-            let found = LAYOUT.decoder().frame(&frame).unwrap();
+            let mut decoder = LAYOUT.decoder();
+            let found = decoder.frame(&frame).unwrap();
         let value = |name: &str| {
             let (message, signal) = LAYOUT.signal(&format!("MOTION.{name}")).unwrap();
             assert_eq!(message, found.message);

@@ -6,9 +6,9 @@ use crate::error::Mistake;
 use crate::file::{MessageRules, SourceTable};
 use crate::files::Files;
 use crate::hint;
-use crate::layout::{Carried, Layout, Message, Sender};
+use crate::layout::{Layout, Message, Selection, Sender};
 use crate::place::Place;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use wire::time::Span;
 
 /// No message is sent more often. Assumption: twice what a bus of 1 Mbit/s carries.
@@ -27,8 +27,8 @@ pub(crate) struct Sent {
     pub(crate) answers: Option<(usize, Span)>,
     /// One a signal.
     pub(crate) signals: Vec<SignalSource>,
-    /// What a multiplexer that nobody drives goes through.
-    pub(crate) pages: Vec<u64>,
+    /// What a multiplexer that nobody drives goes through: of each signal, empty for others.
+    pub(crate) pages: Vec<Vec<u64>>,
 }
 
 /// A message that the device hears.
@@ -56,7 +56,9 @@ pub(super) fn ruled(
     if let Some(name) = rules.keys().find(|name| !names.contains(name)) {
         let place = Place::file().key("message").key(name);
         let message = format!("no message `{name}`");
-        return Err(Mistake::new(place.name(), message).help(hint::proposal(name, &names)));
+        let help = layout.left_out(name).map(ToString::to_string);
+        let help = help.unwrap_or_else(|| hint::proposal(name, &names));
+        return Err(Mistake::new(place.name(), message).help(help));
     }
     layout.changed(|index, message| {
         let Some(rules) = rules.get(&message.name) else { return Ok(()) };
@@ -136,7 +138,38 @@ pub(super) fn messages(
         let unit = &layout.messages()[message].signals[signal].unit;
         sent.signals[signal] = source(table, unit, variables, &place, files)?;
     }
+    for name in sources.keys() {
+        let Ok((message, signal)) = layout.resolve_among(name, Some(Sender::Device)) else {
+            continue;
+        };
+        let of_message = sent.iter().find(|sent| sent.message == message);
+        let Some((selection, value)) =
+            of_message.and_then(|sent| never(&layout.messages()[message], sent, signal))
+        else {
+            continue;
+        };
+        let multiplexer = &layout.messages()[message].signals[selection.multiplexer].name;
+        let text = format!(
+            "`{name}` is never sent: it is in frames whose `{multiplexer}` is {selection}, and that is always {value}"
+        );
+        return Err(Mistake::new(Place::file().key("signal").key(name).name(), text)
+            .help(format!("without [signal.{multiplexer}] it takes all its numbers in turn")));
+    }
     Ok((sent, heard))
+}
+
+/// What would have to be selected for a signal to be sent where its multiplexer is another constant, and that.
+fn never<'a>(message: &'a Message, sent: &Sent, signal: usize) -> Option<(&'a Selection, f64)> {
+    message.selections(signal).find_map(|selection| {
+        let source = &sent.signals[selection.multiplexer].source;
+        let Source::Expression(expression) = source else { return None };
+        if expression.variables().next().is_some() {
+            return None;
+        }
+        let value = expression.value(&[]);
+        let number = message.signals[selection.multiplexer].number_of(value)?;
+        (!selection.has(number)).then_some((selection, value))
+    })
 }
 
 fn unsent(name: &str, layout: &Layout, error: &crate::SignalName, place: &Place) -> Mistake {
@@ -171,20 +204,14 @@ fn send(
         (None, None) => None,
     };
     let unsaid = || SignalSource { source: Source::Unsaid, noise: 0.0 };
-    let pages: BTreeSet<u64> = message
-        .signals
-        .iter()
-        .filter_map(|signal| match signal.carried {
-            Carried::When(page) => Some(page),
-            Carried::Always | Carried::Multiplexer => None,
-        })
-        .collect();
+    let pages =
+        (0..message.signals.len()).map(|signal| message.pages(signal).into_iter().collect());
     Ok(Sent {
         message: index,
         period: message.period,
         answers,
         signals: message.signals.iter().map(|_| unsaid()).collect(),
-        pages: pages.into_iter().collect(),
+        pages: pages.collect(),
     })
 }
 

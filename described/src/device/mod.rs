@@ -6,7 +6,7 @@ mod sending;
 mod tests;
 
 use crate::description::{Description, Model, Source};
-use crate::layout::{Decoded, Decoder, Sender};
+use crate::layout::{Decoder, Sender};
 use dynamics::{Dynamics, finite};
 use sending::Sending;
 use std::collections::VecDeque;
@@ -15,8 +15,8 @@ use wire::can::CanFrame;
 use wire::device::Transmit;
 use wire::time::Timestamp;
 
-/// Messages that wait to be sent; what comes on top is dropped and counted. Assumption: no device has as
-/// many ready at once.
+/// Messages that wait to be sent, where there are not more that it sends; what comes on top is dropped and counted.
+/// Assumption: no device has as many ready at once.
 const QUEUE_MAX: usize = 64;
 
 /// Answers that wait for their delay; what comes on top is dropped and counted.
@@ -83,8 +83,9 @@ impl Device {
         if !self.on {
             return;
         }
-        if let Some(decoded) = self.decoder.frame(frame) {
-            self.hear(now, &decoded);
+        let heard = self.decoder.frame(frame);
+        if let Some((message, values)) = heard.map(|heard| (heard.message, heard.values.to_vec())) {
+            self.hear(now, message, &values);
         }
     }
 
@@ -94,9 +95,9 @@ impl Device {
             return;
         }
         let mut found = Vec::new();
-        self.decoder.bytes(bytes, &mut |decoded| found.push(decoded));
-        for decoded in found {
-            self.hear(now, &decoded);
+        self.decoder.bytes(bytes, &mut |heard| found.push((heard.message, heard.values.to_vec())));
+        for (message, values) in found {
+            self.hear(now, message, &values);
         }
     }
 
@@ -213,13 +214,13 @@ impl Device {
         self.decoder.damaged()
     }
 
-    fn hear(&mut self, now: Timestamp, decoded: &Decoded) {
+    fn hear(&mut self, now: Timestamp, message: usize, values: &[Option<f64>]) {
         let description = Arc::clone(&self.description);
         let model = &description.model;
         self.forget_the_lost(model, now);
         self.dynamics.reach(model, now);
-        for (signal, value) in decoded.values.iter().enumerate() {
-            let slot = model.variables.signal(decoded.message, signal);
+        for (signal, value) in values.iter().enumerate() {
+            let slot = model.variables.signal(message, signal);
             if let (Some(slot), Some(value)) = (slot, value) {
                 let before = self.dynamics.get(slot);
                 self.dynamics.set(slot, finite(*value, before, &mut self.not_finite));
@@ -227,13 +228,13 @@ impl Device {
         }
         self.dynamics.settle(model);
         for (lost, heard) in self.lost.iter_mut().zip(&model.heard) {
-            if heard.message == decoded.message {
+            if heard.message == message {
                 *lost = heard.timeout.map_or(NEVER, |timeout| now + timeout);
             }
         }
         for (index, sent) in model.sent.iter().enumerate() {
             match sent.answers {
-                Some((question, _)) if question != decoded.message => {}
+                Some((question, _)) if question != message => {}
                 Some(_) if self.answers.len() >= ANSWERS_MAX => self.dropped += 1,
                 Some((_, delay)) => self.answers.push_back((now + delay, index)),
                 None => {}

@@ -3,7 +3,6 @@
 use super::dynamics::finite;
 use super::{Device, NEVER, QUEUE_MAX};
 use crate::description::{Description, Model, Sent, Source, TIME};
-use crate::layout::Carried;
 use emulators::gyro::terms::{Seen, Sensor};
 use emulators::random::RandomStream;
 use wire::time::Timestamp;
@@ -13,8 +12,8 @@ use wire::time::Timestamp;
 pub(super) struct Sending {
     /// When it is sent next, where it is periodic.
     pub(super) due: Timestamp,
-    /// Which page a multiplexer that nobody drives has next.
-    page: usize,
+    /// Which page a multiplexer that nobody drives has next: of each signal.
+    pages: Vec<usize>,
     /// What each signal was last, without noise.
     pub(super) last: Vec<f64>,
     /// One a signal, so that none shifts the numbers of another.
@@ -32,7 +31,7 @@ impl Sending {
         };
         Self {
             due: NEVER,
-            page: 0,
+            pages: vec![0; message.signals.len()],
             last: message.signals.iter().map(|signal| signal.start).collect(),
             noise: message.signals.iter().map(|signal| stream(&signal.name)).collect(),
             sensors: vec![None; message.signals.len()],
@@ -42,7 +41,7 @@ impl Sending {
     /// Power on: the first one comes a period later.
     pub(super) fn start(&mut self, description: &Description, sent: &Sent, now: Timestamp) {
         self.due = sent.period.map_or(NEVER, |period| now + period);
-        self.page = 0;
+        self.pages.fill(0);
         self.sensors.fill(None);
         let signals = &description.layout().messages()[sent.message].signals;
         for (last, signal) in self.last.iter_mut().zip(signals) {
@@ -87,16 +86,16 @@ impl Device {
     fn send(&mut self, model: &Model, index: usize) {
         let sent = &model.sent[index];
         let sending = &mut self.senders[index];
-        let signals = &self.description.layout().messages()[sent.message].signals;
-        let mut values = Vec::with_capacity(signals.len());
-        for (place, (signal, from)) in signals.iter().zip(&sent.signals).enumerate() {
-            let value = match (&from.source, signal.carried) {
-                (Source::Unsaid, Carried::Multiplexer) => sent
-                    .pages
-                    .get(sending.page % sent.pages.len().max(1))
-                    .map_or(signal.start, |page| signal.selecting(*page)),
-                (Source::Unsaid, _) => signal.start,
-                (source, _) => source.value(self.dynamics.values(), &mut sending.sensors[place]),
+        let message = &self.description.layout().messages()[sent.message];
+        let mut values = Vec::with_capacity(message.signals.len());
+        for (place, (signal, from)) in message.signals.iter().zip(&sent.signals).enumerate() {
+            let value = match &from.source {
+                Source::Unsaid => {
+                    let pages = &sent.pages[place];
+                    let page = pages.get(sending.pages[place] % pages.len().max(1));
+                    page.map_or(signal.start, |page| signal.selecting(*page))
+                }
+                source => source.value(self.dynamics.values(), &mut sending.sensors[place]),
             };
             let value = finite(value, sending.last[place], &mut self.not_finite);
             sending.last[place] = value;
@@ -108,9 +107,14 @@ impl Device {
             self.clipped += u64::from(inside != shown);
             values.push(inside);
         }
-        sending.page = sending.page.wrapping_add(1);
+        // One below another goes on when it has been sent, so that all of its pages are.
+        for place in message.multiplexers().filter(|place| message.carries(*place, &values)) {
+            sending.pages[place] = sending.pages[place].wrapping_add(1);
+        }
         match self.description.layout().encode(sent.message, &values) {
-            Ok(wired) if self.queue.len() < QUEUE_MAX => self.queue.push_back(wired),
+            Ok(wired) if self.queue.len() < QUEUE_MAX.max(2 * self.senders.len()) => {
+                self.queue.push_back(wired);
+            }
             // A line can be longer than what is sent at once; else the values are in range.
             Ok(_) | Err(_) => self.dropped += 1,
         }

@@ -70,7 +70,37 @@ impl BitField {
 
     /// Whether the two have a bit in common.
     pub(crate) fn overlaps(self, other: Self) -> bool {
-        self.bits().any(|bit| other.bits().any(|taken| taken == bit))
+        let (ours, theirs) = (self.bytes(), other.bytes());
+        let is_near = ours.start() <= theirs.end() && theirs.start() <= ours.end();
+        is_near && self.bits().any(|bit| other.bits().any(|taken| taken == bit))
+    }
+
+    /// The bytes that it touches.
+    fn bytes(self) -> RangeInclusive<usize> {
+        let ahead = match self.order {
+            ByteOrder::Little => self.start % 8,
+            ByteOrder::Big => 7 - self.start % 8,
+        };
+        let first = self.start / 8;
+        first..=first + (ahead + self.length as usize - 1) / 8
+    }
+
+    pub(super) const fn order(self) -> ByteOrder {
+        self.order
+    }
+
+    /// How far its lowest bit is above that of the first eight bytes as one number in its order; `None` where it goes on
+    /// behind them.
+    pub(super) fn shift_in_word(self) -> Option<u32> {
+        let start = self.start as u32;
+        match self.order {
+            ByteOrder::Little => (start + self.length <= u64::BITS).then_some(start),
+            ByteOrder::Big => {
+                // The last bit along the line is the lowest one.
+                let end = 8 * (start / 8) + (7 - start % 8) + self.length;
+                u64::BITS.checked_sub(end)
+            }
+        }
     }
 
     /// The bytes that it touches.
@@ -93,6 +123,11 @@ impl BitField {
                 8 * (along / 8) + (7 - along % 8)
             }
         })
+    }
+
+    /// It has room for the number.
+    pub(super) const fn reaches(self, number: u64) -> bool {
+        number <= self.mask()
     }
 
     const fn mask(self) -> u64 {

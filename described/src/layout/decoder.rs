@@ -15,6 +15,8 @@ pub struct Decoder {
     sender: Option<Sender>,
     /// At most [`BYTES_MAX`] bytes that may become a message.
     buffer: Vec<u8>,
+    /// Of the last message, one a signal.
+    values: Vec<Option<f64>>,
     /// What comes next is not the middle of a line of text.
     line_begins: bool,
     damaged: u64,
@@ -23,20 +25,28 @@ pub struct Decoder {
 
 impl Decoder {
     pub(super) fn new(layout: Layout, sender: Option<Sender>) -> Self {
-        let buffer = Vec::with_capacity(BYTES_MAX);
-        Self { layout, sender, buffer, line_begins: true, damaged: 0, checksum_failures: 0 }
+        Self {
+            buffer: Vec::with_capacity(BYTES_MAX),
+            values: Vec::new(),
+            line_begins: true,
+            damaged: 0,
+            checksum_failures: 0,
+            layout,
+            sender,
+        }
     }
 
     /// A frame of this identifier is a message that is heard.
     pub fn takes(&self, id: Id) -> bool {
-        let index = self.layout.by_id.get(&id);
-        index.is_some_and(|index| hears(self.sender, &self.layout.messages[*index]))
+        let index = self.layout.identifiers.find(id);
+        index.is_some_and(|index| hears(self.sender, &self.layout.messages[index]))
     }
 
     /// The message in a CAN frame; `None` where no message has its identifier, for a remote request,
     /// and where the frame has fewer bytes than the message.
-    pub fn frame(&mut self, frame: &CanFrame) -> Option<Decoded> {
-        let index = *self.layout.by_id.get(&frame.id())?;
+    #[inline]
+    pub fn frame(&mut self, frame: &CanFrame) -> Option<Decoded<'_>> {
+        let index = self.layout.identifiers.find(frame.id())?;
         let message = &self.layout.messages[index];
         let Carrier::Frame { length, .. } = message.carrier else { return None };
         if frame.is_remote() || !hears(self.sender, message) {
@@ -46,11 +56,12 @@ impl Decoder {
             self.damaged += 1;
             return None;
         }
-        Some(Decoded { message: index, values: message.values(frame.data()) })
+        self.layout.frames[index].read(frame.data(), &mut self.values);
+        Some(Decoded { message: index, values: &self.values })
     }
 
     /// Hands each message over that these bytes complete.
-    pub fn bytes(&mut self, bytes: &[u8], each: &mut dyn FnMut(Decoded)) {
+    pub fn bytes(&mut self, bytes: &[u8], each: &mut dyn FnMut(Decoded<'_>)) {
         let mut rest = bytes;
         loop {
             let room = BYTES_MAX - self.buffer.len();
@@ -81,14 +92,15 @@ impl Decoder {
     }
 
     /// Takes from the buffer what is certain, and leaves room in it for at least one byte.
-    fn search(&mut self, each: &mut dyn FnMut(Decoded)) {
+    fn search(&mut self, each: &mut dyn FnMut(Decoded<'_>)) {
         let mut at = 0;
         while at < self.buffer.len() {
-            match self.first(&self.buffer[at..]) {
-                Found::Whole(decoded, length) => {
+            let (message, found) = self.first(at);
+            match found {
+                Found::Whole(length) => {
                     at += length;
                     self.line_begins = true;
-                    each(decoded);
+                    each(Decoded { message, values: &self.values });
                 }
                 Found::Beginning if self.buffer.len() - at < BYTES_MAX => break,
                 found => {
@@ -102,18 +114,18 @@ impl Decoder {
         self.buffer.drain(..at);
     }
 
-    /// The first message of the file that the bytes are, or else that they may become.
-    fn first(&self, data: &[u8]) -> Found {
-        let mut best = Found::Nothing;
+    /// The first message of the file that the bytes behind `at` are, or else that they may become, and its place.
+    fn first(&mut self, at: usize) -> (usize, Found) {
+        let mut best = (0, Found::Nothing);
         for (index, message) in self.layout.messages.iter().enumerate() {
             let inside_a_line = matches!(message.carrier, Carrier::Line(_)) && !self.line_begins;
             if inside_a_line || !hears(self.sender, message) {
                 continue;
             }
-            match (message.find(index, data), &best) {
-                (whole @ Found::Whole(..), _) => return whole,
-                (Found::Beginning, _) => best = Found::Beginning,
-                (Found::WrongChecksum, Found::Nothing) => best = Found::WrongChecksum,
+            match (message.find(&self.buffer[at..], &mut self.values), &best.1) {
+                (whole @ Found::Whole(_), _) => return (index, whole),
+                (Found::Beginning, _) => best = (index, Found::Beginning),
+                (Found::WrongChecksum, Found::Nothing) => best = (index, Found::WrongChecksum),
                 _ => {}
             }
         }

@@ -1,10 +1,12 @@
 //! One message: its signals, and how it is carried.
 
+use super::EncodeError;
 use super::checksum::Trailer;
 use super::printed::Match;
-use super::signal::{Carried, Signal};
+use super::selection::{self, Selection};
+use super::signal::Signal;
 use super::text::Pattern;
-use super::{Decoded, EncodeError};
+use std::collections::BTreeSet;
 use wire::can::{CanFrame, DATA_BYTES_MAX, Id};
 use wire::device::Transmit;
 use wire::packet::{BYTES_MAX, Packet};
@@ -48,6 +50,20 @@ pub(super) enum Carrier {
 }
 
 impl Message {
+    /// The numbers of a multiplexer that select signals, in ascending order: of ranges the ends.
+    pub fn pages(&self, multiplexer: usize) -> BTreeSet<u64> {
+        let selections = self.signals.iter().filter_map(|signal| signal.carried.selection());
+        let of_it = selections.filter(|selection| selection.multiplexer == multiplexer);
+        let ends = of_it.flat_map(|selection| &selection.numbers);
+        let ends = ends.flat_map(|range| [*range.start(), *range.end()]);
+        ends.filter(|number| self.signals[multiplexer].reaches(*number)).collect()
+    }
+
+    /// What has to be selected for a signal to be carried: of its multiplexer, of that one's own, and so on.
+    pub fn selections(&self, signal: usize) -> impl Iterator<Item = &Selection> {
+        selection::needs(&self.signals, signal)
+    }
+
     /// Its identifier, on CAN.
     pub const fn can_id(&self) -> Option<Id> {
         match self.carrier {
@@ -56,16 +72,16 @@ impl Message {
         }
     }
 
-    /// The place of its multiplexer among its signals.
-    pub fn multiplexer(&self) -> Option<usize> {
-        self.signals.iter().position(|signal| signal.carried == Carried::Multiplexer)
+    /// The places of its multiplexers among its signals.
+    pub fn multiplexers(&self) -> impl Iterator<Item = usize> {
+        let signals = self.signals.iter().enumerate();
+        signals.filter(|(_, signal)| signal.multiplexes).map(|(place, _)| place)
     }
 
-    /// Two signals that have a bit in common.
-    pub(super) fn overlap(&self) -> Option<(&Signal, &Signal)> {
-        self.signals.iter().enumerate().find_map(|(index, signal)| {
-            let other = self.signals[..index].iter().find(|other| signal.overlaps(other))?;
-            Some((other, signal))
+    /// Whether the frame with these values, one a signal and in its unit, carries the signal at this place.
+    pub fn carries(&self, signal: usize, values: &[f64]) -> bool {
+        selection::carries(&self.signals, signal, &|multiplexer| {
+            self.signals[multiplexer].number_of(*values.get(multiplexer)?)
         })
     }
 
@@ -110,42 +126,25 @@ impl Message {
     }
 
     fn put(&self, values: &[f64], data: &mut [u8]) -> Result<(), EncodeError> {
-        // The multiplexer first: it says which of the others this frame has.
-        let mut selector = None;
-        if let Some(index) = self.multiplexer() {
-            let (signal, value) = (&self.signals[index], values[index]);
-            if !signal.put(value, data) {
-                return Err(self.out_of_range(signal, value));
-            }
-            selector = Some(signal.selector(data));
-        }
-        for (signal, value) in self.signals.iter().zip(values) {
-            let carried = match signal.carried {
-                Carried::Always => true,
-                Carried::Multiplexer => false,
-                Carried::When(page) => selector == Some(page),
-            };
-            if carried && !signal.put(*value, data) {
+        for (place, (signal, value)) in self.signals.iter().zip(values).enumerate() {
+            if self.carries(place, values) && !signal.put(*value, data) {
                 return Err(self.out_of_range(signal, *value));
             }
         }
         Ok(())
     }
 
-    /// The values in the bytes of a frame or packet.
-    pub(super) fn values(&self, data: &[u8]) -> Vec<Option<f64>> {
-        let selector = self.multiplexer().map(|index| self.signals[index].selector(data));
-        self.signals
-            .iter()
-            .map(|signal| match signal.carried {
-                Carried::When(page) if selector != Some(page) => None,
-                _ => Some(signal.read(data)),
-            })
-            .collect()
+    /// Puts the values in the bytes of a packet into `values`, one a signal.
+    fn read(&self, data: &[u8], values: &mut Vec<Option<f64>>) {
+        let number = |multiplexer: usize| Some(self.signals[multiplexer].selector(data));
+        values.clear();
+        values.extend(self.signals.iter().enumerate().map(|(place, signal)| {
+            selection::carries(&self.signals, place, &number).then(|| signal.read(data))
+        }));
     }
 
-    /// What the first bytes of a serial line are to this message, and its values where it is whole.
-    pub(super) fn find(&self, index: usize, data: &[u8]) -> Found {
+    /// What the first bytes of a serial line are to this message. Where it is whole, its values are put into `values`.
+    pub(super) fn find(&self, data: &[u8], values: &mut Vec<Option<f64>>) -> Found {
         match &self.carrier {
             Carrier::Frame { .. } => Found::Nothing,
             Carrier::Packet { start, length, trailer } => {
@@ -157,8 +156,8 @@ impl Message {
                 if trailer.is_some_and(|trailer| !trailer.holds(packet)) {
                     return Found::WrongChecksum;
                 }
-                let decoded = Decoded { message: index, values: self.values(packet) };
-                Found::Whole(decoded, *length)
+                self.read(packet, values);
+                Found::Whole(*length)
             }
             Carrier::Line(pattern) => {
                 let mut numbers = Vec::with_capacity(self.signals.len());
@@ -168,8 +167,9 @@ impl Message {
                     Match::Whole(length) => {
                         let physical =
                             |(number, signal): (f64, &Signal)| Some(signal.scale.physical(number));
-                        let values = numbers.into_iter().zip(&self.signals).map(physical).collect();
-                        Found::Whole(Decoded { message: index, values }, length)
+                        values.clear();
+                        values.extend(numbers.into_iter().zip(&self.signals).map(physical));
+                        Found::Whole(length)
                     }
                 }
             }
@@ -199,6 +199,6 @@ pub(super) enum Found {
     Beginning,
     /// All of it but for a checksum that is another.
     WrongChecksum,
-    /// It, and how many bytes it has.
-    Whole(Decoded, usize),
+    /// It, of so many bytes.
+    Whole(usize),
 }

@@ -3,9 +3,12 @@
 mod bits;
 mod checksum;
 mod decoder;
+mod frames;
 mod message;
+mod note;
 mod number;
 mod printed;
+mod selection;
 mod signal;
 #[cfg(test)]
 mod tests;
@@ -16,18 +19,20 @@ mod table;
 
 pub(crate) use bits::BitField;
 pub use bits::{ByteOrder, SIGNAL_BITS_MAX};
+pub use dbc::{DbcNode, NOBODY, dbc_nodes, dbc_text};
 pub use decoder::Decoder;
+use frames::{FrameReader, Identifiers};
 pub use message::{Message, Sender};
-pub use signal::{Carried, Signal};
+pub use note::Note;
+pub use selection::{Carried, Selection};
+pub use signal::Signal;
 use wire::device::Transmit;
 
 use crate::error::Mistake;
 use crate::hint;
 use miette::Diagnostic;
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use thiserror::Error;
-use wire::can::Id;
 use wire::serial::SerialSettings;
 
 /// What carries the messages of a layout.
@@ -44,16 +49,19 @@ pub enum Medium {
 pub struct Layout {
     medium: Medium,
     messages: Arc<[Message]>,
-    by_id: Arc<BTreeMap<Id, usize>>,
+    identifiers: Arc<Identifiers>,
+    /// One a message.
+    frames: Arc<[FrameReader]>,
+    notes: Arc<[Note]>,
 }
 
 /// A message that was received.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Decoded {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Decoded<'a> {
     /// Its place in [`Layout::messages`].
     pub message: usize,
     /// One value a signal, in the signal's unit; `None` where this frame does not carry it.
-    pub values: Vec<Option<f64>>,
+    pub values: &'a [Option<f64>],
 }
 
 /// Why values do not become a message.
@@ -132,9 +140,28 @@ fn spaced(unit: &str) -> String {
 
 impl Layout {
     pub(crate) fn new(medium: Medium, messages: Vec<Message>) -> Self {
-        let ids = messages.iter().enumerate();
-        let by_id = ids.filter_map(|(index, message)| Some((message.can_id()?, index))).collect();
-        Self { medium, messages: messages.into(), by_id: Arc::new(by_id) }
+        Self {
+            medium,
+            identifiers: Arc::new(Identifiers::of(&messages)),
+            frames: messages.iter().map(FrameReader::of).collect(),
+            messages: messages.into(),
+            notes: Arc::default(),
+        }
+    }
+
+    fn noting(self, notes: Vec<Note>) -> Self {
+        Self { notes: notes.into(), ..self }
+    }
+
+    /// What its file says that cannot be used as it is, or not at all.
+    pub fn notes(&self) -> &[Note] {
+        &self.notes
+    }
+
+    /// The note by which a message or a signal of this name was left out: `Status`, `Temperature` or
+    /// `Status.Temperature`.
+    pub fn left_out(&self, name: &str) -> Option<&Note> {
+        self.notes.iter().find(|note| note.leaves_out(name))
     }
 
     /// The same with other periods and starts: what `change` makes of each message.
@@ -195,7 +222,10 @@ impl Layout {
         match found.as_slice() {
             [] => {
                 let known: Vec<String> = places().map(|(m, _, signal)| called(m, signal)).collect();
-                let help = hint::proposal(name, &known);
+                let help = match self.left_out(name) {
+                    Some(note) => note.to_string(),
+                    None => hint::proposal(name, &known),
+                };
                 Err(SignalName::Unknown { name: name.to_owned(), help })
             }
             [(message, signal, _)] => Ok((*message, *signal)),

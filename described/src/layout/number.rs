@@ -2,9 +2,8 @@
 
 use super::bits::SIGNAL_BITS_MAX;
 
-/// How far, in counts, a range may lie beside the count that it means: what decimal fractions leave in
-/// binary ones.
-const RANGE_SLACK_COUNTS: f64 = 1e-6;
+/// How far, in counts, a value may lie beside the end of a range: what decimal fractions leave in binary ones.
+pub(super) const RANGE_SLACK_COUNTS: f64 = 1e-6;
 
 /// How the bits of a signal are a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,9 +40,10 @@ impl Scale {
         (physical - self.offset) / self.factor
     }
 
-    /// The range between two numbers on the wire, the lesser first.
+    /// The range between two numbers on the wire, the lesser first; as far as there are doubles.
     pub(crate) fn range(self, first: f64, last: f64) -> (f64, f64) {
-        let (a, b) = (self.physical(first), self.physical(last));
+        let end = |number: f64| self.physical(number).clamp(f64::MIN, f64::MAX);
+        let (a, b) = (end(first), end(last));
         (a.min(b), a.max(b))
     }
 }
@@ -75,8 +75,17 @@ impl Coding {
         }
     }
 
+    /// The number that a receiver takes this one for.
+    fn rounded(self, number: f64) -> f64 {
+        match self {
+            Self::Unsigned | Self::Signed => libm::round(number),
+            Self::Float32 => f64::from(number as f32),
+            Self::Float64 => number,
+        }
+    }
+
     /// The bits of `physical`, rounded to the nearest count; `None` where that count is beyond the
-    /// bits or outside of `minimum` to `maximum`, and for what is not a number.
+    /// bits or beyond those of `minimum` and `maximum`, and for what is not a number.
     pub(crate) fn raw(
         self,
         physical: f64,
@@ -84,21 +93,19 @@ impl Coding {
         scale: Scale,
         (minimum, maximum): (f64, f64),
     ) -> Option<u64> {
-        let number = scale.number(physical);
-        let number = if self.is_float() { number } else { libm::round(number) };
+        let number = self.rounded(scale.number(physical));
         let (least, greatest) = self.limits(bits);
-        if !(least..=greatest).contains(&number) {
+        // The end of a range may lie between two counts.
+        let ends = [minimum, maximum].map(|end| self.rounded(scale.number(end)));
+        let range = ends[0].min(ends[1])..=ends[0].max(ends[1]);
+        if !(least..=greatest).contains(&number) || !range.contains(&number) {
             return None;
         }
-        let slack = RANGE_SLACK_COUNTS * scale.factor.abs();
-        let range = minimum - slack..=maximum + slack;
-        // Either will do: the end of a range may lie between two counts.
-        if !range.contains(&physical) && !range.contains(&scale.physical(number)) {
-            return None;
-        }
+        let unused = SIGNAL_BITS_MAX - bits;
         Some(match self {
-            Self::Unsigned => number as u64,
-            Self::Signed => number as i64 as u64,
+            // A double has the greatest of more than 53 bits one too large.
+            Self::Unsigned => (number as u64).min(u64::MAX >> unused),
+            Self::Signed => (number as i64).min(i64::MAX >> unused) as u64,
             Self::Float32 => u64::from((number as f32).to_bits()),
             Self::Float64 => number.to_bits(),
         })
@@ -124,8 +131,23 @@ mod tests {
         assert_eq!(raw(0.31, (0.1, 0.3)), None);
         assert_eq!(raw(0.304, (0.1, 0.304)), Some(30));
         assert_eq!(raw(0.304, (0.1, 0.3)), Some(30));
+        // What 0.309 is sent as is in the range that goes up to it.
+        assert_eq!(raw(0.31, (0.1, 0.309)), Some(31));
         assert_eq!(raw(f64::NAN, ALL), None);
         assert_eq!(raw(f64::INFINITY, ALL), None);
+    }
+
+    #[test]
+    fn the_greatest_number_of_many_bits_is_all_of_them() {
+        let scale = Scale::new(1.0, 0.0).unwrap();
+        for bits in [53, 54, 56, 64] {
+            for coding in [Coding::Unsigned, Coding::Signed] {
+                let (least, greatest) = coding.limits(bits);
+                let raw = |number| coding.raw(number, bits, scale, ALL).unwrap();
+                let ends = [raw(least), raw(greatest)].map(|raw| coding.number(raw, bits));
+                assert_eq!(ends, [least, greatest], "{coding:?} {bits}");
+            }
+        }
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! One signal of a message.
 
 use super::bits::BitField;
-use super::number::{Coding, Scale};
+use super::number::{Coding, RANGE_SLACK_COUNTS, Scale};
 use super::printed::Format;
+use super::selection::Carried;
 
 /// How far a printed number may lie beside the range that it rounds into, in units of the last decimal.
 const PRINTED_SLACK: f64 = 0.5 + 1e-6;
@@ -22,23 +23,14 @@ pub struct Signal {
     pub doc: String,
     /// Which of the message's frames carry it.
     pub carried: Carried,
+    /// It is a multiplexer: its number on the wire says which multiplexed signals a frame has.
+    pub multiplexes: bool,
     /// Names of values, as far as the file has any: the number on the wire and its name.
     pub named_values: Vec<(i64, String)>,
     /// Its value before anything says another, in its unit (`GenSigStartValue` of a DBC).
     pub start: f64,
     pub(super) scale: Scale,
     pub(super) storage: Storage,
-}
-
-/// Which frames of a message carry a signal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Carried {
-    /// Each.
-    Always,
-    /// Each, and its number on the wire says which multiplexed signals the frame has.
-    Multiplexer,
-    /// Those whose multiplexer has this number.
-    When(u64),
 }
 
 /// How a signal's number is in its message.
@@ -59,6 +51,48 @@ impl Signal {
         step * self.scale.factor.abs()
     }
 
+    /// Takes a declared range where its bits can carry a value in it; `false`, and nothing changed, where they cannot.
+    pub(super) fn narrow(&mut self, minimum: f64, maximum: f64) -> bool {
+        let narrowed = (self.minimum.max(minimum), self.maximum.min(maximum));
+        // Neither is true of what is not a number.
+        if !(minimum <= maximum && narrowed.0 <= narrowed.1) {
+            return false;
+        }
+        let before = (self.minimum, self.maximum);
+        (self.minimum, self.maximum) = narrowed;
+        let is_within = self.holds(self.nearest(narrowed.0));
+        if !is_within {
+            (self.minimum, self.maximum) = before;
+        }
+        is_within
+    }
+
+    /// Takes the range of its bits.
+    pub(super) fn widen(&mut self) {
+        if let Storage::Bits { field, coding } = self.storage {
+            let (least, greatest) = coding.limits(field.length());
+            (self.minimum, self.maximum) = self.scale.range(least, greatest);
+        }
+    }
+
+    /// The value in the range next to this one, as its bits carry it; of the range's end where that has one.
+    pub(super) fn nearest(&self, value: f64) -> f64 {
+        let value = value.clamp(self.minimum, self.maximum);
+        if self.holds(self.as_sent(value)) {
+            return value;
+        }
+        // Rounded it is beyond the range: the next count inwards.
+        let count = libm::round(self.scale.number(value));
+        let beside = [count - 1.0, count + 1.0].map(|count| self.scale.physical(count));
+        beside.into_iter().find(|value| self.holds(*value)).unwrap_or(value)
+    }
+
+    /// The value is in the range, but for what decimal fractions leave in binary ones.
+    fn holds(&self, value: f64) -> bool {
+        let slack = RANGE_SLACK_COUNTS * self.scale.factor.abs();
+        (self.minimum - slack..=self.maximum + slack).contains(&value)
+    }
+
     /// The name of `value` where the file has one.
     pub fn name_of(&self, value: f64) -> Option<&str> {
         let number = libm::round(self.scale.number(value));
@@ -76,10 +110,8 @@ impl Signal {
 
     /// Writes the value into the bytes of its message; `false` where it is out of range.
     pub(super) fn put(&self, value: f64, data: &mut [u8]) -> bool {
-        let Storage::Bits { field, coding } = self.storage else { return true };
-        let range = (self.minimum, self.maximum);
-        let raw = coding.raw(value, field.length(), self.scale, range);
-        raw.map(|raw| field.set(data, raw)).is_some()
+        let Storage::Bits { field, .. } = self.storage else { return true };
+        self.number_of(value).map(|raw| field.set(data, raw)).is_some()
     }
 
     /// The number that is printed for the value; `None` where it is out of range.
@@ -100,7 +132,15 @@ impl Signal {
         }
     }
 
-    /// The number on the wire that a multiplexer has in these bytes.
+    /// How many bits it has; none where it is printed.
+    pub(super) const fn bits(&self) -> u32 {
+        match self.storage {
+            Storage::Bits { field, .. } => field.length(),
+            Storage::Printed { .. } => 0,
+        }
+    }
+
+    /// The bits that it has in these bytes.
     pub(super) fn selector(&self, data: &[u8]) -> u64 {
         match self.storage {
             Storage::Bits { field, .. } => field.get(data),
@@ -108,19 +148,43 @@ impl Signal {
         }
     }
 
-    /// The value whose number on the wire is `selector`.
-    pub(crate) fn selecting(&self, selector: u64) -> f64 {
-        self.scale.physical(selector as f64)
+    /// The bits that this value is sent as, as one number; `None` where it is out of range.
+    pub fn number_of(&self, value: f64) -> Option<u64> {
+        let Storage::Bits { field, coding } = self.storage else { return None };
+        coding.raw(value, field.length(), self.scale, (self.minimum, self.maximum))
     }
 
+    /// What a receiver takes the value for: the nearest that its bits can carry. The value itself where it is out of
+    /// range.
+    pub fn as_sent(&self, value: f64) -> f64 {
+        let Storage::Bits { field, coding } = self.storage else { return value };
+        let number = self.number_of(value).map(|raw| coding.number(raw, field.length()));
+        number.map_or(value, |number| self.scale.physical(number))
+    }
+
+    /// The value whose bits are `selector`.
+    pub fn selecting(&self, selector: u64) -> f64 {
+        match self.storage {
+            Storage::Bits { field, coding } => {
+                self.scale.physical(coding.number(selector, field.length()))
+            }
+            Storage::Printed { .. } => self.scale.physical(selector as f64),
+        }
+    }
+
+    /// Its bits can be this number.
+    pub(super) fn reaches(&self, selector: u64) -> bool {
+        match self.storage {
+            Storage::Bits { field, .. } => field.reaches(selector),
+            Storage::Printed { .. } => false,
+        }
+    }
+
+    /// Whether the two have a bit in common, whichever frames carry them.
     pub(super) fn overlaps(&self, other: &Self) -> bool {
-        let together = match (self.carried, other.carried) {
-            (Carried::When(one), Carried::When(another)) => one == another,
-            _ => true,
-        };
         match (self.storage, other.storage) {
             (Storage::Bits { field, .. }, Storage::Bits { field: another, .. }) => {
-                together && field.overlaps(another)
+                field.overlaps(another)
             }
             _ => false,
         }

@@ -4,7 +4,8 @@ use super::bits::{BitField, ByteOrder};
 use super::checksum::Trailer;
 use super::message::{Carrier, Message};
 use super::number::{Coding, Scale};
-use super::signal::{Carried, Signal, Storage};
+use super::selection::Carried;
+use super::signal::{Signal, Storage};
 use super::text::Pattern;
 use super::{Layout, Medium};
 use crate::error::Mistake;
@@ -240,6 +241,7 @@ fn signal(
         maximum,
         doc: field.doc.clone(),
         carried: Carried::Always,
+        multiplexes: false,
         named_values: Vec::new(),
         start: 0f64.clamp(minimum, maximum),
         scale,

@@ -9,6 +9,7 @@ mod pack;
 pub use pack::{PLAN, Pack, PackedFile};
 
 use crate::hint;
+use described::dbc_text;
 use include_dir::{Dir, include_dir};
 use miette::{NamedSource, SourceSpan};
 use serde::de::DeserializeOwned;
@@ -347,7 +348,12 @@ fn is_path(name: &str) -> bool {
 }
 
 fn read(path: &Path) -> Result<Source, LibraryError> {
-    match std::fs::read_to_string(path) {
+    let is_dbc = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("dbc"));
+    let text = match is_dbc {
+        true => std::fs::read(path).map(|bytes| dbc_text(&bytes).into_owned()),
+        false => std::fs::read_to_string(path),
+    };
+    match text {
         Ok(text) => Ok(Source { origin: path.display().to_string(), text }),
         Err(cause) => Err(LibraryError::Unreadable { path: path.to_owned(), cause }),
     }

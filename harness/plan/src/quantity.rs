@@ -98,10 +98,9 @@ impl<'a> OfMessage<'a> {
     }
 }
 
-/// As a DBC names messages and signals: a letter or `_`, then letters, digits and `_`.
+/// As DBCs name messages and signals: letters, digits and `_`, in some a digit first.
 fn is_identifier(text: &str) -> bool {
-    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    text.chars().all(is_word) && text.chars().next().is_some_and(|first| !first.is_ascii_digit())
+    !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
 impl fmt::Display for QuantityName {

@@ -9,7 +9,7 @@ use crate::rig::{
 };
 use crate::speakers::{DEVICE, Speaker};
 use crate::{hint, quantities};
-use described::{Description, Layout, Medium, Sender};
+use described::{DbcNode, Description, Layout, Medium, Sender, dbc_nodes};
 use emulators::device_file::Devices;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -358,7 +358,10 @@ impl Builder<'_> {
             return Ok(other.map(|other| (other.layout.clone(), Sender::Host)));
         };
         let wanted = node.dbc_node.as_deref().unwrap_or(node.name.as_str());
-        let nodes: Vec<&str> = dbcs.iter().flat_map(|dbc| dbc_nodes(&dbc.text)).collect();
+        // They have been read once: they are DBCs.
+        let named = |dbc: &Source| dbc_nodes(&dbc.origin, &dbc.text).unwrap_or_default();
+        let nodes: Vec<DbcNode> = dbcs.iter().flat_map(named).collect();
+        let nodes: Vec<&str> = nodes.iter().map(|node| node.name.as_str()).collect();
         // It may stand in several of the files.
         let is_it = |of: &str| of.eq_ignore_ascii_case(wanted);
         match (nodes.iter().any(|known| is_it(known)), node.tester) {
@@ -384,10 +387,4 @@ impl Builder<'_> {
             }
         }
     }
-}
-
-/// The nodes that a DBC declares.
-fn dbc_nodes(text: &str) -> impl Iterator<Item = &str> {
-    let line = text.lines().find_map(|line| line.trim_start().strip_prefix("BU_:"));
-    line.unwrap_or_default().split_whitespace()
 }

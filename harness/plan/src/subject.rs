@@ -113,13 +113,16 @@ impl<'a> Subject<'a> {
         }
         self.message(&send.message, at, &[Segment::Key("message")])?;
         let known = self.sent().into_iter().find(|message| message.name == send.message);
-        let Some(Message { signals, .. }) = known else { return Ok(()) };
+        let Some(message) = known else { return Ok(()) };
+        let signals = &message.signals;
         for (name, value) in &send.set {
             let here = [Segment::Key("set")];
             let Some(signal) = signals.iter().find(|signal| signal.name == *name) else {
                 let known: Vec<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
                 let message = format!("`{}` has no signal `{name}`", send.message);
-                return Err(at.fault(&here, message, Some(proposal(name, &known))));
+                let note = self.left_out(&format!("{}.{name}", send.message));
+                let help = note.unwrap_or_else(|| proposal(name, &known));
+                return Err(at.fault(&here, message, Some(help)));
             };
             if !(signal.minimum..=signal.maximum).contains(value) {
                 let (least, greatest, unit) = (signal.minimum, signal.maximum, &signal.unit);
@@ -127,7 +130,19 @@ impl<'a> Subject<'a> {
                 return Err(at.fault(&here, message.trim_end().to_owned(), None));
             }
         }
-        Ok(())
+        match not_carried(message, send) {
+            Some((text, help)) => Err(at.fault(&[Segment::Key("set")], text, Some(help))),
+            None => Ok(()),
+        }
+    }
+
+    /// Why the layouts of the rig do not have what a file names so.
+    fn left_out(&self, name: &str) -> Option<String> {
+        let testers = self.rig.into_iter().flat_map(Rig::testers);
+        let layouts = testers.map(|(_, layout, _)| layout);
+        let speaking = self.rig.into_iter().flat_map(|rig| &rig.speakers);
+        let mut layouts = layouts.chain(speaking.map(|speaker| &speaker.layout));
+        layouts.find_map(|layout| layout.left_out(name)).map(ToString::to_string)
     }
 
     /// Can such a plan judge this quantity?
@@ -176,7 +191,9 @@ impl<'a> Subject<'a> {
             Ok(place) => Ok(Some(unit(&rig.speakers, place))),
             Err((message, known)) => {
                 let known: Vec<&str> = known.iter().map(String::as_str).collect();
-                Err(at.fault(here, message, Some(proposal(quantity.name(), &known))))
+                let help = self.left_out(quantity.name());
+                let help = help.unwrap_or_else(|| proposal(quantity.name(), &known));
+                Err(at.fault(here, message, Some(help)))
             }
         }
     }
@@ -261,7 +278,8 @@ impl<'a> Subject<'a> {
             None if self.is_short => format!("no message `{name}` in the layout of the device"),
             None => format!("no tester of this rig sends `{name}`"),
         };
-        Err(at.fault(here, what, Some(proposal(name, &known))))
+        let help = self.left_out(name).unwrap_or_else(|| proposal(name, &known));
+        Err(at.fault(here, what, Some(help)))
     }
 
     fn parameter(&self, name: &ParameterName, values: &[f64], at: &Place<'_>) -> Checked {
@@ -289,4 +307,30 @@ impl<'a> Subject<'a> {
         let message = format!("no `{role}` on this bench");
         Err(at.fault(&[Segment::Key(key)], message, Some(proposal(role, &known))))
     }
+}
+
+/// A signal that is set although the multiplexers that are set too select others, and what would select it.
+fn not_carried(message: &Message, send: &Send) -> Option<(String, String)> {
+    for name in send.set.keys() {
+        let Some(place) = message.signals.iter().position(|one| one.name == *name) else {
+            continue;
+        };
+        for selection in message.selections(place) {
+            let multiplexer = &message.signals[selection.multiplexer];
+            let Some(value) = send.set.get(&multiplexer.name) else { continue };
+            let number = multiplexer.number_of(*value);
+            if number.is_some_and(|number| !selection.has(number)) {
+                let (of, by) = (&message.name, &multiplexer.name);
+                let text = format!("`{of}` has no `{name}` where `{by}` is {value}");
+                let wanted: Vec<u64> =
+                    selection.numbers.iter().map(|range| *range.start()).collect();
+                let first = wanted.first().map_or(0.0, |number| multiplexer.selecting(*number));
+                return Some((
+                    text,
+                    format!("it has it with `{by} = {first}`; send the two one after the other"),
+                ));
+            }
+        }
+    }
+    None
 }

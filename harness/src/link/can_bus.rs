@@ -12,8 +12,9 @@ use faulty::Faulty;
 use wire::can::{BIT_RATE, CanFrame, Id};
 use wire::time::{Span, Timestamp};
 
-/// Frames that can wait for the bus; more are dropped and counted.
-pub const FRAMES_MAX: usize = 64;
+/// Frames that can wait for the bus; more are dropped and counted. Assumption: no DBC has as many messages that are sent at
+/// one time.
+pub const FRAMES_MAX: usize = 1_024;
 
 /// A bus that every node hears; `from` tells who sent.
 #[derive(Debug)]

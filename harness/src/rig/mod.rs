@@ -31,7 +31,7 @@ mod tester;
 
 use crate::engine::Engine;
 use crate::world::crossing::CrossedLine;
-use described::Decoder;
+use described::{Decoded, Decoder};
 use line::{End, EndId, Line};
 use node::{Node, Part, Route};
 use robot::Robot;
@@ -166,11 +166,15 @@ impl Rig {
                 continue;
             }
             let speaker = ear.speaker;
-            let mut take = |decoded: described::Decoded| {
-                take((speaker, decoded.message), &decoded.values);
+            let mut take = |decoded: Decoded<'_>| {
+                take((speaker, decoded.message), decoded.values);
             };
             match what {
-                Transmit::Frame(frame) => ear.decoder.frame(frame).into_iter().for_each(take),
+                Transmit::Frame(frame) => {
+                    if let Some(decoded) = ear.decoder.frame(frame) {
+                        take(decoded);
+                    }
+                }
                 Transmit::Bytes(packet) => ear.decoder.bytes(packet.as_slice(), &mut take),
             }
         }

@@ -53,6 +53,15 @@ impl Tester {
             };
             self.values[message][signal] = *value;
         }
+        let signals = form.signals.iter().enumerate();
+        let mut set = signals.filter(|(_, signal)| send.set.contains_key(&signal.name));
+        let values = &self.values[message];
+        if let Some((_, signal)) = set.find(|(place, _)| !form.carries(*place, values)) {
+            return Err(format!(
+                "`{}` has no `{}` with its multiplexers as they are: set them in the same step",
+                send.message, signal.name
+            ));
+        }
         let every = send.every.or(form.period).filter(|every| *every > Span::ZERO);
         self.again[message] = every.map(|every| (every, now + every));
         self.encode(message)

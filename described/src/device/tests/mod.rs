@@ -6,7 +6,7 @@ mod sensor;
 mod values;
 
 use super::Device;
-use crate::{Description, Layout};
+use crate::{Decoded, Description, Layout};
 use std::sync::Arc;
 use wire::can::CanFrame;
 use wire::device::Transmit;
@@ -58,16 +58,17 @@ fn command(layout: &Layout, setpoint: f64, enable: f64) -> CanFrame {
 
 fn values(layout: &Layout, wired: &Transmit) -> (usize, Vec<f64>) {
     let mut decoder = layout.decoder();
-    let decoded = match wired {
-        Transmit::Frame(frame) => decoder.frame(frame),
-        Transmit::Bytes(packet) => {
-            let mut found = None;
-            decoder.bytes(packet.as_slice(), &mut |decoded| found = Some(decoded));
-            found
-        }
+    let read = |decoded: Decoded<'_>| {
+        (decoded.message, decoded.values.iter().map(|v| v.unwrap_or(f64::NAN)).collect())
     };
-    let decoded = decoded.unwrap();
-    (decoded.message, decoded.values.into_iter().map(|v| v.unwrap_or(f64::NAN)).collect())
+    let mut found = None;
+    match wired {
+        Transmit::Frame(frame) => found = decoder.frame(frame).map(read),
+        Transmit::Bytes(packet) => {
+            decoder.bytes(packet.as_slice(), &mut |decoded| found = Some(read(decoded)));
+        }
+    }
+    found.unwrap()
 }
 
 /// All of what is sent as text: time in nanoseconds, message, values.

@@ -155,13 +155,13 @@ impl Ears {
             Hearing::Device { device: of_device, host } => {
                 let decoder = if device == Device::Device { of_device } else { host };
                 decode(decoder, record, &mut |decoded| {
-                    told(device.name(), decoded.message, decoded.values);
+                    told(device.name(), decoded.message, decoded.values.to_vec());
                 });
             }
             Hearing::Rig(voices) => {
                 for voice in voices.iter_mut().filter(|voice| voice.device == record.device) {
                     decode(&mut voice.decoder, record, &mut |decoded| {
-                        told(&voice.name, voice.first + decoded.message, decoded.values);
+                        told(&voice.name, voice.first + decoded.message, decoded.values.to_vec());
                     });
                 }
             }
@@ -170,11 +170,14 @@ impl Ears {
 }
 
 /// The messages that a record completes.
-fn decode(decoder: &mut Decoder, record: &Record, each: &mut impl FnMut(Decoded)) {
+fn decode(decoder: &mut Decoder, record: &Record, each: &mut impl FnMut(Decoded<'_>)) {
     match &record.kind {
         RecordKind::Frame(frame) => {
-            let decoded = frame.frame().and_then(|frame| decoder.frame(&frame));
-            decoded.into_iter().for_each(each);
+            if let Some(frame) = frame.frame()
+                && let Some(decoded) = decoder.frame(&frame)
+            {
+                each(decoded);
+            }
         }
         RecordKind::Bytes(bytes) => decoder.bytes(bytes, each),
         _ => {}

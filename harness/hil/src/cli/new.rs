@@ -2,11 +2,12 @@
 
 use super::failure::Failure;
 use super::say;
-use crate::project::{self, ProjectFile, Template};
+use crate::project::{self, FromDbcError, ProjectFile, Template};
 use clap::Args;
+use described::{DbcNode, Note};
 use harness::run::{PrepareError, RigError};
 use plan::Name;
-use plan::library::Source;
+use plan::library::LibraryError;
 use record::outcome::Outcome;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -30,9 +31,9 @@ pub(super) struct NewArguments {
     #[arg(long, conflicts_with = "dbc")]
     serial: bool,
     /// A DBC of your own, which has the device as a node.
-    #[arg(long, value_name = "FILE", requires = "node")]
+    #[arg(long, value_name = "FILE")]
     dbc: Option<PathBuf>,
-    /// The device's name in the DBC.
+    /// The device's name in the DBC; without, the only node that sends messages.
     #[arg(long, value_name = "NODE", requires = "dbc")]
     node: Option<String>,
 }
@@ -40,7 +41,7 @@ pub(super) struct NewArguments {
 impl NewArguments {
     pub(super) fn execute(&self) -> Result<Outcome, Failure> {
         let name = self.name()?;
-        let files = self.files(&name)?;
+        let (files, notes) = self.files(&name)?;
         project::write(&self.folder, &files).map_err(|source| match source.kind() {
             ErrorKind::AlreadyExists => Failure::arguments(
                 format!("{} is there already, and not empty", self.folder.display()),
@@ -51,7 +52,11 @@ impl NewArguments {
         let plan = files.iter().rfind(|file| is_plan(&file.path));
         let plan = plan.map_or_else(String::new, |file| file.path.display().to_string());
         let folder = self.folder.display();
-        let mut told = format!("{folder}: {} files\n", files.len());
+        let mut told: String = notes.iter().map(|note| format!("{note}\n")).collect();
+        if !told.is_empty() {
+            told += "\n";
+        }
+        told += &format!("{folder}: {} files\n", files.len());
         for file in &files {
             told += &format!("  {}\n", file.path.display());
         }
@@ -71,15 +76,39 @@ impl NewArguments {
         })
     }
 
-    fn files(&self, name: &Name) -> Result<Vec<ProjectFile>, Failure> {
-        let (Some(dbc), Some(node)) = (&self.dbc, &self.node) else {
+    /// The files, and what of a DBC is not used as it stands there.
+    fn files(&self, name: &Name) -> Result<(Vec<ProjectFile>, Vec<Note>), Failure> {
+        let Some(dbc) = &self.dbc else {
             let template = if self.serial { Template::Serial } else { Template::Can };
-            return Ok(template.files(name));
+            return Ok((template.files(name), Vec::new()));
         };
-        let source = Source::of_file(dbc).map_err(PrepareError::from)?;
-        let files = project::from_dbc(name, &source.origin, &source.text, node);
-        files.map_err(|error| PrepareError::from(RigError::from(error)).into())
+        let bytes = std::fs::read(dbc)
+            .map_err(|cause| LibraryError::Unreadable { path: dbc.clone(), cause })
+            .map_err(PrepareError::from)?;
+        let file = dbc.display().to_string();
+        match project::from_dbc(name, &file, &bytes, self.node.as_deref()) {
+            Ok(made) => Ok((made.files, made.notes)),
+            Err(FromDbcError::Description(error)) => {
+                Err(PrepareError::from(RigError::from(error)).into())
+            }
+            Err(error @ FromDbcError::Empty(_)) => Err(Failure::arguments(
+                error.to_string(),
+                "a message is a line `BO_ 100 Name: 8 Node`, with its signals below",
+            )),
+            Err(error @ FromDbcError::Several { .. }) => {
+                let help = several(&error);
+                Err(Failure::arguments(error.to_string(), help))
+            }
+        }
     }
+}
+
+/// Which nodes `--node` may name.
+fn several(error: &FromDbcError) -> String {
+    let FromDbcError::Several { nodes, .. } = error else { return String::new() };
+    let named = |node: &DbcNode| format!("{} ({})", node.name, node.messages);
+    let nodes: Vec<String> = nodes.iter().map(named).collect();
+    format!("say which is the device, `--node NAME`; they send so many: {}", nodes.join(", "))
 }
 
 /// A plan lies beside the README.

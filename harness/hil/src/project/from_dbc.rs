@@ -1,43 +1,143 @@
 //! A project for one node of somebody's DBC: every signal that the node sends has a value, every message a period, and a
 //! plan hears all of them. What they mean its user knows.
 
+use super::written::{key, number, text};
 use super::{ProjectFile, Template, with_schemas};
-use described::{Carried, DescriptionError, Layout, Message, Sender, Signal};
-use plan::Name;
-use plan::unit_of;
+use described::{
+    DbcNode, DescriptionError, Layout, Message, NOBODY, Note, Sender, Signal, dbc_nodes, dbc_text,
+};
+use plan::{Name, QuantityName, unit_of};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
+use wire::can::Id;
 use wire::time::Span;
 
-/// How often a message is sent that the DBC gives no period. Assumption: the usual one of status messages.
-const PERIOD: Span = Span::from_millis(100);
+/// How often a message is sent that the DBC gives no period: the first of these that leaves room on the bus. Assumption:
+/// the first is the usual one of status messages.
+const PERIODS: [Span; 3] =
+    [Span::from_millis(100), Span::from_millis(1_000), Span::from_millis(10_000)];
 
-/// The files of a project for `node` of the DBC with this `text`; `file` names it in messages.
+/// The share of the bus that all messages may take, so that each comes when it should.
+const LOAD_MAX: f64 = 0.5;
+
+/// What the bus of the emulated device carries, bit/s.
+const BIT_RATE: f64 = 500e3;
+
+/// The longest frames of eight bytes, with the stuff bits of the usual ones and the gap behind them: of identifiers of
+/// 11 bits and of 29.
+const BITS_STANDARD: f64 = 125.0;
+const BITS_EXTENDED: f64 = 150.0;
+
+/// The plan listens at least so long, and to so many rounds of each message.
+const LISTENING_S_MIN: f64 = 10.0;
+const ROUNDS: f64 = 3.0;
+
+/// A project that was made.
+#[derive(Debug)]
+pub struct FromDbc {
+    /// Its files.
+    pub files: Vec<ProjectFile>,
+    /// What of the DBC is not used as it stands there.
+    pub notes: Vec<Note>,
+}
+
+/// Why no project can be made of a DBC.
+#[derive(Debug, thiserror::Error)]
+pub enum FromDbcError {
+    /// It cannot be read, or has no such node.
+    #[error(transparent)]
+    Description(#[from] Box<DescriptionError>),
+    /// Which node is the device has to be said.
+    #[error("{file} has {} nodes that send messages", nodes.len())]
+    Several {
+        /// The file.
+        file: String,
+        /// Those that send, and how many messages.
+        nodes: Vec<DbcNode>,
+    },
+    /// Nobody can send anything.
+    #[error("{0} has no messages")]
+    Empty(String),
+}
+
+/// The files of a project for `node` of the DBC of these bytes; `file` names it in messages. Without a node the only one
+/// that sends is meant.
 ///
 /// # Errors
 ///
-/// When the DBC cannot be read, has no such node, or has what is not supported.
+/// When the DBC cannot be read, has no such node, or several that may be meant.
 pub fn from_dbc(
     name: &Name,
     file: &str,
-    text: &str,
-    node: &str,
-) -> Result<Vec<ProjectFile>, Box<DescriptionError>> {
-    let layout = Layout::from_dbc(file, text, node)?;
+    bytes: &[u8],
+    node: Option<&str>,
+) -> Result<FromDbc, FromDbcError> {
+    let text = dbc_text(bytes);
+    let sending = || -> Result<String, FromDbcError> {
+        let mut nodes = dbc_nodes(file, &text).map_err(Box::new)?;
+        nodes.retain(|node| node.messages > 0);
+        match nodes.as_slice() {
+            [] => Err(FromDbcError::Empty(file.to_owned())),
+            [only] => Ok(only.name.clone()),
+            _ => Err(FromDbcError::Several { file: file.to_owned(), nodes }),
+        }
+    };
+    let node = node.map_or_else(sending, |node| Ok(node.to_owned()))?;
+    let layout = Layout::from_dbc(file, &text, &node).map_err(Box::new)?;
     let of_template = Template::Can.named(name);
     let benches = of_template.into_iter().filter(|file| file.path.starts_with("benches"));
+    let readme = include_str!("from_dbc.md").replace("mydevice", name.as_str());
+    let period = assumed_period(&layout);
     let made = [
-        (format!("devices/{name}.dbc"), text.to_owned()),
-        (format!("devices/{name}.toml"), description(name, node, &layout)),
-        ("talks.toml".to_owned(), plan(name, &layout)),
-        ("README.md".to_owned(), include_str!("from_dbc.md").replace("mydevice", name.as_str())),
+        ProjectFile { path: format!("devices/{name}.dbc").into(), bytes: bytes.to_owned() },
+        ProjectFile::of_text(
+            format!("devices/{name}.toml"),
+            description(name, &node, &layout, period),
+        ),
+        ProjectFile::of_text("talks.toml", plan(name, &layout, period)),
+        ProjectFile::of_text("README.md", readme),
     ];
-    let made = made.map(|(path, text)| ProjectFile { path: path.into(), text });
-    Ok(with_schemas(made.into_iter().chain(benches).collect()))
+    let files = with_schemas(made.into_iter().chain(benches).collect());
+    Ok(FromDbc { files, notes: layout.notes().to_vec() })
 }
 
 fn of(layout: &Layout, sender: Sender) -> impl Iterator<Item = &Message> {
     layout.messages().iter().filter(move |message| message.sender == sender)
+}
+
+/// The share of the bus that these messages take, with this period where they have none.
+fn load<'a>(messages: impl Iterator<Item = &'a Message>, assumed: Span) -> f64 {
+    let bits_per_s = messages.map(|message| {
+        let bits = match message.can_id() {
+            Some(Id::Extended(_)) => BITS_EXTENDED,
+            _ => BITS_STANDARD,
+        };
+        bits / message.period.unwrap_or(assumed).as_secs_f64()
+    });
+    bits_per_s.sum::<f64>() / BIT_RATE
+}
+
+/// The period of messages that have none.
+fn assumed_period(layout: &Layout) -> Span {
+    let [usual, .., longest] = PERIODS;
+    let is_light = |period: &Span| load(layout.messages().iter(), *period) <= LOAD_MAX;
+    let is_hopeless = !is_light(&longest);
+    if is_hopeless { usual } else { PERIODS.into_iter().find(is_light).unwrap_or(longest) }
+}
+
+/// The messages that the plan sends: all that the device hears, without the most frequent where the bus has no room for
+/// them beside those of the device.
+fn told(layout: &Layout, assumed: Span) -> Vec<&Message> {
+    let mut room = LOAD_MAX - load(of(layout, Sender::Device), assumed);
+    let mut slowest_first: Vec<&Message> = of(layout, Sender::Host).collect();
+    slowest_first.sort_by_key(|message| std::cmp::Reverse(message.period.unwrap_or(assumed)));
+    let fits = |message: &&Message| {
+        room -= load(std::iter::once(*message), assumed);
+        room >= 0.0
+    };
+    let names: BTreeSet<&str> =
+        slowest_first.into_iter().take_while(fits).map(|message| message.name.as_str()).collect();
+    of(layout, Sender::Host).filter(|message| names.contains(message.name.as_str())).collect()
 }
 
 /// The name of a signal, with its message's where several have it.
@@ -48,103 +148,180 @@ fn signal_name(layout: &Layout, message: &Message, signal: &Signal) -> String {
     }
 }
 
-fn key(name: &str) -> String {
-    if name.contains('.') { format!("\"{name}\"") } else { name.to_owned() }
-}
-
-fn description(name: &Name, node: &str, layout: &Layout) -> String {
-    let mut text = format!(
-        "# What {node} says, as an emulator. `hil emulate device devices/{name}.toml` talks like it.\n\
+fn description(name: &Name, node: &str, layout: &Layout, assumed: Span) -> String {
+    let who = if node == NOBODY { "the device" } else { node };
+    let mut text_of = format!(
+        "# What {who} says, as an emulator. `hil emulate device devices/{name}.toml` talks like it.\n\
          name = \"{name}\"\n\
-         title = \"{node}\"\n\
+         title = {}\n\
          dbc = \"{name}.dbc\"\n\
-         node = \"{node}\"\n"
+         node = {}\n",
+        text(who),
+        text(node)
     );
     for message in of(layout, Sender::Device) {
-        text += "\n";
-        for signal in &message.signals {
-            let at = key(&signal_name(layout, message, signal));
-            let value = signal.start.clamp(signal.minimum, signal.maximum);
-            let _ = writeln!(text, "[signal.{at}]");
-            let _ = writeln!(text, "expression = \"{value}\"    # {}", range(signal));
+        text_of += "\n";
+        for (place, signal) in message.signals.iter().enumerate() {
+            let pages = message.pages(place);
+            if !pages.is_empty() {
+                let pages: Vec<String> = pages.iter().map(ToString::to_string).collect();
+                let _ = writeln!(
+                    text_of,
+                    "# {}, a multiplexer, takes its numbers in turn: {}.",
+                    signal.name,
+                    pages.join(", ")
+                );
+                continue;
+            }
+            let _ = writeln!(text_of, "[signal.{}]", key(&signal_name(layout, message, signal)));
+            let _ = writeln!(
+                text_of,
+                "expression = \"{}\"    # {}",
+                number(signal.start),
+                range(signal)
+            );
         }
-        let _ = writeln!(text, "[message.{}]", message.name);
-        let period = message.period.unwrap_or(PERIOD).as_secs_f64();
+        let _ = writeln!(text_of, "[message.{}]", key(&message.name));
+        let period = message.period.unwrap_or(assumed).as_secs_f64();
         let said = if message.period.is_some() { "" } else { "    # assumed: the DBC has none" };
-        let _ = writeln!(text, "period_s = {period}{said}");
+        let _ = writeln!(text_of, "period_s = {period}{said}");
     }
     for message in of(layout, Sender::Host) {
         let signals: Vec<&str> =
             message.signals.iter().map(|signal| signal.name.as_str()).collect();
-        let _ = writeln!(text, "\n# It hears {}: {}.", message.name, signals.join(", "));
-        let _ = writeln!(text, "# [message.{}]", message.name);
+        let _ = writeln!(text_of, "\n# It hears {}: {}.", message.name, signals.join(", "));
+        let _ = writeln!(text_of, "# [message.{}]", key(&message.name));
         let _ = writeln!(
-            text,
+            text_of,
             "# timeout_s = 1.0    # without it for so long, its signals are the initial ones again"
         );
     }
-    text
+    text_of
 }
 
+/// The range of a signal, for people: on one line.
 fn range(signal: &Signal) -> String {
-    format!("{} to {} {}", signal.minimum, signal.maximum, signal.unit).trim_end().to_owned()
+    let unit = signal.unit.replace(|c: char| c.is_control(), " ");
+    let (minimum, maximum) = (number(signal.minimum), number(signal.maximum));
+    format!("{minimum} to {maximum} {unit}").trim_end().to_owned()
 }
 
-fn plan(name: &Name, layout: &Layout) -> String {
-    let mut text = format!(
+fn plan(name: &Name, layout: &Layout, assumed: Span) -> String {
+    let mut text_of = format!(
         "# Does it send what it should, as often as it should? `hil run talks.toml`\n\
          name = \"talks\"\n\
          title = \"{name} sends its messages, and nothing out of range\"\n\
          device = \"{name}\"\n\n\
          steps = [\n"
     );
-    for message in of(layout, Sender::Host) {
-        let signals = message.signals.iter().filter(|signal| signal.carried == Carried::Always);
-        let set = signals.map(|signal| {
-            format!("{} = {}", signal.name, signal.start.clamp(signal.minimum, signal.maximum))
-        });
-        let every = message.period.unwrap_or(PERIOD).as_secs_f64();
+    let told = told(layout, assumed);
+    let untold = of(layout, Sender::Host).count() - told.len();
+    if untold > 0 {
         let _ = writeln!(
-            text,
-            "    {{ send = {{ message = \"{}\", set = {{ {} }}, every_s = {every} }} }},",
-            message.name,
-            set.collect::<Vec<_>>().join(", ")
+            text_of,
+            "    # {untold} messages that the device hears are not sent: with them the bus would be too full."
         );
     }
-    text += "    { wait = { duration_s = 10 }, label = \"talking\" },\n]\n";
+    for message in told {
+        let values = first_page(message);
+        let signals = message.signals.iter().zip(&values).enumerate();
+        let carried = signals.filter(|(place, _)| message.carries(*place, &values));
+        let set = carried
+            .map(|(_, (signal, value))| format!("{} = {}", key(&signal.name), number(*value)));
+        let _ = writeln!(
+            text_of,
+            "    {{ send = {{ message = {}, set = {{ {} }}, every_s = {} }} }},",
+            text(&message.name),
+            set.collect::<Vec<_>>().join(", "),
+            message.period.unwrap_or(assumed).as_secs_f64()
+        );
+    }
+    let duration_s = listening_s(layout, assumed);
+    let _ = writeln!(
+        text_of,
+        "    {{ wait = {{ duration_s = {duration_s} }}, label = \"talking\" }},\n]"
+    );
     let mut names = BTreeSet::new();
     for message in of(layout, Sender::Device) {
-        let period = message.period.unwrap_or(PERIOD).as_secs_f64();
-        let _ = write!(
-            text,
-            "\n[[measurement]]\nname = \"{}\"\ndoc = \"Time between two of {}\"\nquantity = \"period.{}\"\n\
-             unit = \"1\"\ncheck = {{ share_within = {{ share = 0.95, band = [{:.6}, {:.6}] }} }}\n",
-            unique("period", &message.name, &mut names),
-            message.name,
-            message.name,
-            0.8 * period,
-            1.2 * period
-        );
-        for signal in &message.signals {
-            let of = signal_name(layout, message, signal);
-            let _ = write!(
-                text,
-                "\n[[measurement]]\nname = \"{}\"\ndoc = \"{of} within the range that the DBC gives\"\n\
-                 quantity = \"signal.{of}\"\nunit = \"{}\"\ncheck = {{ all_within = [{}, {}] }}\n",
-                unique("range", &of, &mut names),
-                unit_of(signal),
-                signal.minimum,
-                signal.maximum
-            );
-        }
+        measure(&mut text_of, layout, message, message.period.unwrap_or(assumed), &mut names);
     }
-    text
+    text_of
+}
+
+/// The values of a message's signals at first, with the first numbers of its multiplexers.
+fn first_page(message: &Message) -> Vec<f64> {
+    let value = |(place, signal): (usize, &Signal)| {
+        let page = message.pages(place).first().copied();
+        page.map_or(signal.start, |page| signal.selecting(page))
+    };
+    message.signals.iter().enumerate().map(value).collect()
+}
+
+/// How long it takes until every signal of the device has come a few times.
+fn listening_s(layout: &Layout, assumed: Span) -> f64 {
+    let frames = |message: &Message| {
+        let each = (0..message.signals.len()).map(|signal| {
+            let pages = message
+                .selections(signal)
+                .map(|selection| message.pages(selection.multiplexer).len() as f64);
+            pages.product::<f64>()
+        });
+        each.fold(1.0, f64::max)
+    };
+    let rounds = of(layout, Sender::Device)
+        .map(|message| ROUNDS * frames(message) * message.period.unwrap_or(assumed).as_secs_f64());
+    rounds.fold(LISTENING_S_MIN, f64::max).ceil()
+}
+
+/// The measurements of a message: that it comes as often as it should, and that its signals are in their ranges.
+fn measure(
+    plan: &mut String,
+    layout: &Layout,
+    message: &Message,
+    period: Span,
+    names: &mut BTreeSet<String>,
+) {
+    let quantity = format!("period.{}", message.name);
+    if QuantityName::new(&quantity).is_some() {
+        let _ = write!(
+            plan,
+            "\n[[measurement]]\nname = \"{}\"\ndoc = {}\nquantity = {}\n\
+             unit = \"1\"\ncheck = {{ share_within = {{ share = 0.95, band = [{:.6}, {:.6}] }} }}\n",
+            unique("period", &message.name, names),
+            text(&format!("Time between two of {}", message.name)),
+            text(&quantity),
+            0.8 * period.as_secs_f64(),
+            1.2 * period.as_secs_f64()
+        );
+    }
+    for signal in &message.signals {
+        let of = signal_name(layout, message, signal);
+        let quantity = format!("signal.{of}");
+        if QuantityName::new(&quantity).is_none() {
+            let _ = writeln!(plan, "\n# No quantity can have the name {}.", text(&of));
+            continue;
+        }
+        // An end that lies between two counts is sent as the nearer.
+        let [minimum, maximum] = [signal.minimum, signal.maximum];
+        let band = [minimum.min(signal.as_sent(minimum)), maximum.max(signal.as_sent(maximum))];
+        let _ = write!(
+            plan,
+            "\n[[measurement]]\nname = \"{}\"\ndoc = {}\nquantity = {}\nunit = {}\ncheck = {{ all_within = [{}, {}] }}\n",
+            unique("range", &of, names),
+            text(&format!("{of} within the range that the DBC gives")),
+            text(&quantity),
+            text(&unit_of(signal)),
+            number(band[0]),
+            number(band[1])
+        );
+    }
 }
 
 /// A name of a measurement, which no other has.
 fn unique(kind: &str, of: &str, names: &mut BTreeSet<String>) -> String {
     const LENGTH_MAX: usize = 58;
-    let lower = of.to_ascii_lowercase().replace('.', "_");
+    let lower = of.to_ascii_lowercase();
+    let lower = lower.replace(|c: char| !c.is_ascii_alphanumeric() && c != '-', "_");
     let mut name = format!("{kind}_{lower}");
     name.truncate(LENGTH_MAX);
     let mut number = 1;

@@ -6,8 +6,9 @@
 mod from_dbc;
 #[cfg(test)]
 mod tests;
+mod written;
 
-pub use from_dbc::from_dbc;
+pub use from_dbc::{FromDbc, FromDbcError, from_dbc};
 
 use crate::schema::FileKind;
 use include_dir::{Dir, DirEntry, include_dir};
@@ -40,8 +41,19 @@ pub enum Template {
 pub struct ProjectFile {
     /// Within the project's folder.
     pub path: PathBuf,
-    /// Its text.
-    pub text: String,
+    /// What is in it: text, of a DBC in whatever encoding that is.
+    pub bytes: Vec<u8>,
+}
+
+impl ProjectFile {
+    fn of_text(path: impl Into<PathBuf>, text: impl Into<String>) -> Self {
+        Self { path: path.into(), bytes: text.into().into_bytes() }
+    }
+
+    /// Its text; empty where it is not in UTF-8.
+    pub fn text(&self) -> &str {
+        std::str::from_utf8(&self.bytes).unwrap_or_default()
+    }
 }
 
 impl Template {
@@ -58,7 +70,7 @@ impl Template {
             let node = node_name(name);
             let named = |text: &str| text.replace(DEVICE, name.as_str()).replace(NODE, &node);
             file.path = named(&file.path.to_string_lossy()).into();
-            file.text = named(&file.text);
+            file.bytes = named(file.text()).into_bytes();
         }
         files
     }
@@ -79,11 +91,12 @@ fn with_schemas(mut files: Vec<ProjectFile>) -> Vec<ProjectFile> {
     for file in &mut files {
         let Some(kind) = kind(&file.path) else { continue };
         let up = "../".repeat(file.path.components().count() - 1);
-        file.text = format!("#:schema {up}{SCHEMAS}/{}\n{}", kind.schema_file(), file.text);
+        let text = format!("#:schema {up}{SCHEMAS}/{}\n{}", kind.schema_file(), file.text());
+        file.bytes = text.into_bytes();
     }
     let schemas = [FileKind::Plan, FileKind::Bench, FileKind::Device];
     let path = |kind: FileKind| Path::new(SCHEMAS).join(kind.schema_file());
-    files.extend(schemas.map(|kind| ProjectFile { path: path(kind), text: kind.text() }));
+    files.extend(schemas.map(|kind| ProjectFile::of_text(path(kind), kind.text())));
     files
 }
 
@@ -92,10 +105,8 @@ fn collect(folder: &Dir<'_>, files: &mut Vec<ProjectFile>) {
         match entry {
             DirEntry::Dir(folder) => collect(folder, files),
             DirEntry::File(file) => {
-                files.extend(file.contents_utf8().map(|text| ProjectFile {
-                    path: file.path().to_owned(),
-                    text: text.to_owned(),
-                }))
+                let bytes = file.contents().to_owned();
+                files.push(ProjectFile { path: file.path().to_owned(), bytes });
             }
         }
     }
@@ -122,7 +133,7 @@ pub fn write(folder: &Path, files: &[ProjectFile]) -> io::Result<()> {
         if let Some(parent) = path.parent() {
             std::fs::create_dir_all(parent)?;
         }
-        std::fs::write(&path, &file.text)?;
+        std::fs::write(&path, &file.bytes)?;
     }
     Ok(())
 }

@@ -53,7 +53,8 @@ fn a_project_of_a_dbc_passes_too() {
     let node = text.lines().find_map(|line| line.strip_prefix("BU_:")).unwrap();
     for node in node.split_whitespace() {
         let at = folder.path().join(node);
-        write(&at, &from_dbc(&name, "k2a.dbc", text, node).unwrap()).unwrap();
+        let made = from_dbc(&name, "k2a.dbc", text.as_bytes(), Some(node)).unwrap();
+        write(&at, &made.files).unwrap();
         assert_eq!(outcomes(&at).len(), 1, "{node}");
     }
 }

@@ -88,11 +88,11 @@ fn every_file_of_a_new_project_names_its_schema_and_is_one_of_it() {
     for files in [
         Template::Can.files(&name),
         Template::Serial.files(&name),
-        from_dbc(&name, "k2a.dbc", dbc, "BASE").unwrap(),
+        from_dbc(&name, "k2a.dbc", dbc.as_bytes(), Some("BASE")).unwrap().files,
     ] {
         let mut checked = 0;
         for file in &files {
-            let Some(line) = file.text.lines().next().and_then(|it| it.strip_prefix("#:schema "))
+            let Some(line) = file.text().lines().next().and_then(|it| it.strip_prefix("#:schema "))
             else {
                 assert!(file.path.extension().is_none_or(|it| it != "toml"), "{:?}", file.path);
                 continue;
@@ -107,9 +107,9 @@ fn every_file_of_a_new_project_names_its_schema_and_is_one_of_it() {
                 .iter()
                 .find(|file| file.path == path)
                 .unwrap_or_else(|| panic!("no {path:?}"));
-            let schema: Value = serde_json::from_str(&schema.text).unwrap();
+            let schema: Value = serde_json::from_str(schema.text()).unwrap();
             let validator = jsonschema::draft202012::new(&schema).unwrap();
-            assert_takes(&validator, &file.text, &file.path.display().to_string());
+            assert_takes(&validator, file.text(), &file.path.display().to_string());
             checked += 1;
         }
         assert!(checked >= 4, "{checked}");

@@ -7,8 +7,8 @@ use crate::quantities::{OPERATOR_PREFIX, PERIOD, QUANTITIES, SIGNAL, TAGS};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use std::borrow::Cow;
 
-/// As a DBC names messages and signals.
-const IDENTIFIER: &str = "[A-Za-z_][A-Za-z0-9_]*";
+/// As DBCs name messages and signals.
+const IDENTIFIER: &str = "[A-Za-z0-9_]+";
 
 /// As a rig names nodes.
 const NODE: &str = "[a-z][a-z0-9_-]{0,63}";

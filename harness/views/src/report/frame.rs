@@ -55,6 +55,10 @@ pub(super) type DrawError = DrawingAreaErrorKind<io::Error>;
 /// What drawing comes to.
 pub(super) type Drawn = Result<(), DrawError>;
 
+/// What is beyond lies outside of the drawing, as the range of a 64-bit float does: near the greatest doubles the library
+/// looks for ticks without end.
+const DRAWN_MAX: f64 = 1e30;
+
 /// One axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Axis {
@@ -70,7 +74,7 @@ impl Axis {
     pub(super) fn around(label: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
         let (low, high) = values
             .into_iter()
-            .filter(|value| value.is_finite())
+            .filter(|value| value.abs() <= DRAWN_MAX)
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
         let range = if low > high {
             -1.0..1.0
@@ -240,6 +244,8 @@ mod tests {
         ) {
             let _ = Frame::wide(axis(&x), axis(&y)).plot("a", |_| Ok(()));
             let _ = Frame::square(axis(&[same]), axis(&y)).plot("a", |_| Ok(()));
+            let all = axis(&[f64::MIN, -1e30, same, 1e30, f64::MAX, f64::INFINITY, f64::NAN]);
+            let _ = Frame::wide(axis(&x), all).plot("a", |_| Ok(()));
             prop_assert!(axis(&[same, same]).range.contains(&same));
         }
     }

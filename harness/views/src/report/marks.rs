@@ -59,7 +59,9 @@ pub(super) fn draw_bands(chart: &mut Chart<'_>, frame: &Frame, bands: &[Band]) -
             (x.end, ends.1.unwrap_or(y.end).min(y.end)),
         ];
         chart.draw_series([Rectangle::new(corners, BAND.mix(0.12).filled())])?;
-        let edges = [ends.0, ends.1].into_iter().flatten();
+        // Those of a signal of 64 bits are far outside.
+        let is_in_sight = |at: &f64| (y.start..=y.end).contains(at);
+        let edges = [ends.0, ends.1].into_iter().flatten().filter(is_in_sight);
         chart.draw_series(edges.map(|at| across(at, BAND.stroke_width(SCALE))))?;
     }
     if y.contains(&0.0) {

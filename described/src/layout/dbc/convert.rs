@@ -1,0 +1,290 @@
+//! The messages of a DBC as a layout has them, and notes on what is left out.
+
+use super::multiplexing::{Multiplexed, multiplexed};
+use super::syntax::{
+    CYCLE_TIME_MS, LONG_MESSAGE, LONG_SIGNAL, MessageLine, Of, START_VALUE, SignalLine, Syntax,
+    Value,
+};
+use super::{Note, ORPHANS, line, long_node, senders};
+use crate::layout::bits::{BitField, ByteOrder};
+use crate::layout::message::{Carrier, Message, Sender};
+use crate::layout::number::{Coding, Scale};
+use crate::layout::selection::{self, Carried, Selection};
+use crate::layout::signal::{Signal, Storage};
+use std::ops::Range;
+use wire::can::{DATA_BYTES_MAX, ExtendedId, Id, StandardId};
+use wire::time::Span;
+
+/// In an identifier: it is one of 29 bits.
+const EXTENDED: u64 = 1 << 31;
+
+/// The messages, each with its place, and what is to be known of the others.
+pub(super) fn convert(
+    file: &str,
+    text: &str,
+    syntax: &Syntax,
+    is_ours: &dyn Fn(&str) -> bool,
+) -> (Vec<(Message, Range<usize>)>, Vec<Note>) {
+    let mut converter = Converter { file, text, syntax, is_ours, notes: Vec::new() };
+    let mut messages = Vec::new();
+    for (place, message) in syntax.messages.iter().enumerate() {
+        if message.name == ORPHANS {
+            continue;
+        }
+        match converter.message(message, &syntax.messages[place + 1..]) {
+            Ok(converted) => messages.push((converted, message.at.clone())),
+            Err(why) => {
+                let what = format!("{why}: the message is left out");
+                converter.note(message, None, true, what);
+            }
+        }
+    }
+    (messages, converter.notes)
+}
+
+struct Converter<'a> {
+    file: &'a str,
+    text: &'a str,
+    syntax: &'a Syntax,
+    is_ours: &'a dyn Fn(&str) -> bool,
+    notes: Vec<Note>,
+}
+
+/// A signal that is not left out, and its place among the lines of its message.
+type Kept = (usize, Signal);
+
+impl Converter<'_> {
+    fn note(
+        &mut self,
+        message: &MessageLine,
+        signal: Option<&SignalLine>,
+        is_left_out: bool,
+        what: String,
+    ) {
+        self.notes.push(Note {
+            file: self.file.to_owned(),
+            line: line(self.text, signal.map_or(&message.at, |signal| &signal.at)),
+            message: self.message_name(message).to_owned(),
+            signal: signal.map(|signal| self.signal_name(message, signal).to_owned()),
+            is_left_out,
+            what,
+        });
+    }
+
+    fn message_name<'a>(&'a self, message: &'a MessageLine) -> &'a str {
+        let long = self.syntax.attribute(Of::Message(message.id), LONG_MESSAGE);
+        long.and_then(Value::text).unwrap_or(&message.name)
+    }
+
+    fn signal_name<'a>(&'a self, message: &MessageLine, signal: &'a SignalLine) -> &'a str {
+        let of = Of::Signal(message.id, signal.name.clone());
+        self.syntax.attribute(of, LONG_SIGNAL).and_then(Value::text).unwrap_or(&signal.name)
+    }
+
+    /// The message; `later` are those behind it. Else why it is left out.
+    fn message(&mut self, message: &MessageLine, later: &[MessageLine]) -> Result<Message, String> {
+        let name = self.message_name(message).to_owned();
+        if let Some(other) = later.iter().find(|other| other.id == message.id) {
+            let (line, other) = (line(self.text, &other.at), &other.name);
+            return Err(format!("`{other}` in line {line} has the same identifier"));
+        }
+        if let Some(other) = later.iter().find(|other| self.message_name(other) == name) {
+            return Err(format!("line {} has the name again", line(self.text, &other.at)));
+        }
+        let id = self.identifier(message)?;
+        let length = usize::try_from(message.bytes).unwrap_or(usize::MAX);
+        if length > DATA_BYTES_MAX {
+            let bytes = message.bytes;
+            return Err(format!("it has {bytes} bytes, and a classic CAN frame 8 at most"));
+        }
+        let is_ours =
+            senders(self.syntax, message).any(|of| (self.is_ours)(long_node(self.syntax, of)));
+        let of = Of::Message(message.id);
+        let period_ms = self.syntax.attribute(of.clone(), CYCLE_TIME_MS).and_then(Value::number);
+        Ok(Message {
+            signals: self.signals(message, length),
+            sender: if is_ours { Sender::Device } else { Sender::Host },
+            period: period_ms.filter(|ms| *ms > 0.0).map(|ms| Span::from_secs_f64(ms / 1e3)),
+            doc: self.syntax.comments.get(&of).cloned().unwrap_or_default(),
+            carrier: Carrier::Frame { id, length },
+            name,
+        })
+    }
+
+    fn identifier(&mut self, message: &MessageLine) -> Result<Id, String> {
+        let raw = u32::try_from(message.id & !EXTENDED).ok();
+        let standard = raw.and_then(|raw| StandardId::new(u16::try_from(raw).ok()?));
+        let extended = raw.and_then(ExtendedId::new).map(Id::Extended);
+        if message.id & EXTENDED != 0 {
+            return extended.ok_or_else(|| "its identifier has more than 29 bits".to_owned());
+        }
+        if let Some(standard) = standard {
+            return Ok(Id::Standard(standard));
+        }
+        let extended = extended.ok_or_else(|| "its identifier has more than 29 bits".to_owned())?;
+        let what =
+            "its identifier has more than 11 bits, and not bit 31: it is taken as one of 29 bits";
+        self.note(message, None, false, what.to_owned());
+        Ok(extended)
+    }
+
+    /// The signals of the message that have room, and of two that would share bits the shorter.
+    fn signals(&mut self, message: &MessageLine, bytes: usize) -> Vec<Signal> {
+        let selections = multiplexed(self.syntax, message);
+        let mut kept: Vec<Kept> = Vec::new();
+        for (place, signal) in message.signals.iter().enumerate() {
+            let again = message.signals[..place].iter().any(|other| other.name == signal.name);
+            let converted = match &selections[place] {
+                Multiplexed::ByNothing(why) => Err(why.clone()),
+                _ if again => Err("the message has a signal of this name already".to_owned()),
+                _ => self.signal(message, signal, bytes),
+            };
+            match converted {
+                Ok(converted) => kept.push((place, converted)),
+                Err(why) => self.leave_out(message, signal, &why),
+            }
+        }
+        self.widen_multiplexers(message, &mut kept, &selections);
+        loop {
+            let signals = placed(&kept, &selections);
+            let Some((index, why)) = conflict(&signals, &kept, &selections) else {
+                return signals;
+            };
+            let (place, _) = kept.remove(index);
+            self.leave_out(message, &message.signals[place], &why);
+        }
+    }
+
+    /// Multiplexers whose declared range lacks numbers of their signals have that of their bits.
+    fn widen_multiplexers(
+        &mut self,
+        message: &MessageLine,
+        kept: &mut [Kept],
+        selections: &[Multiplexed],
+    ) {
+        for selection in selections {
+            let Multiplexed::By(multiplexer, numbers) = selection else { continue };
+            let Some((place, signal)) = kept.iter_mut().find(|(place, _)| place == multiplexer)
+            else {
+                continue;
+            };
+            let ends = numbers.iter().flat_map(|range| [*range.start(), *range.end()]);
+            let is_beyond = |number: &u64| {
+                signal.reaches(*number) && signal.number_of(signal.selecting(*number)).is_none()
+            };
+            let Some(number) = ends.into_iter().find(is_beyond) else { continue };
+            let (minimum, maximum) = (signal.minimum, signal.maximum);
+            signal.widen();
+            let what = format!(
+                "its range, {minimum} to {maximum}, lacks the number {number} of its signals: it may be {} to {}",
+                signal.minimum, signal.maximum
+            );
+            let place = *place;
+            self.note(message, Some(&message.signals[place]), false, what);
+        }
+    }
+
+    fn leave_out(&mut self, message: &MessageLine, signal: &SignalLine, why: &str) {
+        self.note(message, Some(signal), true, format!("{why}: the signal is left out"));
+    }
+
+    /// The signal, as in each frame. Else why it is left out.
+    fn signal(
+        &mut self,
+        message: &MessageLine,
+        signal: &SignalLine,
+        bytes: usize,
+    ) -> Result<Signal, String> {
+        let key = (message.id, signal.name.clone());
+        let of = Of::Signal(message.id, signal.name.clone());
+        let order = if signal.is_big_endian { ByteOrder::Big } else { ByteOrder::Little };
+        let (start, length) = (signal.start, signal.length);
+        let field = BitField::new(order, start, length, bytes).ok_or_else(|| {
+            format!(
+                "its {length} bits from bit {start} do not lie in the {bytes} bytes of the message"
+            )
+        })?;
+        let coding = match (self.syntax.kinds.get(&key), length) {
+            (Some(1 | 2), 32) => Coding::Float32,
+            (Some(1 | 2), 64) => Coding::Float64,
+            (Some(1 | 2), bits) => {
+                return Err(format!("it is a float of {bits} bits, and floats have 32 or 64"));
+            }
+            _ if signal.is_signed => Coding::Signed,
+            _ => Coding::Unsigned,
+        };
+        let scale = Scale::new(signal.factor, signal.offset).ok_or_else(|| {
+            format!("its factor is {} and its offset {}", signal.factor, signal.offset)
+        })?;
+        let (least, greatest) = coding.limits(field.length());
+        let (minimum, maximum) = scale.range(least, greatest);
+        let start = self.syntax.attribute(of.clone(), START_VALUE).and_then(Value::number);
+        let mut converted = Signal {
+            name: self.signal_name(message, signal).to_owned(),
+            unit: signal.unit.clone(),
+            minimum,
+            maximum,
+            doc: self.syntax.comments.get(&of).cloned().unwrap_or_default(),
+            carried: Carried::Always,
+            multiplexes: signal.multiplexes,
+            named_values: self.syntax.values.get(&key).cloned().unwrap_or_default(),
+            // A start value is a number on the wire.
+            start: start.filter(|raw| raw.is_finite()).map_or(0.0, |raw| scale.physical(raw)),
+            scale,
+            storage: Storage::Bits { field, coding },
+        };
+        let is_declared = signal.minimum != 0.0 || signal.maximum != 0.0;
+        if is_declared && !converted.narrow(signal.minimum, signal.maximum) {
+            let what = format!(
+                "no value that its bits carry is in its range, {} to {}: it may be {minimum} to {maximum}",
+                signal.minimum, signal.maximum
+            );
+            self.note(message, Some(signal), false, what);
+        }
+        converted.start = converted.nearest(converted.start);
+        Ok(converted)
+    }
+}
+
+/// The signals, with the places of their multiplexers among them. One whose multiplexer is missing is its own.
+fn placed(kept: &[Kept], selections: &[Multiplexed]) -> Vec<Signal> {
+    let of = |(place, signal): &Kept| match &selections[*place] {
+        Multiplexed::By(multiplexer, numbers) => {
+            let multiplexer = kept.iter().position(|(other, _)| other == multiplexer);
+            let carried = multiplexer.map(|multiplexer| {
+                Carried::When(Selection { multiplexer, numbers: numbers.clone() })
+            });
+            Signal { carried: carried.unwrap_or(Carried::Always), ..signal.clone() }
+        }
+        _ => signal.clone(),
+    };
+    kept.iter().map(of).collect()
+}
+
+/// The first signal that cannot stay with those before it, and why.
+fn conflict(
+    signals: &[Signal],
+    kept: &[Kept],
+    selections: &[Multiplexed],
+) -> Option<(usize, String)> {
+    let orphan = kept.iter().position(|(place, _)| match &selections[*place] {
+        Multiplexed::By(multiplexer, _) => kept.iter().all(|(other, _)| other != multiplexer),
+        _ => false,
+    });
+    if let Some(orphan) = orphan {
+        return Some((orphan, "its multiplexer is left out".to_owned()));
+    }
+    for (index, signal) in signals.iter().enumerate() {
+        let Carried::When(selection) = &signal.carried else { continue };
+        let multiplexer = &signals[selection.multiplexer];
+        if !selection.numbers.iter().any(|range| multiplexer.reaches(*range.start())) {
+            let why = format!("the bits of `{}` cannot be {selection}", multiplexer.name);
+            return Some((index, why));
+        }
+    }
+    let (first, second) = selection::overlap(signals)?;
+    // Some files have a signal over all that others are the parts of.
+    let is_whole = signals[first].bits() > signals[second].bits();
+    let (out, other) = if is_whole { (first, second) } else { (second, first) };
+    Some((out, format!("it has bits in common with `{}`", signals[other].name)))
+}

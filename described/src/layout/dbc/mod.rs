@@ -1,0 +1,172 @@
+//! Layouts from DBC files.
+
+mod convert;
+mod cursor;
+mod multiplexing;
+mod syntax;
+#[cfg(test)]
+mod tests;
+mod text;
+
+pub use text::dbc_text;
+
+use super::message::Message;
+use super::signal::Signal;
+use super::{Layout, Medium, Note};
+use crate::error::DescriptionError;
+use crate::hint;
+use convert::convert;
+use cursor::Unexpected;
+use std::ops::Range;
+use syntax::{LONG_NODE, MessageLine, Of, Syntax, Value};
+
+/// What a DBC names as the sender of messages that no node sends.
+pub const NOBODY: &str = "Vector__XXX";
+
+impl Layout {
+    /// The layout of a DBC: `node` is the device, which sends that node's messages and hears the others. What cannot be
+    /// used is left out, and [`Layout::notes`] say what and why.
+    ///
+    /// # Errors
+    /// Where the text is no DBC, and where it has no such node.
+    pub fn from_dbc(file: &str, text: &str, node: &str) -> Result<Self, DescriptionError> {
+        let syntax = parsed(file, text)?;
+        let known: Vec<String> = nodes(&syntax).into_iter().map(|known| known.name).collect();
+        if !known.iter().any(|name| name == node) {
+            let at = syntax.nodes_at.clone();
+            return Err(DescriptionError::new(file, text, at, format!("no node `{node}`"))
+                .with_help(Some(hint::proposal(node, &known))));
+        }
+        let (messages, notes) = convert(file, text, &syntax, &|of| of == node);
+        let messages = messages.into_iter().map(|(message, _)| message).collect();
+        Ok(Self::new(Medium::Can, messages).noting(notes))
+    }
+
+    /// The layout of one or several DBCs, each by its name and text, for somebody who sends the messages of several nodes, or
+    /// of none that has a name: of those that `is_ours` says yes to. What two files define alike is one message.
+    ///
+    /// # Errors
+    /// Where a text is no DBC, and where two files define a message or an identifier differently.
+    pub fn from_dbcs(
+        files: &[(&str, &str)],
+        is_ours: &dyn Fn(&str) -> bool,
+    ) -> Result<Self, DescriptionError> {
+        let mut messages: Vec<Message> = Vec::new();
+        let mut origins = Vec::new();
+        let mut notes = Vec::new();
+        for (file, text) in files {
+            let (read, of_file) = convert(file, text, &parsed(file, text)?, is_ours);
+            notes.extend(of_file);
+            for (message, at) in read {
+                let (name, id) = (&message.name, message.can_id());
+                let is_it = |known: &Message| known.name == *name || known.can_id() == id;
+                let Some(place) = messages.iter().position(is_it) else {
+                    messages.push(message);
+                    origins.push((file, line(text, &at)));
+                    continue;
+                };
+                let Some(what) = difference(&messages[place], &message) else { continue };
+                let (other, line) = origins[place];
+                let known = &messages[place].name;
+                let message =
+                    format!("`{name}` and `{known}` in {other}, line {line}, have {what}");
+                let help = "make the two the same, or take one out of a copy of its file";
+                return Err(
+                    DescriptionError::new(file, text, at, message).with_help(Some(help.to_owned()))
+                );
+            }
+        }
+        Ok(Self::new(Medium::Can, messages).noting(notes))
+    }
+}
+
+/// Somebody on the bus of a DBC.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DbcNode {
+    /// Its name.
+    pub name: String,
+    /// How many messages it sends.
+    pub messages: usize,
+}
+
+/// The nodes that a DBC names, and behind them further senders of its messages; [`NOBODY`] among them where messages have
+/// no other.
+///
+/// # Errors
+/// Where the text is no DBC.
+pub fn dbc_nodes(file: &str, text: &str) -> Result<Vec<DbcNode>, DescriptionError> {
+    Ok(nodes(&parsed(file, text)?))
+}
+
+fn nodes(syntax: &Syntax) -> Vec<DbcNode> {
+    let mut nodes: Vec<DbcNode> = Vec::new();
+    let mut add = |name: &str, messages: usize| {
+        let name = long_node(syntax, name);
+        match nodes.iter_mut().find(|known| known.name == name) {
+            Some(known) => known.messages += messages,
+            None => nodes.push(DbcNode { name: name.to_owned(), messages }),
+        }
+    };
+    syntax.nodes.iter().for_each(|name| add(name, 0));
+    for message in syntax.messages.iter().filter(|message| message.name != ORPHANS) {
+        senders(syntax, message).for_each(|name| add(name, 1));
+    }
+    nodes
+}
+
+/// The nodes that send a message, as the file writes them.
+fn senders<'a>(syntax: &'a Syntax, message: &'a MessageLine) -> impl Iterator<Item = &'a str> {
+    let first = if message.sender.is_empty() { NOBODY } else { message.sender.as_str() };
+    let also = syntax.senders.get(&message.id).into_iter().flatten().map(String::as_str);
+    // Further ones may name the first again, and send it in place of nobody.
+    let also = also.filter(move |name| *name != first);
+    let is_sent = also.clone().next().is_some();
+    let first = Some(first).filter(|first| *first != NOBODY || !is_sent);
+    first.into_iter().chain(also)
+}
+
+/// Holds signals that are in no message; Vector's tools write it.
+const ORPHANS: &str = "VECTOR__INDEPENDENT_SIG_MSG";
+
+/// The node's name, which is longer than 32 letters where an attribute says so.
+fn long_node<'a>(syntax: &'a Syntax, name: &'a str) -> &'a str {
+    let long = syntax.attribute(Of::Node(name.to_owned()), LONG_NODE);
+    long.and_then(Value::text).unwrap_or(name)
+}
+
+fn parsed(file: &str, text: &str) -> Result<Syntax, DescriptionError> {
+    Syntax::parse(text).map_err(|Unexpected { at, expected }| {
+        // Spreadsheets and hands of some countries write `0,5`.
+        let is_comma = text.get(at.clone()) == Some(",");
+        let help = is_comma.then(|| "numbers have a decimal point: `0.5`".to_owned());
+        let message = format!("failed to read the DBC: expected {expected}");
+        DescriptionError::new(file, text, at, message).with_help(help)
+    })
+}
+
+/// Which line of the text a place is in, from 1.
+fn line(text: &str, at: &Range<usize>) -> usize {
+    text.get(..at.start).map_or(0, |before| before.matches('\n').count()) + 1
+}
+
+/// What two definitions of a message do not agree on, but for their comments.
+fn difference(one: &Message, other: &Message) -> Option<String> {
+    let lacks = |of: &Message, signal: &Signal| {
+        !of.signals
+            .iter()
+            .any(|known| Signal { doc: signal.doc.clone(), ..known.clone() } == *signal)
+    };
+    let apart = [
+        (one.name != other.name, "one identifier"),
+        (one.can_id() != other.can_id(), "one name and two identifiers"),
+        (one.carrier != other.carrier, "one identifier and two lengths"),
+        (one.sender != other.sender, "one identifier and two senders"),
+        (one.period != other.period, "one identifier and two cycle times"),
+    ];
+    let what = apart.iter().find(|(differs, _)| *differs).map(|(_, what)| (*what).to_owned());
+    what.or_else(|| {
+        let ours = one.signals.iter().find(|signal| lacks(other, signal));
+        let signal = ours.or_else(|| other.signals.iter().find(|signal| lacks(one, signal)))?;
+        Some(format!("one identifier and two definitions of `{}`", signal.name))
+    })
+}

@@ -1,0 +1,460 @@
+//! What a DBC file says, statement by statement, as far as it is of use here: the rest is passed over.
+//!
+//! Sections come in any order, as in the files that there are.
+
+use super::cursor::{Cursor, Unexpected};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Attributes that are of use; the first two are in wide use (Vector's "interaction layer").
+pub(super) const CYCLE_TIME_MS: &str = "GenMsgCycleTime";
+pub(super) const START_VALUE: &str = "GenSigStartValue";
+/// Names of more than 32 letters.
+pub(super) const LONG_NODE: &str = "SystemNodeLongSymbol";
+pub(super) const LONG_MESSAGE: &str = "SystemMessageLongSymbol";
+pub(super) const LONG_SIGNAL: &str = "SystemSignalLongSymbol";
+
+const USED: [&str; 5] = [CYCLE_TIME_MS, START_VALUE, LONG_NODE, LONG_MESSAGE, LONG_SIGNAL];
+
+/// The value of an attribute.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Value {
+    Number(f64),
+    Text(String),
+}
+
+impl Value {
+    /// The number, which some tools put in quotes.
+    pub(super) fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number),
+            Self::Text(text) => text.trim().parse().ok(),
+        }
+    }
+
+    pub(super) fn text(&self) -> Option<&str> {
+        match self {
+            Self::Text(text) if !text.is_empty() => Some(text),
+            _ => None,
+        }
+    }
+}
+
+/// What an attribute or a comment is of.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Of {
+    Node(String),
+    /// By its identifier as the file writes it.
+    Message(u64),
+    /// By the identifier and the signal's name.
+    Signal(u64, String),
+}
+
+/// `BO_ 100 Name: 8 Node`
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct MessageLine {
+    /// With bit 31 where it is one of 29 bits.
+    pub(super) id: u64,
+    pub(super) name: String,
+    pub(super) bytes: u64,
+    pub(super) sender: String,
+    pub(super) at: Range<usize>,
+    pub(super) signals: Vec<SignalLine>,
+}
+
+/// `SG_ Name m1 : 8|16@1- (0.1,-40) [0|100] "unit" Node`
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct SignalLine {
+    pub(super) name: String,
+    /// `m1`: the number of the multiplexer with which it is there.
+    pub(super) page: Option<u64>,
+    /// `M`, or `m1M`.
+    pub(super) multiplexes: bool,
+    pub(super) start: u64,
+    pub(super) length: u64,
+    pub(super) is_big_endian: bool,
+    pub(super) is_signed: bool,
+    pub(super) factor: f64,
+    pub(super) offset: f64,
+    pub(super) minimum: f64,
+    pub(super) maximum: f64,
+    pub(super) unit: String,
+    pub(super) at: Range<usize>,
+}
+
+/// `SG_MUL_VAL_ 100 Signal Multiplexer 1-1, 5-7;`: the name of the multiplexer and its numbers.
+pub(super) type Extended = (String, Vec<(u64, u64)>);
+
+/// A DBC file.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Syntax {
+    pub(super) nodes: Vec<String>,
+    /// Where the nodes are named.
+    pub(super) nodes_at: Range<usize>,
+    pub(super) messages: Vec<MessageLine>,
+    /// Further senders of messages.
+    pub(super) senders: BTreeMap<u64, Vec<String>>,
+    pub(super) comments: BTreeMap<Of, String>,
+    pub(super) defaults: BTreeMap<String, Value>,
+    pub(super) attributes: BTreeMap<(Of, String), Value>,
+    /// Names of values of signals.
+    pub(super) values: BTreeMap<(u64, String), Vec<(i64, String)>>,
+    /// Kinds of floating-point signals.
+    pub(super) kinds: BTreeMap<(u64, String), u64>,
+    pub(super) extended: BTreeMap<(u64, String), Vec<Extended>>,
+}
+
+impl Syntax {
+    /// # Errors
+    /// With the first place that is not what it should be.
+    pub(super) fn parse(text: &str) -> Result<Self, Unexpected> {
+        let mut cursor = Cursor::new(text);
+        let mut file = Self::default();
+        while !cursor.is_at_end() {
+            file.statement(&mut cursor)?;
+        }
+        Ok(file)
+    }
+
+    /// The attribute of that, else of those that nothing is said of.
+    pub(super) fn attribute(&self, of: Of, name: &str) -> Option<&Value> {
+        self.attributes.get(&(of, name.to_owned())).or_else(|| self.defaults.get(name))
+    }
+
+    fn statement(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Unexpected> {
+        let word = cursor.peek();
+        let begin = cursor.place();
+        if !is_section(word) {
+            let expected =
+                "a section here: `BU_:`, `BO_`, ` SG_` below its `BO_`, `CM_`, `BA_`, `VAL_`";
+            return Err(cursor.unexpected(expected));
+        }
+        cursor.word("")?;
+        match word {
+            "NS_" => symbols(cursor),
+            "BU_" => self.nodes(cursor, begin)?,
+            "BO_" => self.message(cursor, begin)?,
+            "SG_" => self.signal(cursor, begin)?,
+            "BO_TX_BU_" => self.senders(cursor)?,
+            "CM_" => self.comment(cursor)?,
+            "BA_DEF_DEF_" => self.default_of(cursor)?,
+            "BA_" => self.attribute_of(cursor)?,
+            "VAL_" => self.values(cursor)?,
+            "SIG_VALTYPE_" => self.kind(cursor)?,
+            "SG_MUL_VAL_" => self.extended(cursor)?,
+            _ => cursor.skip_statement(is_section),
+        }
+        Ok(())
+    }
+
+    /// `: A B`
+    fn nodes(&mut self, cursor: &mut Cursor<'_>, begin: usize) -> Result<(), Unexpected> {
+        cursor.mark(':', "`:` behind `BU_`, then the names of the nodes")?;
+        let mut end = cursor.behind();
+        let names = names(cursor, &mut end);
+        self.nodes.extend(names);
+        self.nodes_at = begin..end;
+        Ok(())
+    }
+
+    /// `100 Name: 8 Node`
+    fn message(&mut self, cursor: &mut Cursor<'_>, begin: usize) -> Result<(), Unexpected> {
+        let id = cursor.whole("the identifier of a message: `BO_ 100 Name: 8 Node`")?;
+        let name = cursor.word("the name of a message: `BO_ 100 Name: 8 Node`")?.to_owned();
+        cursor.mark(':', "`:` behind the name of a message: `BO_ 100 Name: 8 Node`")?;
+        let bytes = cursor.whole("how many bytes the message has: `BO_ 100 Name: 8 Node`")?;
+        let at = begin..cursor.behind();
+        // Some leave it out.
+        let sender = match cursor.begins_a_line() || is_section(cursor.peek()) {
+            true => String::new(),
+            false => cursor.word("the node that sends the message")?.to_owned(),
+        };
+        self.messages.push(MessageLine { id, name, bytes, sender, at, signals: Vec::new() });
+        Ok(())
+    }
+
+    /// `Name m1 : 8|16@1- (0.1,-40) [0|100] "unit" Node`
+    fn signal(&mut self, cursor: &mut Cursor<'_>, begin: usize) -> Result<(), Unexpected> {
+        let name = cursor.word("the name of a signal: `SG_ Name : 0|8@1+ ...`")?.to_owned();
+        let (page, multiplexes) = multiplexing(cursor)?;
+        cursor.mark(':', "`:` behind the name of a signal: `SG_ Name : 0|8@1+ ...`")?;
+        let start = cursor.whole("the start bit of the signal: `0|8@1+`")?;
+        cursor.mark('|', "`|` between start bit and length: `0|8@1+`")?;
+        let length = cursor.whole("the length of the signal in bits: `0|8@1+`")?;
+        cursor.mark('@', "`@` and the byte order behind the length: `0|8@1+`")?;
+        let (is_big_endian, is_signed) = byte_order(cursor)?;
+        cursor.mark('(', "`(factor,offset)` behind the bits: `(0.1,-40)`")?;
+        let factor = cursor.number("the factor, a number with a decimal point: `(0.1,-40)`")?;
+        cursor.mark(',', "`,` between factor and offset: `(0.1,-40)`")?;
+        let offset = cursor.number("the offset, a number with a decimal point: `(0.1,-40)`")?;
+        cursor.mark(')', "`)` behind the offset: `(0.1,-40)`")?;
+        cursor.mark('[', "`[minimum|maximum]` behind factor and offset: `[0|100]`")?;
+        let minimum = cursor.number("the minimum, a number: `[0|100]`")?;
+        cursor.mark('|', "`|` between minimum and maximum: `[0|100]`")?;
+        let maximum = cursor.number("the maximum, a number: `[0|100]`")?;
+        cursor.mark(']', "`]` behind the maximum: `[0|100]`")?;
+        let unit = cursor.string("the unit in quotation marks: `\"km/h\"`, or `\"\"`")?;
+        let at = begin..cursor.behind();
+        // Who receives it is of no use.
+        names(cursor, &mut 0);
+        let Some(message) = self.messages.last_mut() else {
+            let expected =
+                "`BO_ 100 Name: 8 Node` first: the message that the signal is in".to_owned();
+            return Err(Unexpected { at, expected });
+        };
+        message.signals.push(SignalLine {
+            name,
+            page,
+            multiplexes,
+            start,
+            length,
+            is_big_endian,
+            is_signed,
+            factor,
+            offset,
+            minimum,
+            maximum,
+            unit,
+            at,
+        });
+        Ok(())
+    }
+
+    /// `100 : A, B;`
+    fn senders(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Unexpected> {
+        let id = cursor.whole("the identifier of a message")?;
+        cursor.mark(':', "`:` behind the identifier")?;
+        self.senders.entry(id).or_default().extend(names(cursor, &mut 0));
+        end(cursor)
+    }
+
+    /// `SG_ 100 Signal "what it is";`
+    fn comment(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Unexpected> {
+        let of = of(cursor)?;
+        let comment = cursor.string("the comment in quotation marks")?;
+        if let Some(of) = of {
+            self.comments.insert(of, comment);
+        }
+        end(cursor)
+    }
+
+    /// `"Attribute" 0;`
+    fn default_of(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Unexpected> {
+        let name = cursor.string("the name of an attribute in quotation marks")?;
+        let value = value(cursor)?;
+        if USED.contains(&name.as_str()) {
+            self.defaults.insert(name, value);
+        }
+        end(cursor)
+    }
+
+    /// `"Attribute" BO_ 100 50;`
+    fn attribute_of(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Unexpected> {
+        let name = cursor.string("the name of an attribute in quotation marks")?;
+        let of = of(cursor)?;
+        let value = value(cursor)?;
+        if let (Some(of), true) = (of, USED.contains(&name.as_str())) {
+            self.attributes.insert((of, name), value);
+        }
+        end(cursor)
+    }
+
+    /// `100 Signal 0 "off" 1 "on" ;`, and without the identifier those of an environment variable
+    fn values(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Unexpected> {
+        let Ok(id) = cursor.whole("") else {
+            cursor.skip_statement(is_section);
+            return Ok(());
+        };
+        let signal = cursor.word("the name of a signal")?.to_owned();
+        let mut values = Vec::new();
+        while !cursor.peek().is_empty() && !is_section(cursor.peek()) {
+            let number = cursor.number("a value of the signal, a number: `0 \"off\"`")?;
+            let name = cursor.string("the name of the value in quotation marks: `0 \"off\"`")?;
+            values.push((number as i64, name));
+        }
+        self.values.insert((id, signal), values);
+        end(cursor)
+    }
+
+    /// `100 Signal : 1;`
+    fn kind(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Unexpected> {
+        let id = cursor.whole("the identifier of a message")?;
+        let signal = cursor.word("the name of a signal")?.to_owned();
+        cursor.takes(':');
+        let kind = cursor.whole("1 for a float of 32 bits, 2 for one of 64")?;
+        self.kinds.insert((id, signal), kind);
+        end(cursor)
+    }
+
+    /// `100 Signal Multiplexer 1-1, 5-7;`
+    fn extended(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Unexpected> {
+        let id = cursor.whole("the identifier of a message")?;
+        let signal = cursor.word("the name of a signal")?.to_owned();
+        let multiplexer = cursor.word("the name of its multiplexer")?.to_owned();
+        let mut numbers = Vec::new();
+        while cursor.peek().starts_with(|c: char| c.is_ascii_digit()) {
+            let range = cursor.peek().split_once('-');
+            let ends = range.and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+            let expected = "numbers of the multiplexer: `1-1, 5-7`";
+            numbers.push(ends.ok_or_else(|| cursor.unexpected(expected))?);
+            cursor.word("")?;
+            cursor.takes(',');
+        }
+        self.extended.entry((id, signal)).or_default().push((multiplexer, numbers));
+        end(cursor)
+    }
+}
+
+/// The words that statements begin with.
+const SECTIONS: [&str; 35] = [
+    "BA_",
+    "BA_DEF_",
+    "BA_DEF_DEF_",
+    "BA_DEF_DEF_REL_",
+    "BA_DEF_REL_",
+    "BA_DEF_SGTYPE_",
+    "BA_REL_",
+    "BA_SGTYPE_",
+    "BO_",
+    "BO_TX_BU_",
+    "BS_",
+    "BU_",
+    "BU_BO_REL_",
+    "BU_EV_REL_",
+    "BU_SG_REL_",
+    "CAT_",
+    "CAT_DEF_",
+    "CM_",
+    "ENVVAR_DATA_",
+    "EV_",
+    "EV_DATA_",
+    "FILTER",
+    "NS_",
+    "NS_DESC_",
+    "SGTYPE_",
+    "SGTYPE_VAL_",
+    "SG_",
+    "SG_MUL_VAL_",
+    "SIGTYPE_VALTYPE_",
+    "SIG_GROUP_",
+    "SIG_TYPE_REF_",
+    "SIG_VALTYPE_",
+    "VAL_",
+    "VAL_TABLE_",
+    "VERSION",
+];
+
+fn is_section(word: &str) -> bool {
+    SECTIONS.contains(&word)
+}
+
+/// The symbols below `NS_ :`, each on a line of its own, up to the first section.
+fn symbols(cursor: &mut Cursor<'_>) {
+    cursor.takes(':');
+    loop {
+        let mut ahead = cursor.clone();
+        // A section goes on behind its name, a symbol does not.
+        if ahead.word("").is_err() || !(ahead.begins_a_line() || ahead.is_at_end()) {
+            return;
+        }
+        *cursor = ahead;
+    }
+}
+
+/// Names with blanks or commas between them, up to what begins a statement; `end` is behind the last of them.
+fn names(cursor: &mut Cursor<'_>, end: &mut usize) -> Vec<String> {
+    let mut names = Vec::new();
+    loop {
+        cursor.takes(',');
+        match cursor.peek() {
+            "" => return names,
+            word if is_section(word) => return names,
+            word => names.push(word.to_owned()),
+        }
+        // It was looked at: it is there.
+        let _ = cursor.word("");
+        *end = cursor.behind();
+    }
+}
+
+/// `M`, `m1`, `m1M`, or nothing
+fn multiplexing(cursor: &mut Cursor<'_>) -> Result<(Option<u64>, bool), Unexpected> {
+    let word = cursor.peek();
+    let (page, multiplexes) = match word.strip_suffix('M') {
+        Some(page) => (page, true),
+        None => (word, false),
+    };
+    let page = match page {
+        "" => None,
+        _ => match page.strip_prefix('m').and_then(|number| number.parse().ok()) {
+            Some(number) => Some(number),
+            None => {
+                return Err(
+                    cursor.unexpected("`:`, or what multiplexes the signal: `M`, `m1`, `m1M`")
+                );
+            }
+        },
+    };
+    if !word.is_empty() {
+        cursor.word("")?;
+    }
+    Ok((page, multiplexes))
+}
+
+/// `0+`: whether the most significant byte comes first, and whether there is a sign.
+fn byte_order(cursor: &mut Cursor<'_>) -> Result<(bool, bool), Unexpected> {
+    let read = match cursor.peek() {
+        "0+" => (true, false),
+        "0-" => (true, true),
+        "1+" => (false, false),
+        "1-" => (false, true),
+        _ => {
+            let expected = "byte order and sign: `1` (little endian) or `0` (big endian), \
+                            then `+` (unsigned) or `-` (signed)";
+            return Err(cursor.unexpected(expected));
+        }
+    };
+    cursor.word("")?;
+    Ok(read)
+}
+
+/// What a comment or an attribute is of; none where it is of the whole file or of what is of no use.
+fn of(cursor: &mut Cursor<'_>) -> Result<Option<Of>, Unexpected> {
+    let id = "the identifier of a message";
+    Ok(match cursor.peek() {
+        "BU_" => {
+            cursor.word("")?;
+            Some(Of::Node(cursor.word("the name of a node")?.to_owned()))
+        }
+        "BO_" => {
+            cursor.word("")?;
+            Some(Of::Message(cursor.whole(id)?))
+        }
+        "SG_" => {
+            cursor.word("")?;
+            let id = cursor.whole(id)?;
+            Some(Of::Signal(id, cursor.word("the name of a signal")?.to_owned()))
+        }
+        "EV_" => {
+            cursor.word("")?;
+            cursor.word("the name of an environment variable")?;
+            None
+        }
+        _ => None,
+    })
+}
+
+fn value(cursor: &mut Cursor<'_>) -> Result<Value, Unexpected> {
+    if cursor.peek().is_empty() {
+        return Ok(Value::Text(cursor.string("a number, or a text in quotation marks")?));
+    }
+    Ok(Value::Number(cursor.number("a number, or a text in quotation marks")?))
+}
+
+/// The semicolon behind a statement, which some leave out at the end of a line.
+fn end(cursor: &mut Cursor<'_>) -> Result<(), Unexpected> {
+    if cursor.takes(';') || cursor.begins_a_line() || cursor.is_at_end() {
+        return Ok(());
+    }
+    Err(cursor.unexpected("`;` at the end of the statement"))
+}

@@ -1,0 +1,147 @@
+//! Reading CAN frames: what is known of a message before any comes is worked out once.
+
+use super::bits::ByteOrder;
+use super::message::Message;
+use super::number::{Coding, Scale};
+use super::selection::Selection;
+use super::signal::{Signal, Storage};
+use wire::can::{DATA_BYTES_MAX, Id};
+
+/// Identifiers of 11 bits.
+const STANDARD_IDS: usize = 1 << 11;
+
+/// What stands for no message. A layout of as many does not exist: its file would have gigabytes.
+const NONE: u32 = u32::MAX;
+
+/// Which message has which identifier.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Identifiers {
+    /// One each, [`NONE`] where it is of no message. Empty where no message has an identifier of 11 bits.
+    standard: Box<[u32]>,
+    /// In ascending order.
+    extended: Box<[(u32, u32)]>,
+}
+
+impl Identifiers {
+    pub(super) fn of(messages: &[Message]) -> Self {
+        let mut standard = Vec::new();
+        let mut extended = Vec::new();
+        for (index, message) in (0..).zip(messages) {
+            match message.can_id() {
+                Some(Id::Standard(id)) => {
+                    standard.resize(STANDARD_IDS, NONE);
+                    standard[usize::from(id.as_raw())] = index;
+                }
+                Some(Id::Extended(id)) => extended.push((id.as_raw(), index)),
+                None => {}
+            }
+        }
+        extended.sort_unstable();
+        Self { standard: standard.into(), extended: extended.into() }
+    }
+
+    /// The place of the message.
+    pub(super) fn find(&self, id: Id) -> Option<usize> {
+        let place = match id {
+            Id::Standard(id) => *self.standard.get(usize::from(id.as_raw()))?,
+            Id::Extended(id) => {
+                let place = self.extended.binary_search_by_key(&id.as_raw(), |(id, _)| *id);
+                self.extended[place.ok()?].1
+            }
+        };
+        (place != NONE).then_some(place as usize)
+    }
+}
+
+/// A signal as a frame is read: the eight bytes are one number, and it is some bits of that.
+#[derive(Debug, Clone)]
+struct Field {
+    order: ByteOrder,
+    /// Takes away what is above the field.
+    left: u32,
+    /// Then what is below it.
+    right: u32,
+    coding: Coding,
+    scale: Scale,
+    when: Option<Selection>,
+}
+
+/// The bytes of a frame as one number in either order.
+struct Words {
+    little: u64,
+    big: u64,
+}
+
+impl Field {
+    /// `None` for a signal that does not lie in the bytes of a frame.
+    fn of(signal: &Signal) -> Option<Self> {
+        let Storage::Bits { field, coding } = signal.storage else { return None };
+        let right = u64::BITS - field.length();
+        Some(Self {
+            order: field.order(),
+            left: right - field.shift_in_word()?,
+            right,
+            coding,
+            scale: signal.scale,
+            when: signal.carried.selection().cloned(),
+        })
+    }
+
+    /// Its bits at the upper end of a number.
+    #[inline]
+    const fn upper(&self, words: &Words) -> u64 {
+        match self.order {
+            ByteOrder::Little => words.little << self.left,
+            ByteOrder::Big => words.big << self.left,
+        }
+    }
+
+    #[inline]
+    fn value(&self, words: &Words) -> f64 {
+        let upper = self.upper(words);
+        let number = match self.coding {
+            Coding::Signed => (upper as i64 >> self.right) as f64,
+            // One instruction, which a number of all 64 bits is too large for.
+            Coding::Unsigned if self.right > 0 => (upper >> self.right) as i64 as f64,
+            Coding::Unsigned => upper as f64,
+            Coding::Float32 => f64::from(f32::from_bits((upper >> self.right) as u32)),
+            Coding::Float64 => f64::from_bits(upper),
+        };
+        self.scale.physical(number)
+    }
+}
+
+/// The signals of a message on CAN.
+#[derive(Debug, Clone, Default)]
+pub(super) struct FrameReader {
+    fields: Box<[Field]>,
+}
+
+impl FrameReader {
+    pub(super) fn of(message: &Message) -> Self {
+        let fields: Option<Vec<Field>> = message.signals.iter().map(Field::of).collect();
+        Self { fields: fields.unwrap_or_default().into() }
+    }
+
+    /// Puts the values of a frame with these bytes into `values`, one a signal.
+    #[inline]
+    pub(super) fn read(&self, data: &[u8], values: &mut Vec<Option<f64>>) {
+        let bytes = data.first_chunk().copied().unwrap_or_else(|| {
+            let mut bytes = [0; DATA_BYTES_MAX];
+            bytes[..data.len()].copy_from_slice(data);
+            bytes
+        });
+        let words = Words { little: u64::from_le_bytes(bytes), big: u64::from_be_bytes(bytes) };
+        values.clear();
+        values.extend(self.fields.iter().map(|field| match &field.when {
+            Some(selection) if !self.selected(selection, &words) => None,
+            _ => Some(field.value(&words)),
+        }));
+    }
+
+    fn selected(&self, selection: &Selection, words: &Words) -> bool {
+        let multiplexer = &self.fields[selection.multiplexer];
+        selection.has(multiplexer.upper(words) >> multiplexer.right)
+            && multiplexer.when.as_ref().is_none_or(|above| self.selected(above, words))
+    }
+}

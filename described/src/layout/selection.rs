@@ -1,0 +1,94 @@
+//! Multiplexing: which frames of a message carry a signal.
+
+use super::signal::Signal;
+use std::fmt;
+use std::ops::RangeInclusive;
+
+/// Which frames of a message carry a signal.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Carried {
+    /// Each.
+    Always,
+    /// Those that carry its multiplexer, and in which that has one of some numbers.
+    When(Selection),
+}
+
+impl Carried {
+    pub(super) const fn selection(&self) -> Option<&Selection> {
+        match self {
+            Self::Always => None,
+            Self::When(selection) => Some(selection),
+        }
+    }
+}
+
+/// What a multiplexer has to be.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Selection {
+    /// The multiplexer's place among the signals of the message.
+    pub multiplexer: usize,
+    /// Its numbers on the wire. Not empty.
+    pub numbers: Vec<RangeInclusive<u64>>,
+}
+
+impl Selection {
+    /// The number is one of them.
+    pub fn has(&self, number: u64) -> bool {
+        self.numbers.iter().any(|range| range.contains(&number))
+    }
+
+    /// The two have a number in common.
+    fn meets(&self, other: &Self) -> bool {
+        let meet = |one: &RangeInclusive<u64>, another: &RangeInclusive<u64>| {
+            one.start() <= another.end() && another.start() <= one.end()
+        };
+        self.numbers.iter().any(|one| other.numbers.iter().any(|another| meet(one, another)))
+    }
+}
+
+/// `1`, `3 to 5`, or several of these.
+impl fmt::Display for Selection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, range) in self.numbers.iter().enumerate() {
+            let before = if index == 0 { "" } else { " or " };
+            match range.start() == range.end() {
+                true => write!(f, "{before}{}", range.start())?,
+                false => write!(f, "{before}{} to {}", range.start(), range.end())?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether the frame carries the signal at this place in which the multiplexers have these numbers, by their places.
+pub(super) fn carries(
+    signals: &[Signal],
+    signal: usize,
+    number: &dyn Fn(usize) -> Option<u64>,
+) -> bool {
+    needs(signals, signal)
+        .all(|selection| number(selection.multiplexer).is_some_and(|number| selection.has(number)))
+}
+
+/// What has to be selected for a signal to be carried, from itself upwards.
+pub(super) fn needs(signals: &[Signal], signal: usize) -> impl Iterator<Item = &Selection> {
+    let above = |signal: usize| signals.get(signal)?.carried.selection();
+    std::iter::successors(above(signal), move |selection| above(selection.multiplexer))
+}
+
+/// The places of two signals that have a bit in common, the first before the second.
+pub(super) fn overlap(signals: &[Signal]) -> Option<(usize, usize)> {
+    signals.iter().enumerate().find_map(|(second, signal)| {
+        let clashes =
+            |first: &usize| signals[*first].overlaps(signal) && !exclude(signals, *first, second);
+        Some(((0..second).find(clashes)?, second))
+    })
+}
+
+/// No frame carries both: they need different numbers of one multiplexer.
+fn exclude(signals: &[Signal], one: usize, another: usize) -> bool {
+    needs(signals, one).any(|selection| {
+        let same = |other: &&Selection| other.multiplexer == selection.multiplexer;
+        needs(signals, another).find(same).is_some_and(|other| !other.meets(selection))
+    })
+}
