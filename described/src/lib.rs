@@ -127,9 +127,10 @@ pub use device::Device;
 pub use error::DescriptionError;
 pub use files::Files;
 pub use layout::{
-    ByteOrder, Carried, DbcNode, Decoded, Decoder, EncodeError, Layout, Medium, Message, NOBODY,
-    Note, SIGNAL_BITS_MAX, Selection, Sender, Signal, SignalName, dbc_nodes, dbc_text,
+    ByteOrder, Carried, DbcNode, Decoded, Decoder, EncodeError, Encoder, Layout, Medium, Message,
+    NOBODY, Note, SIGNAL_BITS_MAX, Selection, Sender, Signal, SignalName, dbc_nodes, dbc_text,
 };
+pub use protection::{ProtectionTable, Verdict};
 
 /// The JSON Schema of a description, in either of its forms, for editors.
 pub fn schema(generator: schemars::SchemaGenerator) -> schemars::Schema {

@@ -1,5 +1,8 @@
 //! Checksums by name.
 
+use crate::error::Mistake;
+use crate::hint;
+use crate::place::Place;
 use crc::{Algorithm, Crc, NoTable};
 
 /// How a checksum is calculated.
@@ -26,6 +29,15 @@ impl Checksum {
             .map(Self::Crc8)
             .or_else(|| find(CRC_16, name).map(Self::Crc16))
             .or_else(|| find(CRC_32, name).map(Self::Crc32))
+    }
+
+    /// The checksum whose name stands at `place`.
+    pub(crate) fn at(name: &str, place: &Place) -> Result<Self, Mistake> {
+        Self::named(name).ok_or_else(|| {
+            let known: Vec<_> = Self::names().collect();
+            Mistake::new(place.clone(), format!("no checksum `{name}`"))
+                .help(hint::proposal(name, &known))
+        })
     }
 
     /// Every name that [`Checksum::named`] knows.

@@ -5,10 +5,6 @@ use crc::{Crc, NoTable};
 
 /// The counter of profile 1 never has the number 15.
 pub(crate) const PROFILE_1_COUNTER_MAX: u64 = 14;
-/// Header of profile 4: length, counter, data id and CRC.
-pub(crate) const PROFILE_4_HEADER: usize = 12;
-/// Header of profile 5: CRC and counter.
-pub(crate) const PROFILE_5_HEADER: usize = 3;
 
 /// A profile and its data id. The counter is a [`super::Counter`] beside it.
 #[derive(Debug, Clone, PartialEq, Eq)]

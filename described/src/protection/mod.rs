@@ -6,13 +6,16 @@ mod catalogue;
 mod counter;
 mod e2e;
 mod sum;
+mod table;
 #[cfg(test)]
 mod tests;
 
 pub(crate) use catalogue::Checksum;
 pub(crate) use counter::Counter;
-pub(crate) use e2e::{DataId, E2e, PROFILE_1_COUNTER_MAX, PROFILE_4_HEADER, PROFILE_5_HEADER};
+pub(crate) use e2e::{DataId, E2e, PROFILE_1_COUNTER_MAX};
 pub(crate) use sum::FrameSum;
+pub use table::ProtectionTable;
+pub(crate) use table::{ChecksumTable, CounterTable, E2eTable, Profile};
 
 /// What protects a message.
 #[derive(Debug, Clone, PartialEq)]
