@@ -70,7 +70,9 @@ def messages(folder, dbc):
 def main():
     folder, dbc = Path(sys.argv[1]), sys.argv[2]
     print(f"peer memory-bus {memory_bus():.0f}", flush=True)
-    print(f"peer messages {messages(folder, dbc):.0f}", flush=True)
+    decoded = messages(folder, dbc)
+    print(f"peer messages {decoded:.0f}", flush=True)
+    print(f"peer any-dbc {decoded:.0f}", flush=True)
 
 
 if __name__ == "__main__":

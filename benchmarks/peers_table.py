@@ -15,6 +15,7 @@ MORE, LESS = "times as many", "times as long"
 ROWS = [
     ("memory-bus", "frames across the memory bus", "python-can `virtual`", "million/s", 1e6, 50, MORE),
     ("messages", "K2A messages decoded", "cantools", "million/s", 1e6, 20, MORE),
+    ("any-dbc", "the same by their DBC", "cantools", "million/s", 1e6, 40, MORE),
     ("pty", "round trip, pty", "poll, read, write in C", "us", 1e3, 1.5, LESS),
     ("vcan", "round trip, vcan in the guest", "poll, read, write in C", "us", 1e3, 1.5, LESS),
 ]

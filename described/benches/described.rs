@@ -3,7 +3,7 @@
 //! A full bus of 1 Mbit/s carries some 9,000 frames of eight bytes a second.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use described::{Description, Device, Layout};
+use described::{Description, Device, Layout, Message};
 use std::hint::black_box;
 use std::sync::Arc;
 use wire::device::Transmit;
@@ -42,6 +42,24 @@ fn codecs(criterion: &mut Criterion) {
             black_box(decoder.frame(black_box(&frame)));
         });
     });
+    let middles = |message: &Message| -> Vec<f64> {
+        message.signals.iter().map(|one| f64::midpoint(one.minimum, one.maximum)).collect()
+    };
+    let each = base.messages().iter().map(middles).enumerate();
+    let frames = each.filter_map(|(index, values)| match base.encode(index, &values) {
+        Ok(Transmit::Frame(frame)) => Some(frame),
+        _ => None,
+    });
+    let six: Vec<_> = frames.collect();
+    group.throughput(Throughput::Elements(six.len() as u64));
+    group.bench_function("decode each message of the file", |bencher| {
+        bencher.iter(|| {
+            for frame in &six {
+                black_box(decoder.frame(black_box(frame)));
+            }
+        });
+    });
+    group.throughput(Throughput::Elements(1));
     let meter = Description::parse("meter.toml", SERIAL, &mut |_| Err(String::new()))
         .expect("the file is a description");
     let Ok(Transmit::Bytes(packet)) = meter.layout().encode(0, &[20.0, 1000.0, 0.5]) else {

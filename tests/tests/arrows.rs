@@ -16,12 +16,15 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("identification", &["wire"]),
     ("evaluation", &["identification"]),
     // What is said before a run, and what happened in it.
-    ("harness/plan", &["wire", "controller", "emulators", "described", "identification", "ports"]),
+    (
+        "harness/plan",
+        &["wire", "controller", "emulators", "described", "identification", "ports", "temporal"],
+    ),
     ("harness/record", &["wire", "controller", "plan"]),
     // Formulas know no plan: whoever has signals may watch them.
     ("harness/temporal", &["wire"]),
     // What is made of a record.
-    ("harness/judge", &["wire", "controller", "plan", "record"]),
+    ("harness/judge", &["wire", "controller", "plan", "record", "temporal"]),
     ("harness/dataset", &["controller", "identification", "plan", "record"]),
     ("harness/campaign", &["wire", "emulators", "plan", "record"]),
     (
@@ -42,6 +45,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "ports",
             "plan",
             "record",
+            "temporal",
             "judge",
             "dataset",
             "campaign",

@@ -60,7 +60,7 @@ impl Signal {
         }
         let before = (self.minimum, self.maximum);
         (self.minimum, self.maximum) = narrowed;
-        let is_within = self.holds(self.nearest(narrowed.0));
+        let is_within = self.holds(self.as_sent(self.nearest(narrowed.0)));
         if !is_within {
             (self.minimum, self.maximum) = before;
         }

@@ -50,6 +50,41 @@ def signals():
     return lines, floats, limits
 
 
+def multiplexed(index, identifier):
+    """A message whose multiplexer has another below it, with numbers and ranges; and its lines of SG_MUL_VAL_."""
+    big = random.random() < 0.5
+    # Eight bits each, wherever the byte order has them.
+    place = lambda byte: f"{8 * byte + 7}|8@0" if big else f"{8 * byte}|8@1"
+    lines = [f" SG_ top M : {place(0)}+ (1,0) [0|0] \"\" B", f" SG_ low m1M : {place(1)}+ (1,0) [0|0] \"\" B"]
+    tail = f"SG_MUL_VAL_ {identifier} low top 1-1;\n"
+    limits = {"top": (0, 255, 1, 0, False), "low": (0, 255, 1, 0, False)}
+    for number in range(random.randint(2, 6)):
+        name, of = f"s{number}", random.choice(["top", "low"])
+        first = 10 * number + 2
+        last = first + random.choice([0, 0, 4])
+        sign = random.choice("+-")
+        factor, offset = random.choice([(1, 0), (0.5, -40), (0.01, 0), (-2, 100)])
+        lines.append(f" SG_ {name} m{first} : {place(2 + number % 3)}{sign} ({factor},{offset}) [0|0] \"\" B")
+        tail += f"SG_MUL_VAL_ {identifier} {name} {of} {first}-{last}" + random.choice(["", f", {last + 3}-{last + 3}"]) + ";\n"
+        least = -128 if sign == "-" else 0
+        limits[name] = (least, least + 255, factor, offset, False)
+    lines.append(f" SG_ always : {place(7)}+ (1,0) [0|0] \"\" B")
+    limits["always"] = (0, 255, 1, 0, False)
+    text = f"BO_ {identifier} X{index}: 8 A\n" + "\n".join(lines) + "\n\n"
+    return text, tail, limits
+
+
+def frames(message, limits):
+    """Values of frames of each kind that a multiplexed message has."""
+    numbers = lambda name: sorted({n for s in message.signals if s.multiplexer_signal == name for n in s.multiplexer_ids})
+    for top in numbers("top"):
+        for low in numbers("low") if top == 1 else [0]:
+            values = {name: random.randint(least, greatest) * factor + offset
+                      for name, (least, greatest, factor, offset, _) in limits.items()}
+            # What the frame has is for cantools to say.
+            yield message.gather_signals({**values, "top": top, "low": low})
+
+
 def main():
     text = 'VERSION ""\n\nNS_ :\n\nBS_:\n\nBU_: A B\n\n'
     tail, all_limits = "", {}
@@ -60,6 +95,11 @@ def main():
         for name, kind in floats:
             tail += f"SIG_VALTYPE_ {identifier} {name} : {kind};\n"
         all_limits[f"M{index}"] = limits
+    groups = {}
+    for index in range(12):
+        lines, more, groups[f"X{index}"] = multiplexed(index, 1000 + index)
+        text += lines
+        tail += more
     text += tail
     (HERE / "cantools.dbc").write_text(text)
     database = cantools.database.load_string(text, "dbc")
@@ -76,6 +116,16 @@ def main():
                         count = random.choice([least, greatest, random.randint(least, greatest)])
                         values[signal] = count * factor + offset
                 data = database.encode_message(name, values)
+                row = " ".join(f"{signal}={value!r}" for signal, value in values.items())
+                rows.writerow([name, data.hex(), row])
+
+        for name, limits in groups.items():
+            message = database.get_message_by_name(name)
+            # A multiplexer without signals below it would be asked for a number that it does not have.
+            if not any(signal.multiplexer_signal == "low" for signal in message.signals):
+                continue
+            for values in frames(message, limits):
+                data = message.encode(values)
                 row = " ".join(f"{signal}={value!r}" for signal, value in values.items())
                 rows.writerow([name, data.hex(), row])
 

@@ -14,6 +14,7 @@
 mod processor;
 
 use bus_log::{Channel, Entry, Format, LogWriter, Payload};
+use described::Layout;
 use harness::link::CanBus;
 use ports::{ByteEvent, BytePort, FrameEvent, FramePort, PortSpec};
 use processor::{median, processor_s};
@@ -59,6 +60,7 @@ fn figures(folder: &Path) {
     }
     log.finish().unwrap();
     println!("hil messages {:.0}", median(|| decoded(&frames)));
+    println!("hil any-dbc {:.0}", median(|| decoded_by_dbc(&frames)));
 }
 
 /// Two nodes in turn; each frame is through before the next is sent.
@@ -87,6 +89,19 @@ fn decoded(frames: &[CanFrame]) -> f64 {
                 Some(request) => _ = black_box(request),
                 None => _ = black_box(parse_reply(frame).unwrap()),
             }
+        }
+    }
+    (PASSES * frames.len() as u64) as f64 / (processor_s() - began)
+}
+
+/// The same by the file that says what they are, as those of any DBC are read.
+fn decoded_by_dbc(frames: &[CanFrame]) -> f64 {
+    let text = include_str!("../../../wire/dbc/k2a.dbc");
+    let mut decoder = Layout::from_dbc("k2a.dbc", text, "BASE").unwrap().decoder();
+    let began = processor_s();
+    for _ in 0..PASSES {
+        for frame in frames {
+            _ = black_box(decoder.frame(black_box(frame)).unwrap());
         }
     }
     (PASSES * frames.len() as u64) as f64 / (processor_s() - began)

@@ -2,6 +2,7 @@
 
 use super::quantity::OfMessage;
 use super::speakers::{DEVICE, MessagePlace, Speaker, resolve, signal};
+use std::collections::BTreeMap;
 use temporal::{Formula, Mistake, NotFound, Signal, Signals};
 
 /// Reads a formula over the signals of `speakers`: `manager.ContactorCommand`, `manager.Status.ContactorCommand`, and
@@ -82,5 +83,44 @@ impl Signals for Sent<'_> {
                 Err(NotFound { message, help })
             }
         }
+    }
+}
+
+/// Which signals of which messages some formulas read.
+#[derive(Debug, Clone, Default)]
+pub struct Reads {
+    /// Of each message, by its speaker and place: which of its signals, and the number that formulas have for it.
+    messages: BTreeMap<(usize, usize), Vec<(usize, usize)>>,
+    values: Vec<(usize, f64)>,
+}
+
+impl Reads {
+    /// What `formulas` read of what `speakers` send.
+    pub fn of<'a>(formulas: impl IntoIterator<Item = &'a Formula>, speakers: &[Speaker]) -> Self {
+        let places: Vec<MessagePlace> = signals(speakers).collect();
+        let mut messages: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        for used in formulas.into_iter().flat_map(Formula::signals) {
+            let place = places.get(used.index);
+            let Some((place, signal)) = place.and_then(|one| Some((one, one.signal?))) else {
+                continue;
+            };
+            let read = messages.entry((place.speaker, place.message)).or_default();
+            if !read.contains(&(signal, used.index)) {
+                read.push((signal, used.index));
+            }
+        }
+        Self { messages, values: Vec::new() }
+    }
+
+    /// What a message brings, by the numbers of formulas; none where no formula reads it. `values` are those of its signals,
+    /// as far as it carries them.
+    pub fn take(&mut self, of: (usize, usize), values: &[Option<f64>]) -> Option<&[(usize, f64)]> {
+        let read = self.messages.get(&of)?;
+        self.values.clear();
+        self.values.extend(read.iter().filter_map(|(signal, number)| {
+            let value = values.get(*signal).copied().flatten()?;
+            Some((*number, value))
+        }));
+        Some(&self.values)
     }
 }

@@ -64,6 +64,7 @@ pub mod phases;
 mod property;
 pub mod quantities;
 mod quantity;
+mod reaction;
 pub mod replayed;
 mod rest;
 pub mod rig;
@@ -83,7 +84,7 @@ pub use error::PlanError;
 pub use examples::STEP_EXAMPLES;
 pub use fit::{CalibrationPart, Fit, Model, NO_CALIBRATION, SaveCalibration, UseCalibration};
 pub use flow::{Answer, OperatorPrompt, REPEAT_TIMES_MAX, Repeat, SWEEP_VALUES_MAX, Sweep};
-pub use formula::{formula, signals};
+pub use formula::{Reads, formula, signals};
 pub use identify::{Identify, Source, UseModel};
 pub use measurement::Declared;
 pub use message::{Send, StopSending};
@@ -92,6 +93,7 @@ pub use name::{Name, ParameterName};
 pub use phases::PhaseEvent;
 pub use property::{Always, Kind, Property, Sometimes, Stated};
 pub use quantity::{Filter, OfMessage, QuantityName, TagMatch};
+pub use reaction::Reaction;
 pub use rest::{BiasResidual, BiasTest, Condition, Log, PowerCycle, SetParameter, Wait};
 pub use rig::Rig;
 pub use speakers::{DEVICE, MessagePlace, Speaker, resolve, signal, unit, unit_of};
@@ -156,6 +158,9 @@ pub struct Plan {
     /// What must hold throughout; empty where the plan leaves it to who asks.
     #[serde(rename = "property", default)]
     pub properties: Vec<Property>,
+    /// Times from one condition to another that are measured.
+    #[serde(rename = "reaction", default)]
+    pub reactions: Vec<Reaction>,
     /// How much of faults it has to stand; measured by campaigns.
     #[serde(rename = "envelope", default)]
     pub envelopes: Vec<DeclaredEnvelope>,

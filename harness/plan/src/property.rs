@@ -81,15 +81,15 @@ enum OrFormula<T> {
 trait BuiltIn: Sized {
     const EXPECTED: &'static str;
 
-    /// What a word stands for; no word with a space or an operator is a name.
-    fn of_text(text: &str) -> Result<OrFormula<Self>, String>;
+    /// What a text stands for: a name has neither spaces nor operators.
+    fn of_text<E: serde::de::Error>(text: &str) -> Result<OrFormula<Self>, E>;
 }
 
 impl BuiltIn for Always {
     const EXPECTED: &'static str =
         "a formula over signals, or a property such as { recovers = {} }";
 
-    fn of_text(text: &str) -> Result<OrFormula<Self>, String> {
+    fn of_text<E: serde::de::Error>(text: &str) -> Result<OrFormula<Self>, E> {
         match Self::ALL.iter().find(|known| known.name() == text) {
             Some(known) => Ok(OrFormula::BuiltIn(*known)),
             None => Ok(OrFormula::Formula(text.to_owned())),
@@ -100,13 +100,12 @@ impl BuiltIn for Always {
 impl BuiltIn for Sometimes {
     const EXPECTED: &'static str = "a formula over signals, or a state such as \"gyro_silent\"";
 
-    fn of_text(text: &str) -> Result<OrFormula<Self>, String> {
+    fn of_text<E: serde::de::Error>(text: &str) -> Result<OrFormula<Self>, E> {
         if let Some(known) = Self::ALL.iter().find(|known| known.name() == text) {
             return Ok(OrFormula::BuiltIn(*known));
         }
         if !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
-            let names: Vec<&str> = Self::ALL.iter().map(|known| known.name()).collect();
-            return Err(format!("unknown state `{text}`, {}", super::hint::proposal(text, &names)));
+            return Err(E::unknown_variant(text, &Self::NAMES));
         }
         Ok(OrFormula::Formula(text.to_owned()))
     }
@@ -123,7 +122,7 @@ impl<'de, T: BuiltIn + Deserialize<'de>> Deserialize<'de> for OrFormula<T> {
             }
 
             fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Self::Value, E> {
-                T::of_text(text).map_err(E::custom)
+                T::of_text(text)
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
@@ -380,6 +379,16 @@ impl Always {
 }
 
 impl Sometimes {
+    const NAMES: [&'static str; Self::ALL.len()] = {
+        let mut names = [""; Self::ALL.len()];
+        let mut index = 0;
+        while index < names.len() {
+            names[index] = Self::ALL[index].name();
+            index += 1;
+        }
+        names
+    };
+
     /// Every one.
     pub const ALL: &[Self] = &[
         Self::BusOff,

@@ -67,6 +67,8 @@ pub const DURING_PREFIX: &str = "during.";
 pub const SIGNAL: &str = "signal";
 /// Before the name of a message of a device: the time from one to the next, s.
 pub const PERIOD: &str = "period";
+/// Before the name of a reaction: how long it took, s.
+pub const REACTION_PREFIX: &str = "reaction.";
 /// Before the name of an answer: the quantity that an operator gives.
 pub const OPERATOR_PREFIX: &str = "operator.";
 

@@ -4,7 +4,7 @@ mod schema;
 
 use super::band::Band;
 use super::name::Name;
-use super::quantities::{self, NAMES, OPERATOR_PREFIX, PERIOD, Quantity, SIGNAL};
+use super::quantities::{self, NAMES, OPERATOR_PREFIX, PERIOD, Quantity, REACTION_PREFIX, SIGNAL};
 use super::speakers::DEVICE;
 use crate::observation::Observation;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
@@ -13,7 +13,7 @@ use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// The name of a quantity: one of [`quantities::QUANTITIES`], `operator.<answer>`, or of the messages of a rig
+/// The name of a quantity: one of [`quantities::QUANTITIES`], `operator.<answer>`, `reaction.<name>`, or of the messages of a rig
 /// `<node>.<signal>`, `<node>.<message>.<signal>` and `period.<node>.<message>`. Where a plan has one device alone, that is
 /// `signal.<signal>` and `period.<message>`.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -23,13 +23,15 @@ impl QuantityName {
     /// `None` where there is no such quantity.
     pub fn new(name: &str) -> Option<Self> {
         let operator = name.strip_prefix(OPERATOR_PREFIX).and_then(Name::new);
-        let known = operator.is_some() || quantities::find(name).is_some();
+        let reaction = name.strip_prefix(REACTION_PREFIX).and_then(Name::new);
+        let known = operator.is_some() || reaction.is_some() || quantities::find(name).is_some();
         (known || OfMessage::of(name).is_some()).then(|| Self(name.to_owned()))
     }
 
     /// What of a node's messages it is; none where the table has it, or an operator gives it.
     pub fn of_message(&self) -> Option<OfMessage<'_>> {
         let known = self.operator_answer().is_some() || self.entry().is_some();
+        let known = known || self.reaction().is_some();
         if known { None } else { OfMessage::of(&self.0) }
     }
 
@@ -41,6 +43,11 @@ impl QuantityName {
     /// Its entry in the table; none for what an operator answers.
     pub fn entry(&self) -> Option<&'static Quantity> {
         quantities::find(&self.0)
+    }
+
+    /// The reaction's name where it is how long one took.
+    pub fn reaction(&self) -> Option<&str> {
+        self.0.strip_prefix(REACTION_PREFIX)
     }
 
     /// The answer's name where an operator gives this quantity.

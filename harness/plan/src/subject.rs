@@ -155,6 +155,7 @@ impl<'a> Subject<'a> {
         let of_message = quantity.of_message();
         let is_common =
             quantity.operator_answer().is_some() || COMMON_QUANTITIES.contains(&quantity.as_str());
+        let is_common = is_common || quantity.reaction().is_some();
         if self.is_robot() && of_message.is_some_and(|of| of.node() != DEVICE) {
             let known = super::quantities::NAMES;
             let message = format!("unknown quantity `{quantity}`");

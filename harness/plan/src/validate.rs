@@ -9,6 +9,7 @@ use super::measurement::Declared;
 use super::property::Property;
 use super::quantities::{COMMON_TAGS, DURING_PREFIX, find_tag};
 use super::quantity::{Filter, QuantityName};
+use super::reaction::{self, Reaction};
 use super::rig::Rig;
 use super::step::{Action, Step};
 use super::subject::Subject;
@@ -42,7 +43,7 @@ type Checked = Result<(), Fault>;
 /// The first thing that is wrong; units and names of messages are checked where the rig is at hand.
 pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
     let subject = Subject::of(plan, rig)?;
-    let mut survey = Survey { subject, ..Survey::default() };
+    let mut survey = Survey { subject, reactions: &plan.reactions, ..Survey::default() };
     let mut path = vec![Segment::Key("steps")];
     let done = survey.steps(&plan.steps, &mut path, 1)?;
     if done > STEPS_DONE_MAX {
@@ -68,6 +69,7 @@ pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
         subject.send(send, &at)?;
     }
     subject.properties(&plan.properties)?;
+    reaction::check(&plan.reactions, rig)?;
     plan.faults.check(plan).map_err(misplaced)?;
     for (index, envelope) in plan.envelopes.iter().enumerate() {
         envelope.check(index)?;
@@ -97,6 +99,7 @@ impl Place<'_> {
 #[derive(Default)]
 struct Survey<'a> {
     subject: Subject<'a>,
+    reactions: &'a [Reaction],
     steps: usize,
     fits: BTreeMap<&'a str, &'a Fit>,
     models: Vec<&'a str>,
@@ -276,6 +279,10 @@ impl<'a> Survey<'a> {
         }
         if let Some(entry) = quantity.entry() {
             return Ok(Some(entry.unit.to_owned()));
+        }
+        if let Some(name) = quantity.reaction() {
+            reaction::find(self.reactions, name, at, here)?;
+            return Ok(Some("s".to_owned()));
         }
         let answer = quantity.operator_answer().unwrap_or_default();
         self.answers.get(answer).map(|answer| Some(answer.unit.clone())).ok_or_else(|| {

@@ -14,6 +14,7 @@ pub mod observe;
 mod op;
 mod phases;
 pub mod program;
+mod reactions;
 mod rest_watch;
 mod robot;
 mod signals;
@@ -30,6 +31,7 @@ use observe::{Collector, Tags};
 use op::Op;
 use phases::Phases;
 use program::Program;
+use reactions::Reactions;
 use robot::Robot;
 use signals::Signals;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -105,6 +107,7 @@ pub struct Engine {
     began: Timestamp,
     /// What nodes said.
     signals: Signals,
+    reactions: Reactions,
     /// What a robot adds: whoever takes missions has to be heard before the first step, and brings it to rest at the end. None
     /// where nobody takes missions.
     robot: Option<Box<Robot>>,
@@ -138,6 +141,7 @@ impl Engine {
             plan_deadline,
             began: now,
             signals: Signals::default(),
+            reactions: Reactions::default(),
             robot: None,
             under_test: Vec::new(),
             tags: Tags::new(),
@@ -153,6 +157,7 @@ impl Engine {
     #[must_use]
     pub fn hearing(mut self, speakers: &[Speaker]) -> Self {
         self.signals = Signals::of(&self.plan, speakers);
+        self.reactions = Reactions::of(&self.plan, speakers);
         self
     }
 
@@ -264,7 +269,8 @@ impl Engine {
         if self.ending.is_some() {
             return;
         }
-        let brought = self.signals.take(now, which, values);
+        let mut brought = self.signals.take(now, which, values);
+        brought.extend(self.reactions.take(now, which, values));
         if !brought.is_empty() {
             self.observe(now, |collector| {
                 for (name, value) in &brought {

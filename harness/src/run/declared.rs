@@ -34,6 +34,9 @@ fn described(name: &QuantityName, speakers: &[Speaker]) -> (String, String) {
     if let Some(entry) = name.entry() {
         return (entry.unit.to_owned(), entry.doc.to_owned());
     }
+    if name.reaction().is_some() {
+        return ("s".to_owned(), "Time from one condition to another.".to_owned());
+    }
     let place = name.of_message().and_then(|of| resolve(speakers, of).ok());
     let Some(place) = place else { return Default::default() };
     let title = match signal(speakers, place) {

@@ -252,6 +252,9 @@ fn properties(prepared: &Prepared, run: &Simulated) -> Vec<PropertySummary> {
 
 /// What broke, in a sentence.
 pub(super) fn breach(broken: &PropertySummary) -> String {
-    let at_s = broken.broken_s.unwrap_or_default();
-    format!("broke {} at {at_s:.3} s: {}", broken.name, broken.what.as_deref().unwrap_or("-"))
+    let what = broken.what.as_deref().unwrap_or("-");
+    match broken.broken_s {
+        Some(at_s) => format!("broke {} at {at_s:.3} s: {what}", broken.name),
+        None => format!("{} {what}", broken.name),
+    }
 }

@@ -70,7 +70,7 @@ fn a_plan_can_be_changed_in_code() {
     let mut plan = Plan::parse("line.toml", LINE).unwrap();
     plan.measurements.clear();
     let error = Trial::of(plan.clone()).unwrap_err().to_string();
-    assert!(error.contains("measures nothing"), "{error}");
+    assert!(error.contains("judges nothing"), "{error}");
 
     let plan = Plan::parse("line.toml", LINE).unwrap();
     let drop_outs = Fault::new(Target::Gyro, FaultKind::typical("drop").unwrap());

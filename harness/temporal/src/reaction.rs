@@ -80,6 +80,11 @@ impl Reaction {
         self.answers.pop_front()
     }
 
+    /// When the questions were asked that have no answer so far; after [`Self::finish`] those that never got one.
+    pub fn waiting(&self) -> impl Iterator<Item = Timestamp> {
+        self.waiting.iter().copied()
+    }
+
     /// Questions without an answer so far; after [`Self::finish`] those that never got one.
     pub fn unanswered(&self) -> usize {
         self.waiting.len()

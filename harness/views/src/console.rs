@@ -16,7 +16,7 @@ pub use seeds::{seeds_markdown, seeds_table};
 use comfy_table::{Attribute, Color};
 use comfy_table::{Cell, ColumnConstraint, ContentArrangement, Row, Table, presets};
 use record::figures;
-use record::outcome::{Counts, Measurement, Outcome, Summary, Verdict};
+use record::outcome::{Counts, Measurement, Outcome, PropertySummary, Summary, Verdict};
 use std::io::IsTerminal;
 
 /// Columns of a stream that is no terminal: what a build server's log shows without breaking.
@@ -114,6 +114,11 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
             let procedure = if index == 0 { printable(&summary.plan) } else { String::new() };
             table.add_row(row(procedure, measurement, style));
         }
+        for (index, property) in summary.properties.iter().enumerate() {
+            let is_first = index == 0 && summary.measurements.is_empty();
+            let procedure = if is_first { printable(&summary.plan) } else { String::new() };
+            table.add_row(property_row(procedure, property, style));
+        }
     }
     keep_whole(&mut table, &WHOLE_COLUMNS, style);
     let mut measured = summaries.iter().flat_map(|summary| &summary.measurements);
@@ -158,11 +163,40 @@ fn row(procedure: String, measurement: &Measurement, style: Style) -> Row {
     ])
 }
 
+fn property_row(procedure: String, property: &PropertySummary, style: Style) -> Row {
+    let PropertySummary { name, always, held, margin, broken_s, .. } = property;
+    let seen = match (broken_s, margin) {
+        (Some(at_s), _) => format!("broken at {at_s:.3} s"),
+        // Of what is equal or not there is no more or less.
+        (None, Some(margin)) if *margin >= 0.005 => format!("margin {:.0} %", margin * 100.0),
+        (None, _) => "-".to_owned(),
+    };
+    let verdict = match (held, always) {
+        (Some(true), _) => style.verdict(Verdict::Pass),
+        (Some(false), true) => style.verdict(Verdict::Fail),
+        (Some(false), false) => Cell::new("not reached"),
+        (None, _) => Cell::new("not judged"),
+    };
+    Row::from([
+        Cell::new(procedure),
+        Cell::new(printable(name)),
+        Cell::new("-"),
+        Cell::new(seen),
+        Cell::new(if *always { "always" } else { "sometimes" }),
+        verdict,
+    ])
+}
+
 fn closing_line(summaries: &[Summary]) -> String {
     let counts = Counts::of(summaries.iter().flat_map(|summary| &summary.measurements));
     let outcome = worst(summaries);
     let simulated = summaries.iter().map(|summary| summary.simulated_s).sum();
     let wall = summaries.iter().map(|summary| summary.wall_s).sum();
+    let counts = match (counts.to_string(), properties(summaries)) {
+        (counts, None) => counts,
+        (_, Some(held)) if summaries.iter().all(|summary| summary.measurements.is_empty()) => held,
+        (counts, Some(held)) => format!("{counts}; {held}"),
+    };
     format!(
         "{} ({counts}) in {}; the bench ran {}; exit status {}",
         outcome.name(),
@@ -170,6 +204,14 @@ fn closing_line(summaries: &[Summary]) -> String {
         figures::duration(simulated),
         outcome.exit_status(),
     )
+}
+
+/// How many of the properties that must always hold did; none where there are none.
+fn properties(summaries: &[Summary]) -> Option<String> {
+    let always = summaries.iter().flat_map(|summary| &summary.properties);
+    let judged: Vec<bool> = always.filter(|one| one.always).filter_map(|one| one.held).collect();
+    let held = judged.iter().filter(|held| **held).count();
+    (!judged.is_empty()).then(|| format!("{held} of {} properties held", judged.len()))
 }
 
 /// The outcome of several runs: that of the one that went worst.
@@ -223,7 +265,7 @@ mod tests {
         let mut summary = summary();
         summary.properties = properties();
         let table = measurements_table(&[summary], Style::PLAIN);
-        let said: Vec<_> = table.lines().filter(|line| line.contains("not judged")).collect();
+        let said: Vec<_> = table.lines().filter(|line| line.contains("not judged:")).collect();
         assert_eq!(said, ["laps-observed: done_is_done not judged: the base is real"]);
     }
 

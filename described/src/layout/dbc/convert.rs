@@ -140,6 +140,11 @@ impl Converter<'_> {
                 _ if again => Err("the message has a signal of this name already".to_owned()),
                 _ => self.signal(message, signal, bytes),
             };
+            let is_multiplexer = |signal: &SignalLine| signal.multiplexes;
+            if signal.page.is_some() && !message.signals.iter().any(is_multiplexer) {
+                let what = "the message has no multiplexer (`M`): it is taken as in each frame";
+                self.note(message, Some(signal), false, what.to_owned());
+            }
             match converted {
                 Ok(converted) => kept.push((place, converted)),
                 Err(why) => self.leave_out(message, signal, &why),

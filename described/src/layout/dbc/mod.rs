@@ -136,8 +136,8 @@ fn long_node<'a>(syntax: &'a Syntax, name: &'a str) -> &'a str {
 
 fn parsed(file: &str, text: &str) -> Result<Syntax, DescriptionError> {
     Syntax::parse(text).map_err(|Unexpected { at, expected }| {
-        // Spreadsheets and hands of some countries write `0,5`.
-        let is_comma = text.get(at.clone()) == Some(",");
+        // In some countries one writes `0,5`, which is one number too many.
+        let is_comma = text.get(at.clone()) == Some(",") && expected.starts_with("`)`");
         let help = is_comma.then(|| "numbers have a decimal point: `0.5`".to_owned());
         let message = format!("failed to read the DBC: expected {expected}");
         DescriptionError::new(file, text, at, message).with_help(help)

@@ -22,10 +22,7 @@ pub(super) fn multiplexed(syntax: &Syntax, message: &MessageLine) -> Vec<Multipl
     let mut multiplexers = message.signals.iter().filter(|signal| signal.multiplexes);
     let (first, second) = (multiplexers.next(), multiplexers.next());
     let all = message.signals.iter().map(|signal| match (first, second, signal.page) {
-        (_, None, None) => Multiplexed::Not,
-        (None, _, Some(_)) => {
-            Multiplexed::ByNothing("the message has no multiplexer (`M`)".to_owned())
-        }
+        (_, None, None) | (None, _, Some(_)) => Multiplexed::Not,
         (Some(only), None, Some(_)) if only.name == signal.name => Multiplexed::Not,
         (Some(only), None, Some(page)) => {
             let mut numbers = vec![page..=page];

@@ -368,7 +368,9 @@ fn names(cursor: &mut Cursor<'_>, end: &mut usize) -> Vec<String> {
         cursor.takes(',');
         match cursor.peek() {
             "" => return names,
-            word if is_section(word) => return names,
+            word if is_section(word) || word.starts_with(|c: char| c.is_ascii_digit()) => {
+                return names;
+            }
             word => names.push(word.to_owned()),
         }
         // It was looked at: it is there.

@@ -78,3 +78,174 @@ fn a_dbc_says_all_of_a_signal() {
     let (_, values) = page(&[2.0, f64::NAN, f64::NAN, 0.0]);
     assert_eq!(values, [Some(2.0), None, None, Some(0.0)]);
 }
+
+/// A DBC with these messages, sent by `ECU`.
+fn layout(messages: &str) -> Layout {
+    let text = format!("BU_: ECU TOOL\n{messages}");
+    Layout::from_dbc("test.dbc", &text, "ECU").unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn notes(layout: &Layout) -> Vec<String> {
+    layout.notes().iter().map(ToString::to_string).collect()
+}
+
+/// The bytes of the first message with these values.
+fn bytes(layout: &Layout, values: &[f64]) -> Vec<u8> {
+    let Transmit::Frame(frame) = layout.encode(0, values).unwrap() else { panic!("on CAN") };
+    let mut decoder = layout.decoder();
+    let message = &layout.messages()[0];
+    let read = decoder.frame(&frame).unwrap().values;
+    for (place, (read, value)) in read.iter().zip(values).enumerate() {
+        let carried = message.carries(place, values).then_some(*value);
+        assert_eq!(*read, carried, "{}", message.signals[place].name);
+    }
+    frame.data().to_vec()
+}
+
+#[test]
+fn what_cannot_be_used_is_left_out_alone() {
+    let layout = layout(
+        r#"BO_ 1 Fd: 64 ECU
+ SG_ A : 0|8@1+ (1,0) [0|0] "" TOOL
+BO_ 2 Again: 8 ECU
+BO_ 4294967295 Far: 8 ECU
+BO_ 2 Known: 2 ECU
+ SG_ Kept : 0|4@1+ (1,0) [0|0] "" TOOL
+ SG_ Outside : 12|8@1+ (1,0) [0|0] "" TOOL
+ SG_ Whole : 0|16@1+ (1,0) [0|0] "" TOOL
+ SG_ Nothing : 4|1@1+ (0,0) [0|0] "" TOOL
+ SG_ Half : 0|16@1- (1,0) [0|0] "" TOOL
+ SG_ Page m1 : 5|1@1+ (1,0) [0|0] "" TOOL
+ SG_ Kept : 6|1@1+ (1,0) [0|0] "" TOOL
+BO_ 300000 Long: 8 ECU
+SIG_VALTYPE_ 2 Half : 1;
+"#,
+    );
+    insta::assert_snapshot!(notes(&layout).join("\n"));
+    let names: Vec<&str> = layout.messages().iter().map(|known| known.name.as_str()).collect();
+    assert_eq!(names, ["Known", "Long"]);
+    let signals: Vec<&str> =
+        layout.messages()[0].signals.iter().map(|signal| signal.name.as_str()).collect();
+    assert_eq!(signals, ["Kept", "Page"]);
+    assert!(matches!(layout.messages()[1].can_id(), Some(Id::Extended(_))));
+    let help = layout.resolve("Known.Outside").unwrap_err();
+    assert!(help.advice().contains("do not lie in the 2 bytes"), "{}", help.advice());
+    assert!(layout.left_out("Fd").is_some() && layout.left_out("Fd.A").is_some());
+    assert!(layout.left_out("Kept").is_some() && layout.left_out("Long").is_none());
+}
+
+#[test]
+fn a_range_without_a_value_is_that_of_the_bits() {
+    let layout = layout(
+        r#"BO_ 1 M: 8 ECU
+ SG_ Turned : 0|4@1+ (1,0) [1|0] "" TOOL
+ SG_ Beyond : 4|4@1+ (1,0) [20|30] "" TOOL
+ SG_ Between : 8|4@1+ (10,0) [1|9] "" TOOL
+ SG_ None : 12|4@1- (1,0) [1.#QNAN|1] "" TOOL
+ SG_ Wide : 16|4@1+ (0.5,0) [-5|5] "" TOOL
+"#,
+    );
+    let ranges: Vec<_> =
+        layout.messages()[0].signals.iter().map(|one| (one.minimum, one.maximum)).collect();
+    assert_eq!(ranges, [(0.0, 15.0), (0.0, 15.0), (0.0, 150.0), (-8.0, 7.0), (0.0, 5.0)]);
+    assert_eq!(layout.notes().len(), 4);
+    assert!(layout.notes().iter().all(|note| !note.is_left_out));
+}
+
+#[test]
+fn multiplexers_below_multiplexers_with_ranges() {
+    let layout = layout(
+        r#"BO_ 1 M: 4 ECU
+ SG_ Top M : 0|4@1+ (1,0) [0|0] "" TOOL
+ SG_ Low m1M : 4|4@1+ (1,0) [0|1] "" TOOL
+ SG_ A m0 : 8|8@1+ (1,0) [0|0] "" TOOL
+ SG_ B m0 : 8|8@1+ (2,0) [0|0] "" TOOL
+ SG_ C m7 : 8|8@1- (1,0) [0|0] "" TOOL
+ SG_ All : 16|8@1+ (1,0) [0|0] "" TOOL
+SG_MUL_VAL_ 1 Low Top 1-1;
+SG_MUL_VAL_ 1 A Top 0-0, 3-5;
+SG_MUL_VAL_ 1 B Low 0-3;
+SG_MUL_VAL_ 1 C Low 7-7, 9-15;
+"#,
+    );
+    let message = &layout.messages()[0];
+    assert_eq!(message.multiplexers().collect::<Vec<_>>(), [0, 1]);
+    assert_eq!(message.pages(0).into_iter().collect::<Vec<_>>(), [0, 1, 3, 5]);
+    assert_eq!(message.pages(1).into_iter().collect::<Vec<_>>(), [0, 3, 7, 9, 15]);
+    // The declared range of `Low` lacks most of its numbers.
+    assert_eq!((message.signals[1].maximum, layout.notes().len()), (15.0, 1));
+    assert_eq!(bytes(&layout, &[4.0, 0.0, 9.0, 8.0, -1.0, 6.0]), [0x04, 9, 6, 0]);
+    assert_eq!(bytes(&layout, &[1.0, 2.0, 9.0, 8.0, -1.0, 6.0]), [0x21, 4, 6, 0]);
+    assert_eq!(bytes(&layout, &[1.0, 9.0, 9.0, 8.0, -1.0, 6.0]), [0x91, 0xff, 6, 0]);
+    assert_eq!(bytes(&layout, &[2.0, 9.0, 9.0, 8.0, -1.0, 6.0]), [0x02, 0, 6, 0]);
+    assert_eq!(
+        message.selections(4).map(ToString::to_string).collect::<Vec<_>>(),
+        ["7 or 9 to 15", "1"]
+    );
+}
+
+#[test]
+fn sections_come_in_any_order_and_what_is_of_no_use_is_passed_over() {
+    let text = "NS_ :\n\tNS_DESC_\n\tCM_\n\tNEW_THING_\n\nBS_: 500 : 1,2\r\n// a comment\r\n\
+        VAL_ 1 S 1 \"on\" 0 \"off; or \\\"not\\\"\" ;\r\nVAL_ Environment 0 \"x\" ;\n\
+        CM_ \"two\nlines\"\nBA_ \"GenMsgCycleTime\" BO_ 1 20;\nEV_ E: 0 [0|1] \"\" 0 1 DUMMY_NODE_VECTOR0 A;\n\
+        BA_DEF_REL_ BU_SG_REL_ \"x\" INT 0 1;\nVAL_TABLE_ T 0 \"a;b\" ;\nSIG_GROUP_ 1 G 1 : S;\n\
+        BO_ 1 M : 1 Vector__XXX\n SG_ S:0|1@1+(1,0)[0|0]\"\"A,B\n\nBO_TX_BU_ 1 : A,B;\n\
+        BA_DEF_DEF_ \"SystemSignalLongSymbol\" \"\";\nBA_ \"SystemSignalLongSymbol\" SG_ 1 S \"AVeryLongName\";\nBU_: A B";
+    let nodes = super::dbc_nodes("t.dbc", text).unwrap();
+    let nodes: Vec<_> = nodes.iter().map(|node| (node.name.as_str(), node.messages)).collect();
+    assert_eq!(nodes, [("A", 1), ("B", 1)]);
+    let layout = Layout::from_dbc("t.dbc", text, "B").unwrap();
+    let message = &layout.messages()[0];
+    assert_eq!((message.sender, message.signals.len()), (Sender::Device, 1));
+    assert_eq!(message.period.map(|period| period.as_nanos()), Some(20_000_000));
+    let signal = &message.signals[0];
+    assert_eq!(signal.name, "AVeryLongName");
+    assert_eq!(signal.name_of(0.0), Some("off; or \"not\""));
+    let nobody = Layout::from_dbc("t.dbc", "BO_ 1 M: 1\nBO_ 2 N: 1 Vector__XXX", super::NOBODY);
+    assert!(nobody.unwrap().messages().iter().all(|message| message.sender == Sender::Device));
+}
+
+#[test]
+fn what_is_no_dbc_says_what_was_expected_and_where() {
+    let good = "BU_: A\nBO_ 1 M: 8 A\n SG_ S : 0|8@1+ (0.5,0) [0|100] \"V\" A\nCM_ BO_ 1 \"x\";\n";
+    let changes = [
+        ("BO_ 1", "BO 1"),
+        ("BO_ 1 M:", "BO_ M 1:"),
+        ("M: 8", "M 8"),
+        ("S :", "S m :"),
+        ("0|8", "0-8"),
+        ("@1+", "@2+"),
+        ("(0.5,0)", "(0,5,0)"),
+        ("(0.5,0)", "(x,0)"),
+        ("[0|100]", "[0,100]"),
+        ("\"V\"", "V"),
+        ("\"x\"", "\"x"),
+        ("\"x\"", "\"x\" y"),
+        ("BO_ 1 M: 8 A\n", ""),
+    ];
+    let shown: Vec<String> = changes
+        .iter()
+        .map(|(from, to)| {
+            let text = good.replacen(from, to, 1);
+            let error = Layout::from_dbc("t.dbc", &text, "A").unwrap_err();
+            let at = &text[error.range()];
+            format!("{from}  ->  {to}\n  {}\n  at {at:?}; {:?}\n", error.message(), error.advice())
+        })
+        .collect();
+    insta::assert_snapshot!(shown.join("\n"));
+}
+
+proptest::proptest! {
+    /// A DBC may be anything: it is read, or refused with a place in it.
+    #[test]
+    fn no_text_makes_the_reader_panic(
+        from in 0..RICH.len(), length in 0usize..40, with in "[ -~\n]{0,12}|(SG_|BO_|M|m1|\"|;|:|0-0)"
+    ) {
+        let to = (from + length).min(RICH.len());
+        let text = format!("{}{with}{}", &RICH[..from], &RICH[to..]);
+        if let Err(error) = Layout::from_dbcs(&[("t.dbc", &text)], &|_| true) {
+            proptest::prop_assert!(error.range().end <= text.len());
+        }
+    }
+}

@@ -59,6 +59,50 @@ fn a_project_of_a_dbc_passes_too() {
     }
 }
 
+/// Most of what makes a DBC hard to take, in the encoding that Vector's tools write.
+const HARD: &[u8] = b"BU_: ECU TOOL
+BO_ 100 Pages: 8 ECU
+ SG_ Top M : 0|4@1+ (1,0) [0|1] \"\" TOOL
+ SG_ Low m1M : 4|4@1+ (1,0) [0|0] \"\" TOOL
+ SG_ Hot m0 : 8|16@1- (0.1,0) [-40|3.35] \"\xb0C\" TOOL
+ SG_ Cold m1 : 8|16@1- (0.1,0) [5|60] \"\xb0C\" TOOL
+ SG_ Far m2 : 8|16@1- (0.1,0) [60|5] \"\xb0C\" TOOL
+ SG_ Same : 60|4@1+ (1,0) [0|0] \"\" TOOL
+BO_ 101 Huge: 8 ECU
+ SG_ Float : 0|64@1- (1,0) [0|0] \"\" TOOL
+BO_ 102 Whole: 8 ECU
+ SG_ 0_Bits : 7|64@0+ (1,0) [0|0] \"\" TOOL
+BO_ 103 Fd: 64 ECU
+ SG_ Same : 0|8@1+ (1,0) [0|0] \"\" TOOL
+BO_ 200 Told: 8 TOOL
+ SG_ Group M : 0|8@1+ (1,0) [0|0] \"\" ECU
+ SG_ Same m3 : 8|8@1+ (1,0) [3|9] \"\" ECU
+ SG_ Other m4 : 8|64@1+ (1,0) [0|0] \"\" ECU
+SG_MUL_VAL_ 100 Low Top 1-1;
+SG_MUL_VAL_ 100 Hot Top 0-0, 4-9;
+SG_MUL_VAL_ 100 Cold Low 1-1;
+SG_MUL_VAL_ 100 Far Low 2-15;
+SIG_VALTYPE_ 101 Float : 2;
+";
+
+#[test]
+fn a_project_of_a_hard_dbc_passes_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = Name::new("hard").unwrap();
+    for node in ["ECU", "TOOL"] {
+        let at = folder.path().join(node);
+        let made = from_dbc(&name, "hard.dbc", HARD, Some(node)).unwrap();
+        assert_eq!(made.notes.len(), 4, "{:#?}", made.notes);
+        write(&at, &made.files).unwrap();
+        assert_eq!(outcomes(&at).len(), 1, "{node}");
+        assert_eq!(std::fs::read(at.join("devices/hard.dbc")).unwrap(), HARD);
+    }
+    let several = from_dbc(&name, "hard.dbc", HARD, None).unwrap_err();
+    assert_eq!(several.to_string(), "hard.dbc has 2 nodes that send messages");
+    let nobody = from_dbc(&name, "one.dbc", b"BO_ 1 M: 8 Vector__XXX", None).unwrap();
+    assert!(nobody.files.iter().any(|file| file.text().contains("node = \"Vector__XXX\"")));
+}
+
 #[test]
 fn nothing_is_written_over() {
     let folder = tempfile::tempdir().unwrap();

@@ -100,6 +100,7 @@ impl Monitor {
                 kind: Kind::Sometimes,
                 held: self.of_robot.as_ref().is_some_and(|one| one.reached.has(*sometimes)),
                 first_violation: None,
+                never_judged: None,
                 margin: None,
             }),
             Property::Stated(_) => stated.next().map(|statement| statement.verdict(end)),

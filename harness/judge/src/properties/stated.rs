@@ -2,7 +2,7 @@
 
 use super::Kind;
 use super::verdict::PropertyVerdict;
-use plan::{MessagePlace, Speaker, Stated};
+use plan::{MessagePlace, Reads, Speaker, Stated};
 use record::Violation;
 use std::collections::BTreeMap;
 use temporal::Monitor;
@@ -15,13 +15,12 @@ pub(super) struct Statement {
     kind: Kind,
     /// None where the formula does not fit the rig, which is refused before a run.
     monitor: Option<Monitor>,
-    /// Of each message that the formula reads, by its speaker and place: which of its signals, and their numbers in the
-    /// formula.
-    reads: BTreeMap<(usize, usize), Vec<(usize, usize)>>,
+    reads: Reads,
+    /// Signals that had no value yet, by their numbers.
+    unseen: BTreeMap<usize, String>,
     /// The largest range of its signals: what a margin is a share of.
     range: f64,
     violation: Option<Violation>,
-    values: Vec<(usize, f64)>,
 }
 
 impl Statement {
@@ -33,38 +32,34 @@ impl Statement {
         };
         let formula = plan::formula(&text, speakers).ok();
         let places: Vec<MessagePlace> = plan::signals(speakers).collect();
-        let mut reads: BTreeMap<_, Vec<_>> = BTreeMap::new();
         let mut range: f64 = 0.0;
+        let mut unseen = BTreeMap::new();
         for used in formula.iter().flat_map(temporal::Formula::signals) {
-            let Some(place) = places.get(used.index) else { continue };
-            let Some(signal) = place.signal else { continue };
-            reads.entry((place.speaker, place.message)).or_default().push((signal, used.index));
-            if let Some(signal) = plan::signal(speakers, *place) {
+            unseen.insert(used.index, used.name.clone());
+            let place = places.get(used.index);
+            if let Some(signal) = place.and_then(|place| plan::signal(speakers, *place)) {
                 range = range.max(signal.maximum - signal.minimum);
             }
         }
         Self {
             name: stated.name.clone(),
             kind: stated.kind,
+            reads: Reads::of(&formula, speakers),
             monitor: formula.map(Monitor::new),
-            reads,
+            unseen,
             range,
             violation: None,
-            values: Vec::new(),
         }
     }
 
     /// Takes a message, by its speaker and place.
     pub(super) fn message(&mut self, now: Timestamp, of: (usize, usize), values: &[Option<f64>]) {
         let Some(monitor) = &mut self.monitor else { return };
-        let Some(read) = self.reads.get(&of) else { return };
-        self.values.clear();
-        let carried = read.iter().filter_map(|(signal, number)| {
-            let value = values.get(*signal).copied().flatten()?;
-            Some((*number, value))
-        });
-        self.values.extend(carried);
-        monitor.update(now, &self.values);
+        let Some(values) = self.reads.take(of, values) else { return };
+        if !self.unseen.is_empty() {
+            values.iter().for_each(|(number, _)| _ = self.unseen.remove(number));
+        }
+        monitor.update(now, values);
         if self.violation.is_none()
             && let Some(violation) = &monitor.verdict().first_violation
         {
@@ -83,14 +78,22 @@ impl Statement {
 
     /// What became of it in a run that ended at `end`.
     pub(super) fn verdict(self, end: Timestamp) -> PropertyVerdict {
-        let Self { name, kind, monitor, range, .. } = self;
+        let Self { name, kind, monitor, unseen, range, .. } = self;
         let verdict = monitor.map(|monitor| monitor.finish(end));
         let violation = verdict.as_ref().and_then(|verdict| verdict.first_violation.as_ref());
         if kind == Kind::Sometimes {
             let held = violation.is_some();
-            return PropertyVerdict { name, kind, held, first_violation: None, margin: None };
+            let (first_violation, never_judged, margin) = (None, None, None);
+            return PropertyVerdict { name, kind, held, first_violation, never_judged, margin };
         }
         let judged = verdict.as_ref().filter(|verdict| verdict.worst.is_some());
+        if judged.is_none() {
+            // What could not be broken did not hold.
+            let unseen: Vec<String> = unseen.into_values().collect();
+            let never_judged = Some(format!("never judged: no value of {}", unseen.join(", ")));
+            let (held, first_violation, margin) = (false, None, None);
+            return PropertyVerdict { name, kind, held, first_violation, never_judged, margin };
+        }
         let share = |robustness: f64| match range > 0.0 {
             true => (robustness / range).clamp(-1.0, 1.0),
             false => robustness.clamp(-1.0, 1.0),
@@ -100,6 +103,7 @@ impl Statement {
             kind,
             held: violation.is_none(),
             first_violation: violation.map(told),
+            never_judged: None,
             margin: judged.map(|verdict| share(verdict.robustness)),
         }
     }

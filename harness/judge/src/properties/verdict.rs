@@ -17,6 +17,9 @@ pub struct PropertyVerdict {
     pub held: bool,
     /// Of an always-property that was violated.
     pub first_violation: Option<Violation>,
+    /// Of an always-property that did not hold because the run held nothing to judge it by: what was missing. No fault of the
+    /// bus can break it so.
+    pub never_judged: Option<String>,
     /// Robustness, as in the falsification of signal temporal logic: the least distance to a violation
     /// in the run as a share of the limit; 1 far, 0 at the limit, negative beyond, within -1 to 1. None
     /// where the run held nothing to judge, and for what must come about sometimes.
@@ -33,7 +36,9 @@ impl From<&PropertyVerdict> for PropertySummary {
             not_judged: None,
             margin: verdict.margin,
             broken_s: violation.map(|violation| violation.at.as_secs_f64()),
-            what: violation.map(|violation| violation.what.clone()),
+            what: violation
+                .map(|violation| violation.what.clone())
+                .or_else(|| verdict.never_judged.clone()),
         }
     }
 }
@@ -67,6 +72,7 @@ impl Judgement {
             kind: Kind::Always,
             held: self.first_violation.is_none(),
             first_violation: self.first_violation,
+            never_judged: None,
             margin: self.margin,
         }
     }

@@ -79,6 +79,23 @@ fn what_the_device_has_not_is_shown_in_place() {
         ("drop = { loss_percent = 1 }", "flip = { flip_percent = 1 }"),
         ("device = \"oven\"\n", "device = \"oven\"\ndevices = \"paper\"\n"),
         ("[[fault]]", "[[property]]\nalways = { finite_outputs = {} }\n\n[[fault]]"),
+        ("[[fault]]", "[[property]]\nalways = \"Temprature < 100 degC\"\n\n[[fault]]"),
+        ("[[fault]]", "[[property]]\nalways = \"Temperature < 100 V\"\n\n[[fault]]"),
+        (
+            "[[fault]]",
+            "[[property]]\nalways = 'Temperature < 100 -> within 0 s: Heater == 0'\n\n[[fault]]",
+        ),
+        ("[[fault]]", "[[property]]\nsometimes = \"Heater >\"\n\n[[fault]]"),
+        ("[[fault]]", "[[property]]\nname = \"n\"\nsometimes = \"bus_off\"\n\n[[fault]]"),
+        (
+            "[[fault]]",
+            "[[property]]\nalways = \"Heater < 1\"\nsometimes = \"Heater > 1\"\n\n[[fault]]",
+        ),
+        (
+            "[[fault]]",
+            "[[reaction]]\nname = \"r\"\nfrom = \"Heater > 1\"\nto = \"Heate < 1\"\n\n[[fault]]",
+        ),
+        ("quantity = \"period.Status\"", "quantity = \"reaction.cooling\""),
     ];
     let shown: Vec<String> = cases.iter().map(|(from, to)| refused(from, to)).collect();
     insta::assert_snapshot!(shown.join("\n"));

@@ -219,6 +219,7 @@ fn every_property_can_be_written() {
         let value = match property {
             Property::Always(always) => format!("always = {{ {} = {{}} }}", always.name()),
             Property::Sometimes(state) => format!("sometimes = \"{}\"", state.name()),
+            Property::Stated(_) => unreachable!("it is not built in"),
         };
         text += &format!("[[property]]\n{value}\n");
     }

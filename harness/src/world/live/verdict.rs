@@ -114,6 +114,7 @@ mod tests {
             kind: Kind::Always,
             held: false,
             first_violation: Some(Violation { at, what: "an old one".to_owned() }),
+            never_judged: None,
             margin: Some(-0.1),
         };
         let passed = || Ending { outcome: Outcome::Passed, reason: None };

@@ -1,0 +1,69 @@
+//! Reactions: how long the nodes of a rig take from one condition to another.
+//!
+//! ```toml
+//! [[reaction]]
+//! name = "opening"
+//! from = "cells.VoltageMax > 4.25 V"
+//! to = "manager.ContactorClosed == 0"
+//! ```
+//!
+//! Each time `from` becomes true, the time to the next moment at which `to` holds is an observation of the quantity
+//! `reaction.opening`, in s, which measurements judge. What was not answered when the run ended has taken as long as the run
+//! lasted from there: it counts, and is never shorter than it was.
+
+use super::formula::formula;
+use super::hint::proposal;
+use super::name::Name;
+use super::rig::Rig;
+use super::validate::{Fault, Place, Segment};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::collections::BTreeSet;
+
+/// One `[[reaction]]` of a plan.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Reaction {
+    /// Its quantity is `reaction.<name>`.
+    pub name: Name,
+    /// A formula over signals: the time begins when it becomes true.
+    pub from: String,
+    /// A formula over signals: the time ends when it holds.
+    pub to: String,
+}
+
+/// The first mistake in `reactions`; formulas are read where the rig is at hand.
+pub(super) fn check(reactions: &[Reaction], rig: Option<&Rig>) -> Result<(), Fault> {
+    let mut names = BTreeSet::new();
+    for (index, reaction) in reactions.iter().enumerate() {
+        let root = [Segment::Key("reaction"), Segment::Index(index)];
+        let at = Place { root: &root };
+        if !names.insert(reaction.name.as_str()) {
+            let message = format!("reaction name `{}` is used twice", reaction.name);
+            return Err(at.fault(&[Segment::Key("name")], message, None));
+        }
+        let Some(rig) = rig else { continue };
+        for (key, text) in [("from", &reaction.from), ("to", &reaction.to)] {
+            if let Err(mistake) = formula(text, &rig.speakers) {
+                let within = [Segment::Key(key), Segment::Text(mistake.at)];
+                return Err(at.fault(&within, mistake.message, mistake.help));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// There is a reaction of this name.
+pub(super) fn find(
+    reactions: &[Reaction],
+    name: &str,
+    at: &Place<'_>,
+    here: &[Segment],
+) -> Result<(), Fault> {
+    let known: Vec<&str> = reactions.iter().map(|reaction| reaction.name.as_str()).collect();
+    if known.contains(&name) {
+        return Ok(());
+    }
+    let message = format!("no [[reaction]] `{name}` in this plan");
+    Err(at.fault(here, message, Some(proposal(name, &known))))
+}

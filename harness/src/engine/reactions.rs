@@ -1,0 +1,70 @@
+//! How long nodes take from one condition to another, as the plan asks.
+
+use crate::plan::quantities::REACTION_PREFIX;
+use crate::plan::{Plan, Reads, Speaker, formula};
+use temporal::Reaction;
+use wire::time::Timestamp;
+
+/// So many questions of a reaction wait for their answer at most.
+const WAITING_MAX: usize = 10_000;
+
+/// The reactions of a plan that something is made of.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Reactions {
+    /// Each with its quantity.
+    each: Vec<(String, Reaction)>,
+    reads: Reads,
+}
+
+impl Reactions {
+    /// Those of `plan` on a rig of these speakers.
+    pub(super) fn of(plan: &Plan, speakers: &[Speaker]) -> Self {
+        let read = |text: &str| formula(text, speakers).ok();
+        let mut formulas = Vec::new();
+        let mut each = Vec::new();
+        for declared in &plan.reactions {
+            let (Some(from), Some(to)) = (read(&declared.from), read(&declared.to)) else {
+                continue;
+            };
+            let quantity = format!("{REACTION_PREFIX}{}", declared.name);
+            each.push((quantity, Reaction::new(&from, &to, WAITING_MAX)));
+            formulas.extend([from, to]);
+        }
+        Self { each, reads: Reads::of(&formulas, speakers) }
+    }
+
+    /// Takes a message: its speaker and place, and the values of its signals. What it answers, by quantity, in s.
+    pub(super) fn take(
+        &mut self,
+        now: Timestamp,
+        of: (usize, usize),
+        values: &[Option<f64>],
+    ) -> Vec<(String, f64)> {
+        let Some(values) = self.reads.take(of, values) else { return Vec::new() };
+        let each = self.each.iter_mut();
+        each.for_each(|(_, reaction)| reaction.update(now, values));
+        self.answers()
+    }
+
+    /// The run is over: what is answered by now, and how long the others have waited, by quantity, in s.
+    pub(super) fn finish(&mut self, now: Timestamp) -> Vec<(String, f64)> {
+        self.each.iter_mut().for_each(|(_, reaction)| reaction.finish(now));
+        let mut answers = self.answers();
+        for (quantity, reaction) in &self.each {
+            let waited = reaction.waiting().map(|asked| (now - asked).as_secs_f64());
+            answers.extend(waited.map(|waited| (quantity.clone(), waited)));
+        }
+        self.each.clear();
+        answers
+    }
+
+    fn answers(&mut self) -> Vec<(String, f64)> {
+        let mut answers = Vec::new();
+        for (quantity, reaction) in &mut self.each {
+            while let Some(answer) = reaction.take() {
+                answers.push((quantity.clone(), answer.after.as_secs_f64()));
+            }
+        }
+        answers
+    }
+}
