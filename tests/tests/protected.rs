@@ -85,6 +85,14 @@ const SEND: &str = "{ send = { message = \"Request\", set = { Limit = 9 }, every
 const AFTER: &str = "{ wait = { duration_s = 2, label = \"after\" } }";
 
 #[test]
+fn the_line_of_the_page_on_rigs_is_that_of_this_rig() {
+    let page = include_str!("../../docs/rigs.md");
+    let (line, nodes) = RIG.split_once("[[node]]").unwrap();
+    let line = line.split_once('\n').unwrap().1;
+    assert!(page.contains(&format!("```toml\n{line}```")), "{line}{nodes}");
+}
+
+#[test]
 fn what_a_plan_sends_is_counted_and_sealed() {
     assert!(passes(RIG, &format!("{SEND}{AFTER}"), "all_within = [9, 9]"));
 }
