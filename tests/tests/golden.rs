@@ -77,7 +77,7 @@ fn project(template: Template) -> TempDir {
     for file in template.files(&Name::new("oven").unwrap()) {
         let path = folder.path().join(file.path);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, file.text).unwrap();
+        std::fs::write(path, file.bytes).unwrap();
     }
     folder
 }

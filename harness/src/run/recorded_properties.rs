@@ -111,7 +111,7 @@ impl Replayed {
         let Some(Ear { speaker, decoder, .. }) = ears.iter_mut().find(of) else { return };
         let at = record.at.max(*latest);
         let mut see = |decoded: described::Decoded| {
-            let (message, values) = (decoded.message, decoded.values.as_slice());
+            let (message, values) = (decoded.message, decoded.values);
             monitor.see(at, &Seen::Message { speaker: *speaker, message, values });
         };
         match &record.kind {
