@@ -1,9 +1,11 @@
 //! What stands in a description, as it is written.
 
 use crate::layout::{ByteOrder, Sender};
+use crate::protection::{ChecksumTable, CounterTable, E2eTable, ProtectionTable};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
-use serde::de::{self, Deserializer, Visitor};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{self, Deserializer, MapAccess, Visitor};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -172,6 +174,23 @@ pub(crate) struct MessageRules {
     pub(crate) initial: BTreeMap<String, f64>,
     /// Without it for so long, s, its signals are the initial ones again.
     pub(crate) timeout_s: Option<f64>,
+    /// A counter that goes on with each message.
+    counter: Option<CounterTable>,
+    /// A checksum among the signals.
+    checksum: Option<ChecksumTable>,
+    /// Counter and checksum of a profile of AUTOSAR.
+    e2e: Option<E2eTable>,
+}
+
+impl MessageRules {
+    /// What protects it.
+    pub(crate) fn protection(&self) -> ProtectionTable {
+        ProtectionTable {
+            counter: self.counter.clone(),
+            checksum: self.checksum.clone(),
+            e2e: self.e2e.clone(),
+        }
+    }
 }
 
 /// All of a message, where there is no DBC.
@@ -191,8 +210,13 @@ pub(crate) struct MessageTable {
     pub(crate) extended: Option<bool>,
     /// Bytes that a packet on a serial line begins with.
     pub(crate) start: Option<Vec<u8>>,
-    /// `sum8`, `xor8` or a CRC of the catalogue, such as `crc16-modbus`.
-    pub(crate) checksum: Option<String>,
+    /// At the end of a packet `sum8`, `xor8` or a CRC of the catalogue, such as `crc16-modbus`; or a table of a
+    /// checksum among the fields.
+    pub(crate) checksum: Option<ChecksumKind>,
+    /// A counter that goes on with each message.
+    counter: Option<CounterTable>,
+    /// Counter and checksum of a profile of AUTOSAR.
+    e2e: Option<E2eTable>,
     /// What the checksum covers.
     pub(crate) checksum_over: Option<ChecksumOver>,
     /// Which byte of the checksum comes first.
@@ -223,7 +247,50 @@ impl MessageTable {
             delay_s: self.delay_s,
             initial: self.initial.clone(),
             timeout_s: self.timeout_s,
+            counter: self.counter.clone(),
+            checksum: match &self.checksum {
+                Some(ChecksumKind::Field(table)) => Some(table.clone()),
+                Some(ChecksumKind::Trailer(_)) | None => None,
+            },
+            e2e: self.e2e.clone(),
         }
+    }
+
+    /// The name of the checksum at its end.
+    pub(crate) fn trailer(&self) -> Option<&str> {
+        match &self.checksum {
+            Some(ChecksumKind::Trailer(name)) => Some(name),
+            Some(ChecksumKind::Field(_)) | None => None,
+        }
+    }
+}
+
+/// A checksum at the end of a packet, by its name, or one among the fields.
+#[derive(Debug, Clone, PartialEq, Eq, JsonSchema)]
+#[schemars(untagged)]
+pub(crate) enum ChecksumKind {
+    /// Its name.
+    Trailer(String),
+    /// What it is.
+    Field(ChecksumTable),
+}
+
+impl<'de> Deserialize<'de> for ChecksumKind {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = ChecksumKind;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("the name of a checksum or a table with its `signal` and its `crc`")
+            }
+            fn visit_str<E: de::Error>(self, name: &str) -> Result<ChecksumKind, E> {
+                Ok(ChecksumKind::Trailer(name.to_owned()))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<ChecksumKind, A::Error> {
+                ChecksumTable::deserialize(MapAccessDeserializer::new(map)).map(ChecksumKind::Field)
+            }
+        }
+        deserializer.deserialize_any(Either)
     }
 }
 

@@ -41,7 +41,7 @@
 //! | `[parameter.NAME]` | `value`, `unit`, `minimum`, `maximum`, `doc` |
 //! | `[state.NAME]` | `start` (of parameters), one of `rate` and `value`, `unit`, `doc` |
 //! | `[signal.NAME]` | `expression`, or `steps = [[t, value], ...]`, or `csv` with the columns `time` and `value`; `interpolate`, `repeat`; `noise`; a `model` of the sensor that reads it, below |
-//! | `[message.NAME]` | sent: `period_s`, or `answers = "Command"` with `delay_s`; heard: `initial`, `timeout_s` |
+//! | `[message.NAME]` | sent: `period_s`, or `answers = "Command"` with `delay_s`; heard: `initial`, `timeout_s`; either: `counter`, `checksum`, `e2e`, below |
 //!
 //! A signal that nobody drives is sent as its start value (`GenSigStartValue`), or as zero; a multiplexer that
 //! nobody drives takes its pages in turn. Where several messages have a signal of one name, write
@@ -74,6 +74,20 @@
 //! The checksum stands behind them, least significant byte first unless `checksum_order = "big"`, and covers
 //! what is behind the start bytes unless `checksum_over = "all"`. In a line the format behind the colon is that
 //! of a number: sign, zeros, width, decimals (`{X:+08.3}`).
+//!
+//! # Counters and checksums
+//!
+//! ```toml
+//! [message.Status]
+//! e2e = { profile = "1C", data_id = 0x123, counter = "Alive", checksum = "Crc" }   # AUTOSAR: 1A, 1B, 1C, 2, 4, 5
+//! [message.Command]
+//! counter = { signal = "Count", first = 0, step = 1, modulo = 15, max_delta = 3 }
+//! checksum = { signal = "Sum", crc = "crc8-sae-j1850", bytes = [0, 6], prepend = [], append = [0x02, 0x00] }
+//! ```
+//!
+//! Both are signals of the message. [`Encoder`] puts them in, and a [`Decoder`] says what it thinks of them
+//! ([`Verdict`]). A [`Device`] does not use what is not right, and [`Device::refused`] counts it. A counter or a checksum
+//! with a `[signal.NAME]` of its own is sent as that says, and the other covers it.
 //!
 //! # Sensors
 //!
@@ -120,15 +134,17 @@ mod files;
 mod hint;
 mod layout;
 mod place;
+mod protection;
 
 pub use description::Description;
 pub use device::Device;
 pub use error::DescriptionError;
 pub use files::Files;
 pub use layout::{
-    ByteOrder, Carried, DbcNode, Decoded, Decoder, EncodeError, Layout, Medium, Message, NOBODY,
-    Note, SIGNAL_BITS_MAX, Selection, Sender, Signal, SignalName, dbc_nodes, dbc_text,
+    ByteOrder, Carried, DbcNode, Decoded, Decoder, EncodeError, Encoder, Layout, Medium, Message,
+    NOBODY, Note, SIGNAL_BITS_MAX, Selection, Sender, Signal, SignalName, dbc_nodes, dbc_text,
 };
+pub use protection::{ProtectionTable, Verdict};
 
 /// The JSON Schema of a description, in either of its forms, for editors.
 pub fn schema(generator: schemars::SchemaGenerator) -> schemars::Schema {

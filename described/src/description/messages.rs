@@ -69,7 +69,8 @@ pub(super) fn ruled(
             // An answer is not periodic, whatever the DBC says.
             message.period = None;
         }
-        start(message, rules, &place)
+        start(message, rules, &place)?;
+        message.protect(&rules.protection(), &place)
     })
 }
 

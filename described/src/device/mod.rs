@@ -6,7 +6,7 @@ mod sending;
 mod tests;
 
 use crate::description::{Description, Model, Source};
-use crate::layout::{Decoder, Sender};
+use crate::layout::{Decoder, Encoder, Sender};
 use dynamics::{Dynamics, finite};
 use sending::Sending;
 use std::collections::VecDeque;
@@ -33,6 +33,7 @@ const NEVER: Timestamp = Timestamp::MAX;
 pub struct Device {
     description: Arc<Description>,
     decoder: Decoder,
+    encoder: Encoder,
     dynamics: Dynamics,
     on: bool,
     senders: Vec<Sending>,
@@ -44,6 +45,8 @@ pub struct Device {
     dropped: u64,
     clipped: u64,
     not_finite: u64,
+    /// Messages whose counter or checksum was not right.
+    refused: u64,
 }
 
 impl Device {
@@ -55,6 +58,8 @@ impl Device {
         let sending = |sent| Sending::new(&description, sent, seed);
         let mut device = Self {
             decoder: layout.decoder_for(Sender::Host),
+            encoder: Encoder::new(layout.clone()),
+            refused: 0,
             dynamics: Dynamics::new(model),
             on: false,
             senders: model.sent.iter().map(sending).collect(),
@@ -83,10 +88,13 @@ impl Device {
         if !self.on {
             return;
         }
-        let heard = self.decoder.frame(frame);
-        if let Some((message, values)) = heard.map(|heard| (heard.message, heard.values.to_vec())) {
-            self.hear(now, message, &values);
+        let Some(heard) = self.decoder.frame(frame) else { return };
+        if !heard.is_sound() {
+            self.refused += 1;
+            return;
         }
+        let (message, values) = (heard.message, heard.values.to_vec());
+        self.hear(now, message, &values);
     }
 
     /// Bytes came on the serial line.
@@ -94,8 +102,12 @@ impl Device {
         if !self.on {
             return;
         }
-        let mut found = Vec::new();
-        self.decoder.bytes(bytes, &mut |heard| found.push((heard.message, heard.values.to_vec())));
+        let (mut found, mut refused) = (Vec::new(), 0);
+        self.decoder.bytes(bytes, &mut |heard| match heard.is_sound() {
+            true => found.push((heard.message, heard.values.to_vec())),
+            false => refused += 1,
+        });
+        self.refused += refused;
         for (message, values) in found {
             self.hear(now, message, &values);
         }
@@ -157,6 +169,7 @@ impl Device {
         self.queue.clear();
         self.answers.clear();
         self.decoder.reset();
+        self.encoder.reset();
         self.lost.fill(NEVER);
         if !on {
             return;
@@ -212,6 +225,11 @@ impl Device {
     /// What was received and is no message, see [`Decoder::damaged`].
     pub const fn damaged(&self) -> u64 {
         self.decoder.damaged()
+    }
+
+    /// Messages that it did not use, because their counter or their checksum among the signals was not right.
+    pub const fn refused(&self) -> u64 {
+        self.refused
     }
 
     fn hear(&mut self, now: Timestamp, message: usize, values: &[Option<f64>]) {

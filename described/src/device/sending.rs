@@ -111,7 +111,8 @@ impl Device {
         for place in message.multiplexers().filter(|place| message.carries(*place, &values)) {
             sending.pages[place] = sending.pages[place].wrapping_add(1);
         }
-        match self.description.layout().encode(sent.message, &values) {
+        let is_own = |signal: usize| !matches!(sent.signals[signal].source, Source::Unsaid);
+        match self.encoder.encode(sent.message, &values, is_own) {
             Ok(wired) if self.queue.len() < QUEUE_MAX.max(2 * self.senders.len()) => {
                 self.queue.push_back(wired);
             }

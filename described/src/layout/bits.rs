@@ -76,7 +76,7 @@ impl BitField {
     }
 
     /// The bytes that it touches.
-    fn bytes(self) -> RangeInclusive<usize> {
+    pub(crate) fn bytes(self) -> RangeInclusive<usize> {
         let ahead = match self.order {
             ByteOrder::Little => self.start % 8,
             ByteOrder::Big => 7 - self.start % 8,
@@ -103,8 +103,25 @@ impl BitField {
         }
     }
 
+    /// The same in bytes without the first few, none of which it touches.
+    pub(crate) const fn behind(self, bytes: usize) -> Self {
+        Self { start: self.start.saturating_sub(8 * bytes), ..self }
+    }
+
+    /// The two have each bit at the same place. Within a byte the order of bytes makes no difference.
+    pub(crate) fn is_same(self, other: Self) -> bool {
+        let lowest_first = |field: Self| {
+            let mut bits: Vec<usize> = field.bits().collect();
+            if field.order == ByteOrder::Big {
+                bits.reverse();
+            }
+            bits
+        };
+        lowest_first(self) == lowest_first(other)
+    }
+
     /// Number of each bit, along the field.
-    fn bits(self) -> impl Iterator<Item = usize> {
+    pub(crate) fn bits(self) -> impl Iterator<Item = usize> {
         (0..self.length as usize).map(move |index| match self.order {
             ByteOrder::Little => self.start + index,
             ByteOrder::Big => {

@@ -2,6 +2,7 @@
 
 use super::message::{Carrier, Found, Message};
 use super::{Decoded, Layout, Sender};
+use crate::protection::{Received, Verdict};
 use wire::can::{CanFrame, Id};
 use wire::packet::BYTES_MAX;
 
@@ -17,6 +18,8 @@ pub struct Decoder {
     buffer: Vec<u8>,
     /// Of the last message, one a signal.
     values: Vec<Option<f64>>,
+    /// One a message.
+    received: Vec<Received>,
     /// What comes next is not the middle of a line of text.
     line_begins: bool,
     damaged: u64,
@@ -28,6 +31,7 @@ impl Decoder {
         Self {
             buffer: Vec::with_capacity(BYTES_MAX),
             values: Vec::new(),
+            received: vec![Received::default(); layout.messages.len()],
             line_begins: true,
             damaged: 0,
             checksum_failures: 0,
@@ -57,7 +61,8 @@ impl Decoder {
             return None;
         }
         self.layout.frames[index].read(frame.data(), &mut self.values);
-        Some(Decoded { message: index, values: &self.values })
+        let verdict = judge(message, frame.data(), &mut self.received[index]);
+        Some(Decoded { message: index, values: &self.values, verdict })
     }
 
     /// Hands each message over that these bytes complete.
@@ -79,6 +84,7 @@ impl Decoder {
     pub fn reset(&mut self) {
         self.buffer.clear();
         self.line_begins = true;
+        self.received.fill(Received::default());
     }
 
     /// Bytes of a serial line that belong to no message, and CAN frames that are too short for theirs.
@@ -98,9 +104,12 @@ impl Decoder {
             let (message, found) = self.first(at);
             match found {
                 Found::Whole(length) => {
+                    let packet = &self.buffer[at..at + length];
+                    let known = &self.layout.messages[message];
+                    let verdict = judge(known, packet, &mut self.received[message]);
                     at += length;
                     self.line_begins = true;
-                    each(Decoded { message, values: &self.values });
+                    each(Decoded { message, values: &self.values, verdict });
                 }
                 Found::Beginning if self.buffer.len() - at < BYTES_MAX => break,
                 found => {
@@ -135,4 +144,11 @@ impl Decoder {
 
 fn hears(sender: Option<Sender>, message: &Message) -> bool {
     sender.is_none_or(|sender| message.sender == sender)
+}
+
+/// What counter and checksum among the signals say of a message with these bytes.
+#[inline]
+fn judge(message: &Message, data: &[u8], received: &mut Received) -> Option<Verdict> {
+    let protected = message.protected.as_ref()?;
+    Some(protected.protection.check(data.get(message.payload())?, received))
 }

@@ -3,10 +3,13 @@
 use super::EncodeError;
 use super::checksum::Trailer;
 use super::printed::Match;
+use super::protected::Protected;
 use super::selection::{self, Selection};
 use super::signal::Signal;
 use super::text::Pattern;
+use crate::protection::{Own, Sent};
 use std::collections::BTreeSet;
+use std::ops::Range;
 use wire::can::{CanFrame, DATA_BYTES_MAX, Id};
 use wire::device::Transmit;
 use wire::packet::{BYTES_MAX, Packet};
@@ -36,6 +39,8 @@ pub struct Message {
     /// What the file says of it.
     pub doc: String,
     pub(super) carrier: Carrier,
+    /// Its counter and its checksum among the signals, where it has any.
+    pub(crate) protected: Option<Protected>,
 }
 
 /// What carries a message.
@@ -85,7 +90,24 @@ impl Message {
         })
     }
 
-    pub(super) fn encode(&self, values: &[f64]) -> Result<Transmit, EncodeError> {
+    /// The bytes whose counter and checksum may be among its signals: but for start bytes and a checksum at the end.
+    pub(super) fn payload(&self) -> Range<usize> {
+        match &self.carrier {
+            Carrier::Frame { length, .. } => 0..*length,
+            Carrier::Packet { start, length, trailer } => {
+                let sealed = trailer.map_or(0, |trailer| trailer.checksum.length());
+                start.len()..length - sealed
+            }
+            Carrier::Line(_) => 0..0,
+        }
+    }
+
+    /// The message with these values; its counter and its checksum are put in where a sender's memory of them is given.
+    pub(super) fn encode(
+        &self,
+        values: &[f64],
+        sent: Option<(&mut Sent, Own)>,
+    ) -> Result<Transmit, EncodeError> {
         if values.len() != self.signals.len() {
             return Err(EncodeError::Count {
                 message: self.name.clone(),
@@ -97,6 +119,7 @@ impl Message {
             Carrier::Frame { id, length } => {
                 let mut data = [0; DATA_BYTES_MAX];
                 self.put(values, &mut data)?;
+                self.seal(&mut data, sent);
                 let data = data.get(..*length);
                 let frame = data.and_then(|data| CanFrame::new(*id, data));
                 frame.map(Transmit::Frame).ok_or_else(|| self.too_long())
@@ -108,6 +131,7 @@ impl Message {
                 for (byte, sync) in data.iter_mut().zip(start) {
                     *byte = *sync;
                 }
+                self.seal(data, sent);
                 if let Some(trailer) = trailer {
                     trailer.seal(data);
                 }
@@ -122,6 +146,15 @@ impl Message {
                 let line = pattern.write(|index| printed[index]);
                 line.map(Transmit::Bytes).ok_or_else(|| self.too_long())
             }
+        }
+    }
+
+    /// Puts in counter and checksum.
+    fn seal(&self, data: &mut [u8], sent: Option<(&mut Sent, Own)>) {
+        if let (Some(protected), Some((sent, own))) = (&self.protected, sent)
+            && let Some(data) = data.get_mut(self.payload())
+        {
+            protected.protection.protect(data, sent, own);
         }
     }
 

@@ -3,32 +3,39 @@
 mod bits;
 mod checksum;
 mod decoder;
+mod encoder;
 mod frames;
 mod message;
 mod note;
 mod number;
 mod printed;
+mod protected;
 mod selection;
 mod signal;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod text;
 
 mod dbc;
 mod table;
 
+pub(crate) use bits::BitField;
 pub use bits::{ByteOrder, SIGNAL_BITS_MAX};
 pub use dbc::{DbcNode, NOBODY, dbc_nodes, dbc_text};
 pub use decoder::Decoder;
+pub use encoder::Encoder;
 use frames::{FrameReader, Identifiers};
 pub use message::{Message, Sender};
 pub use note::Note;
+#[cfg(test)]
+pub(crate) use protected::tests::cells;
 pub use selection::{Carried, Selection};
 pub use signal::Signal;
 use wire::device::Transmit;
 
 use crate::error::Mistake;
 use crate::hint;
+use crate::protection::Verdict;
 use miette::Diagnostic;
 use std::sync::Arc;
 use thiserror::Error;
@@ -61,6 +68,18 @@ pub struct Decoded<'a> {
     pub message: usize,
     /// One value a signal, in the signal's unit; `None` where this frame does not carry it.
     pub values: &'a [Option<f64>],
+    /// What its counter and its checksum say, where it is protected by any.
+    pub verdict: Option<Verdict>,
+}
+
+impl Decoded<'_> {
+    /// A receiver uses it: nothing protects it, or counter and checksum are right.
+    pub const fn is_sound(&self) -> bool {
+        match self.verdict {
+            Some(verdict) => verdict.is_sound(),
+            None => true,
+        }
+    }
 }
 
 /// Why values do not become a message.
@@ -246,10 +265,11 @@ impl Layout {
     }
 
     /// The message with these values, one a signal and in its unit. Values of signals that a
-    /// multiplexed frame does not carry are not looked at.
+    /// multiplexed frame does not carry are not looked at. A counter and a checksum among the signals are their values
+    /// here; an [`Encoder`] puts in what they have to be.
     pub fn encode(&self, message: usize, values: &[f64]) -> Result<Transmit, EncodeError> {
         let found = self.messages.get(message).ok_or(EncodeError::NoMessage(message))?;
-        found.encode(values)
+        found.encode(values, None)
     }
 
     /// A decoder that hears all messages, whoever sends them.

@@ -132,6 +132,12 @@ impl Signal {
         }
     }
 
+    /// The greatest number on the wire, where that is a whole one without a sign.
+    pub(super) fn greatest_number(&self) -> Option<u64> {
+        let Storage::Bits { coding: Coding::Unsigned, .. } = self.storage else { return None };
+        self.number_of(self.maximum)
+    }
+
     /// How many bits it has; none where it is printed.
     pub(super) const fn bits(&self) -> u32 {
         match self.storage {

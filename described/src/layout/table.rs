@@ -1,7 +1,7 @@
 //! Layouts that a description writes out: frames of whole bytes, packets and lines.
 
 use super::bits::{BitField, ByteOrder};
-use super::checksum::{Checksum, Trailer};
+use super::checksum::Trailer;
 use super::message::{Carrier, Message};
 use super::number::{Coding, Scale};
 use super::selection::Carried;
@@ -12,6 +12,7 @@ use crate::error::Mistake;
 use crate::file::{ChecksumOver, FieldTable, FieldType, MessageTable, SerialTable};
 use crate::hint;
 use crate::place::Place;
+use crate::protection::Checksum;
 use wire::can::{DATA_BYTES_MAX, ExtendedId, Id, StandardId};
 use wire::packet::BYTES_MAX;
 
@@ -64,6 +65,7 @@ fn message(table: &MessageTable, serial: bool, place: &Place) -> Result<Message,
         signals,
         doc: table.doc.clone(),
         carrier,
+        protected: None,
     })
 }
 
@@ -71,7 +73,7 @@ fn frame(table: &MessageTable, place: &Place) -> Result<(Carrier, Vec<Signal>), 
     unused(
         place,
         "on CAN",
-        &[("start", table.start.is_some()), ("checksum", table.checksum.is_some())],
+        &[("start", table.start.is_some()), ("checksum", table.trailer().is_some())],
     )?;
     let raw = table.can_id.ok_or_else(|| {
         let message = format!("`{}` has no `can_id`, and the file no [serial]", table.name);
@@ -103,13 +105,7 @@ fn packet(table: &MessageTable, place: &Place) -> Result<(Carrier, Vec<Signal>),
         return Err(Mistake::new(place.clone(), message)
             .help("a packet begins with bytes that tell it from others: start = [0xAA, 0x55]"));
     }
-    let checksum = table.checksum.as_deref().map(|name| {
-        Checksum::named(name).ok_or_else(|| {
-            let known: Vec<_> = Checksum::names().collect();
-            Mistake::new(place.key("checksum"), format!("no checksum `{name}`"))
-                .help(hint::proposal(name, &known))
-        })
-    });
+    let checksum = table.trailer().map(|name| Checksum::at(name, &place.key("checksum")));
     let trailer = checksum.transpose()?.map(|checksum| Trailer {
         checksum,
         order: table.checksum_order.unwrap_or_default(),
@@ -168,7 +164,7 @@ fn line(
     let of_packets = [
         ("can_id", table.can_id.is_some()),
         ("start", table.start.is_some()),
-        ("checksum", table.checksum.is_some()),
+        ("checksum", table.trailer().is_some()),
     ];
     unused(place, "in a line of text", &of_packets)?;
     let pattern =

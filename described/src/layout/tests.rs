@@ -209,6 +209,7 @@ fn any_layout() -> impl Strategy<Value = Layout> {
             signals: kept,
             doc: String::new(),
             carrier: Carrier::Frame { id, length: 8 },
+            protected: None,
         };
         Layout::new(Medium::Can, vec![message])
     })

@@ -6,6 +6,7 @@
 //! [[line]]
 //! name = "can0"
 //! can = { bit_rate = 250_000, dbc = "pack.dbc" }
+//! message.Limits = { counter = { signal = "Alive" }, checksum = { signal = "Crc", crc = "crc8-sae-j1850" } }
 //!
 //! [[node]]                    # the device under test
 //! name = "manager"
@@ -27,6 +28,7 @@
 //! |---|---|
 //! | `devices` | the paper's robot or table of this device file, with its controller; its lines are `gyro` and `base` or `table` |
 //! | `[[line]]` | `can = { bit_rate, dbc }` with one DBC or an array of several, or `serial = {}`, whose settings are those of the device on it |
+//! | `message.NAME` of a line | counter and checksum of a message of its DBC: `counter`, `checksum` or `e2e` as in the description of a device |
 //! | `[[node]]` | `at`: a line, or several; one of `emulate`, `under_test`, `tester` and `replay = { log, channel }` |
 //! | `dbc_node` | the node's name in the DBC, where that is another one |
 //!
@@ -36,11 +38,12 @@ use crate::faults::{LineKind, Lines, NodeName, Ride, Target};
 use crate::name::Name;
 use crate::replayed::Replayed;
 use crate::speakers::{DEVICE, Speaker};
-use described::{Description, Layout, Medium, Sender};
+use described::{Description, Layout, Medium, ProtectionTable, Sender};
 use emulators::base::Transport;
 use emulators::device_file::{Devices, Mount};
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Most nodes of a rig, those of the paper's robot included.
@@ -80,6 +83,9 @@ pub struct LineTable {
     /// A serial line.
     #[serde(default)]
     pub serial: Option<SerialTable>,
+    /// Counters and checksums in messages of its DBC.
+    #[serde(rename = "message", default)]
+    pub messages: BTreeMap<String, ProtectionTable>,
 }
 
 /// A CAN bus, as it is written.

@@ -1,6 +1,7 @@
 //! A rig from its file: what is wrong is said with its place.
 
 mod replayed;
+mod words;
 
 use crate::library::{Kind, Library, LibraryError, Source};
 use crate::replayed::Logged;
@@ -9,7 +10,7 @@ use crate::rig::{
 };
 use crate::speakers::{DEVICE, Speaker};
 use crate::{hint, quantities};
-use described::{DbcNode, Description, Layout, Medium, Sender, dbc_nodes};
+use described::{Description, Layout, Medium, Sender};
 use emulators::device_file::Devices;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -133,7 +134,7 @@ impl Builder<'_> {
                     let dbcs = dbcs.collect::<Result<Vec<_>, _>>()?;
                     if !dbcs.is_empty() {
                         // What is wrong with them is said whoever is on the line.
-                        parts.layout(&dbcs, &|_| false)?;
+                        self.protected(parts.layout(&dbcs, &|_| false)?, number, line)?;
                         self.dbcs.insert(number, dbcs);
                     }
                     (Medium::Can, can.bit_rate)
@@ -147,6 +148,11 @@ impl Builder<'_> {
                     return Err(self.mistake(at, message, Some(help)).into());
                 }
             };
+            if !line.messages.is_empty() && !self.dbcs.contains_key(&number) {
+                let message = format!("line `{name}` has no DBC with messages");
+                let help = "what a described device sends, its own file protects".to_owned();
+                return Err(self.mistake(("line", number, "message"), message, Some(help)).into());
+            }
             self.rig.lines.push(RigLine { name: name.to_owned(), medium, bit_rate });
         }
         Ok(())
@@ -339,52 +345,5 @@ impl Builder<'_> {
             layout,
             sender,
         });
-    }
-
-    /// What a node that no file describes says on a line: by its DBC, or as the other end of what is emulated there.
-    fn words<P: Parts>(
-        &self,
-        file: &RigFile,
-        number: usize,
-        line: usize,
-        parts: &mut P,
-    ) -> Result<Option<(Layout, Sender)>, P::Error> {
-        let node = &file.nodes[number];
-        let Some(dbcs) =
-            line.checked_sub(self.rig.robot_lines()).and_then(|line| self.dbcs.get(&line))
-        else {
-            let other = self.rig.speakers.iter().find(|known| known.line == line);
-            let other = other.filter(|other| other.sender == Sender::Device);
-            return Ok(other.map(|other| (other.layout.clone(), Sender::Host)));
-        };
-        let wanted = node.dbc_node.as_deref().unwrap_or(node.name.as_str());
-        // They have been read once: they are DBCs.
-        let named = |dbc: &Source| dbc_nodes(&dbc.origin, &dbc.text).unwrap_or_default();
-        let nodes: Vec<DbcNode> = dbcs.iter().flat_map(named).collect();
-        let nodes: Vec<&str> = nodes.iter().map(|node| node.name.as_str()).collect();
-        // It may stand in several of the files.
-        let is_it = |of: &str| of.eq_ignore_ascii_case(wanted);
-        match (nodes.iter().any(|known| is_it(known)), node.tester) {
-            (true, _) => Ok(Some((parts.layout(dbcs, &is_it)?, Sender::Device))),
-            (false, Some(_)) if node.dbc_node.is_none() => {
-                // All that no other node of the rig sends.
-                let taken: Vec<String> = file
-                    .nodes
-                    .iter()
-                    .filter(|other| other.name != node.name)
-                    .map(|other| other.dbc_node.clone().unwrap_or_else(|| other.name.to_string()))
-                    .collect();
-                let is_ours = |of: &str| !taken.iter().any(|taken| taken.eq_ignore_ascii_case(of));
-                Ok(Some((parts.layout(dbcs, &is_ours)?, Sender::Device)))
-            }
-            (false, _) => {
-                let origins: Vec<&str> = dbcs.iter().map(|dbc| dbc.origin.as_str()).collect();
-                let message = format!("no node `{wanted}` in {}", origins.join(" and "));
-                let help =
-                    format!("{}; `dbc_node` says which it is", hint::proposal(wanted, &nodes));
-                let key = if node.dbc_node.is_some() { "dbc_node" } else { "name" };
-                Err(self.mistake(("node", number, key), message, Some(help)).into())
-            }
-        }
     }
 }

@@ -221,6 +221,14 @@ impl Emulated {
         }
     }
 
+    /// How many messages a described device did not use, because their counter or their checksum was not right.
+    pub(super) fn refused(&self, name: &str) -> Option<u64> {
+        match &self.rig.nodes[self.rig.find(name)?].part {
+            Part::Described(described) => Some(described.device.refused()),
+            _ => None,
+        }
+    }
+
     /// The device that a request means.
     fn choose(&self, device: Option<&str>) -> Result<String, RequestError> {
         let names = self.names();

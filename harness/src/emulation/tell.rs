@@ -96,7 +96,11 @@ pub(super) fn values(
 pub(super) fn counters(emulated: &Emulated) -> Value {
     let mut told = Map::new();
     for name in emulated.names() {
-        let device = emulated.robot(name).map_or(Value::Null, |robot| of_robot(robot, name));
+        let device = match (emulated.robot(name), emulated.refused(name)) {
+            (Some(robot), _) => of_robot(robot, name),
+            (None, Some(refused)) => json!({ "messages_refused": refused }),
+            (None, None) => Value::Null,
+        };
         told.insert(name.to_owned(), json!({ "device": device }));
     }
     told.insert("dropped".to_owned(), json!(emulated.dropped()));

@@ -1,7 +1,7 @@
 //! A node as which the plan speaks: it sends what the plan orders, again and again where it is to.
 
 use crate::plan::Send;
-use described::{Layout, Message, Sender};
+use described::{Encoder, Layout, Message, Sender};
 use std::collections::VecDeque;
 use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
@@ -9,11 +9,14 @@ use wire::time::{Span, Timestamp};
 /// Somebody on a line who says what the plan orders.
 #[derive(Debug)]
 pub(crate) struct Tester {
-    layout: Layout,
+    /// Its counters go on from one message to the next, whoever orders them.
+    encoder: Encoder,
     /// Whose messages of the layout it sends.
     sender: Sender,
     /// Of each message, what its signals were set to last.
     values: Vec<Vec<f64>>,
+    /// Of each message, the signals that the last order set: a counter and a checksum among them are not put in.
+    own: Vec<Vec<usize>>,
     /// Of each message that is sent again and again, how often, and when next.
     again: Vec<Option<(Span, Timestamp)>>,
     outgoing: VecDeque<Transmit>,
@@ -24,34 +27,40 @@ impl Tester {
         let start = |message: &Message| message.signals.iter().map(|signal| signal.start).collect();
         Self {
             values: layout.messages().iter().map(start).collect(),
+            own: vec![Vec::new(); layout.messages().len()],
             again: vec![None; layout.messages().len()],
             outgoing: VecDeque::new(),
-            layout,
+            encoder: Encoder::new(layout),
             sender,
         }
     }
 
     /// It can send a message of this name.
     pub(super) fn knows(&self, message: &str) -> bool {
-        let place = self.layout.find(message);
-        place.is_some_and(|place| self.layout.messages()[place].sender == self.sender)
+        let layout = self.encoder.layout();
+        let place = layout.find(message);
+        place.is_some_and(|place| layout.messages()[place].sender == self.sender)
     }
 
-    /// Sends a message now, and again as often as it says, or as the layout does.
+    /// Sends a message now, and again as often as it says, or as the layout does. Its counter and its checksum are put
+    /// in, unless the order sets them.
     ///
     /// # Errors
     ///
     /// When the layout has no such message or signal, or a value does not fit in.
     pub(super) fn send(&mut self, now: Timestamp, send: &Send) -> Result<(), String> {
-        let Some(message) = self.layout.find(&send.message) else {
+        let layout = self.encoder.layout();
+        let Some(message) = layout.find(&send.message) else {
             return Err(format!("no message `{}` in the layout of the device", send.message));
         };
-        let form = &self.layout.messages()[message];
+        let form = &layout.messages()[message];
+        self.own[message].clear();
         for (name, value) in &send.set {
             let Some(signal) = form.signals.iter().position(|signal| signal.name == *name) else {
                 return Err(format!("`{}` has no signal `{name}`", send.message));
             };
             self.values[message][signal] = *value;
+            self.own[message].push(signal);
         }
         let signals = form.signals.iter().enumerate();
         let mut set = signals.filter(|(_, signal)| send.set.contains_key(&signal.name));
@@ -69,7 +78,7 @@ impl Tester {
 
     /// This message is no longer sent again.
     pub(super) fn stop(&mut self, message: &str) {
-        if let Some(message) = self.layout.find(message) {
+        if let Some(message) = self.encoder.layout().find(message) {
             self.again[message] = None;
         }
     }
@@ -104,7 +113,8 @@ impl Tester {
     }
 
     fn encode(&mut self, message: usize) -> Result<(), String> {
-        let encoded = self.layout.encode(message, &self.values[message]);
+        let (values, own) = (&self.values[message], &self.own[message]);
+        let encoded = self.encoder.encode(message, values, |signal| own.contains(&signal));
         self.outgoing.push_back(encoded.map_err(|error| error.to_string())?);
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 mod bounds;
 mod oven;
+mod protected;
 mod sensor;
 mod values;
 

@@ -107,6 +107,7 @@ impl Converter<'_> {
             period: period_ms.filter(|ms| *ms > 0.0).map(|ms| Span::from_secs_f64(ms / 1e3)),
             doc: self.syntax.comments.get(&of).cloned().unwrap_or_default(),
             carrier: Carrier::Frame { id, length },
+            protected: None,
             name,
         })
     }

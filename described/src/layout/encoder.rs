@@ -1,0 +1,52 @@
+//! Values to frames and bytes, with counters that go on from one message to the next.
+
+use super::{EncodeError, Layout};
+use crate::protection::{Own, Sent};
+use wire::device::Transmit;
+
+/// Encodes the messages of one sender: puts in counters and checksums, and remembers how far the counters are.
+#[derive(Debug, Clone)]
+pub struct Encoder {
+    layout: Layout,
+    /// One a message.
+    sent: Vec<Sent>,
+}
+
+impl Encoder {
+    /// Of somebody who has sent nothing yet.
+    pub fn new(layout: Layout) -> Self {
+        Self { sent: vec![Sent::default(); layout.messages().len()], layout }
+    }
+
+    /// What it encodes.
+    pub const fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// The counters begin again, as those of a device do that loses its power.
+    pub fn reset(&mut self) {
+        self.sent.fill(Sent::default());
+    }
+
+    /// The message with these values, one a signal and in its unit. Its counter and its checksum are what they have to be,
+    /// and not their values: but for those that `is_own` says yes to, by their places among the signals. The counter goes
+    /// on then too.
+    ///
+    /// # Errors
+    /// As [`Layout::encode`]; the counter stays where it is.
+    pub fn encode(
+        &mut self,
+        message: usize,
+        values: &[f64],
+        is_own: impl Fn(usize) -> bool,
+    ) -> Result<Transmit, EncodeError> {
+        let found = self.layout.messages().get(message);
+        let found = found.ok_or(EncodeError::NoMessage(message))?;
+        let Some(protected) = &found.protected else { return found.encode(values, None) };
+        let own = Own {
+            counter: protected.counter.is_some_and(&is_own),
+            checksum: protected.checksum.is_some_and(&is_own),
+        };
+        found.encode(values, Some((&mut self.sent[message], own)))
+    }
+}

@@ -1,0 +1,175 @@
+//! What a file says of the counter and the checksum of a message, brought together with its signals.
+
+mod end_to_end;
+#[cfg(test)]
+pub(crate) mod tests;
+
+use super::message::{Carrier, Message};
+use super::signal::{Signal, Storage};
+use super::{BitField, Carried, Layout};
+use crate::error::{DescriptionError, Mistake};
+use crate::hint;
+use crate::place::Place;
+use crate::protection::{
+    Checksum, ChecksumTable, Counter, CounterTable, FrameSum, Protection, ProtectionTable, Seal,
+};
+use std::collections::BTreeMap;
+
+/// The protection of a message, and which of its signals are that.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Protected {
+    pub(super) protection: Protection,
+    /// The place of the counter among the signals.
+    pub(crate) counter: Option<usize>,
+    /// The place of the checksum.
+    pub(crate) checksum: Option<usize>,
+}
+
+impl Layout {
+    /// The same with counters and checksums in messages: what the `line`-th `[[line]]` of a rig file says. `file` is the
+    /// rig file's name in messages, and `text` what stands in it.
+    ///
+    /// # Errors
+    /// With the place of the first mistake.
+    pub fn protected(
+        self,
+        (file, text, line): (&str, &str, usize),
+        tables: &BTreeMap<String, ProtectionTable>,
+    ) -> Result<Self, DescriptionError> {
+        let place = Place::file().key("line").index(line).key("message");
+        let names: Vec<String> = self.messages().iter().map(|known| known.name.clone()).collect();
+        if let Some(name) = tables.keys().find(|name| !names.contains(name)) {
+            let mistake = Mistake::new(place.key(name).name(), format!("no message `{name}`"));
+            return Err(mistake.help(hint::proposal(name, &names)).located(file, text));
+        }
+        let changed = self.changed(|_, message| match tables.get(&message.name) {
+            Some(table) => message.protect(table, &place.key(&message.name)),
+            None => Ok(()),
+        });
+        changed.map_err(|mistake| mistake.located(file, text))
+    }
+}
+
+impl Message {
+    /// Takes the protection that a table at `place` says, where it says any.
+    pub(crate) fn protect(
+        &mut self,
+        table: &ProtectionTable,
+        place: &Place,
+    ) -> Result<(), Mistake> {
+        let given = [
+            ("counter", table.counter.is_some()),
+            ("checksum", table.checksum.is_some()),
+            ("e2e", table.e2e.is_some()),
+        ];
+        let Some((first, _)) = given.iter().find(|(_, given)| *given) else { return Ok(()) };
+        if matches!(self.carrier, Carrier::Line(_)) {
+            let text = format!("`{first}` has no meaning in a line of text");
+            return Err(Mistake::new(place.key(first).name(), text));
+        }
+        if table.e2e.is_some() && *first != "e2e" {
+            let text = format!("`{}` has a `{first}` and an `e2e`", self.name);
+            return Err(Mistake::new(place.key(first).name(), text)
+                .help("`e2e` says which signals its counter and its checksum are"));
+        }
+        if let Some(e2e) = &table.e2e {
+            self.protected = Some(self.end_to_end(e2e, &place.key("e2e"))?);
+            return Ok(());
+        }
+        let counter = table.counter.as_ref();
+        let counter = counter.map(|counter| self.counter(counter, &place.key("counter")));
+        let counter = counter.transpose()?;
+        let sum = table.checksum.as_ref();
+        let sum = sum.map(|sum| self.sum(sum, &place.key("checksum"))).transpose()?;
+        if let (Some((one, _)), Some((other, _))) = (&counter, &sum)
+            && one == other
+        {
+            let text = format!("`{}` is the counter already", self.signals[*one].name);
+            return Err(Mistake::new(place.key("checksum").key("signal"), text));
+        }
+        self.protected = Some(Protected {
+            counter: counter.as_ref().map(|(signal, _)| *signal),
+            checksum: sum.as_ref().map(|(signal, _)| *signal),
+            protection: Protection {
+                counter: counter.map(|(_, counter)| counter),
+                seal: sum.map(|(_, sum)| Seal::Sum(sum)),
+            },
+        });
+        Ok(())
+    }
+
+    fn counter(&self, table: &CounterTable, place: &Place) -> Result<(usize, Counter), Mistake> {
+        let (signal, field) = self.bits_of(&table.signal, &place.key("signal"))?;
+        let bits = field.length();
+        let most = u64::MAX >> (u64::BITS - bits);
+        let mut greatest = self.signals[signal].greatest_number().unwrap_or(most).min(most);
+        if let Some(modulo) = table.modulo {
+            // `modulo = 256` of a counter of 8 bits: the numbers are up to 255.
+            greatest = modulo.checked_sub(1).filter(|last| (1..=most).contains(last)).ok_or_else(
+                || {
+                    let text =
+                        format!("a counter modulo {modulo} in `{}` of {bits} bits", table.signal);
+                    Mistake::new(place.key("modulo"), text)
+                        .help(format!("from 2 to {}", u128::from(most) + 1))
+                },
+            )?;
+        }
+        let within = |key: &str, number: u64, least: u64| {
+            let mistake = || {
+                Mistake::new(
+                    place.key(key),
+                    format!("the counter `{}` cannot have {number} as its `{key}`", table.signal),
+                )
+                .help(format!("from {least} to {greatest}"))
+            };
+            (least..=greatest).contains(&number).then_some(number).ok_or_else(mistake)
+        };
+        let first = within("first", table.first.unwrap_or(0), 0)?;
+        let step = within("step", table.step.unwrap_or(1), 1)?;
+        let max_delta = table.max_delta.map(|most| within("max_delta", most, 1)).transpose()?;
+        Ok((signal, Counter { field, first, step, greatest, max_delta }))
+    }
+
+    fn sum(&self, table: &ChecksumTable, place: &Place) -> Result<(usize, FrameSum), Mistake> {
+        let checksum = Checksum::at(&table.crc, &place.key("crc"))?;
+        let (signal, field) = self.bits_of(&table.signal, &place.key("signal"))?;
+        let bits = 8 * checksum.length();
+        if field.length() as usize != bits {
+            let (name, found) = (&table.signal, field.length());
+            let text = format!("`{}` has {bits} bits, and `{name}` has {found}", table.crc);
+            return Err(Mistake::new(place.key("signal"), text));
+        }
+        let length = self.payload().len();
+        let covers = table.bytes.map(|(first, last)| match first <= last && last < length {
+            true => Ok(first..last + 1),
+            false => Err(Mistake::new(
+                place.key("bytes"),
+                format!("`{}` has no bytes {first} to {last}", self.name),
+            )
+            .help(format!("the first and the last byte, from 0 to {}", length.saturating_sub(1)))),
+        });
+        let covers = covers.transpose()?;
+        let (before, behind) = (table.prepend.clone(), table.append.clone());
+        Ok((signal, FrameSum { checksum, field, covers, before, behind }))
+    }
+
+    /// The place of a signal that can protect, and its bits in what [`Message::payload`] tells.
+    fn bits_of(&self, name: &str, place: &Place) -> Result<(usize, BitField), Mistake> {
+        let Some(index) = self.signals.iter().position(|known| known.name == name) else {
+            let names: Vec<&str> = self.signals.iter().map(|known| known.name.as_str()).collect();
+            let text = format!("`{}` has no signal `{name}`", self.name);
+            return Err(Mistake::new(place.clone(), text).help(hint::proposal(name, &names)));
+        };
+        let signal: &Signal = &self.signals[index];
+        let refuse = |what: &str| Mistake::new(place.clone(), format!("`{name}` {what}"));
+        match (signal.storage, &signal.carried) {
+            (_, Carried::When(_)) => {
+                Err(refuse("is multiplexed, and what protects a message is in each"))
+            }
+            (Storage::Bits { field, coding }, Carried::Always) if !coding.is_float() => {
+                Ok((index, field.behind(self.payload().start)))
+            }
+            _ => Err(refuse("is no whole number")),
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! Counters and checksums of descriptions: what stands in the frames, and each mistake at its place.
+
+use crate::layout::tests::described;
+use crate::{Decoder, Description, Encoder, Layout, Verdict};
+use miette::{GraphicalReportHandler, GraphicalTheme};
+use wire::can::CanFrame;
+use wire::device::Transmit;
+
+pub(crate) const DBC: &str = r#"VERSION ""
+
+BU_: Cells Manager
+
+BO_ 256 CellStatus: 8 Cells
+ SG_ Crc : 0|8@1+ (1,0) [0|255] "" Manager
+ SG_ Alive : 8|4@1+ (1,0) [0|15] "" Manager
+ SG_ IdPart : 12|4@1+ (1,0) [0|15] "" Manager
+ SG_ Voltage : 16|16@1+ (0.001,0) [0|65.535] "V" Manager
+ SG_ Page M : 32|8@1+ (1,0) [0|255] "" Manager
+ SG_ Serial m0 : 40|8@1+ (1,0) [0|255] "" Manager
+ SG_ Wide : 48|16@1+ (1,0) [0|65535] "" Manager
+
+BO_ 512 Request: 8 Manager
+ SG_ Limit : 7|16@0+ (0.1,0) [0|6553.5] "A" Cells
+ SG_ Count : 16|3@1+ (1,0) [0|5] "" Cells
+ SG_ Sum : 63|8@0+ (1,0) [0|255] "" Cells
+"#;
+
+/// The cells with these lines on their messages.
+pub(crate) fn cells(rest: &str) -> Result<Description, crate::DescriptionError> {
+    let text = format!("name = \"cells\"\ndbc = \"pack.dbc\"\nnode = \"Cells\"\n{rest}");
+    Description::parse("cells.toml", &text, &mut |_| Ok(DBC.to_owned()))
+}
+
+fn layout(rest: &str) -> Layout {
+    cells(rest).unwrap_or_else(|error| panic!("{error}")).layout().clone()
+}
+
+fn frame(encoder: &mut Encoder, message: &str, values: &[f64]) -> CanFrame {
+    let message = encoder.layout().find(message).unwrap();
+    match encoder.encode(message, values, |_| false).unwrap() {
+        Transmit::Frame(frame) => frame,
+        Transmit::Bytes(_) => panic!("on CAN"),
+    }
+}
+
+fn verdict(decoder: &mut Decoder, frame: &CanFrame) -> Verdict {
+    decoder.frame(frame).unwrap().verdict.unwrap()
+}
+
+const E2E: &str = "[message.CellStatus]\nperiod_s = 0.1\n\
+    e2e = { profile = \"1C\", data_id = 0x123, counter = \"Alive\", checksum = \"Crc\" }\n";
+const PLAIN: &str = "[message.Request]\ncounter = { signal = \"Count\", first = 4 }\n\
+    checksum = { signal = \"Sum\", crc = \"crc8-autosar\", prepend = [0x02, 0x00] }\n";
+
+#[test]
+fn a_message_of_a_dbc_has_autosars_bytes() {
+    let mut encoder = Encoder::new(layout(E2E));
+    let zeros = [0.0; 7];
+    // The published example of profile 1 with a nibble of the data id.
+    assert_eq!(frame(&mut encoder, "CellStatus", &zeros).data(), [0x2a, 0x10, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(frame(&mut encoder, "CellStatus", &zeros).data(), [0x77, 0x11, 0, 0, 0, 0, 0, 0]);
+    encoder.reset();
+    assert_eq!(frame(&mut encoder, "CellStatus", &zeros).data(), [0x2a, 0x10, 0, 0, 0, 0, 0, 0]);
+}
+
+#[test]
+fn a_counter_goes_to_the_end_of_its_signals_range_and_a_checksum_covers_the_rest() {
+    let layout = layout(PLAIN);
+    let (mut encoder, mut decoder) = (Encoder::new(layout.clone()), layout.decoder());
+    let mut counts = Vec::new();
+    for _ in 0..5 {
+        let frame = frame(&mut encoder, "Request", &[25.6, 0.0, 0.0]);
+        assert_eq!(frame.data()[..2], [0x01, 0x00]);
+        let covered = [&[0x02, 0x00], &frame.data()[..7]].concat();
+        let crc = crc::Crc::<u8>::new(&crc::CRC_8_AUTOSAR).checksum(&covered);
+        assert_eq!(frame.data()[7], crc);
+        counts.push(frame.data()[2]);
+        assert_eq!(verdict(&mut decoder, &frame), Verdict::Ok);
+    }
+    assert_eq!(counts, [4, 5, 0, 1, 2]);
+}
+
+#[test]
+fn a_decoder_judges_each_message_by_itself() {
+    let layout = layout(&format!("{E2E}{PLAIN}"));
+    let (mut encoder, mut decoder) = (Encoder::new(layout.clone()), layout.decoder());
+    let status = frame(&mut encoder, "CellStatus", &[0.0; 7]);
+    let request = frame(&mut encoder, "Request", &[0.0; 3]);
+    assert_eq!(verdict(&mut decoder, &status), Verdict::Ok);
+    assert_eq!(verdict(&mut decoder, &request), Verdict::Ok);
+    assert_eq!(verdict(&mut decoder, &status), Verdict::Repeated);
+    frame(&mut encoder, "Request", &[0.0; 3]);
+    let third = frame(&mut encoder, "Request", &[0.0; 3]);
+    assert_eq!(verdict(&mut decoder, &third), Verdict::Lost(1));
+    decoder.reset();
+    assert_eq!(verdict(&mut decoder, &status), Verdict::Ok);
+    let mut data = [0; 8];
+    data.copy_from_slice(status.data());
+    data[4] ^= 1;
+    let damaged = CanFrame::new(status.id(), &data).unwrap();
+    assert_eq!(verdict(&mut decoder, &damaged), Verdict::WrongChecksum);
+}
+
+/// On a serial line too, where messages are long enough for profile 4.
+#[test]
+fn a_packet_has_its_header_behind_its_start() {
+    let description = described(
+        "name = \"d\"\n[serial]\nbaud = 9600\n[[message]]\nname = \"M\"\nsent_by = \"device\"\n\
+         period_s = 1\nstart = [0xAA]\nchecksum = \"sum8\"\n\
+         e2e = { profile = \"4\", data_id = 0x0a0b0c0d, counter = \"Count\", checksum = \"Crc\" }\n\
+         fields = [{ name = \"Length\", type = \"u16\" }, { name = \"Count\", type = \"u16\", order = \"big\" },\n\
+         { name = \"Id\", type = \"u32\" }, { name = \"Crc\", type = \"u32\", order = \"big\" },\n\
+         { name = \"Value\", type = \"u32\" }]\n",
+    );
+    let mut encoder = Encoder::new(description.layout().clone());
+    let Ok(Transmit::Bytes(packet)) = encoder.encode(0, &[0.0; 5], |_| false) else { panic!() };
+    // The published example of profile 4, between the start byte and the sum.
+    let example = [0, 0x10, 0, 0, 0x0a, 0x0b, 0x0c, 0x0d, 0x86, 0x2b, 0x05, 0x56, 0, 0, 0, 0];
+    assert_eq!(packet.as_slice()[1..17], example);
+    let mut verdicts = Vec::new();
+    description
+        .layout()
+        .decoder()
+        .bytes(packet.as_slice(), &mut |found| verdicts.push(found.verdict));
+    assert_eq!(verdicts, [Some(Verdict::Ok)]);
+}
+
+#[test]
+fn mistakes_are_shown_where_they_are() {
+    let e2e =
+        "e2e = { profile = \"1A\", data_id = 0x123, counter = \"Alive\", checksum = \"Crc\" }";
+    let counter = "counter = { signal = \"Alive\" }";
+    let checksum = "checksum = { signal = \"Crc\", crc = \"crc8-sae-j1850\" }";
+    let cases = [
+        e2e.replace("data_id = 0x123, ", ""),
+        e2e.replace("0x123", "0x12345"),
+        e2e.replace("\"1A\"", "\"2\""),
+        e2e.replace("\"1A\"", "\"7\""),
+        e2e.replace("\"1A\", data_id = 0x123", "\"2\", data_ids = [1, 2]"),
+        e2e.replace("\"1A\"", "\"5\""),
+        e2e.replace("\"1A\"", "\"1C\"").replace("Alive", "IdPart"),
+        e2e.replace("Crc", "Serial"),
+        e2e.replace("\"Alive\"", "\"Alvie\""),
+        format!("{e2e}\n{counter}"),
+        counter.replace("Alive\"", "Alive\", modulo = 17"),
+        counter.replace("Alive\"", "Alive\", first = 16"),
+        counter.replace("Alive\"", "Alive\", step = 0"),
+        checksum.replace("\"Crc\"", "\"Alive\""),
+        checksum.replace("sae-j1850", "sea-j1850"),
+        checksum.replace("850\"", "850\", bytes = [1, 8]"),
+        format!(
+            "{counter}\n{}",
+            checksum.replace("\"Crc\"", "\"Alive\"").replace("crc8-sae-j1850", "sum8")
+        ),
+        "checksum = \"crc8-sae-j1850\"".to_owned(),
+    ];
+    let shown = cases.map(|case| {
+        let text = format!("[message.CellStatus]\nperiod_s = 0.1\n{case}\n");
+        let error = cells(&text).expect_err(&case);
+        let mut shown = format!("{case}\n");
+        let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor());
+        handler.with_width(100).render_report(&mut shown, &error).unwrap();
+        shown
+    });
+    insta::assert_snapshot!(shown.join("\n"));
+}

@@ -1,0 +1,73 @@
+//! What a node says on its line, where no file describes it.
+
+use super::{Builder, Parts};
+use crate::hint;
+use crate::library::{LibraryError, Source};
+use crate::rig::{LineTable, RigFile};
+use described::{DbcNode, Layout, Sender, dbc_nodes};
+
+impl Builder<'_> {
+    /// The messages of a line with the counters and checksums that its `number`-th table says.
+    pub(super) fn protected(
+        &self,
+        layout: Layout,
+        number: usize,
+        line: &LineTable,
+    ) -> Result<Layout, LibraryError> {
+        let at = (self.source.origin.as_str(), self.source.text.as_str(), number);
+        layout.protected(at, &line.messages).map_err(|error| {
+            let help = error.advice().map(str::to_owned);
+            self.source.mistake(error.range(), error.message().to_owned(), help)
+        })
+    }
+
+    /// What a node that no file describes says on a line: by its DBC, or as the other end of what is emulated there.
+    pub(super) fn words<P: Parts>(
+        &self,
+        file: &RigFile,
+        number: usize,
+        line: usize,
+        parts: &mut P,
+    ) -> Result<Option<(Layout, Sender)>, P::Error> {
+        let node = &file.nodes[number];
+        let own = line.checked_sub(self.rig.robot_lines());
+        let Some((own, dbcs)) = own.and_then(|own| Some((own, self.dbcs.get(&own)?))) else {
+            let other = self.rig.speakers.iter().find(|known| known.line == line);
+            let other = other.filter(|other| other.sender == Sender::Device);
+            return Ok(other.map(|other| (other.layout.clone(), Sender::Host)));
+        };
+        let wanted = node.dbc_node.as_deref().unwrap_or(node.name.as_str());
+        // They have been read once: they are DBCs.
+        let named = |dbc: &Source| dbc_nodes(&dbc.origin, &dbc.text).unwrap_or_default();
+        let nodes: Vec<DbcNode> = dbcs.iter().flat_map(named).collect();
+        let nodes: Vec<&str> = nodes.iter().map(|node| node.name.as_str()).collect();
+        // It may stand in several of the files.
+        let is_it = |of: &str| of.eq_ignore_ascii_case(wanted);
+        match (nodes.iter().any(|known| is_it(known)), node.tester) {
+            (true, _) => {
+                let layout = self.protected(parts.layout(dbcs, &is_it)?, own, &file.lines[own])?;
+                Ok(Some((layout, Sender::Device)))
+            }
+            (false, Some(_)) if node.dbc_node.is_none() => {
+                // All that no other node of the rig sends.
+                let taken: Vec<String> = file
+                    .nodes
+                    .iter()
+                    .filter(|other| other.name != node.name)
+                    .map(|other| other.dbc_node.clone().unwrap_or_else(|| other.name.to_string()))
+                    .collect();
+                let is_ours = |of: &str| !taken.iter().any(|taken| taken.eq_ignore_ascii_case(of));
+                let layout = parts.layout(dbcs, &is_ours)?;
+                Ok(Some((self.protected(layout, own, &file.lines[own])?, Sender::Device)))
+            }
+            (false, _) => {
+                let origins: Vec<&str> = dbcs.iter().map(|dbc| dbc.origin.as_str()).collect();
+                let message = format!("no node `{wanted}` in {}", origins.join(" and "));
+                let help =
+                    format!("{}; `dbc_node` says which it is", hint::proposal(wanted, &nodes));
+                let key = if node.dbc_node.is_some() { "dbc_node" } else { "name" };
+                Err(self.mistake(("node", number, key), message, Some(help)).into())
+            }
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! Messages with counters and checksums: a plan sends them as its rig says, and the emulated node judges them as its file
+//! says.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use harness::{Trial, TrialError};
+use std::path::Path;
+use tempfile::TempDir;
+
+const DBC: &str = r#"VERSION ""
+BU_: Manager Cells
+BO_ 256 CellStatus: 8 Cells
+ SG_ Crc : 0|8@1+ (1,0) [0|255] "" Manager
+ SG_ Alive : 8|4@1+ (1,0) [0|15] "" Manager
+ SG_ Limit : 16|16@1+ (0.01,0) [0|300] "A" Manager
+BO_ 512 Request: 5 Manager
+ SG_ Crc : 0|8@1+ (1,0) [0|255] "" Cells
+ SG_ Alive : 8|4@1+ (1,0) [0|15] "" Cells
+ SG_ Limit : 16|16@1+ (0.01,0) [0|300] "A" Cells
+"#;
+
+/// It tells the limit that it was given.
+const CELLS: &str = r#"
+name = "cells"
+title = "Cells"
+dbc = "pack.dbc"
+node = "Cells"
+[message.CellStatus]
+period_s = 0.1
+e2e = { profile = "1C", data_id = 0x123, counter = "Alive", checksum = "Crc" }
+[message.Request]
+e2e = { profile = "1A", data_id = 0x0a5b, counter = "Alive", checksum = "Crc" }
+[signal."CellStatus.Limit"]
+expression = "Request.Limit"
+"#;
+
+const RIG: &str = r#"title = "Cells and the plan"
+[[line]]
+name = "can0"
+can = { bit_rate = 250_000, dbc = "pack.dbc" }
+message.Request = { e2e = { profile = "1A", data_id = 0x0a5b, counter = "Alive", checksum = "Crc" } }
+[[node]]
+name = "cells"
+at = "can0"
+emulate = "cells"
+[[node]]
+name = "manager"
+at = "can0"
+tester = true
+"#;
+
+fn load(
+    rig: &str,
+    steps: &str,
+    quantity: &str,
+    check: &str,
+) -> (TempDir, Result<Trial, TrialError>) {
+    let plan = format!(
+        "name = \"plan\"\ntitle = \"\"\nrig = \"pack\"\nsteps = [{steps}]\n[[measurement]]\nname = \"it\"\ndoc = \"\"\n\
+         quantity = \"{quantity}\"\nwhere = {{ \"during.after\" = 1 }}\nunit = \"A\"\ncheck = {{ {check} }}\n"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    for (path, text) in [
+        ("rigs/pack.toml", rig),
+        ("rigs/pack.dbc", DBC),
+        ("devices/pack.dbc", DBC),
+        ("devices/cells.toml", CELLS),
+        ("plan.toml", &plan),
+    ] {
+        let path = folder.path().join(path);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    }
+    let trial = Trial::load(Path::new(folder.path()).join("plan.toml").to_str().unwrap());
+    (folder, trial)
+}
+
+fn passes(rig: &str, steps: &str, check: &str) -> bool {
+    let (_folder, trial) = load(rig, steps, "cells.Limit", check);
+    trial.unwrap_or_else(|error| panic!("{error:?}")).run().unwrap().passed()
+}
+
+const SEND: &str = "{ send = { message = \"Request\", set = { Limit = 9 }, every_s = 0.05 } }, \
+    { wait = { duration_s = 0.5 } }, ";
+const AFTER: &str = "{ wait = { duration_s = 2, label = \"after\" } }";
+
+#[test]
+fn the_line_of_the_page_on_rigs_is_that_of_this_rig() {
+    let page = include_str!("../../docs/rigs.md");
+    let (line, nodes) = RIG.split_once("[[node]]").unwrap();
+    let line = line.split_once('\n').unwrap().1;
+    assert!(page.contains(&format!("```toml\n{line}```")), "{line}{nodes}");
+}
+
+#[test]
+fn what_a_plan_sends_is_counted_and_sealed() {
+    assert!(passes(RIG, &format!("{SEND}{AFTER}"), "all_within = [9, 9]"));
+}
+
+/// Without the line's table all counters and checksums would be zero, and with another data id all checksums wrong.
+#[test]
+fn what_is_not_sealed_or_by_another_data_id_is_not_used() {
+    let plain = RIG.replace("message.Request", "# message.Request");
+    let other = RIG.replace("0x0a5b", "0x0a5c");
+    for rig in [plain, other] {
+        assert!(passes(&rig, &format!("{SEND}{AFTER}"), "all_within = [0, 0]"));
+    }
+}
+
+/// A plan sends a wrong checksum on purpose, and right ones from its next order on.
+#[test]
+fn a_checksum_that_an_order_sets_stands_until_the_next_order() {
+    let wrong =
+        "{ send = { message = \"Request\", set = { Limit = 20, Crc = 1 }, every_s = 0.05 } }, ";
+    assert!(passes(RIG, &format!("{SEND}{wrong}{AFTER}"), "all_within = [9, 9]"));
+    let right = "{ send = { message = \"Request\", set = { Limit = 30 }, every_s = 0.05 } }, \
+        { wait = { duration_s = 0.5 } }, ";
+    assert!(passes(RIG, &format!("{SEND}{wrong}{right}{AFTER}"), "all_within = [30, 30]"));
+}
+
+#[test]
+fn what_is_wrong_with_the_table_of_a_line_is_shown_in_its_place() {
+    let changes = [
+        ("data_id = 0x0a5b, ", "", "profile 1A needs a `data_id`"),
+        ("message.Request", "message.Reqest", "no message `Reqest`"),
+        ("\"Alive\"", "\"Alvie\"", "`Request` has no signal `Alvie`"),
+        (", dbc = \"pack.dbc\"", "", "line `can0` has no DBC with messages"),
+    ];
+    for (from, to, expected) in changes {
+        let rig = RIG.replace(from, to);
+        let (_folder, trial) = load(&rig, AFTER, "cells.Limit", "all_within = [0, 0]");
+        let Err(error) = trial else { panic!("taken: {expected}") };
+        let mut said = error.to_string();
+        let mut cause = std::error::Error::source(&error);
+        while let Some(one) = cause {
+            said = format!("{said}: {one}");
+            cause = one.source();
+        }
+        assert!(said.contains(expected), "{expected}\n{said}");
+    }
+}
