@@ -41,7 +41,7 @@
 //! | `[parameter.NAME]` | `value`, `unit`, `minimum`, `maximum`, `doc` |
 //! | `[state.NAME]` | `start` (of parameters), one of `rate` and `value`, `unit`, `doc` |
 //! | `[signal.NAME]` | `expression`, or `steps = [[t, value], ...]`, or `csv` with the columns `time` and `value`; `interpolate`, `repeat`; `noise`; a `model` of the sensor that reads it, below |
-//! | `[message.NAME]` | sent: `period_s`, or `answers = "Command"` with `delay_s`; heard: `initial`, `timeout_s`; either: `counter`, `checksum`, `e2e`, below |
+//! | `[message.NAME]` | sent: `period_s` and `send`, or `answers = "Command"` with `delay_s`; heard: `initial`, `timeout_s`; either: `counter`, `checksum`, `e2e`, below |
 //!
 //! A signal that nobody drives is sent as its start value (`GenSigStartValue`), or as zero; a multiplexer that
 //! nobody drives takes its pages in turn. Where several messages have a signal of one name, write
@@ -77,7 +77,7 @@
 //!
 //! # Counters and checksums
 //!
-//! ```toml
+//! ```text
 //! [message.Status]
 //! e2e = { profile = "1C", data_id = 0x123, counter = "Alive", checksum = "Crc" }   # AUTOSAR: 1A, 1B, 1C, 2, 4, 5
 //! [message.Command]
@@ -88,6 +88,21 @@
 //! Both are signals of the message. [`Encoder`] puts them in, and a [`Decoder`] says what it thinks of them
 //! ([`Verdict`]). A [`Device`] does not use what is not right, and [`Device::refused`] counts it. A counter or a checksum
 //! with a `[signal.NAME]` of its own is sent as that says, and the other covers it.
+//!
+//! # On a change
+//!
+//! ```text
+//! [message.Button]
+//! send = "cyclic_and_on_change"          # or cyclic, on_change, on_event
+//! period_s = 1.0
+//! fast_period_s = 0.02                   # after a change, and
+//! fast_times = 3                         # so often
+//! min_delay_s = 0.01                     # behind the one before
+//! ```
+//!
+//! A DBC says the same in `GenMsgSendType`, `GenSigSendType`, `GenMsgCycleTimeFast`, `GenMsgNrOfRepetition` and
+//! `GenMsgDelayTime`. Values are looked at, without their noise, at the ends of steps and when a message has been heard.
+//! `on_event` is a change to another value than the signal's start value.
 //!
 //! # Sensors
 //!
@@ -142,7 +157,8 @@ pub use error::DescriptionError;
 pub use files::Files;
 pub use layout::{
     ByteOrder, Carried, DbcNode, Decoded, Decoder, EncodeError, Encoder, Layout, Medium, Message,
-    NOBODY, Note, SIGNAL_BITS_MAX, Selection, Sender, Signal, SignalName, dbc_nodes, dbc_text,
+    NOBODY, Note, SIGNAL_BITS_MAX, Selection, SendKind, SendRule, Sender, Signal, SignalName,
+    dbc_nodes, dbc_text,
 };
 pub use protection::{ProtectionTable, Verdict};
 

@@ -82,7 +82,7 @@ fn passes(rig: &str, steps: &str, check: &str) -> bool {
 
 const SEND: &str = "{ send = { message = \"Request\", set = { Limit = 9 }, every_s = 0.05 } }, \
     { wait = { duration_s = 0.5 } }, ";
-const AFTER: &str = "{ wait = { duration_s = 2, label = \"after\" } }";
+const AFTER: &str = "{ wait = { duration_s = 2 }, label = \"after\" }";
 
 #[test]
 fn the_line_of_the_page_on_rigs_is_that_of_this_rig() {

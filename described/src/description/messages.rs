@@ -1,18 +1,19 @@
 //! When messages are sent, and what is heard as long as none comes.
 
+use super::sending;
 use super::source::{SignalSource, Source, source};
 use super::variables::Variables;
 use crate::error::Mistake;
 use crate::file::{MessageRules, SourceTable};
 use crate::files::Files;
 use crate::hint;
-use crate::layout::{Layout, Message, Selection, Sender};
+use crate::layout::{Layout, Message, Selection, SendRule, Sender};
 use crate::place::Place;
 use std::collections::BTreeMap;
 use wire::time::Span;
 
 /// No message is sent more often. Assumption: twice what a bus of 1 Mbit/s carries.
-const PERIOD_S_MIN: f64 = 50e-6;
+pub(super) const PERIOD_S_MIN: f64 = 50e-6;
 
 /// Longer than any run: a time behind it is a slip of the pen.
 const TIME_S_MAX: f64 = 1e6;
@@ -23,6 +24,8 @@ pub(crate) struct Sent {
     /// Its place in the layout.
     pub(crate) message: usize,
     pub(crate) period: Option<Span>,
+    /// When else it is sent.
+    pub(crate) send: SendRule,
     /// The place of the message that it answers, and how long after.
     pub(crate) answers: Option<(usize, Span)>,
     /// One a signal.
@@ -63,12 +66,7 @@ pub(super) fn ruled(
     layout.changed(|index, message| {
         let Some(rules) = rules.get(&message.name) else { return Ok(()) };
         let place = place(index, message, listed);
-        if let Some(period) = rules.period_s {
-            message.period = Some(seconds(period, PERIOD_S_MIN, &place.key("period_s"))?);
-        } else if rules.answers.is_some() {
-            // An answer is not periodic, whatever the DBC says.
-            message.period = None;
-        }
+        sending::ruled(message, rules, &place)?;
         start(message, rules, &place)?;
         message.protect(&rules.protection(), &place)
     })
@@ -124,7 +122,7 @@ pub(super) fn messages(
             .map_err(|error| unsent(name, layout, &error, &place))?;
         let known = &layout.messages()[message].name;
         let Some(sent) = sent.iter_mut().find(|sent| sent.message == message) else { continue };
-        if sent.period.is_none() && sent.answers.is_none() {
+        if sent.period.is_none() && sent.answers.is_none() && sent.send.is_cyclic() {
             let text = format!("`{name}` is in `{known}`, which is never sent");
             return Err(Mistake::new(place, text)
                 .help(format!("give `{known}` a `period_s`, or say which message it `answers`")));
@@ -210,6 +208,7 @@ fn send(
     Ok(Sent {
         message: index,
         period: message.period,
+        send: message.send.clone(),
         answers,
         signals: message.signals.iter().map(|_| unsaid()).collect(),
         pages: pages.collect(),

@@ -3,6 +3,7 @@
 mod messages;
 mod parameters;
 mod read;
+mod sending;
 mod source;
 mod states;
 mod variables;
@@ -11,7 +12,7 @@ mod variables;
 pub(crate) mod tests;
 
 pub(crate) use messages::{Heard, Sent};
-pub(crate) use source::Source;
+pub(crate) use source::{SignalSource, Source};
 pub(crate) use states::{Law, State};
 pub(crate) use variables::{TIME, Variables};
 

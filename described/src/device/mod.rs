@@ -1,6 +1,7 @@
 //! The emulator of a described device.
 
 mod dynamics;
+mod occasion;
 mod sending;
 #[cfg(test)]
 mod tests;
@@ -134,7 +135,7 @@ impl Device {
         if !self.on {
             return NEVER;
         }
-        let periodic = self.senders.iter().map(|sending| sending.due);
+        let periodic = self.senders.iter().map(Sending::next);
         let answers = self.answers.iter().map(|(at, _)| *at);
         let lost = self.lost.iter().copied();
         periodic.chain(answers).chain(lost).min().unwrap_or(NEVER)
@@ -182,6 +183,11 @@ impl Device {
         self.dynamics.start(model, now);
         for (sending, sent) in self.senders.iter_mut().zip(&model.sent) {
             sending.start(&description, sent, now);
+        }
+        for index in 0..model.sent.len() {
+            let numbers = self.numbers(model, index);
+            let rule = &model.sent[index].send;
+            self.senders[index].occasion.start(rule, now, model.step, numbers);
         }
     }
 
@@ -257,6 +263,9 @@ impl Device {
                 Some((_, delay)) => self.answers.push_back((now + delay, index)),
                 None => {}
             }
+        }
+        for index in 0..model.sent.len() {
+            self.look(model, index, now);
         }
         self.send_what_is_due(model, now);
     }

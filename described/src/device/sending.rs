@@ -1,8 +1,10 @@
 //! What a device sends, and when.
 
 use super::dynamics::finite;
+use super::occasion::Occasion;
 use super::{Device, NEVER, QUEUE_MAX};
-use crate::description::{Description, Model, Sent, Source, TIME};
+use crate::description::{Description, Model, Sent, SignalSource, Source, TIME};
+use crate::layout::SendKind;
 use emulators::gyro::terms::{Seen, Sensor};
 use emulators::random::RandomStream;
 use wire::time::Timestamp;
@@ -12,6 +14,8 @@ use wire::time::Timestamp;
 pub(super) struct Sending {
     /// When it is sent next, where it is periodic.
     pub(super) due: Timestamp,
+    /// When it is sent because of a change.
+    pub(super) occasion: Occasion,
     /// Which page a multiplexer that nobody drives has next: of each signal.
     pages: Vec<usize>,
     /// What each signal was last, without noise.
@@ -31,6 +35,7 @@ impl Sending {
         };
         Self {
             due: NEVER,
+            occasion: Occasion::new(),
             pages: vec![0; message.signals.len()],
             last: message.signals.iter().map(|signal| signal.start).collect(),
             noise: message.signals.iter().map(|signal| stream(&signal.name)).collect(),
@@ -49,6 +54,11 @@ impl Sending {
         }
     }
 
+    /// When something is to be done for it.
+    pub(super) fn next(&self) -> Timestamp {
+        self.due.min(self.occasion.look).min(self.occasion.due)
+    }
+
     /// Woken late it sends once: a device has no past to catch up with.
     fn next_period(&mut self, sent: &Sent, now: Timestamp) {
         self.due = sent.period.map_or(NEVER, |period| {
@@ -59,17 +69,25 @@ impl Sending {
 }
 
 impl Device {
-    /// Sends periodic messages and answers that are due, the earliest first.
+    /// Sends messages that are due by their period or a change, and answers, the earliest first.
     pub(super) fn send_what_is_due(&mut self, model: &Model, now: Timestamp) {
         loop {
-            let periodic = self.senders.iter().enumerate().map(|(index, one)| (one.due, index));
+            let periodic = self.senders.iter().enumerate().map(|(index, one)| (one.next(), index));
             let periodic = periodic.filter(|(due, _)| *due <= now && *due != NEVER).min();
             let answer = self.answers.iter().enumerate().map(|(place, (at, _))| (*at, place));
             let answer = answer.filter(|(at, _)| *at <= now && *at != NEVER).min();
             let index = match (periodic, answer) {
                 (None, None) => return,
                 (Some((due, index)), answer) if answer.is_none_or(|(at, _)| due <= at) => {
-                    self.senders[index].next_period(&model.sent[index], now);
+                    let is_due = |at: Timestamp| at <= now && at != NEVER;
+                    if is_due(self.senders[index].occasion.look) {
+                        self.dynamics.reach(model, now);
+                        self.look(model, index, now);
+                        continue;
+                    }
+                    if is_due(self.senders[index].due) {
+                        self.senders[index].next_period(&model.sent[index], now);
+                    }
                     index
                 }
                 (_, Some((_, place))) => match self.answers.remove(place) {
@@ -79,8 +97,45 @@ impl Device {
                 (Some(_), None) => return,
             };
             self.dynamics.reach(model, now);
+            self.senders[index].occasion.sent(&model.sent[index].send, now);
             self.send(model, index);
         }
+    }
+
+    /// Looks whether a change has a message sent.
+    pub(super) fn look(&mut self, model: &Model, index: usize, now: Timestamp) {
+        let sent = &model.sent[index];
+        if sent.send.kind == SendKind::Cyclic {
+            return;
+        }
+        let numbers = self.numbers(model, index);
+        let signals = &self.description.layout().messages()[sent.message].signals;
+        let is_start = |signal: usize, number: Option<u64>| {
+            number == signals[signal].number_of(signals[signal].start)
+        };
+        let occasion = &mut self.senders[index].occasion;
+        occasion.look(&sent.send, (now, model.step), numbers, is_start);
+    }
+
+    /// What the signals would be sent as now, without noise: nothing for those that no change of counts.
+    pub(super) fn numbers(&self, model: &Model, index: usize) -> Vec<Option<u64>> {
+        let sent = &model.sent[index];
+        let signals = &self.description.layout().messages()[sent.message].signals;
+        let number = |(place, from): (usize, &SignalSource)| {
+            if !sent.send.looks_at(place) || matches!(from.source, Source::Unsaid) {
+                return None;
+            }
+            // To look is not to read: the sensor stays as it was.
+            let mut sensor = self.senders[index].sensors[place].clone();
+            let value = from.source.value(self.dynamics.values(), &mut sensor);
+            let (least, greatest) = (signals[place].minimum, signals[place].maximum);
+            if value.is_nan() {
+                None
+            } else {
+                signals[place].number_of(value.clamp(least, greatest))
+            }
+        };
+        sent.signals.iter().enumerate().map(number).collect()
     }
 
     fn send(&mut self, model: &Model, index: usize) {

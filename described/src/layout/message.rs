@@ -5,6 +5,7 @@ use super::checksum::Trailer;
 use super::printed::Match;
 use super::protected::Protected;
 use super::selection::{self, Selection};
+use super::send_rule::SendRule;
 use super::signal::Signal;
 use super::text::Pattern;
 use crate::protection::{Own, Sent};
@@ -34,6 +35,8 @@ pub struct Message {
     pub sender: Sender,
     /// How often it is sent, where that is periodic.
     pub period: Option<Span>,
+    /// When else it is sent.
+    pub send: SendRule,
     /// Its signals, in the order of the file.
     pub signals: Vec<Signal>,
     /// What the file says of it.

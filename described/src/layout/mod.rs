@@ -11,6 +11,7 @@ mod number;
 mod printed;
 mod protected;
 mod selection;
+mod send_rule;
 mod signal;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -30,6 +31,7 @@ pub use note::Note;
 #[cfg(test)]
 pub(crate) use protected::tests::cells;
 pub use selection::{Carried, Selection};
+pub use send_rule::{SendKind, SendRule};
 pub use signal::Signal;
 use wire::device::Transmit;
 

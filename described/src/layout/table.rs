@@ -5,6 +5,7 @@ use super::checksum::Trailer;
 use super::message::{Carrier, Message};
 use super::number::{Coding, Scale};
 use super::selection::Carried;
+use super::send_rule::SendRule;
 use super::signal::{Signal, Storage};
 use super::text::Pattern;
 use super::{Layout, Medium};
@@ -62,6 +63,7 @@ fn message(table: &MessageTable, serial: bool, place: &Place) -> Result<Message,
         name: table.name.clone(),
         sender: table.sent_by,
         period: None,
+        send: SendRule::default(),
         signals,
         doc: table.doc.clone(),
         carrier,

@@ -208,6 +208,7 @@ fn any_layout() -> impl Strategy<Value = Layout> {
             period: None,
             signals: kept,
             doc: String::new(),
+            send: super::SendRule::default(),
             carrier: Carrier::Frame { id, length: 8 },
             protected: None,
         };

@@ -1,6 +1,7 @@
 //! What a described device does.
 
 mod bounds;
+mod occasions;
 mod oven;
 mod protected;
 mod sensor;

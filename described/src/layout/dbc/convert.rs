@@ -1,9 +1,9 @@
 //! The messages of a DBC as a layout has them, and notes on what is left out.
 
 use super::multiplexing::{Multiplexed, multiplexed};
+use super::sending::sending;
 use super::syntax::{
-    CYCLE_TIME_MS, LONG_MESSAGE, LONG_SIGNAL, MessageLine, Of, START_VALUE, SignalLine, Syntax,
-    Value,
+    LONG_MESSAGE, LONG_SIGNAL, MessageLine, Of, START_VALUE, SignalLine, Syntax, Value,
 };
 use super::{Note, ORPHANS, line, long_node, senders};
 use crate::layout::bits::{BitField, ByteOrder};
@@ -13,7 +13,6 @@ use crate::layout::selection::{self, Carried, Selection};
 use crate::layout::signal::{Signal, Storage};
 use std::ops::Range;
 use wire::can::{DATA_BYTES_MAX, ExtendedId, Id, StandardId};
-use wire::time::Span;
 
 /// In an identifier: it is one of 29 bits.
 const EXTENDED: u64 = 1 << 31;
@@ -100,11 +99,14 @@ impl Converter<'_> {
         let is_ours =
             senders(self.syntax, message).any(|of| (self.is_ours)(long_node(self.syntax, of)));
         let of = Of::Message(message.id);
-        let period_ms = self.syntax.attribute(of.clone(), CYCLE_TIME_MS).and_then(Value::number);
+        let signals = self.signals(message, length);
+        let name_of = |place: usize| self.signal_name(message, &message.signals[place]).to_owned();
+        let (period, send) = sending(self.syntax, message, &signals, &name_of);
         Ok(Message {
-            signals: self.signals(message, length),
+            signals,
+            send,
             sender: if is_ours { Sender::Device } else { Sender::Host },
-            period: period_ms.filter(|ms| *ms > 0.0).map(|ms| Span::from_secs_f64(ms / 1e3)),
+            period,
             doc: self.syntax.comments.get(&of).cloned().unwrap_or_default(),
             carrier: Carrier::Frame { id, length },
             protected: None,

@@ -3,6 +3,7 @@
 mod convert;
 mod cursor;
 mod multiplexing;
+mod sending;
 mod syntax;
 #[cfg(test)]
 mod tests;
@@ -162,6 +163,7 @@ fn difference(one: &Message, other: &Message) -> Option<String> {
         (one.carrier != other.carrier, "one identifier and two lengths"),
         (one.sender != other.sender, "one identifier and two senders"),
         (one.period != other.period, "one identifier and two cycle times"),
+        (one.send != other.send, "one identifier and two ways to be sent"),
     ];
     let what = apart.iter().find(|(differs, _)| *differs).map(|(_, what)| (*what).to_owned());
     what.or_else(|| {

@@ -14,7 +14,25 @@ pub(super) const LONG_NODE: &str = "SystemNodeLongSymbol";
 pub(super) const LONG_MESSAGE: &str = "SystemMessageLongSymbol";
 pub(super) const LONG_SIGNAL: &str = "SystemSignalLongSymbol";
 
-const USED: [&str; 5] = [CYCLE_TIME_MS, START_VALUE, LONG_NODE, LONG_MESSAGE, LONG_SIGNAL];
+/// When else a message is sent.
+pub(super) const SEND_TYPE: &str = "GenMsgSendType";
+pub(super) const SIGNAL_SEND_TYPE: &str = "GenSigSendType";
+pub(super) const CYCLE_TIME_FAST_MS: &str = "GenMsgCycleTimeFast";
+pub(super) const REPETITIONS: &str = "GenMsgNrOfRepetition";
+pub(super) const DELAY_TIME_MS: &str = "GenMsgDelayTime";
+
+const USED: [&str; 10] = [
+    CYCLE_TIME_MS,
+    START_VALUE,
+    LONG_NODE,
+    LONG_MESSAGE,
+    LONG_SIGNAL,
+    SEND_TYPE,
+    SIGNAL_SEND_TYPE,
+    CYCLE_TIME_FAST_MS,
+    REPETITIONS,
+    DELAY_TIME_MS,
+];
 
 /// The value of an attribute.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,6 +114,8 @@ pub(super) struct Syntax {
     pub(super) senders: BTreeMap<u64, Vec<String>>,
     pub(super) comments: BTreeMap<Of, String>,
     pub(super) defaults: BTreeMap<String, Value>,
+    /// What attributes of the kind `ENUM` may be, by their numbers.
+    choices: BTreeMap<String, Vec<String>>,
     pub(super) attributes: BTreeMap<(Of, String), Value>,
     /// Names of values of signals.
     pub(super) values: BTreeMap<(u64, String), Vec<(i64, String)>>,
@@ -121,6 +141,16 @@ impl Syntax {
         self.attributes.get(&(of, name.to_owned())).or_else(|| self.defaults.get(name))
     }
 
+    /// The attribute of the kind `ENUM`: its text, or that of its number.
+    pub(super) fn choice(&self, of: Of, name: &str) -> Option<&str> {
+        match self.attribute(of, name)? {
+            Value::Number(number) => {
+                self.choices.get(name)?.get(*number as usize).map(String::as_str)
+            }
+            value @ Value::Text(_) => value.text(),
+        }
+    }
+
     fn statement(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Unexpected> {
         let word = cursor.peek();
         let begin = cursor.place();
@@ -137,6 +167,7 @@ impl Syntax {
             "SG_" => self.signal(cursor, begin)?,
             "BO_TX_BU_" => self.senders(cursor)?,
             "CM_" => self.comment(cursor)?,
+            "BA_DEF_" => self.definition(cursor),
             "BA_DEF_DEF_" => self.default_of(cursor)?,
             "BA_" => self.attribute_of(cursor)?,
             "VAL_" => self.values(cursor)?,
@@ -236,6 +267,26 @@ impl Syntax {
             self.comments.insert(of, comment);
         }
         end(cursor)
+    }
+
+    /// `BO_ "Attribute" ENUM "one","another";` Others are passed over.
+    fn definition(&mut self, cursor: &mut Cursor<'_>) {
+        if matches!(cursor.peek(), "BU_" | "BO_" | "SG_" | "EV_") {
+            _ = cursor.word("");
+        }
+        if let Ok(name) = cursor.string("")
+            && USED.contains(&name.as_str())
+            && cursor.peek() == "ENUM"
+        {
+            _ = cursor.word("");
+            let mut choices = Vec::new();
+            while let Ok(choice) = cursor.string("") {
+                choices.push(choice);
+                cursor.takes(',');
+            }
+            self.choices.insert(name, choices);
+        }
+        cursor.skip_statement(is_section);
     }
 
     /// `"Attribute" 0;`

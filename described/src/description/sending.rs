@@ -1,0 +1,80 @@
+//! When a message is sent, as a file says it and as its DBC does.
+
+use super::messages::{PERIOD_S_MIN, seconds};
+use crate::error::Mistake;
+use crate::file::MessageRules;
+use crate::layout::{Message, SendKind};
+use crate::place::Place;
+
+/// Changes the message's period and its other occasions to what the file says.
+pub(super) fn ruled(
+    message: &mut Message,
+    rules: &MessageRules,
+    place: &Place,
+) -> Result<(), Mistake> {
+    let period = rules.period_s.map(|s| seconds(s, PERIOD_S_MIN, &place.key("period_s")));
+    let period = period.transpose()?;
+    match (rules.send, period) {
+        (Some(kind @ (SendKind::OnChange | SendKind::OnEvent)), Some(_)) => {
+            let name = if kind == SendKind::OnChange { "on_change" } else { "on_event" };
+            let text = format!("`{}` is sent `{name}`, and has no period", message.name);
+            return Err(Mistake::new(place.key("period_s").name(), text)
+                .help("both is `send = \"cyclic_and_on_change\"`"));
+        }
+        (Some(kind), _) => message.send.kind = kind,
+        // A period is a period, whatever else the DBC says.
+        (None, Some(_)) if !message.send.is_cyclic() => {
+            message.send.kind = SendKind::CyclicAndOnChange;
+        }
+        (None, _) => {}
+    }
+    if period.is_some() {
+        message.period = period;
+    }
+    if rules.answers.is_some() && period.is_none() || !message.send.is_cyclic() {
+        // An answer is not periodic, whatever the DBC says.
+        message.period = None;
+    }
+    if rules.send.is_some_and(|_| message.send.is_cyclic()) && message.period.is_none() {
+        let text = format!("`{}` is cyclic, and has no period", message.name);
+        return Err(Mistake::new(place.key("send"), text).help("add its `period_s`"));
+    }
+    occasions(message, rules, place)
+}
+
+/// What holds after a change.
+fn occasions(message: &mut Message, rules: &MessageRules, place: &Place) -> Result<(), Mistake> {
+    let after_change = [
+        ("fast_period_s", rules.fast_period_s.is_some()),
+        ("fast_times", rules.fast_times.is_some()),
+        ("min_delay_s", rules.min_delay_s.is_some()),
+    ];
+    if let (SendKind::Cyclic, Some((key, _))) =
+        (message.send.kind, after_change.iter().find(|(_, given)| *given))
+    {
+        let text = format!("`{}` is not sent on a change", message.name);
+        return Err(Mistake::new(place.key(key).name(), text)
+            .help("add `send`: \"on_change\", \"on_event\" or \"cyclic_and_on_change\""));
+    }
+    match (rules.fast_period_s, rules.fast_times) {
+        (Some(period), Some(times)) => {
+            let period = seconds(period, PERIOD_S_MIN, &place.key("fast_period_s"))?;
+            message.send.fast = Some((period, times));
+        }
+        (Some(_), None) => {
+            let text = "a fast period without an end";
+            return Err(Mistake::new(place.key("fast_period_s").name(), text)
+                .help("add `fast_times`: how often it is sent again after a change"));
+        }
+        (None, Some(_)) => {
+            let text = "sent again, and it is not said when";
+            return Err(Mistake::new(place.key("fast_times").name(), text)
+                .help("add `fast_period_s`: from one to the next after a change"));
+        }
+        (None, None) => {}
+    }
+    if let Some(delay) = rules.min_delay_s {
+        message.send.min_delay = seconds(delay, 0.0, &place.key("min_delay_s"))?;
+    }
+    Ok(())
+}
