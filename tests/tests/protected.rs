@@ -76,7 +76,7 @@ fn load(
 }
 
 fn passes(rig: &str, steps: &str, check: &str) -> bool {
-    let (_folder, trial) = load(rig, steps, "cells.Limit", check);
+    let (_folder, trial) = load(rig, steps, "cells.CellStatus.Limit", check);
     trial.unwrap_or_else(|error| panic!("{error:?}")).run().unwrap().passed()
 }
 
@@ -128,7 +128,7 @@ fn what_is_wrong_with_the_table_of_a_line_is_shown_in_its_place() {
     ];
     for (from, to, expected) in changes {
         let rig = RIG.replace(from, to);
-        let (_folder, trial) = load(&rig, AFTER, "cells.Limit", "all_within = [0, 0]");
+        let (_folder, trial) = load(&rig, AFTER, "cells.CellStatus.Limit", "all_within = [0, 0]");
         let Err(error) = trial else { panic!("taken: {expected}") };
         let mut said = error.to_string();
         let mut cause = std::error::Error::source(&error);
