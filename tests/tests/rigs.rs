@@ -225,7 +225,7 @@ fn files_that_contradict_each_other_are_refused() {
         assert!(said.contains(expected) && said.contains("pack.dbc, line"), "{expected}\n{said}");
     }
     let said = why_not(&project_with(&MORE.replace("BO_ 784", "BO_"), &two_files(), &cells()));
-    assert!(said.contains("failed to read as a DBC"), "{said}");
+    assert!(said.contains("failed to read the DBC"), "{said}");
     // The last node is the tester.
     let said = refused(&(two_files() + "dbc_node = \"Display\""), &cells());
     assert!(said.contains("no node `Display` in ") && said.contains("more.dbc"), "{said}");
