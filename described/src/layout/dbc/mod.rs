@@ -3,6 +3,7 @@
 mod convert;
 mod cursor;
 mod multiplexing;
+mod parts;
 mod syntax;
 #[cfg(test)]
 mod tests;
