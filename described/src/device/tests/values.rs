@@ -116,3 +116,37 @@ fn a_multiplexer_that_nobody_drives_takes_its_pages_in_turn() {
     let sent = listed(description.layout(), &run(&mut device, 3.0));
     assert_eq!(sent, ["1 M [2.0, 3.0, NaN]", "2 M [7.0, NaN, 6.0]", "3 M [2.0, 3.0, NaN]"]);
 }
+
+const NESTED: &str = "BU_: D H\nBO_ 1 M: 3 D\n SG_ Top M : 0|4@1+ (1,0) [0|0] \"\" H\n \
+    SG_ Low m1M : 4|4@1+ (1,0) [0|0] \"\" H\n SG_ A m0 : 8|8@1+ (1,0) [0|0] \"\" H\n \
+    SG_ B m2 : 8|8@1+ (1,0) [0|0] \"\" H\n SG_ C m5 : 8|8@1+ (1,0) [0|0] \"\" H\n\
+    SG_MUL_VAL_ 1 Low Top 1-1;\nSG_MUL_VAL_ 1 A Top 0-0;\nSG_MUL_VAL_ 1 B Low 2-2;\nSG_MUL_VAL_ 1 C Low 5-5;\n";
+
+#[test]
+fn a_multiplexer_below_another_goes_on_when_it_was_sent() {
+    let text = "name = \"d\"\ndbc = \"d.dbc\"\nnode = \"D\"\nmessage.M.period_s = 1\n\
+                signal.A.expression = 3\nsignal.B.expression = 4\nsignal.C.expression = 5\n";
+    let description = |more: &str| {
+        Description::parse("d.toml", &format!("{text}{more}"), &mut |_| Ok(NESTED.to_owned()))
+    };
+    let free = description("").unwrap();
+    let mut device = Device::new(Arc::new(free.clone()), 1);
+    let sent = listed(free.layout(), &run(&mut device, 5.0));
+    assert_eq!(
+        sent,
+        [
+            "1 M [0.0, NaN, 3.0, NaN, NaN]",
+            "2 M [1.0, 2.0, NaN, 4.0, NaN]",
+            "3 M [0.0, NaN, 3.0, NaN, NaN]",
+            "4 M [1.0, 5.0, NaN, NaN, 5.0]",
+            "5 M [0.0, NaN, 3.0, NaN, NaN]",
+        ]
+    );
+    // What is driven to a constant never selects the others.
+    let error = description("signal.Top.expression = 0\n").unwrap_err();
+    assert_eq!(
+        error.message(),
+        "`B` is never sent: it is in frames whose `Top` is 1, and that is always 0"
+    );
+    assert!(description("signal.Top.expression = \"t % 2\"\n").is_ok());
+}

@@ -3,6 +3,7 @@
 mod convert;
 mod cursor;
 mod multiplexing;
+mod parts;
 mod sending;
 mod syntax;
 #[cfg(test)]

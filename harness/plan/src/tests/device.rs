@@ -30,7 +30,11 @@ period_s = 0.1
 ";
 
 fn rig() -> Rig {
-    let read = &mut |_: &str| Ok(DBC.to_owned());
+    of_dbc(DBC)
+}
+
+fn of_dbc(dbc: &str) -> Rig {
+    let read = &mut |_: &str| Ok(dbc.to_owned());
     let description = Description::parse("oven.toml", DESCRIPTION, read);
     Rig::of_device(description.unwrap_or_else(|error| panic!("{error:?}")).into())
 }
@@ -99,6 +103,25 @@ fn what_the_device_has_not_is_shown_in_place() {
     ];
     let shown: Vec<String> = cases.iter().map(|(from, to)| refused(from, to)).collect();
     insta::assert_snapshot!(shown.join("\n"));
+}
+
+#[test]
+fn a_signal_of_another_group_than_the_multiplexer_says_is_shown_in_place() {
+    let dbc = DBC
+        .replace("SG_ Enable :", "SG_ Enable M :")
+        .replace("SG_ Setpoint :", "SG_ Setpoint m1 :")
+        + "BO_ 300 Fd: 12 Tester\n";
+    let rig = of_dbc(&dbc);
+    let check = |text: &str| {
+        Plan::parse("p.toml", text).and_then(|plan| plan.check_rig("p.toml", text, &rig))
+    };
+    check(PLAN).unwrap();
+    let error = check(&PLAN.replace("Enable = 1", "Enable = 0")).unwrap_err();
+    assert_eq!(error.to_string(), "`Command` has no `Setpoint` where `Enable` is 0");
+    let unknown = PLAN.replace("stop_sending = \"Command\"", "stop_sending = \"Fd\"");
+    let error = check(&unknown).unwrap_err();
+    let help = miette::Diagnostic::help(&error).map(|help| help.to_string());
+    assert!(help.is_some_and(|help| help.contains("line 9: Fd: it has 12 bytes")));
 }
 
 #[test]
