@@ -20,7 +20,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         "harness/plan",
         &["wire", "controller", "emulators", "described", "identification", "ports", "temporal"],
     ),
-    ("harness/record", &["wire", "controller", "plan"]),
+    ("harness/record", &["wire", "controller", "described", "plan"]),
     // Formulas know no plan: whoever has signals may watch them.
     ("harness/temporal", &["wire"]),
     // What is made of a record.

@@ -62,6 +62,7 @@ pub(crate) mod number;
 pub mod observation;
 pub mod phases;
 mod property;
+mod property_entry;
 pub mod quantities;
 mod quantity;
 mod reaction;

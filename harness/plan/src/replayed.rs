@@ -34,7 +34,7 @@ pub(crate) enum Words<'a> {
     None,
 }
 
-/// The part that `log` has of a node on these lines, which are in the order of its ports; none where the line is none of
+/// The part that `log` has of a node on these lines, which are in the order of its ports; none where the line is not one of
 /// its rig's own.
 ///
 /// # Errors

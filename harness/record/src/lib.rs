@@ -31,8 +31,10 @@ pub use reply::{Number, Reply, Through};
 pub use violation::Violation;
 
 use controller::mission::{Command, Report};
+use described::{Decoded, Decoder};
 use plan::faults::Target;
 pub use plan::observation::Observation;
+use plan::{DEVICE, Rig, Speaker};
 use serde::{Deserialize, Serialize};
 use wire::can::RecordedFrame;
 use wire::time::Timestamp;
@@ -88,6 +90,22 @@ impl Device {
         Self::Absolute,
         Self::Device,
     ];
+
+    /// As whose the record has what a node sends on a line: by its place among the ends of the rig.
+    pub fn of_node(rig: &Rig, node: usize, line: usize) -> Self {
+        if rig.is_short {
+            let is_device = rig.nodes[node].name == DEVICE;
+            return if is_device { Self::Device } else { Self::Plan };
+        }
+        let end = rig.ends().position(|end| end == (node, line));
+        Self::Node(end.and_then(|end| u8::try_from(end).ok()).unwrap_or(u8::MAX))
+    }
+
+    /// As whose the record has what a speaker of the rig says; none where no node is of its name.
+    pub fn of_speaker(rig: &Rig, speaker: &Speaker) -> Option<Self> {
+        let node = rig.nodes.iter().position(|node| node.name == speaker.node)?;
+        Some(Self::of_node(rig, node, speaker.line))
+    }
 }
 
 /// One event.
@@ -99,6 +117,20 @@ pub struct Record {
     pub device: Device,
     /// What.
     pub kind: RecordKind,
+}
+
+impl Record {
+    /// Hands over each message that its bytes or its frame complete.
+    pub fn messages(&self, decoder: &mut Decoder, each: &mut impl FnMut(Decoded<'_>)) {
+        match &self.kind {
+            RecordKind::Bytes(bytes) => decoder.bytes(bytes, each),
+            RecordKind::Frame(frame) => {
+                let frame = frame.frame();
+                frame.and_then(|frame| decoder.frame(&frame)).into_iter().for_each(each);
+            }
+            _ => {}
+        }
+    }
 }
 
 /// What happened. `Bytes` and `Frame` are kept only in a full record.

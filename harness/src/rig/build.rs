@@ -7,8 +7,8 @@ use super::replayed::Replaying;
 use super::robot::{CARRIER, Robot};
 use super::tester::Tester;
 use crate::hosted::{Hosting, OwnDevices};
+use crate::plan::Rig as Declared;
 use crate::plan::rig::{NodePart, RigLine};
-use crate::plan::{DEVICE, Rig as Declared};
 use crate::record::Device;
 use crate::world::bench::Bench;
 use controller::config::Transport;
@@ -52,16 +52,6 @@ pub(crate) fn paper(bench: Bench, hosting: Option<&Hosting>) -> Rig {
     rig
 }
 
-/// As whose the record has what a node sends on a line: by its place among the ends of the declared rig.
-pub(crate) fn who(declared: &Declared, place: usize, line: usize) -> Device {
-    if declared.is_short {
-        let is_device = declared.nodes[place].name == DEVICE;
-        return if is_device { Device::Device } else { Device::Plan };
-    }
-    let end = declared.ends().position(|end| end == (place, line));
-    Device::Node(end.and_then(|end| u8::try_from(end).ok()).unwrap_or(u8::MAX))
-}
-
 /// The declared nodes and their lines beside what is there. What is under test is what `own` brings; where that has nothing
 /// of the name, it is away. The places of those that are away.
 pub(super) fn add(rig: &mut Rig, declared: &Declared, own: &OwnDevices, seed: u64) -> Vec<usize> {
@@ -89,7 +79,7 @@ pub(super) fn add(rig: &mut Rig, declared: &Declared, own: &OwnDevices, seed: u6
         }
         for (port, line) in node.lines.iter().enumerate() {
             let port = PortId(u8::try_from(port).unwrap_or(u8::MAX));
-            ends[*line].push(end(at, port, who(declared, place, *line), &node.name));
+            ends[*line].push(end(at, port, Device::of_node(declared, place, *line), &node.name));
         }
     }
     for (line, mut ends) in ends.into_iter().enumerate() {

@@ -7,7 +7,6 @@ use crate::plan::{Property, Rig, Speaker};
 use crate::properties::{Limits, Monitor, Seen, Sight, Unjudged, View};
 use crate::record::FaultEvent;
 use crate::record::{Device, Record, RecordKind};
-use crate::rig::build::who;
 use controller::mission::{Mission, MissionId};
 use controller::{Output, Port};
 use described::Decoder;
@@ -46,9 +45,8 @@ impl Replayed {
     /// A monitor of `properties`, of which there is at least one; `limits` are those of the rig's robot, if it has one.
     pub(super) fn new(properties: &[Property], limits: Option<&Limits>, rig: &Rig) -> Self {
         let ear = |(speaker, one): (usize, &Speaker)| {
-            let place = rig.nodes.iter().position(|node| node.name == one.node)?;
             let decoder = one.layout.decoder_for(one.sender);
-            Some(Ear { who: who(rig, place, one.line), speaker, decoder })
+            Some(Ear { who: Device::of_speaker(rig, one)?, speaker, decoder })
         };
         Self {
             monitor: Monitor::new(properties, limits, &rig.speakers),
@@ -110,22 +108,11 @@ impl Replayed {
         let of = |ear: &&mut Ear| ear.who == record.device;
         let Some(Ear { speaker, decoder, .. }) = ears.iter_mut().find(of) else { return };
         let at = record.at.max(*latest);
-        let mut see = |decoded: described::Decoded| {
+        *messages |= matches!(record.kind, RecordKind::Bytes(_) | RecordKind::Frame(_));
+        record.messages(decoder, &mut |decoded| {
             let (message, values) = (decoded.message, decoded.values);
             monitor.see(at, &Seen::Message { speaker: *speaker, message, values });
-        };
-        match &record.kind {
-            RecordKind::Bytes(bytes) => {
-                *messages = true;
-                decoder.bytes(bytes, &mut see);
-            }
-            RecordKind::Frame(frame) => {
-                *messages = true;
-                let frame = frame.frame();
-                frame.and_then(|frame| decoder.frame(&frame)).into_iter().for_each(see);
-            }
-            _ => {}
-        }
+        });
     }
 
     fn fault(&mut self, at: Timestamp, index: u32, event: &FaultEvent) {

@@ -19,7 +19,7 @@ pub struct Evaluator {
     /// The caller's number and the slot of each signal, by number.
     slots: Vec<(usize, usize)>,
     values: Vec<f64>,
-    /// The moment up to which everything before is told; `values` hold from it on.
+    /// All verdicts before this moment are given; `values` hold from it on.
     now: i64,
     start: Option<i64>,
     /// What was taken last: until when, and what it is from there.

@@ -43,7 +43,7 @@
 //! Units are checked. A number with a unit is converted to that of the signal beside it (`4250 mV` to V,
 //! `50 km/h` to m/s), a bare one has it already. Signals of different units are converted where their kind is
 //! the same, and products and quotients have the unit that follows. A unit that no table knows fits itself. A
-//! number with a unit beside a signal that has none is a mistake.
+//! number with a unit beside a signal without one is a mistake.
 //!
 //! # What it means
 //!

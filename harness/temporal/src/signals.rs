@@ -15,7 +15,7 @@ pub trait Signals {
 pub struct Signal {
     /// The caller's number for it; updates name it so.
     pub index: usize,
-    /// Its unit, such as `V`, `degC` or `km/h`; empty if it has none.
+    /// Its unit, such as `V`, `degC` or `km/h`; empty if it is a plain number.
     pub unit: String,
     /// Values that have a name, as the value table of a DBC gives them.
     pub names: Vec<(String, f64)>,

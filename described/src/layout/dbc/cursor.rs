@@ -109,7 +109,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// A number. What some tools write for one that is none (`1.#QNAN`) is not a number either.
+    /// A number. Some tools write `1.#QNAN` for a value that is not a number: that is refused too.
     pub(super) fn number(&mut self, expected: &str) -> Result<f64, Unexpected> {
         let word = self.peek();
         let begins = |c: char| c.is_ascii_digit() || ['+', '-', '.'].contains(&c);

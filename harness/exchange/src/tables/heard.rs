@@ -5,9 +5,9 @@
 //! states and the observations.
 
 use super::base::{self, Overheard};
-use described::{Decoded, Decoder, Description, Layout, Sender};
+use described::{Decoder, Description, Layout, Sender};
 use plan::Rig;
-use record::{Device, Record, RecordKind};
+use record::{Device, Record};
 use std::sync::Arc;
 
 /// A signal of a message.
@@ -120,13 +120,9 @@ impl Ears {
         let mut all = Vec::new();
         let mut decoders = Vec::new();
         for speaker in &rig.speakers {
-            let is_its = |(node, line): (usize, usize)| {
-                rig.nodes[node].name == speaker.node && line == speaker.line
-            };
-            let place = rig.ends().position(is_its);
-            let Some(place) = place.and_then(|place| u8::try_from(place).ok()) else { continue };
+            let Some(device) = Device::of_speaker(rig, speaker) else { continue };
             let decoder = speaker.layout.decoder_for(speaker.sender);
-            let (device, name, first) = (Device::Node(place), speaker.node.clone(), all.len());
+            let (name, first) = (speaker.node.clone(), all.len());
             decoders.push(Voice { device, name, first, decoder });
             all.extend(forms(&speaker.layout));
         }
@@ -154,32 +150,17 @@ impl Ears {
             }
             Hearing::Device { device: of_device, host } => {
                 let decoder = if device == Device::Device { of_device } else { host };
-                decode(decoder, record, &mut |decoded| {
+                record.messages(decoder, &mut |decoded| {
                     told(device.name(), decoded.message, decoded.values.to_vec());
                 });
             }
             Hearing::Rig(voices) => {
                 for voice in voices.iter_mut().filter(|voice| voice.device == record.device) {
-                    decode(&mut voice.decoder, record, &mut |decoded| {
+                    record.messages(&mut voice.decoder, &mut |decoded| {
                         told(&voice.name, voice.first + decoded.message, decoded.values.to_vec());
                     });
                 }
             }
         }
-    }
-}
-
-/// The messages that a record completes.
-fn decode(decoder: &mut Decoder, record: &Record, each: &mut impl FnMut(Decoded<'_>)) {
-    match &record.kind {
-        RecordKind::Frame(frame) => {
-            if let Some(frame) = frame.frame()
-                && let Some(decoded) = decoder.frame(&frame)
-            {
-                each(decoded);
-            }
-        }
-        RecordKind::Bytes(bytes) => decoder.bytes(bytes, each),
-        _ => {}
     }
 }

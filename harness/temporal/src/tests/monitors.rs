@@ -223,7 +223,7 @@ fn memory_is_what_changed_within_the_horizon() {
     };
     let first = run(&mut monitor, 0);
     let later = run(&mut monitor, 20_000);
-    assert!(later < first + first / 10, "{first} bytes in words, then {later}");
+    assert!(later < first + first / 10, "{first} bytes, then {later}");
 }
 
 #[test]

@@ -76,7 +76,7 @@ pub fn online(formula: &Formula, trace: &Trace, step: i64) -> Vec<Truth> {
     }
     evaluator.finish(Timestamp::from_nanos(trace.len() as i64 * step - 1));
     take(&mut evaluator);
-    truths.into_iter().map(|truth| truth.expect("every moment is told")).collect()
+    truths.into_iter().map(|truth| truth.expect("every moment has a verdict")).collect()
 }
 
 pub fn parsed(form: &Form, step: i64) -> Formula {

@@ -52,16 +52,17 @@ fn came_to(property: &PropertySummary) -> String {
         (Some(true), true) if property.margin.is_none() => "nothing to judge".to_owned(),
         (Some(true), true) => "held".to_owned(),
         (Some(true), false) => "came about".to_owned(),
-        (Some(false), true) => {
-            format!("broke at {:.3} s: {what}", property.broken_s.unwrap_or_default())
-        }
+        (Some(false), true) => match property.broken_s {
+            Some(at_s) => format!("broke at {at_s:.3} s: {what}"),
+            None => what.to_owned(),
+        },
         (Some(false), false) => "did not come about".to_owned(),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{came_to, table};
+    use super::{PropertySummary, came_to, table};
     use record::outcome::samples::properties;
 
     #[test]
@@ -72,5 +73,15 @@ mod tests {
         let page = table(&properties()).unwrap().into_string();
         assert_eq!(page.matches("class=\"unset\"").count(), 1, "{page}");
         assert!(table(&[]).is_none());
+    }
+
+    #[test]
+    fn what_was_never_judged_broke_at_no_time() {
+        let never = PropertySummary {
+            broken_s: None,
+            what: Some("never judged: no value of cells.VoltageMax".into()),
+            ..properties()[2].clone()
+        };
+        assert_eq!(came_to(&never), "never judged: no value of cells.VoltageMax");
     }
 }
