@@ -24,7 +24,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     // Formulas know no plan: whoever has signals may watch them.
     ("harness/temporal", &["wire"]),
     // What is made of a record.
-    ("harness/judge", &["wire", "controller", "plan", "record", "temporal"]),
+    ("harness/judge", &["wire", "controller", "described", "plan", "record", "temporal"]),
     ("harness/dataset", &["controller", "identification", "plan", "record"]),
     ("harness/campaign", &["wire", "emulators", "plan", "record"]),
     (

@@ -40,6 +40,16 @@ impl Decoder {
         }
     }
 
+    /// What it reads.
+    pub const fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// Whose messages it hears; those of all where there is none.
+    pub const fn sender(&self) -> Option<Sender> {
+        self.sender
+    }
+
     /// A frame of this identifier is a message that is heard.
     pub fn takes(&self, id: Id) -> bool {
         let index = self.layout.identifiers.find(id);

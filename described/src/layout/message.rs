@@ -171,7 +171,7 @@ impl Message {
     }
 
     /// Puts the values in the bytes of a packet into `values`, one a signal.
-    fn read(&self, data: &[u8], values: &mut Vec<Option<f64>>) {
+    pub(super) fn read(&self, data: &[u8], values: &mut Vec<Option<f64>>) {
         let number = |multiplexer: usize| Some(self.signals[multiplexer].selector(data));
         values.clear();
         values.extend(self.signals.iter().enumerate().map(|(place, signal)| {

@@ -1,5 +1,6 @@
 //! Messages and their signals: physical values to bytes, and back.
 
+mod altered;
 mod bits;
 mod checksum;
 mod decoder;
@@ -215,6 +216,11 @@ impl Layout {
     /// it, or `Status.Temperature`. [`Layout::resolve`] says why there is none.
     pub fn signal(&self, name: &str) -> Option<(usize, usize)> {
         self.resolve(name).ok()
+    }
+
+    /// As [`Layout::signal`], among the messages of one sender.
+    pub fn sent_signal(&self, sender: Sender, name: &str) -> Option<(usize, usize)> {
+        self.resolve_among(name, Some(sender)).ok()
     }
 
     /// As [`Layout::signal`], with the nearest names where there is no such signal.

@@ -97,6 +97,20 @@ impl Protection {
         }
     }
 
+    /// Puts the checksum of the bytes as they are into them.
+    pub(crate) fn reseal(&self, data: &mut [u8]) {
+        if let Some((field, sum)) = self.sum(data) {
+            field.set(data, sum);
+        }
+    }
+
+    /// Puts in a checksum that is wrong in each bit.
+    pub(crate) fn spoil(&self, data: &mut [u8]) {
+        if let Some((field, sum)) = self.sum(data) {
+            field.set(data, !sum);
+        }
+    }
+
     /// Judges the bytes of a message.
     pub(crate) fn check(&self, data: &[u8], received: &mut Received) -> Verdict {
         let is_whole = match &self.seal {

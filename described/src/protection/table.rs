@@ -15,6 +15,15 @@ pub struct ProtectionTable {
     pub(crate) e2e: Option<E2eTable>,
 }
 
+impl ProtectionTable {
+    /// Of a message whose counter is this signal, as counters are where nobody says more.
+    pub(crate) fn counting(signal: String) -> Self {
+        let (first, step, modulo, max_delta) = Default::default();
+        let counter = CounterTable { signal, first, step, modulo, max_delta };
+        Self { counter: Some(counter), ..Self::default() }
+    }
+}
+
 /// A counter, as it is written.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a table: `{ signal = ... }`")]

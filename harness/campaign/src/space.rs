@@ -1,6 +1,6 @@
 //! What can go wrong on one bench while one plan is carried out, and how it is drawn.
 
-use plan::faults::{Fault, FaultKind, Lasts, Lines, Schedule, Target, Toward, When};
+use plan::faults::{Fault, FaultKind, Lasts, Lines, Reach, Schedule, Target, Toward, When};
 use plan::{Name, Plan};
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -36,10 +36,13 @@ impl Space {
     ) -> Self {
         let mut kinds = Vec::new();
         for info in FaultKind::all() {
-            if !only.is_empty() && !only.iter().any(|name| name == info.name) {
+            // There may be a thousand signals: what strikes one of them is drawn where it is asked for.
+            let is_asked = only.iter().any(|name| name == info.name);
+            let is_of_message = matches!(info.reach, Reach::Message(_));
+            if !is_asked && (is_of_message || !only.is_empty()) {
                 continue;
             }
-            for target in lines.targets(info.reach.targets()) {
+            for target in lines.targets(info.reach) {
                 let schedule = Schedule { faults: vec![Fault::new(target, info.typical)] };
                 // By itself: what is at odds with a fault of the plan may strike at another time.
                 if schedule.fits(plan, &lines).is_ok() {

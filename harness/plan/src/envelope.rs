@@ -63,7 +63,7 @@ pub fn struck_by(kind: FaultKind, asked: Option<Target>, lines: &Lines) -> Optio
         let schedule = Schedule { faults: vec![Fault::new(*target, kind)] };
         asked.is_none_or(|asked| asked == *target) && schedule.check_bench(lines).is_ok()
     };
-    lines.targets(kind.info().reach.targets()).into_iter().find(fits)
+    lines.targets(kind.info().reach).into_iter().find(fits)
 }
 
 impl DeclaredEnvelope {

@@ -2,8 +2,9 @@
 
 use super::quantity::OfMessage;
 use super::speakers::{DEVICE, MessagePlace, Speaker, resolve, signal};
+use described::{Decoded, Verdict};
 use std::collections::BTreeMap;
-use temporal::{Formula, Mistake, NotFound, Signal, Signals};
+use temporal::{Formula, Mistake, NotFound, Protecting, Signal, Signals};
 
 /// Reads a formula over the signals of `speakers`: `manager.ContactorCommand`, `manager.Status.ContactorCommand`, and
 /// `ContactorCommand` where one node alone sends a signal of that name.
@@ -15,12 +16,50 @@ pub fn formula(text: &str, speakers: &[Speaker]) -> Result<Formula, Mistake> {
     Formula::parse(text, &Sent(speakers))
 }
 
-/// The signals of `speakers`, in the order of the numbers that a [`formula`] has for them.
-pub fn signals(speakers: &[Speaker]) -> impl Iterator<Item = MessagePlace> {
+/// What a formula reads of a message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// The value of a signal.
+    Signal(MessagePlace),
+    /// Whether the signal, a counter or a checksum, is right: 1 or 0.
+    Protecting(MessagePlace, Protecting),
+}
+
+impl Origin {
+    /// The message, by its speaker and place.
+    const fn message(self) -> (usize, usize) {
+        let (Self::Signal(place) | Self::Protecting(place, _)) = self;
+        (place.speaker, place.message)
+    }
+
+    /// What a message brings.
+    fn value(self, decoded: &Decoded<'_>) -> Option<f64> {
+        match self {
+            Self::Signal(place) => decoded.values.get(place.signal?).copied().flatten(),
+            Self::Protecting(_, how) => {
+                let is_right = match (decoded.verdict?, how) {
+                    (Verdict::WrongChecksum, Protecting::Fits) => false,
+                    (_, Protecting::Fits) | (Verdict::Ok, Protecting::Follows) => true,
+                    // A counter in a message that is damaged says nothing.
+                    (Verdict::WrongChecksum, Protecting::Follows) => return None,
+                    (_, Protecting::Follows) => false,
+                };
+                Some(f64::from(u8::from(is_right)))
+            }
+        }
+    }
+}
+
+/// What formulas may read of `speakers`, in the order of the numbers that a [`formula`] has for them.
+pub fn origins(speakers: &[Speaker]) -> impl Iterator<Item = Origin> {
     speakers.iter().enumerate().flat_map(|(speaker, one)| {
         one.layout.messages().iter().enumerate().flat_map(move |(message, of)| {
-            let signals = 0..of.signals.len();
-            signals.map(move |signal| MessagePlace { speaker, message, signal: Some(signal) })
+            let at = move |signal| MessagePlace { speaker, message, signal: Some(signal) };
+            let signals = (0..of.signals.len()).map(move |signal| Origin::Signal(at(signal)));
+            let follows = of.counter_signal().map(|signal| (signal, Protecting::Follows));
+            let fits = of.checksum_signal().map(|signal| (signal, Protecting::Fits));
+            let protecting = follows.into_iter().chain(fits);
+            signals.chain(protecting.map(move |(signal, how)| Origin::Protecting(at(signal), how)))
         })
     })
 }
@@ -28,11 +67,33 @@ pub fn signals(speakers: &[Speaker]) -> impl Iterator<Item = MessagePlace> {
 struct Sent<'a>(&'a [Speaker]);
 
 impl Sent<'_> {
-    fn at(&self, place: MessagePlace) -> Option<Signal> {
-        let found = signal(self.0, place)?;
-        let names = found.names().map(|(name, value)| (name.to_owned(), value));
-        let index = signals(self.0).position(|known| known == place)?;
-        Some(Signal { index, unit: found.unit.clone(), names: names.collect() })
+    fn number(&self, origin: Origin) -> Option<usize> {
+        origins(self.0).position(|known| known == origin)
+    }
+
+    fn unknown(&self, name: &str) -> NotFound {
+        NotFound::unknown(name, &self.names())
+    }
+
+    /// The signal of this name.
+    fn place(&self, name: &str) -> Result<MessagePlace, NotFound> {
+        let nodes = |node: &str| self.0.iter().any(|speaker| speaker.node == node);
+        if let Some((node, name)) = name.split_once('.').filter(|(node, _)| nodes(node)) {
+            return resolve(self.0, OfMessage::Signal { node, name })
+                .map_err(|(message, _)| NotFound { message, ..self.unknown(name) });
+        }
+        let mut owners: Vec<&str> = self.0.iter().map(|one| one.node.as_str()).collect();
+        owners.dedup();
+        let of = |node| resolve(self.0, OfMessage::Signal { node, name }).ok().map(|at| (node, at));
+        let found: Vec<(&str, MessagePlace)> = owners.into_iter().filter_map(of).collect();
+        match found.as_slice() {
+            [(_, only)] => Ok(*only),
+            [] => Err(self.unknown(name)),
+            several => {
+                let full = several.iter().map(|(node, _)| format!("{node}.{name}"));
+                Err(NotFound::ambiguous(name, &full.collect::<Vec<_>>()))
+            }
+        }
     }
 
     /// Every signal that is sent, by its node and name.
@@ -56,71 +117,59 @@ impl Sent<'_> {
 
 impl Signals for Sent<'_> {
     fn find(&self, name: &str) -> Result<Signal, NotFound> {
-        let nodes = |node: &str| self.0.iter().any(|speaker| speaker.node == node);
-        let found = match name.split_once('.') {
-            Some((node, name)) if nodes(node) => resolve(self.0, OfMessage::Signal { node, name }),
-            _ => {
-                let mut owners: Vec<&str> = self.0.iter().map(|one| one.node.as_str()).collect();
-                owners.dedup();
-                let of = |node| {
-                    resolve(self.0, OfMessage::Signal { node, name }).ok().map(|at| (node, at))
-                };
-                let found: Vec<(&str, MessagePlace)> = owners.into_iter().filter_map(of).collect();
-                match found.as_slice() {
-                    [(_, only)] => Ok(*only),
-                    [] => return Err(NotFound::unknown(name, &self.names())),
-                    several => {
-                        let full = several.iter().map(|(node, _)| format!("{node}.{name}"));
-                        return Err(NotFound::ambiguous(name, &full.collect::<Vec<_>>()));
-                    }
-                }
-            }
-        };
-        match found {
-            Ok(place) => self.at(place).ok_or_else(|| NotFound::unknown(name, &self.names())),
-            Err((message, _)) => {
-                let help = NotFound::unknown(name, &self.names()).help;
-                Err(NotFound { message, help })
-            }
-        }
+        let place = self.place(name)?;
+        let found = signal(self.0, place).zip(self.number(Origin::Signal(place)));
+        let (found, index) = found.ok_or_else(|| self.unknown(name))?;
+        let names = found.names().map(|(name, value)| (name.to_owned(), value));
+        Ok(Signal { index, unit: found.unit.clone(), names: names.collect() })
+    }
+
+    fn protecting(&self, name: &str, how: Protecting) -> Result<Signal, NotFound> {
+        let place = self.place(name)?;
+        let number = self.number(Origin::Protecting(place, how));
+        let index = number.ok_or_else(|| {
+            let (what, key) = match how {
+                Protecting::Follows => ("counter", "counter"),
+                Protecting::Fits => ("checksum", "checksum"),
+            };
+            let help = format!(
+                "say it in the device file or at the line: `message.NAME = {{ {key} = {{ signal = ... }} }}`"
+            );
+            NotFound { message: format!("`{name}` is no {what} that is known"), help: Some(help) }
+        })?;
+        Ok(Signal { index, ..Signal::default() })
     }
 }
 
-/// Which signals of which messages some formulas read.
+/// What some formulas read of which messages.
 #[derive(Debug, Clone, Default)]
 pub struct Reads {
-    /// Of each message, by its speaker and place: which of its signals, and the number that formulas have for it.
-    messages: BTreeMap<(usize, usize), Vec<(usize, usize)>>,
+    /// Of each message, by its speaker and place: what is read, and the number that formulas have for it.
+    messages: BTreeMap<(usize, usize), Vec<(Origin, usize)>>,
     values: Vec<(usize, f64)>,
 }
 
 impl Reads {
     /// What `formulas` read of what `speakers` send.
     pub fn of<'a>(formulas: impl IntoIterator<Item = &'a Formula>, speakers: &[Speaker]) -> Self {
-        let places: Vec<MessagePlace> = signals(speakers).collect();
+        let origins: Vec<Origin> = origins(speakers).collect();
         let mut messages: BTreeMap<_, Vec<_>> = BTreeMap::new();
         for used in formulas.into_iter().flat_map(Formula::signals) {
-            let place = places.get(used.index);
-            let Some((place, signal)) = place.and_then(|one| Some((one, one.signal?))) else {
-                continue;
-            };
-            let read = messages.entry((place.speaker, place.message)).or_default();
-            if !read.contains(&(signal, used.index)) {
-                read.push((signal, used.index));
+            let Some(origin) = origins.get(used.index) else { continue };
+            let read = messages.entry(origin.message()).or_default();
+            if !read.contains(&(*origin, used.index)) {
+                read.push((*origin, used.index));
             }
         }
         Self { messages, values: Vec::new() }
     }
 
-    /// What a message brings, by the numbers of formulas; none where no formula reads it. `values` are those of its signals,
-    /// as far as it carries them.
-    pub fn take(&mut self, of: (usize, usize), values: &[Option<f64>]) -> Option<&[(usize, f64)]> {
-        let read = self.messages.get(&of)?;
+    /// What a message of a speaker brings, by the numbers of formulas; none where no formula reads it.
+    pub fn take(&mut self, speaker: usize, decoded: &Decoded<'_>) -> Option<&[(usize, f64)]> {
+        let read = self.messages.get(&(speaker, decoded.message))?;
         self.values.clear();
-        self.values.extend(read.iter().filter_map(|(signal, number)| {
-            let value = values.get(*signal).copied().flatten()?;
-            Some((*number, value))
-        }));
+        let values = read.iter().map(|(origin, number)| Some((*number, origin.value(decoded)?)));
+        self.values.extend(values.flatten());
         Some(&self.values)
     }
 }

@@ -85,7 +85,7 @@ pub use error::PlanError;
 pub use examples::STEP_EXAMPLES;
 pub use fit::{CalibrationPart, Fit, Model, NO_CALIBRATION, SaveCalibration, UseCalibration};
 pub use flow::{Answer, OperatorPrompt, REPEAT_TIMES_MAX, Repeat, SWEEP_VALUES_MAX, Sweep};
-pub use formula::{Reads, formula, signals};
+pub use formula::{Origin, Reads, formula, origins};
 pub use identify::{Identify, Source, UseModel};
 pub use measurement::Declared;
 pub use message::{Send, StopSending};

@@ -34,7 +34,7 @@
 //!
 //! `devices = "paper"` and `device = "oven"` in a plan are short for a rig of that alone.
 
-use crate::faults::{LineKind, Lines, NodeName, Ride, Target};
+use crate::faults::{LineKind, Lines, Ride, Said, Target, TargetName};
 use crate::name::Name;
 use crate::replayed::Replayed;
 use crate::speakers::{DEVICE, Speaker};
@@ -46,8 +46,8 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Most nodes of a rig, those of the paper's robot included.
-pub const NODES_MAX: usize = 32;
+/// Most nodes of a rig, those of the paper's robot included: one bit each, and one of the plan, in a word.
+pub const NODES_MAX: usize = 62;
 /// Most lines of a rig.
 pub const LINES_MAX: usize = 16;
 
@@ -303,7 +303,7 @@ impl Rig {
             let target = if name == DEVICE {
                 Some(Target::Device)
             } else {
-                NodeName::new(name).map(Target::Node)
+                TargetName::new(name).map(Target::Node)
             };
             if let Some(target) =
                 target.filter(|target| nodes.iter().all(|(known, _)| known != target))
@@ -329,7 +329,10 @@ impl Rig {
                 add(&line.name, line.medium.into());
             }
         }
-        Lines { robot: self.ride(), nodes }
+        let said = self.speakers.iter().flat_map(|one| {
+            Said::all(&one.node, &one.layout, one.sender, kind(&one.line)).collect::<Vec<_>>()
+        });
+        Lines { robot: self.ride(), nodes, said: said.collect() }
     }
 
     /// The only device of a plan that names no rig.

@@ -47,9 +47,9 @@ impl Speaker {
     fn find(&self, of: OfMessage<'_>) -> Result<(usize, Option<usize>), Unknown> {
         let whose = whose(&self.node);
         match of {
-            OfMessage::Signal { name, .. } => match self.layout.signal(name) {
-                Some((message, signal)) if self.is_sent(message) => Ok((message, Some(signal))),
-                Some(_) => Err((
+            OfMessage::Signal { name, .. } => match self.layout.sent_signal(self.sender, name) {
+                Some((message, signal)) => Ok((message, Some(signal))),
+                None if self.layout.signal(name).is_some() => Err((
                     format!("`{name}` is sent to {whose}, and not by it"),
                     self.messages()
                         .flat_map(|one| &one.signals)

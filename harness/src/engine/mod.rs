@@ -27,6 +27,7 @@ use crate::outcome::Outcome;
 use crate::plan::{Action as StepAction, Answer, Condition, Plan, Speaker, Step, quantities as q};
 use crate::record::{Device, RecordKind};
 use controller::mission::MissionId;
+use described::Decoded;
 use observe::{Collector, Tags};
 use op::Op;
 use phases::Phases;
@@ -263,14 +264,13 @@ impl Engine {
         self.end(now, Outcome::Error, Some(why.to_owned()));
     }
 
-    /// Takes a message: its speaker and its place in that one's layout, and the values of its signals as far as it carries
-    /// them.
-    pub fn message(&mut self, now: Timestamp, which: (usize, usize), values: &[Option<f64>]) {
+    /// Takes a message of a speaker.
+    pub fn message(&mut self, now: Timestamp, speaker: usize, decoded: &Decoded<'_>) {
         if self.ending.is_some() {
             return;
         }
-        let mut brought = self.signals.take(now, which, values);
-        brought.extend(self.reactions.take(now, which, values));
+        let mut brought = self.signals.take(now, (speaker, decoded.message), decoded.values);
+        brought.extend(self.reactions.take(now, speaker, decoded));
         if !brought.is_empty() {
             self.observe(now, |collector| {
                 for (name, value) in &brought {

@@ -2,6 +2,7 @@
 
 use crate::plan::quantities::REACTION_PREFIX;
 use crate::plan::{Plan, Reads, Speaker, formula};
+use described::Decoded;
 use temporal::Reaction;
 use wire::time::Timestamp;
 
@@ -33,14 +34,14 @@ impl Reactions {
         Self { each, reads: Reads::of(&formulas, speakers) }
     }
 
-    /// Takes a message: its speaker and place, and the values of its signals. What it answers, by quantity, in s.
+    /// Takes a message of a speaker. What it answers, by quantity, in s.
     pub(super) fn take(
         &mut self,
         now: Timestamp,
-        of: (usize, usize),
-        values: &[Option<f64>],
+        speaker: usize,
+        decoded: &Decoded<'_>,
     ) -> Vec<(String, f64)> {
-        let Some(values) = self.reads.take(of, values) else { return Vec::new() };
+        let Some(values) = self.reads.take(speaker, decoded) else { return Vec::new() };
         let each = self.each.iter_mut();
         each.for_each(|(_, reaction)| reaction.update(now, values));
         self.answers()

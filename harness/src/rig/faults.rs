@@ -167,10 +167,23 @@ impl Rig {
         (target, toward, kind): (Target, Toward, &FaultKind),
         seed: u64,
     ) -> u64 {
+        if let Some(part) = target.part() {
+            let Some((line, end, struck)) = self.said(target.node(), part) else { return 0 };
+            let chance = |way: &str| Chance::new(seed, &format!("{number} {way}"));
+            match kind.info().reach.is_line() {
+                true => {
+                    let only = struck.layout.messages()[struck.message].can_id();
+                    let at = (end, Toward::Host, only);
+                    self.lines[line].begin_fault(now, (number, kind), at, chance);
+                }
+                false => self.lines[line].tamper((number, kind, chance("to host")), end, struck),
+            }
+            return 0;
+        }
         if kind.info().reach.is_line() {
             let chance = |way: &str| Chance::new(seed, &format!("{number} {way}"));
             for (line, end) in self.lines_of(target) {
-                self.lines[line].begin_fault(now, (number, kind), (end, toward), chance);
+                self.lines[line].begin_fault(now, (number, kind), (end, toward, None), chance);
             }
             return 0;
         }
@@ -206,7 +219,7 @@ impl Rig {
         number: usize,
         (target, kind): (Target, &FaultKind),
     ) -> u64 {
-        if kind.info().reach.is_line() {
+        if kind.info().reach.is_line() || target.part().is_some() {
             let lines = self.lines_of(target);
             return lines.iter().map(|(line, _)| self.lines[*line].end_fault(now, number)).sum();
         }
@@ -222,7 +235,7 @@ impl Rig {
 
     /// The lines that a fault of this target strikes, and the end that is the target's.
     fn lines_of(&self, target: Target) -> Vec<(usize, EndId)> {
-        let name = target.name();
+        let name = target.node();
         let of_name = |line: usize| {
             let ends = self.lines[line].ends();
             let at = ends.iter().position(|end| &*end.name == name).map(EndId::of);

@@ -1,6 +1,6 @@
 //! Keeps the schedule: which fault begins or ends at which time, and what it came to.
 
-use crate::faults::{Chance, Fault, FaultKind, Lasts, Schedule, When};
+use crate::faults::{Chance, Fault, Lasts, Schedule, When};
 use crate::plan::PhaseEvent;
 use crate::record::FaultSummary;
 use wire::time::{Span, Timestamp};
@@ -194,11 +194,6 @@ impl Entry {
             _ => {}
         }
     }
-}
-
-/// Is it a fault that makes frames of its own, whichever way?
-pub(crate) const fn makes_frames(kind: &FaultKind) -> bool {
-    matches!(kind, FaultKind::Babble { .. } | FaultKind::BusLoad { .. })
 }
 
 #[cfg(test)]

@@ -1,12 +1,12 @@
 //! A line between nodes: both directions of a serial line, or a CAN bus that all of its ends hear.
 
-use super::injector::makes_frames;
 use crate::faults::Chance;
 use crate::faults::{FaultKind, Toward};
-use crate::link::{CanBus, SerialLine, StateChange};
+use crate::link::{CanBus, SerialLine, StateChange, Struck, Tampering};
 use crate::record::Device;
 use std::collections::VecDeque;
 use std::sync::Arc;
+use wire::can::Id;
 use wire::device::{PortId, Transmit};
 use wire::serial::SerialSettings;
 use wire::time::{Span, Timestamp};
@@ -56,6 +56,7 @@ const DIRECT_MAX: usize = 1_024;
 #[derive(Debug)]
 pub(crate) struct Line {
     wire: Wire,
+    tampering: Tampering<EndId>,
     ends: Vec<End>,
     /// What crosses it is in the record, and read.
     #[cfg(feature = "live")]
@@ -91,9 +92,10 @@ impl Line {
         Self::of(Wire::Direct(VecDeque::new()), ends)
     }
 
-    const fn of(wire: Wire, ends: Vec<End>) -> Self {
+    fn of(wire: Wire, ends: Vec<End>) -> Self {
         Self {
             wire,
+            tampering: Tampering::default(),
             ends,
             #[cfg(feature = "live")]
             is_recorded: true,
@@ -150,7 +152,7 @@ impl Line {
     /// Puts something on the line; anything of another medium is ignored.
     #[inline]
     pub(crate) fn send(&mut self, now: Timestamp, from: EndId, what: Transmit) {
-        match (&mut self.wire, what) {
+        match (&mut self.wire, self.tampering.pass(from, what)) {
             (Wire::Serial(ways), Transmit::Bytes(packet)) => {
                 if let Some(way) = ways.get_mut(from.place()) {
                     way.send(now, packet);
@@ -213,12 +215,12 @@ impl Line {
     }
 
     /// From now on the line is faulty in this way too: what the device at the end `of` sends, what the others send to it,
-    /// or both. Each direction draws for itself.
+    /// or both. Each direction draws for itself. On a bus only frames of that identifier, where there is one.
     pub(crate) fn begin_fault(
         &mut self,
         now: Timestamp,
         (number, kind): (usize, &FaultKind),
-        (of, toward): (EndId, Toward),
+        (of, toward, only): (EndId, Toward, Option<Id>),
         chance: impl Fn(&str) -> Chance,
     ) {
         self.struck_last = number;
@@ -227,9 +229,9 @@ impl Line {
                 let ends: Vec<EndId> = (0..self.ends.len()).map(EndId::of).collect();
                 let mut strike = |name: &str, from| {
                     let fault = (number, kind, chance(name));
-                    bus.begin_fault(now, fault, from, &ends, EndId::STRANGER);
+                    bus.begin_fault(now, fault, (from, only), &ends, EndId::STRANGER);
                 };
-                let of_bus = makes_frames(kind);
+                let of_bus = kind.makes_frames();
                 if of_bus {
                     strike("bus", None);
                 }
@@ -263,14 +265,26 @@ impl Line {
         self.look_ahead();
     }
 
+    /// From now on a message that the device at that end sends is changed before it is on the line.
+    pub(crate) fn tamper(
+        &mut self,
+        fault: (usize, &FaultKind, Chance),
+        from: EndId,
+        struck: Struck,
+    ) {
+        self.struck_last = fault.0;
+        self.tampering.begin(fault, from, struck);
+    }
+
     /// The fault of this number is over; how often it acted.
     pub(crate) fn end_fault(&mut self, now: Timestamp, number: usize) -> u64 {
+        let tampered = self.tampering.end(number);
         let acted = match &mut self.wire {
             Wire::Can(bus) => bus.end_fault(now, number),
             Wire::Serial(ways) => ways.iter_mut().map(|way| way.end_fault(number)).sum(),
             Wire::Direct(_) => 0,
         };
         self.look_ahead();
-        acted
+        tampered + acted
     }
 }

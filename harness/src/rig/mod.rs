@@ -30,6 +30,7 @@ mod slips;
 mod tester;
 
 use crate::engine::Engine;
+use crate::link::Struck;
 use crate::world::crossing::CrossedLine;
 use described::{Decoded, Decoder};
 use line::{End, EndId, Line};
@@ -150,14 +151,33 @@ impl Rig {
         }
     }
 
-    /// Reads what an end of a line said; `take` gets each message: its speaker, its place in that one's layout, and the
-    /// values of its signals.
+    /// A message of a node, or one of its signals, and the end of the line that the node sends it from.
+    pub(crate) fn said(&self, node: &str, part: &str) -> Option<(usize, EndId, Struck)> {
+        self.ears.iter().find_map(|ear| {
+            let (layout, sender) = (ear.decoder.layout(), ear.decoder.sender()?);
+            if self.lines[ear.line].name(ear.end) != node {
+                return None;
+            }
+            let (message, signal) = match layout.find(part) {
+                Some(message) => (message, None),
+                None => {
+                    let found = layout.sent_signal(sender, part);
+                    found.map(|(message, signal)| (message, Some(signal)))?
+                }
+            };
+            let is_its = layout.messages()[message].sender == sender;
+            let struck = Struck { layout: layout.clone(), sender, message, signal };
+            is_its.then_some((ear.line, ear.end, struck))
+        })
+    }
+
+    /// Reads what an end of a line said; `take` gets each message with its speaker.
     #[inline]
     pub(crate) fn read(
         &mut self,
         (line, from): (usize, EndId),
         what: &Transmit,
-        mut take: impl FnMut((usize, usize), &[Option<f64>]),
+        mut take: impl FnMut(usize, Decoded<'_>),
     ) {
         for ear in &mut self.ears {
             // A stranger's frames are taken for those of the one whose messages they are.
@@ -166,14 +186,10 @@ impl Rig {
                 continue;
             }
             let speaker = ear.speaker;
-            let mut take = |decoded: Decoded<'_>| {
-                take((speaker, decoded.message), decoded.values);
-            };
+            let mut take = |decoded: Decoded<'_>| take(speaker, decoded);
             match what {
                 Transmit::Frame(frame) => {
-                    if let Some(decoded) = ear.decoder.frame(frame) {
-                        take(decoded);
-                    }
+                    ear.decoder.frame(frame).into_iter().for_each(take);
                 }
                 Transmit::Bytes(packet) => ear.decoder.bytes(packet.as_slice(), &mut take),
             }

@@ -304,11 +304,10 @@ impl<C: Crossing> Simulation<C> {
             }
         }
         rig.hand_over(now, line, from, what, |node| touched.node(node));
-        rig.read((line, from), what, |which, values| {
-            director.engine.message(now, which, values);
+        rig.read((line, from), what, |speaker, decoded| {
+            director.engine.message(now, speaker, &decoded);
             touched.0 |= Touched::PLAN;
-            let (speaker, message) = which;
-            see(watch, now, &Seen::Message { speaker, message, values });
+            see(watch, now, &Seen::Message { speaker, decoded });
         });
         if let (Device::Table, Transmit::Bytes(packet)) = (who, what) {
             director.hear_table(now, packet.as_slice());

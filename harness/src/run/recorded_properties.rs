@@ -110,8 +110,7 @@ impl Replayed {
         let at = record.at.max(*latest);
         *messages |= matches!(record.kind, RecordKind::Bytes(_) | RecordKind::Frame(_));
         record.messages(decoder, &mut |decoded| {
-            let (message, values) = (decoded.message, decoded.values);
-            monitor.see(at, &Seen::Message { speaker: *speaker, message, values });
+            monitor.see(at, &Seen::Message { speaker: *speaker, decoded });
         });
     }
 

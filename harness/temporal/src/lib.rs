@@ -24,6 +24,7 @@
 //! comparison  = sum [ compare sum [ compare sum ] ]        1 < x <= 2
 //!             | sum ( "==" | "!=" ) sum "+-" sum           x == 5 V +- 100 mV; also ±
 //!             | signal ( "==" | "!=" ) '"' name '"'        State == "Ready"
+//!             | signal ( "follows" | "fits" )              of a counter, of a checksum
 //! compare     = "<" | "<=" | ">" | ">=" | "==" | "!="
 //! sum         = product { ( "+" | "-" ) product }
 //! product     = factor { ( "*" | "/" ) factor }
@@ -44,6 +45,9 @@
 //! `50 km/h` to m/s), a bare one has it already. Signals of different units are converted where their kind is
 //! the same, and products and quotients have the unit that follows. A unit that no table knows fits itself. A
 //! number with a unit beside a signal without one is a mistake.
+//!
+//! `Status.Counter follows` is true from a message whose counter follows that of the message before to the next, and
+//! `Status.Crc fits` where the checksum is that of the message. The caller says which signals are that.
 //!
 //! # What it means
 //!
@@ -104,6 +108,6 @@ pub use formula::{Formula, Used};
 pub use mistake::Mistake;
 pub use monitor::Monitor;
 pub use reaction::{Answer, Reaction};
-pub use signals::{NotFound, Signal, Signals};
+pub use signals::{NotFound, Protecting, Signal, Signals};
 pub use truth::Truth;
 pub use verdict::{Verdict, Violation};

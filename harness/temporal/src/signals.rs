@@ -8,6 +8,36 @@ pub trait Signals {
     ///
     /// Why there is none. [`NotFound::unknown`] and [`NotFound::ambiguous`] say it as other mistakes do.
     fn find(&self, name: &str) -> Result<Signal, NotFound>;
+
+    /// A number that is 1 while this signal of protected messages is right, and 0 while it is not.
+    ///
+    /// # Errors
+    ///
+    /// Why there is none: the signal is unknown, or protects nothing in this way.
+    fn protecting(&self, name: &str, how: Protecting) -> Result<Signal, NotFound> {
+        self.find(name)?;
+        let what = how.word();
+        Err(NotFound { message: format!("nothing says how `{name}` {what}"), help: None })
+    }
+}
+
+/// How a signal protects its message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Protecting {
+    /// It is a counter, that follows the one before.
+    Follows,
+    /// It is a checksum, that fits its message.
+    Fits,
+}
+
+impl Protecting {
+    /// As a formula has it.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Follows => "follows",
+            Self::Fits => "fits",
+        }
+    }
 }
 
 /// What a formula must know of a signal.

@@ -3,7 +3,7 @@
 use super::multiplexing::{Multiplexed, multiplexed};
 use super::sending::sending;
 use super::syntax::{
-    LONG_MESSAGE, LONG_SIGNAL, MessageLine, Of, START_VALUE, SignalLine, Syntax, Value,
+    LONG_MESSAGE, LONG_SIGNAL, MessageLine, Of, SIGNAL_TYPE, START_VALUE, SignalLine, Syntax, Value,
 };
 use super::{Note, ORPHANS, line, long_node, senders};
 use crate::layout::bits::{BitField, ByteOrder};
@@ -11,6 +11,8 @@ use crate::layout::message::{Carrier, Message, Sender};
 use crate::layout::number::{Coding, Scale};
 use crate::layout::selection::{self, Carried, Selection};
 use crate::layout::signal::{Signal, Storage};
+use crate::place::Place;
+use crate::protection::ProtectionTable;
 use std::ops::Range;
 use wire::can::{DATA_BYTES_MAX, ExtendedId, Id, StandardId};
 
@@ -102,7 +104,12 @@ impl Converter<'_> {
         let signals = self.signals(message, length);
         let name_of = |place: usize| self.signal_name(message, &message.signals[place]).to_owned();
         let (period, send) = sending(self.syntax, message, &signals, &name_of);
-        Ok(Message {
+        let is_counter = |line: &&SignalLine| {
+            let of = Of::Signal(message.id, line.name.clone());
+            self.syntax.choice(of, SIGNAL_TYPE) == Some("MessageCounter")
+        };
+        let counter = message.signals.iter().find(is_counter);
+        let mut converted = Message {
             signals,
             send,
             sender: if is_ours { Sender::Device } else { Sender::Host },
@@ -111,7 +118,16 @@ impl Converter<'_> {
             carrier: Carrier::Frame { id, length },
             protected: None,
             name,
-        })
+        };
+        if let Some(signal) = counter {
+            let name = self.signal_name(message, signal).to_owned();
+            let counted = converted.protect(&ProtectionTable::counting(name), &Place::file());
+            if counted.is_err() {
+                let what = "as the message's counter it has no use: it is a signal like others";
+                self.note(message, Some(signal), false, what.to_owned());
+            }
+        }
+        Ok(converted)
     }
 
     fn identifier(&mut self, message: &MessageLine) -> Result<Id, String> {

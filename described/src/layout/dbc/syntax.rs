@@ -21,8 +21,10 @@ pub(super) const SIGNAL_SEND_TYPE: &str = "GenSigSendType";
 pub(super) const CYCLE_TIME_FAST_MS: &str = "GenMsgCycleTimeFast";
 pub(super) const REPETITIONS: &str = "GenMsgNrOfRepetition";
 pub(super) const DELAY_TIME_MS: &str = "GenMsgDelayTime";
+/// What a signal is beside its value, as Vector's files for J1939 say it.
+pub(super) const SIGNAL_TYPE: &str = "SigType";
 
-const USED: [&str; 10] = [
+const USED: [&str; 11] = [
     CYCLE_TIME_MS,
     START_VALUE,
     LONG_NODE,
@@ -33,6 +35,7 @@ const USED: [&str; 10] = [
     CYCLE_TIME_FAST_MS,
     REPETITIONS,
     DELAY_TIME_MS,
+    SIGNAL_TYPE,
 ];
 
 /// The value of an attribute.

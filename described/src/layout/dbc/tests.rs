@@ -249,3 +249,20 @@ proptest::proptest! {
         }
     }
 }
+
+/// Vector's files for J1939 say which signal is a counter.
+#[test]
+fn a_counter_that_is_marked_counts() {
+    let text = "BU_: A\nBO_ 1 M: 2 A\n SG_ Count : 0|2@1+ (1,0) [0|3] \"\" A\n SG_ Value : 8|8@1+ (1,0) [0|255] \"\" A\n\
+        BA_DEF_ SG_ \"SigType\" ENUM \"Default\",\"Range\",\"MessageCounter\";\n\
+        BA_DEF_DEF_ \"SigType\" \"Default\";\nBA_ \"SigType\" SG_ 1 Count 2;\n";
+    let layout = Layout::from_dbc("a.dbc", text, "A").unwrap();
+    assert_eq!(layout.messages()[0].counter_signal(), Some(0));
+    let mut encoder = crate::Encoder::new(layout.clone());
+    let counts: Vec<_> = (0..5)
+        .map(|_| layout.messages()[0].count(&encoder.encode(0, &[0.0, 7.0], |_| false).unwrap()))
+        .collect();
+    assert_eq!(counts, [0, 1, 2, 3, 0].map(Some));
+    let unmarked = Layout::from_dbc("a.dbc", &text.replace("Count 2", "Count 1"), "A").unwrap();
+    assert_eq!(unmarked.messages()[0].counter_signal(), None);
+}

@@ -47,9 +47,9 @@ fn verdict(decoder: &mut Decoder, frame: &CanFrame) -> Verdict {
     decoder.frame(frame).unwrap().verdict.unwrap()
 }
 
-const E2E: &str = "[message.CellStatus]\nperiod_s = 0.1\n\
+pub(crate) const E2E: &str = "[message.CellStatus]\nperiod_s = 0.1\n\
     e2e = { profile = \"1C\", data_id = 0x123, counter = \"Alive\", checksum = \"Crc\" }\n";
-const PLAIN: &str = "[message.Request]\ncounter = { signal = \"Count\", first = 4 }\n\
+pub(crate) const PLAIN: &str = "[message.Request]\ncounter = { signal = \"Count\", first = 4 }\n\
     checksum = { signal = \"Sum\", crc = \"crc8-autosar\", prepend = [0x02, 0x00] }\n";
 
 #[test]

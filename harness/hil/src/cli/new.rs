@@ -17,6 +17,7 @@ Examples:
   hil new oven                                 a temperature controller on CAN, to be changed
   hil new oven --serial                        the same on a serial line
   hil new motor --dbc motor.dbc --node Motor   for a node of your own DBC
+  hil new rest --dbc car.dbc --except Motor    all other nodes of the DBC, for a motor that is real
 
 The folder has a README that walks through it: test it, break it, make it yours, run it on the real device.";
 
@@ -36,6 +37,9 @@ pub(super) struct NewArguments {
     /// The device's name in the DBC; without, the only node that sends messages.
     #[arg(long, value_name = "NODE", requires = "dbc")]
     node: Option<String>,
+    /// The rest of the bus: emulates all nodes of the DBC but this one, which is yours. May be given several times.
+    #[arg(long, value_name = "NODE", requires = "dbc", conflicts_with = "node")]
+    except: Vec<String>,
 }
 
 impl NewArguments {
@@ -49,7 +53,8 @@ impl NewArguments {
             ),
             _ => Failure::file(&self.folder, source),
         })?;
-        let plan = files.iter().rfind(|file| is_plan(&file.path));
+        let mut plans = files.iter().filter(|file| is_plan(&file.path));
+        let plan = if self.except.is_empty() { plans.next_back() } else { plans.next() };
         let plan = plan.map_or_else(String::new, |file| file.path.display().to_string());
         let folder = self.folder.display();
         let mut told: String = notes.iter().map(|note| format!("{note}\n")).collect();
@@ -86,7 +91,11 @@ impl NewArguments {
             .map_err(|cause| LibraryError::Unreadable { path: dbc.clone(), cause })
             .map_err(PrepareError::from)?;
         let file = dbc.display().to_string();
-        match project::from_dbc(name, &file, &bytes, self.node.as_deref()) {
+        let made = match self.except.as_slice() {
+            [] => project::from_dbc(name, &file, &bytes, self.node.as_deref()),
+            except => project::restbus(name, &file, &bytes, except),
+        };
+        match made {
             Ok(made) => Ok((made.files, made.notes)),
             Err(FromDbcError::Description(error)) => {
                 Err(PrepareError::from(RigError::from(error)).into())
@@ -94,6 +103,10 @@ impl NewArguments {
             Err(error @ FromDbcError::Empty(_)) => Err(Failure::arguments(
                 error.to_string(),
                 "a message is a line `BO_ 100 Name: 8 Node`, with its signals below",
+            )),
+            Err(error @ FromDbcError::Alone(_)) => Err(Failure::arguments(
+                error.to_string(),
+                "without `--except` the project is one of the node itself",
             )),
             Err(error @ FromDbcError::Several { .. }) => {
                 let help = several(&error);

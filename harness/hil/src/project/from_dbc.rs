@@ -58,6 +58,9 @@ pub enum FromDbcError {
     /// Nobody can send anything.
     #[error("{0} has no messages")]
     Empty(String),
+    /// All that send are real.
+    #[error("in {0} nobody else sends messages")]
+    Alone(String),
 }
 
 /// The files of a project for `node` of the DBC of these bytes; `file` names it in messages. Without a node the only one
@@ -92,7 +95,7 @@ pub fn from_dbc(
         ProjectFile { path: format!("devices/{name}.dbc").into(), bytes: bytes.to_owned() },
         ProjectFile::of_text(
             format!("devices/{name}.toml"),
-            description(name, &node, &layout, period),
+            description(name, (name, &node), &layout, period),
         ),
         ProjectFile::of_text("talks.toml", plan(name, &layout, period)),
         ProjectFile::of_text("README.md", readme),
@@ -101,7 +104,7 @@ pub fn from_dbc(
     Ok(FromDbc { files, notes: layout.notes().to_vec() })
 }
 
-fn of(layout: &Layout, sender: Sender) -> impl Iterator<Item = &Message> {
+pub(super) fn of(layout: &Layout, sender: Sender) -> impl Iterator<Item = &Message> {
     layout.messages().iter().filter(move |message| message.sender == sender)
 }
 
@@ -118,7 +121,7 @@ fn load<'a>(messages: impl Iterator<Item = &'a Message>, assumed: Span) -> f64 {
 }
 
 /// The period of messages that have none.
-fn assumed_period(layout: &Layout) -> Span {
+pub(super) fn assumed_period(layout: &Layout) -> Span {
     let [usual, .., longest] = PERIODS;
     let is_light = |period: &Span| load(layout.messages().iter(), *period) <= LOAD_MAX;
     let is_hopeless = !is_light(&longest);
@@ -148,13 +151,19 @@ fn signal_name(layout: &Layout, message: &Message, signal: &Signal) -> String {
     }
 }
 
-fn description(name: &Name, node: &str, layout: &Layout, assumed: Span) -> String {
+/// The emulator of a node: its file is called `name`, and `project` that of the DBC.
+pub(super) fn description(
+    project: &Name,
+    (name, node): (&Name, &str),
+    layout: &Layout,
+    assumed: Span,
+) -> String {
     let who = if node == NOBODY { "the device" } else { node };
     let mut text_of = format!(
         "# What {who} says, as an emulator. `hil emulate device devices/{name}.toml` talks like it.\n\
          name = \"{name}\"\n\
          title = {}\n\
-         dbc = \"{name}.dbc\"\n\
+         dbc = \"{project}.dbc\"\n\
          node = {}\n",
         text(who),
         text(node)
@@ -243,7 +252,8 @@ fn plan(name: &Name, layout: &Layout, assumed: Span) -> String {
     );
     let mut names = BTreeSet::new();
     for message in of(layout, Sender::Device) {
-        measure(&mut text_of, layout, message, message.period.unwrap_or(assumed), &mut names);
+        let period = message.period.unwrap_or(assumed);
+        measure(&mut text_of, (None, layout), message, period, &mut names);
     }
     text_of
 }
@@ -258,7 +268,7 @@ fn first_page(message: &Message) -> Vec<f64> {
 }
 
 /// How long it takes until every signal of the device has come a few times.
-fn listening_s(layout: &Layout, assumed: Span) -> f64 {
+pub(super) fn listening_s(layout: &Layout, assumed: Span) -> f64 {
     let frames = |message: &Message| {
         let each = (0..message.signals.len()).map(|signal| {
             let pages = message
@@ -273,22 +283,29 @@ fn listening_s(layout: &Layout, assumed: Span) -> f64 {
     rounds.fold(LISTENING_S_MIN, f64::max).ceil()
 }
 
-/// The measurements of a message: that it comes as often as it should, and that its signals are in their ranges.
-fn measure(
+/// The measurements of a message: that it comes as often as it should, and that its signals are in their ranges. `node` is
+/// who sends it on a rig; nobody, where it is the only device of the plan.
+pub(super) fn measure(
     plan: &mut String,
-    layout: &Layout,
+    (node, layout): (Option<&Name>, &Layout),
     message: &Message,
     period: Span,
     names: &mut BTreeSet<String>,
 ) {
-    let quantity = format!("period.{}", message.name);
+    let quantity = match node {
+        Some(node) => format!("period.{node}.{}", message.name),
+        None => format!("period.{}", message.name),
+    };
     if QuantityName::new(&quantity).is_some() {
         let _ = write!(
             plan,
             "\n[[measurement]]\nname = \"{}\"\ndoc = {}\nquantity = {}\n\
              unit = \"1\"\ncheck = {{ share_within = {{ share = 0.95, band = [{:.6}, {:.6}] }} }}\n",
             unique("period", &message.name, names),
-            text(&format!("Time between two of {}", message.name)),
+            text(&match node {
+                Some(node) => format!("Time between two {} of {node}", message.name),
+                None => format!("Time between two of {}", message.name),
+            }),
             text(&quantity),
             0.8 * period.as_secs_f64(),
             1.2 * period.as_secs_f64()
@@ -296,7 +313,10 @@ fn measure(
     }
     for signal in &message.signals {
         let of = signal_name(layout, message, signal);
-        let quantity = format!("signal.{of}");
+        let quantity = match node {
+            Some(node) => format!("{node}.{}.{}", message.name, signal.name),
+            None => format!("signal.{of}"),
+        };
         if QuantityName::new(&quantity).is_none() {
             let _ = writeln!(plan, "\n# No quantity can have the name {}.", text(&of));
             continue;

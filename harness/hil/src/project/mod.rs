@@ -2,13 +2,16 @@
 //!
 //! * [`Template`]: a temperature controller that nobody has built, on CAN or on a serial line.
 //! * [`from_dbc()`]: a project for one node of a DBC, with an emulator that says something and a plan that hears it.
+//! * [`restbus()`]: the same for all nodes of a DBC but those that are real.
 
 mod from_dbc;
+mod restbus;
 #[cfg(test)]
 mod tests;
 mod written;
 
 pub use from_dbc::{FromDbc, FromDbcError, from_dbc};
+pub use restbus::restbus;
 
 use crate::schema::FileKind;
 use include_dir::{Dir, DirEntry, include_dir};
@@ -82,6 +85,7 @@ fn kind(path: &Path) -> Option<FileKind> {
     match path.parent().and_then(Path::to_str) {
         Some("benches") => Some(FileKind::Bench),
         Some("devices") => Some(FileKind::Device),
+        Some("rigs") => Some(FileKind::Rig),
         _ => Some(FileKind::Plan),
     }
 }
@@ -94,9 +98,11 @@ fn with_schemas(mut files: Vec<ProjectFile>) -> Vec<ProjectFile> {
         let text = format!("#:schema {up}{SCHEMAS}/{}\n{}", kind.schema_file(), file.text());
         file.bytes = text.into_bytes();
     }
-    let schemas = [FileKind::Plan, FileKind::Bench, FileKind::Device];
+    let mut schemas: Vec<FileKind> = files.iter().filter_map(|file| kind(&file.path)).collect();
+    schemas.sort_by_key(|kind| kind.schema_file());
+    schemas.dedup();
     let path = |kind: FileKind| Path::new(SCHEMAS).join(kind.schema_file());
-    files.extend(schemas.map(|kind| ProjectFile::of_text(path(kind), kind.text())));
+    files.extend(schemas.into_iter().map(|kind| ProjectFile::of_text(path(kind), kind.text())));
     files
 }
 

@@ -1,6 +1,6 @@
 //! Every project that is made can be run as it is.
 
-use super::{Template, from_dbc, write};
+use super::{Template, from_dbc, restbus, write};
 use harness::operator::Answers;
 use harness::run::{Prepared, simulate};
 use plan::Name;
@@ -57,6 +57,32 @@ fn a_project_of_a_dbc_passes_too() {
         write(&at, &made.files).unwrap();
         assert_eq!(outcomes(&at).len(), 1, "{node}");
     }
+}
+
+/// The plan of the bench needs a device that is there.
+fn without_bench(folder: &Path) {
+    std::fs::remove_file(folder.join("bench.toml")).unwrap();
+}
+
+#[test]
+fn the_rest_of_a_bus_runs_and_passes() {
+    let folder = tempfile::tempdir().unwrap();
+    let dbc = include_bytes!("../../../../wire/dbc/k2a.dbc");
+    let name = Name::new("rest").unwrap();
+    for (dbc, real) in [(&dbc[..], "BASE"), (&dbc[..], "HOST"), (HARD, "TOOL")] {
+        let at = folder.path().join(real);
+        let real = [real.to_owned()];
+        let made = restbus(&name, "bus.dbc", dbc, &real).unwrap_or_else(|error| panic!("{error}"));
+        write(&at, &made.files).unwrap();
+        let bench = Prepared::load(at.join("bench.toml").to_str().unwrap(), &Made::default());
+        assert_eq!(bench.unwrap().rig.nodes.len(), 2);
+        without_bench(&at);
+        assert_eq!(outcomes(&at), [("rest".to_owned(), Outcome::Passed)]);
+    }
+    let alone = restbus(&name, "bus.dbc", b"BO_ 1 M: 8 One", &["One".to_owned()]).unwrap_err();
+    assert_eq!(alone.to_string(), "in bus.dbc nobody else sends messages");
+    let nobody = restbus(&name, "bus.dbc", HARD, &["Toll".to_owned()]).unwrap_err();
+    assert!(nobody.to_string().contains("no node `Toll`"), "{nobody}");
 }
 
 /// Most of what makes a DBC hard to take, in the encoding that Vector's tools write.

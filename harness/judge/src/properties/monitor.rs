@@ -60,9 +60,9 @@ impl Monitor {
 
     /// Takes what is seen at `now`. Times never go back.
     pub fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {
-        if let Seen::Message { speaker, message, values } = *seen {
+        if let Seen::Message { speaker, decoded } = seen {
             for statement in &mut self.stated {
-                statement.message(now, (speaker, message), values);
+                statement.message(now, *speaker, decoded);
             }
         } else if let Some(of_robot) = &mut self.of_robot {
             of_robot.see(now, seen);

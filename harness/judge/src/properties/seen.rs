@@ -2,6 +2,7 @@
 
 use controller::Output;
 use controller::mission::{Mission, Report};
+use described::Decoded;
 use wire::can::CanFrame;
 use wire::units::{AngularRate, Pose, Speed};
 
@@ -50,9 +51,7 @@ pub enum Seen<'a> {
     Message {
         /// Whose, by its place among the speakers of the rig.
         speaker: usize,
-        /// Which, by its place in that one's layout.
-        message: usize,
-        /// One value a signal, in the signal's unit; `None` where this frame does not carry it.
-        values: &'a [Option<f64>],
+        /// What it says, and how its counter and checksum are.
+        decoded: Decoded<'a>,
     },
 }

@@ -2,7 +2,8 @@
 
 use super::Kind;
 use super::verdict::PropertyVerdict;
-use plan::{MessagePlace, Reads, Speaker, Stated};
+use described::Decoded;
+use plan::{Origin, Reads, Speaker, Stated};
 use record::Violation;
 use std::collections::BTreeMap;
 use temporal::Monitor;
@@ -31,15 +32,17 @@ impl Statement {
             Kind::Sometimes => format!("not ({})", stated.formula),
         };
         let formula = plan::formula(&text, speakers).ok();
-        let places: Vec<MessagePlace> = plan::signals(speakers).collect();
+        let origins: Vec<Origin> = plan::origins(speakers).collect();
         let mut range: f64 = 0.0;
         let mut unseen = BTreeMap::new();
         for used in formula.iter().flat_map(temporal::Formula::signals) {
             unseen.insert(used.index, used.name.clone());
-            let place = places.get(used.index);
-            if let Some(signal) = place.and_then(|place| plan::signal(speakers, *place)) {
-                range = range.max(signal.maximum - signal.minimum);
-            }
+            range = range.max(match origins.get(used.index) {
+                Some(Origin::Signal(place)) => plan::signal(speakers, *place)
+                    .map_or(0.0, |signal| signal.maximum - signal.minimum),
+                Some(Origin::Protecting(..)) => 1.0,
+                None => 0.0,
+            });
         }
         Self {
             name: stated.name.clone(),
@@ -52,10 +55,10 @@ impl Statement {
         }
     }
 
-    /// Takes a message, by its speaker and place.
-    pub(super) fn message(&mut self, now: Timestamp, of: (usize, usize), values: &[Option<f64>]) {
+    /// Takes a message of a speaker.
+    pub(super) fn message(&mut self, now: Timestamp, speaker: usize, decoded: &Decoded<'_>) {
         let Some(monitor) = &mut self.monitor else { return };
-        let Some(values) = self.reads.take(of, values) else { return };
+        let Some(values) = self.reads.take(speaker, decoded) else { return };
         if !self.unseen.is_empty() {
             values.iter().for_each(|(number, _)| _ = self.unseen.remove(number));
         }

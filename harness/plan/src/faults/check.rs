@@ -2,8 +2,8 @@
 
 use super::apart::{Meeting, meeting};
 use super::{
-    FAULTS_MAX, Fault, FaultKind, Lasts, LineKind, Lines, Reach, Ride, Schedule, Target, Toward,
-    When,
+    FAULTS_MAX, Fault, FaultKind, Lasts, LineKind, Lines, Reach, Ride, Schedule, Share, Target,
+    Toward, When,
 };
 use crate::speakers::whose;
 use crate::{Plan, hint};
@@ -78,6 +78,15 @@ impl Schedule {
         for (index, fault) in self.faults.iter().enumerate() {
             let kind = fault.what.name();
             let (reach, target) = (fault.what.info().reach, fault.target);
+            if target.part().is_some() || matches!(reach, Reach::Message(_)) {
+                message(fault, lines).map_err(|(keys, message, help)| Unfit {
+                    index,
+                    keys,
+                    message,
+                    help,
+                })?;
+                continue;
+            }
             let (message, help) = match (target, lines.robot, lines.of(target), reach) {
                 (_, _, Some(LineKind::Can), Reach::SerialLine) => (
                     format!("`{kind}` is of a serial line, and {} is on CAN", whose(target.name())),
@@ -145,6 +154,69 @@ impl Fault {
         values(&self.what).map_err(at)?;
         form(self).map_err(at)?;
         Schedule { faults: vec![self.clone()] }.check_bench(lines)
+    }
+}
+
+/// A fault of a message, of what is in it, or of a line for one message alone.
+fn message(fault: &Fault, lines: &Lines) -> Checked {
+    let (kind, reach, name) = (fault.what.name(), fault.what.info().reach, fault.target.name());
+    let target = |message: String, help: String| Err((vec!["target"], message, Some(help)));
+    let Some(part) = fault.target.part() else {
+        let share = match reach {
+            Reach::Message(share) => share,
+            _ => Share::Whole,
+        };
+        let known = lines.targets(Reach::Message(share));
+        let known: Vec<&str> = known.iter().map(Target::name).collect();
+        let what = if share == Share::Signal { "signal" } else { "message" };
+        let message = format!("`{kind}` strikes a {what} of a node, and `{name}` names none");
+        return target(message, hint::proposal("", &known));
+    };
+    let (said, is_signal) = match lines.said(fault.target.node(), part) {
+        Ok(found) => found,
+        Err(known) => {
+            let known: Vec<&str> = known.iter().map(String::as_str).collect();
+            let message = format!("no node here sends one message or signal `{name}`");
+            return target(message, hint::proposal(name, &known));
+        }
+    };
+    if fault.toward != Toward::Both {
+        let message = format!("`{name}` has no direction: its node sends it");
+        return Err((vec!["toward"], message, Some("leave `toward` out".to_owned())));
+    }
+    let what = |message: String, help: &str| Err((vec!["what"], message, Some(help.to_owned())));
+    match reach {
+        Reach::Message(Share::Signal) if !is_signal => {
+            let known: Vec<String> =
+                said.signals.iter().map(|signal| format!("{name}.{signal}")).collect();
+            let known: Vec<&str> = known.iter().map(String::as_str).collect();
+            let message = format!("`{kind}` strikes a signal, and `{name}` is a message");
+            target(message, hint::proposal("", &known))
+        }
+        Reach::Message(Share::Signal) => Ok(()),
+        _ if is_signal => {
+            let message = format!("`{kind}` does not strike a signal");
+            let help = format!("strike its message: `{}.{}`", said.node, said.message);
+            target(message, help)
+        }
+        Reach::Message(Share::Counter) if !said.counter => what(
+            format!("`{}` has no counter that is known", said.message),
+            "say it in the device file or at the line: `message.NAME = { counter = { signal = ... } }`",
+        ),
+        Reach::Message(Share::Checksum) if !said.checksum => what(
+            format!("`{}` has no checksum that is known", said.message),
+            "say it in the device file or at the line: `message.NAME = { checksum = { signal = ... } }`",
+        ),
+        Reach::Message(_) => Ok(()),
+        _ if said.line == LineKind::Serial => what(
+            format!("`{kind}` strikes bytes of a serial line, and no message of it alone"),
+            "strike the node or the line, or see the kinds of a message in `hil list faults`",
+        ),
+        Reach::Line | Reach::CanBus if !fault.what.makes_frames() => Ok(()),
+        _ => what(
+            format!("`{kind}` does not strike a message"),
+            "strike the node or the line, or see the kinds of a message in `hil list faults`",
+        ),
     }
 }
 

@@ -24,27 +24,41 @@ pub enum Target {
     Operator,
     /// The only device of a plan, or its line or bus.
     Device,
-    /// What a node of a rig sends and is sent, or all that crosses a line, by its name.
-    Node(NodeName),
+    /// What a node of a rig sends and is sent, all that crosses a line, or a message or signal of a node, by its name.
+    Node(TargetName),
 }
 
-/// The name of a node or of a line, small enough to be copied.
+/// The name of a node or of a line, or of a message or signal of a node (`cells.CellStatus`, `cells.VoltageMax`,
+/// `cells.CellStatus.VoltageMax`); small enough to be copied.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct NodeName {
+pub struct TargetName {
     length: u8,
+    /// Where the name of the node ends.
+    node: u8,
     bytes: [u8; Self::LEN_MAX],
 }
 
-impl NodeName {
-    /// The longest.
-    pub const LEN_MAX: usize = 31;
+impl TargetName {
+    /// The longest: a node, a message and a signal.
+    pub const LEN_MAX: usize = 31 + 2 * (1 + 64);
 
-    /// `None` where `text` is no [`Name`], or too long.
+    /// `None` where `text` is neither a [`Name`] nor one with a message or signal behind it, or too long.
     pub fn new(text: &str) -> Option<Self> {
-        let name = Name::new(text)?;
+        let (node, part) = match text.split_once('.') {
+            Some((node, part)) => (node, Some(part)),
+            None => (text, None),
+        };
+        Name::new(node)?;
+        let is_word = |word: &str| {
+            let rest = |c: char| c.is_alphanumeric() || c == '_';
+            !word.is_empty() && word.chars().all(rest)
+        };
+        if part.is_some_and(|part| !part.split('.').all(is_word)) {
+            return None;
+        }
         let mut bytes = [0; Self::LEN_MAX];
-        bytes.get_mut(..text.len())?.copy_from_slice(name.as_str().as_bytes());
-        Some(Self { length: text.len() as u8, bytes })
+        bytes.get_mut(..text.len())?.copy_from_slice(text.as_bytes());
+        Some(Self { length: text.len() as u8, node: node.len() as u8, bytes })
     }
 
     /// The name.
@@ -52,9 +66,19 @@ impl NodeName {
         // It was made from text.
         str::from_utf8(&self.bytes[..usize::from(self.length)]).unwrap_or_default()
     }
+
+    /// The node or the line.
+    pub fn node(&self) -> &str {
+        self.as_str().get(..usize::from(self.node)).unwrap_or_default()
+    }
+
+    /// The message or the signal of the node, where one is meant.
+    pub fn part(&self) -> Option<&str> {
+        self.as_str().get(usize::from(self.node) + 1..)
+    }
 }
 
-impl fmt::Debug for NodeName {
+impl fmt::Debug for TargetName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Debug::fmt(self.as_str(), f)
     }
@@ -78,10 +102,26 @@ impl Target {
         }
     }
 
+    /// The node or the line that is struck, or of which something is; the whole name of those that are known.
+    pub fn node(&self) -> &str {
+        match self {
+            Self::Node(name) => name.node(),
+            known => known.name(),
+        }
+    }
+
+    /// The message or the signal of a node that is meant, where one is.
+    pub fn part(&self) -> Option<&str> {
+        match self {
+            Self::Node(name) => name.part(),
+            _ => None,
+        }
+    }
+
     /// The target of that name; `None` where no node can be called so.
     pub fn named(name: &str) -> Option<Self> {
         let known = Self::KNOWN.into_iter().find(|known| known.name() == name);
-        known.or_else(|| NodeName::new(name).map(Self::Node))
+        known.or_else(|| TargetName::new(name).map(Self::Node))
     }
 }
 
@@ -97,7 +137,8 @@ impl<'de> Deserialize<'de> for Target {
         Self::named(&name).ok_or_else(|| {
             let known = Self::KNOWN.map(|known| format!("`{}`", known.name())).join(", ");
             D::Error::custom(format_args!(
-                "unknown variant `{name}`, expected one of {known}, or the name of a node or a line"
+                "unknown variant `{name}`, expected one of {known}, or the name of a node or a line, or of a message or signal of a \
+                 node"
             ))
         })
     }
@@ -112,8 +153,9 @@ impl JsonSchema for Target {
         let known: Vec<String> = Self::KNOWN.iter().map(|known| known.name().to_owned()).collect();
         schemars::json_schema!({
             "type": "string",
-            "description": "What a fault strikes: one of these, or a node or a line of the rig by its name.",
-            "anyOf": [{ "enum": known }, { "pattern": "^[a-z][a-z0-9_-]{0,30}$" }],
+            "description": "What a fault strikes: one of these, or a node or a line of the rig by its name, or a message or \
+                            signal of a node (`cells.CellStatus`, `cells.VoltageMax`).",
+            "anyOf": [{ "enum": known }, { "pattern": "^[a-z][a-z0-9_-]{0,30}(\\.\\w+){0,2}$" }],
         })
     }
 }

@@ -1,7 +1,8 @@
 //! What a rig has for faults to strike.
 
-use super::Target;
-use described::{Description, Medium};
+use super::{Reach, Share, Target};
+use crate::speakers::DEVICE;
+use described::{Description, Layout, Medium, Sender};
 
 /// What carries a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,6 +38,25 @@ pub struct Lines {
     pub robot: Option<Ride>,
     /// Nodes and lines by their names.
     pub nodes: Vec<(Target, LineKind)>,
+    /// The messages that nodes send.
+    pub said: Vec<Said>,
+}
+
+/// A message that a node sends, as faults strike it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Said {
+    /// The node.
+    pub node: String,
+    /// The message.
+    pub message: String,
+    /// What it is on.
+    pub line: LineKind,
+    /// Its signals.
+    pub signals: Vec<String>,
+    /// It has a counter.
+    pub counter: bool,
+    /// It has a checksum.
+    pub checksum: bool,
 }
 
 impl Lines {
@@ -49,13 +69,15 @@ impl Lines {
 
     /// The paper's robot or table alone.
     pub const fn of_robot(ride: Ride) -> Self {
-        Self { robot: Some(ride), nodes: Vec::new() }
+        Self { robot: Some(ride), nodes: Vec::new(), said: Vec::new() }
     }
 
     /// The only device of a plan.
     pub fn of_device(device: &Description) -> Self {
-        let kind = device.layout().medium().into();
-        Self { robot: None, nodes: vec![(Target::Device, kind)] }
+        let layout = device.layout();
+        let kind = layout.medium().into();
+        let said = Said::all(DEVICE, layout, Sender::Device, kind).collect();
+        Self { robot: None, nodes: vec![(Target::Device, kind)], said }
     }
 
     /// The line of a node, or of that name.
@@ -63,10 +85,77 @@ impl Lines {
         self.nodes.iter().find(|(known, _)| *known == target).map(|(_, kind)| *kind)
     }
 
-    /// All that a fault of these targets could strike here: those, and nodes where a device is among them.
-    pub fn targets(&self, of: &[Target]) -> Vec<Target> {
+    /// All that a fault of this reach could strike here.
+    pub fn targets(&self, reach: Reach) -> Vec<Target> {
+        if let Reach::Message(share) = reach {
+            return self.said.iter().flat_map(|said| said.targets(share)).collect();
+        }
+        let of = reach.targets();
         let nodes = self.nodes.iter().map(|(target, _)| *target);
         let nodes = nodes.filter(|target| of.contains(&Target::Device) && !of.contains(target));
         of.iter().copied().chain(nodes).collect()
+    }
+
+    /// The message that `part` names among those of a node, and whether it names a signal of it.
+    ///
+    /// # Errors
+    ///
+    /// What there is instead.
+    pub(super) fn said(&self, node: &str, part: &str) -> Result<(&Said, bool), Vec<String>> {
+        let of_node = || self.said.iter().filter(|said| said.node == node);
+        if let Some(whole) = of_node().find(|said| said.message == part) {
+            return Ok((whole, false));
+        }
+        let has = |said: &&Said| match part.split_once('.') {
+            Some((message, signal)) => said.message == message && said.has(signal),
+            None => said.has(part),
+        };
+        let mut found = of_node().filter(has);
+        match (found.next(), found.next()) {
+            (Some(one), None) => Ok((one, true)),
+            (Some(_), Some(_)) => Err(of_node()
+                .filter(has)
+                .map(|said| format!("{node}.{}.{part}", said.message))
+                .collect()),
+            (None, _) => Err(of_node()
+                .flat_map(|said| std::iter::once(&said.message).chain(&said.signals))
+                .map(|name| format!("{node}.{name}"))
+                .collect()),
+        }
+    }
+}
+
+impl Said {
+    /// The messages of one sender in a layout.
+    pub fn all(
+        node: &str,
+        layout: &Layout,
+        sender: Sender,
+        line: LineKind,
+    ) -> impl Iterator<Item = Self> {
+        let sent = layout.messages().iter().filter(move |message| message.sender == sender);
+        sent.map(move |message| Self {
+            node: node.to_owned(),
+            message: message.name.clone(),
+            line,
+            signals: message.signals.iter().map(|signal| signal.name.clone()).collect(),
+            counter: message.has_counter(),
+            checksum: message.has_checksum(),
+        })
+    }
+
+    fn has(&self, signal: &str) -> bool {
+        self.signals.iter().any(|known| known == signal)
+    }
+
+    fn targets(&self, share: Share) -> Vec<Target> {
+        let whole = format!("{}.{}", self.node, self.message);
+        let names = match share {
+            Share::Signal => {
+                self.signals.iter().map(|signal| format!("{whole}.{signal}")).collect()
+            }
+            _ => vec![whole],
+        };
+        names.iter().filter_map(|name| Target::named(name)).collect()
     }
 }

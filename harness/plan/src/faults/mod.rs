@@ -28,10 +28,9 @@ mod when;
 
 pub use chance::Chance;
 pub use check::Unfit;
-pub use fault::NodeName;
-pub use fault::{Fault, Target, Toward};
+pub use fault::{Fault, Target, TargetName, Toward};
 pub(crate) use kind::schema::name as kind_name_schema;
-pub use kind::{FaultKind, KindInfo, KindParameter, Lasts, Reach, UnknownKind};
-pub use lines::{LineKind, Lines, Ride};
+pub use kind::{FaultKind, KindInfo, KindParameter, Lasts, Reach, Share, UnknownKind};
+pub use lines::{LineKind, Lines, Ride, Said};
 pub use schedule::{FAULTS_MAX, Schedule};
 pub use when::When;

@@ -1,6 +1,6 @@
 //! The vocabulary as a table: `docs/faults.md`, and what `hil list faults` prints.
 
-use super::{FaultKind, KindInfo, KindParameter, Lasts, Reach};
+use super::{FaultKind, KindInfo, KindParameter, Lasts, Reach, Share};
 
 /// What stands above the table of `docs/faults.md`.
 const INTRODUCTION: &str = "\
@@ -19,7 +19,10 @@ probability = 0.3                                # that it happens at all, drawn
 ```
 
 A fault of a line is a layer of that line, one of a device a switch of its emulator; the controller knows of
-none. A step is named by its key or its label, and each round of a labelled repeat counts. Turns, straights
+none. On a rig targets are nodes and lines by their names, and messages and signals of nodes: `cells.CellStatus` is that
+message, struck by the kinds of a message, and on CAN by those of a line (`drop`, `delay`, `duplicate` ...), which leave all
+else alone; `cells.VoltageMax` is that signal. The checksum of a message is made anew where it is not itself struck. On a
+serial line a message is struck where it comes whole. A step is named by its key or its label, and each round of a labelled repeat counts. Turns, straights
 and bias tests are counted by what the controller is told: a lap holds four turns. Where a kind *lasts* a
 parameter of its own, or an instant, `duration_s` is left out. The first parameter is the severity, which
 `FaultKind::with_severity` and campaigns scale; its sign, where it has one, is the direction.
@@ -39,6 +42,10 @@ pub fn strikes(info: &'static KindInfo) -> &'static str {
         Reach::Line => "a serial line or bus",
         Reach::SerialLine => "a serial line",
         Reach::CanBus => "a CAN bus",
+        Reach::Message(Share::Whole) => "a message",
+        Reach::Message(Share::Counter) => "a counter",
+        Reach::Message(Share::Checksum) => "a checksum",
+        Reach::Message(Share::Signal) => "a signal",
         Reach::Only(ref target) => target.name(),
     }
 }

@@ -7,7 +7,7 @@ use super::effect::{Effect, Passed};
 use super::nodes::{Nodes, StateChange};
 use crate::faults::Chance;
 use crate::faults::FaultKind;
-use wire::can::CanFrame;
+use wire::can::{CanFrame, Id};
 use wire::time::{Span, Timestamp};
 
 /// Frames that come later; more are dropped and counted.
@@ -39,20 +39,22 @@ pub(super) struct Layer<Node> {
     number: usize,
     /// Whose frames; those of all where there is none.
     from: Option<Node>,
+    /// Frames of this identifier; all where there is none.
+    only: Option<Id>,
     effect: Effect<Node>,
     chance: Chance,
     acted: u64,
 }
 
 impl<Node: Copy + PartialEq> CanBus<Node> {
-    /// From now on frames of `from` are struck by this too. `number` is the fault's. `nodes` are the nodes that
+    /// From now on frames of `from`, of that identifier where one is given, are struck by this too. `number` is the fault's. `nodes` are the nodes that
     /// count errors; frames that a fault makes are from `stranger`. `false`, and nothing done, for a kind that
     /// is of no bus.
     pub fn begin_fault(
         &mut self,
         now: Timestamp,
         fault: (usize, &FaultKind, Chance),
-        from: Option<Node>,
+        (from, only): (Option<Node>, Option<Id>),
         nodes: &[Node],
         stranger: Node,
     ) -> bool {
@@ -70,7 +72,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
                 held: Vec::new(),
             })
         });
-        faulty.layers.push(Layer { number, from, effect, chance, acted: 0 });
+        faulty.layers.push(Layer { number, from, only, effect, chance, acted: 0 });
         true
     }
 
@@ -182,8 +184,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
             return None;
         }
         let (mut passing, bit) = (frame, self.bit);
-        for layer in faulty.layers.iter_mut().filter(|layer| layer.from.is_none_or(|of| of == from))
-        {
+        for layer in faulty.layers.iter_mut().filter(|layer| layer.strikes(from, &frame)) {
             let Layer { effect, chance, acted, .. } = layer;
             match effect.pass(from, &mut passing, chance, acted) {
                 Passed::On => {}
@@ -202,6 +203,13 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
             }
         }
         Some((from, passing))
+    }
+}
+
+impl<Node: PartialEq> Layer<Node> {
+    fn strikes(&self, from: Node, frame: &CanFrame) -> bool {
+        self.from.as_ref().is_none_or(|of| *of == from)
+            && self.only.is_none_or(|only| only == frame.id())
     }
 }
 
@@ -237,7 +245,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         let wait = if at_once.is_some() { Span::ZERO } else { bit * SUSPEND_BITS };
         faulty.nodes.busy();
         let (from, frame) = self.waiting[index];
-        if let Some(rival) = faulty.rival(from) {
+        if let Some(rival) = faulty.rival(from, &frame) {
             self.on_bus =
                 Some((now + wait + super::frame_time(bit, &rival), faulty.stranger, rival));
             return;
@@ -252,15 +260,19 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
 }
 
 impl<Node: Copy + PartialEq> Faulty<Node> {
-    /// The layers that strike frames of a node.
-    fn layers_of(&mut self, node: Node) -> impl Iterator<Item = &mut Layer<Node>> {
+    /// The layers that strike a frame of a node.
+    fn layers_of(
+        &mut self,
+        node: Node,
+        frame: &CanFrame,
+    ) -> impl Iterator<Item = &mut Layer<Node>> {
         let none = node == self.stranger;
-        self.layers.iter_mut().filter(move |layer| !none && layer.from.is_none_or(|of| of == node))
+        self.layers.iter_mut().filter(move |layer| !none && layer.strikes(node, frame))
     }
 
-    /// The frame of another node that wins against one of `from`.
-    fn rival(&mut self, from: Node) -> Option<CanFrame> {
-        self.layers_of(from).find_map(|Layer { effect, chance, acted, .. }| {
+    /// The frame of another node that wins against this one of `from`.
+    fn rival(&mut self, from: Node, frame: &CanFrame) -> Option<CanFrame> {
+        self.layers_of(from, frame).find_map(|Layer { effect, chance, acted, .. }| {
             let rival = effect.rival(chance);
             *acted += u64::from(rival.is_some());
             rival
@@ -269,7 +281,7 @@ impl<Node: Copy + PartialEq> Faulty<Node> {
 
     /// After how many bits a frame is destroyed, if it is.
     fn bits_until_error(&mut self, from: Node, frame: &CanFrame) -> Option<i64> {
-        self.layers_of(from).find_map(|Layer { effect, chance, acted, .. }| {
+        self.layers_of(from, frame).find_map(|Layer { effect, chance, acted, .. }| {
             let bits = effect.bits_until_error(frame, chance);
             *acted += u64::from(bits.is_some());
             bits

@@ -198,11 +198,10 @@ impl LiveWorld {
         if !is_recorded {
             return;
         }
-        rig.read((line, from), what, |which, values| {
-            director.engine.message(now, which, values);
-            let (speaker, message) = which;
+        rig.read((line, from), what, |speaker, decoded| {
+            director.engine.message(now, speaker, &decoded);
             if let Some(eyes) = eyes {
-                eyes.see(now, &Seen::Message { speaker, message, values });
+                eyes.see(now, &Seen::Message { speaker, decoded });
             }
         });
         if let (Device::Table, Transmit::Bytes(packet)) = (who, what) {

@@ -2,12 +2,15 @@
 
 use super::quantity::{Measure, Quantity};
 use super::{Parser, Part, What};
-use crate::formula::{Comparator, Used};
+use crate::formula::{Comparator, Condition, Used};
 use crate::mistake::Mistake;
 use crate::number::Number;
 use crate::parse::lexer::{KEYWORDS, Token};
-use crate::signals::proposal;
+use crate::signals::{Protecting, proposal};
 use std::ops::Range;
+
+/// Between 0, which is wrong, and 1, which is right.
+const WRONG_OR_RIGHT: f64 = 0.5;
 
 impl Parser<'_> {
     /// A name that no other rule takes.
@@ -22,12 +25,21 @@ impl Parser<'_> {
                 _ => mistake,
             });
         }
-        let found = self.signals.find(name).map_err(|not_found| Mistake {
+        self.advance()?;
+        let how = match self.next {
+            Token::Name("follows") => Some(Protecting::Follows),
+            Token::Name("fits") => Some(Protecting::Fits),
+            _ => None,
+        };
+        let found = match how {
+            Some(how) => self.signals.protecting(name, how),
+            None => self.signals.find(name),
+        };
+        let found = found.map_err(|not_found| Mistake {
             at: at.clone(),
             message: not_found.message,
             help: not_found.help,
         })?;
-        self.advance()?;
         if self.next == Token::Symbol("(") {
             let known = &KEYWORDS[11..];
             let mistake = Mistake::new(at, format!("`{name}` is a signal, no function"));
@@ -36,9 +48,22 @@ impl Parser<'_> {
         let measure = Measure::of(&found.unit);
         let slot = self.found.iter().position(|(used, _)| used.index == found.index);
         let slot = slot.unwrap_or_else(|| {
-            self.found.push((Used { name: name.to_owned(), index: found.index }, found));
+            let name = match how {
+                Some(how) => format!("{name} {}", how.word()),
+                None => name.to_owned(),
+            };
+            self.found.push((Used { name, index: found.index }, found));
             self.found.len() - 1
         });
+        if how.is_some() {
+            self.advance()?;
+            let right = Condition::Compare(
+                Comparator::Greater,
+                Number::Slot(slot),
+                Number::Constant(WRONG_OR_RIGHT),
+            );
+            return Ok(Part::condition(right, at.start..self.end));
+        }
         Ok(Part::quantity(Quantity { number: Number::Slot(slot), measure, at: at.clone() }, at))
     }
 

@@ -59,8 +59,23 @@ pub enum Reach {
     SerialLine,
     /// A CAN bus alone.
     CanBus,
+    /// A message of a node, or what is in it.
+    Message(Share),
     /// A device, or the host or the operator.
     Only(Target),
+}
+
+/// What of a message is struck.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Share {
+    /// All of it.
+    Whole,
+    /// Its counter.
+    Counter,
+    /// Its checksum.
+    Checksum,
+    /// One of its signals.
+    Signal,
 }
 
 impl Reach {
@@ -76,7 +91,7 @@ impl Reach {
             Self::Only(Target::Table) => &[Target::Table],
             Self::Only(Target::Host) => &[Target::Host],
             Self::Only(Target::Operator) => &[Target::Operator],
-            Self::Only(Target::Device | Target::Node(_)) => &[Target::Device],
+            Self::Message(_) | Self::Only(Target::Device | Target::Node(_)) => &[Target::Device],
         }
     }
 
@@ -106,6 +121,11 @@ impl FaultKind {
     /// Its key in a plan.
     pub fn name(&self) -> &'static str {
         self.info().name
+    }
+
+    /// Is it a fault that makes frames of its own, whichever way?
+    pub const fn makes_frames(&self) -> bool {
+        matches!(self, Self::Babble { .. } | Self::BusLoad { .. })
     }
 
     /// How bad it is: the magnitude of its first parameter, in that one's unit. More is worse.

@@ -1,6 +1,7 @@
 //! The vocabulary of faults, one entry a kind. `docs/faults.md` is made from it.
 
-use super::Reach::{CanBus, Line, Only, SerialLine};
+use super::Reach::{CanBus, Line, Message, Only, SerialLine};
+use super::Share::{Checksum, Counter, Signal, Whole};
 use super::declare::kinds;
 use crate::faults::Target::{Base, Gyro, Host, Operator, Table};
 
@@ -10,6 +11,8 @@ const READING: Option<&str> = Some("reading");
 const TEMPERATURE: Option<&str> = Some("temperature");
 const VELOCITY: Option<&str> = Some("velocity");
 const ERRORS: Option<&str> = Some("bit errors");
+const COUNTER: Option<&str> = Some("counter");
+const VALUE: Option<&str> = Some("value");
 
 kinds! {
     /// Each byte, on a bus each frame, is lost with this probability.
@@ -107,6 +110,41 @@ kinds! {
     LostArbitration = "lost_arbitration", CanBus, Scheduled, None, "ISO 11898-1, arbitration" {
         /// Probability that an attempt is lost.
         lose_percent: "%" 0.0..=99.0, 50.0;
+    }
+    /// A message is sent as it was before, with all that is in it.
+    FrozenMessage = "frozen_message", Message(Whole), Itself, None, "ISO 26262-5 annex D: unintended message repetition" {
+        /// How long.
+        for_s: "s" 0.001..=3600.0, 1.0;
+    }
+    /// The counter of a message stands still; its checksum is right.
+    StuckCounter = "stuck_counter", Message(Counter), Itself, COUNTER, "ISO 26262-5 annex D: unintended message repetition" {
+        /// How long.
+        for_s: "s" 0.001..=3600.0, 1.0;
+    }
+    /// The counter of a message is ahead, as if messages had been lost; its checksum is right.
+    CounterJump = "counter_jump", Message(Counter), Scheduled, COUNTER, "ISO 26262-5 annex D: message loss" {
+        /// How many numbers; the counter comes round.
+        ahead: "1" 1.0..=65535.0, 2.0;
+    }
+    /// The checksum of a message is wrong in each bit, with this probability.
+    WrongChecksum = "wrong_checksum", Message(Checksum), Scheduled, None, "ISO 26262-5 annex D: message corruption" {
+        /// Probability for each message.
+        wrong_percent: "%" 0.0..=100.0, 100.0;
+    }
+    /// A signal keeps its value; counter, checksum and all else go on.
+    StuckSignal = "stuck_signal", Message(Signal), Itself, VALUE, "ISO 26262-5 annex D: sensor stuck in range" {
+        /// How long.
+        for_s: "s" 0.001..=3600.0, 1.0;
+    }
+    /// A signal is off by a share of its declared range, as far as its bits can say so; the checksum is right.
+    SignalOffset = "signal_offset", Message(Signal), Scheduled, VALUE, "ISO 26262-5 annex D: sensor offset" {
+        /// Share of the range.
+        range_percent: "%" -100.0..=100.0, 10.0;
+    }
+    /// A signal has this value, or the nearest that its bits can say; the checksum is right.
+    SignalValue = "signal_value", Message(Signal), Scheduled, VALUE, "ISO 26262-5 annex D: sensor out of range" {
+        /// The value, in the signal's unit.
+        value: "1" -1000000000000.0..=1000000000000.0, 0.0;
     }
     /// The gyro goes on sending its last reading, marked valid.
     Stuck = "stuck", Only(Gyro), Itself, READING, "assumption: an output register that nobody fills" {

@@ -24,7 +24,13 @@ fn number(frame: &CanFrame) -> u64 {
 fn faulty(kind: FaultKind) -> CanBus<Node> {
     let mut bus = CanBus::new();
     let fault = (5, &kind, Chance::new(11, "5"));
-    assert!(bus.begin_fault(Timestamp::ZERO, fault, Some(Node::Base), &NODES, Node::Stranger));
+    assert!(bus.begin_fault(
+        Timestamp::ZERO,
+        fault,
+        (Some(Node::Base), None),
+        &NODES,
+        Node::Stranger
+    ));
     bus
 }
 

@@ -1,0 +1,292 @@
+//! A message that was sent, with something else in it: what a fault of one message, one signal, a counter or a checksum is.
+//!
+//! Bits that are not meant stay as they are. Where the change is not in the checksum, the checksum is made anew: a receiver
+//! sees a sound message.
+
+use super::Layout;
+use super::message::{Carrier, Found, Message};
+use super::signal::{Signal, Storage};
+use crate::Sender;
+use wire::can::CanFrame;
+use wire::device::Transmit;
+use wire::packet::{BYTES_MAX, Packet};
+
+impl Layout {
+    /// Whether `what`, sent by `sender`, is the whole of the message at this place.
+    pub fn is_message(&self, message: usize, sender: Sender, what: &Transmit) -> bool {
+        let Some(message) = self.messages().get(message) else { return false };
+        message.sender == sender
+            && match (what, &message.carrier) {
+                (Transmit::Frame(frame), Carrier::Frame { id, length }) => {
+                    frame.id() == *id && !frame.is_remote() && frame.data().len() >= *length
+                }
+                (Transmit::Bytes(packet), _) => {
+                    let bytes = packet.as_slice();
+                    matches!(message.find(bytes, &mut Vec::new()), Found::Whole(n) if n == bytes.len())
+                }
+                _ => false,
+            }
+    }
+}
+
+impl Message {
+    /// The place of its counter among its signals, where it is one of them.
+    pub fn counter_signal(&self) -> Option<usize> {
+        self.protected.as_ref()?.counter
+    }
+
+    /// The place of its checksum among its signals, where it is one of them.
+    pub fn checksum_signal(&self) -> Option<usize> {
+        self.protected.as_ref()?.checksum
+    }
+
+    /// A counter is put in when it is sent.
+    pub fn has_counter(&self) -> bool {
+        self.protected.as_ref().is_some_and(|one| one.protection.counter.is_some())
+    }
+
+    /// A checksum is put in when it is sent: among its signals, or at the end of a packet.
+    pub fn has_checksum(&self) -> bool {
+        self.protected.as_ref().is_some_and(|one| one.protection.seal.is_some())
+            || matches!(self.carrier, Carrier::Packet { trailer: Some(_), .. })
+    }
+
+    /// The value of the signal at this place in the message `what`; `None` where that does not carry it.
+    pub fn value(&self, what: &Transmit, signal: usize) -> Option<f64> {
+        let mut values = Vec::new();
+        match (what, &self.carrier) {
+            (Transmit::Frame(frame), Carrier::Frame { .. }) => self.read(frame.data(), &mut values),
+            (Transmit::Bytes(packet), _) => _ = self.find(packet.as_slice(), &mut values),
+            _ => {}
+        }
+        values.get(signal).copied().flatten()
+    }
+
+    /// The same message with another value of the signal at this place: the nearest that its bits can carry, whatever
+    /// its declared range. `None` where the message does not carry the signal.
+    pub fn with_value(&self, what: &Transmit, signal: usize, value: f64) -> Option<Transmit> {
+        let before = self.value(what, signal)?;
+        let of = &self.signals[signal];
+        if matches!(self.carrier, Carrier::Line(_)) {
+            let all = (0..self.signals.len()).map(|place| match place == signal {
+                true => Some(of.nearest(value)),
+                false => self.value(what, place),
+            });
+            return self.encode(&all.collect::<Option<Vec<f64>>>()?, None).ok();
+        }
+        let raw = of.bits_nearest(if value.is_nan() { before } else { value })?;
+        let Storage::Bits { field, .. } = of.storage else { return None };
+        self.edited(what, |data| field.set(data, raw))
+    }
+
+    /// The number of the counter in the message `what`.
+    pub fn count(&self, what: &Transmit) -> Option<u64> {
+        let counter = self.protected.as_ref()?.protection.counter?;
+        let (data, length) = bytes_of(what);
+        Some(counter.field.get(data.get(..length)?.get(self.payload())?))
+    }
+
+    /// The same message with another number of its counter.
+    pub fn with_count(&self, what: &Transmit, number: u64) -> Option<Transmit> {
+        let counter = self.protected.as_ref()?.protection.counter?;
+        let payload = self.payload();
+        self.edited(what, |data| {
+            if let Some(data) = data.get_mut(payload) {
+                counter.field.set(data, number);
+            }
+        })
+    }
+
+    /// The same message, so many numbers of its counter on.
+    pub fn with_count_ahead(&self, what: &Transmit, by: u64) -> Option<Transmit> {
+        let counter = self.protected.as_ref()?.protection.counter?;
+        let start = self.count(what)?;
+        // The counter comes round: there are no more numbers than it has.
+        let round = counter.greatest.saturating_add(1);
+        let ahead = (0..by % round.max(1)).fold(start, |number, _| counter.next(number));
+        self.with_count(what, ahead)
+    }
+
+    /// The same message with a checksum that is wrong in each bit.
+    pub fn with_wrong_checksum(&self, what: &Transmit) -> Option<Transmit> {
+        let (mut data, length) = bytes_of(what);
+        let data = data.get_mut(..length)?;
+        let seal = self.protected.as_ref().filter(|one| one.protection.seal.is_some());
+        match (seal, &self.carrier) {
+            (Some(protected), _) => {
+                protected.protection.spoil(data.get_mut(self.payload())?);
+                if let Carrier::Packet { trailer: Some(trailer), .. } = &self.carrier {
+                    trailer.seal(data);
+                }
+            }
+            (None, Carrier::Packet { trailer: Some(trailer), .. }) => {
+                let sum = trailer.checksum.length();
+                let (_, sum) = data.split_at_mut(length.checked_sub(sum)?);
+                sum.iter_mut().for_each(|byte| *byte = !*byte);
+            }
+            _ => return None,
+        }
+        again(what, data)
+    }
+
+    /// The same message with other bytes, and the checksums that those need.
+    fn edited(&self, what: &Transmit, edit: impl FnOnce(&mut [u8])) -> Option<Transmit> {
+        let (mut data, length) = bytes_of(what);
+        let data = data.get_mut(..length)?;
+        edit(data);
+        if let Some(protected) = &self.protected {
+            protected.protection.reseal(data.get_mut(self.payload())?);
+        }
+        if let Carrier::Packet { trailer: Some(trailer), .. } = &self.carrier {
+            trailer.seal(data);
+        }
+        again(what, data)
+    }
+}
+
+impl Signal {
+    /// The bits of the value that is nearest to this one, whatever the declared range.
+    fn bits_nearest(&self, value: f64) -> Option<u64> {
+        let Storage::Bits { field, coding } = self.storage else { return None };
+        let (least, greatest) = coding.limits(field.length());
+        let range = self.scale.range(least, greatest);
+        coding.raw(value.clamp(range.0, range.1), field.length(), self.scale, range)
+    }
+}
+
+fn bytes_of(what: &Transmit) -> ([u8; BYTES_MAX], usize) {
+    let mut data = [0; BYTES_MAX];
+    let bytes = match what {
+        Transmit::Frame(frame) => frame.data(),
+        Transmit::Bytes(packet) => packet.as_slice(),
+    };
+    data[..bytes.len()].copy_from_slice(bytes);
+    (data, bytes.len())
+}
+
+/// As `what` is carried, with these bytes.
+fn again(what: &Transmit, data: &[u8]) -> Option<Transmit> {
+    match what {
+        Transmit::Frame(frame) => CanFrame::new(frame.id(), data).map(Transmit::Frame),
+        Transmit::Bytes(_) => Packet::from_slice(data).map(Transmit::Bytes),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::layout::protected::tests::{E2E, PLAIN, cells};
+    use crate::layout::tests::described;
+    use crate::{Decoder, Encoder, Layout, Sender, Verdict};
+    use proptest::prelude::*;
+    use wire::device::Transmit;
+
+    fn protected() -> Layout {
+        cells(&format!("{E2E}{PLAIN}")).unwrap_or_else(|error| panic!("{error}")).layout().clone()
+    }
+
+    /// Each value that is carried, and what counter and checksum say.
+    fn heard(decoder: &mut Decoder, what: &Transmit) -> (Vec<Option<f64>>, Option<Verdict>) {
+        let mut all = Vec::new();
+        match what {
+            Transmit::Frame(frame) => {
+                let decoded = decoder.frame(frame).unwrap();
+                all.push((decoded.values.to_vec(), decoded.verdict));
+            }
+            Transmit::Bytes(packet) => decoder.bytes(packet.as_slice(), &mut |decoded| {
+                all.push((decoded.values.to_vec(), decoded.verdict));
+            }),
+        }
+        assert_eq!(all.len(), 1, "{what:?}");
+        all.remove(0)
+    }
+
+    proptest! {
+        #[test]
+        fn another_value_is_all_that_changes(
+            message in 0..2_usize, signal in 0..7_usize, page in 0..2_u8, value in -1e5..1e5_f64,
+        ) {
+            let layout = protected();
+            let of = &layout.messages()[message];
+            prop_assume!(signal < of.signals.len());
+            let protecting = ["Crc", "Alive", "IdPart", "Count", "Sum", "Page"];
+            prop_assume!(!protecting.contains(&&*of.signals[signal].name));
+            let mut values: Vec<f64> = of.signals.iter().map(|signal| signal.start).collect();
+            if message == 0 {
+                values[4] = f64::from(page);
+            }
+            let sent = Encoder::new(layout.clone()).encode(message, &values, |_| false).unwrap();
+            let (before, _) = heard(&mut layout.decoder(), &sent);
+            let Some(changed) = of.with_value(&sent, signal, value) else {
+                prop_assert!(before[signal].is_none());
+                return Ok(());
+            };
+            let (after, verdict) = heard(&mut layout.decoder(), &changed);
+            prop_assert_eq!(verdict, Some(Verdict::Ok));
+            let one = &of.signals[signal];
+            let expected = one.as_sent(value.clamp(one.minimum, one.maximum));
+            prop_assert!((after[signal].unwrap() - expected).abs() <= one.resolution());
+            for (place, kept) in before.iter().enumerate() {
+                let sums = ["Crc", "Sum"].contains(&&*of.signals[place].name);
+                prop_assert!(place == signal || sums || after[place] == *kept, "{place}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_counter_and_a_checksum_are_changed_alone() {
+        let layout = protected();
+        for message in 0..2 {
+            let of = &layout.messages()[message];
+            let values: Vec<f64> = of.signals.iter().map(|signal| signal.start).collect();
+            let mut encoder = Encoder::new(layout.clone());
+            let mut next = || encoder.encode(message, &values, |_| false).unwrap();
+            let (first, second, third) = (next(), next(), next());
+            let mut decoder = layout.decoder();
+            let mut verdict = |what: &Transmit| heard(&mut decoder, what).1.unwrap();
+            assert_eq!(verdict(&first), Verdict::Ok);
+            let again = of.with_count(&second, of.count(&first).unwrap()).unwrap();
+            assert_eq!(verdict(&again), Verdict::Repeated);
+            assert_eq!(verdict(&of.with_wrong_checksum(&second).unwrap()), Verdict::WrongChecksum);
+            assert_eq!(verdict(&of.with_count_ahead(&second, 2).unwrap()), Verdict::Lost(2));
+            assert_eq!(of.with_count_ahead(&third, 0), Some(third));
+        }
+    }
+
+    #[test]
+    fn packets_and_lines_of_text_are_changed_too() {
+        let text = r#"
+            name = "oven"
+            [serial]
+            baud = 115200
+            [[message]]
+            name = "Status"
+            sent_by = "device"
+            start = [0xAA]
+            checksum = "crc16-modbus"
+            fields = [{ name = "Temperature", type = "i16", scale = 0.01 }, { name = "On", type = "u8" }]
+            [[message]]
+            name = "Reading"
+            sent_by = "device"
+            text = "T={Value:.1} P={Power:.0}\r\n"
+        "#;
+        let layout = described(text).layout().clone();
+        let of = &layout.messages()[0];
+        let sent = layout.encode(0, &[20.0, 1.0]).unwrap();
+        assert!(layout.is_message(0, Sender::Device, &sent));
+        assert!(
+            !layout.is_message(0, Sender::Host, &sent)
+                && !layout.is_message(1, Sender::Device, &sent)
+        );
+        let hot = of.with_value(&sent, 0, 1e9).unwrap();
+        assert_eq!(heard(&mut layout.decoder(), &hot).0, [Some(327.67), Some(1.0)]);
+        let spoilt = of.with_wrong_checksum(&sent).unwrap();
+        let mut decoder = layout.decoder();
+        let Transmit::Bytes(packet) = spoilt else { panic!("bytes") };
+        decoder.bytes(packet.as_slice(), &mut |decoded| panic!("{decoded:?}"));
+        assert_eq!(decoder.checksum_failures(), 1);
+        let line = layout.encode(1, &[1.5, 3.0]).unwrap();
+        let changed = layout.messages()[1].with_value(&line, 0, 7.26).unwrap();
+        let Transmit::Bytes(packet) = changed else { panic!("bytes") };
+        assert_eq!(packet.as_slice(), b"T=7.3 P=3\r\n");
+    }
+}

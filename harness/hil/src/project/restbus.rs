@@ -1,0 +1,167 @@
+//! The rest of the bus, for a device of one's own: all nodes of a DBC but some are emulated, and send what the file says.
+
+use super::from_dbc::{assumed_period, description, listening_s, measure, of};
+use super::written::text;
+use super::{FromDbc, FromDbcError, ProjectFile, with_schemas};
+use described::{Layout, NOBODY, Sender, dbc_nodes, dbc_text};
+use plan::Name;
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use wire::time::Span;
+
+/// Names that a node of a rig does not have, as they mean something else in plans and bench files.
+const TAKEN: [&str; 8] =
+    ["device", "host", "operator", "gyro", "base", "table", "controller", "plan"];
+
+/// A node of the DBC, and what it is called in the rig.
+struct Member {
+    dbc_node: String,
+    name: Name,
+    layout: Layout,
+    is_real: bool,
+}
+
+/// The files of a project for the bus of the DBC of these bytes, in which all nodes but those of `except` are emulated;
+/// `file` names the DBC in messages.
+///
+/// # Errors
+///
+/// When the DBC cannot be read, has no such node, or no message of any other.
+pub fn restbus(
+    name: &Name,
+    file: &str,
+    bytes: &[u8],
+    except: &[String],
+) -> Result<FromDbc, FromDbcError> {
+    let text = dbc_text(bytes);
+    let mut nodes = dbc_nodes(file, &text).map_err(Box::new)?;
+    let is_real = |node: &str| except.iter().any(|real| real == node);
+    // A name that is none is refused with those that there are.
+    for real in except {
+        Layout::from_dbc(file, &text, real).map_err(Box::new)?;
+    }
+    nodes.retain(|node| node.messages > 0 || is_real(&node.name));
+    let mut taken = BTreeSet::new();
+    let mut members = Vec::new();
+    for node in nodes {
+        let layout = Layout::from_dbc(file, &text, &node.name).map_err(Box::new)?;
+        let is_real = is_real(&node.name);
+        if is_real || of(&layout, Sender::Device).next().is_some() {
+            let name = called(&node.name, &mut taken);
+            members.push(Member { dbc_node: node.name, name, layout, is_real });
+        }
+    }
+    let emulated = || members.iter().filter(|one| !one.is_real);
+    let Some(first) = emulated().next() else { return Err(FromDbcError::Alone(file.to_owned())) };
+    let (assumed, notes) = (assumed_period(&first.layout), first.layout.notes().to_vec());
+    let mut made =
+        vec![ProjectFile { path: format!("devices/{name}.dbc").into(), bytes: bytes.to_owned() }];
+    for one in emulated() {
+        let device = description(name, (&one.name, &one.dbc_node), &one.layout, assumed);
+        made.push(ProjectFile::of_text(format!("devices/{}.toml", one.name), device));
+    }
+    made.push(ProjectFile::of_text("rigs/rest.toml", rig(name, &members, false)));
+    made.push(ProjectFile::of_text("rest.toml", rest_plan(name, &members, assumed)));
+    if members.iter().any(|one| one.is_real) {
+        made.push(ProjectFile::of_text("rigs/bench.toml", rig(name, &members, true)));
+        made.push(ProjectFile::of_text("bench.toml", bench_plan(name, &members, assumed)));
+    }
+    made.push(ProjectFile::of_text("README.md", readme(name, &members)));
+    Ok(FromDbc { files: with_schemas(made), notes })
+}
+
+/// A name of a node in a rig: `EPS_Rack` becomes `eps_rack`.
+fn called(dbc_node: &str, taken: &mut BTreeSet<String>) -> Name {
+    const LENGTH_MAX: usize = 24;
+    let lower = if dbc_node == NOBODY { "nobody".to_owned() } else { dbc_node.to_lowercase() };
+    let mut name: String =
+        lower.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    if !name.starts_with(|c: char| c.is_ascii_lowercase()) || TAKEN.contains(&name.as_str()) {
+        name.insert_str(0, "node_");
+    }
+    name.truncate(LENGTH_MAX);
+    let free = (1..).map(|number| match number {
+        1 => name.clone(),
+        number => format!("{name}_{number}"),
+    });
+    let mut fitting =
+        free.filter(|name| taken.insert(name.clone())).filter_map(|name| Name::new(&name));
+    fitting.next().unwrap_or_else(|| unreachable!("one of all numbers is free"))
+}
+
+/// The rig: all that is emulated, and with `real` what is not.
+fn rig(name: &Name, members: &[Member], real: bool) -> String {
+    let mut text_of = match real {
+        true => "# The device on its bus: it is there already, and the rest is emulated.\n".to_owned(),
+        false => "# The rest of the bus. `hil emulate rig rigs/rest.toml --line can0=can:can0` is there for a device of yours.\n"
+            .to_owned(),
+    };
+    let _ = write!(
+        text_of,
+        "title = {}\n\n[[line]]\nname = \"can0\"\ncan = {{ bit_rate = 500_000, dbc = \"../devices/{name}.dbc\" }}\n",
+        text(&format!("The bus of {name}"))
+    );
+    for one in members.iter().filter(|one| real || !one.is_real) {
+        let _ = write!(
+            text_of,
+            "\n[[node]]\nname = \"{}\"\nat = \"can0\"\ndbc_node = {}\n",
+            one.name,
+            text(&one.dbc_node)
+        );
+        text_of += &match one.is_real {
+            true => "under_test = { attached = true }\n".to_owned(),
+            false => format!("emulate = \"{}\"\n", one.name),
+        };
+    }
+    text_of
+}
+
+fn rest_plan(name: &Name, members: &[Member], assumed: Span) -> String {
+    let emulated = || members.iter().filter(|one| !one.is_real);
+    let listening = emulated().map(|one| listening_s(&one.layout, assumed)).fold(0.0, f64::max);
+    let mut plan = format!(
+        "# Does the rest of the bus send what the DBC says? `hil run rest.toml`\n\
+         name = \"rest\"\ntitle = \"The rest of the bus of {name} sends its messages\"\nrig = \"rest\"\n\n\
+         steps = [{{ wait = {{ duration_s = {listening} }} }}]\n"
+    );
+    measured(&mut plan, emulated(), assumed);
+    plan
+}
+
+fn bench_plan(name: &Name, members: &[Member], assumed: Span) -> String {
+    let real = || members.iter().filter(|one| one.is_real);
+    let listening = real().map(|one| listening_s(&one.layout, assumed)).fold(0.0, f64::max);
+    let mut plan = format!(
+        "# Does the device send what the DBC says? `hil run bench.toml --clock real --bus vcan`, or with a bench file.\n\
+         name = \"bench\"\ntitle = \"The device of {name} sends its messages, and nothing out of range\"\nrig = \"bench\"\n\n\
+         steps = [{{ wait = {{ duration_s = {listening} }} }}]\n"
+    );
+    measured(&mut plan, real(), assumed);
+    plan
+}
+
+fn measured<'a>(plan: &mut String, members: impl Iterator<Item = &'a Member>, assumed: Span) {
+    let mut names = BTreeSet::new();
+    for one in members {
+        for message in of(&one.layout, Sender::Device) {
+            let period = message.period.unwrap_or(assumed);
+            measure(plan, (Some(&one.name), &one.layout), message, period, &mut names);
+        }
+    }
+}
+
+fn readme(name: &Name, members: &[Member]) -> String {
+    let names = |real: bool| {
+        let named = members.iter().filter(|one| one.is_real == real);
+        named.map(|one| one.dbc_node.clone()).collect::<Vec<_>>().join(", ")
+    };
+    let readme = include_str!("restbus.md").replace("mybus", name.as_str());
+    let readme = readme.replace("REST", &names(false));
+    match names(true) {
+        nobody if nobody.is_empty() => {
+            // Everything from the bench on is of a real device.
+            readme.split("## 3.").next().unwrap_or_default().to_owned()
+        }
+        real => readme.replace("REAL", &real),
+    }
+}

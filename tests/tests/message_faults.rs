@@ -1,0 +1,180 @@
+//! Faults of one message, its counter, its checksum or one of its signals, and formulas that judge counters and checksums.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use harness::{Trial, TrialError};
+use tempfile::TempDir;
+
+const DBC: &str = r#"VERSION ""
+BU_: Manager Cells
+BO_ 256 CellStatus: 8 Cells
+ SG_ Crc : 0|8@1+ (1,0) [0|255] "" Manager
+ SG_ Alive : 8|4@1+ (1,0) [0|15] "" Manager
+ SG_ Limit : 16|16@1+ (0.01,0) [0|300] "A" Manager
+BO_ 257 CellInfo: 2 Cells
+ SG_ Number : 0|16@1+ (1,0) [0|1000] "" Manager
+BO_ 512 Request: 5 Manager
+ SG_ Crc : 0|8@1+ (1,0) [0|255] "" Cells
+ SG_ Alive : 8|4@1+ (1,0) [0|15] "" Cells
+ SG_ Limit : 16|16@1+ (0.01,0) [0|300] "A" Cells
+"#;
+
+/// It tells the limit that it was given, in messages that it takes.
+const CELLS: &str = r#"
+name = "cells"
+title = "Cells"
+dbc = "pack.dbc"
+node = "Cells"
+[message.CellStatus]
+period_s = 0.1
+e2e = { profile = "1C", data_id = 0x123, counter = "Alive", checksum = "Crc" }
+[message.CellInfo]
+period_s = 0.1
+[message.Request]
+e2e = { profile = "1A", data_id = 0x0a5b, counter = "Alive", checksum = "Crc" }
+[signal."CellStatus.Limit"]
+expression = "Request.Limit"
+"#;
+
+const RIG: &str = r#"title = "Cells and the plan"
+[[line]]
+name = "can0"
+can = { bit_rate = 250_000, dbc = "pack.dbc" }
+message.Request = { e2e = { profile = "1A", data_id = 0x0a5b, counter = "Alive", checksum = "Crc" } }
+[[node]]
+name = "cells"
+at = "can0"
+emulate = "cells"
+[[node]]
+name = "manager"
+at = "can0"
+tester = true
+"#;
+
+/// The limit is 9 A, and from 1 s on 20 A; a fault of the middle strikes from 0.5 s on.
+const STEPS: &str = "\
+    { send = { message = \"Request\", set = { Limit = 9 }, every_s = 0.05 } }, { wait = { duration_s = 1 } }, \
+    { send = { message = \"Request\", set = { Limit = 20 }, every_s = 0.05 } }, { wait = { duration_s = 0.5 } }, \
+    { wait = { duration_s = 2 }, label = \"after\" }";
+
+const PROPERTIES: &str = r#"
+[[property]]
+name = "counted"
+always = "cells.Alive follows"
+[[property]]
+name = "sealed"
+always = "cells.CellStatus.Crc fits"
+"#;
+
+fn load(fault: &str) -> (TempDir, Result<Trial, TrialError>) {
+    let plan = format!(
+        "name = \"plan\"\ntitle = \"\"\nrig = \"pack\"\nsteps = [{STEPS}]\n[[measurement]]\nname = \"limit\"\ndoc = \"\"\n\
+         quantity = \"cells.CellStatus.Limit\"\nwhere = {{ \"during.after\" = 1 }}\nunit = \"A\"\n\
+         check = {{ all_within = [0, 300] }}\n{PROPERTIES}{fault}"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    for (path, text) in [
+        ("rigs/pack.toml", RIG),
+        ("rigs/pack.dbc", DBC),
+        ("devices/pack.dbc", DBC),
+        ("devices/cells.toml", CELLS),
+        ("plan.toml", &plan),
+    ] {
+        let path = folder.path().join(path);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    }
+    let trial = Trial::load(folder.path().join("plan.toml").to_str().unwrap());
+    (folder, trial)
+}
+
+fn fault(target: &str, what: &str) -> String {
+    format!("[[fault]]\ntarget = \"{target}\"\nwhat = {{ {what} }}\nwhen = {{ at_s = 0.5 }}\n")
+}
+
+/// The greatest limit that the cells told at last, and whether their counter and their checksum were always right.
+fn run(fault: &str) -> (f64, bool, bool) {
+    let (_folder, trial) = load(fault);
+    let run = trial.unwrap_or_else(|error| panic!("{error:?}")).run().unwrap();
+    let held = |name: &str| run.property(name).unwrap().held.unwrap();
+    (run.value("limit").unwrap(), held("counted"), held("sealed"))
+}
+
+#[test]
+fn without_a_fault_everything_is_right() {
+    assert_eq!(run(""), (20.0, true, true));
+}
+
+/// The receiver goes by counter and checksum: what is struck is not used, or used as it is.
+#[test]
+fn what_is_sent_to_a_node_is_struck_in_one_place() {
+    for (target, what, told) in [
+        ("manager.Request", "stuck_counter = { for_s = 60 }", 9.0),
+        ("manager.Request", "wrong_checksum = { wrong_percent = 100 }", 9.0),
+        ("manager.Request", "counter_jump = { ahead = 2 }", 20.0),
+        ("manager.Request", "frozen_message = { for_s = 60 }", 9.0),
+        ("manager.Request", "drop = { loss_percent = 100 }", 9.0),
+        ("manager.Limit", "stuck_signal = { for_s = 60 }", 9.0),
+        ("manager.Limit", "signal_value = { value = 55 }", 55.0),
+        ("manager.Request.Limit", "signal_offset = { range_percent = 10 }", 50.0),
+        // The bits carry more than the range.
+        ("manager.Limit", "signal_value = { value = 1e6 }", 655.35),
+    ] {
+        let (limit, counted, sealed) = run(&fault(target, what));
+        // The cells say nothing beyond their own range.
+        let told = f64::min(told, 300.0);
+        assert!((limit - told).abs() < 1e-9, "{target} {what}: {limit}, and not {told}");
+        assert!(counted && sealed, "{target} {what}: what the cells send was struck too");
+    }
+}
+
+#[test]
+fn what_a_node_sends_is_judged_by_its_counter_and_its_checksum() {
+    for (target, what, expected) in [
+        ("cells.CellStatus", "stuck_counter = { for_s = 60 }", (20.0, false, true)),
+        ("cells.CellStatus", "counter_jump = { ahead = 3 }", (20.0, false, true)),
+        ("cells.CellStatus", "wrong_checksum = { wrong_percent = 50 }", (20.0, false, false)),
+        ("cells.CellStatus", "frozen_message = { for_s = 60 }", (9.0, false, true)),
+        ("cells.CellStatus", "drop = { loss_percent = 30 }", (20.0, false, true)),
+        ("cells.CellStatus", "duplicate = { duplicate_percent = 30 }", (20.0, false, true)),
+        // The rest of what the same node sends is none of its business.
+        ("cells.CellInfo", "drop = { loss_percent = 30 }", (20.0, true, true)),
+        ("cells.CellInfo", "frozen_message = { for_s = 60 }", (20.0, true, true)),
+        ("cells", "drop = { loss_percent = 30 }", (20.0, false, true)),
+    ] {
+        assert_eq!(run(&fault(target, what)), expected, "{target} {what}");
+    }
+}
+
+#[test]
+fn what_cannot_be_struck_is_shown_in_its_place() {
+    let both = |target: &str, what: &str| fault(target, what);
+    let cases = [
+        both("cells.CellStatsu", "frozen_message = { for_s = 1 }"),
+        both("manager.Limit", "frozen_message = { for_s = 1 }"),
+        both("cells.CellStatus", "stuck_signal = { for_s = 1 }"),
+        both("cells.CellInfo", "wrong_checksum = { wrong_percent = 1 }"),
+        both("cells.CellInfo", "stuck_counter = { for_s = 1 }"),
+        both("cells.Limit", "drop = { loss_percent = 1 }"),
+        both("cells", "stuck_signal = { for_s = 1 }"),
+        both("cells.CellStatus", "babble = { frames_per_s = 10 }"),
+        both("cells.CellStatus", "drop = { loss_percent = 1 }") + "toward = \"host\"\n",
+        "[[property]]\nalways = \"cells.Limit follows\"\n".to_owned(),
+        "[[property]]\nalways = \"cells.Alive fits\"\n".to_owned(),
+        "[[property]]\nalways = \"cells.Alvie follows\"\n".to_owned(),
+    ];
+    let told = cases.map(|case| {
+        let (folder, trial) = load(&case);
+        let Err(error) = trial else { panic!("taken: {case}") };
+        let mut said = vec![error.to_string()];
+        let mut cause = std::error::Error::source(&error);
+        while let Some(one) = cause {
+            said.push(one.to_string());
+            cause = one.source();
+        }
+        let whole = format!("{error:?}");
+        let help = whole.lines().filter(|line| line.contains("help")).collect::<Vec<_>>().join("");
+        format!("{case}{}\n{help}\n", said.join(": ")).replace(folder.path().to_str().unwrap(), "")
+    });
+    insta::assert_snapshot!(told.join("\n"));
+}
