@@ -1,0 +1,130 @@
+// Serial ports: ptys under names that are the same in every run. Their descriptors never block for real.
+#include "shim.h"
+#include <stdio.h>
+#include <sys/ioctl.h>
+#include <sys/uio.h>
+#include <termios.h>
+
+#define PORTS_MAX 32
+// A writer that finds the line full tries again after this: the harness empties the line while the program waits.
+#define FULL_NS 1000000
+static struct port {
+    char shown[108], real[32];
+} ports[PORTS_MAX];
+static int port_count;
+
+void serial_declare(const char *shown, const char *real) {
+    if (port_count >= PORTS_MAX) return;
+    snprintf(ports[port_count].shown, sizeof ports[0].shown, "%s", shown);
+    snprintf(ports[port_count].real, sizeof ports[0].real, "%s", real);
+    port_count++;
+}
+
+// What stands behind a name that was declared; NULL for any other path.
+const char *serial_real(const char *path) {
+    for (int i = 0; path && i < port_count; i++)
+        if (!strcmp(path, ports[i].shown)) return ports[i].real;
+    return NULL;
+}
+
+const char *serial_shown(const char *path) {
+    for (int i = 0; path && i < port_count; i++)
+        if (!strcmp(path, ports[i].real)) return ports[i].shown;
+    return NULL;
+}
+
+void serial_opened(int fd, bool is_nonblocking) {
+    struct serial *made = calloc(1, sizeof *made);
+    if (!made) return;
+    made->is_nonblocking = is_nonblocking;
+    descriptor_set(fd, FD_SERIAL, made);
+}
+
+// A pty hands bytes on in its own time. Asking whether there are any waits until it has: what the harness wrote is
+// then visible to epoll too.
+void serial_flush(void) {
+    struct pollfd open[PORTS_MAX * 2];
+    nfds_t count = 0;
+    for (int fd = 0; fd < 1024 && count < PORTS_MAX * 2; fd++)
+        if (descriptor(fd)->kind == FD_SERIAL) open[count++] = (struct pollfd){.fd = fd, .events = POLLIN};
+    if (count) REAL(poll)(open, count, 0);
+}
+
+static size_t bytes_of(const struct iovec *parts, int count) {
+    size_t sum = 0;
+    for (int i = 0; i < count; i++) sum += parts[i].iov_len;
+    return sum;
+}
+
+// How many bytes are there, when so many have come or the line has been silent for VTIME since the last; -1 after a
+// signal.
+static int await_burst(int fd, int enough, int64_t silence) {
+    int there = 0, before = 0;
+    int64_t deadline = NEVER;
+    for (;;) {
+        is_ready(fd, POLLIN);
+        REAL(ioctl)(fd, FIONREAD, &there);
+        if (there >= enough || (there > 0 && deadline <= now_ns)) return there;
+        if (there > before) deadline = deadline_after(silence), before = there;
+        // A pty is ready with one byte as with many: only the next moment says more.
+        enum woken woken = block(&(struct wait){.kind = WAIT_RUN, .deadline = deadline});
+        if (woken == INTERRUPTED) return -1;
+    }
+}
+
+// Waits as termios say: until VMIN bytes are there, for VTIME at the most, or for a silence of VTIME. True when it is
+// worth reading.
+static bool await_bytes(int fd, size_t wanted) {
+    struct termios settings;
+    if (REAL(tcgetattr)(fd, &settings) || (settings.c_lflag & ICANON))
+        return wait_fd(fd, POLLIN, NEVER) > 0 || errno == ERESTART;
+    int64_t span = settings.c_cc[VTIME] * (SECOND / 10);
+    size_t enough = settings.c_cc[VMIN];
+    if (enough > wanted) enough = wanted;
+    if (enough == 0) return wait_fd(fd, POLLIN, deadline_after(span)) > 0;
+    if (span == 0 && enough == 1) return wait_fd(fd, POLLIN, NEVER) > 0 || errno == ERESTART;
+    return await_burst(fd, (int)enough, span ? span : NEVER) > 0;
+}
+
+// Reads or writes what the program asked for, which blocks in virtual time where the program thinks that it does.
+ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts, int count, bool is_read) {
+    struct serial *serial = of->object;
+    bool waits = !serial->is_nonblocking && in_lockstep();
+    size_t wanted = bytes_of(parts, count);
+    ssize_t done = 0;
+    while (is_read) {
+        struct termios settings;
+        bool looks_first = waits && !REAL(tcgetattr)(fd, &settings) && settings.c_cc[VMIN] > 1;
+        if (looks_first && wanted && !await_bytes(fd, wanted)) return errno = EINTR, -1;
+        done = REAL(readv)(fd, parts, count);
+        bool is_empty = done == 0 || (done < 0 && errno == EAGAIN);
+        if (!is_empty || wanted == 0) {
+            progressed = true;
+            return done;
+        }
+        if (!waits) break;
+        errno = 0;
+        if (!await_bytes(fd, wanted)) return errno == EINTR ? -1 : 0;
+    }
+    if (is_read) {
+        question();
+        return done;
+    }
+    question();
+    for (int part = 0; part < count; part++) {
+        size_t written = 0;
+        while (written < parts[part].iov_len) {
+            const char *from = (const char *)parts[part].iov_base + written;
+            ssize_t some = REAL(write)(fd, from, parts[part].iov_len - written);
+            if (some > 0) {
+                written += (size_t)some, done += some;
+            } else if (some < 0 && errno == EAGAIN && waits) {
+                if (block_until(deadline_after(FULL_NS)) == INTERRUPTED) return done ? done : (errno = EINTR, -1);
+            } else if (some < 0 && errno != EINTR) {
+                return done ? done : -1;
+            }
+        }
+    }
+    progressed = true;
+    return done;
+}
