@@ -55,6 +55,7 @@ void can_release(struct can_socket *can) {
 void can_after_fork(void) {
     for (struct can_socket *can = can_sockets; can; can = can->next) {
         can->operations = NULL;
+        unguard(can->hidden);
         for (int fd = 0, made = -1; fd < DESCRIPTORS_MAX; fd++) {
             if (of(fd) != can) continue;
             int flags = REAL(fcntl)(fd, F_GETFL), close_on_exec = REAL(fcntl)(fd, F_GETFD);

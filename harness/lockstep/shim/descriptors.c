@@ -41,10 +41,6 @@ void unguard(int fd) {
     REAL(close)(fd);
 }
 
-void guards_drop(void) {
-    while (guard_count > 0) REAL(close)(guards[--guard_count]);
-}
-
 static void retain(const struct descriptor *of) {
     if (of->kind == FD_SERIAL) ((struct serial *)of->object)->users++;
     if (of->kind == FD_CAN) can_retain(of->object);
@@ -56,7 +52,7 @@ void descriptor_closed(int fd) {
     if (!of || of->kind == FD_PLAIN) return;
     struct descriptor was = *of;
     *of = (struct descriptor){0};
-    if (was.kind == FD_SERIAL && --((struct serial *)was.object)->users == 0) free(was.object);
+    if (was.kind == FD_SERIAL) serial_release(was.object);
     if (was.kind == FD_CAN) can_release(was.object);
     if (was.kind == FD_TIMER) timer_fd_release(was.object);
 }
@@ -167,12 +163,6 @@ EXPORT int fcntl64(int fd, int command, ...) {
     return control(fd, command, argument);
 }
 
-// Bytes that are on their way through the pty are there already.
-EXPORT int tcflush(int fd, int queue) {
-    if (descriptor(fd) && descriptor(fd)->kind == FD_SERIAL) is_ready(fd, POLLIN);
-    return REAL(tcflush)(fd, queue);
-}
-
 EXPORT int ioctl(int fd, unsigned long request, ...) {
     va_list rest;
     va_start(rest, request);
@@ -180,17 +170,5 @@ EXPORT int ioctl(int fd, unsigned long request, ...) {
     va_end(rest);
     int result;
     if (is_managed() && can_interface_ioctl(request, argument, &result)) return result;
-    struct descriptor *of = descriptor(fd);
-    if (!of || of->kind != FD_SERIAL) return REAL(ioctl)(fd, request, argument);
-    if (request == FIONBIO) {
-        ((struct serial *)of->object)->is_nonblocking = *(int *)argument;
-        return 0;
-    }
-    if (request == FIONREAD || request == TCFLSH) {
-        is_ready(fd, POLLIN);
-        int answer = REAL(ioctl)(fd, request, argument);
-        if (request == FIONREAD && answer == 0 && *(int *)argument == 0) question();
-        return answer;
-    }
-    return REAL(ioctl)(fd, request, argument);
+    return serial_of(fd) ? serial_control(fd, request, argument) : REAL(ioctl)(fd, request, argument);
 }

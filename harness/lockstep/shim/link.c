@@ -142,6 +142,12 @@ bool link_request(enum request what, int64_t argument) {
     return take_answer() == ANSWER_YES;
 }
 
+// What the harness has to know, and does not answer.
+void link_tell(enum tell what, uint32_t port, int64_t argument) {
+    struct to_harness message = {.kind = what, .flag = port, .argument = argument};
+    send_all(&message, offsetof(struct to_harness, frame));
+}
+
 void link_send_frame(const struct sent_frame *frame) {
     struct to_harness message = {.kind = MESSAGE_FRAME, .frame = *frame};
     send_all(&message, sizeof message);
@@ -149,7 +155,7 @@ void link_send_frame(const struct sent_frame *frame) {
 
 // A child that was forked speaks for itself, and waits for its turn.
 void link_after_fork(void) {
-    guards_drop();
+    unguard(link_fd);
     link_fd = -1;
     if (!connect_to(socket_path)) REAL(_exit)(122);
     is_first = false;

@@ -5,18 +5,11 @@
 #include <stdio.h>
 #include <sys/stat.h>
 
-// Ports of other processes that this one inherits (a shell's redirections) are known by their names.
-static int opened(const char *real, int fd, int flags) {
-    if (fd < 0) return fd;
-    descriptor_closed(fd);
-    if (real) serial_opened(fd, flags & O_NONBLOCK);
-    return fd;
-}
-
 static int open_at(int folder, const char *path, int flags, mode_t mode) {
-    const char *real = is_managed() ? serial_real(path) : NULL;
-    if (real) return opened(real, REAL(openat)(AT_FDCWD, real, flags | O_NONBLOCK | O_NOCTTY, mode), flags);
-    return opened(NULL, REAL(openat)(folder, path, flags, mode), flags);
+    if (is_managed() && serial_real(path)) return serial_open(path, flags);
+    int fd = REAL(openat)(folder, path, flags, mode);
+    if (fd >= 0) descriptor_closed(fd);
+    return fd;
 }
 
 #define MODE_ARGUMENT(flags, mode)                                                                 \
@@ -58,11 +51,11 @@ static const char *meant(const char *path) {
 }
 
 EXPORT FILE *fopen(const char *restrict path, const char *restrict mode) {
-    return REAL(fopen)(meant(path), mode);
+    if (!is_managed() || !serial_real(path)) return REAL(fopen)(path, mode);
+    int fd = serial_open(path, 0);
+    return fd < 0 ? NULL : fdopen(fd, mode);
 }
-EXPORT FILE *fopen64(const char *restrict path, const char *restrict mode) {
-    return REAL(fopen64)(meant(path), mode);
-}
+EXPORT FILE *fopen64(const char *restrict path, const char *restrict mode) { return fopen(path, mode); }
 
 EXPORT int stat(const char *restrict path, struct stat *restrict state) { return REAL(stat)(meant(path), state); }
 EXPORT int lstat(const char *restrict path, struct stat *restrict state) { return REAL(lstat)(meant(path), state); }
@@ -72,14 +65,19 @@ EXPORT int stat64(const char *restrict path, struct stat64 *restrict state) {
 EXPORT int lstat64(const char *restrict path, struct stat64 *restrict state) {
     return REAL(lstat64)(meant(path), state);
 }
+// With an empty path the descriptor itself is asked about: a port is what its pty is.
+static int seen(int fd) { return serial_of(fd) ? serial_of(fd)->tty : fd; }
+
+EXPORT int fstat(int fd, struct stat *state) { return REAL(fstat)(seen(fd), state); }
+EXPORT int fstat64(int fd, struct stat64 *state) { return REAL(fstat64)(seen(fd), state); }
 EXPORT int fstatat(int folder, const char *restrict path, struct stat *restrict state, int flags) {
-    return REAL(fstatat)(folder, meant(path), state, flags);
+    return REAL(fstatat)(seen(folder), meant(path), state, flags);
 }
 EXPORT int fstatat64(int folder, const char *restrict path, struct stat64 *restrict state, int flags) {
-    return REAL(fstatat64)(folder, meant(path), state, flags);
+    return REAL(fstatat64)(seen(folder), meant(path), state, flags);
 }
 EXPORT int statx(int folder, const char *restrict path, int flags, unsigned mask, struct statx *restrict state) {
-    return REAL(statx)(folder, meant(path), flags, mask, state);
+    return REAL(statx)(seen(folder), meant(path), flags, mask, state);
 }
 
 EXPORT int access(const char *path, int mode) { return REAL(access)(meant(path), mode); }
@@ -97,17 +95,3 @@ EXPORT char *__realpath_chk(const char *path, char *resolved, size_t size) {
     return realpath(path, resolved);
 }
 EXPORT char *canonicalize_file_name(const char *path) { return realpath(path, NULL); }
-
-EXPORT int ttyname_r(int fd, char *name, size_t size) {
-    int result = REAL(ttyname_r)(fd, name, size);
-    const char *shown = result == 0 ? serial_shown(name) : NULL;
-    if (!shown) return result;
-    if (strlen(shown) >= size) return ERANGE;
-    strcpy(name, shown);
-    return 0;
-}
-EXPORT char *ttyname(int fd) {
-    static char name[PATH_MAX];
-    int result = ttyname_r(fd, name, sizeof name);
-    return result ? errno = result, NULL : name;
-}

@@ -1,54 +1,10 @@
-// Serial ports: ptys under names that are the same in every run. Their descriptors never block for real.
+// Reading and writing serial ports: as termios say, and never blocking for real.
 #include "shim.h"
-#include <stdio.h>
 #include <sys/ioctl.h>
-#include <sys/uio.h>
 #include <termios.h>
 
-#define PORTS_MAX 32
 // A writer that finds the line full tries again after this: the harness empties the line while the program waits.
 #define FULL_NS 1000000
-static struct port {
-    char shown[108], real[32];
-} ports[PORTS_MAX];
-static int port_count;
-
-void serial_declare(const char *shown, const char *real) {
-    if (port_count >= PORTS_MAX) return;
-    snprintf(ports[port_count].shown, sizeof ports[0].shown, "%s", shown);
-    snprintf(ports[port_count].real, sizeof ports[0].real, "%s", real);
-    port_count++;
-}
-
-// What stands behind a name that was declared; NULL for any other path.
-const char *serial_real(const char *path) {
-    for (int i = 0; path && i < port_count; i++)
-        if (!strcmp(path, ports[i].shown)) return ports[i].real;
-    return NULL;
-}
-
-const char *serial_shown(const char *path) {
-    for (int i = 0; path && i < port_count; i++)
-        if (!strcmp(path, ports[i].real)) return ports[i].shown;
-    return NULL;
-}
-
-void serial_opened(int fd, bool is_nonblocking) {
-    struct serial *made = calloc(1, sizeof *made);
-    if (!made) return;
-    made->is_nonblocking = is_nonblocking;
-    descriptor_set(fd, FD_SERIAL, made);
-}
-
-// A pty hands bytes on in its own time. Asking whether there are any waits until it has: what the harness wrote is
-// then visible to epoll too.
-void serial_flush(void) {
-    struct pollfd open[PORTS_MAX * 2];
-    nfds_t count = 0;
-    for (int fd = 0; fd < 1024 && count < PORTS_MAX * 2; fd++)
-        if (descriptor(fd)->kind == FD_SERIAL) open[count++] = (struct pollfd){.fd = fd, .events = POLLIN};
-    if (count) REAL(poll)(open, count, 0);
-}
 
 static size_t bytes_of(const struct iovec *parts, int count) {
     size_t sum = 0;
@@ -74,9 +30,9 @@ static int await_burst(int fd, int enough, int64_t silence) {
 
 // Waits as termios say: until VMIN bytes are there, for VTIME at the most, or for a silence of VTIME. True when it is
 // worth reading.
-static bool await_bytes(int fd, size_t wanted) {
+static bool await_bytes(int fd, int tty, size_t wanted) {
     struct termios settings;
-    if (REAL(tcgetattr)(fd, &settings) || (settings.c_lflag & ICANON))
+    if (REAL(tcgetattr)(tty, &settings) || (settings.c_lflag & ICANON))
         return wait_fd(fd, POLLIN, NEVER) > 0 || errno == ERESTART;
     int64_t span = settings.c_cc[VTIME] * (SECOND / 10);
     size_t enough = settings.c_cc[VMIN];
@@ -94,8 +50,8 @@ ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts
     ssize_t done = 0;
     while (is_read) {
         struct termios settings;
-        bool looks_first = waits && !REAL(tcgetattr)(fd, &settings) && settings.c_cc[VMIN] > 1;
-        if (looks_first && wanted && !await_bytes(fd, wanted)) return errno = EINTR, -1;
+        bool looks_first = waits && !REAL(tcgetattr)(serial->tty, &settings) && settings.c_cc[VMIN] > 1;
+        if (looks_first && wanted && !await_bytes(fd, serial->tty, wanted)) return errno = EINTR, -1;
         done = REAL(readv)(fd, parts, count);
         bool is_empty = done == 0 || (done < 0 && errno == EAGAIN);
         if (!is_empty || wanted == 0) {
@@ -104,7 +60,7 @@ ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts
         }
         if (!waits) break;
         errno = 0;
-        if (!await_bytes(fd, wanted)) return errno == EINTR ? -1 : 0;
+        if (!await_bytes(fd, serial->tty, wanted)) return errno == EINTR ? -1 : 0;
     }
     if (is_read) {
         question();

@@ -57,6 +57,8 @@ void begin(void);
 bool is_managed(void);
 void link_run(int64_t deadline);
 bool link_request(enum request what, int64_t argument);
+enum tell { TELL_OPENED = 8, TELL_COOKED = 9 };
+void link_tell(enum tell what, uint32_t port, int64_t argument);
 void link_send_frame(const struct sent_frame *frame);
 void link_after_fork(void);
 int link_guard(int fd);
@@ -140,7 +142,6 @@ void descriptor_copied(int from, int to);
 bool is_guarded(int fd);
 int guard(int fd);
 void unguard(int fd);
-void guards_drop(void);
 
 // ready.c: waiting for descriptors.
 int wait_fds(struct pollfd *fds, nfds_t count, int64_t deadline);
@@ -148,17 +149,23 @@ int wait_fd(int fd, short events, int64_t deadline);
 bool is_ready(int fd, short events);
 bool is_nonblocking(int fd);
 
-// serial.c
+// serial_port.c, serial.c
+struct serial {
+    int users, number;
+    // The pty, which has the settings, and the socket, which has the bytes.
+    int tty, way;
+    bool is_nonblocking, is_cooked;
+};
 void serial_declare(const char *shown, const char *real);
 void serial_flush(void);
-void serial_opened(int fd, bool is_nonblocking);
+int serial_open(const char *path, int flags);
+void serial_release(struct serial *serial);
+void serial_settled(struct serial *serial);
+int serial_control(int fd, unsigned long request, void *argument);
+struct serial *serial_of(int fd);
 const char *serial_real(const char *path);
 const char *serial_shown(const char *path);
 ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts, int count, bool is_read);
-struct serial {
-    int users;
-    bool is_nonblocking;
-};
 
 // can_interface.c, can_socket.c, can_message.c, can_bcm.c
 void can_declare(const char *name);

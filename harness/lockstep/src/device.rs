@@ -2,9 +2,9 @@
 
 use crate::family::{Family, Given, Outside};
 use crate::frame;
-use crate::link::SentFrame;
+use crate::link::{Change, SentFrame};
 use crate::output::Kept;
-use crate::pty::Pty;
+use crate::serial_line::SerialLine;
 use crate::state::{Ended, State};
 use std::collections::VecDeque;
 use tempfile::TempDir;
@@ -19,7 +19,7 @@ const SIGTERM: u32 = 15;
 /// What stands behind a port.
 #[derive(Debug)]
 pub(crate) enum Port {
-    Serial(Pty),
+    Serial(SerialLine),
     /// By its number among the interfaces.
     Can(usize),
 }
@@ -58,11 +58,23 @@ impl Outside for Lines {
         }
     }
 
+    fn serial(&mut self, number: usize, change: Change) {
+        let lines = self.ports.iter_mut().filter_map(|port| match port {
+            Port::Serial(line) => Some(line),
+            Port::Can(_) => None,
+        });
+        let Some(line) = lines.into_iter().nth(number) else { return };
+        match change {
+            Change::Opened => line.opened(),
+            Change::Cooked(is_cooked) => line.set_cooked(is_cooked),
+        }
+    }
+
     fn paused(&mut self) {
         let Self { ports, outbox, lost } = self;
         for (number, port) in ports.iter_mut().enumerate() {
-            let Port::Serial(pty) = port else { continue };
-            pty.read(|bytes| {
+            let Port::Serial(line) = port else { continue };
+            line.read(|bytes| {
                 for piece in bytes.chunks(BYTES_MAX) {
                     if let Some(packet) = Packet::from_slice(piece) {
                         put(outbox, lost, number, Transmit::Bytes(packet));
@@ -127,7 +139,7 @@ impl Lockstep {
     /// that are none of classic CAN, and what was sent to a port that is none.
     pub fn lost(&self) -> u64 {
         let unread = self.lines.ports.iter().map(|port| match port {
-            Port::Serial(pty) => pty.lost(),
+            Port::Serial(line) => line.lost(),
             Port::Can(_) => 0,
         });
         unread.sum::<u64>().saturating_add(self.lines.lost).saturating_add(self.misdirected)
@@ -182,9 +194,9 @@ impl Lockstep {
 impl Device for Lockstep {
     fn receive(&mut self, now: Timestamp, port: PortId, what: &Transmit) {
         let given = match (self.lines.ports.get_mut(usize::from(port.0)), what) {
-            (Some(Port::Serial(pty)), Transmit::Bytes(bytes)) => {
-                pty.write(bytes.as_slice());
-                Given { bytes_came: true, ..Given::default() }
+            (Some(Port::Serial(line)), Transmit::Bytes(bytes)) => {
+                let bytes_came = line.write(bytes.as_slice());
+                Given { bytes_came, ..Given::default() }
             }
             (Some(Port::Can(interface)), Transmit::Frame(frame)) => {
                 let frame = frame::encode(frame);

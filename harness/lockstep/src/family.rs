@@ -1,7 +1,7 @@
 //! A program's processes. Each has a link; one runs at a time, in the order in which they came, until none can go on.
 
 use crate::binary::{self, BinaryError};
-use crate::link::{Link, Message, PATIENCE, Reading, SentFrame, Turn};
+use crate::link::{Change, Link, Message, PATIENCE, Reading, SentFrame, Turn};
 use crate::spawned::Spawned;
 use crate::state::Ended;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -31,6 +31,8 @@ pub(crate) struct Rules {
 pub(crate) trait Outside {
     /// A process sent a frame.
     fn frame(&mut self, sent: &SentFrame);
+    /// A process did something with a serial port, which is told by its number among them.
+    fn serial(&mut self, number: usize, change: Change);
     /// A process has come to wait: what it wrote is there.
     fn paused(&mut self);
 }
@@ -234,6 +236,10 @@ impl Family {
                 others.filter(|_| sent.is_local).for_each(|(_, other)| other.inbox.push(sent));
                 return Ok(());
             }
+            Message::Serial(number, change) => {
+                outside.serial(number, change);
+                return Ok(());
+            }
             Message::Fork => self.processes.len() < limit,
             Message::Forked { pid } => {
                 if let Some(link) = if pid > 0 { self.join(pid)? } else { None } {
@@ -299,10 +305,7 @@ impl Family {
                     }
                     let executable = format!("/proc/{pid}/exe");
                     let checked = binary::check(executable.as_ref());
-                    if matches!(
-                        checked,
-                        Err(BinaryError::Static(_) | BinaryError::Privileged(_))
-                    ) {
+                    if matches!(checked, Err(BinaryError::Static(_) | BinaryError::Privileged(_))) {
                         break;
                     }
                 }

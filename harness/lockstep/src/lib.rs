@@ -29,7 +29,7 @@ mod frame;
 mod link;
 mod output;
 mod program;
-mod pty;
+mod serial_line;
 mod spawned;
 mod state;
 pub mod verify;

@@ -44,6 +44,17 @@ pub(crate) enum Message {
     ExecFailed,
     /// It sent a frame.
     Frame(SentFrame),
+    /// It did something with one of its serial ports.
+    Serial(usize, Change),
+}
+
+/// What a process does with a serial port.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Change {
+    /// Opens it.
+    Opened,
+    /// Asks for a line discipline, or for none.
+    Cooked(bool),
 }
 
 /// What came of a reading.
@@ -181,6 +192,8 @@ fn parse(bytes: &[u8]) -> Parsed {
         4 => Message::Forked { pid },
         5 => Message::Exec,
         6 => Message::ExecFailed,
+        8 => Message::Serial(flag as usize, Change::Opened),
+        9 => Message::Serial(flag as usize, Change::Cooked(argument != 0)),
         _ => return Parsed::Wrong,
     };
     Parsed::Whole(message, HEAD_BYTES)

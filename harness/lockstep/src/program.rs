@@ -4,7 +4,7 @@ use crate::binary::{self, BinaryError};
 use crate::device::{Lines, Lockstep, Port};
 use crate::family::{Family, Rules};
 use crate::output::{Kept, Output};
-use crate::pty::Pty;
+use crate::serial_line::SerialLine;
 use crate::spawned::Spawned;
 use std::ffi::OsString;
 use std::fmt::Write as _;
@@ -12,7 +12,7 @@ use std::fs::{self, File};
 use std::io;
 use std::os::unix::net::UnixListener;
 use std::os::unix::process::CommandExt as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 use wire::time::Span;
@@ -36,7 +36,9 @@ pub enum StartError {
     #[error("no program is named")]
     NoProgram,
     /// The name of a port is too long, or has white space in it; or there are too many ports.
-    #[error("{0:?} is no name for a port: no white space, a path of at most 107 bytes, an interface of at most 15, 32 of a kind")]
+    #[error(
+        "{0:?} is no name for a port: no white space, a path of at most 107 bytes, an interface of at most 15, 32 of a kind"
+    )]
     Name(String),
     /// Virtual time cannot reach the program.
     #[error(transparent)]
@@ -175,14 +177,14 @@ impl Program {
             path = path.canonicalize().map_err(failed_to("find the program's folder"))?;
         }
         binary::check(&path)?;
-        let (ports, mut declarations) = self.open_ports()?;
+        let folder = tempfile::Builder::new().prefix("hil-").tempdir();
+        let folder = folder.map_err(failed_to("make a folder for the shim"))?;
+        let (shim, link) = (folder.path().join("shim.so"), folder.path().join("link"));
+        let (ports, mut declarations) = self.open_ports(&link)?;
         let step_ns = self.spin_step.as_nanos().max(1);
         // Text in a String does not fail.
         let _ = writeln!(declarations, "realtime {}", self.realtime_ns);
         let _ = writeln!(declarations, "spin {} {step_ns}", self.spin_questions);
-        let folder = tempfile::Builder::new().prefix("hil-").tempdir();
-        let folder = folder.map_err(failed_to("make a folder for the shim"))?;
-        let (shim, link) = (folder.path().join("shim.so"), folder.path().join("link"));
         fs::write(&shim, SHIM).map_err(failed_to("write the shim"))?;
         let listener = UnixListener::bind(&link).map_err(failed_to("make a socket"))?;
         let stdin = folder.path().join("stdin");
@@ -208,7 +210,7 @@ impl Program {
         Ok(Lockstep::new(family, Lines::new(ports), kept, folder))
     }
 
-    fn open_ports(&self) -> Result<(Vec<Port>, String), StartError> {
+    fn open_ports(&self, link: &Path) -> Result<(Vec<Port>, String), StartError> {
         let (mut ports, mut declarations) = (Vec::new(), String::new());
         let mut interfaces = 0;
         for declared in &self.ports {
@@ -217,7 +219,8 @@ impl Program {
                 Declared::Serial(_) => PATH_BYTES_MAX,
                 Declared::Can(_) => INTERFACE_BYTES_MAX,
             };
-            let is_plain = !name.is_empty() && !name.contains(|c: char| c.is_whitespace() || c == '\0');
+            let is_plain =
+                !name.is_empty() && !name.contains(|c: char| c.is_whitespace() || c == '\0');
             let has_room = if matches!(declared, Declared::Can(_)) {
                 interfaces < PORTS_MAX
             } else {
@@ -228,9 +231,12 @@ impl Program {
             }
             match declared {
                 Declared::Serial(_) => {
-                    let pty = Pty::open().map_err(failed_to("make a pty"))?;
-                    let _ = writeln!(declarations, "serial {name} {}", pty.path());
-                    ports.push(Port::Serial(pty));
+                    let mut socket = link.as_os_str().to_owned();
+                    socket.push((ports.len() - interfaces).to_string());
+                    let line = SerialLine::open(socket.as_ref());
+                    let line = line.map_err(failed_to("make a serial line"))?;
+                    let _ = writeln!(declarations, "serial {name} {}", line.path());
+                    ports.push(Port::Serial(line));
                 }
                 Declared::Can(_) => {
                     let _ = writeln!(declarations, "can {name}");

@@ -71,7 +71,8 @@ mod tests {
         let run = [event(1, b'a'), event(2, b'b')];
         assert_eq!(compare(&run, &run), None);
         let text = |other: &[Event]| compare(&run, other).unwrap().to_string();
-        let late = "after 1 events alike, one run: 2 ns, port 0: \"b\"; the other: 3 ns, port 0: \"b\"";
+        let late =
+            "after 1 events alike, one run: 2 ns, port 0: \"b\"; the other: 3 ns, port 0: \"b\"";
         assert_eq!(text(&[event(1, b'a'), event(3, b'b')]), late);
         assert!(text(&run[..1]).ends_with("the other: nothing more"));
     }

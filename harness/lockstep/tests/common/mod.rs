@@ -129,7 +129,8 @@ pub fn none_left(pids: &[i32]) {
     for pid in pids {
         let text = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
         // A zombie that nobody has asked for is no process any more.
-        let runs = text.rsplit(") ").next().is_some_and(|rest| !rest.is_empty() && !rest.starts_with('Z'));
+        let runs =
+            text.rsplit(") ").next().is_some_and(|rest| !rest.is_empty() && !rest.starts_with('Z'));
         assert!(!runs, "process {pid} is left: {text}");
     }
 }
