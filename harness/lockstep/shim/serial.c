@@ -1,7 +1,6 @@
 // Reading and writing serial ports: as termios say, and never blocking for real.
 #include "shim.h"
 #include <sys/ioctl.h>
-#include <termios.h>
 
 // A writer that finds the line full tries again after this: the harness empties the line while the program waits.
 #define FULL_NS 1000000
@@ -30,12 +29,10 @@ static int await_burst(int fd, int enough, int64_t silence) {
 
 // Waits as termios say: until VMIN bytes are there, for VTIME at the most, or for a silence of VTIME. True when it is
 // worth reading.
-static bool await_bytes(int fd, int tty, size_t wanted) {
-    struct termios settings;
-    if (REAL(tcgetattr)(tty, &settings) || (settings.c_lflag & ICANON))
-        return wait_fd(fd, POLLIN, NEVER) > 0 || errno == ERESTART;
-    int64_t span = settings.c_cc[VTIME] * (SECOND / 10);
-    size_t enough = settings.c_cc[VMIN];
+static bool await_bytes(int fd, const struct serial *serial, size_t wanted) {
+    if (serial->has_lines) return wait_fd(fd, POLLIN, NEVER) > 0 || errno == ERESTART;
+    int64_t span = serial->tenths * (SECOND / 10);
+    size_t enough = serial->bytes_min;
     if (enough > wanted) enough = wanted;
     if (enough == 0) return wait_fd(fd, POLLIN, deadline_after(span)) > 0;
     if (span == 0 && enough == 1) return wait_fd(fd, POLLIN, NEVER) > 0 || errno == ERESTART;
@@ -49,9 +46,8 @@ ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts
     size_t wanted = bytes_of(parts, count);
     ssize_t done = 0;
     while (is_read) {
-        struct termios settings;
-        bool looks_first = waits && !REAL(tcgetattr)(serial->tty, &settings) && settings.c_cc[VMIN] > 1;
-        if (looks_first && wanted && !await_bytes(fd, serial->tty, wanted)) return errno = EINTR, -1;
+        bool looks_first = waits && !serial->has_lines && serial->bytes_min > 1;
+        if (looks_first && wanted && !await_bytes(fd, serial, wanted)) return errno = EINTR, -1;
         done = REAL(readv)(fd, parts, count);
         bool is_empty = done == 0 || (done < 0 && errno == EAGAIN);
         if (!is_empty || wanted == 0) {
@@ -60,7 +56,7 @@ ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts
         }
         if (!waits) break;
         errno = 0;
-        if (!await_bytes(fd, serial->tty, wanted)) return errno == EINTR ? -1 : 0;
+        if (!await_bytes(fd, serial, wanted)) return errno == EINTR ? -1 : 0;
     }
     if (is_read) {
         question();

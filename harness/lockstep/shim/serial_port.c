@@ -88,6 +88,8 @@ void serial_release(struct serial *serial) {
 void serial_settled(struct serial *serial) {
     struct termios is;
     if (REAL(tcgetattr)(serial->tty, &is)) return;
+    serial->bytes_min = is.c_cc[VMIN], serial->tenths = is.c_cc[VTIME];
+    serial->has_lines = is.c_lflag & ICANON;
     bool is_cooked = (is.c_lflag & (ICANON | ECHO | ISIG)) || (is.c_oflag & OPOST)
         || (is.c_iflag & (ICRNL | INLCR | IGNCR | ISTRIP | IXON));
     if (is_cooked == serial->is_cooked) return;

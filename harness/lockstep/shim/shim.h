@@ -155,6 +155,9 @@ struct serial {
     // The pty, which has the settings, and the socket, which has the bytes.
     int tty, way;
     bool is_nonblocking, is_cooked;
+    // VMIN and VTIME, and whether lines are read.
+    uint8_t bytes_min, tenths;
+    bool has_lines;
 };
 void serial_declare(const char *shown, const char *real);
 void serial_flush(void);

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{c, gyro, same_each_time, text};
+use common::{c, compiled, example, gyro, python_with, same_each_time, source, text};
 use lockstep::Program;
 
 #[test]
@@ -16,4 +16,49 @@ fn a_controller_in_c_with_poll() {
     // At each moment it has all samples up to then; the last is told in the moment in which the sample comes.
     assert!(text.starts_with("1 2 0.0076 20000000\n") || text.starts_with("1 1 "), "{text:.40}");
     assert!(text.contains("\n3000 "), "the end is told");
+}
+
+/// Two serial lines: a gyro, and a base.
+fn two(words: &[&str]) -> Program {
+    let ports = ["/dev/ttyHIL0", "/dev/ttyHIL1"];
+    let words = words.iter().copied().chain(ports);
+    Program::new(words).serial(ports[0]).serial(ports[1]).env("PYTHONHASHSEED", "0")
+}
+
+#[test]
+fn threads_and_a_condition_variable_in_cpp() {
+    let path = compiled("g++", "condition.cpp", &["-std=c++17"]);
+    let events = same_each_time(3, 20, &[gyro(0)], || two(&[&path]));
+    let text = text(&events, 1);
+    // 35 ms without ten samples first, and then at the tenth.
+    assert!(text.starts_with("0 late 3 0.0"), "{text:.60}");
+    assert!(text.contains(" told "), "{text:.600}");
+}
+
+#[test]
+fn threads_of_rust() {
+    let path = example("rust_threads");
+    let events = same_each_time(3, 20, &[gyro(0)], || two(&[&path]));
+    let text = text(&events, 1);
+    assert!(text.starts_with("0.0000 1 1 9500000\n"), "{text:.80}");
+}
+
+#[test]
+fn tokio_on_two_threads() {
+    let path = example("rust_tokio");
+    let events = same_each_time(3, 20, &[gyro(0)], || two(&[&path]));
+    let text = text(&events, 1);
+    assert!(text.starts_with("0.0000 "), "{text:.80}");
+    assert_eq!(text.lines().count(), 801, "a line each 25 ms, and one at first");
+}
+
+#[test]
+fn pyserial() {
+    let Some(python) = python_with("serial") else { return };
+    let script = source("reader.py");
+    let words = [python.as_str(), script.to_str().unwrap()];
+    let events = same_each_time(3, 20, &[gyro(0)], || two(&words));
+    let text = text(&events, 1);
+    assert!(text.starts_with("2 0.0076 "), "{text:.80}");
+    assert_eq!(text.lines().count(), 1_000, "one for two samples");
 }

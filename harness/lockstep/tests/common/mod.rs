@@ -196,3 +196,11 @@ pub fn text(events: &[Event], port: u8) -> String {
     }
     String::from_utf8(all).unwrap()
 }
+
+/// One of the crate's examples, which cargo builds with the tests.
+pub fn example(name: &str) -> String {
+    let own = std::env::current_exe().unwrap();
+    let path = own.parent().and_then(Path::parent).unwrap().join("examples").join(name);
+    assert!(path.is_file(), "{}: cargo builds examples with all tests of a crate", path.display());
+    path.to_str().unwrap().to_owned()
+}
