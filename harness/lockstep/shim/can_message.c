@@ -109,7 +109,7 @@ static ssize_t send_raw(struct can_socket *can, int interface, const struct msgh
     if (gather(message, &frame, sizeof frame) != CAN_MTU) return errno = EINVAL, -1;
     if (frame.can_dlc > CAN_MAX_DLEN) return errno = EINVAL, -1;
     if (can_transmit(can, interface, &frame)) return -1;
-    question();
+    sending();
     return CAN_MTU;
 }
 

@@ -19,7 +19,7 @@ struct from_harness {
 };
 
 int64_t now_ns, realtime_base_ns;
-unsigned spin_questions = 1000;
+unsigned spin_questions = 10000;
 int64_t spin_step_ns = 10000;
 static int link_fd = -1;
 static char socket_path[108];

@@ -87,8 +87,7 @@ static enum woken raise_signals(void) {
         struct sigaction action;
         pthread_sigmask(SIG_SETMASK, NULL, &blocked);
         bool is_blocked = sigismember(&blocked, signal);
-        if (!sigaction(signal, NULL, &action) && !(action.sa_flags & SA_RESTART) && !is_blocked
-            && action.sa_handler != SIG_IGN)
+        if (!sigaction(signal, NULL, &action) && !(action.sa_flags & SA_RESTART) && !is_blocked)
             result = INTERRUPTED;
         // One that is blocked may be taken by `sigwait` in another thread, or by a signalfd.
         if (is_blocked) kill(getpid(), signal);
@@ -101,7 +100,7 @@ enum woken block(const struct wait *wait) {
     int kept = errno;
     self->wait = *wait;
     self->woken = false;
-    self->questions = 0;
+    self->questions = self->sendings = 0;
     self->run_seen = runs;
     self->order = ++orders;
     bool is_alone = !first->next;
@@ -177,8 +176,18 @@ void question(void) {
     self->questions = kept;
 }
 
+// Sent something without waiting, which is counted alone: who sends for ever finds no line that takes all at once.
+void sending(void) {
+    if (!in_lockstep() || ++self->sendings <= spin_questions) return;
+    unsigned kept = self->sendings;
+    block_until(deadline_after(spin_step_ns));
+    self->sendings = kept;
+}
+
 void schedule_signal(int signal) {
     struct thread *thread = first;
+    struct sigaction action;
+    if (!sigaction(signal, NULL, &action) && action.sa_handler == SIG_IGN) return;
     while (thread->finished && thread->next) thread = thread->next;
     if (signal > 0 && signal < 64) thread->signals |= 1ULL << signal;
 }

@@ -62,7 +62,7 @@ ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts
         question();
         return done;
     }
-    question();
+    sending();
     for (int part = 0; part < count; part++) {
         size_t written = 0;
         while (written < parts[part].iov_len) {

@@ -81,7 +81,7 @@ struct thread {
     bool woken, finished, detached;
     struct wait wait;
     uint64_t order;
-    unsigned run_seen, questions;
+    unsigned run_seen, questions, sendings;
     uint64_t signals;
     pthread_t handle;
     void *(*body)(void *);
@@ -96,6 +96,7 @@ enum woken block_until(int64_t deadline);
 unsigned wake(const void *address, unsigned count, uint32_t bitset);
 unsigned requeue(const void *from, const void *to, unsigned count);
 void question(void);
+void sending(void);
 void give_way(void);
 void schedule_begin(void);
 void schedule_after_fork(void);

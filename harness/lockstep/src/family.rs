@@ -114,8 +114,9 @@ impl Family {
             let Some(next) = self.after(last) else { return Err(self.all_gone()) };
             let known = self.born;
             let progressed = self.turn(next, outside)?;
-            let has_new = self.born != known;
-            quiet = match (has_new, progressed) {
+            // Who came has to run; who went is missed by those that are left.
+            let has_changed = self.born != known || !self.processes.contains_key(&next);
+            quiet = match (has_changed, progressed) {
                 (true, _) => 0,
                 (false, true) => 1,
                 (false, false) => quiet + 1,

@@ -92,7 +92,7 @@ impl Program {
             limit: Duration::from_secs(30),
             processes_max: 64,
             realtime_ns: REALTIME_NS,
-            spin_questions: 1_000,
+            spin_questions: 10_000,
             spin_step: Span::from_micros(10),
         }
     }
@@ -152,7 +152,7 @@ impl Program {
     }
 
     /// When a program asks for the time (or finds nothing to read, or gives way) so often without waiting, each further
-    /// question takes `step`. Else 1,000 questions and 10 µs.
+    /// question takes `step`. Else 10,000 questions and 10 µs.
     pub fn spin(mut self, questions: u32, step: Span) -> Self {
         self.spin_questions = questions;
         self.spin_step = step;
