@@ -77,11 +77,6 @@ EXPORT int close(int fd) {
     return REAL(close)(fd);
 }
 
-EXPORT int fclose(FILE *file) {
-    descriptor_closed(fileno(file));
-    return REAL(fclose)(file);
-}
-
 #ifdef __GLIBC__
 #if __GLIBC_PREREQ(2, 34)
 EXPORT int close_range(unsigned first, unsigned last, int flags) {

@@ -1,8 +1,6 @@
 // The names of serial ports, wherever a program may ask for a file by name.
 #include "shim.h"
-#include <limits.h>
 #include <stdarg.h>
-#include <stdio.h>
 #include <sys/stat.h>
 
 static int open_at(int folder, const char *path, int flags, mode_t mode) {
@@ -49,13 +47,6 @@ static const char *meant(const char *path) {
     const char *real = is_managed() ? serial_real(path) : NULL;
     return real ? real : path;
 }
-
-EXPORT FILE *fopen(const char *restrict path, const char *restrict mode) {
-    if (!is_managed() || !serial_real(path)) return REAL(fopen)(path, mode);
-    int fd = serial_open(path, 0);
-    return fd < 0 ? NULL : fdopen(fd, mode);
-}
-EXPORT FILE *fopen64(const char *restrict path, const char *restrict mode) { return fopen(path, mode); }
 
 EXPORT int stat(const char *restrict path, struct stat *restrict state) { return REAL(stat)(meant(path), state); }
 EXPORT int lstat(const char *restrict path, struct stat *restrict state) { return REAL(lstat)(meant(path), state); }
