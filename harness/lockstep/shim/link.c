@@ -21,6 +21,7 @@ struct from_harness {
 int64_t now_ns, realtime_base_ns;
 unsigned spin_questions = 10000;
 int64_t spin_step_ns = 10000;
+bool link_is_busy;
 static int link_fd = -1;
 static char socket_path[108];
 static bool has_begun, is_first;
@@ -132,14 +133,19 @@ void link_run(int64_t deadline) {
     struct to_harness idle = {
         .kind = MESSAGE_IDLE, .flag = progressed, .argument = deadline < next ? deadline : next};
     progressed = false;
+    link_is_busy = true;
     send_all(&idle, offsetof(struct to_harness, frame));
     take_answer();
+    link_is_busy = false;
 }
 
 bool link_request(enum request what, int64_t argument) {
     struct to_harness request = {.kind = what, .argument = argument};
+    link_is_busy = true;
     send_all(&request, offsetof(struct to_harness, frame));
-    return take_answer() == ANSWER_YES;
+    enum answer answer = take_answer();
+    link_is_busy = false;
+    return answer == ANSWER_YES;
 }
 
 // What the harness has to know, and does not answer.

@@ -11,7 +11,7 @@ extern char **environ;
 EXPORT pid_t fork(void) {
     if (!in_lockstep()) return REAL(fork)();
     if (!link_request(REQUEST_FORK, 0)) return errno = EAGAIN, -1;
-    progressed = true;
+    progressed = has_children = true;
     pid_t made = REAL(fork)();
     if (made == 0) {
         schedule_after_fork();
@@ -133,7 +133,7 @@ static int spawn(spawner *how, pid_t *pid, const char *path, const posix_spawn_f
                  const posix_spawnattr_t *attributes, char *const arguments[], char *const environment[]) {
     if (!in_lockstep()) return how(pid, path, actions, attributes, arguments, environment);
     if (!link_request(REQUEST_FORK, 0)) return EAGAIN;
-    progressed = true;
+    progressed = has_children = true;
     char *made;
     char **shimmed = with_shim(environment ? environment : environ, &made);
     pid_t child = -1;

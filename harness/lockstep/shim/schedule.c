@@ -5,7 +5,7 @@
 #include <sys/syscall.h>
 
 __thread struct thread *self __attribute__((tls_model("initial-exec")));
-bool progressed;
+bool progressed, has_children;
 static struct thread *first, *current;
 static uint64_t orders;
 static unsigned runs;
@@ -19,7 +19,8 @@ void futex_wait(int *word, int value) {
 }
 void futex_wake(int *word) { REAL(syscall)(SYS_futex, word, FUTEX_WAKE_PRIVATE, 1, NULL, NULL, 0); }
 
-bool in_lockstep(void) { return is_managed() && self && current == self; }
+// A handler of a signal that comes while the harness is spoken to is on its own.
+bool in_lockstep(void) { return is_managed() && self && current == self && !link_is_busy; }
 
 void schedule_begin(void) {
     pthread_key_create(&exit_key, thread_exits);
@@ -38,7 +39,7 @@ void schedule_after_fork(void) {
 static bool can_go_on(struct thread *thread) {
     const struct wait *wait = &thread->wait;
     if (thread->finished) return false;
-    if (thread->woken || thread->signals || wait->deadline <= now_ns) return true;
+    if (thread->woken || thread->signals || thread->handled || wait->deadline <= now_ns) return true;
     int value = 0;
     switch (wait->kind) {
     case WAIT_FDS: return REAL(poll)(wait->fds, wait->count, 0) != 0;
@@ -58,12 +59,39 @@ static struct thread *next_thread(void) {
     return NULL;
 }
 
+// Whether a signal that is pending has a handler which runs under this mask; what a call says that it interrupts.
+static enum woken handled_now(const sigset_t *mask) {
+    sigset_t pending;
+    enum woken result = WOKEN;
+    sigpending(&pending);
+    for (int signal = 1; signal < 64; signal++) {
+        struct sigaction action;
+        if (!sigismember(&pending, signal) || sigismember(mask, signal) || sigaction(signal, NULL, &action)) continue;
+        if (action.sa_handler == SIG_IGN || action.sa_handler == SIG_DFL) continue;
+        if (!(action.sa_flags & SA_RESTART)) return INTERRUPTED;
+        result = RESTART;
+    }
+    return result;
+}
+
 static void ask_for_time(void) {
     int64_t deadline = NEVER;
     for (struct thread *thread = first; thread; thread = thread->next)
         if (!thread->finished && thread->wait.deadline < deadline) deadline = thread->wait.deadline;
+    sigset_t before;
+    bool holds = has_children;
+    // The end of a child is a signal, which comes at a moment of real time. It is held back to this place.
+    if (holds) {
+        sigset_t all;
+        sigfillset(&all);
+        pthread_sigmask(SIG_SETMASK, &all, &before);
+    }
     link_run(deadline);
     runs++;
+    if (holds) {
+        self->handled = handled_now(&before);
+        pthread_sigmask(SIG_SETMASK, &before, NULL);
+    }
 }
 
 static void hand_over(struct thread *to) {
@@ -123,6 +151,12 @@ enum woken block(const struct wait *wait) {
         progressed = true;
         enum woken result = raise_signals();
         errno = kept;
+        return result;
+    }
+    if (self->handled) {
+        progressed = true;
+        enum woken result = self->handled;
+        self->handled = WOKEN;
         return result;
     }
     if (self->woken) return WOKEN;

@@ -36,6 +36,6 @@ pub mod verify;
 
 pub use binary::BinaryError;
 pub use device::Lockstep;
-pub use output::Output;
+pub use output::{Hearer, Output};
 pub use program::{Program, StartError};
 pub use state::{Ended, State};

@@ -10,6 +10,9 @@ use std::process::Stdio;
 const TAIL_BYTES: u64 = 1_024;
 const READ_BYTES: usize = 4_096;
 
+/// Is given pieces of output, as they come.
+pub type Hearer = dyn FnMut(&[u8]) + Send;
+
 /// What becomes of what a program writes to its standard output and error.
 #[derive(Default)]
 pub enum Output {
@@ -19,7 +22,7 @@ pub enum Output {
     /// Kept in this file, which is replaced.
     File(PathBuf),
     /// Given to somebody, in the moment of virtual time in which it was written.
-    Sink(Box<dyn FnMut(&[u8]) + Send>),
+    Sink(Box<Hearer>),
 }
 
 impl fmt::Debug for Output {
@@ -35,7 +38,7 @@ impl fmt::Debug for Output {
 /// The file, and who hears of it.
 pub(crate) struct Kept {
     reader: File,
-    sink: Option<Box<dyn FnMut(&[u8]) + Send>>,
+    sink: Option<Box<Hearer>>,
 }
 
 impl fmt::Debug for Kept {

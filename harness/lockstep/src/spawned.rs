@@ -6,7 +6,7 @@
 use rustix::process::{Pid, Signal, kill_process_group};
 use std::io;
 use std::process::{Command, ExitStatus};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::mpsc::{Receiver, channel};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
@@ -53,10 +53,7 @@ impl Spawned {
     /// How it ended; `None` when it has not within `limit`.
     pub(crate) fn wait(&mut self, limit: Duration) -> Option<ExitStatus> {
         if self.status.is_none() {
-            self.status = match self.statuses.recv_timeout(limit) {
-                Ok(status) => Some(status),
-                Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => None,
-            };
+            self.status = self.statuses.recv_timeout(limit).ok();
         }
         self.status
     }

@@ -1,5 +1,7 @@
 //! What is no model of a program: each has a name for what became of it, and leaves no process behind.
 
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 mod common;
 
 use common::{c, compiled, drive, none_left, python_with, secs, text};
@@ -146,6 +148,8 @@ fn signals_come_at_their_time() {
     let (_, events) = run(odd("signal"), 2);
     assert_eq!(text(&events, 0), "signal\npaused\n");
     assert!(events.iter().all(|event| event.at == secs(2)));
+    let (_, events) = run(odd("child"), 1);
+    assert_eq!(text(&events, 0), "signal\npaused\n");
 }
 
 #[test]

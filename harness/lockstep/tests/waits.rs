@@ -1,5 +1,7 @@
 //! Every way to wait takes exactly what was asked for.
 
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 mod common;
 
 use common::{bytes, c, drive, secs, text};

@@ -79,6 +79,15 @@ int main(int count, char **words) {
         tell(WIFEXITED(status) && WEXITSTATUS(status) == 3 && now() - start == 500000000000 ? "waited\n" : "wrong\n");
         sleep(1000);
     }
+    if (!strcmp(how, "child")) {
+        signal(SIGCHLD, on_signal);
+        if (fork() == 0) {
+            usleep(250000);
+            _exit(0);
+        }
+        pause();
+        tell(now() - start == 250000000 ? "paused\n" : "wrong\n");
+    }
     if (!strcmp(how, "popen")) {
         char text[64] = "";
         FILE *from = popen("echo $((6 * 7))", "r");
