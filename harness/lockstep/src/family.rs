@@ -12,9 +12,11 @@ use std::os::unix::net::UnixListener;
 use std::process::ExitStatus;
 use std::time::Duration;
 
-/// Turns at a single moment. Assumption: processes that hand something on a hundred thousand times without waiting for
-/// time do so for ever.
-const TURNS_MAX: u32 = 100_000;
+/// Turns at a single moment. Assumption: processes that hand something on so many times without waiting for time do so
+/// for ever.
+const TURNS_MAX: u32 = 50_000;
+/// With this status the shim ends a process that has lost its link.
+const LINK_LOST: i32 = 121;
 
 /// What a family may do, and what its processes are told.
 #[derive(Debug)]
@@ -275,7 +277,8 @@ impl Family {
         }
         // Its files are closed one by one: only when it is gone altogether do others see the same in every run.
         let is_dead = if pid == self.first.pid() {
-            self.first.wait(self.rules.limit).is_some()
+            let status = self.first.wait(self.rules.limit);
+            status.is_some_and(|status| status.code() != Some(LINK_LOST))
         } else {
             wait_for_death(pid, self.rules.limit)
         };

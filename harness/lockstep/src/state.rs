@@ -43,7 +43,7 @@ pub enum Ended {
         /// How many it may have.
         limit: usize,
     },
-    /// It closed the descriptor by which the shim speaks to the harness, and runs on.
+    /// It closed the descriptor by which the shim speaks to the harness. (A process that notices ends with status 121.)
     LinkClosed,
     /// It talked to the harness without end at a single moment: processes of it hand something round in a circle.
     NeverAdvanced,
@@ -67,7 +67,9 @@ impl fmt::Display for Ended {
             Self::TooManyProcesses { limit } => {
                 write!(f, "the program started more than {limit} processes")
             }
-            Self::LinkClosed => f.write_str("the program closed the shim's descriptor and runs on"),
+            Self::LinkClosed => f.write_str(
+                "the program closed the descriptor by which the shim speaks to the harness",
+            ),
             Self::NeverAdvanced => {
                 f.write_str("processes of the program keep one another busy without time going on")
             }

@@ -4,7 +4,9 @@
 
 mod common;
 
-use common::{base, drive, frame, has_tool, none_left, python_with, same_each_time, secs, source};
+use common::{
+    base, c, drive, frame, has_tool, none_left, python_with, same_each_time, secs, source, text,
+};
 use lockstep::verify::Event;
 use lockstep::{Ended, Output, Program};
 use std::sync::{Arc, Mutex};
@@ -114,4 +116,47 @@ fn a_frame_at_the_wrong_port_is_lost_and_counted() {
     assert_eq!(running.next_wakeup(), secs(1));
     running.wake(secs(1));
     assert!(matches!(running.ended(), Some(Ended::Exited(status)) if status.success()));
+}
+
+const SOCKETS: &str = "\
+names: 0 can1
+write: 16
+sendto: 16
+write: 16
+nowhere: -1 1
+fd: -1 1
+all: 100l@0.001500
+one: 100o
+other: 101l
+but 100:
+nothing:
+bcm: 0 1 0
+cyclic: 200l@0.001500 200l@0.011500 200l@0.021500 200l@0.046500 200l@0.071500 200l@0.096500
+rx: 11:-1 12:1 12:2
+rest: 300@0.300000 300@0.310000 300@0.320000
+";
+
+#[test]
+fn sockets_do_what_those_of_the_kernel_do() {
+    let path = c("sockets.c");
+    let program = Program::new([path.as_str()]).serial("/dev/ttyHIL0").can("can0").can("can1");
+    let mut running = program.start().unwrap();
+    let at = |ms: i64| Timestamp::from_nanos(ms * 1_000_000);
+    let mut events = Vec::new();
+    // The same frame twice is one change.
+    for (ms, data) in [(300, 1), (310, 1), (320, 2)] {
+        events.extend(drive(&mut running, at(ms), &[]));
+        running.receive(at(ms), PortId(1), &frame(0x300, &[data]));
+        while let Some((port, what)) = running.transmit(at(ms)) {
+            events.push(Event { at: at(ms), port, what });
+        }
+    }
+    assert!(matches!(running.ended(), Some(Ended::Exited(status)) if status.success()));
+    assert_eq!(text(&events, 0), SOCKETS);
+    let frames = |port| {
+        let is_frame = |event: &&Event| event.port == PortId(port);
+        events.iter().filter(is_frame).map(|event| event.at.as_nanos() / 1_000).collect::<Vec<_>>()
+    };
+    assert_eq!(frames(1), [1_500, 1_500, 11_500, 21_500, 46_500, 71_500, 96_500]);
+    assert_eq!(frames(2), [1_500, 1_500]);
 }

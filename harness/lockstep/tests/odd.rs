@@ -7,7 +7,9 @@ mod common;
 use common::{c, compiled, drive, none_left, python_with, secs, text};
 use lockstep::verify::Event;
 use lockstep::{BinaryError, Ended, Lockstep, Program, StartError, State};
+use std::io::{BufRead as _, BufReader};
 use std::os::unix::process::ExitStatusExt as _;
+use std::process::{Command, Stdio};
 use std::time::Duration;
 use wire::device::{Device as _, PortId};
 use wire::time::{Span, Timestamp};
@@ -175,4 +177,56 @@ fn standard_input_is_what_is_given() {
     assert!(matches!(running.ended(), Some(Ended::Exited(status)) if status.success()));
     let (_, events) = run(odd("stdin"), 1);
     assert!(events.is_empty());
+}
+
+#[test]
+fn one_that_cuts_the_link_is_named() {
+    for how in ["cut", "cut off"] {
+        let (running, _) = run(odd(how).wall_limit(LIMIT), 5);
+        assert_eq!(running.ended(), Some(&Ended::LinkClosed), "{how}");
+        ends_and_leaves_nothing(running);
+    }
+}
+
+#[test]
+fn processes_that_keep_one_another_busy_are_stopped() {
+    let (running, _) = run(odd("circle"), 1);
+    assert_eq!(running.ended(), Some(&Ended::NeverAdvanced));
+    ends_and_leaves_nothing(running);
+}
+
+/// Says to the test below that it is to be killed.
+const TO_BE_KILLED: &str = "HIL_TESTS_LOCKSTEP_TO_BE_KILLED";
+
+#[test]
+fn none_outlives_the_harness() {
+    if std::env::var_os(TO_BE_KILLED).is_some() {
+        // What computes cannot notice by itself.
+        let mut running = odd("compute").start().unwrap();
+        println!("pid {}.", running.pids()[0]);
+        running.wake(Timestamp::ZERO);
+        return;
+    }
+    let mut harness = Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", "none_outlives_the_harness", "--nocapture"])
+        .env(TO_BE_KILLED, "yes")
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let pid = BufReader::new(harness.stdout.take().unwrap()).lines().find_map(|line| {
+        let line = line.unwrap();
+        let (_, rest) = line.split_once("pid ")?;
+        rest.trim_end_matches('.').parse::<i32>().ok()
+    });
+    harness.kill().unwrap();
+    harness.wait().unwrap();
+    let pid = pid.unwrap();
+    // The kernel takes its time.
+    for _ in 0..100 {
+        if std::panic::catch_unwind(|| none_left(&[pid])).is_ok() {
+            return;
+        }
+        std::thread::park_timeout(Duration::from_millis(50));
+    }
+    none_left(&[pid]);
 }

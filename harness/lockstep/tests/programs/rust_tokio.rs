@@ -4,6 +4,7 @@ use std::time::Duration;
 use tokio::io::{AsyncBufReadExt as _, AsyncWriteExt as _, BufReader};
 use tokio_serial::SerialPortBuilderExt as _;
 
+#[expect(clippy::disallowed_methods, reason = "it knows nothing of virtual time")]
 fn main() {
     let words: Vec<String> = std::env::args().collect();
     let runtime =
