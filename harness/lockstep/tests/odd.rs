@@ -36,7 +36,7 @@ fn ends_and_leaves_nothing(running: Lockstep) {
 
 #[test]
 fn a_static_program_is_refused_by_name() {
-    let path = compiled("gcc", "odd.c", &["-static"]);
+    let path = compiled("gcc", "idle.c", &["-static"]);
     let error = Program::new([path.as_str()]).start().unwrap_err();
     assert!(
         matches!(error, StartError::Binary(BinaryError::Static(found)) if found.ends_with(&path))

@@ -85,10 +85,12 @@ int main(void) {
     setsockopt(other, SOL_CAN_RAW, CAN_RAW_LOOPBACK, &off, sizeof off);
     frame.can_id = 0x12345 | CAN_EFF_FLAG;
     fprintf(out, "write: %zd\n", write(other, &frame, sizeof frame));
-    fprintf(out, "nowhere: %zd %d\n", write(all, &frame, sizeof frame), errno == ENXIO);
+    ssize_t count = write(all, &frame, sizeof frame);
+    fprintf(out, "nowhere: %zd %d\n", count, errno == ENXIO);
     struct canfd_frame fd_frame = {.can_id = 1, .len = 12};
     setsockopt(one, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof on);
-    fprintf(out, "fd: %zd %d\n", write(one, &fd_frame, sizeof fd_frame), errno == EINVAL);
+    count = write(one, &fd_frame, sizeof fd_frame);
+    fprintf(out, "fd: %zd %d\n", count, errno == EINVAL);
     heard("all", all), heard("one", one), heard("other", other), heard("but 100", but_100), heard("nothing", nothing);
 
     // Three frames 10 ms apart, then one each 25 ms.
