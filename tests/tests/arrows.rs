@@ -33,6 +33,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
     ("harness/bus-log", &["wire", "record"]),
     ("harness/exchange", &["wire", "controller", "described", "plan", "record"]),
+    // Programs in virtual time know nothing of plans.
+    ("harness/lockstep", &["wire"]),
     // Runs.
     (
         "harness",

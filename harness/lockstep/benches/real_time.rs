@@ -1,0 +1,61 @@
+//! How much faster than real time programs run: a gyro at 100 Hz and a base at 50 Hz, one program for each way of waiting.
+//!
+//! `cargo bench -p lockstep`. Each figure is the median of five runs, with best and worst beside it: a shared machine is
+//! noisy. Programs in Python are left out where `HIL_TESTS_PYTHON` names no interpreter with what they import.
+
+#![expect(clippy::unwrap_used, reason = "a benchmark that cannot go on ends")]
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use common::{Stream, base, c, drive, gyro, python_with, secs, source};
+use lockstep::Program;
+use std::time::Instant;
+
+const RUNS: usize = 5;
+
+#[expect(clippy::disallowed_methods, reason = "a benchmark takes the time of day")]
+fn report(name: &str, seconds: i64, streams: &[Stream], program: impl Fn() -> Program) {
+    let mut factors: Vec<f64> = (0..RUNS)
+        .map(|_| {
+            let mut running = program().start().unwrap();
+            // What it does once, such as to load Python, is not what is asked for.
+            drive(&mut running, secs(1), &[]);
+            let began = Instant::now();
+            let events = drive(&mut running, secs(1 + seconds), streams);
+            assert!(!events.is_empty(), "{name}: {:?} {}", running.state(), running.last_words());
+            seconds as f64 / began.elapsed().as_secs_f64()
+        })
+        .collect();
+    factors.sort_by(f64::total_cmp);
+    let (worst, median, best) = (factors[0], factors[RUNS / 2], factors[RUNS - 1]);
+    println!("{name:<46} {median:>10.0} {best:>10.0} {worst:>10.0}  x real time");
+}
+
+fn main() {
+    // `cargo test --benches` only asks whether it starts.
+    if std::env::args().any(|argument| argument == "--test") {
+        return;
+    }
+    println!("{:<46} {:>10} {:>10} {:>10}", "", "median", "best", "worst");
+    let two = || ["/dev/ttyHIL0", "/dev/ttyHIL1"];
+    let serial = |words: &[&str]| {
+        Program::new(words.iter().copied().chain(two())).serial(two()[0]).serial(two()[1])
+    };
+    let poll = c("poll.c");
+    report("C, poll, two serial lines", 300, &[gyro(0)], || serial(&[&poll]));
+    let python = |script: &str| {
+        let script = source(script).to_str().unwrap().to_owned();
+        move |interpreter: &str| vec![interpreter.to_owned(), script.clone()]
+    };
+    if let Some(interpreter) = python_with("serial") {
+        let words = python("reader.py")(&interpreter);
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        report("Python, pyserial", 120, &[gyro(0)], || serial(&words).env("PYTHONHASHSEED", "0"));
+    }
+    if let Some(interpreter) = python_with("can") {
+        let words = python("notifier.py")(&interpreter);
+        let program = || Program::new(words.clone()).can("can0").env("PYTHONHASHSEED", "0");
+        report("Python, python-can, Notifier, 50 Hz", 120, &[base(0)], program);
+    }
+}

@@ -1,0 +1,41 @@
+// CAN sockets without a kernel that has them: each is one end of a pair of local sockets, of which the shim holds the
+// other. What lies in between are whole frames with their time, so that poll and epoll work as they are.
+#ifndef LOCKSTEP_CAN_H
+#define LOCKSTEP_CAN_H
+
+#include "shim.h"
+#include <linux/can/bcm.h>
+#include <linux/can/raw.h>
+
+// The kernel takes no more of them (CAN_RAW_FILTER_MAX).
+#define FILTERS_MAX 512
+
+// What lies in the pair. The frame comes first: a program that reads past the shim finds it.
+struct kept_frame {
+    struct can_frame frame;
+    int64_t at_ns;
+    int32_t interface;
+    int32_t flags;
+};
+
+struct can_socket {
+    struct can_socket *next;
+    int hidden, users, type;
+    bool is_broadcast_manager, is_bound, is_shut;
+    int interface;
+    struct can_filter *filters;
+    size_t filter_count;
+    bool joins_filters, has_loopback, hears_itself, takes_fd_frames;
+    bool has_time, has_time_ns, counts_overflow;
+    uint32_t error_mask, dropped;
+    struct operation *operations;
+};
+
+extern struct can_socket *can_sockets;
+void can_put(struct can_socket *can, const void *data, size_t size);
+int can_transmit(struct can_socket *can, int interface, const struct can_frame *frame);
+ssize_t bcm_take(struct can_socket *can, int interface, const void *data, size_t size);
+void bcm_hear(struct can_socket *can, int interface, const struct can_frame *frame);
+void bcm_release(struct can_socket *can);
+
+#endif

@@ -1,0 +1,89 @@
+// The CAN interfaces that the harness declared, as programs ask for them.
+#include "can.h"
+#include <linux/sockios.h>
+#include <net/if.h>
+#include <net/if_arp.h>
+#include <sys/ioctl.h>
+
+#define INTERFACES_MAX 32
+// Far above the numbers of real interfaces.
+#define INDEX_BASE 1000
+static char names[INTERFACES_MAX][IF_NAMESIZE];
+static int count;
+
+void can_declare(const char *name) {
+    if (count < INTERFACES_MAX && strlen(name) < IF_NAMESIZE) strcpy(names[count++], name);
+}
+
+int can_interfaces(void) { return count; }
+
+int can_index(const char *name) {
+    for (int i = 0; i < count; i++)
+        if (!strcmp(names[i], name)) return INDEX_BASE + i;
+    return 0;
+}
+
+const char *can_name(int index) {
+    int place = index - INDEX_BASE;
+    return place >= 0 && place < count ? names[place] : NULL;
+}
+
+EXPORT unsigned if_nametoindex(const char *name) {
+    int index = is_managed() ? can_index(name) : 0;
+    return index ? (unsigned)index : REAL(if_nametoindex)(name);
+}
+
+EXPORT char *if_indextoname(unsigned index, char name[IF_NAMESIZE]) {
+    const char *found = is_managed() ? can_name((int)index) : NULL;
+    return found ? strcpy(name, found) : REAL(if_indextoname)(index, name);
+}
+
+// Real interfaces first, then ours; one that ends with a zero index.
+EXPORT struct if_nameindex *if_nameindex(void) {
+    struct if_nameindex *real = REAL(if_nameindex)();
+    if (!is_managed() || count == 0) return real;
+    size_t others = 0;
+    while (real && real[others].if_index) others++;
+    // One block, so that `if_freenameindex` frees all of it.
+    size_t size = (others + (size_t)count + 1) * sizeof *real;
+    struct if_nameindex *all = calloc(1, size + (others + (size_t)count) * IF_NAMESIZE);
+    if (!all) return real;
+    char *text = (char *)all + size;
+    for (size_t i = 0; i < others + (size_t)count; i++, text += IF_NAMESIZE) {
+        bool is_real = i < others;
+        all[i].if_index = is_real ? real[i].if_index : (unsigned)(INDEX_BASE + i - others);
+        all[i].if_name = strncpy(text, is_real ? real[i].if_name : names[i - others], IF_NAMESIZE - 1);
+    }
+    if (real) REAL(if_freenameindex)(real);
+    return all;
+}
+
+EXPORT void if_freenameindex(struct if_nameindex *list) {
+    if (!is_managed() || count == 0) REAL(if_freenameindex)(list);
+    else free(list);
+}
+
+// What `ioctl` says of an interface of ours; false when it is asked about something else.
+bool can_interface_ioctl(unsigned long request, void *argument, int *result) {
+    struct ifreq *asked = argument;
+    int index;
+    if (request < SIOCGIFNAME || request > SIOCGIFINDEX || count == 0 || !asked) return false;
+    if (request == SIOCGIFNAME) {
+        const char *name = can_name(asked->ifr_ifindex);
+        if (!name) return false;
+        strcpy(asked->ifr_name, name);
+        return *result = 0, true;
+    }
+    char name[IF_NAMESIZE + 1] = {0};
+    memcpy(name, asked->ifr_name, IF_NAMESIZE);
+    if (!(index = can_index(name))) return false;
+    *result = 0;
+    switch (request) {
+    case SIOCGIFINDEX: asked->ifr_ifindex = index; break;
+    case SIOCGIFFLAGS: asked->ifr_flags = IFF_UP | IFF_RUNNING | IFF_NOARP; break;
+    case SIOCGIFMTU: asked->ifr_mtu = CAN_MTU; break;
+    case SIOCGIFHWADDR: asked->ifr_hwaddr.sa_family = ARPHRD_CAN; break;
+    default: errno = EOPNOTSUPP, *result = -1;
+    }
+    return true;
+}

@@ -1,0 +1,289 @@
+// One thread runs at a time. When it waits, the next in the order of creation that can go on gets the turn; when none
+// can, the harness is asked for the next moment.
+#include "shim.h"
+#include <linux/futex.h>
+#include <sys/syscall.h>
+
+__thread struct thread *self __attribute__((tls_model("initial-exec")));
+bool progressed, has_children;
+static struct thread *first, *current;
+static uint64_t orders;
+static unsigned runs;
+static pthread_key_t exit_key;
+
+static void thread_exits(void *thread);
+
+// Real waiting, of which our own `syscall` knows nothing.
+void futex_wait(int *word, int value) {
+    REAL(syscall)(SYS_futex, word, FUTEX_WAIT_PRIVATE, value, NULL, NULL, 0);
+}
+void futex_wake(int *word) { REAL(syscall)(SYS_futex, word, FUTEX_WAKE_PRIVATE, 1, NULL, NULL, 0); }
+
+// A handler of a signal that comes while the harness is spoken to is on its own.
+bool in_lockstep(void) { return is_managed() && self && current == self && !link_is_busy; }
+
+void schedule_begin(void) {
+    pthread_key_create(&exit_key, thread_exits);
+    first = current = self = calloc(1, sizeof *self);
+    self->handle = pthread_self();
+    pthread_setspecific(exit_key, self);
+}
+
+// Only the thread that forked lives on.
+void schedule_after_fork(void) {
+    first = current = self;
+    self->next = NULL;
+    self->signals = 0;
+}
+
+static bool can_go_on(struct thread *thread) {
+    const struct wait *wait = &thread->wait;
+    if (thread->finished) return false;
+    if (thread->woken || thread->signals || thread->handled || wait->deadline <= now_ns) return true;
+    int value = 0;
+    switch (wait->kind) {
+    case WAIT_FDS: return REAL(poll)(wait->fds, wait->count, 0) != 0;
+    case WAIT_SEMAPHORE: return sem_getvalue((sem_t *)wait->address, &value) || value > 0;
+    case WAIT_RUN: return thread->run_seen != runs;
+    default: return false;
+    }
+}
+
+// Who is next: after the current thread, which comes last itself.
+static struct thread *next_thread(void) {
+    struct thread *thread = current;
+    do {
+        thread = thread->next ? thread->next : first;
+        if (can_go_on(thread)) return thread;
+    } while (thread != current);
+    return NULL;
+}
+
+// Whether a signal that is pending has a handler which runs under this mask; what a call says that it interrupts.
+static enum woken handled_now(const sigset_t *mask) {
+    sigset_t pending;
+    enum woken result = WOKEN;
+    sigpending(&pending);
+    for (int signal = 1; signal < 64; signal++) {
+        struct sigaction action;
+        if (!sigismember(&pending, signal) || sigismember(mask, signal) || sigaction(signal, NULL, &action)) continue;
+        if (action.sa_handler == SIG_IGN || action.sa_handler == SIG_DFL) continue;
+        if (!(action.sa_flags & SA_RESTART)) return INTERRUPTED;
+        result = RESTART;
+    }
+    return result;
+}
+
+static void ask_for_time(void) {
+    int64_t deadline = NEVER;
+    for (struct thread *thread = first; thread; thread = thread->next)
+        if (!thread->finished && thread->wait.deadline < deadline) deadline = thread->wait.deadline;
+    sigset_t before;
+    bool holds = has_children;
+    // The end of a child is a signal, which comes at a moment of real time. It is held back to this place.
+    if (holds) {
+        sigset_t all;
+        sigfillset(&all);
+        pthread_sigmask(SIG_SETMASK, &all, &before);
+    }
+    link_run(deadline);
+    runs++;
+    if (holds) {
+        self->handled = handled_now(&before);
+        pthread_sigmask(SIG_SETMASK, &before, NULL);
+    }
+}
+
+static void hand_over(struct thread *to) {
+    current = to;
+    __atomic_store_n(&to->go, 1, __ATOMIC_SEQ_CST);
+    futex_wake(&to->go);
+}
+
+static void await_turn(void) {
+    while (!__atomic_exchange_n(&self->go, 0, __ATOMIC_SEQ_CST)) futex_wait(&self->go, 0);
+}
+
+// Signals that are due are raised by the thread itself, where it waits: the same place in every run.
+static enum woken raise_signals(void) {
+    enum woken result = RESTART;
+    uint64_t due = self->signals;
+    self->signals = 0;
+    for (int signal = 1; signal < 64; signal++) {
+        if (!(due >> signal & 1)) continue;
+        sigset_t blocked;
+        struct sigaction action;
+        pthread_sigmask(SIG_SETMASK, NULL, &blocked);
+        bool is_blocked = sigismember(&blocked, signal);
+        if (!sigaction(signal, NULL, &action) && !(action.sa_flags & SA_RESTART) && !is_blocked)
+            result = INTERRUPTED;
+        // One that is blocked may be taken by `sigwait` in another thread, or by a signalfd.
+        if (is_blocked) kill(getpid(), signal);
+        else raise(signal);
+    }
+    return result;
+}
+
+enum woken block(const struct wait *wait) {
+    int kept = errno;
+    self->wait = *wait;
+    self->woken = false;
+    self->questions = self->sendings = 0;
+    self->run_seen = runs;
+    self->order = ++orders;
+    bool is_alone = !first->next;
+    if (is_alone && (wait->kind == WAIT_FDS || wait->kind == WAIT_RUN)) {
+        // It looks for itself, and has just done so.
+        if (wait->deadline > now_ns) ask_for_time();
+    } else {
+        struct thread *next;
+        while (!(next = next_thread())) ask_for_time();
+        if (next != self) {
+            hand_over(next);
+            await_turn();
+        }
+    }
+    self->wait.kind = WAIT_NOTHING;
+    bool looks = wait->kind == WAIT_FDS || wait->kind == WAIT_RUN;
+    if (!looks) progressed = true;
+    errno = kept;
+    if (self->signals) {
+        progressed = true;
+        enum woken result = raise_signals();
+        errno = kept;
+        return result;
+    }
+    if (self->handled) {
+        progressed = true;
+        enum woken result = self->handled;
+        self->handled = WOKEN;
+        return result;
+    }
+    if (self->woken) return WOKEN;
+    return wait->deadline <= now_ns ? TIMED_OUT : LOOK_AGAIN;
+}
+
+enum woken block_until(int64_t deadline) {
+    return block(&(struct wait){.kind = WAIT_TIME, .deadline = deadline});
+}
+
+static struct thread *longest_waiting(const void *address, uint32_t bitset) {
+    struct thread *found = NULL;
+    for (struct thread *thread = first; thread; thread = thread->next) {
+        const struct wait *wait = &thread->wait;
+        bool is_waiting = !thread->finished && !thread->woken && wait->kind == WAIT_ADDRESS
+            && wait->address == address && (wait->bitset & bitset);
+        if (is_waiting && (!found || thread->order < found->order)) found = thread;
+    }
+    return found;
+}
+
+// Lets up to `count` of those that wait at an address go on, the longest waiting first.
+unsigned wake(const void *address, unsigned count, uint32_t bitset) {
+    unsigned woken = 0;
+    struct thread *thread;
+    while (woken < count && (thread = longest_waiting(address, bitset))) thread->woken = true, woken++;
+    return woken;
+}
+
+unsigned requeue(const void *from, const void *to, unsigned count) {
+    unsigned moved = 0;
+    struct thread *thread;
+    while (from != to && moved < count && (thread = longest_waiting(from, UINT32_MAX)))
+        thread->wait.address = to, moved++;
+    return moved;
+}
+
+void give_way(void) {
+    if (!in_lockstep()) return;
+    self->wait.deadline = 0;
+    struct thread *next = next_thread();
+    if (!next || next == self) return;
+    block_until(now_ns);
+}
+
+// Asked something without waiting. Who asks for ever would stop the time: after so many times it moves.
+void question(void) {
+    if (!in_lockstep() || ++self->questions <= spin_questions) return;
+    unsigned kept = self->questions;
+    block_until(deadline_after(spin_step_ns));
+    self->questions = kept;
+}
+
+// Sent something without waiting, which is counted alone: who sends for ever finds no line that takes all at once.
+void sending(void) {
+    if (!in_lockstep() || ++self->sendings <= spin_questions) return;
+    unsigned kept = self->sendings;
+    block_until(deadline_after(spin_step_ns));
+    self->sendings = kept;
+}
+
+void schedule_signal(int signal) {
+    struct thread *thread = first;
+    struct sigaction action;
+    if (!sigaction(signal, NULL, &action) && action.sa_handler == SIG_IGN) return;
+    while (thread->finished && thread->next) thread = thread->next;
+    if (signal > 0 && signal < 64) thread->signals |= 1ULL << signal;
+}
+
+struct thread *thread_made(void *(*body)(void *), void *argument) {
+    struct thread *thread = calloc(1, sizeof *thread), *last = first;
+    if (!thread) return NULL;
+    thread->body = body, thread->argument = argument;
+    thread->woken = true;
+    thread->wait = (struct wait){.kind = WAIT_ADDRESS, .deadline = NEVER};
+    while (last->next) last = last->next;
+    return last->next = thread;
+}
+
+// The system made no such thread after all.
+void thread_unmade(struct thread *thread) { thread_forget(thread); }
+
+void *thread_entry(void *made) {
+    self = made;
+    self->handle = pthread_self();
+    pthread_setspecific(exit_key, self);
+    await_turn();
+    self->wait.kind = WAIT_NOTHING;
+    self->woken = false;
+    progressed = true;
+    return self->body(self->argument);
+}
+
+// Runs after the program's own destructors of thread-local data: ours asks to be called again until the last round.
+static void thread_exits(void *thread) {
+    struct thread *ending = thread;
+    if (++ending->destructor_rounds < PTHREAD_DESTRUCTOR_ITERATIONS) {
+        pthread_setspecific(exit_key, ending);
+        return;
+    }
+    if (!in_lockstep()) return;
+    ending->finished = true;
+    progressed = true;
+    wake(ending, UINT32_MAX, UINT32_MAX);
+    struct thread *next;
+    bool any = false;
+    for (struct thread *other = first; other; other = other->next) any |= !other->finished;
+    if (!any) return;
+    while (!(next = next_thread())) ask_for_time();
+    self = NULL;
+    current = next;
+    if (ending->detached) thread_forget(ending);
+    hand_over(next);
+}
+
+struct thread *thread_of(pthread_t handle) {
+    for (struct thread *thread = first; thread; thread = thread->next)
+        if (pthread_equal(thread->handle, handle)) return thread;
+    return NULL;
+}
+
+// The current thread stays in the list while it runs.
+void thread_forget(struct thread *thread) {
+    for (struct thread **place = &first; *place; place = &(*place)->next) {
+        if (*place != thread) continue;
+        *place = thread->next;
+        free(thread);
+        return;
+    }
+}

@@ -1,0 +1,82 @@
+// Reading and writing serial ports: as termios say, and never blocking for real.
+#include "shim.h"
+#include <sys/ioctl.h>
+
+// A writer that finds the line full tries again after this: the harness empties the line while the program waits.
+#define FULL_NS 1000000
+
+static size_t bytes_of(const struct iovec *parts, int count) {
+    size_t sum = 0;
+    for (int i = 0; i < count; i++) sum += parts[i].iov_len;
+    return sum;
+}
+
+// How many bytes are there, when so many have come or the line has been silent for VTIME since the last; -1 after a
+// signal.
+static int await_burst(int fd, int enough, int64_t silence) {
+    int there = 0, before = 0;
+    int64_t deadline = NEVER;
+    for (;;) {
+        is_ready(fd, POLLIN);
+        REAL(ioctl)(fd, FIONREAD, &there);
+        if (there >= enough || (there > 0 && deadline <= now_ns)) return there;
+        if (there > before) deadline = deadline_after(silence), before = there;
+        // A pty is ready with one byte as with many: only the next moment says more.
+        enum woken woken = block(&(struct wait){.kind = WAIT_RUN, .deadline = deadline});
+        if (woken == INTERRUPTED) return -1;
+    }
+}
+
+// Waits as termios say: until VMIN bytes are there, for VTIME at the most, or for a silence of VTIME. True when it is
+// worth reading.
+static bool await_bytes(int fd, const struct serial *serial, size_t wanted) {
+    if (serial->has_lines) return wait_fd(fd, POLLIN, NEVER) > 0 || errno == ERESTART;
+    int64_t span = serial->tenths * (SECOND / 10);
+    size_t enough = serial->bytes_min;
+    if (enough > wanted) enough = wanted;
+    if (enough == 0) return wait_fd(fd, POLLIN, deadline_after(span)) > 0;
+    if (span == 0 && enough == 1) return wait_fd(fd, POLLIN, NEVER) > 0 || errno == ERESTART;
+    return await_burst(fd, (int)enough, span ? span : NEVER) > 0;
+}
+
+// Reads or writes what the program asked for, which blocks in virtual time where the program thinks that it does.
+ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts, int count, bool is_read) {
+    struct serial *serial = of->object;
+    bool waits = !serial->is_nonblocking && in_lockstep();
+    size_t wanted = bytes_of(parts, count);
+    ssize_t done = 0;
+    while (is_read) {
+        bool looks_first = waits && !serial->has_lines && serial->bytes_min > 1;
+        if (looks_first && wanted && !await_bytes(fd, serial, wanted)) return errno = EINTR, -1;
+        done = REAL(readv)(fd, parts, count);
+        bool is_empty = done == 0 || (done < 0 && errno == EAGAIN);
+        if (!is_empty || wanted == 0) {
+            progressed = true;
+            return done;
+        }
+        if (!waits) break;
+        errno = 0;
+        if (!await_bytes(fd, serial, wanted)) return errno == EINTR ? -1 : 0;
+    }
+    if (is_read) {
+        question();
+        return done;
+    }
+    sending();
+    for (int part = 0; part < count; part++) {
+        size_t written = 0;
+        while (written < parts[part].iov_len) {
+            const char *from = (const char *)parts[part].iov_base + written;
+            ssize_t some = REAL(write)(fd, from, parts[part].iov_len - written);
+            if (some > 0) {
+                written += (size_t)some, done += some;
+            } else if (some < 0 && errno == EAGAIN && waits) {
+                if (block_until(deadline_after(FULL_NS)) == INTERRUPTED) return done ? done : (errno = EINTR, -1);
+            } else if (some < 0 && errno != EINTR) {
+                return done ? done : -1;
+            }
+        }
+    }
+    progressed = true;
+    return done;
+}

@@ -1,0 +1,168 @@
+// Serial ports under names that are the same in every run. Each is a pty, which keeps the settings, beside a local socket,
+// which carries the bytes: a pty hands bytes on by a thread of the kernel, and that takes longer than all else. Where
+// the settings ask for a line discipline (echo, lines, ends of lines), the bytes go through the pty after all.
+#include "shim.h"
+#include <stdarg.h>
+#include <stdio.h>
+#include <sys/ioctl.h>
+#include <sys/un.h>
+#include <termios.h>
+
+#define PORTS_MAX 32
+static struct port {
+    char shown[108], real[32];
+} ports[PORTS_MAX];
+static int port_count;
+
+void serial_declare(const char *shown, const char *real) {
+    if (port_count >= PORTS_MAX) return;
+    snprintf(ports[port_count].shown, sizeof ports[0].shown, "%s", shown);
+    snprintf(ports[port_count].real, sizeof ports[0].real, "%s", real);
+    port_count++;
+}
+
+static int number_of(const char *path) {
+    for (int i = 0; path && i < port_count; i++)
+        if (!strcmp(path, ports[i].shown)) return i;
+    return -1;
+}
+
+// What stands behind a name that was declared; NULL for any other path.
+const char *serial_real(const char *path) {
+    int number = number_of(path);
+    return number < 0 ? NULL : ports[number].real;
+}
+
+const char *serial_shown(const char *path) {
+    for (int i = 0; path && i < port_count; i++)
+        if (!strcmp(path, ports[i].real)) return ports[i].shown;
+    return NULL;
+}
+
+// A pty hands bytes on in its own time. Asking whether there are any waits until it has: what the harness wrote is
+// then visible to epoll too.
+void serial_flush(void) {
+    for (int fd = 0; fd < DESCRIPTORS_MAX; fd++)
+        if (serial_of(fd) && serial_of(fd)->is_cooked) is_ready(fd, POLLIN);
+}
+
+struct serial *serial_of(int fd) {
+    struct descriptor *of = descriptor(fd);
+    return of && of->kind == FD_SERIAL ? of->object : NULL;
+}
+
+static int connect_port(int number) {
+    struct sockaddr_un to = {.sun_family = AF_UNIX};
+    if (snprintf(to.sun_path, sizeof to.sun_path, "%s%d", link_path(), number) >= (int)sizeof to.sun_path) return -1;
+    int fd = REAL(socket)(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (fd >= 0 && !REAL(connect)(fd, (struct sockaddr *)&to, sizeof to)) return fd;
+    if (fd >= 0) REAL(close)(fd);
+    return -1;
+}
+
+// Opens the port of a name that was declared.
+int serial_open(const char *path, int flags) {
+    int number = number_of(path);
+    int tty = REAL(openat)(AT_FDCWD, ports[number].real, O_RDWR | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    if (tty < 0) return -1;
+    struct serial *made = calloc(1, sizeof *made);
+    int way = connect_port(number);
+    if (!made || way < 0) return errno = EIO, -1;
+    int fd = REAL(fcntl)(way, flags & O_CLOEXEC ? F_DUPFD_CLOEXEC : F_DUPFD, 0);
+    *made = (struct serial){.number = number, .tty = guard(tty), .way = guard(way)};
+    made->is_nonblocking = flags & O_NONBLOCK;
+    descriptor_set(fd, FD_SERIAL, made);
+    link_tell(TELL_OPENED, (uint32_t)number, 0);
+    serial_settled(made);
+    return fd;
+}
+
+void serial_release(struct serial *serial) {
+    if (--serial->users > 0) return;
+    unguard(serial->tty);
+    unguard(serial->way);
+    free(serial);
+}
+
+// The settings may have changed: from now on the bytes go the way that these ask for.
+void serial_settled(struct serial *serial) {
+    struct termios is;
+    if (REAL(tcgetattr)(serial->tty, &is)) return;
+    serial->bytes_min = is.c_cc[VMIN], serial->tenths = is.c_cc[VTIME];
+    serial->has_lines = is.c_lflag & ICANON;
+    bool is_cooked = (is.c_lflag & (ICANON | ECHO | ISIG)) || (is.c_oflag & OPOST)
+        || (is.c_iflag & (ICRNL | INLCR | IGNCR | ISTRIP | IXON));
+    if (is_cooked == serial->is_cooked) return;
+    serial->is_cooked = is_cooked;
+    link_tell(TELL_COOKED, (uint32_t)serial->number, is_cooked);
+    for (int fd = 0; fd < DESCRIPTORS_MAX; fd++) {
+        if (serial_of(fd) != serial) continue;
+        int closes = REAL(fcntl)(fd, F_GETFD) & FD_CLOEXEC;
+        REAL(dup3)(is_cooked ? serial->tty : serial->way, fd, closes ? O_CLOEXEC : 0);
+    }
+}
+
+static void forget_input(const struct serial *serial, int queue) {
+    char data[512];
+    is_ready(serial->tty, POLLIN);
+    while (queue != TCOFLUSH && REAL(recv)(serial->way, data, sizeof data, MSG_DONTWAIT) > 0) {}
+}
+
+// What `ioctl` says of a serial port; its settings and lines are the pty's.
+int serial_control(int fd, unsigned long request, void *argument) {
+    struct serial *serial = serial_of(fd);
+    switch (request) {
+    case FIONBIO: serial->is_nonblocking = *(int *)argument; return 0;
+    case FIONREAD: {
+        is_ready(fd, POLLIN);
+        int answer = REAL(ioctl)(fd, request, argument);
+        if (answer == 0 && *(int *)argument == 0) question();
+        return answer;
+    }
+    case TCFLSH: forget_input(serial, (int)(intptr_t)argument); break;
+    case FIOCLEX:
+    case FIONCLEX: return REAL(ioctl)(fd, request, argument);
+    default: break;
+    }
+    int answer = REAL(ioctl)(serial->tty, request, argument);
+    int kept = errno;
+    serial_settled(serial);
+    errno = kept;
+    return answer;
+}
+
+static int tty_of(int fd) {
+    struct serial *serial = serial_of(fd);
+    return serial ? serial->tty : fd;
+}
+
+EXPORT int isatty(int fd) { return REAL(isatty)(tty_of(fd)); }
+EXPORT int tcgetattr(int fd, struct termios *settings) { return REAL(tcgetattr)(tty_of(fd), settings); }
+EXPORT int tcsetattr(int fd, int actions, const struct termios *settings) {
+    struct serial *serial = serial_of(fd);
+    if (serial && actions == TCSAFLUSH) forget_input(serial, TCIFLUSH);
+    int result = REAL(tcsetattr)(tty_of(fd), actions, settings);
+    if (serial && result == 0) serial_settled(serial);
+    return result;
+}
+EXPORT int tcflush(int fd, int queue) {
+    if (serial_of(fd)) forget_input(serial_of(fd), queue);
+    return REAL(tcflush)(tty_of(fd), queue);
+}
+EXPORT int tcdrain(int fd) { return REAL(tcdrain)(tty_of(fd)); }
+EXPORT int tcflow(int fd, int action) { return REAL(tcflow)(tty_of(fd), action); }
+EXPORT int tcsendbreak(int fd, int duration) { return REAL(tcsendbreak)(tty_of(fd), duration); }
+
+EXPORT int ttyname_r(int fd, char *name, size_t size) {
+    int result = REAL(ttyname_r)(tty_of(fd), name, size);
+    const char *shown = result == 0 ? serial_shown(name) : NULL;
+    if (!shown) return result;
+    if (strlen(shown) >= size) return ERANGE;
+    strcpy(name, shown);
+    return 0;
+}
+EXPORT char *ttyname(int fd) {
+    static char name[PATH_MAX];
+    int result = ttyname_r(fd, name, sizeof name);
+    return result ? errno = result, NULL : name;
+}

@@ -1,0 +1,189 @@
+// What the parts of the shim know of one another. The shim is preloaded into a program and answers it in the harness's
+// virtual time; see docs/virtual-time.md.
+#ifndef LOCKSTEP_SHIM_H
+#define LOCKSTEP_SHIM_H
+
+#ifndef _GNU_SOURCE
+#define _GNU_SOURCE
+#endif
+#undef _FORTIFY_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <linux/can.h>
+#include <poll.h>
+#include <pthread.h>
+#include <semaphore.h>
+#include <signal.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <sys/types.h>
+#include <sys/uio.h>
+#include <time.h>
+#include <unistd.h>
+
+#define EXPORT __attribute__((visibility("default")))
+#define SECOND 1000000000LL
+#define NEVER INT64_MAX
+
+// The function that ours stands in front of. Looked up once at each place; threads that look it up side by side find
+// the same.
+void *find_next(const char *name);
+#define REAL(name)                                                                                 \
+    ({                                                                                             \
+        static __typeof__(&name) found;                                                            \
+        if (!found) found = (__typeof__(&name))find_next(#name);                                   \
+        found;                                                                                     \
+    })
+
+// link.c: the harness.
+struct sent_frame {
+    uint32_t interface;
+    uint32_t is_local;
+    struct can_frame frame;
+};
+enum request { REQUEST_FORK = 3, REQUEST_FORKED = 4, REQUEST_EXEC = 5, REQUEST_EXEC_FAILED = 6 };
+extern int64_t now_ns;
+extern int64_t realtime_base_ns;
+extern unsigned spin_questions;
+extern int64_t spin_step_ns;
+extern bool link_is_busy;
+void begin(void);
+bool is_managed(void);
+void link_run(int64_t deadline);
+bool link_request(enum request what, int64_t argument);
+enum tell { TELL_OPENED = 8, TELL_COOKED = 9 };
+void link_tell(enum tell what, uint32_t port, int64_t argument);
+void link_send_frame(const struct sent_frame *frame);
+void link_after_fork(void);
+int link_guard(int fd);
+const char *link_path(void);
+
+// schedule.c: threads, one of which runs at a time.
+enum wait_kind { WAIT_NOTHING, WAIT_TIME, WAIT_FDS, WAIT_ADDRESS, WAIT_SEMAPHORE, WAIT_RUN };
+enum woken { WOKEN, TIMED_OUT, INTERRUPTED, RESTART, LOOK_AGAIN };
+struct wait {
+    enum wait_kind kind;
+    int64_t deadline;
+    const void *address;
+    uint32_t bitset;
+    struct pollfd *fds;
+    nfds_t count;
+};
+struct thread {
+    struct thread *next;
+    int go;
+    bool woken, finished, detached;
+    struct wait wait;
+    uint64_t order;
+    unsigned run_seen, questions, sendings;
+    uint64_t signals;
+    enum woken handled;
+    pthread_t handle;
+    void *(*body)(void *);
+    void *argument;
+    int destructor_rounds;
+};
+extern __thread struct thread *self;
+extern bool progressed, has_children;
+bool in_lockstep(void);
+enum woken block(const struct wait *wait);
+enum woken block_until(int64_t deadline);
+unsigned wake(const void *address, unsigned count, uint32_t bitset);
+unsigned requeue(const void *from, const void *to, unsigned count);
+void question(void);
+void sending(void);
+void give_way(void);
+void schedule_begin(void);
+void schedule_after_fork(void);
+void schedule_signal(int signal);
+struct thread *thread_made(void *(*body)(void *), void *argument);
+void thread_unmade(struct thread *thread);
+void *thread_entry(void *thread);
+struct thread *thread_of(pthread_t handle);
+void thread_forget(struct thread *thread);
+int64_t deadline_after(int64_t span_ns);
+int64_t deadline_at(clockid_t clock, const struct timespec *at);
+int64_t deadline_guessed(const struct timespec *at);
+int64_t nanos(const struct timespec *span);
+struct timespec timespec_of(int64_t ns);
+struct timeval timeval_of(int64_t ns);
+int64_t clock_ns(clockid_t clock);
+void futex_wait(int *word, int value);
+void futex_wake(int *word);
+
+// timers.c: what fires by itself when its time has come.
+struct virtual_timer {
+    struct virtual_timer *next;
+    int64_t deadline, interval;
+    void (*fire)(struct virtual_timer *timer, uint64_t count);
+};
+void timer_add(struct virtual_timer *timer);
+void timer_remove(struct virtual_timer *timer);
+void timer_set(struct virtual_timer *timer, int64_t deadline, int64_t interval);
+void timers_run(void);
+int64_t timers_next(void);
+void timers_after_fork(void);
+
+// descriptors.c: which descriptors are more than they look.
+enum fd_kind { FD_PLAIN, FD_SERIAL, FD_CAN, FD_TIMER };
+struct descriptor {
+    enum fd_kind kind;
+    void *object;
+};
+#define DESCRIPTORS_MAX 4096
+struct descriptor *descriptor(int fd);
+void descriptor_set(int fd, enum fd_kind kind, void *object);
+void descriptor_closed(int fd);
+void descriptor_copied(int from, int to);
+bool is_guarded(int fd);
+int guard(int fd);
+void unguard(int fd);
+
+// ready.c: waiting for descriptors.
+int wait_fds(struct pollfd *fds, nfds_t count, int64_t deadline);
+int wait_fd(int fd, short events, int64_t deadline);
+bool is_ready(int fd, short events);
+bool is_nonblocking(int fd);
+
+// serial_port.c, serial.c
+struct serial {
+    int users, number;
+    // The pty, which has the settings, and the socket, which has the bytes.
+    int tty, way;
+    bool is_nonblocking, is_cooked;
+    // VMIN and VTIME, and whether lines are read.
+    uint8_t bytes_min, tenths;
+    bool has_lines;
+};
+void serial_declare(const char *shown, const char *real);
+void serial_flush(void);
+int serial_open(const char *path, int flags);
+void serial_release(struct serial *serial);
+void serial_settled(struct serial *serial);
+int serial_control(int fd, unsigned long request, void *argument);
+struct serial *serial_of(int fd);
+const char *serial_real(const char *path);
+const char *serial_shown(const char *path);
+ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts, int count, bool is_read);
+
+// can_interface.c, can_socket.c, can_message.c, can_bcm.c
+void can_declare(const char *name);
+int can_index(const char *name);
+const char *can_name(int index);
+int can_interfaces(void);
+struct can_socket;
+int can_open(int type, int protocol);
+void can_deliver(const struct sent_frame *sent, const struct can_socket *from);
+void can_after_fork(void);
+void can_release(struct can_socket *can);
+void can_retain(struct can_socket *can);
+bool can_interface_ioctl(unsigned long request, void *argument, int *result);
+
+#endif

@@ -1,0 +1,56 @@
+// Files of the C library on serial ports. The library reads and writes without asking `read` and `write`, so that such a
+// file is one of our own making, which does.
+#include "shim.h"
+#include <stdio.h>
+
+#define FILES_MAX 64
+static struct own {
+    FILE *file;
+    int fd;
+} files[FILES_MAX];
+
+static ssize_t read_own(void *own, char *data, size_t size) { return read(((struct own *)own)->fd, data, size); }
+
+static ssize_t write_own(void *own, const char *data, size_t size) {
+    return write(((struct own *)own)->fd, data, size);
+}
+
+static int close_own(void *own) {
+    int fd = ((struct own *)own)->fd;
+    *(struct own *)own = (struct own){0};
+    return close(fd);
+}
+
+EXPORT FILE *fdopen(int fd, const char *mode) {
+    if (!serial_of(fd)) return REAL(fdopen)(fd, mode);
+    for (int i = 0; i < FILES_MAX; i++) {
+        if (files[i].file) continue;
+        files[i].fd = fd;
+        files[i].file = fopencookie(&files[i], mode, (cookie_io_functions_t){read_own, write_own, NULL, close_own});
+        // As on every terminal.
+        if (files[i].file) setvbuf(files[i].file, NULL, _IOLBF, BUFSIZ);
+        return files[i].file;
+    }
+    return errno = EMFILE, NULL;
+}
+
+EXPORT FILE *fopen(const char *restrict path, const char *restrict mode) {
+    if (!is_managed() || !serial_real(path)) return REAL(fopen)(path, mode);
+    int fd = serial_open(path, 0);
+    return fd < 0 ? NULL : fdopen(fd, mode);
+}
+
+EXPORT FILE *fopen64(const char *restrict path, const char *restrict mode) { return fopen(path, mode); }
+
+EXPORT int fileno(FILE *file) {
+    for (int i = 0; file && i < FILES_MAX; i++)
+        if (files[i].file == file) return files[i].fd;
+    return REAL(fileno)(file);
+}
+
+EXPORT int fclose(FILE *file) {
+    int fd = fileno(file);
+    // What the library closes itself is known to nobody else.
+    if (!serial_of(fd)) descriptor_closed(fd);
+    return REAL(fclose)(file);
+}

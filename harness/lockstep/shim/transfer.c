@@ -1,0 +1,165 @@
+// read and write and their kin, on any descriptor: what would block waits in virtual time.
+#include "shim.h"
+#include <sys/stat.h>
+#include <sys/uio.h>
+
+ssize_t can_read(int fd, struct descriptor *of, void *data, size_t size);
+ssize_t can_write(int fd, struct descriptor *of, const void *data, size_t size);
+ssize_t can_receive(int fd, struct descriptor *of, struct msghdr *message, int flags);
+ssize_t can_send(int fd, struct descriptor *of, const struct msghdr *message, int flags);
+
+// A pipe that is ready to be written takes so much without blocking.
+#define PIPE_PIECE 4096
+
+static enum fd_kind kind_of(int fd) {
+    struct descriptor *of = descriptor(fd);
+    return of ? of->kind : FD_PLAIN;
+}
+
+// When a call on a socket gives up, as SO_RCVTIMEO or SO_SNDTIMEO say.
+static int64_t socket_deadline(int fd, short events) {
+    struct timeval span = {0};
+    socklen_t size = sizeof span;
+    int kept = errno;
+    int option = events == POLLIN ? SO_RCVTIMEO : SO_SNDTIMEO;
+    int result = REAL(getsockopt)(fd, SOL_SOCKET, option, &span, &size);
+    errno = kept;
+    if (result || (span.tv_sec == 0 && span.tv_usec == 0)) return NEVER;
+    return deadline_after(span.tv_sec * SECOND + span.tv_usec * 1000);
+}
+
+// True when the call may go ahead: it will not block, or is not to wait.
+static bool await(int fd, short events, bool is_told_not_to) {
+    if (!in_lockstep() || is_ready(fd, events)) return progressed = true;
+    if (is_told_not_to || is_nonblocking(fd)) {
+        question();
+        return true;
+    }
+    int result;
+    int64_t deadline = socket_deadline(fd, events);
+    do result = wait_fd(fd, events, deadline);
+    while (result < 0 && errno == ERESTART);
+    if (result == 0) errno = EAGAIN;
+    return result > 0;
+}
+
+EXPORT ssize_t read(int fd, void *data, size_t size) {
+    struct descriptor *of = descriptor(fd);
+    if (kind_of(fd) == FD_SERIAL) return serial_transfer(fd, of, &(struct iovec){data, size}, 1, true);
+    if (kind_of(fd) == FD_CAN) return can_read(fd, of, data, size);
+    return await(fd, POLLIN, false) ? REAL(read)(fd, data, size) : -1;
+}
+
+EXPORT ssize_t __read_chk(int fd, void *data, size_t size, size_t room) {
+    (void)room;
+    return read(fd, data, size);
+}
+
+EXPORT ssize_t readv(int fd, const struct iovec *parts, int count) {
+    struct descriptor *of = descriptor(fd);
+    if (kind_of(fd) == FD_SERIAL) return serial_transfer(fd, of, parts, count, true);
+    if (kind_of(fd) == FD_CAN) {
+        struct msghdr message = {.msg_iov = (struct iovec *)parts, .msg_iovlen = (size_t)count};
+        return can_receive(fd, of, &message, 0);
+    }
+    return await(fd, POLLIN, false) ? REAL(readv)(fd, parts, count) : -1;
+}
+
+static bool is_file(int fd) {
+    struct stat state;
+    return !fstat(fd, &state) && (S_ISREG(state.st_mode) || S_ISBLK(state.st_mode));
+}
+
+// A long write to something that fills up goes in pieces, each of which finds room.
+static ssize_t write_pieces(int fd, const char *data, size_t size) {
+    size_t done = 0;
+    while (done < size) {
+        if (!await(fd, POLLOUT, false)) return done ? (ssize_t)done : -1;
+        size_t piece = size - done < PIPE_PIECE ? size - done : PIPE_PIECE;
+        ssize_t some = REAL(write)(fd, data + done, piece);
+        if (some < 0) return done ? (ssize_t)done : -1;
+        done += (size_t)some;
+    }
+    return (ssize_t)done;
+}
+
+EXPORT ssize_t write(int fd, const void *data, size_t size) {
+    struct descriptor *of = descriptor(fd);
+    if (kind_of(fd) == FD_SERIAL) {
+        return serial_transfer(fd, of, &(struct iovec){(void *)data, size}, 1, false);
+    }
+    if (kind_of(fd) == FD_CAN) return can_write(fd, of, data, size);
+    if (size > PIPE_PIECE && in_lockstep() && !is_file(fd) && !is_nonblocking(fd)) return write_pieces(fd, data, size);
+    return await(fd, POLLOUT, false) ? REAL(write)(fd, data, size) : -1;
+}
+
+EXPORT ssize_t writev(int fd, const struct iovec *parts, int count) {
+    struct descriptor *of = descriptor(fd);
+    if (kind_of(fd) == FD_SERIAL) return serial_transfer(fd, of, parts, count, false);
+    if (kind_of(fd) == FD_CAN) {
+        struct msghdr message = {.msg_iov = (struct iovec *)parts, .msg_iovlen = (size_t)count};
+        return can_send(fd, of, &message, 0);
+    }
+    return await(fd, POLLOUT, false) ? REAL(writev)(fd, parts, count) : -1;
+}
+
+EXPORT ssize_t recv(int fd, void *data, size_t size, int flags) {
+    return recvfrom(fd, data, size, flags, NULL, NULL);
+}
+
+EXPORT ssize_t __recv_chk(int fd, void *data, size_t size, size_t room, int flags) {
+    (void)room;
+    return recv(fd, data, size, flags);
+}
+
+EXPORT ssize_t recvfrom(int fd, void *restrict data, size_t size, int flags, struct sockaddr *restrict from,
+                        socklen_t *restrict from_size) {
+    if (kind_of(fd) == FD_CAN) {
+        struct iovec part = {data, size};
+        struct msghdr message = {
+            .msg_iov = &part, .msg_iovlen = 1, .msg_name = from, .msg_namelen = from_size ? *from_size : 0};
+        ssize_t count = can_receive(fd, descriptor(fd), &message, flags);
+        if (from_size) *from_size = message.msg_namelen;
+        return count;
+    }
+    if (!await(fd, POLLIN, flags & MSG_DONTWAIT)) return -1;
+    return REAL(recvfrom)(fd, data, size, flags, from, from_size);
+}
+
+EXPORT ssize_t __recvfrom_chk(int fd, void *restrict data, size_t size, size_t room, int flags,
+                              struct sockaddr *restrict from, socklen_t *restrict from_size) {
+    (void)room;
+    return recvfrom(fd, data, size, flags, from, from_size);
+}
+
+EXPORT ssize_t recvmsg(int fd, struct msghdr *message, int flags) {
+    if (kind_of(fd) == FD_CAN) return can_receive(fd, descriptor(fd), message, flags);
+    return await(fd, POLLIN, flags & MSG_DONTWAIT) ? REAL(recvmsg)(fd, message, flags) : -1;
+}
+
+EXPORT ssize_t sendmsg(int fd, const struct msghdr *message, int flags) {
+    if (kind_of(fd) == FD_CAN) return can_send(fd, descriptor(fd), message, flags);
+    return await(fd, POLLOUT, flags & MSG_DONTWAIT) ? REAL(sendmsg)(fd, message, flags) : -1;
+}
+
+EXPORT ssize_t sendto(int fd, const void *data, size_t size, int flags, const struct sockaddr *to, socklen_t to_size) {
+    if (kind_of(fd) == FD_CAN) {
+        struct iovec part = {(void *)data, size};
+        struct msghdr message = {
+            .msg_iov = &part, .msg_iovlen = 1, .msg_name = (void *)to, .msg_namelen = to_size};
+        return can_send(fd, descriptor(fd), &message, flags);
+    }
+    if (!await(fd, POLLOUT, flags & MSG_DONTWAIT)) return -1;
+    return REAL(sendto)(fd, data, size, flags, to, to_size);
+}
+
+EXPORT ssize_t send(int fd, const void *data, size_t size, int flags) {
+    if (kind_of(fd) == FD_CAN) return can_write(fd, descriptor(fd), data, size);
+    return await(fd, POLLOUT, flags & MSG_DONTWAIT) ? REAL(send)(fd, data, size, flags) : -1;
+}
+
+EXPORT int accept4(int fd, struct sockaddr *from, socklen_t *size, int flags) {
+    return await(fd, POLLIN, false) ? REAL(accept4)(fd, from, size, flags) : -1;
+}
+
+EXPORT int accept(int fd, struct sockaddr *from, socklen_t *size) { return accept4(fd, from, size, 0); }

@@ -1,0 +1,144 @@
+//! Whether the shim can be loaded into a program at all.
+
+use std::fs::File;
+use std::io::{self, Read as _, Seek as _, SeekFrom};
+use std::os::unix::fs::MetadataExt as _;
+use std::path::{Path, PathBuf};
+
+/// Scripts name an interpreter, which may be a script in turn; the kernel follows so many.
+const INTERPRETERS_MAX: usize = 5;
+/// The kernel reads no more of a script's first line.
+const LINE_BYTES: usize = 256;
+const SET_UID: u32 = 0o4000;
+const SET_GID: u32 = 0o2000;
+/// Program headers that are looked at.
+const SEGMENTS_MAX: u16 = 1_024;
+/// `PT_INTERP`: who loads the program, and the shim with it.
+const INTERPRETER: u32 = 3;
+const SEGMENT_BYTES: u64 = 56;
+
+/// Why a program cannot be in virtual time.
+#[derive(Debug, thiserror::Error)]
+pub enum BinaryError {
+    /// There is no such program.
+    #[error("no program {0:?}; is it built, spelt right, and in PATH or given as a path?")]
+    Missing(String),
+    /// It cannot be read.
+    #[error("failed to read {}", path.display())]
+    Unreadable {
+        /// The program.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// It is linked statically (as Go programs are): no library can be preloaded.
+    #[error("{} is linked statically: virtual time needs a program that loads the C library", .0.display())]
+    Static(PathBuf),
+    /// It runs with somebody else's rights, and then the loader preloads nothing.
+    #[error("{} is set-uid or set-gid: the shim is not loaded into such a program", .0.display())]
+    Privileged(PathBuf),
+    /// It is for another machine, or no program at all.
+    #[error("{} is no 64-bit ELF program or script of this machine", .0.display())]
+    Foreign(PathBuf),
+}
+
+/// Finds a program as `execvp` does.
+pub(crate) fn find(program: &str, search: Option<&str>) -> Result<PathBuf, BinaryError> {
+    let missing = || BinaryError::Missing(program.to_owned());
+    if program.contains('/') {
+        let path = PathBuf::from(program);
+        return if path.is_file() { Ok(path) } else { Err(missing()) };
+    }
+    let folders = search.unwrap_or("/usr/local/bin:/usr/bin:/bin").split(':');
+    folders.map(|folder| Path::new(folder).join(program)).find(|p| p.is_file()).ok_or_else(missing)
+}
+
+/// Whether the loader will preload the shim into the program at `path`.
+pub(crate) fn check(path: &Path) -> Result<(), BinaryError> {
+    let mut path = path.to_owned();
+    for _ in 0..INTERPRETERS_MAX {
+        let unreadable = |source| BinaryError::Unreadable { path: path.clone(), source };
+        let mut file = File::open(&path).map_err(unreadable)?;
+        let data = file.metadata().map_err(unreadable)?;
+        let own = (rustix::process::geteuid().as_raw(), rustix::process::getegid().as_raw());
+        if is_privileged(data.mode(), (data.uid(), data.gid()), own) {
+            return Err(BinaryError::Privileged(path));
+        }
+        let mut head = Vec::new();
+        file.by_ref().take(LINE_BYTES as u64).read_to_end(&mut head).map_err(unreadable)?;
+        match script_interpreter(&head) {
+            Some(interpreter) => path = interpreter,
+            None => return check_elf(path, &head, file),
+        }
+    }
+    Err(BinaryError::Foreign(path))
+}
+
+/// Rights that the program has and who starts it has not.
+fn is_privileged(mode: u32, owner: (u32, u32), own: (u32, u32)) -> bool {
+    (mode & SET_UID != 0 && owner.0 != own.0) || (mode & SET_GID != 0 && owner.1 != own.1)
+}
+
+fn script_interpreter(head: &[u8]) -> Option<PathBuf> {
+    let line = head.strip_prefix(b"#!")?.split(|byte| *byte == b'\n').next()?;
+    let words = std::str::from_utf8(line).ok()?;
+    words.split_ascii_whitespace().next().map(PathBuf::from)
+}
+
+fn check_elf(path: PathBuf, head: &[u8], mut file: File) -> Result<(), BinaryError> {
+    let half = |at: usize| Some(u16::from_ne_bytes(head.get(at..at + 2)?.try_into().ok()?));
+    let is_64_bit = head.starts_with(b"\x7fELF\x02");
+    let layout = || Some((u64::from_ne_bytes(head.get(32..40)?.try_into().ok()?), half(56)?));
+    let Some((start, count)) = layout().filter(|_| is_64_bit) else {
+        return Err(BinaryError::Foreign(path));
+    };
+    if half(18) != Some(MACHINE) {
+        return Err(BinaryError::Foreign(path));
+    }
+    let mut has_interpreter = || {
+        for number in 0..u64::from(count.min(SEGMENTS_MAX)) {
+            file.seek(SeekFrom::Start(start + number * SEGMENT_BYTES))?;
+            let mut kind = [0; 4];
+            file.read_exact(&mut kind)?;
+            if u32::from_ne_bytes(kind) == INTERPRETER {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    };
+    match has_interpreter() {
+        Ok(true) => Ok(()),
+        Ok(false) => Err(BinaryError::Static(path)),
+        Err(source) => Err(BinaryError::Unreadable { path, source }),
+    }
+}
+
+/// `e_machine` of what runs here: EM_X86_64, EM_AARCH64, EM_RISCV.
+const MACHINE: u16 = if cfg!(target_arch = "x86_64") {
+    62
+} else if cfg!(target_arch = "aarch64") {
+    183
+} else {
+    243
+};
+
+#[cfg(test)]
+mod tests {
+    use super::{is_privileged, script_interpreter};
+    use std::path::PathBuf;
+
+    #[test]
+    fn rights_that_one_has_oneself_are_no_privilege() {
+        assert!(!is_privileged(0o755, (0, 0), (1_000, 1_000)));
+        assert!(is_privileged(0o4755, (0, 0), (1_000, 1_000)));
+        assert!(is_privileged(0o2755, (1_000, 0), (1_000, 1_000)));
+        assert!(!is_privileged(0o6755, (1_000, 1_000), (1_000, 1_000)));
+    }
+
+    #[test]
+    fn a_script_names_who_reads_it() {
+        let python = Some(PathBuf::from("/usr/bin/env"));
+        assert_eq!(script_interpreter(b"#! /usr/bin/env python3\nimport can"), python);
+        assert_eq!(script_interpreter(b"\x7fELF"), None);
+    }
+}

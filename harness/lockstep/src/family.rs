@@ -1,0 +1,370 @@
+//! A program's processes. Each has a link; one runs at a time, in the order in which they came, until none can go on.
+
+use crate::binary::{self, BinaryError};
+use crate::link::{Change, Link, Message, PATIENCE, Reading, SentFrame, Turn};
+use crate::spawned::Spawned;
+use crate::state::Ended;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open};
+use std::collections::BTreeMap;
+use std::fs;
+use std::os::unix::net::UnixListener;
+use std::process::ExitStatus;
+use std::time::Duration;
+
+/// Turns at a single moment. Assumption: processes that hand something on so many times without waiting for time do so
+/// for ever.
+const TURNS_MAX: u32 = 50_000;
+/// With this status the shim ends a process that has lost its link.
+const LINK_LOST: i32 = 121;
+
+/// What a family may do, and what its processes are told.
+#[derive(Debug)]
+pub(crate) struct Rules {
+    /// How long it may run without waiting, in real time.
+    pub limit: Duration,
+    /// How many processes it may have at once.
+    pub processes_max: usize,
+    /// What each process is told when it joins, but the time.
+    pub declarations: String,
+}
+
+/// What happens outside of the family while it runs.
+pub(crate) trait Outside {
+    /// A process sent a frame.
+    fn frame(&mut self, sent: &SentFrame);
+    /// A process did something with a serial port, which is told by its number among them.
+    fn serial(&mut self, number: usize, change: Change);
+    /// A process has come to wait: what it wrote is there.
+    fn paused(&mut self);
+}
+
+/// What is given to all processes at a moment.
+#[derive(Debug, Default)]
+pub(crate) struct Given {
+    pub now: i64,
+    pub frame: Option<SentFrame>,
+    pub bytes_came: bool,
+    /// For the eldest process alone; zero: none.
+    pub signal: u32,
+}
+
+#[derive(Debug)]
+struct Process {
+    pid: i32,
+    link: Link,
+    deadline: i64,
+    inbox: Vec<SentFrame>,
+    bytes_came: bool,
+    signal: u32,
+    is_replacing_itself: bool,
+}
+
+/// The processes of a program.
+#[derive(Debug)]
+pub(crate) struct Family {
+    rules: Rules,
+    listener: UnixListener,
+    first: Spawned,
+    /// By age.
+    processes: BTreeMap<u32, Process>,
+    born: u32,
+    now: i64,
+}
+
+impl Family {
+    /// Takes the process that was started into the family, as soon as it has loaded the shim.
+    pub(crate) fn start(
+        rules: Rules,
+        listener: UnixListener,
+        first: Spawned,
+    ) -> Result<Self, Ended> {
+        let pid = first.pid();
+        let mut family =
+            Self { rules, listener, first, processes: BTreeMap::new(), born: 0, now: 0 };
+        match family.join(pid)? {
+            Some(link) => family.add(pid, link),
+            None => {
+                let status = family.first.wait(family.rules.limit);
+                return Err(match status {
+                    Some(status) if !status.success() => Ended::Exited(status),
+                    _ => family.never_joined(pid),
+                });
+            }
+        };
+        Ok(family)
+    }
+
+    /// The earliest moment that a process waits for.
+    pub(crate) fn deadline(&self) -> i64 {
+        self.processes.values().map(|process| process.deadline).min().unwrap_or(i64::MAX)
+    }
+
+    /// Lets every process run until all of them wait.
+    pub(crate) fn run(&mut self, given: &Given, outside: &mut impl Outside) -> Result<(), Ended> {
+        self.now = given.now;
+        for process in self.processes.values_mut() {
+            process.inbox.extend(given.frame);
+            process.bytes_came |= given.bytes_came;
+        }
+        if let Some(mut eldest) = self.processes.first_entry() {
+            eldest.get_mut().signal = given.signal;
+        }
+        // Each must have found nothing to do since the last time that another did something.
+        let (mut last, mut quiet) = (None, 0);
+        for _ in 0..TURNS_MAX {
+            let Some(next) = self.after(last) else { return Err(self.all_gone()) };
+            let known = self.born;
+            let progressed = self.turn(next, outside)?;
+            // Who came has to run; who went is missed by those that are left.
+            let has_changed = self.born != known || !self.processes.contains_key(&next);
+            quiet = match (has_changed, progressed) {
+                (true, _) => 0,
+                (false, true) => 1,
+                (false, false) => quiet + 1,
+            };
+            last = Some(next);
+            let has_mail = self.processes.values().any(|process| !process.inbox.is_empty());
+            if quiet >= self.processes.len() && !has_mail {
+                return if self.processes.is_empty() { Err(self.all_gone()) } else { Ok(()) };
+            }
+        }
+        Err(Ended::NeverAdvanced)
+    }
+
+    /// Ends all processes at once, and says how the first one ended.
+    pub(crate) fn kill(&mut self) -> Option<ExitStatus> {
+        self.first.kill();
+        for process in self.processes.values() {
+            // Some may have left the process group.
+            if let Some(pid) = Pid::from_raw(process.pid) {
+                let _ = kill_process(pid, Signal::KILL);
+            }
+        }
+        for (_, process) in std::mem::take(&mut self.processes) {
+            if process.pid != self.first.pid() {
+                wait_for_death(process.pid, self.rules.limit);
+            }
+        }
+        self.first.wait(self.rules.limit)
+    }
+
+    /// Numbers of the processes that there are.
+    pub(crate) fn pids(&self) -> impl Iterator<Item = i32> {
+        self.processes.values().map(|process| process.pid)
+    }
+
+    fn after(&self, last: Option<u32>) -> Option<u32> {
+        let later = last.and_then(|last| self.processes.range(last + 1..).next());
+        later.or_else(|| self.processes.first_key_value()).map(|(key, _)| *key)
+    }
+
+    fn add(&mut self, pid: i32, link: Link) -> u32 {
+        self.born += 1;
+        let process = Process {
+            pid,
+            link,
+            deadline: self.now,
+            inbox: Vec::new(),
+            bytes_came: false,
+            signal: 0,
+            is_replacing_itself: false,
+        };
+        self.processes.insert(self.born, process);
+        self.born
+    }
+
+    /// Lets one process run until it waits or ends; whether it did anything.
+    fn turn(&mut self, key: u32, outside: &mut impl Outside) -> Result<bool, Ended> {
+        self.let_run(key);
+        let mut silence = Duration::ZERO;
+        loop {
+            let Some(process) = self.processes.get_mut(&key) else { return Ok(true) };
+            match process.link.read() {
+                Reading::Message(Message::Idle { deadline, progressed }) => {
+                    process.deadline = deadline;
+                    outside.paused();
+                    return Ok(progressed);
+                }
+                Reading::Message(message) => {
+                    silence = Duration::ZERO;
+                    self.take(key, message, outside)?;
+                }
+                Reading::Silence => {
+                    silence += PATIENCE;
+                    if silence >= self.rules.limit {
+                        return Err(Ended::NeverWaited { limit: self.rules.limit });
+                    }
+                    // It may wait, in a way that the shim does not see, for a process that it started in such a way.
+                    while let Some((pid, link)) = self.accept(Duration::ZERO)? {
+                        let stranger = self.add(pid, link);
+                        self.turn(stranger, outside)?;
+                    }
+                }
+                Reading::End => {
+                    outside.paused();
+                    if self.leave(key)? {
+                        return Ok(true);
+                    }
+                    self.let_run(key);
+                }
+            }
+        }
+    }
+
+    fn let_run(&mut self, key: u32) {
+        let now = self.now;
+        let Some(process) = self.processes.get_mut(&key) else { return };
+        let turn = Turn {
+            now,
+            signal: std::mem::take(&mut process.signal),
+            bytes_came: std::mem::take(&mut process.bytes_came),
+            frames: std::mem::take(&mut process.inbox),
+        };
+        // One that has gone meanwhile shows when it is listened to.
+        let _ = process.link.run(&turn);
+    }
+
+    fn take(
+        &mut self,
+        key: u32,
+        message: Message,
+        outside: &mut impl Outside,
+    ) -> Result<(), Ended> {
+        let limit = self.rules.processes_max;
+        let may = match message {
+            Message::Frame(sent) => {
+                outside.frame(&sent);
+                let others = self.processes.iter_mut().filter(|(other, _)| **other != key);
+                others.filter(|_| sent.is_local).for_each(|(_, other)| other.inbox.push(sent));
+                return Ok(());
+            }
+            Message::Serial(number, change) => {
+                outside.serial(number, change);
+                return Ok(());
+            }
+            Message::Fork => self.processes.len() < limit,
+            Message::Forked { pid } => {
+                if let Some(link) = if pid > 0 { self.join(pid)? } else { None } {
+                    self.add(pid, link);
+                }
+                true
+            }
+            Message::Exec | Message::ExecFailed => {
+                if let Some(process) = self.processes.get_mut(&key) {
+                    process.is_replacing_itself = message == Message::Exec;
+                }
+                true
+            }
+            Message::Hello { .. } | Message::Idle { .. } => return Err(Ended::LinkClosed),
+        };
+        if let Some(process) = self.processes.get_mut(&key) {
+            let _ = process.link.answer(may);
+        }
+        if may { Ok(()) } else { Err(Ended::TooManyProcesses { limit }) }
+    }
+
+    /// A process hung up: it has replaced itself, and then it joins again (`false`), or has ended (`true`).
+    fn leave(&mut self, key: u32) -> Result<bool, Ended> {
+        let Some(process) = self.processes.get_mut(&key) else { return Ok(true) };
+        let pid = process.pid;
+        if std::mem::take(&mut process.is_replacing_itself)
+            && let Some(link) = self.join(pid)?
+            && let Some(process) = self.processes.get_mut(&key)
+        {
+            process.link = link;
+            return Ok(false);
+        }
+        // Its files are closed one by one: only when it is gone altogether do others see the same in every run.
+        let is_dead = if pid == self.first.pid() {
+            let status = self.first.wait(self.rules.limit);
+            status.is_some_and(|status| status.code() != Some(LINK_LOST))
+        } else {
+            wait_for_death(pid, self.rules.limit)
+        };
+        self.processes.remove(&key);
+        if is_dead { Ok(true) } else { Err(Ended::LinkClosed) }
+    }
+
+    fn all_gone(&mut self) -> Ended {
+        match self.first.wait(self.rules.limit) {
+            Some(status) => Ended::Exited(status),
+            None => Ended::LinkClosed,
+        }
+    }
+
+    /// Waits for a process to join; `None` when it has ended instead. Others that come meanwhile are taken in.
+    fn join(&mut self, pid: i32) -> Result<Option<Link>, Ended> {
+        let mut waited = Duration::ZERO;
+        while waited < self.rules.limit {
+            match self.accept(PATIENCE)? {
+                Some((found, link)) if found == pid => return Ok(Some(link)),
+                Some((other, link)) => {
+                    self.add(other, link);
+                }
+                None => {
+                    waited += PATIENCE;
+                    if is_gone(pid) {
+                        return Ok(None);
+                    }
+                    let executable = format!("/proc/{pid}/exe");
+                    let checked = binary::check(executable.as_ref());
+                    if matches!(checked, Err(BinaryError::Static(_) | BinaryError::Privileged(_))) {
+                        break;
+                    }
+                }
+            }
+        }
+        Err(self.never_joined(pid))
+    }
+
+    fn never_joined(&self, pid: i32) -> Ended {
+        let link = fs::read_link(format!("/proc/{pid}/exe"));
+        let executable = link.map_or_else(|_| "gone".to_owned(), |path| path.display().to_string());
+        Ended::NeverJoined { pid, executable }
+    }
+
+    /// Greets the next process that has come within `limit`.
+    fn accept(&self, limit: Duration) -> Result<Option<(i32, Link)>, Ended> {
+        let limit = Timespec { tv_sec: 0, tv_nsec: i64::from(limit.subsec_nanos()) };
+        let mut ends = [PollFd::new(&self.listener, PollFlags::IN)];
+        if !matches!(poll(&mut ends, Some(&limit)), Ok(1..)) {
+            return Ok(None);
+        }
+        let accepted = self.listener.accept().and_then(|(stream, _)| Link::new(stream));
+        let Ok(mut link) = accepted else { return Ok(None) };
+        let mut waited = Duration::ZERO;
+        while waited < self.rules.limit {
+            match link.read() {
+                Reading::Message(Message::Hello { pid }) => {
+                    let first = if pid == self.first.pid() { "first \n" } else { "" };
+                    let text = format!("{}{first}now {}\n", self.rules.declarations, self.now);
+                    return Ok(link.configure(&text).is_ok().then_some((pid, link)));
+                }
+                Reading::Silence => waited += PATIENCE,
+                Reading::Message(_) | Reading::End => break,
+            }
+        }
+        Ok(None)
+    }
+}
+
+impl Drop for Family {
+    fn drop(&mut self) {
+        self.kill();
+    }
+}
+
+/// Whether a process has ended, be it that nobody has asked for its status yet.
+fn is_gone(pid: i32) -> bool {
+    wait_for_death(pid, Duration::ZERO)
+}
+
+fn wait_for_death(pid: i32, limit: Duration) -> bool {
+    let Some(pid) = Pid::from_raw(pid) else { return true };
+    let Ok(process) = pidfd_open(pid, PidfdFlags::empty()) else { return true };
+    let limit =
+        Timespec { tv_sec: limit.as_secs() as i64, tv_nsec: i64::from(limit.subsec_nanos()) };
+    let mut ends = [PollFd::new(&process, PollFlags::IN)];
+    matches!(poll(&mut ends, Some(&limit)), Ok(1..))
+}

@@ -1,0 +1,41 @@
+//! Somebody's unmodified program in the harness's virtual time.
+//!
+//! A shared library (`shim/`, in C) is preloaded into the program. It answers every question about time from the
+//! harness, and tells the harness whenever all of the program waits, and until when. So the program is a state
+//! machine like any other: [`Lockstep`] is a [`wire::device::Device`]. `docs/virtual-time.md` says what this guarantees and
+//! how a program can break it.
+//!
+//! ```no_run
+//! use lockstep::Program;
+//! use wire::device::Device as _;
+//! use wire::time::Timestamp;
+//!
+//! let program = Program::new(["./controller", "/dev/ttyHIL0", "can0"])
+//!     .serial("/dev/ttyHIL0") // Port 0.
+//!     .can("can0"); // Port 1.
+//! let mut running = program.start()?;
+//! running.wake(Timestamp::ZERO);
+//! while let Some((port, what)) = running.transmit(Timestamp::ZERO) {
+//!     println!("{port:?} {what:?}");
+//! }
+//! println!("next at {:?}, {:?}", running.next_wakeup(), running.state());
+//! # Ok::<(), lockstep::StartError>(())
+//! ```
+
+mod binary;
+mod device;
+mod family;
+mod frame;
+mod link;
+mod output;
+mod program;
+mod serial_line;
+mod spawned;
+mod state;
+pub mod verify;
+
+pub use binary::BinaryError;
+pub use device::Lockstep;
+pub use output::{Hearer, Output};
+pub use program::{Program, StartError};
+pub use state::{Ended, State};

@@ -1,0 +1,206 @@
+//! What the shim of one process and the harness say to one another, over a local stream socket.
+
+use crate::frame::FRAME_BYTES;
+use std::io::{self, ErrorKind, Read as _, Write as _};
+use std::os::unix::net::UnixStream;
+use std::time::Duration;
+
+/// How long a reading waits before somebody looks whether the process still lives.
+pub(crate) const PATIENCE: Duration = Duration::from_millis(100);
+
+const HEAD_BYTES: usize = 16;
+/// An interface, whether other processes hear it, and the frame.
+const SENT_BYTES: usize = 8 + FRAME_BYTES;
+const READ_BYTES: usize = 4_096;
+
+/// The shim's numbers of CAN interfaces begin here (`INDEX_BASE`).
+const INDEX_BASE: u32 = 1_000;
+
+/// A frame that crosses the link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct SentFrame {
+    /// Which of the declared interfaces, from zero.
+    pub interface: usize,
+    /// From a process of the program; when it is told: other processes of the program are to hear it.
+    pub is_local: bool,
+    /// As in `linux/can.h`.
+    pub frame: [u8; FRAME_BYTES],
+}
+
+/// What a process says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Message {
+    /// It is in lockstep from now on, and has this number.
+    Hello { pid: i32 },
+    /// All of its threads wait.
+    Idle { deadline: i64, progressed: bool },
+    /// It is about to start a process.
+    Fork,
+    /// It has, and this is the number; negative where that failed.
+    Forked { pid: i32 },
+    /// It is about to replace itself by another program.
+    Exec,
+    /// That failed.
+    ExecFailed,
+    /// It sent a frame.
+    Frame(SentFrame),
+    /// It did something with one of its serial ports.
+    Serial(usize, Change),
+}
+
+/// What a process does with a serial port.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Change {
+    /// Opens it.
+    Opened,
+    /// Asks for a line discipline, or for none.
+    Cooked(bool),
+}
+
+/// What came of a reading.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Reading {
+    Message(Message),
+    /// Nothing within [`PATIENCE`].
+    Silence,
+    /// The other end is closed, or says what no shim says.
+    End,
+}
+
+/// What the harness tells a process when it lets it run.
+#[derive(Debug, Default)]
+pub(crate) struct Turn {
+    /// Nanoseconds since the run began.
+    pub now: i64,
+    /// A signal to raise, or zero.
+    pub signal: u32,
+    /// Bytes have been put on a serial line.
+    pub bytes_came: bool,
+    /// What its CAN sockets hear.
+    pub frames: Vec<SentFrame>,
+}
+
+/// The harness's end.
+#[derive(Debug)]
+pub(crate) struct Link {
+    stream: UnixStream,
+    buffer: Vec<u8>,
+    /// What of the buffer has been taken.
+    taken: usize,
+    out: Vec<u8>,
+}
+
+impl Link {
+    pub(crate) fn new(stream: UnixStream) -> io::Result<Self> {
+        stream.set_read_timeout(Some(PATIENCE))?;
+        stream.set_write_timeout(Some(PATIENCE * 10))?;
+        Ok(Self { stream, buffer: Vec::new(), taken: 0, out: Vec::new() })
+    }
+
+    /// What the process says next.
+    pub(crate) fn read(&mut self) -> Reading {
+        loop {
+            let rest = self.buffer.get(self.taken..).unwrap_or_default();
+            match parse(rest) {
+                Parsed::Whole(message, bytes) => {
+                    self.taken += bytes;
+                    return Reading::Message(message);
+                }
+                Parsed::Wrong => return Reading::End,
+                Parsed::Partial => {}
+            }
+            self.buffer.drain(..self.taken);
+            self.taken = 0;
+            let start = self.buffer.len();
+            self.buffer.resize(start + READ_BYTES, 0);
+            let result = self.stream.read(self.buffer.get_mut(start..).unwrap_or_default());
+            self.buffer.truncate(start + *result.as_ref().unwrap_or(&0));
+            match result {
+                Ok(0) => return Reading::End,
+                Ok(_) => {}
+                Err(cause) => match cause.kind() {
+                    ErrorKind::WouldBlock | ErrorKind::TimedOut => return Reading::Silence,
+                    ErrorKind::Interrupted => {}
+                    _ => return Reading::End,
+                },
+            }
+        }
+    }
+
+    /// Tells a new process what there is: lines of a word and its value.
+    pub(crate) fn configure(&mut self, text: &str) -> io::Result<()> {
+        self.out.clear();
+        self.out.extend((text.len() as u32).to_ne_bytes());
+        self.out.extend(text.as_bytes());
+        self.stream.write_all(&self.out)
+    }
+
+    /// Lets the process run.
+    pub(crate) fn run(&mut self, turn: &Turn) -> io::Result<()> {
+        self.out.clear();
+        let bytes_came = u32::from(turn.bytes_came);
+        for word in [1, turn.frames.len() as u32, turn.signal, bytes_came] {
+            self.out.extend(word.to_ne_bytes());
+        }
+        self.out.extend(turn.now.to_ne_bytes());
+        for sent in &turn.frames {
+            self.out.extend((sent.interface as u32 + INDEX_BASE).to_ne_bytes());
+            self.out.extend(u32::from(sent.is_local).to_ne_bytes());
+            self.out.extend(sent.frame);
+        }
+        self.stream.write_all(&self.out)
+    }
+
+    /// Answers what it asked leave for.
+    pub(crate) fn answer(&mut self, may: bool) -> io::Result<()> {
+        self.out.clear();
+        self.out.extend((if may { 2u32 } else { 3 }).to_ne_bytes());
+        self.out.extend([0; 20]);
+        self.stream.write_all(&self.out)
+    }
+}
+
+enum Parsed {
+    Whole(Message, usize),
+    Partial,
+    Wrong,
+}
+
+fn word(bytes: &[u8], at: usize) -> Option<u32> {
+    bytes.get(at..at + 4)?.try_into().ok().map(u32::from_ne_bytes)
+}
+
+fn parse(bytes: &[u8]) -> Parsed {
+    let head = || {
+        let argument = bytes.get(8..16)?.try_into().ok().map(i64::from_ne_bytes)?;
+        Some((word(bytes, 0)?, word(bytes, 4)?, argument))
+    };
+    let Some((kind, flag, argument)) = head() else { return Parsed::Partial };
+    let pid = i32::try_from(argument).unwrap_or(-1);
+    let message = match kind {
+        // A greeting and a frame are sent with the place of a frame.
+        1 | 7 => {
+            let Some(sent) = bytes.get(HEAD_BYTES..HEAD_BYTES + SENT_BYTES) else {
+                return Parsed::Partial;
+            };
+            let message = if kind == 1 { Some(Message::Hello { pid }) } else { frame_of(sent) };
+            return message
+                .map_or(Parsed::Wrong, |message| Parsed::Whole(message, HEAD_BYTES + SENT_BYTES));
+        }
+        2 => Message::Idle { deadline: argument, progressed: flag != 0 },
+        3 => Message::Fork,
+        4 => Message::Forked { pid },
+        5 => Message::Exec,
+        6 => Message::ExecFailed,
+        8 => Message::Serial(flag as usize, Change::Opened),
+        9 => Message::Serial(flag as usize, Change::Cooked(argument != 0)),
+        _ => return Parsed::Wrong,
+    };
+    Parsed::Whole(message, HEAD_BYTES)
+}
+
+fn frame_of(sent: &[u8]) -> Option<Message> {
+    let interface = word(sent, 0)?.checked_sub(INDEX_BASE)? as usize;
+    let frame = sent.get(8..8 + FRAME_BYTES)?.try_into().ok()?;
+    Some(Message::Frame(SentFrame { interface, is_local: word(sent, 4)? != 0, frame }))
+}

@@ -1,0 +1,250 @@
+//! What is to be started, and how.
+
+use crate::binary::{self, BinaryError};
+use crate::device::{Lines, Lockstep, Port};
+use crate::family::{Family, Rules};
+use crate::output::{Kept, Output};
+use crate::serial_line::SerialLine;
+use crate::spawned::Spawned;
+use std::ffi::OsString;
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::io;
+use std::os::unix::net::UnixListener;
+use std::os::unix::process::CommandExt as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+use wire::time::Span;
+
+/// The shim, as `build.rs` made it.
+static SHIM: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/shim.so"));
+
+/// What programs are told of the date when the run begins: 2023-11-14 22:13:20 UTC, in nanoseconds since 1970.
+const REALTIME_NS: i64 = 1_700_000_000_000_000_000;
+/// Longer names of interfaces the kernel does not have either (`IFNAMSIZ`).
+const INTERFACE_BYTES_MAX: usize = 15;
+/// What the shim keeps of the name of a port.
+const PATH_BYTES_MAX: usize = 107;
+/// Ports of a kind (`PORTS_MAX`, `INTERFACES_MAX`).
+const PORTS_MAX: usize = 32;
+
+/// Why a program was not started.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// There is no first word.
+    #[error("no program is named")]
+    NoProgram,
+    /// The name of a port is too long, or has white space in it; or there are too many ports.
+    #[error(
+        "{0:?} is no name for a port: no white space, a path of at most 107 bytes, an interface of at most 15, 32 of a kind"
+    )]
+    Name(String),
+    /// Virtual time cannot reach the program.
+    #[error(transparent)]
+    Binary(#[from] BinaryError),
+    /// The system lacks something.
+    #[error("failed to {step}")]
+    System {
+        /// What was tried.
+        step: &'static str,
+        /// Why not.
+        source: io::Error,
+    },
+}
+
+fn failed_to<E: Into<io::Error>>(step: &'static str) -> impl Fn(E) -> StartError {
+    move |source| StartError::System { step, source: source.into() }
+}
+
+#[derive(Debug)]
+enum Declared {
+    Serial(String),
+    Can(String),
+}
+
+/// A program, its ports and its limits. Ports are numbered in the order in which they are declared.
+#[derive(Debug)]
+pub struct Program {
+    words: Vec<String>,
+    ports: Vec<Declared>,
+    environment: Vec<(OsString, OsString)>,
+    folder: Option<PathBuf>,
+    stdin: Vec<u8>,
+    output: Output,
+    limit: Duration,
+    processes_max: usize,
+    realtime_ns: i64,
+    spin_questions: u32,
+    spin_step: Span,
+}
+
+impl Program {
+    /// The first word is the program, looked for in `PATH` unless it has a slash; the others are its arguments.
+    pub fn new<W: Into<String>>(words: impl IntoIterator<Item = W>) -> Self {
+        Self {
+            words: words.into_iter().map(Into::into).collect(),
+            ports: Vec::new(),
+            environment: Vec::new(),
+            folder: None,
+            stdin: Vec::new(),
+            output: Output::default(),
+            limit: Duration::from_secs(30),
+            processes_max: 64,
+            realtime_ns: REALTIME_NS,
+            spin_questions: 10_000,
+            spin_step: Span::from_micros(10),
+        }
+    }
+
+    /// A serial port that the program opens as `path`, such as `/dev/ttyHIL0`. No such file need exist.
+    pub fn serial(mut self, path: impl Into<String>) -> Self {
+        self.ports.push(Declared::Serial(path.into()));
+        self
+    }
+
+    /// A CAN interface that the program knows as `name`, such as `can0`. The kernel need not have CAN.
+    pub fn can(mut self, name: impl Into<String>) -> Self {
+        self.ports.push(Declared::Can(name.into()));
+        self
+    }
+
+    /// A variable of its environment, beside those that it inherits.
+    pub fn env(mut self, name: impl Into<OsString>, value: impl Into<OsString>) -> Self {
+        self.environment.push((name.into(), value.into()));
+        self
+    }
+
+    /// The folder in which it runs; else the harness's own.
+    pub fn folder(mut self, folder: impl Into<PathBuf>) -> Self {
+        self.folder = Some(folder.into());
+        self
+    }
+
+    /// What it finds on its standard input; else nothing.
+    pub fn stdin(mut self, bytes: impl Into<Vec<u8>>) -> Self {
+        self.stdin = bytes.into();
+        self
+    }
+
+    /// Where its standard output and error go; else nobody keeps them.
+    pub fn output(mut self, output: Output) -> Self {
+        self.output = output;
+        self
+    }
+
+    /// How long in real time it may run without waiting; else 30 s. In steps of a tenth of a second.
+    pub fn wall_limit(mut self, limit: Duration) -> Self {
+        self.limit = limit;
+        self
+    }
+
+    /// How many processes it may have at once; else 64.
+    pub fn processes_max(mut self, count: usize) -> Self {
+        self.processes_max = count;
+        self
+    }
+
+    /// The date when the run begins, in nanoseconds since 1970-01-01 UTC; else 2023-11-14 22:13:20 UTC.
+    pub fn realtime_ns(mut self, since_1970: i64) -> Self {
+        self.realtime_ns = since_1970;
+        self
+    }
+
+    /// When a program asks for the time (or finds nothing to read, or gives way) so often without waiting, each further
+    /// question takes `step`. Else 10,000 questions and 10 µs.
+    pub fn spin(mut self, questions: u32, step: Span) -> Self {
+        self.spin_questions = questions;
+        self.spin_step = step;
+        self
+    }
+
+    /// Starts it, and lets it load what it is linked with; it runs first with the first
+    /// [`wake`](wire::device::Device::wake). A program that ends before is no error:
+    /// [`state`](Lockstep::state) says so.
+    ///
+    /// # Errors
+    /// When it cannot be found, virtual time cannot reach it, a port has no proper name, or the system lacks something.
+    pub fn start(self) -> Result<Lockstep, StartError> {
+        let (name, arguments) = self.words.split_first().ok_or(StartError::NoProgram)?;
+        let variable = |name: &str| {
+            let own = self.environment.iter().rev().find(|(key, _)| key == name);
+            own.map(|(_, value)| value.clone()).or_else(|| std::env::var_os(name))
+        };
+        let search = variable("PATH");
+        let mut path = binary::find(name, search.as_ref().and_then(|search| search.to_str()))?;
+        if path.is_relative() {
+            path = path.canonicalize().map_err(failed_to("find the program's folder"))?;
+        }
+        binary::check(&path)?;
+        let folder = tempfile::Builder::new().prefix("hil-").tempdir();
+        let folder = folder.map_err(failed_to("make a folder for the shim"))?;
+        let (shim, link) = (folder.path().join("shim.so"), folder.path().join("link"));
+        let (ports, mut declarations) = self.open_ports(&link)?;
+        let step_ns = self.spin_step.as_nanos().max(1);
+        // Text in a String does not fail.
+        let _ = writeln!(declarations, "realtime {}", self.realtime_ns);
+        let _ = writeln!(declarations, "spin {} {step_ns}", self.spin_questions);
+        fs::write(&shim, SHIM).map_err(failed_to("write the shim"))?;
+        let listener = UnixListener::bind(&link).map_err(failed_to("make a socket"))?;
+        let stdin = folder.path().join("stdin");
+        fs::write(&stdin, &self.stdin).map_err(failed_to("write the standard input"))?;
+        let stdin = File::open(&stdin).map_err(failed_to("open the standard input"))?;
+        let mut preload = shim.into_os_string();
+        if let Some(others) = variable("LD_PRELOAD") {
+            preload.push(":");
+            preload.push(others);
+        }
+        let kept = Kept::open(self.output, folder.path());
+        let (kept, stdout, stderr) = kept.map_err(failed_to("make a file for the output"))?;
+        let mut command = Command::new(path);
+        command.arg0(name).args(arguments).envs(self.environment);
+        command.env("LD_PRELOAD", preload).env("HIL_LOCKSTEP", link);
+        command.stdin(stdin).stdout(stdout).stderr(stderr).process_group(0);
+        if let Some(folder) = self.folder {
+            command.current_dir(folder);
+        }
+        let first = Spawned::start(command).map_err(failed_to("start the program"))?;
+        let rules = Rules { limit: self.limit, processes_max: self.processes_max, declarations };
+        let family = Family::start(rules, listener, first);
+        Ok(Lockstep::new(family, Lines::new(ports), kept, folder))
+    }
+
+    fn open_ports(&self, link: &Path) -> Result<(Vec<Port>, String), StartError> {
+        let (mut ports, mut declarations) = (Vec::new(), String::new());
+        let mut interfaces = 0;
+        for declared in &self.ports {
+            let (Declared::Serial(name) | Declared::Can(name)) = declared;
+            let bytes_max = match declared {
+                Declared::Serial(_) => PATH_BYTES_MAX,
+                Declared::Can(_) => INTERFACE_BYTES_MAX,
+            };
+            let is_plain =
+                !name.is_empty() && !name.contains(|c: char| c.is_whitespace() || c == '\0');
+            let has_room = if matches!(declared, Declared::Can(_)) {
+                interfaces < PORTS_MAX
+            } else {
+                ports.len() - interfaces < PORTS_MAX
+            };
+            if !is_plain || name.len() > bytes_max || !has_room {
+                return Err(StartError::Name(name.clone()));
+            }
+            match declared {
+                Declared::Serial(_) => {
+                    let mut socket = link.as_os_str().to_owned();
+                    socket.push((ports.len() - interfaces).to_string());
+                    let line = SerialLine::open(socket.as_ref());
+                    let line = line.map_err(failed_to("make a serial line"))?;
+                    let _ = writeln!(declarations, "serial {name} {}", line.path());
+                    ports.push(Port::Serial(line));
+                }
+                Declared::Can(_) => {
+                    let _ = writeln!(declarations, "can {name}");
+                    ports.push(Port::Can(interfaces));
+                    interfaces += 1;
+                }
+            }
+        }
+        Ok((ports, declarations))
+    }
+}

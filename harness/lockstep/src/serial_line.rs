@@ -1,0 +1,130 @@
+//! A serial line: a pty, which keeps the program's settings, and a local socket, which carries the bytes as long as the
+//! settings ask for no line discipline. A pty hands bytes on by a thread of the kernel, which takes longer than all else.
+
+use rustix::fs::{Mode, OFlags};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+use std::io::{self, ErrorKind, Read as _, Write as _};
+use std::os::fd::OwnedFd;
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::Path;
+
+/// Bytes read at once.
+const READ_BYTES: usize = 4_096;
+
+/// The harness's side of a serial line.
+#[derive(Debug)]
+pub(crate) struct SerialLine {
+    master: OwnedFd,
+    /// Open for as long as the line is: it does not hang up when the program closes its side.
+    _slave: OwnedFd,
+    path: String,
+    listener: UnixListener,
+    /// One for each time that the program has it open.
+    ways: Vec<UnixStream>,
+    is_cooked: bool,
+    lost: u64,
+}
+
+impl SerialLine {
+    /// A new line, raw on both sides; `socket` is where the shim looks for the socket.
+    pub(crate) fn open(socket: &Path) -> io::Result<Self> {
+        let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
+        let master = openpt(flags)?;
+        grantpt(&master)?;
+        unlockpt(&master)?;
+        let name = ptsname(&master, Vec::new())?;
+        let path = name.into_string().map_err(io::Error::other)?;
+        let ours = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+        let slave = rustix::fs::open(path.as_str(), ours, Mode::empty())?;
+        let mut settings = tcgetattr(&slave)?;
+        settings.make_raw();
+        tcsetattr(&slave, OptionalActions::Now, &settings)?;
+        rustix::fs::fcntl_setfl(&master, OFlags::RDWR | OFlags::NONBLOCK)?;
+        let listener = UnixListener::bind(socket)?;
+        listener.set_nonblocking(true)?;
+        let ways = Vec::new();
+        Ok(Self { master, _slave: slave, path, listener, ways, is_cooked: false, lost: 0 })
+    }
+
+    /// Its real name, which differs between runs.
+    pub(crate) fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// The program has opened it.
+    pub(crate) fn opened(&mut self) {
+        let accepted = self.listener.accept();
+        if let Ok((way, _)) = accepted
+            && way.set_nonblocking(true).is_ok()
+        {
+            self.ways.push(way);
+        }
+    }
+
+    /// The program wants a line discipline, or wants none any more.
+    pub(crate) fn set_cooked(&mut self, is_cooked: bool) {
+        self.is_cooked = is_cooked;
+    }
+
+    /// Puts bytes on the line; whether they went by the pty. What finds no room is lost and counted, as in a UART whose
+    /// buffer nobody empties; what comes before the program has opened the line is nobody's loss.
+    pub(crate) fn write(&mut self, bytes: &[u8]) -> bool {
+        let Self { master, ways, lost, .. } = self;
+        if self.is_cooked {
+            put(bytes, lost, |rest| Ok(rustix::io::write(&*master, rest)?));
+        } else {
+            for way in ways {
+                put(bytes, lost, |rest| way.write(rest));
+            }
+        }
+        self.is_cooked
+    }
+
+    /// Gives `take` all that the program wrote.
+    pub(crate) fn read(&mut self, mut take: impl FnMut(&[u8])) {
+        let Self { master, ways, .. } = self;
+        ways.retain_mut(|way| get(&mut take, |room| way.read(room)));
+        if self.is_cooked {
+            get(&mut take, |room| Ok(rustix::io::read(&*master, room)?));
+        }
+    }
+
+    /// Bytes that found no room.
+    pub(crate) fn lost(&self) -> u64 {
+        self.lost
+    }
+}
+
+fn put(bytes: &[u8], lost: &mut u64, mut write: impl FnMut(&[u8]) -> io::Result<usize>) {
+    let mut rest = bytes;
+    while !rest.is_empty() {
+        match write(rest) {
+            Ok(count @ 1..) => rest = rest.get(count..).unwrap_or_default(),
+            Err(cause) if cause.kind() == ErrorKind::Interrupted => {}
+            // Closed: nobody is there to miss anything.
+            Err(cause) if cause.kind() == ErrorKind::BrokenPipe => return,
+            Ok(0) | Err(_) => break,
+        }
+    }
+    *lost = lost.saturating_add(rest.len() as u64);
+}
+
+/// Reads until there is no more; whether there may be more later.
+fn get(take: &mut impl FnMut(&[u8]), mut read: impl FnMut(&mut [u8]) -> io::Result<usize>) -> bool {
+    let mut buffer = [0; READ_BYTES];
+    loop {
+        match read(&mut buffer) {
+            Ok(0) => return false,
+            Ok(count) => {
+                take(buffer.get(..count).unwrap_or_default());
+                // A socket that gave less than was asked for is empty.
+                if count < READ_BYTES {
+                    return true;
+                }
+            }
+            Err(cause) if cause.kind() == ErrorKind::Interrupted => {}
+            Err(cause) => return cause.kind() == ErrorKind::WouldBlock,
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! The process that was started, and the thread that is its parent.
+//!
+//! The kernel ends the process when that thread ends (`PR_SET_PDEATHSIG`, which the shim asks for): so the thread does
+//! nothing else than wait for it, and the caller's threads may come and go.
+
+use rustix::process::{Pid, Signal, kill_process_group};
+use std::io;
+use std::process::{Command, ExitStatus};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread::{Builder, JoinHandle};
+use std::time::Duration;
+
+/// The process that was started. Dropping it kills its process group.
+#[derive(Debug)]
+pub(crate) struct Spawned {
+    pid: i32,
+    statuses: Receiver<ExitStatus>,
+    status: Option<ExitStatus>,
+    parent: Option<JoinHandle<()>>,
+}
+
+impl Spawned {
+    /// Starts it as the leader of a process group.
+    pub(crate) fn start(mut command: Command) -> io::Result<Self> {
+        let (sender, statuses) = channel();
+        let (pid_sender, pids) = channel();
+        let parent = Builder::new().name("lockstep".to_owned()).spawn(move || {
+            let started = command.spawn();
+            // Its files are its own from here on.
+            drop(command);
+            match started {
+                Ok(mut child) => {
+                    // Nobody listens where the harness has given up meanwhile.
+                    let _ = pid_sender.send(Ok(child.id() as i32));
+                    if let Ok(status) = child.wait() {
+                        let _ = sender.send(status);
+                    }
+                }
+                Err(cause) => {
+                    let _ = pid_sender.send(Err(cause));
+                }
+            }
+        })?;
+        let pid = pids.recv().map_err(io::Error::other)??;
+        Ok(Self { pid, statuses, status: None, parent: Some(parent) })
+    }
+
+    /// Its number, and that of its process group.
+    pub(crate) fn pid(&self) -> i32 {
+        self.pid
+    }
+
+    /// How it ended; `None` when it has not within `limit`.
+    pub(crate) fn wait(&mut self, limit: Duration) -> Option<ExitStatus> {
+        if self.status.is_none() {
+            self.status = self.statuses.recv_timeout(limit).ok();
+        }
+        self.status
+    }
+
+    /// Ends all of its process group.
+    pub(crate) fn kill(&self) {
+        if let Some(group) = Pid::from_raw(self.pid) {
+            // It may be gone, which is what is wanted.
+            let _ = kill_process_group(group, Signal::KILL);
+        }
+    }
+}
+
+impl Drop for Spawned {
+    fn drop(&mut self) {
+        self.kill();
+        if let Some(parent) = self.parent.take() {
+            let _ = parent.join();
+        }
+    }
+}

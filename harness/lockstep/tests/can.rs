@@ -1,0 +1,162 @@
+//! Programs on CAN, on a kernel that need not have it.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use common::{
+    base, c, drive, frame, has_tool, none_left, python_with, same_each_time, secs, source, text,
+};
+use lockstep::verify::Event;
+use lockstep::{Ended, Output, Program};
+use std::sync::{Arc, Mutex};
+use wire::device::{Device as _, PortId, Transmit};
+use wire::time::Timestamp;
+
+fn python_can(name: &str) -> Option<Vec<Event>> {
+    let python = python_with("can")?;
+    let script = source(name);
+    let words = [python.as_str(), script.to_str().unwrap()];
+    let program = || Program::new(words).can("can0").env("PYTHONHASHSEED", "0");
+    Some(same_each_time(3, 100, &[base(0)], program))
+}
+
+fn times_of(events: &[Event], id: u16) -> Vec<i64> {
+    let like = |event: &&Event| matches!(event.what, Transmit::Frame(f) if frame(id, f.data()) == event.what);
+    events.iter().filter(like).map(|event| event.at.as_nanos()).collect()
+}
+
+#[test]
+fn python_can_with_a_notifier_and_a_cyclic_frame() {
+    let Some(events) = python_can("notifier.py") else { return };
+    let cyclic = times_of(&events, 0x701);
+    let seconds: Vec<i64> = (0..=100).map(|second| second * 1_000_000_000).collect();
+    assert_eq!(cyclic, seconds);
+    let answers = times_of(&events, 0x201);
+    assert_eq!(answers[..3], [20_000_000, 40_000_000, 60_000_000]);
+    // The first frame has come, and its stamp is the time of the bench: no age.
+    let first = events.iter().find(|event| times_of(&[**event], 0x201) == [20_000_000]).unwrap();
+    assert_eq!(first.what, frame(0x201, &[0, 0, 0, 1, 0, 0, 0, 0]));
+}
+
+#[test]
+fn python_can_with_asyncio() {
+    let Some(events) = python_can("asynchronous.py") else { return };
+    assert_eq!(times_of(&events, 0x202)[..2], [15_000_000, 20_000_000]);
+}
+
+/// Runs a program for so many seconds and gives what it sent and what it printed.
+fn printed(words: &[&str], seconds: i64, streams: &[common::Stream]) -> (Vec<Event>, String) {
+    let heard = Arc::new(Mutex::new(Vec::new()));
+    let kept = Arc::clone(&heard);
+    let sink = move |bytes: &[u8]| kept.lock().unwrap().extend_from_slice(bytes);
+    let program =
+        Program::new(words.iter().copied()).can("can0").output(Output::Sink(Box::new(sink)));
+    let mut running = program.start().unwrap();
+    let left = running.pids();
+    let events = drive(&mut running, secs(seconds), streams);
+    drop(running);
+    none_left(&left);
+    let text = String::from_utf8(heard.lock().unwrap().clone()).unwrap();
+    (events, text)
+}
+
+#[test]
+fn candump_prints_what_comes_with_its_time() {
+    if !has_tool("candump") {
+        return;
+    }
+    let words = ["candump", "-t", "a", "-L", "can0,181:7FF"];
+    let (_, text) = printed(&words, 1, &[base(0)]);
+    assert!(text.starts_with("(1700000000.020000) can0 181#00000001\n"), "{text}");
+    assert_eq!(text.lines().count(), 50);
+    // The other way round, the filter lets nothing pass.
+    let (_, text) = printed(&["candump", "-L", "can0,181~7FF"], 1, &[base(0)]);
+    assert_eq!(text, "");
+}
+
+#[test]
+fn cansend_sends_one_frame_and_ends() {
+    if !has_tool("cansend") {
+        return;
+    }
+    let (events, _) = printed(&["cansend", "can0", "123#DEADBEEF"], 1, &[]);
+    let at = Timestamp::ZERO;
+    let what = frame(0x123, &[0xde, 0xad, 0xbe, 0xef]);
+    assert_eq!(events, [Event { at, port: PortId(0), what }]);
+}
+
+#[test]
+fn cangen_keeps_its_gap() {
+    if !has_tool("cangen") {
+        return;
+    }
+    let words = ["cangen", "can0", "-g", "10", "-I", "42", "-L", "1", "-D", "i", "-n", "5"];
+    let (events, _) = printed(&words, 1, &[]);
+    assert_eq!(times_of(&events, 0x42), [0, 10_000_000, 20_000_000, 30_000_000, 40_000_000]);
+}
+
+#[test]
+fn processes_of_one_program_hear_one_another() {
+    if !has_tool("candump") || !has_tool("cansend") {
+        return;
+    }
+    let script = "candump -L -n 2 can0 & sleep 0.5; cansend can0 001#11; cansend can0 002#22; wait; echo ended";
+    let (events, text) = printed(&["bash", "-c", script], 2, &[]);
+    assert_eq!(events.len(), 2, "{text}");
+    assert!(text.contains(" can0 001#11\n") && text.ends_with("ended\n"), "{text}");
+}
+
+#[test]
+fn a_frame_at_the_wrong_port_is_lost_and_counted() {
+    let mut running = Program::new(["sleep", "1"]).can("can0").start().unwrap();
+    running.receive(Timestamp::ZERO, PortId(1), &frame(1, &[]));
+    assert_eq!(running.lost(), 1);
+    running.receive(Timestamp::ZERO, PortId(0), &frame(1, &[]));
+    assert_eq!(running.next_wakeup(), secs(1));
+    running.wake(secs(1));
+    assert!(matches!(running.ended(), Some(Ended::Exited(status)) if status.success()));
+}
+
+const SOCKETS: &str = "\
+names: 0 can1
+write: 16
+sendto: 16
+write: 16
+nowhere: -1 1
+fd: -1 1
+all: 100l@0.001500
+one: 100o
+other: 101l
+but 100:
+nothing:
+bcm: 0 1 0
+cyclic: 200l@0.001500 200l@0.011500 200l@0.021500 200l@0.046500 200l@0.071500 200l@0.096500
+rx: 11:-1 12:1 12:2
+rest: 300@0.300000 300@0.310000 300@0.320000
+";
+
+#[test]
+fn sockets_do_what_those_of_the_kernel_do() {
+    let path = c("sockets.c");
+    let program = Program::new([path.as_str()]).serial("/dev/ttyHIL0").can("can0").can("can1");
+    let mut running = program.start().unwrap();
+    let at = |ms: i64| Timestamp::from_nanos(ms * 1_000_000);
+    let mut events = Vec::new();
+    // The same frame twice is one change.
+    for (ms, data) in [(300, 1), (310, 1), (320, 2)] {
+        events.extend(drive(&mut running, at(ms), &[]));
+        running.receive(at(ms), PortId(1), &frame(0x300, &[data]));
+        while let Some((port, what)) = running.transmit(at(ms)) {
+            events.push(Event { at: at(ms), port, what });
+        }
+    }
+    assert!(matches!(running.ended(), Some(Ended::Exited(status)) if status.success()));
+    assert_eq!(text(&events, 0), SOCKETS);
+    let frames = |port| {
+        let is_frame = |event: &&Event| event.port == PortId(port);
+        events.iter().filter(is_frame).map(|event| event.at.as_nanos() / 1_000).collect::<Vec<_>>()
+    };
+    assert_eq!(frames(1), [1_500, 1_500, 11_500, 21_500, 46_500, 71_500, 96_500]);
+    assert_eq!(frames(2), [1_500, 1_500]);
+}

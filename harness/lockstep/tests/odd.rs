@@ -1,0 +1,232 @@
+//! What is no model of a program: each has a name for what became of it, and leaves no process behind.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use common::{c, compiled, drive, none_left, python_with, secs, text};
+use lockstep::verify::Event;
+use lockstep::{BinaryError, Ended, Lockstep, Program, StartError, State};
+use std::io::{BufRead as _, BufReader};
+use std::os::unix::process::ExitStatusExt as _;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+use wire::device::{Device as _, PortId};
+use wire::time::{Span, Timestamp};
+
+/// Long for what is to be found out, short for who waits for it.
+const LIMIT: Duration = Duration::from_millis(1_500);
+
+fn odd(how: &str) -> Program {
+    Program::new([c("odd.c").as_str(), how]).serial("/dev/ttyHIL0")
+}
+
+/// Runs for so long, and gives it as it stands then.
+fn run(program: Program, seconds: i64) -> (Lockstep, Vec<Event>) {
+    let mut running = program.start().unwrap();
+    let events = drive(&mut running, secs(seconds), &[]);
+    (running, events)
+}
+
+fn ends_and_leaves_nothing(running: Lockstep) {
+    let left = running.pids();
+    drop(running);
+    none_left(&left);
+}
+
+#[test]
+fn a_static_program_is_refused_by_name() {
+    let path = compiled("gcc", "idle.c", &["-static"]);
+    let error = Program::new([path.as_str()]).start().unwrap_err();
+    assert!(
+        matches!(error, StartError::Binary(BinaryError::Static(found)) if found.ends_with(&path))
+    );
+}
+
+#[test]
+fn a_program_that_becomes_a_static_one_is_named() {
+    let path = compiled("gcc", "idle.c", &["-static"]);
+    let script = format!("sleep 1; exec {path}");
+    let (running, _) = run(Program::new(["sh", "-c", &script]), 2);
+    let Some(Ended::NeverJoined { executable, .. }) = running.ended() else {
+        panic!("{:?}", running.state())
+    };
+    assert_eq!(*executable, path);
+    ends_and_leaves_nothing(running);
+}
+
+#[test]
+fn what_is_no_program_or_has_no_name_is_refused() {
+    let start = |word: &str| Program::new([word]).start().unwrap_err();
+    assert!(matches!(start("no-such-program"), StartError::Binary(BinaryError::Missing(_))));
+    assert!(matches!(start("/etc/passwd"), StartError::Binary(BinaryError::Foreign(_))));
+    assert!(matches!(Program::new([""; 0]).start(), Err(StartError::NoProgram)));
+    let name = Program::new(["true"]).can("a name").start().unwrap_err();
+    assert!(matches!(name, StartError::Name(_)));
+}
+
+#[test]
+fn an_end_is_told_with_its_status() {
+    let (running, _) = run(Program::new(["false"]), 1);
+    let Some(Ended::Exited(status)) = running.ended() else { panic!("{:?}", running.state()) };
+    assert_eq!(status.code(), Some(1));
+    assert_eq!(running.next_wakeup(), Timestamp::MAX);
+    let (running, _) = run(odd("crash"), 1);
+    let Some(Ended::Exited(status)) = running.ended() else { panic!("{:?}", running.state()) };
+    assert_eq!(status.signal(), Some(6));
+}
+
+#[test]
+fn one_that_computes_without_end_is_given_up() {
+    let (running, _) = run(odd("compute").wall_limit(LIMIT), 1);
+    assert_eq!(running.ended(), Some(&Ended::NeverWaited { limit: LIMIT }));
+    ends_and_leaves_nothing(running);
+}
+
+#[test]
+fn one_that_only_asks_for_the_time_gets_on() {
+    let spin = |step| odd("clock").spin(100, Span::from_micros(step));
+    let (_, events) = run(spin(10), 1);
+    assert_eq!((events[0].at.as_nanos(), text(&events, 0)), (5_000_000, "5 ms\n".to_owned()));
+    let (_, events) = run(spin(3), 1);
+    assert_eq!(events[0].at.as_nanos(), 5_001_000, "the next whole step");
+}
+
+#[test]
+fn one_that_looks_for_bytes_without_end_gets_on() {
+    let mut running = odd("look").spin(100, Span::from_micros(50)).start().unwrap();
+    assert!(drive(&mut running, Timestamp::from_nanos(10_020_000), &[]).is_empty());
+    running.receive(Timestamp::from_nanos(10_020_000), PortId(0), &common::bytes("x"));
+    let events = drive(&mut running, secs(1), &[]);
+    assert_eq!(text(&events, 0), "byte\n");
+    assert_eq!(events[0].at.as_nanos(), 10_050_000);
+}
+
+#[test]
+fn one_that_closes_all_that_it_does_not_know_goes_on() {
+    let (running, events) = run(odd("close"), 2);
+    assert_eq!(text(&events, 0), "a second\n");
+    assert_eq!((events[0].at, running.state()), (secs(1), State::WaitsForEver));
+    ends_and_leaves_nothing(running);
+}
+
+#[test]
+fn a_daemon_goes_on_without_its_parent() {
+    let (running, events) = run(odd("daemon"), 3);
+    assert_eq!(text(&events, 0), "daemon\ndaemon\ndaemon\n");
+    assert_eq!(running.state(), State::Running);
+    ends_and_leaves_nothing(running);
+}
+
+#[test]
+fn forking_without_end_is_stopped() {
+    let (running, _) = run(odd("fork").processes_max(8), 1);
+    assert_eq!(running.ended(), Some(&Ended::TooManyProcesses { limit: 8 }));
+}
+
+#[test]
+fn children_are_in_the_same_time_and_none_is_left() {
+    let (running, events) = run(odd("family"), 600);
+    assert_eq!(text(&events, 0), "waited\n");
+    assert_eq!(running.pids().len(), 2, "the program and its grandchild");
+    ends_and_leaves_nothing(running);
+}
+
+#[test]
+fn programs_that_the_c_library_starts_are_waited_for() {
+    let (_, events) = run(odd("popen"), 0);
+    assert_eq!(text(&events, 0), "42\n");
+    let Some(python) = python_with("subprocess") else { return };
+    let script = "import subprocess, time; s = time.time(); \
+                  r = subprocess.run(['sh', '-c', 'sleep 3; echo done'], capture_output=True, text=True); \
+                  open('/dev/ttyHIL0', 'w').write(f'{r.stdout.strip()} {time.time() - s}')";
+    let program = || Program::new([python.as_str(), "-c", script]).serial("/dev/ttyHIL0");
+    let events = common::same_each_time(2, 5, &[], program);
+    assert_eq!(text(&events, 0), "done 3.0");
+}
+
+#[test]
+fn signals_come_at_their_time() {
+    let (_, events) = run(odd("signal"), 2);
+    assert_eq!(text(&events, 0), "signal\npaused\n");
+    assert!(events.iter().all(|event| event.at == secs(2)));
+    let (_, events) = run(odd("child"), 1);
+    assert_eq!(text(&events, 0), "signal\npaused\n");
+}
+
+#[test]
+fn one_that_is_stopped_may_still_say_something() {
+    let mut running = odd("term").start().unwrap();
+    drive(&mut running, secs(5), &[]);
+    running.stop(secs(5), Span::from_secs(1));
+    let (_, what) = running.transmit(secs(5)).unwrap();
+    assert_eq!(what, common::bytes("bye\n"));
+    let Some(Ended::Stopped(status)) = running.ended() else { panic!("{:?}", running.state()) };
+    assert!(status.success());
+    let mut running = odd("deaf").start().unwrap();
+    drive(&mut running, secs(5), &[]);
+    running.stop(secs(5), Span::from_secs(1));
+    let Some(Ended::Stopped(status)) = running.ended() else { panic!("{:?}", running.state()) };
+    assert_eq!(status.signal(), Some(9));
+}
+
+#[test]
+fn standard_input_is_what_is_given() {
+    let (running, events) = run(odd("stdin").stdin("one\ntwo\n"), 1);
+    assert_eq!(text(&events, 0), "one\ntwo\n");
+    assert!(matches!(running.ended(), Some(Ended::Exited(status)) if status.success()));
+    let (_, events) = run(odd("stdin"), 1);
+    assert!(events.is_empty());
+}
+
+#[test]
+fn one_that_cuts_the_link_is_named() {
+    for how in ["cut", "cut off"] {
+        let (running, _) = run(odd(how).wall_limit(LIMIT), 5);
+        assert_eq!(running.ended(), Some(&Ended::LinkClosed), "{how}");
+        ends_and_leaves_nothing(running);
+    }
+}
+
+#[test]
+fn processes_that_keep_one_another_busy_are_stopped() {
+    let (running, _) = run(odd("circle"), 1);
+    assert_eq!(running.ended(), Some(&Ended::NeverAdvanced));
+    ends_and_leaves_nothing(running);
+}
+
+/// Says to the test below that it is to be killed.
+const TO_BE_KILLED: &str = "HIL_TESTS_LOCKSTEP_TO_BE_KILLED";
+
+#[test]
+fn none_outlives_the_harness() {
+    if std::env::var_os(TO_BE_KILLED).is_some() {
+        // What computes cannot notice by itself.
+        let mut running = odd("compute").start().unwrap();
+        println!("pid {}.", running.pids()[0]);
+        running.wake(Timestamp::ZERO);
+        return;
+    }
+    let mut harness = Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", "none_outlives_the_harness", "--nocapture"])
+        .env(TO_BE_KILLED, "yes")
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let pid = BufReader::new(harness.stdout.take().unwrap()).lines().find_map(|line| {
+        let line = line.unwrap();
+        let (_, rest) = line.split_once("pid ")?;
+        rest.trim_end_matches('.').parse::<i32>().ok()
+    });
+    harness.kill().unwrap();
+    harness.wait().unwrap();
+    let pid = pid.unwrap();
+    // The kernel takes its time.
+    for _ in 0..100 {
+        if std::panic::catch_unwind(|| none_left(&[pid])).is_ok() {
+            return;
+        }
+        std::thread::park_timeout(Duration::from_millis(50));
+    }
+    none_left(&[pid]);
+}

@@ -1,0 +1,136 @@
+// What programs do that are no model of a program; the first word says which.
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+static int port;
+
+static int64_t now(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec * 1000000000LL + t.tv_nsec;
+}
+
+static void tell(const char *what) {
+    if (write(port, what, strlen(what)) < 0) exit(9);
+}
+
+static void on_signal(int signal) {
+    (void)signal;
+    tell("signal\n");
+}
+
+static void ends(int signal) {
+    (void)signal;
+    tell("bye\n");
+    _exit(0);
+}
+
+int main(int count, char **words) {
+    const char *how = count > 1 ? words[1] : "";
+    if (!strcmp(how, "close")) {
+        // As daemons did, and as they do.
+        for (int fd = 3; fd < 65536; fd++) close(fd);
+        closefrom(3);
+        close_range(3, ~0U, 0);
+    }
+    port = open("/dev/ttyHIL0", O_RDWR | O_NOCTTY);
+    if (port < 0) return 8;
+    int64_t start = now();
+    if (!strcmp(how, "compute"))
+        for (volatile unsigned long n = 0;; n++) {}
+    if (!strcmp(how, "clock")) {
+        while (now() - start < 5000000) {}
+        tell("5 ms\n");
+    }
+    if (!strcmp(how, "look")) {
+        char byte;
+        fcntl(port, F_SETFL, O_NONBLOCK);
+        while (read(port, &byte, 1) < 0 && errno == EAGAIN) {}
+        tell("byte\n");
+    }
+    if (!strcmp(how, "cut") || !strcmp(how, "cut off")) {
+        // Past the shim.
+        int (*really_close)(int) = (int (*)(int))dlsym(dlopen("libc.so.6", RTLD_LAZY), "close");
+        for (int fd = 3; fd < 65536; fd++) really_close(fd);
+        if (!strcmp(how, "cut off"))
+            for (volatile unsigned long n = 0;; n++) {}
+        sleep(1);
+    }
+    if (!strcmp(how, "circle")) {
+        int there[2], back[2];
+        char byte = 0;
+        if (pipe(there) || pipe(back)) return 5;
+        bool is_child = fork() == 0;
+        int from = is_child ? there[0] : back[0], to = is_child ? back[1] : there[1];
+        if (!is_child && write(to, &byte, 1) != 1) return 5;
+        while (read(from, &byte, 1) == 1 && write(to, &byte, 1) == 1) {}
+    }
+    if (!strcmp(how, "daemon")) {
+        if (daemon(0, 0)) return 7;
+        for (;;) {
+            sleep(1);
+            tell("daemon\n");
+        }
+    }
+    if (!strcmp(how, "fork"))
+        for (;;) fork();
+    if (!strcmp(how, "family")) {
+        // A child in a session of its own, and a grandchild that outlives it.
+        if (fork() == 0) {
+            setsid();
+            if (fork() == 0) sleep(1000);
+            sleep(500);
+            _exit(3);
+        }
+        int status;
+        wait(&status);
+        tell(WIFEXITED(status) && WEXITSTATUS(status) == 3 && now() - start == 500000000000 ? "waited\n" : "wrong\n");
+        sleep(1000);
+    }
+    if (!strcmp(how, "child")) {
+        signal(SIGCHLD, on_signal);
+        if (fork() == 0) {
+            usleep(250000);
+            _exit(0);
+        }
+        pause();
+        tell(now() - start == 250000000 ? "paused\n" : "wrong\n");
+    }
+    if (!strcmp(how, "popen")) {
+        char text[64] = "";
+        FILE *from = popen("echo $((6 * 7))", "r");
+        if (!fgets(text, sizeof text, from)) return 6;
+        pclose(from);
+        if (system("exit 5") != 5 << 8) return 6;
+        tell(text);
+    }
+    if (!strcmp(how, "signal")) {
+        signal(SIGALRM, on_signal);
+        alarm(2);
+        int64_t before = now();
+        pause();
+        tell(now() - before == 2000000000 ? "paused\n" : "wrong\n");
+    }
+    if (!strcmp(how, "term")) signal(SIGTERM, ends);
+    if (!strcmp(how, "deaf")) signal(SIGTERM, SIG_IGN);
+    if (!strcmp(how, "crash")) abort();
+    if (!strcmp(how, "stdin")) {
+        char text[64];
+        while (fgets(text, sizeof text, stdin)) tell(text);
+        return 0;
+    }
+    sleep(1);
+    tell("a second\n");
+    pause();
+}
