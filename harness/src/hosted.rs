@@ -9,7 +9,7 @@ use controller::{Controller, Input, Output, Port};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
-use wire::device::Device;
+use wire::device::{Device, PortId, Transmit};
 use wire::time::Timestamp;
 
 /// A controller without IO and without a clock: it is fed and emptied, and time is an argument.
@@ -101,7 +101,41 @@ impl fmt::Debug for Hosting {
 #[derive(Clone, Default)]
 pub struct OwnDevices(BTreeMap<String, Arc<StartDevice>>);
 
-type StartDevice = dyn Fn() -> Box<dyn Device> + Send + Sync;
+type StartDevice = dyn Fn() -> Box<dyn NodeDevice> + Send + Sync;
+
+/// What plays a node under test.
+pub(crate) trait NodeDevice: Device {
+    /// It has ended by itself: how. Told once.
+    fn ended(&mut self) -> Option<String>;
+}
+
+/// Rust code of a test, which does not end.
+#[derive(Debug)]
+struct Endless<D>(D);
+
+impl<D: Device> Device for Endless<D> {
+    fn receive(&mut self, now: Timestamp, port: PortId, what: &Transmit) {
+        self.0.receive(now, port, what);
+    }
+
+    fn wake(&mut self, now: Timestamp) {
+        self.0.wake(now);
+    }
+
+    fn next_wakeup(&self) -> Timestamp {
+        self.0.next_wakeup()
+    }
+
+    fn transmit(&mut self, now: Timestamp) -> Option<(PortId, Transmit)> {
+        self.0.transmit(now)
+    }
+}
+
+impl<D: Device> NodeDevice for Endless<D> {
+    fn ended(&mut self) -> Option<String> {
+        None
+    }
+}
 
 impl OwnDevices {
     /// Adds what plays `node`; `start` makes one for each run, at time zero.
@@ -110,7 +144,7 @@ impl OwnDevices {
         node: &str,
         start: impl Fn() -> D + Send + Sync + 'static,
     ) {
-        self.0.insert(node.to_owned(), Arc::new(move || Box::new(start())));
+        self.0.insert(node.to_owned(), Arc::new(move || Box::new(Endless(start()))));
     }
 
     /// Somebody plays this node.
@@ -118,7 +152,7 @@ impl OwnDevices {
         self.0.contains_key(node)
     }
 
-    pub(crate) fn start(&self, node: &str) -> Option<Box<dyn Device>> {
+    pub(crate) fn start(&self, node: &str) -> Option<Box<dyn NodeDevice>> {
         self.0.get(node).map(|start| start())
     }
 }

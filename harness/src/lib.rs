@@ -98,6 +98,7 @@ pub mod link;
 #[cfg(feature = "live")]
 pub mod live;
 pub mod operator;
+pub mod program;
 pub mod rig;
 pub mod run;
 #[cfg(feature = "live")]

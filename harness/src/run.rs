@@ -32,8 +32,9 @@ use crate::observation::Observation;
 use crate::operator::RealRoles;
 use crate::operator::{Answers, Operator};
 use crate::outcome::{Measurement, Outcome};
-use crate::plan::rig::{NodePart, RigNode};
+use crate::plan::rig::{NodePart, RigNode, UnderTest};
 use crate::plan::{Plan, PlanError, Rig, Speaker};
+use crate::program::Programs;
 use crate::properties::{Limits, Monitor, Property, PropertyVerdict, Unjudged};
 use crate::record::FaultSummary;
 use crate::record::header::{FILES_BYTES_MAX, Header, Node};
@@ -96,8 +97,10 @@ pub struct Prepared {
     pub files: Arc<Pack>,
     /// Whose controller is tested in virtual time.
     pub hosting: Hosting,
-    /// What plays nodes under test in virtual time.
+    /// What plays nodes under test in this process.
     pub own: OwnDevices,
+    /// Programs that play the others in virtual time.
+    pub programs: Programs,
     /// The mistake that the controller makes; see [`controller::Mutant`].
     #[cfg(feature = "mutants")]
     pub mutant: Option<controller::Mutant>,
@@ -173,6 +176,7 @@ impl Prepared {
             files: Arc::default(),
             hosting: Hosting::default(),
             own: OwnDevices::default(),
+            programs: Programs::default(),
             #[cfg(feature = "mutants")]
             mutant: None,
         }
@@ -213,6 +217,7 @@ impl Prepared {
         seed: u64,
         answers: &Answers,
         properties: Option<&[Property]>,
+        start: build::Start<'_>,
     ) -> (rig::Rig, Director, Option<Monitor>) {
         let operator = Operator::simulated(answers.clone());
         let bench = self.rig.robot.as_ref().map(|devices| self.bench(devices, seed));
@@ -222,14 +227,9 @@ impl Prepared {
             .filter(is_anything)
             .map(|asked| Monitor::new(asked, limits.as_ref(), &self.rig.speakers));
         let mut engine = self.engine(bench.as_ref());
-        let hosts = (&self.hosting, &self.own);
-        let (rig, away) = build::simulated(&self.rig, bench, hosts, seed);
-        if let Some(node) = away.first().and_then(|place| rig.nodes.get(*place)) {
-            let why = format!(
-                "`{}` is under test, and nothing plays it in virtual time: add `--clock real`, or bring it as Rust code",
-                node.name
-            );
-            engine.broke(Timestamp::ZERO, &why);
+        let (rig, away) = build::simulated(&self.rig, bench, (&self.hosting, start), seed);
+        if let Some(why) = away.first() {
+            engine.broke(Timestamp::ZERO, why);
         }
         (rig, Director::new(engine, operator), monitor)
     }
@@ -265,7 +265,7 @@ impl Prepared {
 
     /// What its lines cross where they go through the kernel.
     pub fn crossed_lines(&self) -> Vec<CrossedLine> {
-        self.simulated(0, &Answers::default(), None).0.crossed_lines()
+        self.simulated(0, &Answers::default(), None, &|_| None).0.crossed_lines()
     }
 
     /// What is tested in virtual time, as a summary names it.
@@ -280,7 +280,18 @@ impl Prepared {
             self.rig.under_test().map(|(node, _)| node.name.as_str()).collect();
         match under_test.as_slice() {
             [] => format!("{}, emulated", self.rig.described_names().join(", ")),
-            names => format!("{}, in-process", names.join(", ")),
+            names if names.iter().all(|name| self.own.has(name)) => {
+                format!("{}, in-process", names.join(", "))
+            }
+            _ => {
+                let each = self.rig.under_test().map(|(node, how)| match how {
+                    UnderTest::Command(words) if !self.own.has(&node.name) => {
+                        format!("{}: {}", node.name, words.join(" "))
+                    }
+                    _ => format!("{}: in-process", node.name),
+                });
+                each.collect::<Vec<_>>().join(", ")
+            }
         }
     }
 
@@ -399,7 +410,11 @@ fn go(
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Simulated {
-    let (rig, director, monitor) = prepared.simulated(seed, answers, watched);
+    let start = |place: usize| {
+        let own = prepared.own.start(&prepared.rig.nodes[place].name);
+        own.map(Ok).or_else(|| prepared.programs.start(&prepared.rig, place))
+    };
+    let (rig, director, monitor) = prepared.simulated(seed, answers, watched, &start);
     let mut simulation = Simulation::new(crossing, rig, director, seed).with_monitor(monitor);
     let mut made = Made::default();
     let mut end = simulation.run(sink, &mut |action| action.keep_in(&mut made), pulse);

@@ -24,8 +24,7 @@ use crate::world::live::{
 use described::Medium;
 use std::path::Path;
 
-/// Name of the file that keeps what the device under test wrote to stderr.
-pub const DEVICE_LOG: &str = "device-under-test.log";
+pub use crate::program::DEVICE_LOG;
 
 /// Why a live run left no summary.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]

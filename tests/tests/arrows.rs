@@ -44,6 +44,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "emulators",
             "described",
             "identification",
+            "lockstep",
             "ports",
             "plan",
             "record",

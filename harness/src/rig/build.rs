@@ -6,7 +6,7 @@ use super::node::{BASE, Described, GYRO, Machine, Node, Part};
 use super::replayed::Replaying;
 use super::robot::{CARRIER, Robot};
 use super::tester::Tester;
-use crate::hosted::{Hosting, OwnDevices};
+use crate::hosted::{Hosting, NodeDevice};
 use crate::plan::Rig as Declared;
 use crate::plan::rig::{NodePart, RigLine};
 use crate::record::Device;
@@ -52,9 +52,12 @@ pub(crate) fn paper(bench: Bench, hosting: Option<&Hosting>) -> Rig {
     rig
 }
 
-/// The declared nodes and their lines beside what is there. What is under test is what `own` brings; where that has nothing
-/// of the name, it is away. The places of those that are away.
-pub(super) fn add(rig: &mut Rig, declared: &Declared, own: &OwnDevices, seed: u64) -> Vec<usize> {
+/// What plays a node under test, by its place; none where it is away.
+pub(crate) type Start<'a> = &'a dyn Fn(usize) -> Option<Result<Box<dyn NodeDevice>, String>>;
+
+/// The declared nodes and their lines beside what is there. What is under test is what `start` starts. Why those are away
+/// that nothing plays.
+pub(super) fn add(rig: &mut Rig, declared: &Declared, start: Start<'_>, seed: u64) -> Vec<String> {
     let of_robot = rig.lines.len();
     let mut ends: Vec<Vec<End>> = vec![Vec::new(); of_robot + declared.lines.len()];
     let mut away = Vec::new();
@@ -67,16 +70,23 @@ pub(super) fn add(rig: &mut Rig, declared: &Declared, own: &OwnDevices, seed: u6
                 Part::Tester(Box::new(Tester::new(layout.clone(), *sender)))
             }
             NodePart::Replayed(said) => Part::Replayed(Replaying::new(Arc::clone(said))),
-            NodePart::UnderTest(_) => match own.start(&node.name) {
-                Some(device) => Part::Own(device),
-                None => Part::Away,
+            NodePart::UnderTest(_) => match start(place) {
+                Some(Ok(device)) => Part::Own(device),
+                Some(Err(why)) => {
+                    away.push(why);
+                    Part::Away
+                }
+                None => {
+                    away.push(format!(
+                        "`{}` is under test, and nothing plays it in virtual time: add `--clock real`, or bring it as \
+                         Rust code",
+                        node.name
+                    ));
+                    Part::Away
+                }
             },
         };
-        let is_away = matches!(part, Part::Away);
         let at = rig.node(Node::new(&node.name, part));
-        if is_away {
-            away.push(at);
-        }
         for (port, line) in node.lines.iter().enumerate() {
             let port = PortId(u8::try_from(port).unwrap_or(u8::MAX));
             ends[*line].push(end(at, port, Device::of_node(declared, place, *line), &node.name));
@@ -125,14 +135,14 @@ pub(super) fn listen(rig: &mut Rig, declared: &Declared) {
 pub(crate) fn simulated(
     declared: &Declared,
     bench: Option<Bench>,
-    (hosting, own): (&Hosting, &OwnDevices),
+    (hosting, start): (&Hosting, Start<'_>),
     seed: u64,
-) -> (Rig, Vec<usize>) {
+) -> (Rig, Vec<String>) {
     let mut rig = match bench {
         Some(bench) => paper(bench, Some(hosting)),
         None => Rig::default(),
     };
-    let away = add(&mut rig, declared, own, seed);
+    let away = add(&mut rig, declared, start, seed);
     listen(&mut rig, declared);
     (rig, away)
 }

@@ -173,7 +173,7 @@ pub(crate) fn rig(
     seed: u64,
 ) -> (Rig, PortPlans) {
     let mut rig = Rig::default();
-    add(&mut rig, declared, own, seed);
+    add(&mut rig, declared, &|place| own.start(&declared.nodes[place].name).map(Ok), seed);
     listen(&mut rig, declared);
     let plans = at_ports(&mut rig, declared, sites);
     (rig, plans)
@@ -186,7 +186,8 @@ pub(crate) fn emulated(
     seed: u64,
 ) -> (Rig, PortPlans) {
     let mut rig = Rig::default();
-    add(&mut rig, declared, &OwnDevices::default(), seed);
+    add(&mut rig, declared, &|_| None, seed);
+    listen(&mut rig, declared);
     for node in rig.nodes.iter_mut().filter(|node| !node.is_emulated()) {
         node.part = Part::Away;
     }

@@ -295,6 +295,9 @@ impl Rig {
                 Part::Replayed(replaying) if replaying.next_wakeup() <= now => reached(place),
                 Part::Own(device) if device.next_wakeup() <= now => {
                     device.wake(now);
+                    if let Some(how) = device.ended() {
+                        engine.lost_node(now, &node.name, &how);
+                    }
                     reached(place);
                 }
                 Part::Tester(tester) if tester.next_wakeup() <= now => {

@@ -5,14 +5,14 @@ use super::replayed::Replaying;
 use super::robot::Robot;
 use super::tester::Tester;
 use crate::faults::FaultKind;
-use crate::hosted::{Hosted, HostedController as _};
+use crate::hosted::{Hosted, HostedController as _, NodeDevice};
 use crate::plan::DEVICE;
 use controller::mission::Mission;
 use controller::{Input, Output, Port};
 use described::Description;
 use std::fmt;
 use std::sync::Arc;
-use wire::device::{Device, PortId, Transmit};
+use wire::device::{PortId, Transmit};
 use wire::time::Timestamp;
 
 /// One node of a rig.
@@ -41,7 +41,7 @@ pub(crate) enum Part {
     /// Under test, in this process, and takes missions.
     Controller(Box<Machine>),
     /// Somebody's own, in this process: emulated or under test.
-    Own(Box<dyn Device>),
+    Own(Box<dyn NodeDevice>),
     /// The plan speaks here, in messages.
     Tester(Box<Tester>),
     /// A log plays its part.

@@ -9,6 +9,7 @@ use crate::made::Made;
 use crate::models;
 use crate::operator::Answers;
 use crate::outcome::{Outcome, PropertySummary, Summary};
+use crate::program::{DEVICE_LOG, Programs};
 use crate::record::header::Header;
 use crate::record::sink::Level;
 use crate::record::{Progress, VERSION};
@@ -96,11 +97,16 @@ pub fn run_to_folder_watched(
     let header = prepared.header(options.seed);
     let mut sink = Watched::new(folder.record_sink(&header, options.level)?, feed);
     let bus = crossing.bus();
-    let run = simulate_across(crossing, prepared, options.seed, &options.answers, &mut sink, pulse);
+    let programs = Programs::logging(folder.file(DEVICE_LOG));
+    let logging = Prepared { programs, ..prepared.clone() };
+    let run = simulate_across(crossing, &logging, options.seed, &options.answers, &mut sink, pulse);
     drop(sink);
     let mut summary = summarise(prepared, options.seed, &run);
     bus.clone_into(&mut summary.bus);
     summary.wall_s = wall_s() - began_s;
+    if folder.file(DEVICE_LOG).is_file() {
+        summary.artifacts.push(DEVICE_LOG.to_owned());
+    }
     Ok(keep(&folder, &header, summary, run))
 }
 

@@ -5,6 +5,7 @@ use clap::{Args, ValueEnum};
 use harness::run::Prepared;
 use harness::world::crossing::KernelBus;
 use plan::bench_file::BenchFile;
+use plan::rig::UnderTest;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -202,9 +203,12 @@ impl SetupArguments {
                 );
                 return Err(Failure::arguments(what, help));
             }
-            if let (Clock::Virtual, Some((node, _))) = (self.clock, rig.under_test().next()) {
+            let mut under_test = rig.under_test();
+            let is_absent = |how: &UnderTest| !matches!(how, UnderTest::Command(_));
+            let absent = under_test.find(|(_, how)| is_absent(how));
+            if let (Clock::Virtual, Some((node, _))) = (self.clock, absent) {
                 let what = format!(
-                    "`{}` of {name} is under test as a program, which keeps real time",
+                    "`{}` of {name} is under test, and no program: it keeps real time",
                     node.name
                 );
                 let help = "add --clock real; Rust code plays it in virtual time in a test: `Trial::with_node`";
