@@ -14,10 +14,12 @@ const SECONDS: i64 = 10;
 
 /// Cells in series: a state of charge, and what each shows under the current.
 fn pack() -> String {
-    let mut text = "name = \"pack\"\n[parameter.current]\nvalue = 20\n[parameter.resistance]\nvalue = 0.001\n\
+    let mut text =
+        "name = \"pack\"\n[parameter.current]\nvalue = 20\n[parameter.resistance]\nvalue = 0.001\n\
                     [state.soc]\nstart = 0.5\nrate = \"(0.6 - soc) * current / 36000\"\n"
-        .to_owned();
-    let cells = |message: usize| (1..=SIGNALS_A_MESSAGE).map(move |k| SIGNALS_A_MESSAGE * message + k);
+            .to_owned();
+    let cells =
+        |message: usize| (1..=SIGNALS_A_MESSAGE).map(move |k| SIGNALS_A_MESSAGE * message + k);
     for cell in (0..MESSAGES).flat_map(cells) {
         let _ = write!(
             text,

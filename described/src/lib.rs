@@ -148,6 +148,7 @@ mod file;
 mod files;
 mod hint;
 mod layout;
+mod lookup;
 mod place;
 mod protection;
 
