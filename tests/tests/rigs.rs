@@ -137,6 +137,14 @@ fn what_is_wrong_with_a_rig_is_refused() {
             "not exactly one of emulated, under test, tester and replayed",
         ),
         (PACK.replace("250_000", "12"), "expected 10,000 to 1,000,000 bits per second"),
+        (
+            node("name = \"b\"\nat = \"can0\"\nemulate = \"cells\"\nset = { ofset = 1 }"),
+            "no parameter `ofset`: did you mean `offset`?",
+        ),
+        (
+            node("name = \"b\"\nat = \"can0\"\ntester = true\nset = { offset = 1 }"),
+            "`b` is not emulated from a file",
+        ),
         (node("name = \"extra\"\nat = \"can0\"\nemulate = \"scale\""), "on the other kind of line"),
         (format!("{PACK}\n[[line]]\nname = \"can0\"\ncan = {{}}\n"), "two lines are called `can0`"),
         (PACK.replace("pack.dbc", "none.dbc"), "none.dbc"),
