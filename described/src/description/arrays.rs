@@ -100,7 +100,7 @@ pub(super) fn distinct<'a>(
         if !known.insert(name) {
             let place = Place::file().key(section).key(key).name();
             return Err(Mistake::new(place, format!("there is a `{name}` already"))
-                .help("an array has the names of its elements too: `cell1`, `cell2` ..."));
+                .help("parameters, states, machines, tables, arrays and their elements differ in their names"));
         }
     }
     Ok(())

@@ -55,12 +55,30 @@ pub(super) fn in_order(
     order.into_iter().map(|(name, table)| (name.as_str(), table.get_ref())).collect()
 }
 
-/// The names of the state variables that machines set.
-pub(super) fn set<'a>(tables: &[(&'a str, &'a MachineTable)]) -> BTreeSet<&'a str> {
-    let on_the_way = |table: &'a MachineTable| table.transitions.iter().map(|one| &one.set);
-    let tables = tables.iter().map(|(_, table)| *table);
-    let sets = tables.flat_map(|table| table.enter.values().chain(on_the_way(table)));
-    sets.flat_map(BTreeMap::keys).map(String::as_str).collect()
+/// The names of the state variables that machines set, each of which there is.
+pub(super) fn set<'a>(
+    tables: &[(&'a str, &'a MachineTable)],
+    variables: &Variables,
+) -> Result<BTreeSet<&'a str>, Mistake> {
+    let mut names = BTreeSet::new();
+    for (machine, table) in tables {
+        let place = Place::file().key("machine").key(machine);
+        let on_the_way = table.transitions.iter().enumerate();
+        let on_the_way = on_the_way
+            .map(|(index, one)| (place.key("transitions").index(index).key("set"), &one.set));
+        let entering = table.enter.iter();
+        let entering = entering.map(|(state, set)| (place.key("enter").key(state), set));
+        for (place, set) in on_the_way.chain(entering) {
+            let known = variables.state_names();
+            if let Some(name) = set.keys().find(|name| !known.contains(name)) {
+                let text = format!("no state variable `{name}`");
+                let mistake = Mistake::new(place.key(name).name(), text);
+                return Err(mistake.help(hint::proposal(name, &known)));
+            }
+            names.extend(set.keys().map(String::as_str));
+        }
+    }
+    Ok(names)
 }
 
 /// The machines by their names and those of their states.
@@ -200,18 +218,15 @@ impl Reader<'_> {
             let (slots, first) = match self.variables.variable(name) {
                 Ok(Meaning::Slot(slot)) => (slot..slot + 1, None),
                 Ok(Meaning::Array(array)) => (array.slots(), Some(array.first)),
-                _ => (0..1, None),
+                // All of them are states, as `set` has seen.
+                _ => (0..0, None),
             };
             for (index, slot) in (0..).zip(slots) {
                 let known = self.variables.state_in(slot).map(|state| &self.states[state].law);
-                match known {
-                    Some(Law::Rate(_) | Law::Held) => {}
-                    Some(Law::Value(_) | Law::Latched(_)) => {
-                        let text = format!("`{name}` is always its `value`");
-                        return Err(Mistake::new(place.name(), text)
-                            .help("what is set has a `rate`, or a `start` alone"));
-                    }
-                    None => return Err(self.unset(name, &place)),
+                if let Some(Law::Value(_) | Law::Latched(_)) = known {
+                    let text = format!("`{name}` is always its `value`");
+                    return Err(Mistake::new(place.name(), text)
+                        .help("what is set has a `rate`, or a `start` alone"));
                 }
                 let index = first.map(|first| first + index);
                 let scope = Local { scope: self.variables, index, has_parts: false };
@@ -219,16 +234,5 @@ impl Reader<'_> {
             }
         }
         Ok(settings)
-    }
-
-    fn unset(&self, name: &str, place: &Place) -> Mistake {
-        let known: Vec<String> = self
-            .variables
-            .arrays
-            .names()
-            .chain(self.variables.states().map(str::to_owned))
-            .collect();
-        Mistake::new(place.name(), format!("no state variable `{name}`"))
-            .help(hint::proposal(name, &known))
     }
 }

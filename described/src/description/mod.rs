@@ -141,7 +141,7 @@ impl Description {
         let names = parameters.iter().map(|known| known.name.clone()).collect();
         let state_names = of_states.iter().map(|entry| entry.name.clone()).collect();
         let variables = Variables::new(names, state_names, named, layout.clone());
-        let set = machines::set(&machine_tables);
+        let set = machines::set(&machine_tables, &variables)?;
         let (states, order) = states::states(&of_states, &set, &variables)?;
         let machines = machines::machines(&machine_tables, &states, &variables)?;
         let (sent, heard) =

@@ -36,6 +36,10 @@ impl Arrays {
         }
     }
 
+    pub(super) fn of_states(&self) -> impl Iterator<Item = String> {
+        self.states.iter().map(|(name, _)| name.clone())
+    }
+
     pub(super) fn names(&self) -> impl Iterator<Item = String> {
         self.parameters.iter().chain(&self.states).map(|(name, _)| name.clone())
     }

@@ -150,7 +150,7 @@ fn in_states(table: &SourceTable, scope: &Local<'_>, place: &Place) -> Result<So
     let place_of = all.key(machine);
     let unknown = |place: Place, (text, help)| Mistake::new(place, text).help(help);
     let states = scope.states(machine).map_err(|error| unknown(place_of.name(), error))?;
-    for state in said.keys().filter(|state| !states.names.contains(state)) {
+    if let Some(state) = said.keys().find(|state| !states.names.contains(state)) {
         let text = format!("`{machine}` has no state `{state}`");
         return Err(Mistake::new(place_of.key(state).name(), text)
             .help(hint::proposal(state, states.names)));

@@ -78,6 +78,11 @@ impl Variables {
         self.states.iter().map(String::as_str)
     }
 
+    /// The names of the states, and of arrays of them.
+    pub(super) fn state_names(&self) -> Vec<String> {
+        self.arrays.of_states().chain(self.states.iter().cloned()).collect()
+    }
+
     /// How many slots there are.
     pub(crate) const fn count(&self) -> usize {
         self.count

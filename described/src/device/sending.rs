@@ -20,6 +20,10 @@ pub(super) struct Sending {
     pages: Vec<usize>,
     /// What each signal was last, without noise.
     pub(super) last: Vec<f64>,
+    /// The least and the greatest value of each.
+    limits: Box<[(f64, f64)]>,
+    /// The places of the multiplexers among them.
+    multiplexers: Box<[usize]>,
     /// One a signal, so that none shifts the numbers of another.
     noise: Vec<RandomStream>,
     /// One a signal that is read from a sensor, since its first reading.
@@ -38,6 +42,8 @@ impl Sending {
             occasion: Occasion::new(),
             pages: vec![0; message.signals.len()],
             last: message.signals.iter().map(|signal| signal.start).collect(),
+            limits: message.signals.iter().map(|one| (one.minimum, one.maximum)).collect(),
+            multiplexers: message.multiplexers().collect(),
             noise: message.signals.iter().map(|signal| stream(&signal.name)).collect(),
             sensors: vec![None; message.signals.len()],
         }
@@ -62,7 +68,11 @@ impl Sending {
     /// Woken late it sends once: a device has no past to catch up with.
     fn next_period(&mut self, sent: &Sent, now: Timestamp) {
         self.due = sent.period.map_or(NEVER, |period| {
-            let missed = now.since(self.due).as_nanos() / period.as_nanos().max(1) + 1;
+            // What is in time needs no division.
+            let missed = match now.since(self.due) {
+                late if late < period => 1,
+                late => late.as_nanos() / period.as_nanos().max(1) + 1,
+            };
             self.due + period * missed
         });
     }
@@ -219,28 +229,34 @@ impl Device {
         let message = &self.description.layout().messages()[sent.message];
         let mut values = std::mem::take(&mut self.agenda.values);
         values.clear();
-        for (place, (signal, from)) in message.signals.iter().zip(&sent.signals).enumerate() {
+        for (place, (from, (least, greatest))) in
+            sent.signals.iter().zip(&sending.limits).enumerate()
+        {
             let value = match &from.source {
+                Source::Expression(expression) => expression.value(self.dynamics.values()),
                 Source::Unsaid => {
-                    let pages = &sent.pages[place];
+                    let (pages, signal) = (&sent.pages[place], &message.signals[place]);
                     let page = pages.get(sending.pages[place] % pages.len().max(1));
                     page.map_or(signal.start, |page| signal.selecting(*page))
                 }
                 source => source.value(self.dynamics.values(), &mut sending.sensors[place]),
             };
-            let value = finite(value, sending.last[place], &mut self.not_finite);
-            sending.last[place] = value;
+            let last = &mut sending.last[place];
+            let value = finite(value, *last, &mut self.not_finite);
+            *last = value;
             let mut shown = value;
             if from.noise > 0.0 {
                 shown += from.noise * sending.noise[place].standard_normal();
             }
-            let inside = shown.clamp(signal.minimum, signal.maximum);
+            let inside = shown.clamp(*least, *greatest);
             self.clipped += u64::from(inside != shown);
             values.push(inside);
         }
         // One below another goes on when it has been sent, so that all of its pages are.
-        for place in message.multiplexers().filter(|place| message.carries(*place, &values)) {
-            sending.pages[place] = sending.pages[place].wrapping_add(1);
+        for place in &sending.multiplexers {
+            if message.carries(*place, &values) {
+                sending.pages[*place] = sending.pages[*place].wrapping_add(1);
+            }
         }
         let is_own = |signal: usize| !matches!(sent.signals[signal].source, Source::Unsaid);
         match self.encoder.encode(sent.message, &values, is_own) {
