@@ -25,7 +25,7 @@ pub(crate) use states::{Law, State};
 pub(crate) use variables::{PART, TIME, Variables};
 
 use crate::error::{DescriptionError, Mistake};
-use crate::file::{File, MessageRules, ParameterTable, StateTable};
+use crate::file::{File, MachineTable, MessageRules, ParameterTable, StateTable};
 use crate::files::{Files, Texts};
 use crate::layout::Layout;
 use crate::place::Place;
@@ -52,7 +52,7 @@ pub struct Description {
     pub source: String,
     layout: Layout,
     parameters: Vec<Parameter>,
-    /// Of parameters and states.
+    /// Of parameters, states and machines.
     notes: BTreeMap<String, Note>,
     pub(crate) model: Model,
 }
@@ -130,14 +130,7 @@ impl Description {
             state_arrays,
         };
         let parameters = parameters::parameters(&of_parameters, &named.parameter_arrays)?;
-        let said_of =
-            of_parameters.iter().map(|entry| (&entry.name, &entry.table.unit, &entry.table.doc));
-        let of_state =
-            of_states.iter().map(|entry| (&entry.name, &entry.table.unit, &entry.table.doc));
-        let notes = said_of
-            .chain(of_state)
-            .map(|(name, unit, doc)| (name.clone(), Note { unit: unit.clone(), doc: doc.clone() }));
-        let notes = notes.collect();
+        let notes = notes(&of_parameters, &of_states, &machine_tables);
         let names = parameters.iter().map(|known| known.name.clone()).collect();
         let state_names = of_states.iter().map(|entry| entry.name.clone()).collect();
         let variables = Variables::new(names, state_names, named, layout.clone());
@@ -209,7 +202,7 @@ impl Description {
         parameters::named(&self.parameters, name)
     }
 
-    /// Its states, by name.
+    /// Its states by name, and its machines.
     pub fn states(&self) -> impl Iterator<Item = &str> {
         self.model.variables.states()
     }
@@ -221,6 +214,20 @@ impl Description {
     pub fn check_parameter(&self, name: &str, value: f64) -> Result<(), String> {
         parameters::check(&self.parameters, name, value)
     }
+}
+
+/// What the file says of parameters, states and machines.
+fn notes(
+    parameters: &[Entry<'_, ParameterTable>],
+    states: &[Entry<'_, StateTable>],
+    machines: &[(&str, &MachineTable)],
+) -> BTreeMap<String, Note> {
+    let note = |unit: &str, doc: &str| Note { unit: unit.to_owned(), doc: doc.to_owned() };
+    let parameters =
+        parameters.iter().map(|one| (one.name.clone(), note(&one.table.unit, &one.table.doc)));
+    let states = states.iter().map(|one| (one.name.clone(), note(&one.table.unit, &one.table.doc)));
+    let machines = machines.iter().map(|(name, table)| ((*name).to_owned(), note("", &table.doc)));
+    parameters.chain(states).chain(machines).collect()
 }
 
 /// Every variable, array, table and machine has a name of its own.

@@ -73,9 +73,10 @@ impl Variables {
         Self { parameters, states, machines, tables, arrays, layout, heard, count }
     }
 
-    /// The names of the states.
+    /// The names of the states and the machines.
     pub(crate) fn states(&self) -> impl Iterator<Item = &str> {
-        self.states.iter().map(String::as_str)
+        let machines = self.machines.iter().map(|machine| machine.name.as_str());
+        self.states.iter().map(String::as_str).chain(machines)
     }
 
     /// The names of the states, and of arrays of them.

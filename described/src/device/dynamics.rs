@@ -97,6 +97,8 @@ impl Dynamics {
             self.step(model, next);
         }
         self.now = now;
+        // What was waited for meanwhile is over.
+        self.plan(model, now);
     }
 
     /// Integrates up to `now`, the last step a shorter one.

@@ -96,7 +96,7 @@ impl Dynamics {
     }
 
     /// When time alone is the next to lead on.
-    fn plan(&mut self, model: &Model, now: Timestamp) {
+    pub(super) fn plan(&mut self, model: &Model, now: Timestamp) {
         let each = model.machines.iter().zip(&self.machines.entered).enumerate();
         let times = each.flat_map(|(index, (machine, entered))| {
             let state = self.values[model.variables.machine(index)] as usize;

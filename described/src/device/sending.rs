@@ -228,10 +228,9 @@ impl Device {
         let sending = &mut self.senders[index];
         let message = &self.description.layout().messages()[sent.message];
         let mut values = std::mem::take(&mut self.agenda.values);
-        values.clear();
-        for (place, (from, (least, greatest))) in
-            sent.signals.iter().zip(&sending.limits).enumerate()
-        {
+        values.resize(sent.signals.len(), 0.0);
+        let signals = sent.signals.iter().zip(&sending.limits).zip(&mut values);
+        for (place, ((from, (least, greatest)), into)) in signals.enumerate() {
             let value = match &from.source {
                 Source::Expression(expression) => expression.value(self.dynamics.values()),
                 Source::Unsaid => {
@@ -250,7 +249,7 @@ impl Device {
             }
             let inside = shown.clamp(*least, *greatest);
             self.clipped += u64::from(inside != shown);
-            values.push(inside);
+            *into = inside;
         }
         // One below another goes on when it has been sent, so that all of its pages are.
         for place in &sending.multiplexers {

@@ -20,7 +20,6 @@ pub(crate) struct MachineTable {
     pub(crate) enter: BTreeMap<String, BTreeMap<String, Formula>>,
     /// What it is.
     #[serde(default)]
-    #[expect(dead_code, reason = "it is for readers of the file")]
     pub(crate) doc: String,
 }
 

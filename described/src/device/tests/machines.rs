@@ -161,6 +161,44 @@ fn machines_go_on_in_the_order_in_which_they_are_written() {
     assert_eq!(after(text("a", "b"), 0.03), (2.0, 2.0));
 }
 
+#[test]
+fn a_signal_that_is_heard_has_the_names_of_its_dbc() {
+    let dbc = "BU_: D H\nBO_ 1 M: 1 D\n SG_ X : 0|8@1+ (1,0) [0|0] \"\" H\n\
+               BO_ 2 Request: 1 H\n SG_ Wanted : 0|8@1+ (1,0) [0|0] \"\" D\n\
+               VAL_ 2 Wanted 0 \"Open\" 7 \"Closed\" ;\n";
+    let text = |value: &str| {
+        format!(
+            "name = \"d\"\ndbc = \"d.dbc\"\nnode = \"D\"\nmessage.M.period_s = 1\n\
+             signal.X.expression = 'Wanted == \"{value}\"'\n"
+        )
+    };
+    let parse =
+        |value: &str| Description::parse("d.toml", &text(value), &mut |_| Ok(dbc.to_owned()));
+    let description = parse("Closed").unwrap();
+    let mut device = Device::new(Arc::new(description.clone()), 1);
+    assert_eq!(device.value("X"), Some(0.0));
+    device.receive_frame(at(0.1), &frame(&description, "Request", &[7.0]));
+    assert_eq!(device.value("X"), Some(1.0));
+    let error = parse("Close").unwrap_err();
+    assert_eq!(
+        (error.message(), error.advice()),
+        ("`Wanted` is never `Close`", Some("did you mean `Closed`?"))
+    );
+}
+
+#[test]
+fn a_time_that_is_over_without_steps_is_over() {
+    let description = super::showing(
+        "step_s = 1e-5\n[machine.m]\nstates = [\"A\", \"B\"]\nstart = \"A\"\n\
+         transitions = [{ from = \"A\", to = \"B\", after_s = 500 }]\n[signal.x]\nexpression = \"m\"\n",
+    );
+    // More steps than one call makes.
+    let mut device = Device::new(description, 1);
+    device.wake(at(600.0));
+    device.wake(at(600.1));
+    assert_eq!(device.value("m"), Some(1.0));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
