@@ -366,3 +366,16 @@ fn two_serial_devices_have_a_line_each() {
     let two = plan(steps, "two.Mass", "1", "mean_within = [6, 7]");
     assert!(load(&project(rig, &two)).unwrap().run().unwrap().passed());
 }
+
+#[test]
+fn nodes_of_one_description_have_parameters_of_their_own() {
+    let rig = "[[line]]\nname = \"left\"\nserial = {}\n[[line]]\nname = \"right\"\nserial = {}\n\
+               [[node]]\nname = \"one\"\nat = \"left\"\nemulate = \"scale\"\n\
+               [[node]]\nname = \"two\"\nat = \"right\"\nemulate = \"scale\"\nset = { load = 8 }\n";
+    for (name, mass) in [("one", 5), ("two", 8)] {
+        let all = format!("all_within = [{mass}, {mass}]");
+        let plan = plan(WAIT, &format!("{name}.Mass"), "1", &all);
+        let run = load(&project(rig, &plan)).unwrap().run().unwrap();
+        assert!(run.passed(), "{run}");
+    }
+}
