@@ -1,17 +1,21 @@
 //! What stands in a description, as it is written.
 
+mod machine;
 mod message;
 
+pub(crate) use machine::{MachineTable, TransitionTable};
 pub(crate) use message::{
-    ChecksumOver, FieldTable, FieldType, MessageRules, MessageTable, Messages,
+    ChecksumOver, FieldTable, FieldType, MessageRules, MessageTable, Messages, WhileAnswering,
 };
 
+use crate::lookup::Outside;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::{self, Deserializer, Visitor};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
+use toml::Spanned;
 use wire::serial::{Parity, SerialSettings};
 
 /// A description. `M` is the form in which it speaks of messages: tables that say all of one
@@ -42,6 +46,13 @@ pub(crate) struct File<M> {
     /// What goes on within.
     #[serde(default)]
     pub(crate) state: BTreeMap<String, StateTable>,
+    /// Look-up tables, called by their names: `ocv(soc)`.
+    #[serde(default)]
+    pub(crate) table: BTreeMap<String, LookupTable>,
+    /// Machines of states: modes, and what leads from one to another.
+    #[serde(default)]
+    #[schemars(with = "BTreeMap<String, MachineTable>")]
+    pub(crate) machine: BTreeMap<String, Spanned<MachineTable>>,
     /// What it says: a source of each signal that it sends.
     #[serde(default)]
     pub(crate) signal: BTreeMap<String, SourceTable>,
@@ -102,7 +113,7 @@ pub(crate) struct StateTable {
     pub(crate) start: Option<Formula>,
     /// Its change per second.
     pub(crate) rate: Option<Formula>,
-    /// What it is, at every moment; instead of `rate`.
+    /// What it is, at every moment; instead of `rate`. Without either it stays until a machine sets it.
     pub(crate) value: Option<Formula>,
     /// Its unit.
     #[serde(default)]
@@ -112,11 +123,32 @@ pub(crate) struct StateTable {
     pub(crate) doc: String,
 }
 
+/// Points, and values between them.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LookupTable {
+    /// Where the points are, increasing.
+    pub(crate) x: Option<Vec<f64>>,
+    /// The values there; with `z` where the points are along the second axis.
+    pub(crate) y: Option<Vec<f64>>,
+    /// In two dimensions a row of values for each `x`, one for each `y`.
+    pub(crate) z: Option<Vec<Vec<f64>>>,
+    /// File beside this one instead: a column of points and one of values, or, with numbers in its first line too, both
+    /// axes and what is between them.
+    pub(crate) csv: Option<String>,
+    /// Beside the points: the value at the end, or on along the last two.
+    #[serde(default)]
+    pub(crate) outside: Outside,
+}
+
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SourceTable {
     /// Of parameters, states and signals that are heard.
     pub(crate) expression: Option<Formula>,
+    /// `in.MACHINE = { STATE = ... }`: what it is in states of a machine; in the others it is the `expression`.
+    #[serde(rename = "in", default)]
+    pub(crate) in_states: BTreeMap<String, BTreeMap<String, Formula>>,
     /// `[[t, value], ...]`: from t seconds on that value.
     pub(crate) steps: Option<Vec<(f64, f64)>>,
     /// File with a column of times and one of values, beside this one.

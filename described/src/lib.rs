@@ -39,13 +39,18 @@
 //! | `[serial]` | `baud`, `data_bits`, `parity`, `stop_bits` of a serial line |
 //! | `step_s` | step of the integration (classic Runge-Kutta of order four), 10 ms |
 //! | `[parameter.NAME]` | `value`, `unit`, `minimum`, `maximum`, `doc` |
-//! | `[state.NAME]` | `start` (of parameters), one of `rate` and `value`, `unit`, `doc` |
-//! | `[signal.NAME]` | `expression`, or `steps = [[t, value], ...]`, or `csv` with the columns `time` and `value`; `interpolate`, `repeat`; `noise`; a `model` of the sensor that reads it, below |
-//! | `[message.NAME]` | sent: `period_s` and `send`, or `answers = "Command"` with `delay_s`; heard: `initial`, `timeout_s`; either: `counter`, `checksum`, `e2e`, below |
+//! | `[state.NAME]` | `start` (of parameters), one of `rate` and `value` (or neither, where a machine sets it), `unit`, `doc` |
+//! | `[machine.NAME]` | `states`, `start`, `transitions` (`from`, `to`, `when`, `on`, `after_s`, `set`), `enter` |
+//! | `[table.NAME]` | `x` and `y`, or `x`, `y` and `z`, or `csv`; `outside` |
+//! | `[signal.NAME]` | `expression`, `in.MACHINE = { STATE = ... }`, or `steps = [[t, value], ...]`, or `csv` with the columns `time` and `value`; `interpolate`, `repeat`; `noise`; a `model` of the sensor that reads it, below |
+//! | `[message.NAME]` | sent: `period_s` and `send`, or `answers = "Command"` with `delay_s`, `when`, `times`, `every_s`, `busy`; heard: `initial`, `timeout_s`, `while_answering`, `queue`; either: `counter`, `checksum`, `e2e`, below |
 //!
 //! A signal that nobody drives is sent as its start value (`GenSigStartValue`), or as zero; a multiplexer that
 //! nobody drives takes its pages in turn. Where several messages have a signal of one name, write
 //! `[signal."Status.Temperature"]`, and `Command.Setpoint` in expressions.
+//!
+//! `[state."cell[1..96]"]` is `cell1` to `cell96` and the array `cell`, with `i` as the index in its expressions; the
+//! same of parameters, and of signals, where `[signal."CellVoltage[01..96]"]` has numbers of two digits.
 //!
 //! # Layouts without a DBC
 //!
@@ -129,6 +134,11 @@
 //! | `min(a, b, ...)`, `max(a, b, ...)`, `clamp(x, low, high)` | |
 //! | `abs sign floor ceil round sqrt exp ln log10` | of one value |
 //! | `sin cos tan asin acos atan tanh`, `atan2(y, x)` | in radians |
+//! | `cell[i]`, `cell[Request.Index]` | an element of an array |
+//! | `min max sum mean argmin argmax` `(cell)` | of a whole array |
+//! | `ocv(soc)`, `map(x, y)` | the value of a table |
+//! | `mode == "Closed"`, `time_in(mode)` | the state of a machine, also the named value of a signal that is heard; seconds in the state |
+//! | `part` | which message of an answer it is, from 1 |
 //! | `last(state)` | the state at the end of the step before: for what latches |
 //!
 //! A state whose `value` uses `last` changes at the ends of steps alone, as the output of a sampled controller
@@ -148,6 +158,7 @@ mod file;
 mod files;
 mod hint;
 mod layout;
+mod lookup;
 mod place;
 mod protection;
 

@@ -1,9 +1,13 @@
-//! The page on devices of one's own: what it writes of counters and checksums is taken, and the messages are sent so.
+//! The pages on devices of one's own: what they write is taken, and the messages are sent so.
 
-use described::{Description, Encoder, SendKind};
+use described::{Description, Device, Encoder, SendKind};
+use std::sync::Arc;
+use wire::can::CanFrame;
 use wire::device::Transmit;
+use wire::time::Timestamp;
 
 const PAGE: &str = include_str!("../../docs/own-device.md");
+const MACHINES: &str = include_str!("../../docs/described-devices.md");
 const DBC: &str = r#"VERSION ""
 
 BU_: Cells Manager
@@ -49,4 +53,56 @@ fn the_example_of_counters_and_checksums_is_taken() {
     assert_eq!(sent("CellStatus"), [0x2a, 0x10, 0, 0, 0, 0, 0, 0]);
     let counters: Vec<u8> = (0..16).map(|_| sent("Request")[0]).collect();
     assert_eq!(counters[13..], [13, 14, 0]);
+}
+
+/// All that the device says up to this time, in ms: when, its identifier, and its bytes.
+fn said(device: &mut Device, until_ms: i64) -> Vec<(i64, u32, Vec<u8>)> {
+    let mut said = Vec::new();
+    loop {
+        while let Some(Transmit::Frame(frame)) = device.transmit() {
+            let wire::can::Id::Standard(id) = frame.id() else { panic!("11 bits") };
+            said.push((until_ms, u32::from(id.as_raw()), frame.data().to_vec()));
+        }
+        let next = device.next_wakeup();
+        if next > Timestamp::from_nanos(until_ms * 1_000_000) {
+            return said;
+        }
+        device.wake(next);
+    }
+}
+
+#[test]
+fn the_pack_of_the_page_does_what_the_page_says() {
+    let block = MACHINES.split("```").nth(1).and_then(|block| block.strip_prefix("toml"));
+    let found = Description::parse("pack.toml", block.expect("TOML"), &mut |_| Err(String::new()));
+    let pack = found.unwrap_or_else(|error| panic!("{error}: {:?}", error.range()));
+    let layout = pack.layout().clone();
+    let frame = |name: &str, values: &[f64]| -> CanFrame {
+        match layout.encode(layout.find(name).expect("it is in the file"), values) {
+            Ok(Transmit::Frame(frame)) => frame,
+            other => panic!("{other:?}"),
+        }
+    };
+    let mut device = Device::new(Arc::new(pack), 1);
+    let at = |ms: i64| Timestamp::from_nanos(ms * 1_000_000);
+    device.receive_frame(at(5), &frame("Request", &[1.0, 0.0]));
+    said(&mut device, 504);
+    assert_eq!(device.value("mode"), Some(1.0));
+    let told = said(&mut device, 505);
+    assert!(told.iter().any(|(_, id, data)| *id == 0x100 && data[0] == 2), "{told:?}");
+    for first in [3.0, 1.0, 4.0, 2.0] {
+        device.receive_frame(at(600), &frame("Read", &[first, 2.0]));
+    }
+    let log: Vec<(u32, u8)> = said(&mut device, 700)
+        .into_iter()
+        .filter(|(_, id, _)| *id > 0x101)
+        .map(|(_, id, data)| (id, data[0]))
+        .collect();
+    // Of four two wait, one is refused; the third asks for more than there is.
+    assert_eq!(log, [(0x103, 1), (0x102, 3), (0x102, 4), (0x102, 1), (0x102, 2)]);
+    device.receive_frame(at(700), &frame("Request", &[1.0, 3000.0]));
+    said(&mut device, 3_000);
+    assert_eq!((device.value("mode"), device.value("trips")), (Some(3.0), Some(1.0)));
+    device.receive_frame(at(3_000), &frame("Reset", &[]));
+    assert_eq!(device.value("mode"), Some(0.0));
 }

@@ -137,6 +137,14 @@ fn what_is_wrong_with_a_rig_is_refused() {
             "not exactly one of emulated, under test, tester and replayed",
         ),
         (PACK.replace("250_000", "12"), "expected 10,000 to 1,000,000 bits per second"),
+        (
+            node("name = \"b\"\nat = \"can0\"\nemulate = \"cells\"\nset = { ofset = 1 }"),
+            "no parameter `ofset`: did you mean `offset`?",
+        ),
+        (
+            node("name = \"b\"\nat = \"can0\"\ntester = true\nset = { offset = 1 }"),
+            "`b` is not emulated from a file",
+        ),
         (node("name = \"extra\"\nat = \"can0\"\nemulate = \"scale\""), "on the other kind of line"),
         (format!("{PACK}\n[[line]]\nname = \"can0\"\ncan = {{}}\n"), "two lines are called `can0`"),
         (PACK.replace("pack.dbc", "none.dbc"), "none.dbc"),
@@ -357,4 +365,17 @@ fn two_serial_devices_have_a_line_each() {
     // Before it is set it says 5.
     let two = plan(steps, "two.Mass", "1", "mean_within = [6, 7]");
     assert!(load(&project(rig, &two)).unwrap().run().unwrap().passed());
+}
+
+#[test]
+fn nodes_of_one_description_have_parameters_of_their_own() {
+    let rig = "[[line]]\nname = \"left\"\nserial = {}\n[[line]]\nname = \"right\"\nserial = {}\n\
+               [[node]]\nname = \"one\"\nat = \"left\"\nemulate = \"scale\"\n\
+               [[node]]\nname = \"two\"\nat = \"right\"\nemulate = \"scale\"\nset = { load = 8 }\n";
+    for (name, mass) in [("one", 5), ("two", 8)] {
+        let all = format!("all_within = [{mass}, {mass}]");
+        let plan = plan(WAIT, &format!("{name}.Mass"), "1", &all);
+        let run = load(&project(rig, &plan)).unwrap().run().unwrap();
+        assert!(run.passed(), "{run}");
+    }
 }

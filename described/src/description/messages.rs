@@ -1,5 +1,8 @@
 //! When messages are sent, and what is heard as long as none comes.
 
+use super::answers::{self, Answer, WhileAnswering};
+use super::arrays;
+use super::scope::Local;
 use super::sending;
 use super::source::{SignalSource, Source, source};
 use super::variables::Variables;
@@ -26,8 +29,7 @@ pub(crate) struct Sent {
     pub(crate) period: Option<Span>,
     /// When else it is sent.
     pub(crate) send: SendRule,
-    /// The place of the message that it answers, and how long after.
-    pub(crate) answers: Option<(usize, Span)>,
+    pub(crate) answers: Option<Answer>,
     /// One a signal.
     pub(crate) signals: Vec<SignalSource>,
     /// What a multiplexer that nobody drives goes through: of each signal, empty for others.
@@ -41,6 +43,8 @@ pub(crate) struct Heard {
     pub(crate) message: usize,
     /// So long after the last one its signals are as they were at first.
     pub(crate) timeout: Option<Span>,
+    /// What becomes of it while one is being answered; it is used where this is absent.
+    pub(crate) while_answering: Option<WhileAnswering>,
 }
 
 /// Where the file speaks of a message: in a table of its name, or in a list.
@@ -111,12 +115,16 @@ pub(super) fn messages(
         let rules = rules.get(&message.name).unwrap_or(&unruled);
         let place = place(index, message, listed);
         match message.sender {
-            Sender::Device => sent.push(send(index, message, rules, layout, &place)?),
+            Sender::Device => sent.push(send(index, message, rules, variables, &place)?),
             Sender::Host => heard.push(hear(index, message, rules, &place)?),
         }
     }
-    for (name, table) in sources {
-        let place = Place::file().key("signal").key(name);
+    let at = |message: usize| place(message, &layout.messages()[message], listed);
+    answers::agree(layout.messages(), (&sent, &at), &heard)?;
+    let (sources, _) = arrays::entries(sources, "signal")?;
+    for entry in &sources {
+        let (name, table) = (&entry.name, entry.table);
+        let place = Place::file().key("signal").key(entry.key);
         let (message, signal) = layout
             .resolve_among(name, Some(Sender::Device))
             .map_err(|error| unsent(name, layout, &error, &place))?;
@@ -135,9 +143,12 @@ pub(super) fn messages(
             return Err(Mistake::new(place, text));
         }
         let unit = &layout.messages()[message].signals[signal].unit;
-        sent.signals[signal] = source(table, unit, variables, &place, files)?;
+        let has_parts = sent.answers.as_ref().is_some_and(|answer| answer.times.is_some());
+        let scope = Local { scope: variables, index: entry.index, has_parts };
+        sent.signals[signal] = source(table, unit, &scope, &place, files)?;
     }
-    for name in sources.keys() {
+    for entry in &sources {
+        let name = &entry.name;
         let Ok((message, signal)) = layout.resolve_among(name, Some(Sender::Device)) else {
             continue;
         };
@@ -151,7 +162,7 @@ pub(super) fn messages(
         let text = format!(
             "`{name}` is never sent: it is in frames whose `{multiplexer}` is {selection}, and that is always {value}"
         );
-        return Err(Mistake::new(Place::file().key("signal").key(name).name(), text)
+        return Err(Mistake::new(Place::file().key("signal").key(entry.key).name(), text)
             .help(format!("without [signal.{multiplexer}] it takes all its numbers in turn")));
     }
     Ok((sent, heard))
@@ -162,10 +173,7 @@ fn never<'a>(message: &'a Message, sent: &Sent, signal: usize) -> Option<(&'a Se
     message.selections(signal).find_map(|selection| {
         let source = &sent.signals[selection.multiplexer].source;
         let Source::Expression(expression) = source else { return None };
-        if expression.variables().next().is_some() {
-            return None;
-        }
-        let value = expression.value(&[]);
+        let value = expression.known()?;
         let number = message.signals[selection.multiplexer].number_of(value)?;
         (!selection.has(number)).then_some((selection, value))
     })
@@ -183,7 +191,7 @@ fn send(
     index: usize,
     message: &Message,
     rules: &MessageRules,
-    layout: &Layout,
+    variables: &Variables,
     place: &Place,
 ) -> Result<Sent, Mistake> {
     if rules.timeout_s.is_some() {
@@ -191,17 +199,14 @@ fn send(
         return Err(Mistake::new(place.key("timeout_s").name(), text)
             .help("a `timeout_s` is of a message that it hears"));
     }
-    let answers = match (&rules.answers, rules.delay_s) {
-        (Some(name), delay) => {
-            let delay = seconds(delay.unwrap_or(0.0), 0.0, &place.key("delay_s"))?;
-            Some((question(name, layout, &place.key("answers"))?, delay))
-        }
-        (None, Some(_)) => {
-            return Err(Mistake::new(place.key("delay_s").name(), "a delay without a question")
-                .help("add `answers`: the message that it comes after"));
-        }
-        (None, None) => None,
-    };
+    let of_questions =
+        [("while_answering", rules.while_answering.is_some()), ("queue", rules.queue.is_some())];
+    if let Some((key, _)) = of_questions.iter().find(|(_, given)| *given) {
+        let text = format!("`{}` is sent by the device", message.name);
+        return Err(Mistake::new(place.key(key).name(), text)
+            .help(format!("`{key}` is of a message that it hears")));
+    }
+    let answers = answers::answer(rules, variables, place)?;
     let unsaid = || SignalSource { source: Source::Unsaid, noise: 0.0 };
     let pages =
         (0..message.signals.len()).map(|signal| message.pages(signal).into_iter().collect());
@@ -221,18 +226,26 @@ fn hear(
     rules: &MessageRules,
     place: &Place,
 ) -> Result<Heard, Mistake> {
-    let of_senders = [("answers", rules.answers.is_some()), ("delay_s", rules.delay_s.is_some())];
+    let of_senders = [
+        ("answers", rules.answers.is_some()),
+        ("delay_s", rules.delay_s.is_some()),
+        ("when", rules.when.is_some()),
+        ("times", rules.times.is_some()),
+        ("every_s", rules.every_s.is_some()),
+        ("busy", rules.busy.is_some()),
+    ];
     if let Some((key, _)) = of_senders.iter().find(|(_, given)| *given) {
         let text = format!("`{}` is sent by the host", message.name);
         return Err(Mistake::new(place.key(key).name(), text)
             .help(format!("`{key}` is of a message that the device sends")));
     }
     let timeout = rules.timeout_s.map(|s| seconds(s, PERIOD_S_MIN, &place.key("timeout_s")));
-    Ok(Heard { message: index, timeout: timeout.transpose()? })
+    let while_answering = answers::while_answering(rules, place)?;
+    Ok(Heard { message: index, timeout: timeout.transpose()?, while_answering })
 }
 
-/// The place of the message that is answered.
-fn question(name: &str, layout: &Layout, place: &Place) -> Result<usize, Mistake> {
+/// The place of a message that is heard.
+pub(super) fn question(name: &str, layout: &Layout, place: &Place) -> Result<usize, Mistake> {
     let heard = |message: &&Message| message.sender == Sender::Host;
     layout.find(name).filter(|index| layout.messages()[*index].sender == Sender::Host).ok_or_else(
         || {

@@ -1,29 +1,38 @@
 //! What a description says of a device.
 
+mod answers;
+mod arrays;
+mod formula;
+mod machines;
 mod messages;
 mod parameters;
 mod read;
+mod scope;
 mod sending;
 mod source;
 mod states;
+mod tables;
 mod variables;
 
 #[cfg(test)]
 pub(crate) mod tests;
 
+pub(crate) use answers::{Answer, TIMES_MAX, WhileAnswering};
+pub(crate) use machines::{Machine, Setting};
 pub(crate) use messages::{Heard, Sent};
 pub(crate) use source::{SignalSource, Source};
 pub(crate) use states::{Law, State};
-pub(crate) use variables::{TIME, Variables};
+pub(crate) use variables::{PART, TIME, Variables};
 
 use crate::error::{DescriptionError, Mistake};
-use crate::expression::{Expression, Scope};
-use crate::file::{File, Formula, MessageRules};
+use crate::file::{File, MachineTable, MessageRules, ParameterTable, StateTable};
 use crate::files::{Files, Texts};
 use crate::layout::Layout;
 use crate::place::Place;
+use arrays::{Entry, Family};
 use parameters::Parameter;
 use std::collections::BTreeMap;
+use variables::Named;
 use wire::time::Span;
 
 /// The step of the integration where the file says none.
@@ -43,7 +52,7 @@ pub struct Description {
     pub source: String,
     layout: Layout,
     parameters: Vec<Parameter>,
-    /// Of parameters and states.
+    /// Of parameters, states and machines.
     notes: BTreeMap<String, Note>,
     pub(crate) model: Model,
 }
@@ -63,6 +72,7 @@ pub(crate) struct Model {
     pub(crate) states: Vec<State>,
     /// The states with a value, each behind those that it needs.
     pub(crate) order: Vec<usize>,
+    pub(crate) machines: Vec<Machine>,
     pub(crate) sent: Vec<Sent>,
     pub(crate) heard: Vec<Heard>,
 }
@@ -105,21 +115,31 @@ impl Description {
         let step = said.step_s.unwrap_or(STEP_S);
         let step = messages::seconds(step, STEP_S_MIN, &Place::file().key("step_s"))?;
         let layout = messages::ruled(layout, &said.message, listed)?;
-        let parameters = parameters::parameters(&said.parameter, &said.state)?;
-        let of_parameters =
-            said.parameter.iter().map(|(name, table)| (name, &table.unit, &table.doc));
-        let of_states = said.state.iter().map(|(name, table)| (name, &table.unit, &table.doc));
-        let notes = of_parameters
-            .chain(of_states)
-            .map(|(name, unit, doc)| (name.clone(), Note { unit: unit.clone(), doc: doc.clone() }));
-        let notes = notes.collect();
+        let (of_parameters, parameter_arrays) = arrays::entries(&said.parameter, "parameter")?;
+        let (of_states, state_arrays) = arrays::entries(&said.state, "state")?;
+        let machine_tables = machines::in_order(&said.machine);
+        let others = said.table.keys().map(|name| ("table", name.as_str()));
+        let others = others.chain(machine_tables.iter().map(|(name, _)| ("machine", *name)));
+        parameters::names(&of_parameters, &of_states, &others.clone().collect::<Vec<_>>())?;
+        distinct(&of_parameters, &of_states, [&parameter_arrays, &state_arrays], others)?;
+        arrays::index_is_free(&said.parameter, &said.state, &said.signal)?;
+        let named = Named {
+            machines: machines::names(&machine_tables)?,
+            tables: tables::tables(&said.table, files)?,
+            parameter_arrays,
+            state_arrays,
+        };
+        let parameters = parameters::parameters(&of_parameters, &named.parameter_arrays)?;
+        let notes = notes(&of_parameters, &of_states, &machine_tables);
         let names = parameters.iter().map(|known| known.name.clone()).collect();
-        let states = said.state.keys().cloned().collect();
-        let variables = Variables::new(names, states, layout.clone());
-        let (states, order) = states::states(&said.state, &variables)?;
+        let state_names = of_states.iter().map(|entry| entry.name.clone()).collect();
+        let variables = Variables::new(names, state_names, named, layout.clone());
+        let set = machines::set(&machine_tables, &variables)?;
+        let (states, order) = states::states(&of_states, &set, &variables)?;
+        let machines = machines::machines(&machine_tables, &states, &variables)?;
         let (sent, heard) =
             messages::messages(&said.message, &said.signal, &layout, &variables, listed, files)?;
-        let model = Model { step, variables, states, order, sent, heard };
+        let model = Model { step, variables, states, order, machines, sent, heard };
         let (name, title, source) = (said.name, said.title, said.source);
         Ok(Self { name, title, source, layout, parameters, notes, model })
     }
@@ -162,7 +182,7 @@ impl Description {
             .or_else(|| self.layout.signal(name).map(signal))
     }
 
-    /// Gives a parameter another value from the start, which states begin with too. [`Device::set_parameter`]
+    /// Gives a parameter, or all of an array of them, another value from the start, which states begin with too. [`Device::set_parameter`]
     /// changes it on the way.
     ///
     /// # Errors
@@ -171,13 +191,18 @@ impl Description {
     /// [`Device::set_parameter`]: crate::Device::set_parameter
     pub fn set_parameter(&mut self, name: &str, value: f64) -> Result<(), String> {
         self.check_parameter(name, value)?;
-        if let Some(known) = self.parameters.iter_mut().find(|known| known.name == name) {
-            known.value = value;
+        for place in parameters::named(&self.parameters, name) {
+            self.parameters[place].value = value;
         }
         Ok(())
     }
 
-    /// Its states, by name.
+    /// The places of the parameters that have the name: one, or all of an array.
+    pub(crate) fn parameters_named(&self, name: &str) -> Vec<usize> {
+        parameters::named(&self.parameters, name)
+    }
+
+    /// Its states by name, and its machines.
     pub fn states(&self) -> impl Iterator<Item = &str> {
         self.model.variables.states()
     }
@@ -191,13 +216,34 @@ impl Description {
     }
 }
 
-/// The expression of a number or a text, whose mistakes are shown where they are.
-fn formula(formula: &Formula, scope: &dyn Scope, place: &Place) -> Result<Expression, Mistake> {
-    match formula {
-        Formula::Number(number) => Ok(Expression::constant(*number)),
-        Formula::Expression(text) => Expression::parse(text, scope).map_err(|error| {
-            let mistake = Mistake::new(place.within(error.at), error.message);
-            Mistake { help: error.help, ..mistake }
-        }),
-    }
+/// What the file says of parameters, states and machines.
+fn notes(
+    parameters: &[Entry<'_, ParameterTable>],
+    states: &[Entry<'_, StateTable>],
+    machines: &[(&str, &MachineTable)],
+) -> BTreeMap<String, Note> {
+    let note = |unit: &str, doc: &str| Note { unit: unit.to_owned(), doc: doc.to_owned() };
+    let parameters =
+        parameters.iter().map(|one| (one.name.clone(), note(&one.table.unit, &one.table.doc)));
+    let states = states.iter().map(|one| (one.name.clone(), note(&one.table.unit, &one.table.doc)));
+    let machines = machines.iter().map(|(name, table)| ((*name).to_owned(), note("", &table.doc)));
+    parameters.chain(states).chain(machines).collect()
+}
+
+/// Every variable, array, table and machine has a name of its own.
+fn distinct<'a>(
+    parameters: &'a [Entry<'_, ParameterTable>],
+    states: &'a [Entry<'_, StateTable>],
+    arrays: [&'a [Family]; 2],
+    others: impl Iterator<Item = (&'static str, &'a str)>,
+) -> Result<(), Mistake> {
+    let of_parameters = parameters.iter().map(|one| ("parameter", one.key, one.name.as_str()));
+    let of_states = states.iter().map(|one| ("state", one.key, one.name.as_str()));
+    let [of_arrays, of_others] = arrays;
+    let keys = of_arrays.iter().map(|family| ("parameter", parameters[family.begin].key, family));
+    let others_keys = of_others.iter().map(|family| ("state", states[family.begin].key, family));
+    let families = keys.chain(others_keys);
+    let families = families.map(|(section, key, family)| (section, key, family.name.as_str()));
+    let others = others.map(|(section, name)| (section, name, name));
+    arrays::distinct(of_parameters.chain(of_states).chain(families).chain(others))
 }

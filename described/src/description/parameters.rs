@@ -1,16 +1,18 @@
 //! Parameters: numbers that plans set and sweep.
 
+use super::arrays::{Entry, Family};
 use crate::error::Mistake;
-use crate::expression::is_reserved;
+use crate::expression::{is_function, is_reserved};
 use crate::file::{ParameterTable, StateTable};
 use crate::hint;
 use crate::place::Place;
-use std::collections::BTreeMap;
 
 /// A number that can be changed while the device runs.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Parameter {
     pub(crate) name: String,
+    /// The array that it is an element of.
+    array: Option<String>,
     /// Before anybody sets it.
     pub(crate) value: f64,
     pub(crate) unit: String,
@@ -35,57 +37,79 @@ impl Parameter {
     }
 }
 
-/// Whether one of `parameters` has the name and may have the value; else a message for people.
-pub(super) fn check(parameters: &[Parameter], name: &str, value: f64) -> Result<(), String> {
-    match parameters.iter().find(|known| known.name == name) {
-        Some(known) => known.allows(value),
-        None => {
-            let names: Vec<_> = parameters.iter().map(|known| known.name.as_str()).collect();
-            Err(format!("no parameter `{name}`: {}", hint::proposal(name, &names)))
-        }
-    }
+/// The places of those that have the name: one, or all of an array.
+pub(super) fn named(parameters: &[Parameter], name: &str) -> Vec<usize> {
+    let is_meant = |known: &Parameter| known.name == name || known.array.as_deref() == Some(name);
+    let places = parameters.iter().enumerate().filter(|(_, known)| is_meant(known));
+    places.map(|(place, _)| place).collect()
 }
 
-/// The parameters by name.
-pub(super) fn parameters(
-    tables: &BTreeMap<String, ParameterTable>,
-    states: &BTreeMap<String, StateTable>,
-) -> Result<Vec<Parameter>, Mistake> {
-    for (section, name) in tables
-        .keys()
-        .map(|name| ("parameter", name))
-        .chain(states.keys().map(|name| ("state", name)))
-    {
-        let place = Place::file().key(section).key(name);
+/// Whether one of `parameters`, or an array of them, has the name and may have the value; else a message for people.
+pub(super) fn check(parameters: &[Parameter], name: &str, value: f64) -> Result<(), String> {
+    let places = named(parameters, name);
+    if places.is_empty() {
+        let mut names: Vec<_> = parameters.iter().map(|known| known.name.as_str()).collect();
+        names.extend(parameters.iter().filter_map(|known| known.array.as_deref()));
+        return Err(format!("no parameter `{name}`: {}", hint::proposal(name, &names)));
+    }
+    places.into_iter().try_for_each(|place| parameters[place].allows(value))
+}
+
+/// Names of variables are words, mean nothing else, and are each of one variable.
+pub(super) fn names(
+    parameters: &[Entry<'_, ParameterTable>],
+    states: &[Entry<'_, StateTable>],
+    others: &[(&'static str, &str)],
+) -> Result<(), Mistake> {
+    let of_parameters =
+        parameters.iter().map(|entry| ("parameter", entry.key, entry.name.as_str()));
+    let of_states = states.iter().map(|entry| ("state", entry.key, entry.name.as_str()));
+    let of_others = others.iter().map(|(section, name)| (*section, *name, *name));
+    for (section, key, name) in of_parameters.chain(of_states).chain(of_others) {
+        let place = Place::file().key(section).key(key);
         let word = |c: char| c.is_ascii_alphanumeric() || c == '_';
         if !name.chars().all(word) || name.chars().next().is_none_or(|c| c.is_ascii_digit()) {
             return Err(Mistake::new(place.name(), format!("`{name}` is not a name"))
                 .help("names have letters, digits and `_`, and begin with no digit"));
         }
-        if is_reserved(name) {
+        if is_reserved(name) || section == "table" && is_function(name) {
             return Err(Mistake::new(
                 place.name(),
                 format!("`{name}` has a meaning in every expression"),
             )
             .help("choose another name"));
         }
-        if section == "state" && tables.contains_key(name) {
+        if section == "state" && parameters.iter().any(|known| known.name == name) {
             return Err(Mistake::new(place.name(), format!("`{name}` is a parameter already")));
         }
     }
-    tables
-        .iter()
-        .map(|(name, table)| {
-            let parameter = Parameter {
-                name: name.clone(),
-                value: table.value,
-                unit: table.unit.clone(),
-                minimum: table.minimum.unwrap_or(f64::NEG_INFINITY),
-                maximum: table.maximum.unwrap_or(f64::INFINITY),
-            };
-            let place = || Place::file().key("parameter").key(name).key("value");
-            parameter.allows(table.value).map_err(|message| Mistake::new(place(), message))?;
-            Ok(parameter)
-        })
-        .collect()
+    Ok(())
+}
+
+/// The parameters by name, with those of arrays.
+pub(super) fn parameters(
+    entries: &[Entry<'_, ParameterTable>],
+    families: &[Family],
+) -> Result<Vec<Parameter>, Mistake> {
+    let array = |place: usize| {
+        let has = |family: &&Family| {
+            (family.begin..family.begin + family.count as usize).contains(&place)
+        };
+        families.iter().find(has).map(|family| family.name.clone())
+    };
+    let parameter = |(place, entry): (usize, &Entry<'_, ParameterTable>)| {
+        let table = entry.table;
+        let parameter = Parameter {
+            name: entry.name.clone(),
+            array: array(place),
+            value: table.value,
+            unit: table.unit.clone(),
+            minimum: table.minimum.unwrap_or(f64::NEG_INFINITY),
+            maximum: table.maximum.unwrap_or(f64::INFINITY),
+        };
+        let place = || Place::file().key("parameter").key(entry.key).key("value");
+        parameter.allows(table.value).map_err(|message| Mistake::new(place(), message))?;
+        Ok(parameter)
+    };
+    entries.iter().enumerate().map(parameter).collect()
 }

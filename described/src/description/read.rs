@@ -31,6 +31,8 @@ pub(super) fn split(file: &str, text: &str) -> Result<Split, DescriptionError> {
         serial: whole.serial,
         parameter: whole.parameter,
         state: whole.state,
+        table: whole.table,
+        machine: whole.machine,
         signal: whole.signal,
         message: rules,
     };

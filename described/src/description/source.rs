@@ -1,9 +1,9 @@
 //! Where the value of a signal that is sent comes from.
 
-use super::formula;
-use super::variables::Variables;
+use super::formula::formula;
+use super::scope::Local;
 use crate::error::Mistake;
-use crate::expression::Expression;
+use crate::expression::{Expression, Scope};
 use crate::file::{Formula, SourceTable};
 use crate::files::Files;
 use crate::hint;
@@ -28,6 +28,8 @@ pub(crate) enum Source {
     /// Nobody says: the signal's start value, and a multiplexer takes its pages in turn.
     Unsaid,
     Expression(Expression),
+    /// One a state of the machine whose state is in this slot.
+    States(usize, Box<[Expression]>),
     Series(Series),
     Sensor(Box<RateSensor>),
 }
@@ -63,7 +65,7 @@ impl Series {
 pub(super) fn source(
     table: &SourceTable,
     unit: &str,
-    variables: &Variables,
+    scope: &Local<'_>,
     place: &Place,
     files: &mut dyn Files,
 ) -> Result<SignalSource, Mistake> {
@@ -88,10 +90,10 @@ pub(super) fn source(
                  `temperature` and `heading` of `model`",
             ));
     }
-    let said = said(table, variables, place, files)?;
+    let said = said(table, scope, place, files)?;
     let source = match &table.model {
         Some(file) => {
-            let sensor = sensor(table, said, (file, unit), variables, place, files)?;
+            let sensor = sensor(table, said, (file, unit), scope, place, files)?;
             Source::Sensor(Box::new(sensor))
         }
         None => said,
@@ -102,13 +104,20 @@ pub(super) fn source(
 /// What is said without a model.
 fn said(
     table: &SourceTable,
-    variables: &Variables,
+    scope: &Local<'_>,
     place: &Place,
     files: &mut dyn Files,
 ) -> Result<Source, Mistake> {
+    if !table.in_states.is_empty() {
+        if table.steps.is_some() || table.csv.is_some() {
+            return Err(Mistake::new(place.key("in").name(), "a signal has one source")
+                .help("in the other states it is the `expression`"));
+        }
+        return in_states(table, scope, place);
+    }
     let (points, from) = match (&table.expression, &table.steps, &table.csv) {
         (Some(expression), None, None) => {
-            let expression = formula(expression, variables, &place.key("expression"))?;
+            let expression = formula(expression, scope, &place.key("expression"))?;
             return Ok(Source::Expression(expression));
         }
         (None, Some(steps), None) => (steps.clone(), place.key("steps")),
@@ -129,6 +138,32 @@ fn said(
     let series = Series { points, interpolate: table.interpolate.unwrap_or(false), repeat };
     check(&series, &from)?;
     Ok(Source::Series(series))
+}
+
+/// What is said in the states of a machine.
+fn in_states(table: &SourceTable, scope: &Local<'_>, place: &Place) -> Result<Source, Mistake> {
+    let all = place.key("in");
+    let mut machines = table.in_states.iter();
+    let (Some((machine, said)), None) = (machines.next(), machines.next()) else {
+        return Err(Mistake::new(all.name(), "a signal is said in the states of one machine"));
+    };
+    let place_of = all.key(machine);
+    let unknown = |place: Place, (text, help)| Mistake::new(place, text).help(help);
+    let states = scope.states(machine).map_err(|error| unknown(place_of.name(), error))?;
+    if let Some(state) = said.keys().find(|state| !states.names.contains(state)) {
+        let text = format!("`{machine}` has no state `{state}`");
+        return Err(Mistake::new(place_of.key(state).name(), text)
+            .help(hint::proposal(state, states.names)));
+    }
+    let each = states.names.iter().map(|state| match (said.get(state), &table.expression) {
+        (Some(given), _) => formula(given, scope, &place_of.key(state)),
+        (None, Some(given)) => formula(given, scope, &place.key("expression")),
+        (None, None) => {
+            Err(Mistake::new(place_of.clone(), format!("nothing is said in `{state}`"))
+                .help("add it, or an `expression` for all others"))
+        }
+    });
+    Ok(Source::States(states.slot, each.collect::<Result<_, _>>()?))
 }
 
 fn check(series: &Series, place: &Place) -> Result<(), Mistake> {
@@ -222,7 +257,7 @@ pub(super) fn sensor(
     table: &SourceTable,
     truth: Source,
     (file, unit): (&str, &str),
-    variables: &Variables,
+    scope: &Local<'_>,
     place: &Place,
     files: &mut dyn Files,
 ) -> Result<RateSensor, Mistake> {
@@ -235,7 +270,7 @@ pub(super) fn sensor(
         Mistake::new(place.key("model"), format!("failed to use `{file}`: {error}"))
     })?;
     let seen = |key: &str, given: &Option<Formula>, needed: bool| match given {
-        Some(given) => formula(given, variables, &place.key(key)),
+        Some(given) => formula(given, scope, &place.key(key)),
         None if needed => {
             let message = format!("the model sees a {key}, and there is none");
             Err(Mistake::new(place.key("model"), message)

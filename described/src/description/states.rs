@@ -1,12 +1,14 @@
 //! Inner states: those that change at a rate, and those that follow from the others.
 
-use super::formula;
-use super::variables::{ParametersOnly, Variables};
+use super::arrays::Entry;
+use super::formula::formula;
+use super::scope::{Local, ParametersOnly};
+use super::variables::Variables;
 use crate::error::Mistake;
 use crate::expression::Expression;
 use crate::file::StateTable;
 use crate::place::Place;
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 /// A state.
 #[derive(Debug, Clone)]
@@ -26,42 +28,53 @@ pub(crate) enum Law {
     /// Its value, made of what was one step before: it changes at the ends of steps alone. Else a switch
     /// would be thrown between the stages of a step, and not be remembered.
     Latched(Expression),
+    /// What a machine has set it to.
+    Held,
 }
 
-/// The states by name, and the order in which those with a value follow from one another.
+/// The states by name, and the order in which those with a value follow from one another. Some of them are set by machines.
 pub(super) fn states(
-    tables: &BTreeMap<String, StateTable>,
+    entries: &[Entry<'_, StateTable>],
+    set: &BTreeSet<&str>,
     variables: &Variables,
 ) -> Result<(Vec<State>, Vec<usize>), Mistake> {
     let all = Place::file().key("state");
     let mut states = Vec::new();
-    for (name, table) in tables {
-        let place = all.key(name);
+    for entry in entries {
+        let (table, place) = (entry.table, all.key(entry.key));
+        let scope = Local { scope: variables, index: entry.index, has_parts: false };
+        let of_parameters = Local { scope: &ParametersOnly(variables), ..scope };
         let start = match &table.start {
-            Some(start) => formula(start, &ParametersOnly(variables), &place.key("start"))?,
+            Some(start) => formula(start, &of_parameters, &place.key("start"))?,
             None => Expression::constant(0.0),
         };
+        let array = entry.key.split('[').next().unwrap_or_default();
+        let is_set = set.contains(entry.name.as_str()) || set.contains(array);
         let law = match (&table.rate, &table.value) {
-            (Some(rate), None) => Law::Rate(formula(rate, variables, &place.key("rate"))?),
+            (Some(rate), None) => Law::Rate(formula(rate, &scope, &place.key("rate"))?),
             (None, Some(value)) => {
-                let value = formula(value, variables, &place.key("value"))?;
+                let value = formula(value, &scope, &place.key("value"))?;
                 let remembers = value.variables().any(|slot| variables.is_last(slot));
                 if remembers { Law::Latched(value) } else { Law::Value(value) }
             }
+            (None, None) if is_set => Law::Held,
             _ => {
-                let message = format!("the state `{name}` has one of `rate` and `value`");
+                let message = format!("the state `{}` has one of `rate` and `value`", entry.name);
                 let help = "`rate` is its derivative per second, `value` is what it is";
                 return Err(Mistake::new(place, message).help(help));
             }
         };
         states.push(State { start, law });
     }
-    let names: Vec<&str> = tables.keys().map(String::as_str).collect();
+    let names: Vec<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
     let order = order(&states, variables).map_err(|circle| {
         let path: Vec<_> = circle.iter().map(|index| format!("`{}`", names[*index])).collect();
         let first = names[circle[0]];
-        Mistake::new(all.key(first).key("value"), format!("a circle: {}", path.join(" needs ")))
-            .help(format!("write `last({first})` for what it was one step before"))
+        Mistake::new(
+            all.key(entries[circle[0]].key).key("value"),
+            format!("a circle: {}", path.join(" needs ")),
+        )
+        .help(format!("write `last({first})` for what it was one step before"))
     })?;
     Ok((states, order))
 }

@@ -1,5 +1,7 @@
 //! What is said of descriptions that are wrong, and where.
 
+mod states;
+
 use super::{Description, DescriptionError};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use proptest::prelude::*;

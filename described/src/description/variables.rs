@@ -1,27 +1,62 @@
-//! The variables of a device, each in a slot: time, parameters, states, states one step before, and the
-//! signals of the messages that it hears.
+//! The variables of a device, each in a slot: time, parameters, states, states one step before, machines, and the signals of
+//! the messages that it hears.
 
-use crate::expression::Scope;
+use super::arrays::Family;
+use super::scope::Arrays;
 use crate::hint;
-use crate::layout::{Layout, Sender, SignalName};
+use crate::layout::{Layout, Sender};
+use crate::lookup::Lookup;
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// The slot of the time since power-on, in seconds.
 pub(crate) const TIME: usize = 0;
 
+/// The slot of the part of an answer that is being sent, from 1.
+pub(crate) const PART: usize = 1;
+
+/// The slots before those of the parameters.
+const FIXED: usize = 2;
+
+/// A machine by its name, and its states by theirs.
+#[derive(Debug, Clone)]
+pub(super) struct MachineNames {
+    pub(super) name: String,
+    pub(super) states: Vec<String>,
+}
+
+/// What has a name beside parameters and states.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Named {
+    pub(super) machines: Vec<MachineNames>,
+    pub(super) tables: BTreeMap<String, Arc<Lookup>>,
+    pub(super) parameter_arrays: Vec<Family>,
+    pub(super) state_arrays: Vec<Family>,
+}
+
 /// Which name is in which slot.
 #[derive(Debug, Clone)]
 pub(crate) struct Variables {
-    parameters: Vec<String>,
-    states: Vec<String>,
-    layout: Layout,
+    pub(super) parameters: Vec<String>,
+    pub(super) states: Vec<String>,
+    pub(super) machines: Vec<MachineNames>,
+    pub(super) tables: BTreeMap<String, Arc<Lookup>>,
+    pub(super) arrays: Arrays,
+    pub(super) layout: Layout,
     /// The first slot of each message that is heard.
     heard: Vec<Option<usize>>,
     count: usize,
 }
 
 impl Variables {
-    pub(super) fn new(parameters: Vec<String>, states: Vec<String>, layout: Layout) -> Self {
-        let mut count = 1 + parameters.len() + 2 * states.len();
+    pub(super) fn new(
+        parameters: Vec<String>,
+        states: Vec<String>,
+        named: Named,
+        layout: Layout,
+    ) -> Self {
+        let Named { machines, tables, parameter_arrays, state_arrays } = named;
+        let mut count = FIXED + parameters.len() + 2 * states.len() + 2 * machines.len();
         let mut slots = |message: &crate::layout::Message| {
             let first = count;
             count += message.signals.len();
@@ -30,12 +65,23 @@ impl Variables {
         let heard = layout.messages().iter();
         let heard = heard.map(|message| (message.sender == Sender::Host).then(|| slots(message)));
         let heard = heard.collect();
-        Self { parameters, states, layout, heard, count }
+        let first_state = FIXED + parameters.len();
+        let arrays = Arrays::new(
+            (&parameter_arrays, FIXED),
+            (&state_arrays, first_state, first_state + states.len()),
+        );
+        Self { parameters, states, machines, tables, arrays, layout, heard, count }
     }
 
-    /// The names of the states.
+    /// The names of the states and the machines.
     pub(crate) fn states(&self) -> impl Iterator<Item = &str> {
-        self.states.iter().map(String::as_str)
+        let machines = self.machines.iter().map(|machine| machine.name.as_str());
+        self.states.iter().map(String::as_str).chain(machines)
+    }
+
+    /// The names of the states, and of arrays of them.
+    pub(super) fn state_names(&self) -> Vec<String> {
+        self.arrays.of_states().chain(self.states.iter().cloned()).collect()
     }
 
     /// How many slots there are.
@@ -44,11 +90,11 @@ impl Variables {
     }
 
     pub(crate) const fn parameter(&self, index: usize) -> usize {
-        1 + index
+        FIXED + index
     }
 
     pub(crate) const fn state(&self, index: usize) -> usize {
-        1 + self.parameters.len() + index
+        FIXED + self.parameters.len() + index
     }
 
     /// The state as it was at the end of the step before.
@@ -56,17 +102,29 @@ impl Variables {
         self.state(index) + self.states.len()
     }
 
+    /// The slot of the state that a machine is in, by its place among them.
+    pub(crate) const fn machine(&self, index: usize) -> usize {
+        self.last_state(self.states.len()) + index
+    }
+
+    /// The slot of the time at which a machine came to its state.
+    pub(crate) const fn entered(&self, index: usize) -> usize {
+        self.machine(index) + self.machines.len()
+    }
+
     /// The slot of a signal that is heard.
     pub(crate) fn signal(&self, message: usize, signal: usize) -> Option<usize> {
         self.heard.get(message).copied().flatten().map(|first| first + signal)
     }
 
-    /// The slot of a parameter or a state.
+    /// The slot of a parameter, a state or a machine.
     pub(crate) fn inner(&self, name: &str) -> Option<usize> {
         let place = |names: &[String]| names.iter().position(|known| known == name);
+        let machine = || self.machines.iter().position(|known| known.name == name);
         place(&self.parameters)
             .map(|index| self.parameter(index))
             .or_else(|| place(&self.states).map(|index| self.state(index)))
+            .or_else(|| machine().map(|index| self.machine(index)))
     }
 
     /// Which state's slot it is.
@@ -79,12 +137,15 @@ impl Variables {
         (self.last_state(0)..self.last_state(self.states.len())).contains(&slot)
     }
 
-    fn unknown(&self, name: &str) -> (String, String) {
+    /// What is said of a name that no variable has.
+    pub(super) fn unknown(&self, name: &str) -> (String, String) {
         if self.layout.resolve_among(name, Some(Sender::Device)).is_ok() {
             let help = "write the states and parameters that it shows".to_owned();
             return (format!("`{name}` is sent, not heard"), help);
         }
         let inner = self.parameters.iter().chain(&self.states).cloned();
+        let machines = self.machines.iter().map(|machine| machine.name.clone());
+        let inner = inner.chain(machines).chain(self.tables.keys().cloned());
         let messages = self.layout.messages().iter().filter(|m| m.sender == Sender::Host);
         let signals = messages.flat_map(|message| {
             message.signals.iter().map(|signal| match name.contains('.') {
@@ -92,47 +153,7 @@ impl Variables {
                 false => signal.name.clone(),
             })
         });
-        let known: Vec<String> = inner.chain(signals).collect();
+        let known: Vec<String> = self.arrays.names().chain(inner).chain(signals).collect();
         (format!("no variable `{name}`"), hint::proposal(name, &known))
-    }
-}
-
-impl Scope for Variables {
-    fn variable(&self, name: &str) -> Result<usize, (String, String)> {
-        if name == "t" {
-            return Ok(TIME);
-        }
-        if let Some(slot) = self.inner(name) {
-            return Ok(slot);
-        }
-        match self.layout.resolve_among(name, Some(Sender::Host)) {
-            Ok((message, signal)) => self.signal(message, signal).ok_or_else(|| self.unknown(name)),
-            Err(SignalName::Unknown { .. }) => Err(self.unknown(name)),
-            Err(error) => Err((error.to_string(), error.advice().to_owned())),
-        }
-    }
-
-    fn last(&self, name: &str) -> Result<usize, (String, String)> {
-        let found = self.states.iter().position(|known| known == name);
-        found
-            .map(|index| self.last_state(index))
-            .ok_or_else(|| (format!("no state `{name}`"), hint::proposal(name, &self.states)))
-    }
-}
-
-/// Parameters alone: what the start of a state may be made of.
-pub(super) struct ParametersOnly<'a>(pub(super) &'a Variables);
-
-impl Scope for ParametersOnly<'_> {
-    fn variable(&self, name: &str) -> Result<usize, (String, String)> {
-        let found = self.0.parameters.iter().position(|known| known == name);
-        found.map(|index| self.0.parameter(index)).ok_or_else(|| {
-            let help = hint::proposal(name, &self.0.parameters);
-            (format!("`{name}` is not a parameter, and a start is made of those alone"), help)
-        })
-    }
-
-    fn last(&self, name: &str) -> Result<usize, (String, String)> {
-        self.variable(name)
     }
 }

@@ -1,6 +1,8 @@
 //! The variables of a device as time goes on.
 
-use crate::description::{Law, Model, TIME};
+use super::laws::{Laws, Moment};
+use super::machines::Machines;
+use crate::description::{Model, TIME};
 use wire::time::{Span, Timestamp};
 
 /// The most steps that one call integrates; the time behind them passes without. Assumption: a world wakes a
@@ -14,26 +16,32 @@ const WEIGHTS: f64 = 6.0;
 /// What the variables are now.
 #[derive(Debug)]
 pub(super) struct Dynamics {
-    values: Vec<f64>,
+    pub(super) values: Vec<f64>,
+    pub(super) laws: Laws,
+    pub(super) machines: Machines,
     /// Where a stage tries.
     trial: Vec<f64>,
-    /// One a state, for the stage and over all of them.
+    /// One a state with a rate, for the stage and over all of them.
     slope: Vec<f64>,
     sum: Vec<f64>,
     start: Timestamp,
     now: Timestamp,
-    not_finite: u64,
+    pub(super) not_finite: u64,
 }
 
 impl Dynamics {
     /// With all variables at zero and not yet started.
     pub(super) fn new(model: &Model) -> Self {
-        let (slots, states) = (model.variables.count(), model.states.len());
+        let slots = model.variables.count();
+        let laws = Laws::of(model);
+        let rates = laws.rates().len();
         Self {
             values: vec![0.0; slots],
+            laws,
+            machines: Machines::default(),
             trial: vec![0.0; slots],
-            slope: vec![0.0; states],
-            sum: vec![0.0; states],
+            slope: vec![0.0; rates],
+            sum: vec![0.0; rates],
             start: Timestamp::ZERO,
             now: Timestamp::ZERO,
             not_finite: 0,
@@ -44,13 +52,14 @@ impl Dynamics {
     pub(super) fn start(&mut self, model: &Model, now: Timestamp) {
         (self.start, self.now) = (now, now);
         self.values[TIME] = 0.0;
+        self.start_machines(model, now);
         for (index, state) in model.states.iter().enumerate() {
             let start = state.start.value(&self.values);
             let start = finite(start, 0.0, &mut self.not_finite);
             self.values[model.variables.state(index)] = start;
             self.values[model.variables.last_state(index)] = start;
         }
-        self.settle(model);
+        self.settle();
     }
 
     pub(super) fn get(&self, slot: usize) -> f64 {
@@ -72,21 +81,24 @@ impl Dynamics {
         self.not_finite
     }
 
-    /// Integrates over the whole steps that end by `now`.
+    /// Integrates over the whole steps that end by `now`, and up to the moments at which a machine goes on by itself.
     pub(super) fn advance(&mut self, model: &Model, now: Timestamp) {
-        if model.states.is_empty() || now <= self.now {
+        if model.states.is_empty() && model.machines.is_empty() || now <= self.now {
             return;
         }
         for _ in 0..STEPS_MAX {
             let step = model.step.as_nanos();
             let count = self.now.since(self.start).as_nanos() / step + 1;
-            let next = self.start + Span::from_nanos(step.saturating_mul(count));
+            let whole = self.start + Span::from_nanos(step.saturating_mul(count));
+            let next = whole.min(self.deadline());
             if next > now {
                 return;
             }
             self.step(model, next);
         }
         self.now = now;
+        // What was waited for meanwhile is over.
+        self.plan(model, now);
     }
 
     /// Integrates up to `now`, the last step a shorter one.
@@ -97,70 +109,52 @@ impl Dynamics {
         }
     }
 
-    fn seconds(&self, at: Timestamp) -> f64 {
+    pub(super) fn seconds(&self, at: Timestamp) -> f64 {
         at.since(self.start).as_secs_f64()
     }
 
     fn step(&mut self, model: &Model, end: Timestamp) {
-        let (from, to) = (self.seconds(self.now), self.seconds(end));
         let length = end.since(self.now).as_secs_f64();
-        if model.states.iter().any(|state| matches!(state.law, Law::Rate(_))) {
-            self.sum.fill(0.0);
-            self.slope.fill(0.0);
-            for (reach, weight) in STAGES {
-                self.trial.copy_from_slice(&self.values);
-                self.trial[TIME] = from + reach * length;
-                for (index, slope) in self.slope.iter().enumerate() {
-                    self.trial[model.variables.state(index)] += reach * length * slope;
-                }
-                follow(model, &mut self.trial, Moment::WithinStep, &mut 0);
-                for (index, state) in model.states.iter().enumerate() {
-                    if let Law::Rate(rate) = &state.law {
-                        self.slope[index] = rate.value(&self.trial);
-                        self.sum[index] += weight * self.slope[index];
-                    }
-                }
+        if !self.laws.rates().is_empty() {
+            self.integrate(length);
+        }
+        self.values[TIME] = self.seconds(end);
+        self.now = end;
+        self.settle();
+        self.go_on(model, end, None);
+    }
+
+    fn integrate(&mut self, length: f64) {
+        let from = self.seconds(self.now);
+        let Self { values, laws, trial, slope, sum, not_finite, .. } = self;
+        sum.fill(0.0);
+        slope.fill(0.0);
+        trial.copy_from_slice(values);
+        for (stage, (reach, weight)) in STAGES.into_iter().enumerate() {
+            if stage > 0 {
+                laws.restore(trial, values);
             }
-            for (index, sum) in self.sum.iter().enumerate() {
-                let slot = model.variables.state(index);
-                let next = self.values[slot] + length * sum / WEIGHTS;
-                self.values[slot] = finite(next, self.values[slot], &mut self.not_finite);
+            trial[TIME] = from + reach * length;
+            for ((slot, _), slope) in laws.rates().iter().zip(&*slope) {
+                trial[*slot] = values[*slot] + reach * length * slope;
+            }
+            laws.follow(trial, Moment::WithinStep, &mut 0);
+            for (index, (_, rate)) in laws.rates().iter().enumerate() {
+                slope[index] = rate.value(trial);
+                sum[index] += weight * slope[index];
             }
         }
-        self.values[TIME] = to;
-        self.now = end;
-        self.settle(model);
+        for ((slot, _), sum) in laws.rates().iter().zip(&*sum) {
+            let next = values[*slot] + length * sum / WEIGHTS;
+            values[*slot] = finite(next, values[*slot], not_finite);
+        }
     }
 
     /// Gives the states with a value theirs, after something else has changed. From now on all states are
     /// those of one step before.
-    pub(super) fn settle(&mut self, model: &Model) {
-        follow(model, &mut self.values, Moment::EndOfStep, &mut self.not_finite);
-        for index in 0..model.states.len() {
-            let state = self.values[model.variables.state(index)];
-            self.values[model.variables.last_state(index)] = state;
-        }
-    }
-}
-
-/// When states with a value are given theirs.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Moment {
-    /// What is latched stays.
-    WithinStep,
-    EndOfStep,
-}
-
-/// Gives the states with a value theirs, each behind those that it needs.
-fn follow(model: &Model, values: &mut [f64], moment: Moment, not_finite: &mut u64) {
-    for index in &model.order {
-        let value = match &model.states[*index].law {
-            Law::Value(value) => value,
-            Law::Latched(value) if moment == Moment::EndOfStep => value,
-            Law::Latched(_) | Law::Rate(_) => continue,
-        };
-        let slot = model.variables.state(*index);
-        values[slot] = finite(value.value(values), values[slot], not_finite);
+    pub(super) fn settle(&mut self) {
+        self.laws.follow(&mut self.values, Moment::EndOfStep, &mut self.not_finite);
+        self.laws.remember(&mut self.values);
     }
 }
 

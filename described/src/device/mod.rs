@@ -1,6 +1,9 @@
 //! The emulator of a described device.
 
+mod answers;
 mod dynamics;
+mod laws;
+mod machines;
 mod occasion;
 mod sending;
 #[cfg(test)]
@@ -8,8 +11,9 @@ mod tests;
 
 use crate::description::{Description, Model, Source};
 use crate::layout::{Decoder, Encoder, Sender};
+use answers::Answers;
 use dynamics::{Dynamics, finite};
-use sending::Sending;
+use sending::{Agenda, Sending};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use wire::can::CanFrame;
@@ -19,9 +23,6 @@ use wire::time::Timestamp;
 /// Messages that wait to be sent, where there are not more that it sends; what comes on top is dropped and counted.
 /// Assumption: no device has as many ready at once.
 const QUEUE_MAX: usize = 64;
-
-/// Answers that wait for their delay; what comes on top is dropped and counted.
-const ANSWERS_MAX: usize = 64;
 
 /// What has no time. It is not due at the end of all time either.
 const NEVER: Timestamp = Timestamp::MAX;
@@ -38,10 +39,12 @@ pub struct Device {
     dynamics: Dynamics,
     on: bool,
     senders: Vec<Sending>,
+    agenda: Agenda,
     /// When each message that is heard is taken for lost.
     lost: Vec<Timestamp>,
-    /// Answers that wait: when, and the place of the message among those that are sent.
-    answers: VecDeque<(Timestamp, usize)>,
+    answers: Answers,
+    /// Of the message that is being heard, one a signal.
+    heard: Vec<Option<f64>>,
     queue: VecDeque<Transmit>,
     dropped: u64,
     clipped: u64,
@@ -64,8 +67,10 @@ impl Device {
             dynamics: Dynamics::new(model),
             on: false,
             senders: model.sent.iter().map(sending).collect(),
+            agenda: Agenda::new(model.sent.len()),
             lost: vec![NEVER; model.heard.len()],
-            answers: VecDeque::new(),
+            answers: Answers::default(),
+            heard: Vec::new(),
             queue: VecDeque::with_capacity(QUEUE_MAX),
             dropped: 0,
             clipped: 0,
@@ -94,8 +99,12 @@ impl Device {
             self.refused += 1;
             return;
         }
-        let (message, values) = (heard.message, heard.values.to_vec());
+        let message = heard.message;
+        let mut values = std::mem::take(&mut self.heard);
+        values.clear();
+        values.extend_from_slice(heard.values);
         self.hear(now, message, &values);
+        self.heard = values;
     }
 
     /// Bytes came on the serial line.
@@ -120,9 +129,9 @@ impl Device {
             return;
         }
         let description = Arc::clone(&self.description);
-        self.forget_the_lost(&description.model, now);
+        self.pass(&description.model, now);
         self.dynamics.advance(&description.model, now);
-        self.send_what_is_due(&description.model, now);
+        self.do_what_is_due(&description.model, now);
     }
 
     /// What it sends next.
@@ -135,27 +144,29 @@ impl Device {
         if !self.on {
             return NEVER;
         }
-        let periodic = self.senders.iter().map(Sending::next);
-        let answers = self.answers.iter().map(|(at, _)| *at);
-        let lost = self.lost.iter().copied();
-        periodic.chain(answers).chain(lost).min().unwrap_or(NEVER)
+        let lost = self.lost.iter().copied().min().unwrap_or(NEVER);
+        let answer = self.answers.times().min().unwrap_or(NEVER);
+        self.agenda.first().min(answer).min(lost).min(self.dynamics.deadline())
     }
 
-    /// Changes a parameter; `false`, and nothing changed, where [`Description::check_parameter`] refuses.
+    /// Changes a parameter, or all of an array of them; `false`, and nothing changed, where [`Description::check_parameter`] refuses.
     /// States that start with it do so at the next power-on; [`Description::set_parameter`] is for the first.
     pub fn set_parameter(&mut self, now: Timestamp, name: &str, value: f64) -> bool {
         let description = Arc::clone(&self.description);
-        let slot = description.model.variables.inner(name);
-        let (Ok(()), Some(slot)) = (description.check_parameter(name, value), slot) else {
+        let model = &description.model;
+        if description.check_parameter(name, value).is_err() {
             return false;
-        };
-        if self.on {
-            self.forget_the_lost(&description.model, now);
-            self.dynamics.reach(&description.model, now);
         }
-        self.dynamics.set(slot, value);
         if self.on {
-            self.dynamics.settle(&description.model);
+            self.pass(model, now);
+            self.dynamics.reach(model, now);
+        }
+        for place in description.parameters_named(name) {
+            self.dynamics.set(model.variables.parameter(place), value);
+        }
+        if self.on {
+            self.dynamics.settle();
+            self.dynamics.go_on(model, now, None);
         }
         true
     }
@@ -185,9 +196,11 @@ impl Device {
             sending.start(&description, sent, now);
         }
         for index in 0..model.sent.len() {
-            let numbers = self.numbers(model, index);
+            let mut numbers = Vec::new();
+            self.numbers(model, index, &mut numbers);
             let rule = &model.sent[index].send;
             self.senders[index].occasion.start(rule, now, model.step, numbers);
+            self.agenda.plan(index, self.senders[index].next());
         }
     }
 
@@ -233,6 +246,11 @@ impl Device {
         self.decoder.damaged()
     }
 
+    /// Questions that it did not use, because another was being answered.
+    pub const fn refused_busy(&self) -> u64 {
+        self.answers.refused
+    }
+
     /// Messages that it did not use, because their counter or their checksum among the signals was not right.
     pub const fn refused(&self) -> u64 {
         self.refused
@@ -241,7 +259,15 @@ impl Device {
     fn hear(&mut self, now: Timestamp, message: usize, values: &[Option<f64>]) {
         let description = Arc::clone(&self.description);
         let model = &description.model;
-        self.forget_the_lost(model, now);
+        self.pass(model, now);
+        if self.accepts(model, now, message, values) {
+            self.take(model, now, message, values);
+        }
+        self.do_what_is_due(model, now);
+    }
+
+    /// Uses a message that it has heard.
+    fn take(&mut self, model: &Model, now: Timestamp, message: usize, values: &[Option<f64>]) {
         self.dynamics.reach(model, now);
         for (signal, value) in values.iter().enumerate() {
             let slot = model.variables.signal(message, signal);
@@ -250,38 +276,46 @@ impl Device {
                 self.dynamics.set(slot, finite(*value, before, &mut self.not_finite));
             }
         }
-        self.dynamics.settle(model);
+        self.dynamics.settle();
+        self.dynamics.go_on(model, now, Some(message));
         for (lost, heard) in self.lost.iter_mut().zip(&model.heard) {
             if heard.message == message {
                 *lost = heard.timeout.map_or(NEVER, |timeout| now + timeout);
             }
         }
-        for (index, sent) in model.sent.iter().enumerate() {
-            match sent.answers {
-                Some((question, _)) if question != message => {}
-                Some(_) if self.answers.len() >= ANSWERS_MAX => self.dropped += 1,
-                Some((_, delay)) => self.answers.push_back((now + delay, index)),
-                None => {}
-            }
-        }
-        for index in 0..model.sent.len() {
-            self.look(model, index, now);
-        }
-        self.send_what_is_due(model, now);
+        self.answer(model, now, message, false);
+        self.look_at_all(model, now);
     }
 
-    /// Messages that did not come in time, in the order in which they failed to.
-    fn forget_the_lost(&mut self, model: &Model, now: Timestamp) {
+    /// Sends what is due; a question whose turn comes with that is heard.
+    fn do_what_is_due(&mut self, model: &Model, now: Timestamp) {
+        self.send_what_is_due(model, now);
+        while let Some((message, values)) = self.answers.question() {
+            self.take(model, now, message, &values);
+            self.send_what_is_due(model, now);
+        }
+    }
+
+    /// Messages that did not come in time, and machines that go on by themselves, in the order of time.
+    fn pass(&mut self, model: &Model, now: Timestamp) {
         loop {
-            let first = self.lost.iter().enumerate().min_by_key(|(_, at)| **at);
-            let Some((heard, at)) = first.map(|(heard, at)| (heard, *at)) else { return };
+            let lost = self.lost.iter().enumerate().min_by_key(|(_, at)| **at);
+            let lost = lost.map(|(heard, at)| (*at, heard)).unwrap_or((NEVER, 0));
+            let deadline = self.dynamics.deadline();
+            let at = lost.0.min(deadline);
             if at > now || at == NEVER {
                 return;
             }
             self.dynamics.reach(model, at);
-            self.hear_nothing(heard);
-            self.dynamics.settle(model);
-            self.lost[heard] = NEVER;
+            if lost.0 == at {
+                self.hear_nothing(lost.1);
+                self.dynamics.settle();
+                self.dynamics.go_on(model, at, None);
+                self.lost[lost.1] = NEVER;
+            }
+            if deadline == at {
+                self.look_at_all(model, at);
+            }
         }
     }
 

@@ -41,7 +41,7 @@ impl Occasion {
         &mut self,
         rule: &SendRule,
         (now, step): (Timestamp, Span),
-        numbers: Vec<Option<u64>>,
+        numbers: &mut Vec<Option<u64>>,
         is_start: impl Fn(usize, Option<u64>) -> bool,
     ) {
         if self.look <= now {
@@ -53,7 +53,7 @@ impl Occasion {
             let is_event = rule.kind != SendKind::OnEvent || !is_start(signal, *number);
             rule.looks_at(signal) && number != seen && is_event
         });
-        self.seen = numbers;
+        std::mem::swap(&mut self.seen, numbers);
         if is_occasion {
             let earliest = self.sent.map_or(now, |sent| now.max(sent + rule.min_delay));
             self.due = earliest;

@@ -3,7 +3,7 @@
 use super::dynamics::finite;
 use super::occasion::Occasion;
 use super::{Device, NEVER, QUEUE_MAX};
-use crate::description::{Description, Model, Sent, SignalSource, Source, TIME};
+use crate::description::{Description, Model, PART, Sent, SignalSource, Source, TIME};
 use crate::layout::SendKind;
 use emulators::gyro::terms::{Seen, Sensor};
 use emulators::random::RandomStream;
@@ -20,6 +20,10 @@ pub(super) struct Sending {
     pages: Vec<usize>,
     /// What each signal was last, without noise.
     pub(super) last: Vec<f64>,
+    /// The least and the greatest value of each.
+    limits: Box<[(f64, f64)]>,
+    /// The places of the multiplexers among them.
+    multiplexers: Box<[usize]>,
     /// One a signal, so that none shifts the numbers of another.
     noise: Vec<RandomStream>,
     /// One a signal that is read from a sensor, since its first reading.
@@ -38,6 +42,8 @@ impl Sending {
             occasion: Occasion::new(),
             pages: vec![0; message.signals.len()],
             last: message.signals.iter().map(|signal| signal.start).collect(),
+            limits: message.signals.iter().map(|one| (one.minimum, one.maximum)).collect(),
+            multiplexers: message.multiplexers().collect(),
             noise: message.signals.iter().map(|signal| stream(&signal.name)).collect(),
             sensors: vec![None; message.signals.len()],
         }
@@ -62,63 +68,141 @@ impl Sending {
     /// Woken late it sends once: a device has no past to catch up with.
     fn next_period(&mut self, sent: &Sent, now: Timestamp) {
         self.due = sent.period.map_or(NEVER, |period| {
-            let missed = now.since(self.due).as_nanos() / period.as_nanos().max(1) + 1;
+            // What is in time needs no division.
+            let missed = match now.since(self.due) {
+                late if late < period => 1,
+                late => late.as_nanos() / period.as_nanos().max(1) + 1,
+            };
             self.due + period * missed
         });
+    }
+}
+
+/// When each of the messages that are sent is due.
+#[derive(Debug, Default)]
+pub(super) struct Agenda {
+    next: Vec<Timestamp>,
+    /// Those that are due now, the earliest first.
+    due: Vec<(Timestamp, usize)>,
+    /// How many of them are done.
+    done: usize,
+    /// What is looked at: a number on the wire for each signal that counts.
+    numbers: Vec<Option<u64>>,
+    /// What is sent: one a signal.
+    values: Vec<f64>,
+}
+
+impl Agenda {
+    pub(super) fn new(messages: usize) -> Self {
+        Self { next: vec![NEVER; messages], ..Self::default() }
+    }
+
+    pub(super) fn plan(&mut self, index: usize, next: Timestamp) {
+        self.next[index] = next;
+    }
+
+    /// When the first one is due.
+    pub(super) fn first(&self) -> Timestamp {
+        self.next.iter().copied().min().unwrap_or(NEVER)
+    }
+
+    /// Begins anew with all that is due.
+    fn begin(&mut self, now: Timestamp) {
+        self.due.clear();
+        self.done = 0;
+        let all = self.next.iter().enumerate().map(|(index, next)| (*next, index));
+        self.due.extend(all.filter(|(next, _)| *next <= now && *next != NEVER));
+        if !self.due.is_sorted() {
+            self.due.sort_unstable();
+        }
+    }
+
+    fn earliest(&self) -> Option<(Timestamp, usize)> {
+        self.due.get(self.done).copied()
+    }
+
+    /// The earliest is done, and due again at `next`.
+    fn go_on(&mut self, index: usize, next: Timestamp, now: Timestamp) {
+        self.next[index] = next;
+        self.done += 1;
+        if next <= now && next != NEVER {
+            let behind = self.due[self.done..].partition_point(|one| *one < (next, index));
+            self.due.insert(self.done + behind, (next, index));
+        }
     }
 }
 
 impl Device {
     /// Sends messages that are due by their period or a change, and answers, the earliest first.
     pub(super) fn send_what_is_due(&mut self, model: &Model, now: Timestamp) {
+        self.agenda.begin(now);
         loop {
-            let periodic = self.senders.iter().enumerate().map(|(index, one)| (one.next(), index));
-            let periodic = periodic.filter(|(due, _)| *due <= now && *due != NEVER).min();
-            let answer = self.answers.iter().enumerate().map(|(place, (at, _))| (*at, place));
-            let answer = answer.filter(|(at, _)| *at <= now && *at != NEVER).min();
-            let index = match (periodic, answer) {
+            let index = match (self.agenda.earliest(), self.answers.due(now)) {
                 (None, None) => return,
                 (Some((due, index)), answer) if answer.is_none_or(|(at, _)| due <= at) => {
                     let is_due = |at: Timestamp| at <= now && at != NEVER;
                     if is_due(self.senders[index].occasion.look) {
                         self.dynamics.reach(model, now);
                         self.look(model, index, now);
+                        self.agenda.go_on(index, self.senders[index].next(), now);
                         continue;
                     }
                     if is_due(self.senders[index].due) {
                         self.senders[index].next_period(&model.sent[index], now);
                     }
-                    index
+                    self.sent(model, index, now);
+                    self.agenda.go_on(index, self.senders[index].next(), now);
+                    continue;
                 }
-                (_, Some((_, place))) => match self.answers.remove(place) {
-                    Some((_, index)) => index,
+                (_, Some((_, place))) => match self.answers.next(model, place) {
+                    Some(waiting) => {
+                        self.dynamics.set(PART, f64::from(waiting.part));
+                        waiting.sent
+                    }
                     None => return,
                 },
                 (Some(_), None) => return,
             };
-            self.dynamics.reach(model, now);
-            self.senders[index].occasion.sent(&model.sent[index].send, now);
-            self.send(model, index);
+            self.sent(model, index, now);
+            // An answer may be due by its period too, or because of a change that it shows.
+            self.agenda.plan(index, self.senders[index].next());
+            self.agenda.begin(now);
+        }
+    }
+
+    fn sent(&mut self, model: &Model, index: usize, now: Timestamp) {
+        self.dynamics.reach(model, now);
+        self.senders[index].occasion.sent(&model.sent[index].send, now);
+        self.send(model, index);
+    }
+
+    /// Looks at all messages that a change has sent.
+    pub(super) fn look_at_all(&mut self, model: &Model, now: Timestamp) {
+        for index in 0..model.sent.len() {
+            self.look(model, index, now);
+            self.agenda.plan(index, self.senders[index].next());
         }
     }
 
     /// Looks whether a change has a message sent.
-    pub(super) fn look(&mut self, model: &Model, index: usize, now: Timestamp) {
+    fn look(&mut self, model: &Model, index: usize, now: Timestamp) {
         let sent = &model.sent[index];
         if sent.send.kind == SendKind::Cyclic {
             return;
         }
-        let numbers = self.numbers(model, index);
+        let mut numbers = std::mem::take(&mut self.agenda.numbers);
+        self.numbers(model, index, &mut numbers);
         let signals = &self.description.layout().messages()[sent.message].signals;
         let is_start = |signal: usize, number: Option<u64>| {
             number == signals[signal].number_of(signals[signal].start)
         };
         let occasion = &mut self.senders[index].occasion;
-        occasion.look(&sent.send, (now, model.step), numbers, is_start);
+        occasion.look(&sent.send, (now, model.step), &mut numbers, is_start);
+        self.agenda.numbers = numbers;
     }
 
     /// What the signals would be sent as now, without noise: nothing for those that no change of counts.
-    pub(super) fn numbers(&self, model: &Model, index: usize) -> Vec<Option<u64>> {
+    pub(super) fn numbers(&self, model: &Model, index: usize, numbers: &mut Vec<Option<u64>>) {
         let sent = &model.sent[index];
         let signals = &self.description.layout().messages()[sent.message].signals;
         let number = |(place, from): (usize, &SignalSource)| {
@@ -135,36 +219,43 @@ impl Device {
                 signals[place].number_of(value.clamp(least, greatest))
             }
         };
-        sent.signals.iter().enumerate().map(number).collect()
+        numbers.clear();
+        numbers.extend(sent.signals.iter().enumerate().map(number));
     }
 
     fn send(&mut self, model: &Model, index: usize) {
         let sent = &model.sent[index];
         let sending = &mut self.senders[index];
         let message = &self.description.layout().messages()[sent.message];
-        let mut values = Vec::with_capacity(message.signals.len());
-        for (place, (signal, from)) in message.signals.iter().zip(&sent.signals).enumerate() {
+        let mut values = std::mem::take(&mut self.agenda.values);
+        values.resize(sent.signals.len(), 0.0);
+        let signals = sent.signals.iter().zip(&sending.limits).zip(&mut values);
+        for (place, ((from, (least, greatest)), into)) in signals.enumerate() {
             let value = match &from.source {
+                Source::Expression(expression) => expression.value(self.dynamics.values()),
                 Source::Unsaid => {
-                    let pages = &sent.pages[place];
+                    let (pages, signal) = (&sent.pages[place], &message.signals[place]);
                     let page = pages.get(sending.pages[place] % pages.len().max(1));
                     page.map_or(signal.start, |page| signal.selecting(*page))
                 }
                 source => source.value(self.dynamics.values(), &mut sending.sensors[place]),
             };
-            let value = finite(value, sending.last[place], &mut self.not_finite);
-            sending.last[place] = value;
+            let last = &mut sending.last[place];
+            let value = finite(value, *last, &mut self.not_finite);
+            *last = value;
             let mut shown = value;
             if from.noise > 0.0 {
                 shown += from.noise * sending.noise[place].standard_normal();
             }
-            let inside = shown.clamp(signal.minimum, signal.maximum);
+            let inside = shown.clamp(*least, *greatest);
             self.clipped += u64::from(inside != shown);
-            values.push(inside);
+            *into = inside;
         }
         // One below another goes on when it has been sent, so that all of its pages are.
-        for place in message.multiplexers().filter(|place| message.carries(*place, &values)) {
-            sending.pages[place] = sending.pages[place].wrapping_add(1);
+        for place in &sending.multiplexers {
+            if message.carries(*place, &values) {
+                sending.pages[*place] = sending.pages[*place].wrapping_add(1);
+            }
         }
         let is_own = |signal: usize| !matches!(sent.signals[signal].source, Source::Unsaid);
         match self.encoder.encode(sent.message, &values, is_own) {
@@ -174,6 +265,7 @@ impl Device {
             // A line can be longer than what is sent at once; else the values are in range.
             Ok(_) | Err(_) => self.dropped += 1,
         }
+        self.agenda.values = values;
     }
 }
 
@@ -183,6 +275,10 @@ impl Source {
         match self {
             Self::Unsaid => f64::NAN,
             Self::Expression(expression) => expression.value(variables),
+            Self::States(machine, each) => {
+                let state = variables.get(*machine).map_or(0, |state| *state as usize);
+                each.get(state).map_or(f64::NAN, |expression| expression.value(variables))
+            }
             Self::Series(series) => series.value(variables.get(TIME).copied().unwrap_or(f64::NAN)),
             Self::Sensor(rate) => {
                 let seen = Seen {

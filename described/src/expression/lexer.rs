@@ -9,14 +9,16 @@ pub(super) enum Token<'a> {
     Number(f64),
     /// A name, perhaps with its message: `Command.Setpoint`.
     Name(&'a str),
+    /// The name of a value, in quotes of either kind.
+    Text(&'a str),
     /// An operator, a parenthesis or a comma.
     Symbol(&'a str),
     End,
 }
 
 /// The longer ones first.
-const SYMBOLS: [&str; 15] =
-    ["<=", ">=", "==", "!=", "<", ">", "+", "-", "*", "/", "%", "^", "(", ")", ","];
+const SYMBOLS: [&str; 17] =
+    ["<=", ">=", "==", "!=", "<", ">", "+", "-", "*", "/", "%", "^", "(", ")", ",", "[", "]"];
 
 /// What other languages write, and what is written here.
 const ELSEWHERE: [(&str, &str); 6] =
@@ -41,6 +43,13 @@ pub(super) fn token(text: &str, from: usize) -> Result<(Token<'_>, Range<usize>)
         let part = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
         let length = rest.find(|c| !part(c)).unwrap_or(rest.len());
         return Ok((Token::Name(&rest[..length]), start..start + length));
+    }
+    if let quote @ ('"' | '\'') = first {
+        let Some(length) = rest[1..].find(quote) else {
+            let message = "a quote without its end".to_owned();
+            return Err(ExpressionError { at: start..text.len(), message, help: None });
+        };
+        return Ok((Token::Text(&rest[1..=length]), start..start + length + 2));
     }
     for (foreign, ours) in ELSEWHERE {
         if rest.starts_with(foreign) && !rest.starts_with("==") && !rest.starts_with("!=") {

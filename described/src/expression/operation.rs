@@ -1,5 +1,7 @@
 //! What operators and functions do.
 
+use super::array::Aggregate;
+
 /// Of one value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Unary {
@@ -58,6 +60,10 @@ pub(super) enum Function {
     If,
     /// `last(state)`.
     Last,
+    /// Of an array.
+    Aggregate(Aggregate),
+    /// `time_in(machine)`.
+    TimeIn,
 }
 
 /// The functions, by name.
@@ -86,6 +92,25 @@ pub(super) const FUNCTIONS: &[(&str, Function)] = &[
     ("tanh", Function::Of1(Unary::Tanh)),
 ];
 
+/// Functions whose names may be those of variables too: they stand before a parenthesis.
+pub(super) const FUNCTIONS_OF_NAMES: &[(&str, Function)] = &[
+    ("sum", Function::Aggregate(Aggregate::Sum)),
+    ("mean", Function::Aggregate(Aggregate::Mean)),
+    ("argmin", Function::Aggregate(Aggregate::ArgMin)),
+    ("argmax", Function::Aggregate(Aggregate::ArgMax)),
+    ("time_in", Function::TimeIn),
+];
+
+/// All functions, by name.
+pub(super) fn functions() -> impl Iterator<Item = &'static (&'static str, Function)> {
+    FUNCTIONS.iter().chain(FUNCTIONS_OF_NAMES)
+}
+
+/// Whether a function has the name.
+pub(crate) fn is_function(name: &str) -> bool {
+    functions().any(|(known, _)| *known == name)
+}
+
 /// Names that mean something in every expression.
 pub(crate) fn is_reserved(name: &str) -> bool {
     matches!(name, "t" | "pi" | "and" | "or" | "not")
@@ -98,6 +123,7 @@ fn truth(is: bool) -> f64 {
 }
 
 impl Unary {
+    #[inline]
     pub(super) fn apply(self, x: f64) -> f64 {
         match self {
             Self::Negate => -x,
@@ -126,11 +152,15 @@ impl Unary {
 
 impl Binary {
     /// What is not a number stays so: a comparison does not make it false, nor a minimum the other one.
+    #[inline]
     pub(super) fn apply(self, a: f64, b: f64) -> f64 {
-        if a.is_nan() || b.is_nan() {
-            return f64::NAN;
-        }
         match self {
+            // What is not a number stays so by itself.
+            Self::Add => a + b,
+            Self::Subtract => a - b,
+            Self::Multiply => a * b,
+            Self::Divide => a / b,
+            _ if a.is_nan() || b.is_nan() => f64::NAN,
             Self::Or => truth(a != 0.0 || b != 0.0),
             Self::And => truth(a != 0.0 && b != 0.0),
             Self::Less => truth(a < b),
@@ -139,10 +169,6 @@ impl Binary {
             Self::GreaterOrEqual => truth(a >= b),
             Self::Equal => truth(a == b),
             Self::NotEqual => truth(a != b),
-            Self::Add => a + b,
-            Self::Subtract => a - b,
-            Self::Multiply => a * b,
-            Self::Divide => a / b,
             Self::Modulo => a - b * libm::floor(a / b),
             Self::Power => libm::pow(a, b),
             Self::Min => a.min(b),

@@ -3,10 +3,12 @@
 //! From the loosest to the tightest: `or`, `and`, `not`, comparisons (which do not chain), `+ -`,
 //! `* / %`, the sign, `^` (from the right). As in mathematics `-x^2` is `-(x^2)`.
 
+mod call;
+mod name;
+
 use super::lexer::{Token, token};
-use super::operation::{Binary, FUNCTIONS, Function, Unary};
+use super::operation::{Binary, Unary};
 use super::{ExpressionError, Operation, STACK_MAX, Scope};
-use crate::hint;
 use std::ops::Range;
 
 /// Parentheses, functions and signs within one another. Assumption: nobody reads more.
@@ -68,12 +70,31 @@ impl<'a> Parser<'a> {
             let message = "the expression is nested too deeply";
             return Err(self.error(self.at.clone(), message, Some(SPLIT.to_owned())));
         }
+        let variable = match self.next {
+            Token::Name(name) => Some(name),
+            _ => None,
+        };
+        let begin = self.operations.len();
         self.operand()?;
+        // Alone on the left of a comparison it may be compared with the name of a value.
+        let variable =
+            variable.filter(|_| matches!(self.operations[begin..], [Operation::Variable(_)]));
         while let Some((power, binary)) = operator(self.next) {
             if power < least {
                 break;
             }
             self.advance()?;
+            if let (Token::Text(value), Binary::Equal | Binary::NotEqual, Some(variable), true) =
+                (self.next, binary, variable, self.operations.len() == begin + 1)
+            {
+                let number = self.scope.named(variable, value);
+                let number = number
+                    .map_err(|(what, help)| self.error(self.at.clone(), &what, Some(help)))?;
+                self.advance()?;
+                self.emit(Operation::Constant(number))?;
+                self.emit(Operation::Binary(binary))?;
+                continue;
+            }
             // What binds from the right leaves its equals to its right side.
             self.expression(if binary == Binary::Power { SIGN } else { power + 1 })?;
             self.emit(Operation::Binary(binary))?;
@@ -121,80 +142,24 @@ impl<'a> Parser<'a> {
             Token::Name(name) => {
                 let at = self.at.clone();
                 self.advance()?;
-                if self.next == Token::Symbol("(") {
-                    return self.call(name, at);
+                match self.next {
+                    Token::Symbol("(") => self.call(name, at),
+                    _ => self.name(name, at),
                 }
-                if FUNCTIONS.iter().any(|(known, _)| *known == name) {
-                    let message = format!("`{name}` is a function");
-                    return Err(self.error(at, &message, Some(format!("write `{name}(...)`"))));
-                }
-                let slot = self.scope.variable(name);
-                let slot = slot.map_err(|(what, help)| self.error(at, &what, Some(help)))?;
-                self.emit(Operation::Variable(slot))
+            }
+            Token::Text(_) => {
+                let help = "write `mode == \"Closed\"`, the variable on the left".to_owned();
+                let message = "the name of a value stands behind `==` or `!=`";
+                Err(self.error(self.at.clone(), message, Some(help)))
             }
         }
-    }
-
-    fn call(&mut self, name: &str, at: Range<usize>) -> Result<(), ExpressionError> {
-        let found = FUNCTIONS.iter().find(|(known, _)| *known == name);
-        let Some((_, function)) = found else {
-            let known: Vec<_> = FUNCTIONS.iter().map(|(known, _)| *known).collect();
-            let help = hint::proposal(name, &known);
-            return Err(self.error(at, &format!("no function `{name}`"), Some(help)));
-        };
-        self.advance()?;
-        if *function == Function::Last {
-            return self.last();
-        }
-        let mut count = 0;
-        loop {
-            self.expression(0)?;
-            count += 1;
-            if let (Function::Fold(binary), true) = (function, count > 1) {
-                self.emit(Operation::Binary(*binary))?;
-            }
-            if self.next != Token::Symbol(",") {
-                break;
-            }
-            self.advance()?;
-        }
-        let at = at.start..self.at.end;
-        self.expect(")")?;
-        let (form, fits) = match function {
-            Function::Of1(_) => (format!("{name}(x)"), count == 1),
-            Function::Of2(_) => (format!("{name}(y, x)"), count == 2),
-            Function::Fold(_) => (format!("{name}(a, b, ...)"), count >= 2),
-            Function::Clamp => ("clamp(x, low, high)".to_owned(), count == 3),
-            Function::If => ("if(condition, then, else)".to_owned(), count == 3),
-            Function::Last => ("last(state)".to_owned(), true),
-        };
-        if !fits {
-            let message = format!("`{name}` does not take {count} values");
-            return Err(self.error(at, &message, Some(format!("write `{form}`"))));
-        }
-        match function {
-            Function::Of1(unary) => self.emit(Operation::Unary(*unary)),
-            Function::Of2(binary) => self.emit(Operation::Binary(*binary)),
-            Function::Fold(_) | Function::Last => Ok(()),
-            Function::Clamp => self.emit(Operation::Clamp),
-            Function::If => self.emit(Operation::Choose),
-        }
-    }
-
-    /// The one name in the parentheses of `last`.
-    fn last(&mut self) -> Result<(), ExpressionError> {
-        let Token::Name(name) = self.next else { return Err(self.unexpected("a state")) };
-        let slot = self.scope.last(name);
-        let slot = slot.map_err(|(what, help)| self.error(self.at.clone(), &what, Some(help)))?;
-        self.advance()?;
-        self.expect(")")?;
-        self.emit(Operation::Variable(slot))
     }
 
     fn emit(&mut self, operation: Operation) -> Result<(), ExpressionError> {
         let taken = match operation {
-            Operation::Constant(_) | Operation::Variable(_) => 0,
-            Operation::Unary(_) => 1,
+            Operation::Constant(_) | Operation::Variable(_) | Operation::Aggregate(..) => 0,
+            Operation::Unary(_) | Operation::Element(_) => 1,
+            Operation::LookUp(ref table) => table.dimensions(),
             Operation::Binary(_) => 2,
             Operation::Choose | Operation::Clamp => 3,
         };

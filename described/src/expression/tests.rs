@@ -1,23 +1,71 @@
 //! What expressions mean, and what is said of those that mean nothing.
 
-use super::{Expression, ExpressionError, Scope};
+use super::array::Array;
+use super::operation::Binary;
+use super::program::choose;
+use super::{Expression, ExpressionError, Meaning, Operation, Scope, States, Unknown, parser};
 use crate::hint;
+use crate::lookup::{Lookup, Outside};
 use proptest::prelude::*;
+use std::sync::Arc;
 
-/// `t`, `x`, `y` and `Command.Setpoint` are the slots 0 to 3; `last(x)` is slot 4.
+/// `t`, `x`, `y` and `Command.Setpoint` are the slots 0 to 3; `last(x)` is slot 4; the array `cell` from 1 to 3 is in the
+/// slots 5 to 7, and the machine `mode`, entered at slot 9, in slot 8.
 struct Names;
 
+const CELL: Array = Array { slot: 5, count: 3, first: 1 };
+
 impl Scope for Names {
-    fn variable(&self, name: &str) -> Result<usize, (String, String)> {
+    fn variable(&self, name: &str) -> Result<Meaning, Unknown> {
         let known = ["t", "x", "y", "Command.Setpoint"];
         let unknown = || (format!("no variable `{name}`"), hint::proposal(name, &known));
-        known.iter().position(|known| *known == name).ok_or_else(unknown)
+        match name {
+            "cell" => Ok(Meaning::Array(CELL)),
+            "i" => Ok(Meaning::Number(2.0)),
+            "mode" => Ok(Meaning::Slot(8)),
+            "ocv" => {
+                let values = vec![3.0, 4.0];
+                let table = Lookup::new(vec![0.0, 1.0], Vec::new(), values, Outside::Clamp);
+                Ok(Meaning::Table(Arc::new(table)))
+            }
+            "plane" => {
+                let axis = vec![0.0, 10.0];
+                let values = vec![0.0, 1.0, 2.0, 7.0];
+                let table = Lookup::new(axis.clone(), axis, values, Outside::Extrapolate);
+                Ok(Meaning::Table(Arc::new(table)))
+            }
+            _ => {
+                known.iter().position(|known| *known == name).map(Meaning::Slot).ok_or_else(unknown)
+            }
+        }
     }
 
-    fn last(&self, name: &str) -> Result<usize, (String, String)> {
-        self.variable(name).map(|_| 4)
+    fn last(&self, name: &str) -> Result<Meaning, Unknown> {
+        self.variable(name).map(|found| match found {
+            Meaning::Array(array) => Meaning::Array(array),
+            _ => Meaning::Slot(4),
+        })
+    }
+
+    fn states(&self, machine: &str) -> Result<States<'_>, Unknown> {
+        let known = ["mode"];
+        let unknown = || (format!("no machine `{machine}`"), hint::proposal(machine, &known));
+        let states = States { slot: 8, entered: 9, names: &[] };
+        known.contains(&machine).then_some(states).ok_or_else(unknown)
+    }
+
+    fn named(&self, _variable: &str, value: &str) -> Result<f64, Unknown> {
+        let known = ["Open", "Closed"];
+        let unknown = || (format!("no value `{value}`"), hint::proposal(value, &known));
+        known.iter().position(|known| *known == value).map(|place| place as f64).ok_or_else(unknown)
+    }
+
+    fn time(&self) -> usize {
+        0
     }
 }
+
+const VARIABLES: [f64; 10] = [10.0, 3.0, -2.0, 40.0, 7.0, 4.1, 3.9, 4.3, 1.0, 2.5];
 
 fn parse(text: &str) -> Result<Expression, ExpressionError> {
     Expression::parse(text, &Names)
@@ -25,7 +73,7 @@ fn parse(text: &str) -> Result<Expression, ExpressionError> {
 
 fn value(text: &str) -> f64 {
     let expression = parse(text).unwrap_or_else(|error| panic!("{text}: {}", error.message));
-    expression.value(&[10.0, 3.0, -2.0, 40.0, 7.0])
+    expression.value(&VARIABLES)
 }
 
 #[test]
@@ -87,6 +135,32 @@ fn functions_are_those_of_the_table() {
 }
 
 #[test]
+fn arrays_tables_and_machines_have_their_words() {
+    for (text, expected) in [
+        ("cell[1] + cell[i]", 8.0),
+        ("cell[i + 1] - cell[min(i + 5, 3)]", 0.0),
+        ("cell[x - 1]", 3.9),
+        ("cell[x]", 4.3),
+        ("max(cell) - min(cell) < 0.4 + 1e-9", 1.0),
+        ("sum(cell)", 4.1 + 3.9 + 4.3),
+        ("mean(cell) * 3 - sum(cell) < 1e-12", 1.0),
+        ("10 * argmax(cell) + argmin(cell)", 32.0),
+        ("ocv(0.25) + ocv(x)", 7.25),
+        ("plane(5, 5)", 2.5),
+        ("x * plane(x + 7, 10) - 1", 20.0),
+        ("mode == \"Closed\"", 1.0),
+        ("mode != 'Closed' or x == 3", 1.0),
+        ("time_in(mode)", 7.5),
+    ] {
+        assert_eq!(value(text), expected, "{text}");
+    }
+    for text in ["cell[x + 1]", "cell[x / 2]", "cell[0/0]", "1 / cell[y]"] {
+        let found = parse(text).map(|expression| expression.value(&VARIABLES));
+        assert!(found.is_ok_and(f64::is_nan) || text == "cell[0/0]", "{text}");
+    }
+}
+
+#[test]
 fn what_is_not_a_number_is_not_hidden() {
     for text in [
         "0 / 0",
@@ -124,6 +198,24 @@ fn mistakes_are_shown_where_they_are() {
         "x § y",
         "last(3)",
         "and x",
+        "cell + 1",
+        "cell[4]",
+        "cell[i + 2]",
+        "cell[1.5]",
+        "x[1]",
+        "cell[1",
+        "sum(x)",
+        "mean(cell[1])",
+        "max(cell, 3)",
+        "sum + 1",
+        "ocv * 2",
+        "ocv(1, 2)",
+        "plane(1)",
+        "mode == \"Clsoed\"",
+        "\"Closed\" == mode",
+        "mode == \"Closed",
+        "time_in(modus)",
+        "x + mode == \"Closed\"",
     ] {
         let error = parse(text).unwrap_err();
         let marks = " ".repeat(error.at.start) + &"^".repeat(error.at.len().max(1));
@@ -145,9 +237,89 @@ fn what_is_too_deep_is_refused() {
     assert_eq!(value(&format!("1{}", "+1".repeat(900))), 901.0);
 }
 
+/// The value by the operations one by one, with nothing worked out before.
+fn naive(operations: &[Operation], variables: &[f64]) -> f64 {
+    let mut stack = Vec::new();
+    for operation in operations {
+        let mut pop = || stack.pop().unwrap();
+        let value = match operation {
+            Operation::Constant(value) => *value,
+            Operation::Variable(slot) => variables[*slot],
+            Operation::Unary(unary) => unary.apply(pop()),
+            Operation::Binary(binary) => {
+                let right = pop();
+                binary.apply(pop(), right)
+            }
+            Operation::Clamp => {
+                let (high, low, x) = (pop(), pop(), pop());
+                Binary::Max.apply(low, Binary::Min.apply(high, x))
+            }
+            Operation::Choose => {
+                let (otherwise, then, condition) = (pop(), pop(), pop());
+                choose(condition, then, otherwise)
+            }
+            Operation::Element(array) => array.element(pop(), variables),
+            Operation::Aggregate(aggregate, array) => aggregate.of(*array, variables),
+            Operation::LookUp(table) if table.dimensions() == 1 => table.value(pop(), f64::NAN),
+            Operation::LookUp(table) => {
+                let y = pop();
+                table.value(pop(), y)
+            }
+        };
+        stack.push(value);
+    }
+    stack.pop().unwrap()
+}
+
+/// Texts of expressions of all that there is.
+fn expressions() -> impl Strategy<Value = String> {
+    let leaf = prop::sample::select(vec![
+        "1",
+        "0",
+        "2.5",
+        "x",
+        "y",
+        "t",
+        "i",
+        "cell[2]",
+        "max(cell)",
+        "sum(cell)",
+        "time_in(mode)",
+        "last(x)",
+        "(mode == 'Closed')",
+        "Command.Setpoint",
+    ]);
+    leaf.prop_map(str::to_owned).prop_recursive(6, 40, 3, |inner| {
+        let operator = prop::sample::select(vec![
+            "+", "-", "*", "*", "/", "%", "^", "<", "==", "and", "or",
+        ]);
+        prop_oneof![
+            6 => (inner.clone(), operator, inner.clone()).prop_map(|(a, op, b)| format!("({a} {op} {b})")),
+            1 => inner.clone().prop_map(|a| format!("(-{a})")),
+            1 => inner.clone().prop_map(|a| format!("ocv({a})")),
+            1 => inner.clone().prop_map(|a| format!("cell[1 + {a} % 3]")),
+            1 => (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("plane({a}, {b})")),
+            1 => (inner.clone(), inner.clone(), inner.clone()).prop_map(|(a, b, c)| format!("if({a}, {b}, {c})")),
+            1 => (inner.clone(), inner.clone(), inner).prop_map(|(a, b, c)| format!("clamp({a}, {b}, {c})")),
+        ]
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn the_program_is_what_is_written(text in expressions(), variables in prop::array::uniform10(-5.0f64..5.0)) {
+        // What is too deep, or has no element of an index, is refused before.
+        let Ok(operations) = parser::parse(&text, &Names) else { return Ok(()) };
+        let (found, expected) = (Expression::of(&operations).value(&variables), naive(&operations, &variables));
+        prop_assert!(found == expected || (found.is_nan() && expected.is_nan()), "{text}: {found} {expected}");
+    }
+}
+
 proptest! {
     #[test]
-    fn no_text_makes_it_panic(text in "[-+*/%^()<>=!,. a-z0-9_x§]{0,40}") {
+    fn no_text_makes_it_panic(text in "[-+*/%^()<>=!,.\\[\\]'\" a-z0-9_x§]{0,40}") {
         if let Ok(expression) = parse(&text) {
             let _ = expression.value(&[]);
         }

@@ -1,5 +1,6 @@
 //! Messages in a description: what a DBC does not say of them, or all.
 
+use super::Formula;
 use crate::layout::{ByteOrder, SendKind, Sender};
 use crate::protection::{ChecksumTable, CounterTable, E2eTable, ProtectionTable};
 use schemars::JsonSchema;
@@ -44,6 +45,18 @@ pub(crate) struct MessageRules {
     pub(crate) answers: Option<String>,
     /// How long after that, s.
     pub(crate) delay_s: Option<f64>,
+    /// It answers only where this holds when the message is heard.
+    pub(crate) when: Option<Formula>,
+    /// It is an answer of so many messages; `part` in its expressions counts them from 1.
+    pub(crate) times: Option<Formula>,
+    /// So long after one another, s.
+    pub(crate) every_s: Option<f64>,
+    /// It answers what is refused because something else is being answered.
+    pub(crate) busy: Option<bool>,
+    /// What becomes of such a message, where it is heard, as long as one of its kind is being answered.
+    pub(crate) while_answering: Option<WhileAnswering>,
+    /// How many wait at the most; 8 where it is absent.
+    pub(crate) queue: Option<usize>,
     /// Signals of a message that is heard: their values until the first one has come.
     #[serde(default)]
     pub(crate) initial: BTreeMap<String, f64>,
@@ -115,6 +128,18 @@ pub(crate) struct MessageTable {
     answers: Option<String>,
     /// How long after that, s.
     delay_s: Option<f64>,
+    /// It answers only where this holds when the message is heard.
+    when: Option<Formula>,
+    /// It is an answer of so many messages; `part` in its expressions counts them from 1.
+    times: Option<Formula>,
+    /// So long after one another, s.
+    every_s: Option<f64>,
+    /// It answers what is refused because something else is being answered.
+    busy: Option<bool>,
+    /// What becomes of such a message, where it is heard, as long as one of its kind is being answered.
+    while_answering: Option<WhileAnswering>,
+    /// How many wait at the most; 8 where it is absent.
+    queue: Option<usize>,
     /// Values of its signals until the first one has come, where it is heard.
     #[serde(default)]
     initial: BTreeMap<String, f64>,
@@ -132,6 +157,12 @@ impl MessageTable {
             min_delay_s: self.min_delay_s,
             answers: self.answers.clone(),
             delay_s: self.delay_s,
+            when: self.when.clone(),
+            times: self.times.clone(),
+            every_s: self.every_s,
+            busy: self.busy,
+            while_answering: self.while_answering,
+            queue: self.queue,
             initial: self.initial.clone(),
             timeout_s: self.timeout_s,
             counter: self.counter.clone(),
@@ -179,6 +210,16 @@ impl<'de> Deserialize<'de> for ChecksumKind {
         }
         deserializer.deserialize_any(Either)
     }
+}
+
+/// What becomes of a message as long as another is being answered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum WhileAnswering {
+    /// It is not used, and gets the `busy` answer where there is one.
+    Refuse,
+    /// It waits until all before it have been answered.
+    Queue,
 }
 
 /// What a checksum covers.

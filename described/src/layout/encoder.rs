@@ -42,7 +42,7 @@ impl Encoder {
     ) -> Result<Transmit, EncodeError> {
         let found = self.layout.messages().get(message);
         let found = found.ok_or(EncodeError::NoMessage(message))?;
-        let Some(protected) = &found.protected else { return found.encode(values, None) };
+        let Some(protected) = &found.protected else { return self.layout.encode(message, values) };
         let own = Own {
             counter: protected.counter.is_some_and(&is_own),
             checksum: protected.checksum.is_some_and(&is_own),

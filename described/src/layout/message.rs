@@ -105,6 +105,12 @@ impl Message {
         }
     }
 
+    /// The frame with these bytes, as many of them as it has; none where it is no frame.
+    pub(super) fn frame(&self, data: &[u8; DATA_BYTES_MAX]) -> Option<CanFrame> {
+        let Carrier::Frame { id, length } = self.carrier else { return None };
+        CanFrame::new(id, data.get(..length)?)
+    }
+
     /// The message with these values; its counter and its checksum are put in where a sender's memory of them is given.
     pub(super) fn encode(
         &self,

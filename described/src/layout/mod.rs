@@ -5,6 +5,7 @@ mod bits;
 mod checksum;
 mod decoder;
 mod encoder;
+mod frame_writer;
 mod frames;
 mod message;
 mod note;
@@ -26,6 +27,7 @@ pub use bits::{ByteOrder, SIGNAL_BITS_MAX};
 pub use dbc::{DbcNode, NOBODY, dbc_nodes, dbc_text};
 pub use decoder::Decoder;
 pub use encoder::Encoder;
+use frame_writer::FrameWriter;
 use frames::{FrameReader, Identifiers};
 pub use message::{Message, Sender};
 pub use note::Note;
@@ -61,6 +63,8 @@ pub struct Layout {
     identifiers: Arc<Identifiers>,
     /// One a message.
     frames: Arc<[FrameReader]>,
+    /// One a message; none of those whose frames differ in what they carry.
+    writers: Arc<[Option<FrameWriter>]>,
     notes: Arc<[Note]>,
 }
 
@@ -165,6 +169,7 @@ impl Layout {
             medium,
             identifiers: Arc::new(Identifiers::of(&messages)),
             frames: messages.iter().map(FrameReader::of).collect(),
+            writers: messages.iter().map(FrameWriter::of).collect(),
             messages: messages.into(),
             notes: Arc::default(),
         }
@@ -277,7 +282,12 @@ impl Layout {
     /// here; an [`Encoder`] puts in what they have to be.
     pub fn encode(&self, message: usize, values: &[f64]) -> Result<Transmit, EncodeError> {
         let found = self.messages.get(message).ok_or(EncodeError::NoMessage(message))?;
-        found.encode(values, None)
+        let data = self.writers[message].as_ref().and_then(|writer| writer.write(values));
+        match data.and_then(|data| found.frame(&data)) {
+            Some(frame) => Ok(Transmit::Frame(frame)),
+            // It is none, or says why it is none.
+            None => found.encode(values, None),
+        }
     }
 
     /// A decoder that hears all messages, whoever sends them.

@@ -29,7 +29,7 @@
 //! | `devices` | the paper's robot or table of this device file, with its controller; its lines are `gyro` and `base` or `table` |
 //! | `[[line]]` | `can = { bit_rate, dbc }` with one DBC or an array of several, or `serial = {}`, whose settings are those of the device on it |
 //! | `message.NAME` of a line | counter and checksum of a message of its DBC: `counter`, `checksum` or `e2e` as in the description of a device |
-//! | `[[node]]` | `at`: a line, or several; one of `emulate`, `under_test`, `tester` and `replay = { log, channel }` |
+//! | `[[node]]` | `at`: a line, or several; one of `emulate` (and `set`: parameters of that one), `under_test`, `tester` and `replay = { log, channel }` |
 //! | `dbc_node` | the node's name in the DBC, where that is another one |
 //!
 //! `devices = "paper"` and `device = "oven"` in a plan are short for a rig of that alone.
@@ -118,6 +118,9 @@ pub struct NodeTable {
     /// The description of the device that is emulated.
     #[serde(default)]
     pub emulate: Option<String>,
+    /// Parameters that it has other values of than its description says: by their names.
+    #[serde(default)]
+    pub set: BTreeMap<String, f64>,
     /// It is the device under test.
     #[serde(default)]
     pub under_test: Option<UnderTest>,

@@ -281,6 +281,11 @@ impl Builder<'_> {
             let at = ("node", number, "under_test");
             return Err(self.mistake(at, message, Some(help.to_owned())).into());
         }
+        if node.emulate.is_none() && !node.set.is_empty() {
+            let message = format!("`{}` is not emulated from a file", node.name);
+            let help = "`set` is of parameters of an `emulate`d device".to_owned();
+            return Err(self.mistake(("node", number, "set"), message, Some(help)).into());
+        }
         if let Some(name) = &node.emulate {
             return self.emulated(node, (number, name), lines, parts);
         }
@@ -312,7 +317,11 @@ impl Builder<'_> {
         lines: &[usize],
         parts: &mut P,
     ) -> Result<NodePart, P::Error> {
-        let description = Arc::new(parts.description(description)?);
+        let mut description = parts.description(description)?;
+        for (name, value) in &node.set {
+            let set = description.set_parameter(name, *value);
+            set.map_err(|message| self.mistake(("node", number, "set"), message, None))?;
+        }
         let layout = description.layout().clone();
         let of_robot = self.rig.robot_lines();
         let [line] = lines else {
@@ -335,7 +344,7 @@ impl Builder<'_> {
             }
         }
         self.speak(node, *line, layout, Sender::Device);
-        Ok(NodePart::Described(description))
+        Ok(NodePart::Described(Arc::new(description)))
     }
 
     fn speak(&mut self, node: &NodeTable, line: usize, layout: Layout, sender: Sender) {

@@ -1,7 +1,8 @@
 //! What is too much, too late or too often.
 
 use super::{at, command, oven, run, showing};
-use crate::device::{ANSWERS_MAX, Device, QUEUE_MAX};
+use crate::device::answers::ANSWERS_MAX;
+use crate::device::{Device, QUEUE_MAX};
 use proptest::prelude::*;
 use std::sync::Arc;
 use wire::can::CanFrame;

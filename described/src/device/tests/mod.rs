@@ -1,9 +1,12 @@
 //! What a described device does.
 
+mod arrays;
 mod bounds;
+mod machines;
 mod occasions;
 mod oven;
 mod protected;
+mod requests;
 mod sensor;
 mod values;
 

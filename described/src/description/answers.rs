@@ -1,0 +1,145 @@
+//! Messages that answer others: when, how often, and what becomes of a question while another is being answered.
+
+use super::formula::formula;
+use super::messages::{PERIOD_S_MIN, Sent, question, seconds};
+use super::scope::Local;
+use super::variables::Variables;
+use crate::error::Mistake;
+use crate::expression::Expression;
+use crate::file::{self, MessageRules};
+use crate::layout::Message;
+use crate::place::Place;
+use wire::time::Span;
+
+/// How many messages wait to be answered where the file does not say.
+const QUEUE: usize = 8;
+
+/// The most of them. Assumption: no device remembers more.
+const QUEUE_MAX: usize = 1000;
+
+/// The most messages of one answer.
+pub(crate) const TIMES_MAX: f64 = 10_000.0;
+
+/// How a message answers another.
+#[derive(Debug, Clone)]
+pub(crate) struct Answer {
+    /// The place of the message that it answers.
+    pub(crate) question: usize,
+    pub(crate) delay: Span,
+    /// As the variables are when the question has been heard.
+    pub(crate) when: Option<Expression>,
+    /// How many messages it is, and how long after one another they come.
+    pub(crate) times: Option<(Expression, Span)>,
+    /// It answers what is refused.
+    pub(crate) busy: bool,
+}
+
+/// What becomes of a message as long as one is being answered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum WhileAnswering {
+    Refuse,
+    /// So many wait.
+    Queue(usize),
+}
+
+/// What the keys of an answer say, none of which stands alone.
+pub(super) fn answer(
+    rules: &MessageRules,
+    variables: &Variables,
+    place: &Place,
+) -> Result<Option<Answer>, Mistake> {
+    let Some(name) = &rules.answers else {
+        let given = [
+            ("delay_s", rules.delay_s.is_some()),
+            ("when", rules.when.is_some()),
+            ("times", rules.times.is_some()),
+            ("every_s", rules.every_s.is_some()),
+            ("busy", rules.busy.is_some()),
+        ];
+        let Some((key, _)) = given.iter().find(|(_, given)| *given) else { return Ok(None) };
+        let text = match *key {
+            "delay_s" => "a delay without a question".to_owned(),
+            key => format!("`{key}` without a question"),
+        };
+        return Err(Mistake::new(place.key(key).name(), text)
+            .help("add `answers`: the message that it comes after"));
+    };
+    let delay = seconds(rules.delay_s.unwrap_or(0.0), 0.0, &place.key("delay_s"))?;
+    let question = question(name, &variables.layout, &place.key("answers"))?;
+    let scope = Local { scope: variables, index: None, has_parts: false };
+    let when = rules.when.as_ref().map(|when| formula(when, &scope, &place.key("when")));
+    let times = match (&rules.times, rules.every_s) {
+        (Some(times), Some(every)) => {
+            let every = seconds(every, PERIOD_S_MIN, &place.key("every_s"))?;
+            let times = formula(times, &scope, &place.key("times"))?;
+            let is_count = |number: f64| (1.0..=TIMES_MAX).contains(&number) && number % 1.0 == 0.0;
+            if let Some(number) = times.known().filter(|number| !is_count(*number)) {
+                let text = format!("an answer of {number} messages");
+                return Err(Mistake::new(place.key("times"), text)
+                    .help(format!("a whole number from 1 to {TIMES_MAX}")));
+            }
+            Some((times, every))
+        }
+        (None, None) => None,
+        (Some(_), None) => {
+            return Err(Mistake::new(
+                place.key("times").name(),
+                "several messages, and it is not said when",
+            )
+            .help("add `every_s`: from one to the next"));
+        }
+        (None, Some(_)) => {
+            return Err(Mistake::new(place.key("every_s").name(), "a period without an end")
+                .help("add `times`: how many messages the answer is"));
+        }
+    };
+    let busy = rules.busy.unwrap_or(false);
+    Ok(Some(Answer { question, delay, when: when.transpose()?, times, busy }))
+}
+
+/// What becomes of a message that is heard while one is being answered.
+pub(super) fn while_answering(
+    rules: &MessageRules,
+    place: &Place,
+) -> Result<Option<WhileAnswering>, Mistake> {
+    match (rules.while_answering, rules.queue) {
+        (Some(file::WhileAnswering::Queue), queue) => match queue.unwrap_or(QUEUE) {
+            length @ 1..=QUEUE_MAX => Ok(Some(WhileAnswering::Queue(length))),
+            length => Err(Mistake::new(place.key("queue"), format!("a queue of {length}"))
+                .help(format!("from 1 to {QUEUE_MAX}"))),
+        },
+        (_, Some(_)) => Err(Mistake::new(place.key("queue").name(), "`queue` has no meaning here")
+            .help("it is of `while_answering = \"queue\"`")),
+        (Some(file::WhileAnswering::Refuse), None) => Ok(Some(WhileAnswering::Refuse)),
+        (None, None) => Ok(None),
+    }
+}
+
+/// Where something is done while answering there is an answer, and where there is a `busy` answer something is refused.
+pub(super) fn agree(
+    messages: &[Message],
+    (sent, places): (&[Sent], &dyn Fn(usize) -> Place),
+    heard: &[super::Heard],
+) -> Result<(), Mistake> {
+    let answers = |busy: bool, question: usize| {
+        let answers = sent.iter().filter_map(|sent| sent.answers.as_ref());
+        answers.into_iter().any(|answer| answer.busy == busy && answer.question == question)
+    };
+    for heard in heard.iter().filter(|heard| heard.while_answering.is_some()) {
+        if !answers(false, heard.message) {
+            let text = format!("nothing answers `{}`", messages[heard.message].name);
+            return Err(Mistake::new(places(heard.message).key("while_answering").name(), text)
+                .help("add `answers` to the message that does"));
+        }
+    }
+    for sent in sent {
+        let Some(answer) = sent.answers.as_ref().filter(|answer| answer.busy) else { continue };
+        let question = heard.iter().find(|heard| heard.message == answer.question);
+        if question.is_none_or(|heard| heard.while_answering.is_none()) {
+            let text = format!("`{}` is never refused", messages[answer.question].name);
+            return Err(Mistake::new(places(sent.message).key("busy").name(), text)
+                .help("add `while_answering` to it: \"refuse\" or \"queue\""));
+        }
+    }
+    Ok(())
+}
