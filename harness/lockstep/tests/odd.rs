@@ -207,9 +207,12 @@ fn none_outlives_the_harness() {
         running.wake(Timestamp::ZERO);
         return;
     }
+    // What is killed does not tidy up.
+    let folder = tempfile::tempdir().unwrap();
     let mut harness = Command::new(std::env::current_exe().unwrap())
         .args(["--exact", "none_outlives_the_harness", "--nocapture"])
         .env(TO_BE_KILLED, "yes")
+        .env("TMPDIR", folder.path())
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
