@@ -1,12 +1,14 @@
 //! From gyro samples to heading: bias off, Eq. 4's factors on, a model's corrections off, summed over
 //! time.
 
+use crate::bump_watch::BumpWatch;
 use crate::calibration::Calibration;
 use crate::clock_watch::ClockWatch;
 use crate::config::{GyroConfig, IntegrationClock, TEMPERATURE_MAX, TEMPERATURE_MIN};
 use crate::correction::{Sum, Watch};
 use crate::loss_watch::LossWatch;
 use crate::mutant::{self, Mutant, Planted};
+use crate::temperature_watch::TemperatureWatch;
 use wire::gyro::{GyroOutput, GyroSample, Sequence};
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Temperature};
@@ -20,6 +22,8 @@ const TEMPERATURE_UPDATE: Span = Span::from_secs(1);
 pub(crate) struct Reading {
     /// Raw rate: nominally scaled, nothing subtracted but the calibration's bias terms.
     pub(crate) raw_rate: AngularRate,
+    /// As it was measured; none where the sample is one that came before.
+    pub(crate) measured: Option<AngularRate>,
     /// Temperature, if the sample has a credible one.
     pub(crate) temperature: Option<Temperature>,
     /// Samples lost before this one.
@@ -30,6 +34,10 @@ pub(crate) struct Reading {
     pub(crate) after_silence: bool,
     /// A comparison of the clocks ended with this sample.
     pub(crate) clock_ratio: Option<f64>,
+    /// Its temperature, or that of the last second, cannot be true.
+    pub(crate) temperature_doubtful: bool,
+    /// It turned while the heading was held, by more than bias.
+    pub(crate) pushed: bool,
 }
 
 /// Sums corrected samples to a heading that is not wrapped.
@@ -49,6 +57,8 @@ pub(crate) struct HeadingIntegrator {
     temperature_sum: f64,
     temperature_count: u32,
     temperature_due: Timestamp,
+    temperature_watch: TemperatureWatch,
+    bumps: BumpWatch,
     last_arrival: Option<Timestamp>,
     last_rate: AngularRate,
     last_sequence: Option<Sequence>,
@@ -78,6 +88,8 @@ impl HeadingIntegrator {
             temperature_sum: 0.0,
             temperature_count: 0,
             temperature_due: Timestamp::ZERO,
+            temperature_watch: TemperatureWatch::default(),
+            bumps: BumpWatch::default(),
             last_arrival: None,
             last_rate: AngularRate::ZERO,
             last_sequence: None,
@@ -145,10 +157,11 @@ impl HeadingIntegrator {
     }
 
     /// Nothing was heard for too long: what passed meanwhile is unknown and is not bridged.
-    pub(crate) const fn lose_track(&mut self) {
+    pub(crate) fn lose_track(&mut self) {
         self.last_arrival = None;
         self.last_sequence = None;
         self.last_integrated = None;
+        self.bumps.restart();
         self.watch.restart();
         self.losses.restart();
     }
@@ -179,9 +192,12 @@ impl HeadingIntegrator {
         self.corrections.hear(now);
         let temperature =
             sample.temperature.filter(|t| (TEMPERATURE_MIN..=TEMPERATURE_MAX).contains(t));
-        if let Some(temperature) = temperature {
-            self.average_temperature(now, temperature);
-        }
+        let out_of_range = temperature != sample.temperature;
+        let wild = temperature.is_some_and(|temperature| {
+            self.temperature_watch.sample(now, temperature, sample.status.warming_up);
+            !self.average_temperature(now, temperature)
+        });
+        let temperature_doubtful = out_of_range || wild || self.temperature_watch.is_frozen();
         let first = self.last_arrival.is_none();
         let spans = i64::from(lost) + 1;
         let period_s = self.period.as_secs_f64();
@@ -213,7 +229,9 @@ impl HeadingIntegrator {
             (self.corrected(now, raw_rate) + bridged) * period_s
         };
         let less_known = raw_rate - self.known_bias(now, raw_rate);
+        let pushed = self.held && self.bumps.turns(Angle::from_rad(step), self.period * spans);
         if !self.held {
+            self.bumps.restart();
             self.heading += Angle::from_rad(step);
             if self.planted.is(Mutant::OverflowAfterLongRuns) {
                 self.heading = Angle::from_rad(mutant::in_32_bits(self.heading.rad()));
@@ -225,7 +243,18 @@ impl HeadingIntegrator {
         self.samples_lost += u64::from(lost);
         let clock_ratio = self.watch.sample(now, lost);
         let missing = self.losses.sample(now, lost) && !self.planted.is(Mutant::MissedSequenceGap);
-        Reading { raw_rate: less_known, temperature, lost, missing, after_silence, clock_ratio }
+        Reading {
+            raw_rate: less_known,
+            measured: Some(raw_rate),
+            temperature,
+            lost,
+            missing,
+            after_silence,
+            clock_ratio,
+            temperature_doubtful: temperature_doubtful
+                && !self.planted.is(Mutant::TemperatureBelieved),
+            pushed: pushed && !self.planted.is(Mutant::BumpIgnored),
+        }
     }
 
     /// So many samples may have been due since the last one arrived. A running number that says more
@@ -268,22 +297,27 @@ impl HeadingIntegrator {
         if rate < 0.0 { self.gain_cw } else { self.gain_ccw }
     }
 
-    fn average_temperature(&mut self, now: Timestamp, temperature: Temperature) {
+    /// False where the mean of the last second cannot be true: it is not used.
+    fn average_temperature(&mut self, now: Timestamp, temperature: Temperature) -> bool {
         self.temperature_sum += temperature.celsius();
         self.temperature_count += 1;
         if now < self.temperature_due {
-            return;
+            return true;
         }
         let mean = self.temperature_sum / f64::from(self.temperature_count);
         let mean = Temperature::from_celsius(mean);
-        self.temperature = Some(mean);
-        self.corrections.tell(now, mean, &self.calibration.corrections);
         self.temperature_sum = 0.0;
         self.temperature_count = 0;
         self.temperature_due = now + TEMPERATURE_UPDATE;
-        if self.calibration.needs_temperature() {
-            self.update_gains();
+        let believed = self.temperature_watch.believes(now, mean);
+        if believed || self.planted.is(Mutant::TemperatureBelieved) {
+            self.temperature = Some(mean);
+            self.corrections.tell(now, mean, &self.calibration.corrections);
+            if self.calibration.needs_temperature() {
+                self.update_gains();
+            }
         }
+        believed
     }
 
     fn update_gains(&mut self) {

@@ -13,9 +13,11 @@ use crate::config::Config;
 use crate::dead_reckoning::DeadReckoning;
 use crate::drive::{Drive, Sight};
 use crate::gyro_input::GyroInput;
+use crate::heading_watch::{HeadingWatch, Heard};
 use crate::health::Health;
 use crate::mission::{BiasMethod, HeadingSource, MissionId, Report};
 use crate::pose_download::PoseDownload;
+use crate::standstill::Standstill;
 use heapless::Deque;
 use wire::base::payload::{COUNTS_PER_DEG, COUNTS_PER_M};
 use wire::base::{Motion, Request};
@@ -67,6 +69,7 @@ pub enum Output {
     Frame(CanFrame),
 }
 
+#[expect(clippy::large_enum_variant, reason = "no allocation: there is no box to put it in")]
 #[derive(Debug, Clone)]
 enum Task {
     Idle,
@@ -85,7 +88,16 @@ pub struct Controller {
     source: HeadingSource,
     bias_method: BiasMethod,
     tested_bias: Option<AngularRate>,
+    /// Of the readings of that test.
+    tested_spread: AngularRate,
     bias_test_failed: bool,
+    bias_moved: bool,
+    moved_at_rest: bool,
+    headings: HeadingWatch,
+    headings_disagree: bool,
+    /// The base stands and nothing is about to move it.
+    stands: bool,
+    standstill: Standstill,
     pose_not_written: bool,
     odometry_doubtful: bool,
     reports_lost: bool,
@@ -110,7 +122,7 @@ impl Controller {
     pub fn new(config: Config, now: Timestamp) -> Self {
         let gyro_command = (config.gyro.stream.format == GyroFormat::Dsp3000Ascii)
             .then(|| dsp3000_command::Command::Output(config.gyro.stream.mode).encode());
-        let mut gyro = GyroInput::new(config.gyro);
+        let mut gyro = GyroInput::new(config.gyro, config.base.is_some());
         gyro.plant(config.planted());
         Self {
             gyro,
@@ -120,7 +132,14 @@ impl Controller {
             source: HeadingSource::Gyro,
             bias_method: BiasMethod::StaticTest,
             tested_bias: None,
+            tested_spread: AngularRate::ZERO,
             bias_test_failed: false,
+            bias_moved: false,
+            moved_at_rest: false,
+            headings: HeadingWatch::default(),
+            headings_disagree: false,
+            stands: false,
+            standstill: Standstill::default(),
             pose_not_written: false,
             odometry_doubtful: false,
             reports_lost: false,
@@ -218,17 +237,29 @@ impl Controller {
     }
 
     fn receive_gyro(&mut self, now: Timestamp, bytes: &[u8]) {
-        let Self { gyro, raw_rate, task, .. } = self;
+        let Self { gyro, raw_rate, task, standstill, stands, .. } = self;
+        let (mut pushed, mut rest) = (false, None);
         gyro.receive(now, bytes, |reading, _| {
             raw_rate.add(reading.raw_rate.rad_per_s());
+            pushed |= reading.pushed;
+            if reading.after_silence || reading.pushed {
+                standstill.is_broken_off();
+            } else if *stands {
+                rest = standstill.reading(now, reading.raw_rate).or(rest);
+            }
             if let Task::BiasTest { half, until, average, .. } = task
                 && now <= *until
             {
                 average.add(reading.raw_rate, reading.temperature, now < *half);
             }
         });
+        self.look_at_rest(rest);
+        // Before a bias is known all that the gyro reads may be bias.
+        let blind = self.config.planted().blinds_second_looks();
+        let pushed = pushed && self.tested_bias.is_some() && !self.moved_at_rest && !blind;
+        self.moved_at_rest |= pushed;
         let silent = self.health.causes.gyro_silent;
-        if silent || self.health.level == crate::health::Level::Starting {
+        if silent || pushed || self.health.level == crate::health::Level::Starting {
             self.update_health(now);
         }
     }
@@ -238,6 +269,7 @@ impl Controller {
         self.reckoning.odometry(&motion);
         let heading = self.heading();
         self.reckoning.advance(&motion, heading);
+        self.look_at_motion(now, &motion);
         if self.stopping && !motion.moving {
             // The next mission starts from where the base came to rest, not from where it was stopped.
             self.stopping = false;

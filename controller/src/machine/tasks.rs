@@ -141,6 +141,7 @@ impl Controller {
             self.idle_at_rest(now)?;
         }
         let duration = Span::from_secs_f64(order.duration_s);
+        self.gyro.begin_test();
         self.task = Task::BiasTest {
             id,
             half: now + duration / 2,
@@ -162,8 +163,13 @@ impl Controller {
         let table = average.temperature().and_then(|t| calibration.table_bias(t));
         let result = average.result(table);
         self.tested_bias = Some(result.mean);
+        self.tested_spread = result.spread;
         self.bias_test_failed = false;
-        self.gyro.forgive();
+        self.bias_moved = false;
+        self.gyro.learn_noise();
+        if self.config.planted().is(Mutant::BiasTestForgives) {
+            self.gyro.forgive();
+        }
         self.task = Task::Idle;
         self.update_bias();
         self.done(id, MissionResult::BiasTest(result));
@@ -171,6 +177,7 @@ impl Controller {
 
     pub(super) fn begin_drive(&mut self, now: Timestamp, mut drive: Drive) {
         drive.plant(self.config.planted());
+        self.headings.begin();
         // It stands, or this mission were refused: a stop that was given at rest is over, and would take the reference
         // from this one.
         self.stopping = false;
@@ -204,7 +211,11 @@ impl Controller {
         self.idle_at_rest(now)?;
         self.gyro.integrator_mut().set_heading(pose.heading);
         self.reckoning.place(pose);
+        self.gyro.forgive();
         self.odometry_doubtful = false;
+        self.moved_at_rest = false;
+        self.headings_disagree = false;
+        self.headings.begin();
         self.reference = pose.heading;
         if self.base.is_none() {
             self.done(id, MissionResult::Applied);
