@@ -6,7 +6,7 @@ use crate::jump_gate::JumpGate;
 use crate::mutant::{Mutant, Planted};
 use crate::stuck_watch::{Neighbours, StuckWatch};
 use wire::gyro::{GyroDecoder, GyroOutput, GyroStream};
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 use wire::units::Angle;
 
 /// How far a gyro's clock may be off: a DSP-3000's by 3 % from unit to unit, and by 0.2 % with temperature (its manual).
@@ -109,6 +109,21 @@ impl GyroInput {
         self.heard.is_none_or(|heard| now - heard > self.config.timeout)
     }
 
+    /// No sample at all within `span`.
+    pub(crate) fn is_silent_for(&self, now: Timestamp, span: Span) -> bool {
+        self.heard.is_none_or(|heard| now - heard > span)
+    }
+
+    /// When [`Self::is_silent_for`] may become true.
+    pub(crate) fn silent_for_at(&self, span: Span) -> Timestamp {
+        self.heard.map_or(Timestamp::MAX, |heard| heard + span + Span::from_nanos(1))
+    }
+
+    /// The last sample is the newest that there can be, or the one before.
+    pub(crate) fn is_fresh(&self, now: Timestamp) -> bool {
+        !self.is_silent_for(now, self.config.stream.format.period() * 2)
+    }
+
     /// Samples come, and none has been valid for too long, or all say the same.
     pub(crate) fn is_invalid(&self, now: Timestamp) -> bool {
         let none_valid = self.good.is_none_or(|good| now - good > self.config.invalid_max);
@@ -124,8 +139,7 @@ impl GyroInput {
     /// When [`Self::is_silent`] may become true.
     pub(crate) fn silent_at(&self) -> Timestamp {
         // One nanosecond late: the limit itself is still in time.
-        let margin = wire::time::Span::from_nanos(1);
-        self.heard.map_or(Timestamp::MAX, |heard| heard + self.config.timeout + margin)
+        self.silent_for_at(self.config.timeout)
     }
 
     /// Takes bytes and hands each good reading, with the angle it added, to `deliver`.

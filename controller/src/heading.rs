@@ -32,6 +32,8 @@ pub(crate) struct Reading {
     pub(crate) missing: bool,
     /// Silence before it was too long to be bridged.
     pub(crate) after_silence: bool,
+    /// Silence before it was a line that was late: nothing is missing.
+    pub(crate) stalled: bool,
     /// A comparison of the clocks ended with this sample.
     pub(crate) clock_ratio: Option<f64>,
     /// Its temperature, or that of the last second, cannot be true.
@@ -48,6 +50,10 @@ pub(crate) struct HeadingIntegrator {
     silence_max: Span,
     heading: Angle,
     held: bool,
+    /// Running numbers tell a line that was late from one that lost samples.
+    carries: bool,
+    /// Where a silence began that somebody else bridges.
+    before_silence: Option<Angle>,
     bias: AngularRate,
     calibration: Calibration,
     corrections: Watch,
@@ -79,6 +85,8 @@ impl HeadingIntegrator {
             silence_max: config.timeout,
             heading: Angle::ZERO,
             held: false,
+            carries: false,
+            before_silence: None,
             bias: AngularRate::ZERO,
             calibration: Calibration::default(),
             corrections: Watch::default(),
@@ -118,6 +126,21 @@ impl HeadingIntegrator {
     /// bias, not rotation.
     pub(crate) const fn hold(&mut self, held: bool) {
         self.held = held;
+    }
+
+    pub(crate) const fn is_held(&self) -> bool {
+        self.held
+    }
+
+    /// From now on a silence after which no number is missing was a line that was late.
+    pub(crate) const fn carry_across_stalls(&mut self, carries: bool) {
+        self.carries = carries;
+    }
+
+    /// The gyro is silent, and somebody else knows the heading.
+    pub(crate) fn bridge_to(&mut self, heading: Angle) {
+        self.before_silence.get_or_insert(self.heading);
+        self.heading = heading;
     }
 
     pub(crate) const fn bias(&self) -> AngularRate {
@@ -170,8 +193,14 @@ impl HeadingIntegrator {
     /// the stream has no sequence they count as lost.
     pub(crate) fn sample(&mut self, now: Timestamp, sample: &GyroSample, skipped: u16) -> Reading {
         let after_silence = self.last_arrival.is_some_and(|last| now - last > self.silence_max);
-        if after_silence {
+        let stalled = after_silence && self.was_late(now, sample.sequence);
+        if after_silence && !stalled {
             self.lose_track();
+        }
+        if let Some(heading) = self.before_silence.take()
+            && stalled
+        {
+            self.heading = heading;
         }
         let lost = match (sample.sequence, self.last_sequence) {
             (Some(_), Some(_)) if self.planted.is(Mutant::MissedSequenceGap) => 0,
@@ -249,12 +278,26 @@ impl HeadingIntegrator {
             temperature,
             lost,
             missing,
-            after_silence,
+            after_silence: after_silence && !stalled,
+            stalled,
             clock_ratio,
             temperature_doubtful: temperature_doubtful
                 && !self.planted.is(Mutant::TemperatureBelieved),
             pushed: pushed && !self.planted.is(Mutant::BumpIgnored),
         }
+    }
+
+    /// Silence ends with a number that leaves most of it unheard: the rest must be on its way.
+    fn was_late(&self, now: Timestamp, sequence: Option<Sequence>) -> bool {
+        let (Some(at), Some(last), Some(this)) = (self.last_arrival, self.last_sequence, sequence)
+        else {
+            return false;
+        };
+        let silence = now - at;
+        let wraps = self.period * i64::from(this.modulus) - self.silence_max;
+        self.carries
+            && silence < wraps
+            && self.period * i64::from(this.lost_since(last)) * 2 < silence
     }
 
     /// So many samples may have been due since the last one arrived. A running number that says more

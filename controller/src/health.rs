@@ -55,6 +55,10 @@ pub struct Causes {
     pub bias_test_failed: bool,
     /// Degraded: the base did not take the last pose.
     pub pose_not_written: bool,
+    /// Degraded: the gyro is silent, and the odometry stands in for it.
+    pub bridging: bool,
+    /// Degraded: the estimator that was asked for failed, and the paper's way stands in for it.
+    pub estimator_failed: bool,
     /// Degraded: an internal queue overflowed; reports or requests were lost.
     pub overflow: bool,
 }
@@ -79,6 +83,8 @@ impl Causes {
             || self.no_bias
             || self.bias_test_failed
             || self.pose_not_written
+            || self.bridging
+            || self.estimator_failed
             || self.overflow
     }
 }

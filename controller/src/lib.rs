@@ -43,6 +43,7 @@ mod heading;
 mod heading_watch;
 pub mod health;
 mod jump_gate;
+mod kalman;
 mod loss_watch;
 mod machine;
 pub mod mission;

@@ -3,6 +3,7 @@
 //! * `tasks`: missions, what is accepted and what each does step by step.
 //! * `supervision`: what is watched meanwhile. `reporting`: what is told.
 
+mod estimating;
 mod reporting;
 mod supervision;
 mod tasks;
@@ -18,6 +19,7 @@ use crate::health::Health;
 use crate::mission::{BiasMethod, HeadingSource, MissionId, Report};
 use crate::pose_download::PoseDownload;
 use crate::standstill::Standstill;
+use estimating::Estimating;
 use heapless::Deque;
 use wire::base::payload::{COUNTS_PER_DEG, COUNTS_PER_M};
 use wire::base::{Motion, Request};
@@ -98,6 +100,8 @@ pub struct Controller {
     /// The base stands and nothing is about to move it.
     stands: bool,
     standstill: Standstill,
+    estimating: Option<Estimating>,
+    estimator_failed: bool,
     pose_not_written: bool,
     odometry_doubtful: bool,
     reports_lost: bool,
@@ -140,6 +144,8 @@ impl Controller {
             headings_disagree: false,
             stands: false,
             standstill: Standstill::default(),
+            estimating: None,
+            estimator_failed: false,
             pose_not_written: false,
             odometry_doubtful: false,
             reports_lost: false,
@@ -200,7 +206,7 @@ impl Controller {
     pub fn next_wakeup(&self) -> Timestamp {
         let mut at = self.state_at.min(self.tick_at);
         if !self.health.causes.gyro_silent {
-            at = at.min(self.gyro.silent_at());
+            at = at.min(self.gyro_lost_at());
         }
         if let Task::BiasTest { until, .. } = self.task {
             at = at.min(until);
@@ -237,11 +243,17 @@ impl Controller {
     }
 
     fn receive_gyro(&mut self, now: Timestamp, bytes: &[u8]) {
-        let Self { gyro, raw_rate, task, standstill, stands, .. } = self;
-        let (mut pushed, mut rest) = (false, None);
+        let Self { gyro, raw_rate, task, standstill, stands, estimating, .. } = self;
+        let (mut pushed, mut rest, mut returned) = (false, None, None);
+        let period = self.config.gyro.stream.format.period();
+        let held = gyro.integrator().is_held();
         gyro.receive(now, bytes, |reading, _| {
             raw_rate.add(reading.raw_rate.rad_per_s());
             pushed |= reading.pushed;
+            if reading.after_silence || reading.stalled {
+                returned = Some(reading);
+            }
+            Self::estimate_passed(estimating, period * (1 + i64::from(reading.lost)), held);
             if reading.after_silence || reading.pushed {
                 standstill.is_broken_off();
             } else if *stands {
@@ -253,7 +265,10 @@ impl Controller {
                 average.add(reading.raw_rate, reading.temperature, now < *half);
             }
         });
-        self.look_at_rest(rest);
+        if let Some(reading) = returned {
+            self.end_bridge(now, reading.stalled, reading.raw_rate);
+        }
+        self.look_at_rest(now, rest);
         // Before a bias is known all that the gyro reads may be bias.
         let blind = self.config.planted().blinds_second_looks();
         let pushed = pushed && self.tested_bias.is_some() && !self.moved_at_rest && !blind;
@@ -270,6 +285,7 @@ impl Controller {
         let heading = self.heading();
         self.reckoning.advance(&motion, heading);
         self.look_at_motion(now, &motion);
+        self.estimate(now);
         if self.stopping && !motion.moving {
             // The next mission starts from where the base came to rest, not from where it was stopped.
             self.stopping = false;

@@ -14,7 +14,7 @@ const LATENCY: Span = Span::from_millis(30);
 const DOUBT: Span = Span::from_millis(100);
 /// Rest is looked at in pieces no longer than the paper's bias test.
 const PIECE: Span = Span::from_secs(20);
-/// Readings from which a mean is formed. Assumption: half of the 0.3 s in which a base settles.
+/// Readings from which a mean tells of a bias that has moved. Assumption: half of the 0.3 s in which a base settles.
 const READINGS_MIN: u32 = 15;
 /// A bias has moved when the mean is off by this many standard errors, and by the largest drift on top.
 const STANDARD_ERRORS: f64 = 5.0;
@@ -33,6 +33,9 @@ pub(crate) struct Standstill {
 pub(crate) struct Rest {
     pub(crate) mean: AngularRate,
     pub(crate) readings: u32,
+    /// Of what has become sure just now.
+    pub(crate) piece: AngularRate,
+    pub(crate) piece_readings: u32,
 }
 
 impl Standstill {
@@ -64,12 +67,17 @@ impl Standstill {
     }
 
     fn settle(&mut self, now: Timestamp) -> Option<Rest> {
+        let (piece, piece_readings) = (self.doubtful.mean(), self.doubtful.count());
         self.sure.join(&self.doubtful);
         self.doubtful = RunningMean::default();
         self.doubtful_since = now;
         let (readings, mean) = (self.sure.count(), self.sure.mean());
-        (readings >= READINGS_MIN)
-            .then_some(Rest { mean: AngularRate::from_rad_per_s(mean), readings })
+        (piece_readings > 0).then_some(Rest {
+            mean: AngularRate::from_rad_per_s(mean),
+            readings,
+            piece: AngularRate::from_rad_per_s(piece),
+            piece_readings,
+        })
     }
 }
 
@@ -81,6 +89,9 @@ impl Rest {
         spread: AngularRate,
         drift_max: AngularRate,
     ) -> bool {
+        if self.readings < READINGS_MIN {
+            return false;
+        }
         let standard_error = spread / libm::sqrt(f64::from(self.readings));
         (self.mean - bias).abs() > drift_max + standard_error * STANDARD_ERRORS
     }

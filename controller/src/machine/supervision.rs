@@ -58,14 +58,23 @@ impl Controller {
             self.standstill.is_broken_off();
         } else if self.stands && !stands {
             let rest = self.standstill.ends(now);
-            self.look_at_rest(rest);
+            self.look_at_rest(now, rest);
         }
         self.stands = stands;
     }
 
     /// At a standstill the gyro reads its bias.
-    pub(super) fn look_at_rest(&mut self, rest: Option<Rest>) {
-        let (Some(rest), Some(bias)) = (rest, self.tested_bias) else { return };
+    pub(super) fn look_at_rest(&mut self, now: Timestamp, rest: Option<Rest>) {
+        let Some(rest) = rest else { return };
+        let bias = self.gyro.integrator().bias();
+        self.look_for_moved_bias(&rest, bias);
+        self.estimate_at_rest(now, &rest);
+    }
+
+    fn look_for_moved_bias(&mut self, rest: &Rest, bias: AngularRate) {
+        if self.tested_bias.is_none() {
+            return;
+        }
         let drift_max = self.config.gyro.rest_drift_max;
         let planted = self.config.planted();
         self.bias_moved |= self.bias_method == BiasMethod::StaticTest
@@ -161,7 +170,9 @@ impl Controller {
         let trouble = self.gyro.trouble();
         let motion = self.base.as_ref().and_then(BaseDriver::motion).map(|(_, motion)| motion);
         Causes {
-            gyro_silent: !self.gyro.is_starting() && self.gyro.is_silent(now),
+            gyro_silent: !self.gyro.is_starting()
+                && self.gyro.is_silent(now)
+                && !self.is_bridging(now),
             gyro_fault: self.gyro.is_invalid(now),
             base_silent: self.base.is_some() && now > self.base_silent_at(),
             base_not_ready: motion.is_some_and(|motion| motion.emergency_stop || motion.fault),
@@ -177,6 +188,8 @@ impl Controller {
             no_bias: self.chosen_bias().is_none(),
             bias_test_failed: self.bias_test_failed,
             pose_not_written: self.pose_not_written,
+            bridging: self.is_bridging(now),
+            estimator_failed: self.estimator_failed,
             overflow: self.reports_lost
                 || self.base.as_ref().is_some_and(|base| base.refused() > 0),
         }

@@ -69,6 +69,10 @@ impl Controller {
                         self.done(id, MissionResult::Applied);
                     })
             }
+            Command::SetEstimator(estimator) => self.idle_at_rest(now).map(|()| {
+                self.set_estimator(estimator);
+                self.done(id, MissionResult::Applied);
+            }),
             Command::RequestState => {
                 self.report_state(now);
                 self.done(id, MissionResult::Applied);
@@ -167,6 +171,7 @@ impl Controller {
         self.bias_test_failed = false;
         self.bias_moved = false;
         self.gyro.learn_noise();
+        self.estimate_with_noise();
         if self.config.planted().is(Mutant::BiasTestForgives) {
             self.gyro.forgive();
         }
@@ -217,6 +222,7 @@ impl Controller {
         self.headings_disagree = false;
         self.headings.begin();
         self.reference = pose.heading;
+        self.estimate_from_here();
         if self.base.is_none() {
             self.done(id, MissionResult::Applied);
         } else {
@@ -345,7 +351,9 @@ impl Controller {
 
     pub(super) fn chosen_bias(&self) -> Option<AngularRate> {
         match self.bias_method {
-            BiasMethod::StaticTest => self.tested_bias,
+            BiasMethod::StaticTest => {
+                self.tested_bias.map(|tested| self.estimated_bias().unwrap_or(tested))
+            }
             BiasMethod::TemperatureTable => {
                 let integrator = self.gyro.integrator();
                 integrator.temperature().and_then(|t| integrator.calibration().table_bias(t))
