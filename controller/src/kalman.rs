@@ -21,6 +21,7 @@ mod matrix;
 #[cfg(test)]
 mod tests;
 
+use crate::mission::Uncertainty;
 use matrix::{STATES, Symmetric, Vector};
 use wire::time::Timestamp;
 use wire::units::{Angle, AngularRate, Length};
@@ -169,10 +170,14 @@ impl Kalman {
         AngularRate::from_rad_per_s(drift + self.believed[CONSTANT])
     }
 
-    /// Standard deviations of heading and position (the larger of both axes).
-    pub(crate) fn uncertainty(&self) -> (Angle, Length) {
+    /// Standard deviations.
+    pub(crate) fn uncertainty(&self) -> Uncertainty {
         let deviation = |state| libm::sqrt(self.covariance.variance(state).max(0.0));
-        (Angle::from_rad(deviation(HEADING)), Length::from_m(deviation(X).max(deviation(Y))))
+        Uncertainty {
+            heading: Angle::from_rad(deviation(HEADING)),
+            x: Length::from_m(deviation(X)),
+            y: Length::from_m(deviation(Y)),
+        }
     }
 
     /// What the odometry has turned is this much of heading.

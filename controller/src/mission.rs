@@ -377,7 +377,10 @@ pub struct Uncertainty {
     /// Of the heading.
     #[serde(rename = "heading_rad")]
     pub heading: Angle,
-    /// Of the position, along the worse axis.
-    #[serde(rename = "position_m")]
-    pub position: Length,
+    /// Of the position.
+    #[serde(rename = "x_m")]
+    pub x: Length,
+    /// See `x`.
+    #[serde(rename = "y_m")]
+    pub y: Length,
 }

@@ -5,7 +5,7 @@
 
 use controller::calibration::{Calibration, Factor};
 use controller::health::Level;
-use controller::mission::{AbortReason, Command, Estimator, MissionResult};
+use controller::mission::{AbortReason, Command, Estimator, MissionResult, Uncertainty};
 use emulators::device_file::Devices;
 use tests::devices::{TRANSPORTS, ideal, shipped};
 use tests::rig::{Answer, Direction, Rig};
@@ -19,7 +19,7 @@ struct Lap {
     x_mm: f64,
     y_mm: f64,
     /// What the filter says of them, one standard deviation.
-    says: Option<(f64, f64)>,
+    says: Option<Uncertainty>,
 }
 
 /// The paper's robot, warm, with the paper's own line of Eq. 5 for its calibration.
@@ -60,7 +60,7 @@ fn lap(rig: &mut Rig, way: f64) -> Lap {
         heading_deg: (state.pose.heading - (after.heading - before.heading)).wrapped().deg(),
         x_mm: (state.pose.x.m() - (x * cos + y * sin)) * 1e3,
         y_mm: (state.pose.y.m() - (y * cos - x * sin)) * 1e3,
-        says: state.uncertainty.map(|it| (it.heading.deg(), it.position.m() * 1e3)),
+        says: state.uncertainty,
     }
 }
 
@@ -91,7 +91,7 @@ fn position_rms(laps: &[Lap]) -> f64 {
 }
 
 /// Share of the laps whose heading, x and y lie within 1.96 of the filter's own standard deviations.
-fn covered(laps: &[Lap], error: fn(&Lap) -> f64, says: fn((f64, f64)) -> f64) -> f64 {
+fn covered(laps: &[Lap], error: fn(&Lap) -> f64, says: fn(Uncertainty) -> f64) -> f64 {
     let within = laps.iter().filter(|lap| {
         lap.says.is_some_and(|deviations| error(lap).abs() <= 1.96 * says(deviations))
     });
@@ -105,9 +105,9 @@ fn three_thousand_laps_each_way() {
     println!("|---|---|---|---|---|---|");
     for estimator in [Estimator::Paper, Estimator::Kalman] {
         let laps = laps(estimator, 1..301);
-        let heading = covered(&laps, |lap| lap.heading_deg, |says| says.0) * 100.0;
-        let x = covered(&laps, |lap| lap.x_mm, |says| says.1) * 100.0;
-        let y = covered(&laps, |lap| lap.y_mm, |says| says.1) * 100.0;
+        let heading = covered(&laps, |lap| lap.heading_deg, |says| says.heading.deg()) * 100.0;
+        let x = covered(&laps, |lap| lap.x_mm, |says| says.x.m() * 1e3) * 100.0;
+        let y = covered(&laps, |lap| lap.y_mm, |says| says.y.m() * 1e3) * 100.0;
         let (by, at) = (heading_rms(&laps), position_rms(&laps));
         println!("| {estimator:?} | {by:.3} | {at:.1} | {heading:.1} % | {x:.1} % | {y:.1} % |");
     }

@@ -49,7 +49,7 @@ fn a_bias_test_finds_the_bias_and_a_lap_loses_it_slowly() {
         kalman.go_on(&Step { now, ..step(0.0, 0.1) }).unwrap();
     }
     // What the data sheet's drift and a 20 s test leave of 64 s: 0.18 deg.
-    let heading = kalman.uncertainty().0.deg();
+    let heading = kalman.uncertainty().heading.deg();
     assert!((0.12..0.24).contains(&heading), "{heading}");
 }
 
@@ -63,10 +63,10 @@ fn a_standstill_mends_what_was_driven_before_it() {
         let now = last + Span::from_millis(100) * n;
         kalman.go_on(&Step { now, ..step(0.0, 0.1) }).unwrap();
     }
-    let before = kalman.uncertainty().0;
+    let before = kalman.uncertainty().heading;
     let correction = kalman.at_rest(AngularRate::from_deg_per_s(0.008), 25).unwrap();
     assert!(correction.heading.deg() < -0.01, "{correction:?}");
-    assert!(kalman.uncertainty().0 < before * 0.9);
+    assert!(kalman.uncertainty().heading < before * 0.9);
 }
 
 #[test]

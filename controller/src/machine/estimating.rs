@@ -93,10 +93,7 @@ impl Controller {
     }
 
     pub(super) fn uncertainty(&self) -> Option<Uncertainty> {
-        self.estimating.as_ref().map(|estimating| {
-            let (heading, position) = estimating.filter.uncertainty();
-            Uncertainty { heading, position }
-        })
+        self.estimating.as_ref().map(|estimating| estimating.filter.uncertainty())
     }
 
     /// The base has spoken, or stands for certain: all that has passed goes into the filter.
