@@ -7,6 +7,8 @@ use controller::calibration::{Calibration, Factor};
 use controller::health::Level;
 use controller::mission::{AbortReason, Command, Estimator, MissionResult, Uncertainty};
 use emulators::device_file::Devices;
+use emulators::gyro::GyroFault;
+use emulators::random::RandomStream;
 use tests::devices::{TRANSPORTS, ideal, shipped};
 use tests::rig::{Answer, Direction, Rig};
 use wire::time::Span;
@@ -209,6 +211,34 @@ fn running_numbers_carry_the_heading_across_a_stall() {
         assert!(off < 0.1, "{stall_ms} ms: {off} deg");
         assert_eq!(rig.state().samples_lost, 0);
     }
+}
+
+/// A bias that leaps by 2,000 deg/h is none that a filter of this gyro can believe.
+#[test]
+fn a_filter_that_cannot_believe_what_it_hears_gives_way_and_says_so() {
+    let mut rig = ready(&warm(), Estimator::Kalman, 5);
+    let tested = rig.bias_test(20.0).mean;
+    rig.set_pose();
+    let by = 2_000f64.to_radians() / 3_600.0;
+    let chance = RandomStream::new(1, "gyro", "fault");
+    rig.gyro.begin_fault(0, GyroFault::BiasStep { by }, chance);
+    rig.run_for(Span::from_secs(5));
+    let causes = rig.health().causes;
+    assert!(causes.estimator_failed && causes.bias_moved, "{causes:?}");
+    assert_eq!(rig.health().level, Level::Degraded);
+    rig.run_for(Span::from_secs(1));
+    assert_eq!((rig.state().bias, rig.state().uncertainty), (tested, None));
+    rig.command(Command::SetEstimator(Estimator::Kalman));
+    assert!(!rig.health().causes.estimator_failed, "asked for anew");
+}
+
+#[test]
+fn on_a_table_the_bias_test_tells_the_filter() {
+    let mut rig = ready(&shipped("paper-table"), Estimator::Kalman, 5);
+    let tested = rig.bias_test(20.0).mean;
+    rig.run_for(Span::from_secs(2));
+    let apart = (rig.state().bias - tested).abs();
+    assert!(apart.deg_per_h() < 2.0 && tested.abs() > apart, "{apart:?} {tested:?}");
 }
 
 #[test]

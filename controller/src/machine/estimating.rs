@@ -2,7 +2,7 @@
 
 use super::{Controller, Task};
 use crate::kalman::{Correction, Fault, Kalman, Step};
-use crate::mission::{Estimator, HeadingSource, Uncertainty};
+use crate::mission::{BiasTestResult, Estimator, HeadingSource, Uncertainty};
 use crate::standstill::Rest;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Length};
@@ -80,11 +80,18 @@ impl Controller {
         }
     }
 
-    /// A bias test has told how noisy the readings are.
-    pub(super) fn estimate_with_noise(&mut self) {
+    /// A bias test has told how noisy the readings are. What stands on no base is known to stand by the test alone.
+    pub(super) fn estimate_with_test(&mut self, now: Timestamp, test: &BiasTestResult) {
         let noise = self.noise();
+        let Some(estimating) = &mut self.estimating else { return };
+        estimating.filter.hear_spread(noise);
+        if self.base.is_some() {
+            return;
+        }
+        self.estimate(now);
         if let Some(estimating) = &mut self.estimating {
-            estimating.filter.hear_spread(noise);
+            let came = estimating.filter.at_rest(test.mean, test.samples);
+            self.take(came);
         }
     }
 

@@ -171,7 +171,7 @@ impl Controller {
         self.bias_test_failed = false;
         self.bias_moved = false;
         self.gyro.learn_noise();
-        self.estimate_with_noise();
+        self.estimate_with_test(now, &result);
         if self.config.planted().is(Mutant::BiasTestForgives) {
             self.gyro.forgive();
         }
