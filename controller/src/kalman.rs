@@ -261,6 +261,9 @@ impl Kalman {
     /// At rest: odometry less heading, both since a pose was set.
     pub(crate) fn odometry(&mut self, apart: Angle) -> Result<Correction, Fault> {
         let (turned, path) = (self.turned - self.turned_before, self.path - self.path_before);
+        if !apart.is_finite() {
+            return Err(Fault::NotANumber);
+        }
         if turned.abs() < STEP_RMS && path == 0.0 {
             // It says what it said before.
             return Ok(Correction::default());
