@@ -45,6 +45,11 @@ impl Approach {
         Self { tuning, ramp: 0.0, at: Loop::Prescribed }
     }
 
+    /// The prescribed speed.
+    pub const fn top_speed(&self) -> f64 {
+        self.tuning.speed
+    }
+
     /// Which loop is at work.
     pub const fn at(&self) -> Loop {
         self.at

@@ -20,6 +20,19 @@ impl RunningMean {
         self.sum_of_squares += difference * (value - self.mean);
     }
 
+    /// Takes all that another has taken.
+    pub(crate) fn join(&mut self, other: &Self) {
+        let (before, more) = (f64::from(self.count), f64::from(other.count));
+        if other.count == 0 {
+            return;
+        }
+        let difference = other.mean - self.mean;
+        let all = before + more;
+        self.count = self.count.saturating_add(other.count);
+        self.mean += difference * more / all;
+        self.sum_of_squares += other.sum_of_squares + difference * difference * before * more / all;
+    }
+
     pub(crate) const fn count(&self) -> u32 {
         self.count
     }
@@ -132,11 +145,18 @@ mod tests {
         fn the_recurrence_is_the_textbook_formula(values in prop::collection::vec(-10.0f64..10.0, 2..200)) {
             let mut running = RunningMean::default();
             values.iter().for_each(|&value| running.add(value));
+            let (mut joined, mut rest) = (RunningMean::default(), RunningMean::default());
+            let (first, second) = values.split_at(values.len() / 3);
+            first.iter().for_each(|&value| joined.add(value));
+            second.iter().for_each(|&value| rest.add(value));
+            joined.join(&rest);
             let n = values.len() as f64;
             let mean = values.iter().sum::<f64>() / n;
             let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
             prop_assert!((running.mean() - mean).abs() < 1e-12 * n);
             prop_assert!((running.spread() - variance.sqrt()).abs() < 1e-9);
+            prop_assert!((joined.mean() - mean).abs() < 1e-12 * n);
+            prop_assert!((joined.spread() - variance.sqrt()).abs() < 1e-9);
         }
     }
 }

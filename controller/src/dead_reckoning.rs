@@ -1,5 +1,6 @@
 //! Dead reckoning: path length from the base, heading from whichever source, summed to a pose.
 
+use crate::kalman::Correction;
 use wire::base::{Motion, PoseWriteResult};
 use wire::units::{Angle, Length, Pose};
 
@@ -37,6 +38,13 @@ impl DeadReckoning {
         self.y = pose.y;
         self.heading_before = pose.heading;
         self.odometry_heading = pose.heading;
+    }
+
+    /// An estimator knows better.
+    pub(crate) fn correct(&mut self, by: &Correction) {
+        self.x += by.x;
+        self.y += by.y;
+        self.heading_before += by.heading;
     }
 
     /// The heading source changes: the next piece of path starts from `heading`.

@@ -167,6 +167,14 @@ impl Drive {
         }
     }
 
+    /// The base turns no faster than this.
+    pub(crate) fn rate_max(&self, config: &MotionConfig) -> AngularRate {
+        match self.motion {
+            Motion::Turn { .. } => AngularRate::from_rad_per_s(self.approach.top_speed()),
+            Motion::Straight { .. } => config.steering_rate_max,
+        }
+    }
+
     /// It wants the base to move.
     pub(crate) fn is_commanding(&self) -> bool {
         self.approach.at() != Loop::Arrived
@@ -182,8 +190,8 @@ impl Drive {
     }
 
     /// On its way, may the odometer say so?
-    pub(crate) fn could_be_on_the_way(&self, displacement: Length) -> bool {
-        self.path.could_be_on_the_way(displacement)
+    pub(crate) fn could_be_on_the_way(&self, now: Timestamp, displacement: Length) -> bool {
+        self.path.could_be_on_the_way(now, displacement)
     }
 
     /// The same at rest.

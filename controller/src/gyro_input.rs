@@ -1,11 +1,16 @@
 //! The gyro's port: bytes to samples, what is wrong with them, and how long it has been so.
 
-use crate::config::GyroConfig;
+use crate::config::{GyroConfig, IntegrationClock};
 use crate::heading::{HeadingIntegrator, Reading};
+use crate::jump_gate::JumpGate;
 use crate::mutant::{Mutant, Planted};
-use wire::gyro::{GyroDecoder, GyroOutput};
-use wire::time::Timestamp;
+use crate::stuck_watch::{Neighbours, StuckWatch};
+use wire::gyro::{GyroDecoder, GyroOutput, GyroStream};
+use wire::time::{Span, Timestamp};
 use wire::units::Angle;
+
+/// How far a gyro's clock may be off: a DSP-3000's by 3 % from unit to unit, and by 0.2 % with temperature (its manual).
+const CLOCK_ERROR_MAX: f64 = 0.032;
 
 /// What has gone wrong since it was last forgiven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -14,6 +19,7 @@ pub(crate) struct GyroTrouble {
     pub(crate) invalid: bool,
     pub(crate) lost: bool,
     pub(crate) clock_mismatch: bool,
+    pub(crate) temperature: bool,
 }
 
 /// Decoder, integrator and watches of one gyro.
@@ -25,12 +31,21 @@ pub(crate) struct GyroInput {
     heard: Option<Timestamp>,
     good: Option<Timestamp>,
     skipped: u16,
+    /// On a base, which turns no faster than it can.
+    gate: Option<JumpGate>,
+    stuck: StuckWatch,
+    /// Of the bias test under way.
+    neighbours: Neighbours,
+    /// The clocks' first ratio.
+    clock_ratio: Option<f64>,
+    temperature_doubtful: bool,
     trouble: GyroTrouble,
     planted: Planted,
 }
 
 impl GyroInput {
-    pub(crate) fn new(config: GyroConfig) -> Self {
+    pub(crate) fn new(config: GyroConfig, on_base: bool) -> Self {
+        let GyroStream { format, mode, .. } = config.stream;
         Self {
             config,
             decoder: GyroDecoder::new(config.stream),
@@ -38,6 +53,11 @@ impl GyroInput {
             heard: None,
             good: None,
             skipped: 0,
+            gate: on_base.then(|| JumpGate::new(format.period())),
+            stuck: StuckWatch::new(format, mode),
+            neighbours: Neighbours::default(),
+            clock_ratio: None,
+            temperature_doubtful: false,
             trouble: GyroTrouble::default(),
             planted: Planted::default(),
         }
@@ -60,10 +80,23 @@ impl GyroInput {
         self.trouble
     }
 
-    /// A bias test passed: what went wrong before it no longer touches the heading from here on.
+    /// The heading is set: what spoilt it before no longer touches it. What goes on being wrong does.
     pub(crate) fn forgive(&mut self) {
-        self.trouble =
-            GyroTrouble { clock_mismatch: self.trouble.clock_mismatch, ..GyroTrouble::default() };
+        self.trouble = GyroTrouble {
+            clock_mismatch: self.trouble.clock_mismatch,
+            temperature: self.temperature_doubtful,
+            ..GyroTrouble::default()
+        };
+    }
+
+    /// A bias test begins: its readings tell what the noise does.
+    pub(crate) fn begin_test(&mut self) {
+        self.neighbours = Neighbours::default();
+    }
+
+    /// It was passed.
+    pub(crate) fn learn_noise(&mut self) {
+        self.stuck.learn(self.neighbours);
     }
 
     /// Has any sample been heard yet?
@@ -76,16 +109,37 @@ impl GyroInput {
         self.heard.is_none_or(|heard| now - heard > self.config.timeout)
     }
 
-    /// Samples come, and none has been valid for too long.
+    /// No sample at all within `span`.
+    pub(crate) fn is_silent_for(&self, now: Timestamp, span: Span) -> bool {
+        self.heard.is_none_or(|heard| now - heard > span)
+    }
+
+    /// When [`Self::is_silent_for`] may become true.
+    pub(crate) fn silent_for_at(&self, span: Span) -> Timestamp {
+        self.heard.map_or(Timestamp::MAX, |heard| heard + span + Span::from_nanos(1))
+    }
+
+    /// The last sample is the newest that there can be, or the one before.
+    pub(crate) fn is_fresh(&self, now: Timestamp) -> bool {
+        !self.is_silent_for(now, self.config.stream.format.period() * 2)
+    }
+
+    /// Samples come, and none has been valid for too long, or all say the same.
     pub(crate) fn is_invalid(&self, now: Timestamp) -> bool {
-        !self.is_silent(now) && self.good.is_none_or(|good| now - good > self.config.invalid_max)
+        let none_valid = self.good.is_none_or(|good| now - good > self.config.invalid_max);
+        !self.is_silent(now) && (none_valid || self.is_stuck())
+    }
+
+    fn is_stuck(&self) -> bool {
+        self.stuck.is_stuck()
+            && !self.planted.is(Mutant::StuckReadingsBelieved)
+            && !self.planted.blinds_second_looks()
     }
 
     /// When [`Self::is_silent`] may become true.
     pub(crate) fn silent_at(&self) -> Timestamp {
         // One nanosecond late: the limit itself is still in time.
-        let margin = wire::time::Span::from_nanos(1);
-        self.heard.map_or(Timestamp::MAX, |heard| heard + self.config.timeout + margin)
+        self.silent_for_at(self.config.timeout)
     }
 
     /// Takes bytes and hands each good reading, with the angle it added, to `deliver`.
@@ -95,10 +149,21 @@ impl GyroInput {
         bytes: &[u8],
         mut deliver: impl FnMut(Reading, Angle),
     ) {
-        let Self { decoder, integrator, heard, good, skipped, trouble, config, planted } = self;
+        let Self { decoder, integrator, heard, good, skipped, gate, trouble, planted, .. } = self;
+        let (stuck, neighbours) = (&mut self.stuck, &mut self.neighbours);
         decoder.feed(bytes, |sample| {
+            if let Some(gate) = gate
+                && heard.is_none_or(|heard| now - heard > self.config.timeout)
+            {
+                gate.restart();
+            }
             *heard = Some(now);
-            if !sample.valid || sample.status.built_in_test_failed || !is_finite(sample.output) {
+            let whole = sample.valid && !sample.status.built_in_test_failed;
+            let usable = whole
+                && is_finite(sample.output)
+                && (gate.as_mut().is_none_or(|gate| gate.believes(now, sample.output))
+                    || planted.is(Mutant::JumpBelieved));
+            if !usable {
                 trouble.invalid = true;
                 *skipped = skipped.saturating_add(1);
                 return;
@@ -107,12 +172,32 @@ impl GyroInput {
             *good = Some(now);
             let before = integrator.heading();
             let reading = integrator.sample(now, &sample, core::mem::take(skipped));
+            if reading.after_silence {
+                stuck.restart();
+            }
+            if let Some(rate) = reading.measured {
+                neighbours.add(stuck.sample(rate));
+            }
             trouble.lost |= reading.lost > 0 || reading.missing || reading.after_silence;
+            trouble.temperature |= reading.temperature_doubtful;
+            self.temperature_doubtful = reading.temperature_doubtful;
             if let Some(ratio) = reading.clock_ratio {
-                trouble.clock_mismatch = (ratio - 1.0).abs() > config.clock_mismatch_max;
+                let first = *self.clock_ratio.get_or_insert(ratio);
+                trouble.clock_mismatch = match (sample.output, self.config.clock) {
+                    (GyroOutput::Rate(_), IntegrationClock::Samples) => {
+                        (ratio - 1.0).abs() > self.config.clock_mismatch_max
+                    }
+                    // Nothing is spoilt by a clock as the manual allows it. One that changes is something else: samples
+                    // that nobody counted, say.
+                    _ => {
+                        (ratio - 1.0).abs() > CLOCK_ERROR_MAX
+                            || (ratio - first).abs() > self.config.clock_mismatch_max
+                    }
+                };
             }
             deliver(reading, integrator.heading() - before);
         });
+        self.trouble.invalid |= self.is_stuck();
     }
 }
 

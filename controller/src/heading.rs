@@ -1,12 +1,14 @@
 //! From gyro samples to heading: bias off, Eq. 4's factors on, a model's corrections off, summed over
 //! time.
 
+use crate::bump_watch::BumpWatch;
 use crate::calibration::Calibration;
 use crate::clock_watch::ClockWatch;
 use crate::config::{GyroConfig, IntegrationClock, TEMPERATURE_MAX, TEMPERATURE_MIN};
 use crate::correction::{Sum, Watch};
 use crate::loss_watch::LossWatch;
 use crate::mutant::{self, Mutant, Planted};
+use crate::temperature_watch::TemperatureWatch;
 use wire::gyro::{GyroOutput, GyroSample, Sequence};
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Temperature};
@@ -20,6 +22,8 @@ const TEMPERATURE_UPDATE: Span = Span::from_secs(1);
 pub(crate) struct Reading {
     /// Raw rate: nominally scaled, nothing subtracted but the calibration's bias terms.
     pub(crate) raw_rate: AngularRate,
+    /// As it was measured; none where the sample is one that came before.
+    pub(crate) measured: Option<AngularRate>,
     /// Temperature, if the sample has a credible one.
     pub(crate) temperature: Option<Temperature>,
     /// Samples lost before this one.
@@ -28,8 +32,14 @@ pub(crate) struct Reading {
     pub(crate) missing: bool,
     /// Silence before it was too long to be bridged.
     pub(crate) after_silence: bool,
+    /// Silence before it was a line that was late: nothing is missing.
+    pub(crate) stalled: bool,
     /// A comparison of the clocks ended with this sample.
     pub(crate) clock_ratio: Option<f64>,
+    /// Its temperature, or that of the last second, cannot be true.
+    pub(crate) temperature_doubtful: bool,
+    /// It turned while the heading was held, by more than bias.
+    pub(crate) pushed: bool,
 }
 
 /// Sums corrected samples to a heading that is not wrapped.
@@ -40,6 +50,10 @@ pub(crate) struct HeadingIntegrator {
     silence_max: Span,
     heading: Angle,
     held: bool,
+    /// Running numbers tell a line that was late from one that lost samples.
+    carries: bool,
+    /// Where a silence began that somebody else bridges.
+    before_silence: Option<Angle>,
     bias: AngularRate,
     calibration: Calibration,
     corrections: Watch,
@@ -49,6 +63,8 @@ pub(crate) struct HeadingIntegrator {
     temperature_sum: f64,
     temperature_count: u32,
     temperature_due: Timestamp,
+    temperature_watch: TemperatureWatch,
+    bumps: BumpWatch,
     last_arrival: Option<Timestamp>,
     last_rate: AngularRate,
     last_sequence: Option<Sequence>,
@@ -69,6 +85,8 @@ impl HeadingIntegrator {
             silence_max: config.timeout,
             heading: Angle::ZERO,
             held: false,
+            carries: false,
+            before_silence: None,
             bias: AngularRate::ZERO,
             calibration: Calibration::default(),
             corrections: Watch::default(),
@@ -78,6 +96,8 @@ impl HeadingIntegrator {
             temperature_sum: 0.0,
             temperature_count: 0,
             temperature_due: Timestamp::ZERO,
+            temperature_watch: TemperatureWatch::default(),
+            bumps: BumpWatch::default(),
             last_arrival: None,
             last_rate: AngularRate::ZERO,
             last_sequence: None,
@@ -106,6 +126,21 @@ impl HeadingIntegrator {
     /// bias, not rotation.
     pub(crate) const fn hold(&mut self, held: bool) {
         self.held = held;
+    }
+
+    pub(crate) const fn is_held(&self) -> bool {
+        self.held
+    }
+
+    /// From now on a silence after which no number is missing was a line that was late.
+    pub(crate) const fn carry_across_stalls(&mut self, carries: bool) {
+        self.carries = carries;
+    }
+
+    /// The gyro is silent, and somebody else knows the heading.
+    pub(crate) fn bridge_to(&mut self, heading: Angle) {
+        self.before_silence.get_or_insert(self.heading);
+        self.heading = heading;
     }
 
     pub(crate) const fn bias(&self) -> AngularRate {
@@ -145,10 +180,11 @@ impl HeadingIntegrator {
     }
 
     /// Nothing was heard for too long: what passed meanwhile is unknown and is not bridged.
-    pub(crate) const fn lose_track(&mut self) {
+    pub(crate) fn lose_track(&mut self) {
         self.last_arrival = None;
         self.last_sequence = None;
         self.last_integrated = None;
+        self.bumps.restart();
         self.watch.restart();
         self.losses.restart();
     }
@@ -157,8 +193,14 @@ impl HeadingIntegrator {
     /// the stream has no sequence they count as lost.
     pub(crate) fn sample(&mut self, now: Timestamp, sample: &GyroSample, skipped: u16) -> Reading {
         let after_silence = self.last_arrival.is_some_and(|last| now - last > self.silence_max);
-        if after_silence {
+        let stalled = after_silence && self.was_late(now, sample.sequence);
+        if after_silence && !stalled {
             self.lose_track();
+        }
+        if let Some(heading) = self.before_silence.take()
+            && stalled
+        {
+            self.heading = heading;
         }
         let lost = match (sample.sequence, self.last_sequence) {
             (Some(_), Some(_)) if self.planted.is(Mutant::MissedSequenceGap) => 0,
@@ -179,9 +221,12 @@ impl HeadingIntegrator {
         self.corrections.hear(now);
         let temperature =
             sample.temperature.filter(|t| (TEMPERATURE_MIN..=TEMPERATURE_MAX).contains(t));
-        if let Some(temperature) = temperature {
-            self.average_temperature(now, temperature);
-        }
+        let out_of_range = temperature != sample.temperature;
+        let wild = temperature.is_some_and(|temperature| {
+            self.temperature_watch.sample(now, temperature, sample.status.warming_up);
+            !self.average_temperature(now, temperature)
+        });
+        let temperature_doubtful = out_of_range || wild || self.temperature_watch.is_frozen();
         let first = self.last_arrival.is_none();
         let spans = i64::from(lost) + 1;
         let period_s = self.period.as_secs_f64();
@@ -213,7 +258,9 @@ impl HeadingIntegrator {
             (self.corrected(now, raw_rate) + bridged) * period_s
         };
         let less_known = raw_rate - self.known_bias(now, raw_rate);
+        let pushed = self.held && self.bumps.turns(Angle::from_rad(step), self.period * spans);
         if !self.held {
+            self.bumps.restart();
             self.heading += Angle::from_rad(step);
             if self.planted.is(Mutant::OverflowAfterLongRuns) {
                 self.heading = Angle::from_rad(mutant::in_32_bits(self.heading.rad()));
@@ -225,7 +272,32 @@ impl HeadingIntegrator {
         self.samples_lost += u64::from(lost);
         let clock_ratio = self.watch.sample(now, lost);
         let missing = self.losses.sample(now, lost) && !self.planted.is(Mutant::MissedSequenceGap);
-        Reading { raw_rate: less_known, temperature, lost, missing, after_silence, clock_ratio }
+        Reading {
+            raw_rate: less_known,
+            measured: Some(raw_rate),
+            temperature,
+            lost,
+            missing,
+            after_silence: after_silence && !stalled,
+            stalled,
+            clock_ratio,
+            temperature_doubtful: temperature_doubtful
+                && !self.planted.is(Mutant::TemperatureBelieved),
+            pushed: pushed && !self.planted.is(Mutant::BumpIgnored),
+        }
+    }
+
+    /// Silence ends with a number that leaves most of it unheard: the rest must be on its way.
+    fn was_late(&self, now: Timestamp, sequence: Option<Sequence>) -> bool {
+        let (Some(at), Some(last), Some(this)) = (self.last_arrival, self.last_sequence, sequence)
+        else {
+            return false;
+        };
+        let silence = now - at;
+        let wraps = self.period * i64::from(this.modulus) - self.silence_max;
+        self.carries
+            && silence < wraps
+            && self.period * i64::from(this.lost_since(last)) * 2 < silence
     }
 
     /// So many samples may have been due since the last one arrived. A running number that says more
@@ -268,22 +340,27 @@ impl HeadingIntegrator {
         if rate < 0.0 { self.gain_cw } else { self.gain_ccw }
     }
 
-    fn average_temperature(&mut self, now: Timestamp, temperature: Temperature) {
+    /// False where the mean of the last second cannot be true: it is not used.
+    fn average_temperature(&mut self, now: Timestamp, temperature: Temperature) -> bool {
         self.temperature_sum += temperature.celsius();
         self.temperature_count += 1;
         if now < self.temperature_due {
-            return;
+            return true;
         }
         let mean = self.temperature_sum / f64::from(self.temperature_count);
         let mean = Temperature::from_celsius(mean);
-        self.temperature = Some(mean);
-        self.corrections.tell(now, mean, &self.calibration.corrections);
         self.temperature_sum = 0.0;
         self.temperature_count = 0;
         self.temperature_due = now + TEMPERATURE_UPDATE;
-        if self.calibration.needs_temperature() {
-            self.update_gains();
+        let believed = self.temperature_watch.believes(now, mean);
+        if believed || self.planted.is(Mutant::TemperatureBelieved) {
+            self.temperature = Some(mean);
+            self.corrections.tell(now, mean, &self.calibration.corrections);
+            if self.calibration.needs_temperature() {
+                self.update_gains();
+            }
         }
+        believed
     }
 
     fn update_gains(&mut self) {

@@ -23,28 +23,42 @@ pub enum Level {
 pub struct Causes {
     /// Fault: no gyro sample within the time-out.
     pub gyro_silent: bool,
-    /// Fault: invalid data or a failed built-in test.
+    /// Fault: invalid data, a failed built-in test, or the same reading again and again.
     pub gyro_fault: bool,
     /// Fault: no motion message within the time-out.
     pub base_silent: bool,
     /// Fault: emergency stop, drive fault.
     pub base_not_ready: bool,
-    /// Degraded: a rate beyond the gyro's range was integrated since the last bias test.
+    /// Degraded: a rate beyond the gyro's range was integrated since a pose was last set.
     pub gyro_over_range: bool,
-    /// Degraded: invalid samples were bridged since the last bias test.
+    /// Degraded: since a pose was last set samples were bridged that were invalid or that no base could have turned to, or
+    /// readings were stuck.
     pub gyro_invalid: bool,
-    /// Degraded: samples were lost since the last bias test.
+    /// Degraded: samples were lost since a pose was last set.
     pub samples_lost: bool,
     /// Degraded: the odometer went another way than the base was told, since a pose was last set.
     pub odometry_doubtful: bool,
-    /// Degraded: the gyro's clock and the host's differ by more than the limit.
+    /// Degraded: gyro and steering odometry turned differently by more than the base's own errors, since a pose was last
+    /// set. One of the two is wrong.
+    pub headings_disagree: bool,
+    /// Degraded: the gyro turned while the base said that it stood, since a pose was last set.
+    pub moved_at_rest: bool,
+    /// Degraded: the gyro's clock spoils the heading, or has changed.
     pub clock_mismatch: bool,
     /// Degraded: no bias is known by the chosen method.
     pub no_bias: bool,
+    /// Degraded: at a standstill the bias was another than the last bias test found.
+    pub bias_moved: bool,
+    /// Degraded: a temperature that cannot be true was told since a pose was last set, or is told now.
+    pub temperature_doubtful: bool,
     /// Degraded: the last bias test failed.
     pub bias_test_failed: bool,
     /// Degraded: the base did not take the last pose.
     pub pose_not_written: bool,
+    /// Degraded: the gyro is silent, and the odometry stands in for it.
+    pub bridging: bool,
+    /// Degraded: the estimator that was asked for failed, and the paper's way stands in for it.
+    pub estimator_failed: bool,
     /// Degraded: an internal queue overflowed; reports or requests were lost.
     pub overflow: bool,
 }
@@ -61,10 +75,16 @@ impl Causes {
             || self.gyro_invalid
             || self.samples_lost
             || self.odometry_doubtful
+            || self.headings_disagree
+            || self.moved_at_rest
+            || self.bias_moved
+            || self.temperature_doubtful
             || self.clock_mismatch
             || self.no_bias
             || self.bias_test_failed
             || self.pose_not_written
+            || self.bridging
+            || self.estimator_failed
             || self.overflow
     }
 }

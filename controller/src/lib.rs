@@ -30,6 +30,7 @@ extern crate std;
 pub mod approach;
 mod base_driver;
 mod bias_test;
+mod bump_watch;
 pub mod calibration;
 mod clock_watch;
 pub mod config;
@@ -39,13 +40,19 @@ mod displacement_watch;
 mod drive;
 mod gyro_input;
 mod heading;
+mod heading_watch;
 pub mod health;
+mod jump_gate;
+mod kalman;
 mod loss_watch;
 mod machine;
 pub mod mission;
 mod mutant;
 mod path_watch;
 mod pose_download;
+mod standstill;
+mod stuck_watch;
+mod temperature_watch;
 
 pub use machine::{
     ANGLE_RAD_MAX, BIAS_TEST_S_MAX, Controller, DISTANCE_M_MAX, Input, Output, Port, RATE_MIN,

@@ -3,6 +3,7 @@
 //! * `tasks`: missions, what is accepted and what each does step by step.
 //! * `supervision`: what is watched meanwhile. `reporting`: what is told.
 
+mod estimating;
 mod reporting;
 mod supervision;
 mod tasks;
@@ -13,9 +14,12 @@ use crate::config::Config;
 use crate::dead_reckoning::DeadReckoning;
 use crate::drive::{Drive, Sight};
 use crate::gyro_input::GyroInput;
+use crate::heading_watch::{HeadingWatch, Heard};
 use crate::health::Health;
 use crate::mission::{BiasMethod, HeadingSource, MissionId, Report};
 use crate::pose_download::PoseDownload;
+use crate::standstill::Standstill;
+use estimating::Estimating;
 use heapless::Deque;
 use wire::base::payload::{COUNTS_PER_DEG, COUNTS_PER_M};
 use wire::base::{Motion, Request};
@@ -67,6 +71,7 @@ pub enum Output {
     Frame(CanFrame),
 }
 
+#[expect(clippy::large_enum_variant, reason = "no allocation: there is no box to put it in")]
 #[derive(Debug, Clone)]
 enum Task {
     Idle,
@@ -85,7 +90,18 @@ pub struct Controller {
     source: HeadingSource,
     bias_method: BiasMethod,
     tested_bias: Option<AngularRate>,
+    /// Of the readings of that test.
+    tested_spread: AngularRate,
     bias_test_failed: bool,
+    bias_moved: bool,
+    moved_at_rest: bool,
+    headings: HeadingWatch,
+    headings_disagree: bool,
+    /// The base stands and nothing is about to move it.
+    stands: bool,
+    standstill: Standstill,
+    estimating: Option<Estimating>,
+    estimator_failed: bool,
     pose_not_written: bool,
     odometry_doubtful: bool,
     reports_lost: bool,
@@ -110,7 +126,7 @@ impl Controller {
     pub fn new(config: Config, now: Timestamp) -> Self {
         let gyro_command = (config.gyro.stream.format == GyroFormat::Dsp3000Ascii)
             .then(|| dsp3000_command::Command::Output(config.gyro.stream.mode).encode());
-        let mut gyro = GyroInput::new(config.gyro);
+        let mut gyro = GyroInput::new(config.gyro, config.base.is_some());
         gyro.plant(config.planted());
         Self {
             gyro,
@@ -120,7 +136,16 @@ impl Controller {
             source: HeadingSource::Gyro,
             bias_method: BiasMethod::StaticTest,
             tested_bias: None,
+            tested_spread: AngularRate::ZERO,
             bias_test_failed: false,
+            bias_moved: false,
+            moved_at_rest: false,
+            headings: HeadingWatch::default(),
+            headings_disagree: false,
+            stands: false,
+            standstill: Standstill::default(),
+            estimating: None,
+            estimator_failed: false,
             pose_not_written: false,
             odometry_doubtful: false,
             reports_lost: false,
@@ -181,7 +206,7 @@ impl Controller {
     pub fn next_wakeup(&self) -> Timestamp {
         let mut at = self.state_at.min(self.tick_at);
         if !self.health.causes.gyro_silent {
-            at = at.min(self.gyro.silent_at());
+            at = at.min(self.gyro_lost_at());
         }
         if let Task::BiasTest { until, .. } = self.task {
             at = at.min(until);
@@ -218,17 +243,38 @@ impl Controller {
     }
 
     fn receive_gyro(&mut self, now: Timestamp, bytes: &[u8]) {
-        let Self { gyro, raw_rate, task, .. } = self;
+        let Self { gyro, raw_rate, task, standstill, stands, estimating, .. } = self;
+        let (mut pushed, mut rest, mut returned) = (false, None, None);
+        let period = self.config.gyro.stream.format.period();
+        let held = gyro.integrator().is_held();
         gyro.receive(now, bytes, |reading, _| {
             raw_rate.add(reading.raw_rate.rad_per_s());
+            pushed |= reading.pushed;
+            if reading.after_silence || reading.stalled {
+                returned = Some(reading);
+            }
+            Self::estimate_passed(estimating, period * (1 + i64::from(reading.lost)), held);
+            if reading.after_silence || reading.pushed {
+                standstill.is_broken_off();
+            } else if *stands {
+                rest = standstill.reading(now, reading.raw_rate).or(rest);
+            }
             if let Task::BiasTest { half, until, average, .. } = task
                 && now <= *until
             {
                 average.add(reading.raw_rate, reading.temperature, now < *half);
             }
         });
+        if let Some(reading) = returned {
+            self.end_bridge(now, reading.stalled, reading.raw_rate);
+        }
+        self.look_at_rest(now, rest);
+        // Before a bias is known all that the gyro reads may be bias.
+        let blind = self.config.planted().blinds_second_looks();
+        let pushed = pushed && self.tested_bias.is_some() && !self.moved_at_rest && !blind;
+        self.moved_at_rest |= pushed;
         let silent = self.health.causes.gyro_silent;
-        if silent || self.health.level == crate::health::Level::Starting {
+        if silent || pushed || self.health.level == crate::health::Level::Starting {
             self.update_health(now);
         }
     }
@@ -238,6 +284,8 @@ impl Controller {
         self.reckoning.odometry(&motion);
         let heading = self.heading();
         self.reckoning.advance(&motion, heading);
+        self.look_at_motion(now, &motion);
+        self.estimate(now);
         if self.stopping && !motion.moving {
             // The next mission starts from where the base came to rest, not from where it was stopped.
             self.stopping = false;

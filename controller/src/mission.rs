@@ -13,6 +13,7 @@
 //! {"id":7,"command":{"set_calibration":{"scale":1.0,"factors":[{"temperature_line":{"slope_deg_per_celsius":-0.52,"intercept_deg":19.23}}],"bias_table":[]}}}
 //! {"id":7,"command":{"set_calibration":{"corrections":[{"acts":"bias","driver":"temperature_rate","form":{"linear":{"slope":0.0002,"origin":0.0}}}]}}}
 //! {"id":8,"command":"request_state"}
+//! {"id":8,"command":{"set_estimator":"kalman"}}
 //! {"id":9,"command":"stop"}
 //!
 //! {"at_ns":20310000000,"report":{"done":{"id":1,"result":{"bias_test":{"mean_rad_per_s":-0.0000121, ...}}}}}
@@ -67,6 +68,8 @@ pub enum Command {
     RequestState,
     /// Stop the base and abort the mission that runs.
     Stop,
+    /// Estimate heading, position and bias like this from now on. At rest only.
+    SetEstimator(Estimator),
 }
 
 /// See [`Command::BiasTest`].
@@ -131,6 +134,18 @@ pub enum BiasMethod {
     TemperatureTable,
     /// None is subtracted, for comparison.
     None,
+}
+
+/// What estimates heading, position and bias.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Estimator {
+    /// As in the paper: samples less the bias of the last test, summed.
+    #[default]
+    Paper,
+    /// A Kalman filter over that sum's errors, which learns the bias at every standstill and the odometry's errors as it
+    /// goes, and has the odometry bridge a gyro that is silent for up to 5 s.
+    Kalman,
 }
 
 /// One line from the controller.
@@ -351,4 +366,21 @@ pub struct State {
     pub clock_ratio: Option<f64>,
     /// Whether it can be believed.
     pub health: Health,
+    /// How far, where an estimator knows.
+    #[serde(default)]
+    pub uncertainty: Option<Uncertainty>,
+}
+
+/// One standard deviation, by the estimator's own reckoning, since a pose was last set.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Uncertainty {
+    /// Of the heading.
+    #[serde(rename = "heading_rad")]
+    pub heading: Angle,
+    /// Of the position.
+    #[serde(rename = "x_m")]
+    pub x: Length,
+    /// See `x`.
+    #[serde(rename = "y_m")]
+    pub y: Length,
 }

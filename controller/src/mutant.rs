@@ -29,6 +29,22 @@ pub enum Mutant {
     OverRangeIgnored,
     /// A sample that came twice is integrated twice.
     RepeatedSampleCounted,
+    /// Readings that noise would change, and that stay the same, are integrated.
+    StuckReadingsBelieved,
+    /// A reading that no base could have turned to is integrated.
+    JumpBelieved,
+    /// Gyro and steering odometry are never compared.
+    HeadingsNotCompared,
+    /// Any temperature is believed, however wild, and one that is frozen.
+    TemperatureBelieved,
+    /// An odometer on its way may lag behind the orders as far as it likes.
+    LaggingOdometerBelieved,
+    /// What the gyro turns while the base says that it stands is taken for bias.
+    BumpIgnored,
+    /// A standstill is no occasion to look at the bias.
+    MovedBiasIgnored,
+    /// A bias test clears what was lost of the heading before it.
+    BiasTestForgives,
 }
 
 #[cfg(feature = "mutants")]
@@ -45,6 +61,14 @@ impl Mutant {
         Self::OverflowAfterLongRuns,
         Self::OverRangeIgnored,
         Self::RepeatedSampleCounted,
+        Self::StuckReadingsBelieved,
+        Self::JumpBelieved,
+        Self::HeadingsNotCompared,
+        Self::TemperatureBelieved,
+        Self::LaggingOdometerBelieved,
+        Self::BumpIgnored,
+        Self::MovedBiasIgnored,
+        Self::BiasTestForgives,
     ];
 
     /// In words joined by hyphens.
@@ -60,6 +84,14 @@ impl Mutant {
             Self::OverflowAfterLongRuns => "overflow-after-long-runs",
             Self::OverRangeIgnored => "over-range-ignored",
             Self::RepeatedSampleCounted => "repeated-sample-counted",
+            Self::StuckReadingsBelieved => "stuck-readings-believed",
+            Self::JumpBelieved => "jump-believed",
+            Self::HeadingsNotCompared => "headings-not-compared",
+            Self::TemperatureBelieved => "temperature-believed",
+            Self::LaggingOdometerBelieved => "lagging-odometer-believed",
+            Self::BumpIgnored => "bump-ignored",
+            Self::MovedBiasIgnored => "moved-bias-ignored",
+            Self::BiasTestForgives => "bias-test-forgives",
         }
     }
 }
@@ -81,6 +113,27 @@ impl Planted {
     #[cfg(feature = "mutants")]
     pub(crate) const fn is(self, mutant: Mutant) -> bool {
         matches!(self.mutant, Some(planted) if planted as u8 == mutant as u8)
+    }
+
+    /// Is it one that a second look would find as well? What that look says would hide what the first lacks.
+    #[cfg(feature = "mutants")]
+    pub(crate) const fn blinds_second_looks(self) -> bool {
+        matches!(
+            self.mutant,
+            Some(
+                Mutant::WatchdogOffByTen
+                    | Mutant::BiasTestWhileMoving
+                    | Mutant::OverflowAfterLongRuns
+                    | Mutant::OverRangeIgnored
+                    | Mutant::RepeatedSampleCounted
+            )
+        )
+    }
+
+    /// There is none.
+    #[cfg(not(feature = "mutants"))]
+    pub(crate) const fn blinds_second_looks(self) -> bool {
+        false
     }
 
     /// There is none.

@@ -3,15 +3,18 @@
 //! The base follows the velocities that it is sent, so that what they add up to and what its odometer says differ by
 //! little: an odometer that stands still, or jumps, shows in that difference.
 
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 use wire::units::{Length, Speed};
 
 /// At rest both may differ by this. Assumption: a third of the paper's 10 cm square.
 const APART_MAX: Length = Length::from_m(0.03);
 /// And by this share of the path. Assumption.
 const APART_SHARE_MAX: f64 = 0.01;
-/// On the way the base lags behind by this as well. Assumption: 0.15 s at its top speed of 0.78 m/s.
-const LAG_MAX: Length = Length::from_m(0.12);
+/// On the way the base is where it was told to be so long ago at worst. Assumption: two periods of the loops, an exchange
+/// on the serial line and a period for its ramps.
+const LAG_MAX: Span = Span::from_millis(150);
+/// Orders that are remembered: one a period of 27 ms or so, for [`LAG_MAX`] and a period more.
+const ORDERS: usize = 8;
 
 /// Watches one drive.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -20,6 +23,8 @@ pub(crate) struct PathWatch {
     from: Length,
     told: Length,
     last: Option<(Timestamp, Speed)>,
+    /// What the orders had come to when each was given; the oldest first.
+    orders: [Option<(Timestamp, Length)>; ORDERS],
 }
 
 impl PathWatch {
@@ -33,20 +38,29 @@ impl PathWatch {
         if let Some((since, before)) = self.last.replace((now, speed)) {
             self.told += before * (now - since);
         }
+        self.orders.rotate_left(1);
+        self.orders[ORDERS - 1] = Some((now, self.told));
     }
 
-    /// A base on its way says `displacement`: can that be?
-    pub(crate) fn could_be_on_the_way(&self, displacement: Length) -> bool {
-        self.apart(displacement) <= self.apart_max() + LAG_MAX
+    /// A base on its way says `displacement` `now`: can that be?
+    pub(crate) fn could_be_on_the_way(&self, now: Timestamp, displacement: Length) -> bool {
+        let went = displacement - self.from;
+        let (told, told_before) = (self.told, self.told_before(now - LAG_MAX));
+        let slack = self.apart_max();
+        // Forward or backward: between what it was told a while ago and what it is told now.
+        went >= told.min(told_before) - slack && went <= told.max(told_before) + slack
     }
 
     /// A base at rest says `displacement`: can that be?
     pub(crate) fn could_be_there(&self, displacement: Length) -> bool {
-        self.apart(displacement) <= self.apart_max()
+        (displacement - self.from - self.told).abs() <= self.apart_max()
     }
 
-    fn apart(&self, displacement: Length) -> Length {
-        (displacement - self.from - self.told).abs()
+    /// What the orders had come to at `then`; as far back as is remembered, where that is not so far.
+    fn told_before(&self, then: Timestamp) -> Length {
+        let known = self.orders.iter().flatten();
+        let before = known.clone().rfind(|(at, _)| *at <= then);
+        before.or(known.clone().next()).map_or(Length::ZERO, |(_, told)| *told)
     }
 
     fn apart_max(&self) -> Length {
@@ -56,8 +70,7 @@ impl PathWatch {
 
 #[cfg(test)]
 mod tests {
-    use super::{Length, PathWatch, Speed, Timestamp};
-    use wire::time::Span;
+    use super::{Length, PathWatch, Span, Speed, Timestamp};
 
     /// Told to drive at 0.4 m/s for `seconds`; how far the odometer got is for the caller to say.
     fn driven(seconds: i64) -> PathWatch {
@@ -74,8 +87,10 @@ mod tests {
     fn an_odometer_that_stood_still_or_jumped_shows() {
         let watch = driven(10);
         let at = |m: f64| Length::from_m(7.0 + m);
+        let on_the_way = |m| watch.could_be_on_the_way(Timestamp::from_secs_f64(10.0), at(m));
         assert!(watch.could_be_there(at(4.0)) && watch.could_be_there(at(3.94)));
         assert!(!watch.could_be_there(at(3.9)) && !watch.could_be_there(at(4.5)));
-        assert!(watch.could_be_on_the_way(at(3.9)) && !watch.could_be_on_the_way(at(3.6)));
+        // 0.15 s late and 7 cm off; a quarter of a second of standing still is not that.
+        assert!(on_the_way(3.9) && !on_the_way(3.86) && !on_the_way(4.1));
     }
 }

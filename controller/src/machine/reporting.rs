@@ -36,6 +36,7 @@ impl Controller {
             samples_lost: integrator.samples_lost(),
             clock_ratio: integrator.clock_ratio(),
             health: self.health,
+            uncertainty: self.uncertainty(),
         };
         self.last_raw_rate = self.mean_raw_rate();
         self.raw_rate = RunningMean::default();

@@ -1,10 +1,12 @@
 //! What is watched while a mission runs and between missions: inputs, rest, health.
 
-use super::{Controller, Task};
+use super::{Controller, Heard, Task};
 use crate::base_driver::BaseDriver;
 use crate::health::{Causes, Health};
-use crate::mission::{AbortReason, HeadingSource, Report};
+use crate::mission::{AbortReason, BiasMethod, HeadingSource, Report};
 use crate::mutant::Mutant;
+use crate::standstill::Rest;
+use wire::base::Motion;
 use wire::time::Timestamp;
 use wire::units::AngularRate;
 
@@ -14,6 +16,71 @@ impl Controller {
         let about_to_move = matches!(self.task, Task::Drive(_)) || self.stopping;
         let held = self.base.is_some() && !about_to_move && !self.is_moving(now);
         self.gyro.integrator_mut().hold(held);
+    }
+
+    /// What the base says of its motion, held against what it was told and against the gyro.
+    pub(super) fn look_at_motion(&mut self, now: Timestamp, motion: &Motion) {
+        if self.config.planted().blinds_second_looks() {
+            return;
+        }
+        if let Task::Drive(drive) = &self.task
+            && !drive.could_be_on_the_way(now, self.reckoning.displacement())
+            && !self.config.planted().is(Mutant::LaggingOdometerBelieved)
+        {
+            // Said, and no reason to stop: a line that loses commands leads there as well.
+            self.odometry_doubtful = true;
+        }
+        let rate = match &self.task {
+            Task::Drive(drive) if motion.moving => drive.rate_max(&self.config.motion),
+            _ if motion.moving => self.config.motion.steering_rate_max,
+            _ => AngularRate::ZERO,
+        };
+        let heard = Heard {
+            gyro: self.gyro.integrator().heading(),
+            odometry: self.reckoning.odometry_heading(),
+            displacement: motion.displacement,
+            rate,
+        };
+        if self.gyro.is_silent(now) {
+            // That is said, and nobody knows what it would have read.
+            self.headings.begin();
+        }
+        let differ = self.headings.differs(now, heard);
+        self.headings_disagree |= differ && !self.config.planted().is(Mutant::HeadingsNotCompared);
+    }
+
+    /// The base begins or ends to stand.
+    fn update_standstill(&mut self, now: Timestamp) {
+        let commanding = matches!(&self.task, Task::Drive(drive) if drive.is_commanding());
+        let moving = self.is_moving(now);
+        let stands = self.base.is_some() && !moving && !commanding;
+        if self.stands && moving {
+            self.standstill.is_broken_off();
+        } else if self.stands && !stands {
+            let rest = self.standstill.ends(now);
+            self.look_at_rest(now, rest);
+        }
+        self.stands = stands;
+    }
+
+    /// At a standstill the gyro reads its bias.
+    pub(super) fn look_at_rest(&mut self, now: Timestamp, rest: Option<Rest>) {
+        let Some(rest) = rest else { return };
+        let bias = self.gyro.integrator().bias();
+        self.look_for_moved_bias(&rest, bias);
+        self.estimate_at_rest(now, &rest);
+    }
+
+    fn look_for_moved_bias(&mut self, rest: &Rest, bias: AngularRate) {
+        if self.tested_bias.is_none() {
+            return;
+        }
+        let drift_max = self.config.gyro.rest_drift_max;
+        let planted = self.config.planted();
+        self.bias_moved |= self.bias_method == BiasMethod::StaticTest
+            && rest.moved(bias, self.tested_spread, drift_max)
+            && !planted.is(Mutant::MovedBiasIgnored)
+            && !planted.blinds_second_looks();
     }
 
     /// The base is not known to be at rest.
@@ -66,15 +133,6 @@ impl Controller {
         let causes = self.causes(now);
         let motion = self.base.as_ref().and_then(BaseDriver::motion).map(|(_, motion)| motion);
         let stale_is_fine = self.config.planted().is(Mutant::StaleHeading);
-        // A base that is not heard goes nowhere by its odometer: the second look would hide what the first lacks.
-        let second_look = !self.config.planted().is(Mutant::WatchdogOffByTen);
-        if let Task::Drive(drive) = &self.task
-            && second_look
-            && !drive.could_be_on_the_way(self.reckoning.displacement())
-        {
-            // Said, and no reason to stop: a line that loses commands leads there as well.
-            self.odometry_doubtful = true;
-        }
         let reason = if needs_gyro && causes.gyro_silent && !stale_is_fine {
             AbortReason::GyroSilent
         } else if needs_gyro && (causes.gyro_fault || (moves && causes.gyro_over_range)) {
@@ -112,7 +170,9 @@ impl Controller {
         let trouble = self.gyro.trouble();
         let motion = self.base.as_ref().and_then(BaseDriver::motion).map(|(_, motion)| motion);
         Causes {
-            gyro_silent: !self.gyro.is_starting() && self.gyro.is_silent(now),
+            gyro_silent: !self.gyro.is_starting()
+                && self.gyro.is_silent(now)
+                && !self.is_bridging(now),
             gyro_fault: self.gyro.is_invalid(now),
             base_silent: self.base.is_some() && now > self.base_silent_at(),
             base_not_ready: motion.is_some_and(|motion| motion.emergency_stop || motion.fault),
@@ -120,10 +180,16 @@ impl Controller {
             gyro_invalid: trouble.invalid,
             samples_lost: trouble.lost,
             odometry_doubtful: self.odometry_doubtful,
+            headings_disagree: self.headings_disagree,
+            moved_at_rest: self.moved_at_rest,
+            bias_moved: self.bias_moved,
+            temperature_doubtful: trouble.temperature,
             clock_mismatch: trouble.clock_mismatch,
             no_bias: self.chosen_bias().is_none(),
             bias_test_failed: self.bias_test_failed,
             pose_not_written: self.pose_not_written,
+            bridging: self.is_bridging(now),
+            estimator_failed: self.estimator_failed,
             overflow: self.reports_lost
                 || self.base.as_ref().is_some_and(|base| base.refused() > 0),
         }
@@ -131,6 +197,7 @@ impl Controller {
 
     pub(super) fn update_health(&mut self, now: Timestamp) {
         self.update_hold(now);
+        self.update_standstill(now);
         let starting = self.gyro.is_starting()
             || self.base.as_ref().is_some_and(|base| base.motion().is_none());
         let health = Health::new(starting, self.causes(now));

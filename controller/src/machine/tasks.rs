@@ -69,6 +69,10 @@ impl Controller {
                         self.done(id, MissionResult::Applied);
                     })
             }
+            Command::SetEstimator(estimator) => self.idle_at_rest(now).map(|()| {
+                self.set_estimator(estimator);
+                self.done(id, MissionResult::Applied);
+            }),
             Command::RequestState => {
                 self.report_state(now);
                 self.done(id, MissionResult::Applied);
@@ -141,6 +145,7 @@ impl Controller {
             self.idle_at_rest(now)?;
         }
         let duration = Span::from_secs_f64(order.duration_s);
+        self.gyro.begin_test();
         self.task = Task::BiasTest {
             id,
             half: now + duration / 2,
@@ -162,8 +167,14 @@ impl Controller {
         let table = average.temperature().and_then(|t| calibration.table_bias(t));
         let result = average.result(table);
         self.tested_bias = Some(result.mean);
+        self.tested_spread = result.spread;
         self.bias_test_failed = false;
-        self.gyro.forgive();
+        self.bias_moved = false;
+        self.gyro.learn_noise();
+        self.estimate_with_test(now, &result);
+        if self.config.planted().is(Mutant::BiasTestForgives) {
+            self.gyro.forgive();
+        }
         self.task = Task::Idle;
         self.update_bias();
         self.done(id, MissionResult::BiasTest(result));
@@ -171,6 +182,7 @@ impl Controller {
 
     pub(super) fn begin_drive(&mut self, now: Timestamp, mut drive: Drive) {
         drive.plant(self.config.planted());
+        self.headings.begin();
         // It stands, or this mission were refused: a stop that was given at rest is over, and would take the reference
         // from this one.
         self.stopping = false;
@@ -204,8 +216,13 @@ impl Controller {
         self.idle_at_rest(now)?;
         self.gyro.integrator_mut().set_heading(pose.heading);
         self.reckoning.place(pose);
+        self.gyro.forgive();
         self.odometry_doubtful = false;
+        self.moved_at_rest = false;
+        self.headings_disagree = false;
+        self.headings.begin();
         self.reference = pose.heading;
+        self.estimate_from_here();
         if self.base.is_none() {
             self.done(id, MissionResult::Applied);
         } else {
@@ -334,7 +351,9 @@ impl Controller {
 
     pub(super) fn chosen_bias(&self) -> Option<AngularRate> {
         match self.bias_method {
-            BiasMethod::StaticTest => self.tested_bias,
+            BiasMethod::StaticTest => {
+                self.tested_bias.map(|tested| self.estimated_bias().unwrap_or(tested))
+            }
             BiasMethod::TemperatureTable => {
                 let integrator = self.gyro.integrator();
                 integrator.temperature().and_then(|t| integrator.calibration().table_bias(t))

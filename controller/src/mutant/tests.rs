@@ -1,5 +1,6 @@
 //! Each mutant misbehaves, and the same scenario without it does not.
 
+mod noticed;
 mod plant;
 
 use super::Mutant;

@@ -113,6 +113,7 @@ impl HeadingUnit {
             samples_lost: self.gaps,
             clock_ratio: None,
             health: self.health(),
+            uncertainty: None,
         }
     }
 

@@ -18,6 +18,7 @@ pub const STEP_EXAMPLES: &[(&str, &str)] = &[
     ("measure_pose", "{ measure_pose = \"start\" }"),
     ("heading_source", "{ heading_source = \"odometry\" }"),
     ("bias_method", "{ bias_method = \"temperature_table\" }"),
+    ("estimator", "{ estimator = \"kalman\" }"),
     (
         "fit",
         "{ fit = { name = \"line\", quantity = \"table.error\", model = { line = { against = \"temperature\" } } } }",

@@ -10,7 +10,7 @@ use super::motion::{Lap, MeasurePose, Place, Straight, TableTurn, Turn};
 use super::name::Name;
 use super::number;
 use super::rest::{BiasResidual, BiasTest, Condition, Log, PowerCycle, SetParameter, Wait};
-use controller::mission::{BiasMethod, HeadingSource};
+use controller::mission::{BiasMethod, Estimator, HeadingSource};
 use schemars::{Schema, SchemaGenerator};
 use serde::de::{self, DeserializeSeed, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -99,6 +99,8 @@ actions! {
     HeadingSource(HeadingSource) = "heading_source",
     /// Where the bias comes from, from now on.
     BiasMethod(BiasMethod) = "bias_method",
+    /// What estimates heading, position and bias, from now on.
+    Estimator(Estimator) = "estimator",
     /// A model is fitted to what was observed.
     Fit(Fit) = "fit",
     /// Fits become a calibration.

@@ -80,6 +80,7 @@ pub fn default_limit(action: &Action) -> Span {
         Action::PowerCycle(a) => a.off + PERSON_LIMIT,
         Action::HeadingSource(_)
         | Action::BiasMethod(_)
+        | Action::Estimator(_)
         | Action::Fit(_)
         | Action::SaveCalibration(_)
         | Action::UseCalibration(_)

@@ -3,7 +3,7 @@
 use super::fit::Model;
 use super::rest::Condition;
 use super::step::{Action, Step};
-use controller::mission::{BiasMethod, HeadingSource};
+use controller::mission::{BiasMethod, Estimator, HeadingSource};
 use std::fmt;
 
 impl fmt::Display for Action {
@@ -42,6 +42,8 @@ impl fmt::Display for Action {
             Self::MeasurePose(a) => write!(f, "measure the absolute pose, {}", a.0),
             Self::HeadingSource(source) => write!(f, "heading from {}", heading_source(*source)),
             Self::BiasMethod(method) => write!(f, "bias by {}", bias_method(*method)),
+            Self::Estimator(Estimator::Paper) => write!(f, "estimates as in the paper"),
+            Self::Estimator(Estimator::Kalman) => write!(f, "estimates by a Kalman filter"),
             Self::Fit(a) => match &a.model {
                 Model::Mean => write!(f, "fit a mean to {}", a.quantity),
                 Model::ByDirection => write!(f, "fit a mean for each direction to {}", a.quantity),

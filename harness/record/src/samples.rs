@@ -34,6 +34,7 @@ pub fn state(x: f64, y: f64) -> State {
         samples_lost: 2,
         clock_ratio: Some(0.998),
         health: Health::new(false, Causes { samples_lost: true, ..Causes::default() }),
+        uncertainty: None,
     }
 }
 

@@ -105,6 +105,7 @@ pub(super) fn expand(step: &Step, robot: Option<&Robot>) -> Result<Vec<Op>, Stri
         Action::MeasurePose(_) => vec![Op::AbsoluteNamed],
         Action::HeadingSource(source) => mission(Command::SetHeadingSource(*source)),
         Action::BiasMethod(method) => mission(Command::SetBiasMethod(*method)),
+        Action::Estimator(estimator) => at_rest(Command::SetEstimator(*estimator)),
         Action::Fit(_) => vec![Op::Fit],
         Action::SaveCalibration(_) => vec![Op::SaveCalibration],
         Action::UseCalibration(wanted) => match wanted.name().map(Name::as_str) {

@@ -6,7 +6,7 @@ use controller::mission::{
     TurnResult,
 };
 use wire::time::Span;
-use wire::units::{Angle, AngularRate, Length, Speed};
+use wire::units::{Angle, AngularRate, Length, Pose, Speed};
 
 impl Rig {
     /// The order of a straight line.
@@ -52,6 +52,16 @@ impl Rig {
             Answer::Done(MissionResult::Turn(result)) => result,
             other => panic!("a turn of {angle_deg} deg: {other:?}"),
         }
+    }
+
+    /// Says that it stands at the origin, along x.
+    ///
+    /// # Panics
+    ///
+    /// When it is not taken.
+    pub fn set_pose(&mut self) {
+        let answer = self.command(Command::SetPose(Pose::default()));
+        assert_eq!(answer, Answer::Done(MissionResult::Applied));
     }
 
     /// Tests the bias at rest.

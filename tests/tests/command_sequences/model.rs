@@ -92,7 +92,7 @@ pub struct Model {
     pub tested: bool,
     /// The last one was not.
     pub test_failed: bool,
-    /// Samples of the gyro were lost since the last one that was passed.
+    /// Samples of the gyro were lost since a pose was last set.
     pub samples_lost: bool,
     /// Where it must believe to be; not known where a motion was broken off or the heading comes from elsewhere.
     pub pose: Option<Pose>,
@@ -167,9 +167,12 @@ impl Model {
                 }
             }
             Order::BiasTest => {
-                (self.tested, self.test_failed, self.samples_lost) = (true, false, false);
+                (self.tested, self.test_failed) = (true, false);
             }
-            Order::SetPose { x_m, y_m, deg } => self.pose = Some(pose(x_m, y_m, deg)),
+            Order::SetPose { x_m, y_m, deg } => {
+                self.pose = Some(pose(x_m, y_m, deg));
+                self.samples_lost = false;
+            }
             Order::SetSource(source) => {
                 self.source = source;
                 self.pose = None;

@@ -10,5 +10,6 @@ mod pose_written_in_motion;
 mod repeated_sample_counted;
 mod scenario;
 mod stale_heading;
+mod unnoticed;
 mod watchdog_off_by_ten;
 mod wrap_at_360;

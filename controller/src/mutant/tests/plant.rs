@@ -2,8 +2,10 @@
 
 use super::Mutant;
 use crate::config::{BaseConfig, Config, GyroConfig, MotionConfig, Transport};
+use crate::health::Level;
 use crate::mission::{BiasTest, Command, Mission, MissionId, Report};
 use crate::{Controller, Input, Output, Port};
+use std::boxed::Box;
 use std::vec::Vec;
 use wire::base::{Motion, PoseWriteResult, Reply, Request, can_link};
 use wire::gyro::navigator::SEQUENCE_MODULUS;
@@ -19,6 +21,9 @@ const RAMPS: (f64, f64) = (0.6, 0.4);
 /// No mission of these tests takes longer.
 const ANSWER_LIMIT: Span = Span::from_secs(120);
 
+/// What is done to a sample, and how many there were before it.
+pub(super) type Spoil = Box<dyn FnMut(&mut GyroSample, u32)>;
+
 pub(super) struct Plant {
     controller: Controller,
     pub(super) gyro_speaks: bool,
@@ -26,12 +31,17 @@ pub(super) struct Plant {
     pub(super) gyro_stutters: bool,
     /// rad/s
     pub(super) gyro_range: f64,
+    pub(super) spoil: Spoil,
     pub(super) base_speaks: bool,
+    /// It says where it was when it began to stand still.
+    pub(super) odometer_stands: bool,
     /// rad
     pub(super) heading: f64,
     /// m/s
     pub(super) drive: f64,
     pub(super) written_in_motion: u32,
+    /// m
+    displacement: f64,
     steer: f64,
     targets: (f64, f64),
     motion: Motion,
@@ -55,7 +65,10 @@ impl Plant {
             gyro_speaks: true,
             gyro_stutters: false,
             gyro_range: f64::INFINITY,
+            spoil: Box::new(|_, _| {}),
             base_speaks: true,
+            odometer_stands: false,
+            displacement: 0.0,
             heading: 0.0,
             drive: 0.0,
             written_in_motion: 0,
@@ -95,6 +108,16 @@ impl Plant {
         }
     }
 
+    /// It calls itself well.
+    pub(super) fn is_well(&self) -> bool {
+        self.controller.health().level == Level::Ok
+    }
+
+    /// The base is told to turn or drive.
+    pub(super) fn is_told_to_move(&self) -> bool {
+        self.targets != (0.0, 0.0)
+    }
+
     /// Believed less true heading, rad.
     pub(super) fn heading_error(&mut self) -> f64 {
         self.command(Command::RequestState);
@@ -123,7 +146,10 @@ impl Plant {
         self.drive = ramp(self.drive, self.targets.0, RAMPS.0);
         self.steer = ramp(self.steer, self.targets.1, RAMPS.1);
         self.heading += self.steer * step_s;
-        self.motion.displacement += Length::from_m(self.drive * step_s);
+        self.displacement += self.drive * step_s;
+        if !self.odometer_stands {
+            self.motion.displacement = Length::from_m(self.displacement);
+        }
         self.speak();
         self.transmit();
     }
@@ -136,13 +162,15 @@ impl Plant {
         self.samples += 1;
         let rate = self.steer.clamp(-self.gyro_range, self.gyro_range);
         let value = (self.samples % u32::from(SEQUENCE_MODULUS)) as u8;
-        let packet = self.encoder.encode(&GyroSample {
+        let mut sample = GyroSample {
             output: GyroOutput::Rate(AngularRate::from_rad_per_s(rate)),
             valid: true,
             status: GyroStatus { over_range: rate != self.steer, ..GyroStatus::default() },
             temperature: None,
             sequence: Some(Sequence { value, modulus: SEQUENCE_MODULUS }),
-        });
+        };
+        (self.spoil)(&mut sample, self.samples);
+        let packet = self.encoder.encode(&sample);
         let times = u32::from(self.gyro_speaks) * (1 + u32::from(self.gyro_stutters));
         for _ in 0..times {
             self.controller.receive(self.now, Port::Gyro, Input::Bytes(packet.as_slice()));

@@ -15,6 +15,9 @@ macro_rules! written {
     (BiasMethod) => {
         crate::step::schema::BiasMethodWord
     };
+    (Estimator) => {
+        crate::step::schema::EstimatorWord
+    };
     ($data:ident) => {
         $data
     };
@@ -45,6 +48,18 @@ pub(super) enum BiasMethodWord {
     TemperatureTable,
     /// None is subtracted, for comparison.
     None,
+}
+
+/// [`controller::mission::Estimator`], as it is written.
+#[derive(JsonSchema)]
+#[schemars(rename = "Estimator", rename_all = "snake_case")]
+#[schemars(description = "What estimates heading, position and bias.")]
+#[expect(dead_code, reason = "it is only described")]
+pub(super) enum EstimatorWord {
+    /// As in the paper: samples less the bias of the last test, summed.
+    Paper,
+    /// A Kalman filter, which learns at every standstill.
+    Kalman,
 }
 
 impl JsonSchema for Step {

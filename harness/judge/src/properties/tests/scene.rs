@@ -111,5 +111,6 @@ fn state() -> State {
         samples_lost: 0,
         clock_ratio: None,
         health: Health::default(),
+        uncertainty: None,
     }
 }

@@ -1,0 +1,115 @@
+//! Do gyro and steering odometry turn alike?
+//!
+//! Both are heard all the time. From the beginning of a drive on, a good gyro and a good base differ by what the base's
+//! own errors come to; beyond that one of the two is wrong, and nobody here can tell which.
+
+use wire::time::{Span, Timestamp};
+use wire::units::{Angle, AngularRate, Length};
+
+/// Whatever the drive. Assumption: three steps of the K2A's heading of 0.3 deg, and as much again for noise of the gyro.
+const APART_MAX: Angle = Angle::from_deg(1.0);
+/// For each radian of turn: the base turns 1.1 % too far (from the paper's laps), and as much again and more.
+const APART_PER_TURN: f64 = 0.025;
+/// For each metre: twice the 0.125 deg/m by which the base's own heading goes off (from the paper's laps).
+const APART_DEG_PER_M: f64 = 0.25;
+/// Both are so old at most when they are compared. Assumption: one exchange on the serial line.
+const AGE: Span = Span::from_millis(60);
+/// They may be further apart for as long: as long as a gyro may be silent.
+const PATIENCE: Span = Span::from_millis(100);
+
+/// Compares from the beginning of a drive on.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct HeadingWatch {
+    start: Option<Heard>,
+    last_path: Length,
+    path: Length,
+    /// The most that either has turned.
+    turned: Angle,
+    apart_since: Option<Timestamp>,
+}
+
+/// What is known when the base has said how it moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Heard {
+    pub(crate) gyro: Angle,
+    pub(crate) odometry: Angle,
+    pub(crate) displacement: Length,
+    /// The base may be turning as fast as this.
+    pub(crate) rate: AngularRate,
+}
+
+impl HeadingWatch {
+    /// The next word of the base begins a comparison.
+    pub(crate) fn begin(&mut self) {
+        *self = Self::default();
+    }
+
+    /// The base has spoken. True while both are too far apart, and have been for too long.
+    pub(crate) fn differs(&mut self, now: Timestamp, heard: Heard) -> bool {
+        let Some(start) = self.start else {
+            self.start = Some(heard);
+            self.last_path = heard.displacement;
+            return false;
+        };
+        self.path += (heard.displacement - self.last_path).abs();
+        self.last_path = heard.displacement;
+        let gyro = heard.gyro - start.gyro;
+        let odometry = heard.odometry - start.odometry;
+        self.turned = self.turned.max(gyro.abs()).max(odometry.abs());
+        let apart_max = APART_MAX
+            + self.turned * APART_PER_TURN
+            + Angle::from_deg(APART_DEG_PER_M * self.path.m())
+            + heard.rate.abs() * AGE;
+        if (gyro - odometry).abs() <= apart_max {
+            self.apart_since = None;
+            return false;
+        }
+        now - *self.apart_since.get_or_insert(now) >= PATIENCE
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Angle, AngularRate, HeadingWatch, Heard, Length, Span, Timestamp};
+
+    /// A turn of 90 deg at 30 deg/s, or 4 m, as both tell it; when it is noticed, s.
+    fn noticed(rate_deg: f64, both: impl Fn(f64) -> (f64, f64), speed: f64) -> Option<f64> {
+        let mut watch = HeadingWatch::default();
+        watch.begin();
+        (0..500).map(|n| f64::from(n) * 0.02).find(|&s| {
+            let driven_s = s.min(if speed > 0.0 { 10.0 } else { 3.0 });
+            let (gyro, odometry) = both(driven_s);
+            let heard = Heard {
+                gyro: Angle::from_deg(gyro),
+                odometry: Angle::from_deg(odometry),
+                displacement: Length::from_m(speed * driven_s),
+                rate: AngularRate::from_deg_per_s(if driven_s == s { rate_deg } else { 0.0 }),
+            };
+            watch.differs(Timestamp::ZERO + Span::from_secs_f64(s), heard)
+        })
+    }
+
+    #[test]
+    fn the_papers_base_and_a_good_gyro_agree() {
+        // Quantised to 0.3 deg, 60 ms late, with the errors of the shipped base and as much again in the gyro.
+        let step = |deg: f64| (deg / 0.3).round() * 0.3;
+        assert_eq!(
+            noticed(30.0, |s| (30.0 * s * 0.99, step(30.0 * (s - 0.05) * 1.011)), 0.0),
+            None
+        );
+        assert_eq!(noticed(0.0, |s| (0.01 * s, step(-0.125 * 0.4 * s)), 0.4), None);
+    }
+
+    #[test]
+    fn a_gyro_that_stops_or_drifts_away_is_noticed() {
+        let at = noticed(30.0, |s| (30.0 * s.min(1.0), 30.0 * s), 0.0).expect("it stood for 2 s");
+        assert!((1.0..1.4).contains(&at), "{at}");
+        assert!(noticed(0.0, |s| (0.3 * s, 0.0), 0.4).is_some());
+    }
+
+    #[test]
+    fn what_is_late_for_a_moment_is_not_wrong() {
+        let late = |s: f64| if (1.0..1.09).contains(&s) { 30.0 } else { 30.0 * s };
+        assert_eq!(noticed(30.0, |s| (late(s), 30.0 * s), 0.0), None);
+    }
+}

@@ -1,0 +1,158 @@
+//! What the controller must notice of its inputs.
+
+use super::{
+    Mutant, only_with,
+    plant::{Plant, Spoil},
+    straight, turn,
+};
+use crate::mission::{BiasTest, Command};
+use std::boxed::Box;
+use wire::gyro::{GyroOutput, GyroSample};
+use wire::time::Span;
+use wire::units::{AngularRate, Temperature};
+
+fn add(sample: &mut GyroSample, deg_per_s: f64) {
+    if let GyroOutput::Rate(rate) = &mut sample.output {
+        *rate += AngularRate::from_deg_per_s(deg_per_s);
+    }
+}
+
+/// From a sample to the next, evenly spread over some 0.04 deg/s either way.
+fn noise(n: u32) -> f64 {
+    (f64::from(n.wrapping_mul(2_654_435_761) >> 16) / 65_536.0 - 0.5) * 0.08
+}
+
+#[test]
+fn stuck_readings_believed() {
+    only_with(Mutant::StuckReadingsBelieved, |plant: &mut Plant| {
+        plant.spoil = Box::new(|sample, n| add(sample, noise(n)));
+        plant.command(Command::BiasTest(BiasTest { duration_s: 2.0 }));
+        plant.begin(turn(90.0, 30.0));
+        plant.run(Span::from_secs(2));
+        assert!(plant.is_told_to_move(), "noise is no fault");
+        plant.spoil = Box::new(|sample, _| {
+            sample.output = GyroOutput::Rate(AngularRate::from_deg_per_s(29.0));
+        });
+        plant.run(Span::from_millis(150));
+        plant.is_told_to_move()
+    });
+}
+
+#[test]
+fn jump_believed() {
+    only_with(Mutant::JumpBelieved, |plant| {
+        plant.begin(turn(90.0, 30.0));
+        plant.run(Span::from_secs(1));
+        plant.spoil = Box::new(|sample, n| add(sample, if n % 20 == 0 { 70.0 } else { 0.0 }));
+        plant.run(Span::from_secs(1));
+        plant.spoil = Box::new(|_, _| {});
+        plant.heading_error().abs() > 1f64.to_radians()
+    });
+}
+
+#[test]
+fn headings_not_compared() {
+    only_with(Mutant::HeadingsNotCompared, |plant| {
+        plant.spoil = Box::new(|sample, _| {
+            if let GyroOutput::Rate(rate) = &mut sample.output {
+                *rate = *rate * 0.9;
+            }
+        });
+        plant.command(turn(90.0, 30.0));
+        assert!(plant.heading_error().abs() > 5f64.to_radians());
+        plant.is_well()
+    });
+}
+
+#[test]
+fn temperature_believed() {
+    only_with(Mutant::TemperatureBelieved, |plant| {
+        let told = |celsius| -> Spoil {
+            Box::new(move |sample, _| sample.temperature = Some(Temperature::from_celsius(celsius)))
+        };
+        plant.spoil = told(25.0);
+        plant.run(Span::from_secs(3));
+        assert!(plant.is_well());
+        plant.spoil = told(60.0);
+        plant.run(Span::from_secs(3));
+        plant.is_well()
+    });
+}
+
+#[test]
+fn a_frozen_temperature_believed() {
+    only_with(Mutant::TemperatureBelieved, |plant| {
+        plant.spoil = Box::new(|sample, _| {
+            sample.temperature = Some(Temperature::from_celsius(22.0));
+            sample.status.warming_up = true;
+        });
+        plant.run(Span::from_secs(290));
+        assert!(plant.is_well());
+        plant.run(Span::from_secs(20));
+        plant.is_well()
+    });
+}
+
+#[test]
+fn lagging_odometer_believed() {
+    only_with(Mutant::LaggingOdometerBelieved, |plant| {
+        plant.begin(straight());
+        plant.run(Span::from_secs(2));
+        plant.odometer_stands = true;
+        plant.run(Span::from_millis(360));
+        plant.odometer_stands = false;
+        plant.run(Span::from_millis(40));
+        plant.is_well()
+    });
+}
+
+#[test]
+fn bump_ignored() {
+    only_with(Mutant::BumpIgnored, |plant| {
+        plant.run(Span::from_secs(1));
+        plant.spoil = Box::new(|sample, _| add(sample, 2.5));
+        plant.run(Span::from_millis(200));
+        plant.heading += 0.5f64.to_radians();
+        plant.spoil = Box::new(|_, _| {});
+        plant.run(Span::from_secs(1));
+        // A bias that seems to have moved is mended by a test, a heading is not.
+        plant.command(Command::BiasTest(BiasTest { duration_s: 1.0 }));
+        plant.is_well()
+    });
+}
+
+#[test]
+fn moved_bias_ignored() {
+    only_with(Mutant::MovedBiasIgnored, |plant| {
+        plant.spoil = Box::new(|sample, _| add(sample, 0.1));
+        plant.command(straight());
+        plant.is_well()
+    });
+}
+
+#[test]
+fn bias_test_forgives() {
+    only_with(Mutant::BiasTestForgives, |plant| {
+        plant.begin(turn(90.0, 30.0));
+        plant.run(Span::from_secs(3));
+        plant.gyro_speaks = false;
+        plant.run(Span::from_millis(60));
+        plant.gyro_speaks = true;
+        plant.run(Span::from_secs(5));
+        assert!(!plant.is_well());
+        plant.command(Command::BiasTest(BiasTest { duration_s: 1.0 }));
+        plant.is_well()
+    });
+}
+
+#[test]
+fn a_pose_that_is_set_makes_well() {
+    let mut plant = Plant::ready(None);
+    plant.gyro_speaks = false;
+    plant.run(Span::from_millis(60));
+    plant.gyro_speaks = true;
+    plant.run(Span::from_secs(1));
+    assert!(!plant.is_well());
+    plant.command(Command::SetPose(wire::units::Pose::default()));
+    assert!(plant.is_well());
+}

@@ -1,0 +1,140 @@
+//! What the gyro reads while the base stands: its bias, seen anew at every standstill.
+//!
+//! Readings count while the base says that it stands and nothing is about to move it, each a little late: where the base
+//! begins to move by itself, what came just before is not taken for rest.
+
+use crate::bias_test::RunningMean;
+use wire::time::{Span, Timestamp};
+use wire::units::AngularRate;
+
+/// From the base's word to the first reading of rest: a gyro's reading is on its line for 8 ms, and its filter takes as
+/// long again. Assumption: twice that.
+const LATENCY: Span = Span::from_millis(30);
+/// Readings of so long may be those of a base that has begun to move.
+const DOUBT: Span = Span::from_millis(100);
+/// Rest is looked at in pieces no longer than the paper's bias test.
+const PIECE: Span = Span::from_secs(20);
+/// Readings from which a mean tells of a bias that has moved. Assumption: half of the 0.3 s in which a base settles.
+const READINGS_MIN: u32 = 15;
+/// A bias has moved when the mean is off by this many standard errors, and by the largest drift on top.
+const STANDARD_ERRORS: f64 = 5.0;
+
+/// The standstill under way.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Standstill {
+    since: Option<Timestamp>,
+    sure: RunningMean,
+    doubtful: RunningMean,
+    doubtful_since: Timestamp,
+}
+
+/// What a standstill, or a piece of it, has shown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Rest {
+    pub(crate) mean: AngularRate,
+    pub(crate) readings: u32,
+    /// Of what has become sure just now.
+    pub(crate) piece: AngularRate,
+    pub(crate) piece_readings: u32,
+}
+
+impl Standstill {
+    /// A reading came while the base stands. Gives what is known of the rest when a piece of it is sure.
+    pub(crate) fn reading(&mut self, now: Timestamp, rate: AngularRate) -> Option<Rest> {
+        let since = *self.since.get_or_insert(now);
+        if now - since < LATENCY {
+            self.doubtful_since = now;
+            return None;
+        }
+        let piece = (now - self.doubtful_since >= DOUBT).then(|| self.settle(now)).flatten();
+        if now - since > PIECE {
+            *self = Self { since: Some(now - LATENCY), doubtful_since: now, ..Self::default() };
+        }
+        self.doubtful.add(rate.rad_per_s());
+        piece
+    }
+
+    /// It is about to be moved, and has stood until now.
+    pub(crate) fn ends(&mut self, now: Timestamp) -> Option<Rest> {
+        let rest = self.since.is_some().then(|| self.settle(now)).flatten();
+        *self = Self::default();
+        rest
+    }
+
+    /// It moves, and nobody knows since when; or readings are missing.
+    pub(crate) fn is_broken_off(&mut self) {
+        *self = Self::default();
+    }
+
+    fn settle(&mut self, now: Timestamp) -> Option<Rest> {
+        let (piece, piece_readings) = (self.doubtful.mean(), self.doubtful.count());
+        self.sure.join(&self.doubtful);
+        self.doubtful = RunningMean::default();
+        self.doubtful_since = now;
+        let (readings, mean) = (self.sure.count(), self.sure.mean());
+        (piece_readings > 0).then_some(Rest {
+            mean: AngularRate::from_rad_per_s(mean),
+            readings,
+            piece: AngularRate::from_rad_per_s(piece),
+            piece_readings,
+        })
+    }
+}
+
+impl Rest {
+    /// Is the gyro's bias another than `bias`? `spread` is that of its readings at rest.
+    pub(crate) fn moved(
+        &self,
+        bias: AngularRate,
+        spread: AngularRate,
+        drift_max: AngularRate,
+    ) -> bool {
+        if self.readings < READINGS_MIN {
+            return false;
+        }
+        let standard_error = spread / libm::sqrt(f64::from(self.readings));
+        (self.mean - bias).abs() > drift_max + standard_error * STANDARD_ERRORS
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{AngularRate, Rest, Standstill, Timestamp};
+    use std::vec::Vec;
+    use wire::time::Span;
+
+    fn stand(readings: impl Iterator<Item = f64>) -> (Standstill, Vec<Rest>, Timestamp) {
+        let (mut standstill, mut rests) = (Standstill::default(), Vec::new());
+        let mut now = Timestamp::ZERO;
+        for deg_per_s in readings {
+            now += Span::from_millis(10);
+            rests.extend(standstill.reading(now, AngularRate::from_deg_per_s(deg_per_s)));
+        }
+        (standstill, rests, now)
+    }
+
+    #[test]
+    fn a_settling_base_shows_the_bias() {
+        let (mut standstill, _, now) = stand((0..30).map(|n| if n < 3 { 9.0 } else { 0.05 }));
+        let rest = standstill.ends(now).expect("0.3 s are enough");
+        assert!((rest.mean.deg_per_s() - 0.05).abs() < 1e-12 && rest.readings >= 25, "{rest:?}");
+        let moved = |bias| {
+            let deg = AngularRate::from_deg_per_s;
+            rest.moved(deg(bias), deg(0.014), deg(0.02))
+        };
+        assert!(moved(0.01) && moved(0.09) && !moved(0.03));
+    }
+
+    #[test]
+    fn what_came_just_before_an_unforeseen_motion_is_not_rest() {
+        let (_, rests, _) = stand((0..100).map(|n| if n < 92 { 0.0 } else { 1.0 }));
+        assert!(!rests.is_empty() && rests.iter().all(|rest| rest.mean == AngularRate::ZERO));
+    }
+
+    #[test]
+    fn a_long_rest_is_looked_at_in_pieces() {
+        let (_, rests, _) = stand((0..10_000).map(|n| if n < 5_000 { 0.0 } else { 0.1 }));
+        let last = rests.last().expect("there was rest");
+        assert!((last.mean.deg_per_s() - 0.1).abs() < 1e-12 && last.readings <= 2_000, "{last:?}");
+    }
+}

@@ -1,0 +1,153 @@
+//! Does the gyro say the same thing again and again?
+//!
+//! A sensor's own noise keeps its counts moving. How often two readings in a row are alike is counted in each bias
+//! test; from it follows how many in a row may be alike by chance. A gyro without noise, or one whose counts are
+//! coarser than its noise, says the same when all is well: there the watch says nothing, and what is left is the
+//! comparison with the odometry.
+
+use wire::gyro::{GyroFormat, OutputMode, dsp3000_ascii, dsp3000_binary};
+use wire::time::Span;
+use wire::units::{Angle, AngularRate};
+
+/// A run of alike readings that begins with any one sample is a false alarm with this chance: at 100 Hz one in
+/// 30,000 h, at 1000 Hz one in 3,000 h.
+const FALSE_ALARM: f64 = 1e-10;
+/// More alike neighbours than this and the noise is too small for its counts to tell anything.
+const ALIKE_SHARE_MAX: f64 = 0.25;
+/// No run shorter than this counts, however fine the counts. Assumption: a twentieth of a second harms nobody.
+const SPAN_MIN: Span = Span::from_millis(50);
+/// Neighbours in a test from which a share follows.
+const PAIRS_MIN: u32 = 50;
+
+/// Counts alike neighbours, in a test and in a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct StuckWatch {
+    period: Span,
+    /// Readings that differ by no more are alike: an angle rounds a constant rate up or down.
+    alike: AngularRate,
+    last: Option<AngularRate>,
+    in_a_row: u32,
+    /// Readings alike in a row that are too many; none before a test has shown the noise.
+    too_many: Option<u32>,
+}
+
+/// Neighbours of one bias test.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Neighbours {
+    pairs: u32,
+    alike: u32,
+}
+
+impl StuckWatch {
+    pub(crate) fn new(format: GyroFormat, mode: OutputMode) -> Self {
+        let period = format.period();
+        let alike = match mode {
+            OutputMode::Rate => AngularRate::ZERO,
+            OutputMode::Increment | OutputMode::Integrated => angle_step(format) * 1.5 / period,
+        };
+        Self { period, alike, last: None, in_a_row: 0, too_many: None }
+    }
+
+    /// A valid sample came; gives whether it is like the one before.
+    pub(crate) fn sample(&mut self, rate: AngularRate) -> bool {
+        let alike = self.last.is_some_and(|last| (rate - last).abs() <= self.alike);
+        self.last = Some(rate);
+        self.in_a_row = if alike { self.in_a_row.saturating_add(1) } else { 1 };
+        alike
+    }
+
+    /// The readings have been alike for longer than noise allows.
+    pub(crate) fn is_stuck(&self) -> bool {
+        self.too_many.is_some_and(|too_many| self.in_a_row >= too_many)
+    }
+
+    /// A bias test was passed: this is what the noise does to neighbours.
+    pub(crate) fn learn(&mut self, neighbours: Neighbours) {
+        self.too_many = neighbours.too_many(self.period);
+    }
+
+    /// Starts a new run.
+    pub(crate) const fn restart(&mut self) {
+        self.last = None;
+        self.in_a_row = 0;
+    }
+}
+
+impl Neighbours {
+    pub(crate) fn add(&mut self, alike: bool) {
+        self.pairs = self.pairs.saturating_add(1);
+        self.alike = self.alike.saturating_add(u32::from(alike));
+    }
+
+    fn too_many(self, period: Span) -> Option<u32> {
+        if self.pairs < PAIRS_MIN {
+            return None;
+        }
+        let alike = f64::from(self.alike);
+        // Two standard deviations more than were counted.
+        let share = (alike + 2.0 * libm::sqrt(alike + 1.0)) / f64::from(self.pairs);
+        if share > ALIKE_SHARE_MAX {
+            return None;
+        }
+        // Of normal noise the likeliest count has sqrt 2 times the chance that two readings are alike.
+        let likeliest = share * core::f64::consts::SQRT_2;
+        let by_chance = 1.0 + libm::log(FALSE_ALARM) / libm::log(likeliest);
+        let shortest = SPAN_MIN.as_secs_f64() / period.as_secs_f64();
+        Some(libm::ceil(by_chance.max(shortest)) as u32)
+    }
+}
+
+/// One count of an angle; the DSP-3000 alone puts angles out.
+const fn angle_step(format: GyroFormat) -> Angle {
+    match format {
+        GyroFormat::Dsp3000Binary => dsp3000_binary::ANGLE_STEP,
+        _ => dsp3000_ascii::ANGLE_STEP,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{AngularRate, GyroFormat, Neighbours, OutputMode, StuckWatch};
+
+    fn learnt(pairs: u32, alike: u32) -> StuckWatch {
+        let mut watch = StuckWatch::new(GyroFormat::Navigator, OutputMode::Rate);
+        let mut neighbours = Neighbours::default();
+        (0..pairs).for_each(|n| neighbours.add(n < alike));
+        watch.learn(neighbours);
+        watch
+    }
+
+    fn alike_until_stuck(watch: &mut StuckWatch) -> Option<u32> {
+        watch.restart();
+        (1..1_000).find(|_| {
+            watch.sample(AngularRate::from_deg_per_s(30.0));
+            watch.is_stuck()
+        })
+    }
+
+    #[test]
+    fn the_noise_of_the_test_says_how_many_are_too_many() {
+        // The Navigator's: 0.0138 deg/s of noise in counts of 0.00305 deg/s, 6.2 % of neighbours alike.
+        assert_eq!(alike_until_stuck(&mut learnt(2_000, 125)), Some(12));
+        assert_eq!(
+            alike_until_stuck(&mut learnt(2_000, 0)),
+            Some(5),
+            "50 ms, however fine the counts"
+        );
+    }
+
+    #[test]
+    fn without_noise_alike_readings_say_nothing() {
+        assert_eq!(alike_until_stuck(&mut learnt(2_000, 2_000)), None);
+        assert_eq!(alike_until_stuck(&mut learnt(10, 0)), None, "too short a test");
+    }
+
+    #[test]
+    fn one_that_differs_begins_anew() {
+        let mut watch = learnt(2_000, 125);
+        for n in 0..1_000 {
+            watch.sample(AngularRate::from_deg_per_s(if n % 12 == 0 { 1.0 } else { 2.0 }));
+            assert!(!watch.is_stuck());
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! The Kalman filter beside the paper's way, on the paper's robot: what a lap adds to the error of heading and position,
+//! and whether the filter knows it.
+//!
+//! `cargo test --release -p tests --test estimators -- --ignored --nocapture` prints the table of 3,000 laps.
+
+use controller::calibration::{Calibration, Factor};
+use controller::health::Level;
+use controller::mission::{AbortReason, Command, Estimator, MissionResult, Uncertainty};
+use emulators::device_file::Devices;
+use emulators::gyro::GyroFault;
+use emulators::random::RandomStream;
+use tests::devices::{TRANSPORTS, ideal, shipped};
+use tests::rig::{Answer, Direction, Rig};
+use wire::time::Span;
+use wire::units::{Angle, Length};
+
+/// What a lap has added.
+#[derive(Debug, Clone, Copy)]
+struct Lap {
+    heading_deg: f64,
+    x_mm: f64,
+    y_mm: f64,
+    /// What the filter says of them, one standard deviation.
+    says: Option<Uncertainty>,
+}
+
+/// The paper's robot, warm, with the paper's own line of Eq. 5 for its calibration.
+fn warm() -> Devices {
+    let mut devices = shipped("paper");
+    devices.gyro.1.powered_before_s = 7_200.0;
+    devices
+}
+
+fn ready(devices: &Devices, estimator: Estimator, seed: u64) -> Rig {
+    let mut rig = Rig::new(devices, seed);
+    rig.run_for(Span::from_secs(2));
+    let line = Factor::TemperatureLine { slope_deg_per_celsius: -0.52, intercept_deg: 19.23 };
+    let factors = [line].into_iter().collect();
+    rig.command(Command::SetCalibration(Calibration { factors, ..Calibration::default() }));
+    rig.command(Command::SetEstimator(estimator));
+    rig
+}
+
+/// Bias test, pose, and once around the paper's square.
+fn lap(rig: &mut Rig, way: f64) -> Lap {
+    rig.bias_test(20.0);
+    rig.set_pose();
+    let now = rig.now();
+    let before = rig.carrier.truth(now).pose;
+    for _ in 0..4 {
+        rig.straight(4.0, 0.4);
+        rig.turn(90.0 * way, 30.0);
+    }
+    // The standstill after the last turn counts as well.
+    rig.run_for(Span::from_millis(300));
+    let now = rig.now();
+    let after = rig.carrier.truth(now).pose;
+    let state = rig.state();
+    let (x, y) = ((after.x - before.x).m(), (after.y - before.y).m());
+    let (sin, cos) = (before.heading.sin(), before.heading.cos());
+    Lap {
+        heading_deg: (state.pose.heading - (after.heading - before.heading)).wrapped().deg(),
+        x_mm: (state.pose.x.m() - (x * cos + y * sin)) * 1e3,
+        y_mm: (state.pose.y.m() - (y * cos - x * sin)) * 1e3,
+        says: state.uncertainty,
+    }
+}
+
+/// So many robots, each ten laps, turn and turn about.
+fn laps(estimator: Estimator, seeds: std::ops::Range<u64>) -> Vec<Lap> {
+    let mut all = Vec::new();
+    for seed in seeds {
+        let mut rig = ready(&warm(), estimator, seed);
+        for n in 0..10 {
+            all.push(lap(&mut rig, if n % 2 == 0 { 1.0 } else { -1.0 }));
+        }
+        assert!(rig.health().level == Level::Ok, "{:?}", rig.health());
+    }
+    all
+}
+
+fn rms(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len() as f64;
+    (values.map(|value| value * value).sum::<f64>() / count).sqrt()
+}
+
+fn heading_rms(laps: &[Lap]) -> f64 {
+    rms(laps.iter().map(|lap| lap.heading_deg))
+}
+
+fn position_rms(laps: &[Lap]) -> f64 {
+    rms(laps.iter().map(|lap| lap.x_mm.hypot(lap.y_mm)))
+}
+
+/// Share of the laps whose heading, x and y lie within 1.96 of the filter's own standard deviations.
+fn covered(laps: &[Lap], error: fn(&Lap) -> f64, says: fn(Uncertainty) -> f64) -> f64 {
+    let within = laps.iter().filter(|lap| {
+        lap.says.is_some_and(|deviations| error(lap).abs() <= 1.96 * says(deviations))
+    });
+    within.count() as f64 / laps.len() as f64
+}
+
+#[test]
+#[ignore = "3,000 laps twice, minutes"]
+fn three_thousand_laps_each_way() {
+    println!("| estimator | heading rms, deg | position rms, mm | heading within 95 % | x | y |");
+    println!("|---|---|---|---|---|---|");
+    for estimator in [Estimator::Paper, Estimator::Kalman] {
+        let laps = laps(estimator, 1..301);
+        let heading = covered(&laps, |lap| lap.heading_deg, |says| says.heading.deg()) * 100.0;
+        let x = covered(&laps, |lap| lap.x_mm, |says| says.x.m() * 1e3) * 100.0;
+        let y = covered(&laps, |lap| lap.y_mm, |says| says.y.m() * 1e3) * 100.0;
+        let (by, at) = (heading_rms(&laps), position_rms(&laps));
+        println!("| {estimator:?} | {by:.3} | {at:.1} | {heading:.1} % | {x:.1} % | {y:.1} % |");
+    }
+}
+
+#[test]
+fn standstills_more_than_halve_the_error_of_a_lap() {
+    let paper = laps(Estimator::Paper, 1001..1005);
+    let kalman = laps(Estimator::Kalman, 1001..1005);
+    let (worse, better) = (heading_rms(&paper), heading_rms(&kalman));
+    // 40 laps each, on the same noise: an rms of 40 is good to 11 %.
+    assert!(better < 0.6 * worse, "{better} deg against {worse}");
+    assert!(position_rms(&kalman) < 0.6 * position_rms(&paper));
+}
+
+fn heading_error_deg(rig: &mut Rig) -> f64 {
+    (rig.state().pose.heading - rig.carrier.heading_at(rig.now())).deg().abs()
+}
+
+#[test]
+fn a_line_that_is_gone_for_seconds_is_bridged_and_said() {
+    for transport in TRANSPORTS {
+        let mut devices = warm();
+        devices.base.as_mut().expect("it has a base").0 = transport;
+        let mut rig = ready(&devices, Estimator::Kalman, 7);
+        rig.bias_test(20.0);
+        rig.set_pose();
+        let id = rig.under_way(Rig::straight_order(4.0, 0.4), Span::from_secs(2));
+        rig.silence(Direction::GyroToController);
+        rig.run_for(Span::from_millis(300));
+        let causes = rig.health().causes;
+        assert!(causes.bridging && !causes.gyro_silent, "{causes:?}");
+        let before = rig.state().uncertainty.expect("it has one").heading;
+        rig.run_for(Span::from_secs(4));
+        let after = rig.state().uncertainty.expect("it has one").heading;
+        assert!(after > before && after.deg() > 0.1, "{after:?}");
+        assert!(heading_error_deg(&mut rig) <= 3.0 * after.deg());
+        rig.untap(Direction::GyroToController);
+        assert!(matches!(rig.finish(id), Answer::Done(MissionResult::Straight(_))));
+        let causes = rig.health().causes;
+        assert!(!causes.bridging && causes.samples_lost, "{causes:?}");
+        let says = rig.state().uncertainty.expect("it has one").heading.deg();
+        assert!(heading_error_deg(&mut rig) <= 3.0 * says);
+    }
+}
+
+#[test]
+fn a_turn_goes_on_through_a_cut() {
+    for seed in 1..=10 {
+        let mut rig = ready(&warm(), Estimator::Kalman, seed);
+        rig.bias_test(20.0);
+        rig.set_pose();
+        let id = rig.under_way(Rig::turn_order(180.0, 30.0), Span::from_secs(3));
+        rig.silence(Direction::GyroToController);
+        rig.run_for(Span::from_secs(2));
+        rig.untap(Direction::GyroToController);
+        assert!(matches!(rig.finish(id), Answer::Done(_)));
+        let says = rig.state().uncertainty.expect("it has one").heading.deg();
+        let off = heading_error_deg(&mut rig);
+        assert!(off <= 3.0 * says && off < 2.0, "{off} deg, says {says}");
+    }
+}
+
+#[test]
+fn nobody_bridges_for_ever_and_the_papers_way_does_not_bridge() {
+    for (estimator, limit_s) in [(Estimator::Kalman, 5.0), (Estimator::Paper, 0.1)] {
+        let mut rig = ready(&warm(), estimator, 1);
+        rig.bias_test(20.0);
+        let id = rig.under_way(Rig::straight_order(4.0, 0.4), Span::from_secs(2));
+        let since = rig.now();
+        rig.silence(Direction::GyroToController);
+        assert_eq!(rig.finish(id), Answer::Aborted(AbortReason::GyroSilent));
+        let took = (rig.now() - since).as_secs_f64();
+        assert!((took - limit_s).abs() < 0.1, "{estimator:?}: {took}");
+    }
+}
+
+/// Nothing is lost: all that was late comes at once, and its running numbers say that none is missing.
+#[test]
+fn running_numbers_carry_the_heading_across_a_stall() {
+    for (stall_ms, turn) in [(400, true), (1_500, true), (2_300, true), (2_300, false)] {
+        let mut rig = ready(&ideal(TRANSPORTS[0]), Estimator::Kalman, 1);
+        rig.command(Command::SetCalibration(Calibration::default()));
+        rig.bias_test(20.0);
+        rig.set_pose();
+        let order = if turn { Rig::turn_order(180.0, 30.0) } else { Rig::straight_order(4.0, 0.4) };
+        let id = rig.under_way(order, Span::from_secs(3));
+        let until = rig.now() + Span::from_millis(stall_ms);
+        let mut waiting = Vec::new();
+        rig.tap(Direction::GyroToController, move |now, piece| {
+            waiting.push(piece);
+            if now < until { Vec::new() } else { std::mem::take(&mut waiting) }
+        });
+        rig.run_for(Span::from_millis(stall_ms + 100));
+        let off = heading_error_deg(&mut rig);
+        assert!(off < 0.5, "{stall_ms} ms: {off} deg");
+        assert!(matches!(rig.finish(id), Answer::Done(_)));
+        let off = heading_error_deg(&mut rig);
+        assert!(off < 0.1, "{stall_ms} ms: {off} deg");
+        assert_eq!(rig.state().samples_lost, 0);
+    }
+}
+
+/// A bias that leaps by 2,000 deg/h is none that a filter of this gyro can believe.
+#[test]
+fn a_filter_that_cannot_believe_what_it_hears_gives_way_and_says_so() {
+    let mut rig = ready(&warm(), Estimator::Kalman, 5);
+    let tested = rig.bias_test(20.0).mean;
+    rig.set_pose();
+    let by = 2_000f64.to_radians() / 3_600.0;
+    let chance = RandomStream::new(1, "gyro", "fault");
+    rig.gyro.begin_fault(0, GyroFault::BiasStep { by }, chance);
+    rig.run_for(Span::from_secs(5));
+    let causes = rig.health().causes;
+    assert!(causes.estimator_failed && causes.bias_moved, "{causes:?}");
+    assert_eq!(rig.health().level, Level::Degraded);
+    rig.run_for(Span::from_secs(1));
+    assert_eq!((rig.state().bias, rig.state().uncertainty), (tested, None));
+    rig.command(Command::SetEstimator(Estimator::Kalman));
+    assert!(!rig.health().causes.estimator_failed, "asked for anew");
+}
+
+#[test]
+fn on_a_table_the_bias_test_tells_the_filter() {
+    let mut rig = ready(&shipped("paper-table"), Estimator::Kalman, 5);
+    let tested = rig.bias_test(20.0).mean;
+    rig.run_for(Span::from_secs(2));
+    let apart = (rig.state().bias - tested).abs();
+    assert!(apart.deg_per_h() < 2.0 && tested.abs() > apart, "{apart:?} {tested:?}");
+}
+
+#[test]
+fn an_estimator_that_is_chosen_leaves_no_trace_when_it_is_left() {
+    let mut rig = ready(&warm(), Estimator::Kalman, 3);
+    rig.bias_test(20.0);
+    assert!(rig.state().uncertainty.is_some());
+    rig.command(Command::SetEstimator(Estimator::Paper));
+    assert!(rig.state().uncertainty.is_none());
+    rig.set_pose();
+    rig.turn(90.0, 30.0);
+    let heading: Angle = rig.state().pose.heading;
+    assert!((heading.deg() - 90.0).abs() < 0.2 && rig.state().pose.x.abs() < Length::from_m(0.01));
+}

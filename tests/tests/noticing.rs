@@ -1,0 +1,150 @@
+//! What the controller notices of its inputs, and that it notices nothing where all is well.
+
+use controller::config::IntegrationClock;
+use controller::health::Level;
+use controller::mission::{AbortReason, Command};
+use emulators::base::{BaseFault, Transport};
+use emulators::device_file::{Devices, Mount};
+use emulators::gyro::GyroFault;
+use emulators::random::RandomStream;
+use tests::devices::shipped;
+use tests::rig::{Answer, Rig};
+use wire::gyro::{GyroFormat, GyroStream, OutputMode};
+use wire::time::Span;
+
+/// Each gyro that ships on the paper's robot, with every stream that it could have, on a clock that is the host's.
+fn healthy() -> Vec<Devices> {
+    let modes = [OutputMode::Rate, OutputMode::Increment, OutputMode::Integrated];
+    let mut all = Vec::new();
+    for gyro in ["paper-table", "dsp3000-table", "undeclared-table"] {
+        for format in GyroFormat::ALL {
+            for mode in modes.into_iter().filter(|mode| format.carries(*mode)) {
+                for transport in [Transport::Can, Transport::Serial] {
+                    let mut devices = shipped("paper");
+                    let mut parameters = shipped(gyro).gyro.1;
+                    // Warm, as in the paper's laps, and calibrated.
+                    parameters.powered_before_s = 7_200.0;
+                    parameters.scale_ppm_per_kelvin = 0.0;
+                    let stream = GyroStream { format, mode, reversed: false };
+                    devices.gyro = (stream, parameters);
+                    devices.mount = Mount::Base;
+                    if let Some((way, _)) = &mut devices.base {
+                        *way = transport;
+                    }
+                    all.push(devices);
+                }
+            }
+        }
+    }
+    all
+}
+
+/// A clock that is off spoils rates by the host's clock nothing.
+fn ready(devices: &Devices, seed: u64) -> Rig {
+    let mut rig = Rig::with_config(devices, seed, |config| {
+        config.gyro.clock = IntegrationClock::HostTime;
+    });
+    rig.run_for(Span::from_secs(2));
+    rig.bias_test(20.0);
+    rig.set_pose();
+    rig
+}
+
+#[test]
+fn nothing_is_noticed_of_a_healthy_lap_whatever_the_stream() {
+    for (seed, devices) in (1..).zip(healthy()) {
+        let mut rig = ready(&devices, seed);
+        for way in [1.0, -1.0] {
+            for _ in 0..4 {
+                rig.straight(4.0, 0.4);
+                rig.turn(90.0 * way, 30.0);
+            }
+            // As long as a person measures.
+            rig.run_for(Span::from_secs(60));
+        }
+        let bad: Vec<_> =
+            rig.health_changes().iter().filter(|(_, health)| health.level > Level::Ok).collect();
+        let after_start = bad.iter().filter(|(at, _)| at.as_secs_f64() > 25.0);
+        assert_eq!(after_start.count(), 0, "{:?} {seed}: {bad:?}", devices.gyro.0);
+    }
+}
+
+fn chance() -> RandomStream {
+    RandomStream::new(1, "gyro", "fault")
+}
+
+/// From the beginning of a fault to the first word of it, s.
+fn word_of(rig: &mut Rig, limit_s: f64, said: fn(&mut Rig) -> bool) -> Option<f64> {
+    let since = rig.now();
+    rig.run_until(Span::from_secs_f64(limit_s), said).then(|| (rig.now() - since).as_secs_f64())
+}
+
+#[test]
+fn a_gyro_that_is_stuck_in_a_turn_stops_the_base_at_once() {
+    for devices in healthy() {
+        let mut rig = ready(&devices, 1);
+        let id = rig.under_way(Rig::turn_order(180.0, 30.0), Span::from_secs(3));
+        rig.gyro.begin_fault(0, GyroFault::Stuck, chance());
+        let took = word_of(&mut rig, 1.0, |rig| rig.health().causes.gyro_fault);
+        assert!(took.is_some_and(|s| s <= 0.15), "{:?}: {took:?}", devices.gyro.0);
+        assert_eq!(rig.finish(id), Answer::Aborted(AbortReason::GyroFault));
+        rig.gyro.end_fault(0);
+        rig.run_for(Span::from_secs(1));
+        assert!(rig.health().causes.gyro_invalid, "what it did not see stays lost");
+    }
+}
+
+#[test]
+fn an_odometer_that_stands_for_a_moment_on_the_way_shows() {
+    for seed in 1..=20 {
+        let mut rig = ready(&shipped("paper"), seed);
+        let ahead = Span::from_millis(2_000 + 137 * seed as i64);
+        rig.under_way(Rig::straight_order(4.0, 0.4), ahead);
+        let now = rig.now();
+        rig.carrier.base().begin_fault(now, 0, BaseFault::StuckOdometry, chance());
+        rig.run_for(Span::from_millis(350));
+        assert!(rig.health().causes.odometry_doubtful, "seed {seed}");
+    }
+}
+
+#[test]
+fn a_bias_that_leaps_after_its_test_shows_at_the_next_standstill() {
+    for seed in 1..=20 {
+        let mut rig = ready(&shipped("paper"), seed);
+        let by = 400f64.to_radians() / 3_600.0;
+        rig.straight(1.0, 0.4);
+        rig.gyro.begin_fault(0, GyroFault::BiasStep { by }, chance());
+        rig.straight(1.0, 0.4);
+        rig.turn(90.0, 30.0);
+        assert!(rig.health().causes.bias_moved, "seed {seed}");
+        rig.bias_test(20.0);
+        assert!(!rig.health().causes.bias_moved, "tested anew");
+    }
+}
+
+#[test]
+fn a_temperature_that_is_wild_or_frozen_while_it_warms_up_shows() {
+    let warming = |fault| {
+        let mut devices = shipped("paper");
+        devices.gyro.1.powered_before_s = 0.0;
+        let mut rig = Rig::new(&devices, 1);
+        rig.run_for(Span::from_secs(2));
+        rig.bias_test(20.0);
+        rig.gyro.begin_fault(0, fault, chance());
+        rig
+    };
+    let doubtful = |rig: &mut Rig| rig.health().causes.temperature_doubtful;
+    let mut wild = warming(GyroFault::TemperatureWild { rms_kelvin: 3.0 });
+    let took = word_of(&mut wild, 60.0, doubtful);
+    assert!(took.is_some_and(|s| s <= 10.0), "{took:?}");
+    let mut frozen = warming(GyroFault::TemperatureFrozen);
+    let took = word_of(&mut frozen, 400.0, doubtful);
+    // It may have said the same for a few seconds before.
+    assert!(took.is_some_and(|s| (290.0..=302.0).contains(&s)), "{took:?}");
+    frozen.set_pose();
+    assert!(frozen.health().causes.temperature_doubtful, "it is frozen still");
+    frozen.gyro.end_fault(0);
+    frozen.run_for(Span::from_secs(2));
+    frozen.command(Command::SetPose(wire::units::Pose::default()));
+    assert!(!frozen.health().causes.temperature_doubtful);
+}
