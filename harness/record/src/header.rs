@@ -20,8 +20,9 @@ use std::sync::Arc;
 /// the last is changed by whatever mangles line ends.
 pub const MAGIC: [u8; 8] = *b"\x89hilrec\n";
 
-/// The version that this crate writes, and the only one that it reads: there was none before it.
-pub const FORMAT_VERSION: u16 = 1;
+/// The version that this crate writes, and the only one that it reads. The second has how sure an estimator is in its states,
+/// and more causes of a health.
+pub const FORMAT_VERSION: u16 = 2;
 
 /// The longest block: the layouts of several vehicles fit.
 pub const HEADER_BYTES_MAX: usize = 16 * 1024 * 1024;

@@ -48,10 +48,13 @@ fn the_header_says_whose_record_it_is() {
 }
 
 #[test]
-fn foreign_and_newer_files_are_refused_by_name() {
+fn foreign_older_and_newer_files_are_refused_by_name() {
     let mut newer = written(&[]);
     newer[MAGIC.len()] = FORMAT_VERSION as u8 + 1;
-    assert!(matches!(refusal(&newer), RecordError::NewerFormat { found: 2 }));
+    assert!(matches!(refusal(&newer), RecordError::NewerFormat { found: 3 }));
+    let mut older = written(&[]);
+    older[MAGIC.len()] = FORMAT_VERSION as u8 - 1;
+    assert!(matches!(refusal(&older), RecordError::OlderFormat { found: 1 }));
     assert!(matches!(refusal(b"candump log, certainly"), RecordError::NotARecord));
     assert!(matches!(refusal(b""), RecordError::NotARecord));
     assert!(matches!(refusal(&written(&[])[..20]), RecordError::HeaderCutShort));

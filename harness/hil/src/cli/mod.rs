@@ -13,6 +13,7 @@ mod campaign;
 mod check;
 mod completions;
 mod crossing;
+mod determinism;
 mod doctor;
 mod emulate;
 mod envelopes;

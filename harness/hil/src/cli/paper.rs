@@ -49,6 +49,7 @@ impl PaperArguments {
             summary: self.summary.clone(),
             watched: false,
             json: self.json,
+            is_verified: false,
         };
         series.execute(screen)
     }

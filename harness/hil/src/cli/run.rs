@@ -61,6 +61,9 @@ pub(super) struct RunArguments {
     /// How much is recorded.
     #[arg(long, value_enum, default_value_t)]
     record: Record,
+    /// In virtual time: run each plan twice, every byte recorded, and compare. The first difference is an error.
+    #[arg(long, conflicts_with_all = ["seeds", "record"])]
+    verify_determinism: bool,
     #[command(flatten)]
     operator: OperatorArguments,
     #[command(flatten)]
@@ -121,7 +124,13 @@ impl RunArguments {
             (Some(path), _) => Out::Parent(path.clone()),
             (None, _) => Out::Parent(RUNS.into()),
         };
-        let level = self.record.into();
+        if self.verify_determinism && !matches!(setup, Setup::Simulated) {
+            return Err(Failure::arguments(
+                "--verify-determinism is of virtual time in memory: no two runs are alike elsewhere",
+                "leave out --clock and --bus, or --verify-determinism",
+            ));
+        }
+        let level = if self.verify_determinism { Level::Full } else { self.record.into() };
         let summary = self.summary.clone();
         let seed = self.seed;
         let (watched, json) = (self.watch, self.json);
@@ -136,6 +145,7 @@ impl RunArguments {
             summary,
             watched,
             json,
+            is_verified: self.verify_determinism,
         }
         .execute(screen)
     }

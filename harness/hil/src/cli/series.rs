@@ -3,6 +3,7 @@
 use super::annotation::Annotation;
 use super::build_server::SummaryArguments;
 use super::crossing;
+use super::determinism;
 use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::live;
@@ -63,6 +64,8 @@ pub(super) struct Series<'a> {
     pub(super) watched: bool,
     /// The end is for a program.
     pub(super) json: bool,
+    /// Each is run twice, and the two are compared.
+    pub(super) is_verified: bool,
 }
 
 /// Reads and checks all of them before anything runs, so that a slip in the last plan does not cost
@@ -172,7 +175,7 @@ impl Series<'_> {
         };
         let stopwatch = Stopwatch::start();
         let wall_s = || stopwatch.elapsed_s();
-        let completed = match self.setup {
+        let mut completed = match self.setup {
             Setup::Simulated => {
                 run_to_folder_watched(Memory, prepared, &options, feed, &mut pulse, &wall_s)?
             }
@@ -184,6 +187,10 @@ impl Series<'_> {
                 live::run(prepared, &options, setup, person, feed, &mut pulse)?
             }
         };
+        if self.is_verified {
+            let quiet = &mut |_| !interrupt.requested();
+            determinism::verify(prepared, (&options, out), &mut completed, quiet)?;
+        }
         shown.finish();
         watch.over(index, completed.summary.outcome);
         progress.finish(&completed.summary);
