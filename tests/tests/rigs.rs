@@ -240,8 +240,13 @@ fn files_that_contradict_each_other_are_refused() {
 }
 
 #[test]
-fn a_program_has_no_place_in_virtual_time() {
-    let folder = project(PACK, &cells());
+fn what_is_attached_has_no_place_in_virtual_time() {
+    let attached = PACK.replace(
+        r#"under_test = { command = ["python3", "manager.py", "{can0}"] }"#,
+        "under_test = { attached = true }",
+    );
+    assert_ne!(attached, PACK);
+    let folder = project(&attached, &cells());
     let run = load(&folder).unwrap().run().unwrap();
     assert_eq!(run.summary().outcome.name(), "error");
     let why = run.summary().reason.clone().unwrap();
