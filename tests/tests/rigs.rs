@@ -46,6 +46,8 @@ BO_ 256 CellStatus: 8 Cells
  SG_ TemperatureMax : 32|8@1- (1,0) [-40|120] "degC" MANAGER
  SG_ VoltageMax : 0|16@1+ (0.001,0) [0|6] "V" MANAGER
  SG_ VoltageMin : 16|16@1+ (0.001,0) [0|6] "V" MANAGER
+ SG_ Alive : 40|4@1+ (1,0) [0|15] "" MANAGER
+ SG_ Crc : 56|8@1+ (1,0) [0|255] "" MANAGER
 CM_ SG_ 256 VoltageMax "As measured.";
 BA_DEF_ BO_ "GenMsgCycleTime" INT 0 10000;
 BA_DEF_DEF_ "GenMsgCycleTime" 0;

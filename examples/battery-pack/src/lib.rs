@@ -1,37 +1,62 @@
 //! The manager of a battery pack: the same as `manager.py`, as code that needs neither a bus nor a clock.
 //!
-//! It closes the contactor while it is asked to charge and the cells are well, and opens it for good on over-voltage,
-//! over-temperature, or when the cells fall silent.
+//! It closes the contactor, behind a precharge, while it is asked to charge and the cells are well. It opens it for good on
+//! over-voltage, over-temperature, or when the cells fall silent: a message whose checksum or counter is wrong is not heard.
 
 use harness::wire::can::{CanFrame, Id, StandardId};
 use harness::wire::device::{Device, PortId, Transmit};
 use harness::wire::time::{Span, Timestamp};
+use std::collections::VecDeque;
 
 const CELLS: u16 = 0x100;
 const COMMAND: u16 = 0x200;
+const TRIP_REPORT: u16 = 0x210;
 const REQUEST: u16 = 0x300;
 const PERIOD: Span = Span::from_millis(50);
 /// Where the cells' maker says stop, V.
 const VOLTAGE_MAX: f64 = 4.25;
 /// Likewise, degC.
 const TEMPERATURE_MAX: i8 = 60;
+/// From there on half the current, degC.
+const WARM: i8 = 45;
 const SILENCE: Span = Span::from_millis(500);
+const PRECHARGE: Span = Span::from_millis(100);
 /// What the cells may take, A.
 const CURRENT_LIMIT: f64 = 40.0;
 
 /// A mistake that a test plants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mistake {
-    /// It never opens the contactor.
-    NeverOpens,
+    /// It charges warm cells as it does cold ones.
+    NoDerating,
     /// It opens a second late.
     OpensLate,
-    /// It closes again by itself.
-    ClosesAgain,
-    /// It allows twice what the cells may take.
-    LimitTooHigh,
-    /// It does not notice that the cells fell silent.
-    ForgetsSilence,
+    /// It notices three times too late that the cells fell silent.
+    LongTimeOut,
+    /// The counter of its command stands still.
+    StuckCounter,
+    /// It does not wait for the precharge.
+    SkipsPrecharge,
+    /// Once it has heard a wrong checksum it no longer looks at the counter.
+    TrustsAfterError,
+}
+
+/// What it does, in the numbers of its command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum State {
+    #[default]
+    Standby = 0,
+    Precharge = 1,
+    Charging = 2,
+    Tripped = 3,
+}
+
+/// Why the contactor must not be closed, in the numbers of its report.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Reason {
+    OverVoltage = 1,
+    OverTemperature = 2,
+    Silence = 3,
 }
 
 /// The manager.
@@ -40,11 +65,17 @@ pub struct Manager {
     mistake: Option<Mistake>,
     asked: bool,
     cells_at: Option<Timestamp>,
+    cells_count: Option<u8>,
+    trusting: bool,
     voltage: f64,
     temperature: i8,
-    tripped_at: Option<Timestamp>,
+    state: State,
+    since: Timestamp,
+    count: u8,
+    reason: Option<Reason>,
+    is_reported: bool,
     due: Timestamp,
-    outgoing: Option<CanFrame>,
+    outgoing: VecDeque<CanFrame>,
 }
 
 impl Manager {
@@ -53,30 +84,89 @@ impl Manager {
         Self { mistake, ..Self::default() }
     }
 
-    fn closed(&mut self, now: Timestamp) -> bool {
-        let forgets = self.mistake == Some(Mistake::ForgetsSilence);
-        let silent = self.cells_at.is_none_or(|at| now - at > SILENCE && !forgets);
-        let bad = self.voltage > VOLTAGE_MAX || self.temperature > TEMPERATURE_MAX;
-        if self.cells_at.is_some() && (bad || silent) {
-            self.tripped_at.get_or_insert(now);
-        }
-        let since = self.tripped_at.map(|at| now - at);
-        let tripped = match (self.mistake, since) {
-            (_, None) | (Some(Mistake::NeverOpens), _) => false,
-            (Some(Mistake::OpensLate), Some(since)) => since > Span::from_secs(1),
-            (Some(Mistake::ClosesAgain), Some(since)) => since < Span::from_millis(500),
-            (_, Some(_)) => true,
-        };
-        self.asked && !silent && !tripped
+    fn makes(&self, mistake: Mistake) -> bool {
+        self.mistake == Some(mistake)
     }
 
-    fn command(&mut self, now: Timestamp) -> Option<CanFrame> {
-        let closed = self.closed(now);
-        let twice = self.mistake == Some(Mistake::LimitTooHigh);
-        let limit = if closed { CURRENT_LIMIT * if twice { 2.0 } else { 1.0 } } else { 0.0 };
-        let [low, high] = ((limit / 0.01).round() as u16).to_le_bytes();
-        CanFrame::new(StandardId::new(COMMAND)?, &[u8::from(closed), low, high, 0])
+    fn hear_cells(&mut self, now: Timestamp, data: &[u8; 8]) {
+        if crc8_sae_j1850(&data[..7]) != data[7] {
+            self.trusting = self.makes(Mistake::TrustsAfterError);
+            return;
+        }
+        let count = Some(data[5] & 0xf);
+        if count == self.cells_count && !self.trusting {
+            return;
+        }
+        self.cells_count = count;
+        self.voltage = f64::from(u16::from_le_bytes([data[0], data[1]])) * 0.001;
+        self.temperature = data[4].cast_signed();
+        self.cells_at = Some(now);
     }
+
+    fn wrong(&self, now: Timestamp) -> Option<Reason> {
+        let heard_at = self.cells_at?;
+        let time_out = SILENCE * if self.makes(Mistake::LongTimeOut) { 3 } else { 1 };
+        match () {
+            () if self.voltage > VOLTAGE_MAX => Some(Reason::OverVoltage),
+            () if self.temperature > TEMPERATURE_MAX => Some(Reason::OverTemperature),
+            () if now - heard_at > time_out => Some(Reason::Silence),
+            () => None,
+        }
+    }
+
+    fn step(&mut self, now: Timestamp) {
+        let wrong = self.wrong(now);
+        let is_charged = self.makes(Mistake::SkipsPrecharge) || now - self.since >= PRECHARGE;
+        let next = match self.state {
+            State::Tripped => State::Tripped,
+            _ if wrong.is_some() => State::Tripped,
+            State::Standby if self.asked && self.cells_at.is_some() => State::Precharge,
+            State::Precharge | State::Charging if !self.asked => State::Standby,
+            State::Precharge if is_charged => State::Charging,
+            same => same,
+        };
+        if next != self.state {
+            (self.state, self.since) = (next, now);
+            if next == State::Tripped {
+                (self.reason, self.is_reported) = (wrong, false);
+            }
+        }
+        let late = self.makes(Mistake::OpensLate) && next == State::Tripped;
+        let closed = match late {
+            true => now - self.since < Span::from_secs(1),
+            false => next == State::Charging,
+        };
+        let command = self.command(closed);
+        self.send(COMMAND, &command);
+        if !self.is_reported {
+            self.is_reported = true;
+            self.send(TRIP_REPORT, &[self.reason.map_or(0, |reason| reason as u8)]);
+        }
+    }
+
+    fn command(&mut self, closed: bool) -> [u8; 5] {
+        let warm = self.temperature > WARM && !self.makes(Mistake::NoDerating);
+        let limit = if warm { CURRENT_LIMIT / 2.0 } else { CURRENT_LIMIT };
+        let limit = if closed { (limit / 0.01).round() as u16 } else { 0 };
+        let [low, high] = limit.to_le_bytes();
+        let mut data = [u8::from(closed) | (self.state as u8) << 1, low, high, self.count, 0];
+        data[4] = crc8_sae_j1850(&data[..4]);
+        if !self.makes(Mistake::StuckCounter) {
+            self.count = (self.count + 1) % 16;
+        }
+        data
+    }
+
+    fn send(&mut self, id: u16, data: &[u8]) {
+        let frame = StandardId::new(id).and_then(|id| CanFrame::new(id, data));
+        self.outgoing.extend(frame);
+    }
+}
+
+/// CRC-8 SAE J1850: polynomial 0x1d, all ones before and behind.
+fn crc8_sae_j1850(data: &[u8]) -> u8 {
+    let step = |crc: u8| if crc & 0x80 == 0 { crc << 1 } else { (crc << 1) ^ 0x1d };
+    !data.iter().fold(0xff, |crc, byte| (0..8).fold(crc ^ byte, |crc, _| step(crc)))
 }
 
 impl Device for Manager {
@@ -84,10 +174,10 @@ impl Device for Manager {
         let Transmit::Frame(frame) = what else { return };
         let Id::Standard(id) = frame.id() else { return };
         match (id.as_raw(), frame.data()) {
-            (CELLS, [low, high, _, _, temperature, ..]) => {
-                self.voltage = f64::from(u16::from_le_bytes([*low, *high])) * 0.001;
-                self.temperature = temperature.cast_signed();
-                self.cells_at = Some(now);
+            (CELLS, data) => {
+                if let Ok(data) = data.try_into() {
+                    self.hear_cells(now, data);
+                }
             }
             (REQUEST, [asked, ..]) => self.asked = asked & 1 == 1,
             _ => {}
@@ -97,7 +187,7 @@ impl Device for Manager {
     fn wake(&mut self, now: Timestamp) {
         if now >= self.due {
             self.due = now + PERIOD;
-            self.outgoing = self.command(now);
+            self.step(now);
         }
     }
 
@@ -106,6 +196,6 @@ impl Device for Manager {
     }
 
     fn transmit(&mut self, _: Timestamp) -> Option<(PortId, Transmit)> {
-        self.outgoing.take().map(|frame| (PortId(0), Transmit::Frame(frame)))
+        self.outgoing.pop_front().map(|frame| (PortId(0), Transmit::Frame(frame)))
     }
 }
