@@ -10,8 +10,9 @@ name = "struck"
 title = "A metre and a quarter turn, and what goes wrong on the way"
 devices = "paper-serial"
 steps = [
-    { place = { x_m = 0, y_m = 0, heading_deg = 0 } },
     { bias_test = { duration_s = 2 } },
+    # What was lost until now is said until a pose is set.
+    { place = { x_m = 0, y_m = 0, heading_deg = 0 } },
     { straight = { distance_m = 1, speed_m_per_s = 0.4 } },
     { turn = { angle_deg = 45, rate_deg_per_s = 30 } },
 ]
