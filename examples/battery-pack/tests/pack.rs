@@ -60,7 +60,8 @@ fn a_campaign_finds_a_mistake_that_takes_two_faults() -> Result<(), TrialError> 
     const SILENT: &str = "opens when the cells fall silent";
     let trial = Trial::load("deadlines.toml")?
         .with_node("manager", || Manager::new(Some(Mistake::TrustsAfterError)));
-    let findings = trial.campaign().faults(&["wrong_checksum", "stuck_counter"]).cases(300).run()?;
+    let findings =
+        trial.campaign().faults(&["wrong_checksum", "stuck_counter"]).cases(300).run()?;
     let found = findings.smallest().iter().find(|one| one.property == SILENT);
     let found = found.unwrap_or_else(|| panic!("{findings}"));
     assert_eq!(found.plan.matches("[[fault]]").count(), 2, "{}", found.plan);
@@ -69,7 +70,10 @@ fn a_campaign_finds_a_mistake_that_takes_two_faults() -> Result<(), TrialError> 
     }
     let path = found.path.to_str().unwrap_or_default();
     let again = |mistake: Option<Mistake>| {
-        Trial::load(path)?.with_seed(found.seed).with_node("manager", move || Manager::new(mistake)).run()
+        Trial::load(path)?
+            .with_seed(found.seed)
+            .with_node("manager", move || Manager::new(mistake))
+            .run()
     };
     assert!(broken(&again(Some(Mistake::TrustsAfterError))?).contains(&SILENT));
     assert!(!broken(&again(None)?).contains(&SILENT));
