@@ -176,3 +176,38 @@ fn a_program_on_a_serial_line_needs_no_port() {
     let run = load(&folder, "warms.toml").run().unwrap();
     assert!(run.passed(), "{run}");
 }
+
+/// It ends with a mistake where it hears nothing.
+const LISTENER: &str = "\
+import socket, sys, time
+bus = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+bus.bind((sys.argv[1],))
+bus.settimeout(1)
+for _ in range(20):
+    bus.recv(16)
+time.sleep(1e6)
+";
+
+#[test]
+fn a_program_listens_beside_the_papers_robot() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = folder.path().join("listener.py");
+    let node = |port: &str| {
+        format!(
+            "title = \"\"\ndevices = \"paper\"\n[[node]]\nname = \"listener\"\nat = \"base\"\n\
+             under_test = {{ command = [\"python3\", \"{}\", \"{port}\"] }}\n",
+            program.display()
+        )
+    };
+    let plan = "name = \"heard\"\ntitle = \"\"\nrig = \"both\"\nsteps = [{ bias_test = { duration_s = 5 } }]\n\
+        [[measurement]]\nname = \"bias\"\ndoc = \"\"\nquantity = \"bias.mean\"\nunit = \"deg/s\"\n\
+        check = { all_within = [-1, 1] }\n";
+    std::fs::create_dir(folder.path().join("rigs")).unwrap();
+    std::fs::write(&program, LISTENER).unwrap();
+    std::fs::write(folder.path().join("heard.toml"), plan).unwrap();
+    for (port, outcome) in [("{base}", "passed"), ("other", "failed")] {
+        std::fs::write(folder.path().join("rigs/both.toml"), node(port)).unwrap();
+        let run = load(&folder, "heard.toml").run().unwrap();
+        assert_eq!(run.summary().outcome.name(), outcome, "{port}: {run}");
+    }
+}
