@@ -4,6 +4,7 @@ use crate::family::{Family, Given, Outside};
 use crate::frame;
 use crate::link::{Change, SentFrame};
 use crate::output::Kept;
+use crate::processor::Place;
 use crate::serial_line::SerialLine;
 use crate::state::{Ended, State};
 use std::collections::VecDeque;
@@ -98,6 +99,7 @@ pub struct Lockstep {
     misdirected: u64,
     /// Where the shim and the socket are; goes last.
     _folder: TempDir,
+    _place: Option<Place>,
 }
 
 impl Lockstep {
@@ -105,7 +107,7 @@ impl Lockstep {
         family: Result<Family, Ended>,
         lines: Lines,
         kept: Kept,
-        folder: TempDir,
+        (folder, place): (TempDir, Option<Place>),
     ) -> Self {
         let (family, ended) = match family {
             Ok(family) => (Some(family), None),
@@ -113,7 +115,8 @@ impl Lockstep {
         };
         let next = if ended.is_none() { Timestamp::ZERO } else { Timestamp::MAX };
         let now = Timestamp::ZERO;
-        Self { family, lines, kept, now, next, ended, misdirected: 0, _folder: folder }
+        let (_folder, _place) = (folder, place);
+        Self { family, lines, kept, now, next, ended, misdirected: 0, _folder, _place }
     }
 
     /// How the program stands.

@@ -28,6 +28,7 @@ mod family;
 mod frame;
 mod link;
 mod output;
+mod processor;
 mod program;
 mod serial_line;
 mod spawned;

@@ -4,6 +4,7 @@ use crate::binary::{self, BinaryError};
 use crate::device::{Lines, Lockstep, Port};
 use crate::family::{Family, Rules};
 use crate::output::{Kept, Output};
+use crate::processor::Place;
 use crate::serial_line::SerialLine;
 use crate::spawned::Spawned;
 use std::ffi::OsString;
@@ -204,10 +205,11 @@ impl Program {
         if let Some(folder) = self.folder {
             command.current_dir(folder);
         }
+        let place = Place::take();
         let first = Spawned::start(command).map_err(failed_to("start the program"))?;
         let rules = Rules { limit: self.limit, processes_max: self.processes_max, declarations };
         let family = Family::start(rules, listener, first);
-        Ok(Lockstep::new(family, Lines::new(ports), kept, folder))
+        Ok(Lockstep::new(family, Lines::new(ports), kept, (folder, place)))
     }
 
     fn open_ports(&self, link: &Path) -> Result<(Vec<Port>, String), StartError> {
