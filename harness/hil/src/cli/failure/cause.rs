@@ -1,0 +1,263 @@
+//! Why a command cannot do its work, and the exit status of each cause.
+
+use crate::import::ImportError;
+use crate::replay::ReplayError;
+use bus_log::LogError;
+use campaign::{AccountError, JournalError, RegressionError, RepetitionError};
+use dataset::DatasetError;
+use dataset::export::ExportError;
+use exchange::mcap::McapExportError;
+use exchange::tables::TablesError;
+use harness::emulation::EmulationError;
+use harness::operator::AnswersError;
+use harness::run::PrepareError;
+use harness::run_live::LiveRunError;
+use harness::world::bench::DevicesError;
+use harness::world::crossing::KernelError;
+use harness::world::live::{LiveError, OutOfReach, PlacementError};
+use identification::identify::IdentifyError;
+use miette::Diagnostic;
+use plan::library::LibraryError;
+use ports::PortError;
+use record::outcome::{EXIT_BAD_INPUT, Outcome};
+use record::run_folder::RunFolderError;
+use std::io;
+use std::path::PathBuf;
+
+#[derive(Debug, thiserror::Error, Diagnostic)]
+pub(super) enum Cause {
+    /// A plan, or what it names, cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Prepare(#[from] PrepareError),
+    /// Something about a run folder.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Folder(#[from] RunFolderError),
+    /// The arguments do not fit together, or do not fit the plans.
+    #[error("{message}")]
+    Arguments {
+        /// What is wrong.
+        message: String,
+        /// What to do.
+        #[help]
+        help: String,
+    },
+    /// The table cannot be shown.
+    #[error("failed to write to the standard output")]
+    Output(#[source] io::Error),
+    /// A file beside the run folders cannot be written.
+    #[error("failed to write {}", path.display())]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A data package cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Data(#[from] DatasetError),
+    /// A run cannot be made a data set.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Export(ExportError),
+    /// A run cannot be written as tables.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Tables(TablesError),
+    /// A run cannot be written as an MCAP file.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Mcap(McapExportError),
+    /// A bus log cannot be read or written.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Log(#[from] LogError),
+    /// A bus log makes no run.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Import(ImportError),
+    /// The journal of a campaign cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Journal(#[from] JournalError),
+    /// The account of a campaign cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Account(#[from] AccountError),
+    /// A campaign cannot go over a server, or no longer.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    #[cfg(feature = "nats")]
+    Nats(#[from] campaign_nats::NatsError),
+    /// A case cannot be saved as a plan.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Regression(#[from] RegressionError),
+    /// A model file cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Model(LibraryError),
+    /// The data and the model are what they should be, but not for each other.
+    #[error("failed to identify {dataset}")]
+    Identify {
+        /// Name of the data set.
+        dataset: String,
+        /// Why.
+        source: IdentifyError,
+    },
+    /// Findings cannot be put into words.
+    #[error("failed to write down what was found")]
+    Findings(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// Answers to what a person would be asked cannot be used, or are missing.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Answers(#[from] AnswersError),
+    /// The bench file cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Bench(#[from] LibraryError),
+    /// The bench does not come up.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Live(#[from] LiveError),
+    /// The bench does not fit the plan.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Placement(#[from] PlacementError),
+    /// A fault of the plan cannot be injected on the bench.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    OutOfReach(#[from] OutOfReach),
+    /// What repetitions are asked for can show nothing.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Repetition(#[from] RepetitionError),
+    /// The kernel lacks what the lines are to cross.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Kernel(#[from] KernelError),
+    /// Devices cannot be emulated, or no longer.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Emulation(#[from] EmulationError),
+    /// A log cannot be played onto a port, or no longer.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Replay(#[from] ReplayError),
+    /// A device file cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Devices(#[from] DevicesError),
+    /// Ctrl-C cannot be taken over, and without it no run could be stopped in good order.
+    #[error("failed to take over Ctrl-C")]
+    Signals(#[source] ctrlc::Error),
+}
+
+impl Cause {
+    /// Bad input is what the caller can mend by calling differently: a folder that is not ours and one
+    /// without a run are, a full disk is not.
+    pub(super) const fn exit_status(&self) -> u8 {
+        match self {
+            Self::Log(error) if !error.is_bad_input() => Outcome::Error.exit_status(),
+            Self::Tables(error) if error.is_bad_input() => EXIT_BAD_INPUT,
+            Self::Prepare(_)
+            | Self::Arguments { .. }
+            | Self::Data(_)
+            | Self::Log(_)
+            | Self::Export(_)
+            | Self::Import(_)
+            | Self::Model(_)
+            | Self::Answers(_)
+            | Self::Bench(_)
+            | Self::Account(AccountError::Foreign { .. } | AccountError::Version { .. })
+            | Self::Journal(JournalError::Other { .. } | JournalError::Broken { .. })
+            | Self::Identify { .. } => EXIT_BAD_INPUT,
+            #[cfg(feature = "nats")]
+            Self::Nats(error) if error.is_bad_input() => EXIT_BAD_INPUT,
+            Self::Devices(_) | Self::Placement(_) | Self::OutOfReach(_) | Self::Repetition(_) => {
+                EXIT_BAD_INPUT
+            }
+            // Where frames were to cross a serial port, or the reverse, nothing is broken.
+            Self::Live(LiveError::Port(PortError::WrongKind { .. })) => EXIT_BAD_INPUT,
+            Self::Replay(ReplayError::Port(PortError::WrongKind { .. })) => EXIT_BAD_INPUT,
+            Self::Kernel(KernelError::NoFrames { .. }) => EXIT_BAD_INPUT,
+            Self::Live(_) | Self::Kernel(_) | Self::Emulation(_) | Self::Replay(_) => {
+                Outcome::Error.exit_status()
+            }
+            Self::Folder(
+                RunFolderError::Foreign { .. }
+                | RunFolderError::NoRun { .. }
+                | RunFolderError::Read { .. }
+                | RunFolderError::Summary { .. }
+                | RunFolderError::Record { .. },
+            ) => EXIT_BAD_INPUT,
+            Self::Folder(
+                RunFolderError::Write { .. }
+                | RunFolderError::Remove { .. }
+                | RunFolderError::ArtifactName { .. },
+            )
+            | Self::Account(AccountError::Io { .. })
+            | Self::Journal(JournalError::Io { .. })
+            | Self::Tables(_)
+            | Self::Mcap(_)
+            | Self::Regression(_)
+            | Self::Output(_)
+            | Self::File { .. }
+            | Self::Findings(_)
+            | Self::Signals(_) => Outcome::Error.exit_status(),
+            #[cfg(feature = "nats")]
+            Self::Nats(_) => Outcome::Error.exit_status(),
+        }
+    }
+}
+
+impl From<ImportError> for Cause {
+    fn from(error: ImportError) -> Self {
+        match error {
+            ImportError::Log(error) => error.into(),
+            ImportError::Folder(error) => error.into(),
+            error => Self::Import(error),
+        }
+    }
+}
+
+impl From<ExportError> for Cause {
+    fn from(error: ExportError) -> Self {
+        match error {
+            ExportError::Folder(error) => error.into(),
+            ExportError::Data(error) => error.into(),
+            error => Self::Export(error),
+        }
+    }
+}
+
+impl From<TablesError> for Cause {
+    fn from(error: TablesError) -> Self {
+        match error {
+            TablesError::Folder(error) => error.into(),
+            error => Self::Tables(error),
+        }
+    }
+}
+
+impl From<McapExportError> for Cause {
+    fn from(error: McapExportError) -> Self {
+        match error {
+            McapExportError::Folder(error) => error.into(),
+            error => Self::Mcap(error),
+        }
+    }
+}
+
+impl From<LiveRunError> for Cause {
+    fn from(error: LiveRunError) -> Self {
+        match error {
+            LiveRunError::Folder(error) => error.into(),
+            LiveRunError::Live(error) => error.into(),
+            LiveRunError::Placement(error) => error.into(),
+            LiveRunError::Fault(error) => error.into(),
+        }
+    }
+}
