@@ -92,8 +92,41 @@ impl embedded_can::Frame for CanFrame {
     }
 }
 
-/// The form in which a frame is recorded: the identifier with bit 31 set when extended and bit 30
-/// when remote, as in `linux/can.h`, the length and the data.
+/// In the word of an identifier: it is extended (`CAN_EFF_FLAG` of `linux/can.h`).
+pub const EXTENDED_FLAG: u32 = 1 << 31;
+/// The frame is a remote request (`CAN_RTR_FLAG`).
+pub const REMOTE_FLAG: u32 = 1 << 30;
+
+/// The identifier as a word of `linux/can.h`.
+pub fn word(id: Id) -> u32 {
+    match id {
+        Id::Standard(id) => u32::from(id.as_raw()),
+        Id::Extended(id) => id.as_raw() | EXTENDED_FLAG,
+    }
+}
+
+impl CanFrame {
+    /// Identifier and kind as a word of `linux/can.h`.
+    pub fn word(&self) -> u32 {
+        word(self.id) | if self.remote { REMOTE_FLAG } else { 0 }
+    }
+
+    /// The frame of such a word, a length, and at least as many bytes, as a raw socket has it: further bits of the
+    /// identifier are ignored. `None` where it is longer than a classic frame.
+    pub fn of_word(word: u32, length: usize, data: &[u8]) -> Option<Self> {
+        let id = if word & EXTENDED_FLAG != 0 {
+            Id::Extended(ExtendedId::new(word & ExtendedId::MAX.as_raw())?)
+        } else {
+            Id::Standard(StandardId::new(word as u16 & StandardId::MAX.as_raw())?)
+        };
+        if word & REMOTE_FLAG != 0 {
+            return <Self as embedded_can::Frame>::new_remote(id, length);
+        }
+        Self::new(id, data.get(..length).filter(|data| data.len() <= DATA_BYTES_MAX)?)
+    }
+}
+
+/// The form in which a frame is recorded: the word of its identifier, the length and the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RecordedFrame {
     id: u32,
@@ -101,17 +134,9 @@ pub struct RecordedFrame {
     data: [u8; DATA_BYTES_MAX],
 }
 
-const EXTENDED_FLAG: u32 = 1 << 31;
-const REMOTE_FLAG: u32 = 1 << 30;
-
 impl From<CanFrame> for RecordedFrame {
     fn from(frame: CanFrame) -> Self {
-        let id = match frame.id {
-            Id::Standard(id) => u32::from(id.as_raw()),
-            Id::Extended(id) => id.as_raw() | EXTENDED_FLAG,
-        };
-        let remote = if frame.remote { REMOTE_FLAG } else { 0 };
-        Self { id: id | remote, length: frame.length, data: frame.data }
+        Self { id: frame.word(), length: frame.length, data: frame.data }
     }
 }
 
@@ -153,6 +178,10 @@ mod tests {
             prop_assert_eq!(RecordedFrame::from(frame).frame(), Some(frame));
             let remote = <CanFrame as embedded_can::Frame>::new_remote(id, data.len()).unwrap();
             prop_assert_eq!(RecordedFrame::from(remote).frame(), Some(remote));
+            for frame in [frame, remote] {
+                let back = CanFrame::of_word(frame.word(), frame.dlc(), &[frame.data(), &[7; 8]].concat());
+                prop_assert_eq!(back, Some(frame));
+            }
             prop_assert!(remote.data().is_empty());
             prop_assert_eq!(remote.dlc(), data.len());
         }

@@ -11,27 +11,24 @@
 use super::super::entry::{ErrorFrame, FD_BYTES_MAX, FdFlags, FdFrame, Payload};
 use super::super::error::Defect;
 use embedded_can::Frame as _;
-use wire::can::{CanFrame, DATA_BYTES_MAX, ExtendedId, Id, StandardId};
+use wire::can::{
+    CanFrame, DATA_BYTES_MAX, EXTENDED_FLAG, ExtendedId, Id, REMOTE_FLAG, StandardId, word,
+};
+use wire::can_error::ERROR_FLAG;
 
 /// Bytes before the data.
 pub const HEADER_BYTES: usize = 8;
 
-const EXTENDED_FLAG: u32 = 1 << 31;
-const REMOTE_FLAG: u32 = 1 << 30;
-const ERROR_FLAG: u32 = 1 << 29;
 /// The layout says that the frame is one of CAN FD.
 const FDF: u8 = 0x04;
 
 /// Appends the packet of a frame; false for what is none.
 pub(super) fn push(packet: &mut Vec<u8>, payload: &Payload) -> bool {
     let (id, length, flags, data) = match payload {
-        Payload::Frame(frame) => {
-            let remote = if frame.is_remote() { REMOTE_FLAG } else { 0 };
-            (raw(frame.id()) | remote, frame.dlc(), 0, frame.data())
-        }
+        Payload::Frame(frame) => (frame.word(), frame.dlc(), 0, frame.data()),
         Payload::Fd(frame) => {
             let flags = frame.flags().bits() | FDF;
-            (raw(frame.id()), frame.data().len(), flags, frame.data())
+            (word(frame.id()), frame.data().len(), flags, frame.data())
         }
         Payload::Error(error) => {
             (error.class() | ERROR_FLAG, DATA_BYTES_MAX, 0, &error.details[..])
@@ -43,13 +40,6 @@ pub(super) fn push(packet: &mut Vec<u8>, payload: &Payload) -> bool {
     packet.extend([length as u8, flags, 0, 0]);
     packet.extend_from_slice(data);
     true
-}
-
-fn raw(id: Id) -> u32 {
-    match id {
-        Id::Standard(id) => u32::from(id.as_raw()),
-        Id::Extended(id) => id.as_raw() | EXTENDED_FLAG,
-    }
 }
 
 /// The frame in a packet. Bytes behind its data, as in a buffer of a whole `struct can_frame`, are not
