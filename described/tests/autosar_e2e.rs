@@ -7,7 +7,7 @@ use wire::device::Transmit;
 
 const MESSAGES: &str = include_str!("data/autosar_e2e.csv");
 
-/// What begins a packet, where a message is too long for a frame.
+/// What begins a packet.
 const START: u8 = 0xaa;
 
 struct Row<'a> {
@@ -85,8 +85,8 @@ impl Row<'_> {
         description.unwrap_or_else(|error| panic!("{error}\n{text}")).layout().clone()
     }
 
-    /// A packet, with bytes before and behind the header.
-    fn in_a_packet(&self) -> Layout {
+    /// A packet or a frame of CAN FD, with bytes before and behind the header.
+    fn of_fields(&self, is_packet: bool) -> Layout {
         let mut fields: Vec<String> =
             (0..self.at).map(|at| format!("{{ name = \"B{at}\", type = \"u8\" }}")).collect();
         for (name, kind) in [("Length", "u16"), ("Alive", "u16"), ("Id", "u32"), ("Crc", "u32")] {
@@ -94,8 +94,12 @@ impl Row<'_> {
         }
         fields
             .extend((self.at + 12..16).map(|at| format!("{{ name = \"B{at}\", type = \"u8\" }}")));
+        let (line, begin) = match is_packet {
+            true => ("[serial]\nbaud = 9600\n", format!("start = [{START}]")),
+            false => ("", "can_id = 1\nfd = true".to_owned()),
+        };
         let text = format!(
-            "name = \"a\"\n[serial]\nbaud = 9600\n[[message]]\nname = \"M\"\nsent_by = \"device\"\nstart = [{START}]\n\
+            "name = \"a\"\n{line}[[message]]\nname = \"M\"\nsent_by = \"device\"\n{begin}\n\
              period_s = 1\n{}\nfields = [{}]\n",
             self.e2e(),
             fields.join(", ")
@@ -121,29 +125,38 @@ fn messages_are_those_of_autosar_e2e() {
     let mut compared = 0;
     for line in MESSAGES.lines().skip(1) {
         let row = row(line);
-        let layout = if row.profile == "4" { row.in_a_packet() } else { row.on_can() };
-        let signals = &layout.messages()[0].signals;
-        let values: Vec<f64> = signals.iter().map(|signal| row.value(&signal.name)).collect();
-        // The counter is that of the row.
-        let is_own = |signal: usize| signals[signal].name == "Alive";
-        let wired = Encoder::new(layout.clone()).encode(0, &values, is_own).expect("all in range");
-        let mut verdict = None;
-        let bytes = match &wired {
-            Transmit::Frame(frame) => {
-                verdict = layout.decoder().frame(frame).and_then(|found| found.verdict);
-                frame.data().to_vec()
-            }
-            Transmit::Bytes(packet) => {
-                let mut decoder = layout.decoder();
-                decoder.bytes(packet.as_slice(), &mut |found| verdict = found.verdict);
-                packet.as_slice()[1..].to_vec()
-            }
+        let layouts = match row.profile {
+            "4" => vec![row.of_fields(true), row.of_fields(false)],
+            _ => vec![row.on_can()],
         };
-        assert_eq!(bytes, row.protected, "{line}");
-        assert_eq!(verdict, Some(Verdict::Ok), "{line}");
-        compared += 1;
+        for layout in layouts {
+            compare(line, &row, &layout);
+            compared += 1;
+        }
     }
-    assert_eq!(compared, 240);
+    assert_eq!(compared, 280);
+}
+
+fn compare(line: &str, row: &Row<'_>, layout: &Layout) {
+    let signals = &layout.messages()[0].signals;
+    let values: Vec<f64> = signals.iter().map(|signal| row.value(&signal.name)).collect();
+    // The counter is that of the row.
+    let is_own = |signal: usize| signals[signal].name == "Alive";
+    let wired = Encoder::new(layout.clone()).encode(0, &values, is_own).expect("all in range");
+    let mut verdict = None;
+    let bytes = match &wired {
+        Transmit::Frame(frame) => {
+            verdict = layout.decoder().frame(frame).and_then(|found| found.verdict);
+            frame.data().to_vec()
+        }
+        Transmit::Bytes(packet) => {
+            let mut decoder = layout.decoder();
+            decoder.bytes(packet.as_slice(), &mut |found| verdict = found.verdict);
+            packet.as_slice()[1..].to_vec()
+        }
+    };
+    assert_eq!(bytes, row.protected, "{line}");
+    assert_eq!(verdict, Some(Verdict::Ok), "{line}");
 }
 
 /// Each bit of theirs that is another is noticed.

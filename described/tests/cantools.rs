@@ -33,6 +33,7 @@ fn frames_are_those_of_cantools() {
         let Ok(Transmit::Frame(frame)) = layout.encode(message, &values) else {
             panic!("{row} is not encoded");
         };
+        assert_eq!(frame.fd_flags().is_some(), name.starts_with('F'), "{row}");
         let hex: String = frame.data().iter().map(|byte| format!("{byte:02x}")).collect();
         assert_eq!(hex, data, "{row}");
         let mut decoder = layout.decoder();

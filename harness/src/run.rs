@@ -245,8 +245,9 @@ impl Prepared {
         let bench = self.rig.robot.as_ref().map(|devices| self.bench(devices, seed));
         let engine = self.engine(bench.as_ref());
         let (built, real) = match (&setting.site, bench, self.rig.device()) {
-            (Site::Robot(placement), Some(bench), _) => {
-                (build_live::paper(bench, placement), placement.real_roles())
+            (Site::Robot(placement, lines), Some(bench), _) => {
+                let beside = (&self.rig, &lines[..], &self.own);
+                (build_live::paper(bench, placement, beside, seed), placement.real_roles())
             }
             (Site::Device(player), _, Some(device)) => {
                 let real = RealRoles { device: !player.is_emulated(), ..RealRoles::default() };
@@ -312,11 +313,12 @@ impl Prepared {
             }
         };
         let lines = lines.unwrap_or_default();
+        let buses = declared::buses(&self.rig);
         let files = match self.files.bytes() {
             0..=FILES_BYTES_MAX => Arc::clone(&self.files),
             _ => Arc::default(),
         };
-        Header { nodes, lines, files, ..header(&self.plan, seed, &self.rig.speakers) }
+        Header { nodes, lines, buses, files, ..header(&self.plan, seed, &self.rig.speakers) }
     }
 }
 

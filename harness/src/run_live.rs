@@ -69,7 +69,6 @@ impl LiveSetting<'_> {
     pub fn resolve(&self, rig: &Rig) -> Result<Setting, PlacementError> {
         let timing = &self.bench.timing;
         let (site, device_under_test) = match (&rig.robot, rig.device()) {
-            (Some(_), _) if !rig.is_short => return Err(PlacementError::RobotAndNodes),
             (Some(devices), _) => {
                 let placement = Placement::new(self.bench, base_transport(devices), &self.can)?;
                 let device_under_test = match &self.bench.controller {
@@ -82,7 +81,10 @@ impl LiveSetting<'_> {
                     }
                     None => self.device_under_test.clone(),
                 };
-                (Site::Robot(placement), device_under_test)
+                if !rig.is_short {
+                    placement.beside_nodes()?;
+                }
+                (Site::Robot(placement, self.lines(rig)?), device_under_test)
             }
             (None, Some(device)) => {
                 let player = self.device(device.layout().medium())?;
@@ -92,33 +94,16 @@ impl LiveSetting<'_> {
                 };
                 (Site::Device(player), DeviceUnderTest::Device(name))
             }
-            (None, None) => (Site::Lines(self.lines(rig)?), self.programs(rig)),
+            (None, None) => (Site::Lines(self.lines(rig)?), nodes(rig)),
         };
         Ok(Setting {
             device_under_test,
+            programs: programs(rig),
             site,
             attach_max: timing.attach_max.unwrap_or(ATTACH_MAX_DEFAULT),
             late_max: timing.late_max.unwrap_or(LATE_MAX_DEFAULT),
             scheduling: if timing.realtime { Scheduling::RealTime } else { self.scheduling },
         })
-    }
-
-    /// What is under test, and how it is started.
-    fn programs(&self, rig: &Rig) -> DeviceUnderTest {
-        let program = |(node, how): (&RigNode, &UnderTest)| Program {
-            node: node.name.clone(),
-            words: match how {
-                UnderTest::Command(words) => words.clone(),
-                UnderTest::InProcess(_) | UnderTest::Attached(_) => Vec::new(),
-            },
-        };
-        let programs: Vec<Program> = rig.under_test().map(program).collect();
-        match programs.is_empty() {
-            true => {
-                DeviceUnderTest::Device(format!("{}, emulated", rig.described_names().join(", ")))
-            }
-            false => DeviceUnderTest::Programs(programs),
-        }
     }
 
     /// The ports of the lines that somebody is at who is not in this process.
@@ -157,6 +142,26 @@ impl LiveSetting<'_> {
         }
         Err(PlacementError::DeviceMedium { port: player.spec().to_string(), wanted })
     }
+}
+
+/// What is tested in a rig of nodes alone.
+fn nodes(rig: &Rig) -> DeviceUnderTest {
+    match rig.under_test().next() {
+        Some(_) => DeviceUnderTest::Nodes,
+        None => DeviceUnderTest::Device(format!("{}, emulated", rig.described_names().join(", "))),
+    }
+}
+
+/// The nodes under test, and how they are started.
+fn programs(rig: &Rig) -> Vec<Program> {
+    let program = |(node, how): (&RigNode, &UnderTest)| Program {
+        node: node.name.clone(),
+        words: match how {
+            UnderTest::Command(words) => words.clone(),
+            UnderTest::InProcess(_) | UnderTest::Attached(_) => Vec::new(),
+        },
+    };
+    rig.under_test().map(program).collect()
 }
 
 /// One run in real time, as it is asked for.
@@ -265,7 +270,7 @@ pub fn run_live_to_folder_watched(
     summary.bus = setting.site.bus();
     summary.timing = Some(live.timing);
     summary.ports = live.ports;
-    summary.device_under_test = setting.device_under_test.to_string();
+    summary.device_under_test = setting.under_test();
     summary.wall_s = summary.simulated_s;
     if folder.file(DEVICE_LOG).is_file() {
         summary.artifacts.push(DEVICE_LOG.to_owned());

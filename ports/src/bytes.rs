@@ -115,8 +115,8 @@ mod tests {
     use super::{ByteEvent, BytePort};
     use crate::{FramePort, PortError, PortSpec};
     use std::time::Duration;
+    use wire::can::BitRates;
     use wire::serial::SerialSettings;
-    use wire::slcan::BitRate;
 
     const USUAL: SerialSettings = SerialSettings::new_8n1(9_600);
 
@@ -167,7 +167,7 @@ mod tests {
                 assert!(matches!(error, PortError::WrongKind { .. }), "{text}: {error}");
             }
             for text in ["pty", "/dev/ttyUSB0"] {
-                let error = FramePort::open(&spec(text), BitRate::default()).await.unwrap_err();
+                let error = FramePort::open(&spec(text), BitRates::USUAL).await.unwrap_err();
                 assert!(matches!(error, PortError::WrongKind { .. }), "{text}: {error}");
             }
         });

@@ -29,6 +29,15 @@ pub enum PortError {
         /// The kinds that carry this.
         known: &'static str,
     },
+    /// An adapter cannot be told this rate.
+    #[error("failed to open {port}: SLCAN has no {bit_rate} bit/s")]
+    #[diagnostic(help("say at what the adapter is to run: `slcan:{port}?bitrate=500000`"))]
+    NoBitRate {
+        /// The adapter's serial port.
+        port: String,
+        /// Bits per second of the bus.
+        bit_rate: u32,
+    },
     /// There is no such file.
     #[error("failed to open the serial port {port}: there is no such device")]
     #[diagnostic(help(

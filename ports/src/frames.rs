@@ -1,12 +1,12 @@
 //! A port that CAN frames cross.
 
 use super::Counters;
-use super::can_socket::CanSocketPort;
+use super::can_socket::{CanSocketPort, Interface};
 use super::error::{PortError, PortLost};
 use super::slcan::{SlcanAdapter, SlcanHost};
 use super::spec::PortSpec;
 use std::io;
-use wire::can::CanFrame;
+use wire::can::{BitRates, CanFrame};
 use wire::can_error::CanErrorEvent;
 use wire::slcan::BitRate;
 use wire::time::Timestamp;
@@ -36,27 +36,40 @@ pub enum FrameEvent {
 }
 
 impl FramePort {
-    /// Opens the port. An adapter is told `usual` where `spec` does not say at what the bus runs; an
+    /// Opens the port of a bus of these rates. An adapter is told the nominal one where `spec` says no other; an
     /// interface of the kernel runs at what it was set to (`ip link`). Called within a tokio runtime that
     /// has IO and time enabled.
     ///
     /// # Errors
-    /// When it cannot be opened, or carries bytes.
-    pub async fn open(spec: &PortSpec, usual: BitRate) -> Result<Self, PortError> {
+    /// When it cannot be opened, or carries bytes; when there are to be CAN FD frames, and it has none.
+    pub async fn open(spec: &PortSpec, rates: BitRates) -> Result<Self, PortError> {
+        let wrong = |wanted, known| PortError::WrongKind { spec: spec.to_string(), wanted, known };
+        let is_fd = rates.data.is_some();
         match spec {
-            PortSpec::Can { interface } => Ok(Self::Can(Box::new(CanSocketPort::open(interface)?))),
+            PortSpec::Can { interface } => {
+                let port = CanSocketPort::open(interface)?;
+                if is_fd && !Interface::new(interface).takes_fd() {
+                    return Err(wrong("CAN FD frames", "can:INTERFACE, set up with `fd on`"));
+                }
+                Ok(Self::Can(Box::new(port)))
+            }
+            PortSpec::Slcan { .. } | PortSpec::SlcanPty { .. } if is_fd => {
+                Err(wrong("CAN FD frames", "can:INTERFACE, set up with `fd on`"))
+            }
             PortSpec::Slcan { serial, bitrate } => {
-                let host = SlcanHost::open(serial, bitrate.unwrap_or(usual)).await?;
-                Ok(Self::SlcanHost(Box::new(host)))
+                let usual = BitRate::from_bits_per_second(rates.nominal);
+                let bitrate = bitrate.or(usual).ok_or_else(|| PortError::NoBitRate {
+                    port: serial.device.to_string(),
+                    bit_rate: rates.nominal,
+                })?;
+                Ok(Self::SlcanHost(Box::new(SlcanHost::open(serial, bitrate).await?)))
             }
             PortSpec::SlcanPty { link } => {
                 Ok(Self::SlcanAdapter(Box::new(SlcanAdapter::open(link.as_deref())?)))
             }
-            PortSpec::Pty { .. } | PortSpec::Serial(_) => Err(PortError::WrongKind {
-                spec: spec.to_string(),
-                wanted: "CAN frames",
-                known: "can:INTERFACE, slcan:/dev/..., slcan-pty",
-            }),
+            PortSpec::Pty { .. } | PortSpec::Serial(_) => {
+                Err(wrong("CAN frames", "can:INTERFACE, slcan:/dev/..., slcan-pty"))
+            }
         }
     }
 

@@ -1,34 +1,139 @@
-//! Classic CAN data frames.
+//! CAN frames, classic and FD (ISO 11898-1:2015).
 
+use crate::time::Span;
+use core::fmt;
 pub use embedded_can::{ExtendedId, Id, StandardId};
-use serde::{Deserialize, Serialize};
+use serde::de::{Error as _, SeqAccess, Visitor};
+use serde::ser::SerializeTuple as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// The most data a classic frame carries.
 pub const DATA_BYTES_MAX: usize = 8;
 
-/// Bits per second of the base's bus: assumption, the usual rate of machine control (CiA 301 lists 500 kbit/s).
-pub const BIT_RATE: i64 = 500_000;
+/// The most data a CAN FD frame carries.
+pub const FD_BYTES_MAX: usize = 64;
 
-/// A classic CAN frame: an identifier and up to eight bytes, or a remote request for as many.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Lengths of the data of a CAN FD frame, by its data length code (ISO 11898-1).
+pub const FD_LENGTHS: [u8; 16] =
+    [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, FD_BYTES_MAX as u8];
+
+/// The least length of a CAN FD frame with so many bytes; `None` above [`FD_BYTES_MAX`].
+pub fn fd_length(bytes: usize) -> Option<usize> {
+    FD_LENGTHS.into_iter().map(usize::from).find(|length| *length >= bytes)
+}
+
+/// Bits per second of the base's bus: assumption, the usual rate of machine control (CiA 301 lists 500 kbit/s).
+pub const BIT_RATE: u32 = 500_000;
+
+/// A frame: an identifier with up to eight bytes, a remote request for as many, or with CAN FD up to 64 bytes.
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub struct CanFrame {
     id: Id,
-    remote: bool,
+    kind: Kind,
     length: u8,
-    data: [u8; DATA_BYTES_MAX],
+    data: [u8; FD_BYTES_MAX],
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Data,
+    Remote,
+    Fd(FdFlags),
+}
+
+/// What a CAN FD frame says beside identifier and data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FdFlags {
+    /// The data goes at the faster rate (BRS).
+    pub bit_rate_switch: bool,
+    /// The sender is error-passive (ESI).
+    pub error_state: bool,
+}
+
+/// `CANFD_BRS` and `CANFD_ESI` (linux/can.h).
+const BRS: u8 = 0x01;
+const ESI: u8 = 0x02;
+
+impl FdFlags {
+    /// From the flags of `struct canfd_frame`; others are not read.
+    pub const fn from_bits(bits: u8) -> Self {
+        Self { bit_rate_switch: bits & BRS != 0, error_state: bits & ESI != 0 }
+    }
+
+    /// As the flags of `struct canfd_frame`.
+    pub const fn bits(self) -> u8 {
+        (if self.bit_rate_switch { BRS } else { 0 }) | (if self.error_state { ESI } else { 0 })
+    }
+}
+
+/// Bits per second of a bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BitRates {
+    /// Of arbitration, and of everything in a classic frame.
+    pub nominal: u32,
+    /// Of the data of a CAN FD frame that switches; `None` on a classic bus, which has no such frames.
+    pub data: Option<u32>,
+}
+
+impl BitRates {
+    /// A classic bus of the [usual rate](BIT_RATE).
+    pub const USUAL: Self = Self { nominal: BIT_RATE, data: None };
+
+    /// How long a bit takes, in whole nanoseconds.
+    pub const fn bit(self) -> Span {
+        bit_time(self.nominal)
+    }
+
+    /// How long a bit of data takes in a frame that switches.
+    pub const fn data_bit(self) -> Span {
+        match self.data {
+            Some(rate) => bit_time(rate),
+            None => self.bit(),
+        }
+    }
+}
+
+impl Default for BitRates {
+    fn default() -> Self {
+        Self::USUAL
+    }
+}
+
+const fn bit_time(bits_per_s: u32) -> Span {
+    let rate = if bits_per_s == 0 { 1 } else { bits_per_s };
+    Span::from_nanos(1_000_000_000 / rate as i64)
 }
 
 impl CanFrame {
-    /// A data frame; `None` when `data` is longer than [`DATA_BYTES_MAX`].
+    /// A classic data frame; `None` when `data` is longer than [`DATA_BYTES_MAX`].
     pub fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
-        let mut bytes = [0; DATA_BYTES_MAX];
-        bytes.get_mut(..data.len())?.copy_from_slice(data);
-        Some(Self { id: id.into(), remote: false, length: data.len() as u8, data: bytes })
+        (data.len() <= DATA_BYTES_MAX).then(|| Self::of(id.into(), Kind::Data, data))
     }
 
-    /// A data frame with all eight bytes.
+    /// A CAN FD frame; `None` when such a frame has no data of that [length](FD_LENGTHS).
+    pub fn fd(id: impl Into<Id>, flags: FdFlags, data: &[u8]) -> Option<Self> {
+        let has_code = FD_LENGTHS.iter().any(|length| usize::from(*length) == data.len());
+        has_code.then(|| Self::of(id.into(), Kind::Fd(flags), data))
+    }
+
+    /// A classic data frame with all eight bytes.
     pub fn full(id: impl Into<Id>, data: [u8; DATA_BYTES_MAX]) -> Self {
-        Self { id: id.into(), remote: false, length: DATA_BYTES_MAX as u8, data }
+        Self::of(id.into(), Kind::Data, &data)
+    }
+
+    /// `data` has at most [`FD_BYTES_MAX`] bytes.
+    fn of(id: Id, kind: Kind, data: &[u8]) -> Self {
+        let mut bytes = [0; FD_BYTES_MAX];
+        bytes[..data.len()].copy_from_slice(data);
+        Self { id, kind, length: data.len() as u8, data: bytes }
+    }
+
+    /// A frame of the same identifier and kind; `None` when such a frame has no data of that length.
+    pub fn with_data(&self, data: &[u8]) -> Option<Self> {
+        match self.kind {
+            Kind::Fd(flags) => Self::fd(self.id, flags, data),
+            Kind::Data | Kind::Remote => Self::new(self.id, data),
+        }
     }
 
     /// The identifier.
@@ -38,22 +143,68 @@ impl CanFrame {
 
     /// The data; empty for a remote request.
     pub fn data(&self) -> &[u8] {
-        if self.remote { &[] } else { &self.data[..usize::from(self.length)] }
+        if self.is_remote() { &[] } else { &self.data[..usize::from(self.length)] }
     }
 
     /// A remote request.
     pub const fn is_remote(&self) -> bool {
-        self.remote
+        matches!(self.kind, Kind::Remote)
     }
 
-    /// Bits on the wire from start of frame to the end of the intermission, before bit stuffing:
-    /// 47 for a standard and 67 for an extended identifier, and eight a data byte (ISO 11898-1).
+    /// What a CAN FD frame says beside its data; `None` for a classic frame.
+    pub const fn fd_flags(&self) -> Option<FdFlags> {
+        match self.kind {
+            Kind::Fd(flags) => Some(flags),
+            Kind::Data | Kind::Remote => None,
+        }
+    }
+
+    /// Bits before the data's rate, at it, and behind it; without stuff bits that depend on what the frame says
+    /// (ISO 11898-1:2015).
+    fn parts(&self) -> [u32; 3] {
+        let data = 8 * self.data().len() as u32;
+        let extended = matches!(self.id, Id::Extended(_));
+        match self.kind {
+            Kind::Data | Kind::Remote => [0, 0, if extended { 67 } else { 47 } + data],
+            Kind::Fd(_) => {
+                // Start, identifier, RRS, IDE, FDF, reserved, BRS.
+                let head = if extended { 36 } else { 17 };
+                // Stuff bit count and CRC, with a fixed stuff bit before each four of them.
+                let checked = if data <= 128 { 4 + 17 + 6 } else { 4 + 21 + 7 };
+                // ESI and length before the data, the delimiter of the CRC behind; then ACK, end and intermission.
+                [head, 5 + data + checked + 1, 12]
+            }
+        }
+    }
+
+    /// Bits on the wire from start of frame to the end of the intermission, before bit stuffing.
     pub fn bits_unstuffed(&self) -> u32 {
-        let overhead = match self.id {
-            Id::Standard(_) => 47,
-            Id::Extended(_) => 67,
-        };
-        overhead + 8 * self.data().len() as u32
+        self.parts().iter().sum()
+    }
+
+    /// How long the first `bits` of the frame take. A frame that switches has the faster rate from ESI to the
+    /// delimiter of the CRC.
+    pub fn time_of(&self, bits: u32, rates: BitRates) -> Span {
+        let [head, data, _] = self.parts();
+        let switches = self.fd_flags().is_some_and(|flags| flags.bit_rate_switch);
+        let fast = if switches { bits.saturating_sub(head).min(data) } else { 0 };
+        rates.bit() * i64::from(bits - fast) + rates.data_bit() * i64::from(fast)
+    }
+
+    /// How long the frame takes on the wire, before bit stuffing.
+    pub fn duration(&self, rates: BitRates) -> Span {
+        self.time_of(self.bits_unstuffed(), rates)
+    }
+}
+
+impl fmt::Debug for CanFrame {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "CanFrame({:?}, ", self.id)?;
+        match self.kind {
+            Kind::Data => write!(f, "{:02x?})", self.data()),
+            Kind::Remote => write!(f, "remote {})", self.length),
+            Kind::Fd(flags) => write!(f, "{flags:?}, {:02x?})", self.data()),
+        }
     }
 }
 
@@ -63,12 +214,8 @@ impl embedded_can::Frame for CanFrame {
     }
 
     fn new_remote(id: impl Into<Id>, dlc: usize) -> Option<Self> {
-        (dlc <= DATA_BYTES_MAX).then(|| Self {
-            id: id.into(),
-            remote: true,
-            length: dlc as u8,
-            data: [0; DATA_BYTES_MAX],
-        })
+        let frame = Self::of(id.into(), Kind::Remote, &[]);
+        (dlc <= DATA_BYTES_MAX).then_some(Self { length: dlc as u8, ..frame })
     }
 
     fn is_extended(&self) -> bool {
@@ -76,15 +223,16 @@ impl embedded_can::Frame for CanFrame {
     }
 
     fn is_remote_frame(&self) -> bool {
-        self.remote
+        self.is_remote()
     }
 
     fn id(&self) -> Id {
         self.id
     }
 
+    /// The data length code: above eight it is not the length.
     fn dlc(&self) -> usize {
-        usize::from(self.length)
+        FD_LENGTHS.iter().position(|length| *length == self.length).unwrap_or_default()
     }
 
     fn data(&self) -> &[u8] {
@@ -108,59 +256,91 @@ pub fn word(id: Id) -> u32 {
 impl CanFrame {
     /// Identifier and kind as a word of `linux/can.h`.
     pub fn word(&self) -> u32 {
-        word(self.id) | if self.remote { REMOTE_FLAG } else { 0 }
+        word(self.id) | if self.is_remote() { REMOTE_FLAG } else { 0 }
     }
 
     /// The frame of such a word, a length, and at least as many bytes, as a raw socket has it: further bits of the
-    /// identifier are ignored. `None` where it is longer than a classic frame.
-    pub fn of_word(word: u32, length: usize, data: &[u8]) -> Option<Self> {
+    /// identifier are ignored. With the flags of CAN FD it is a frame of that; `None` where it has no such length.
+    pub fn of_word(word: u32, fd: Option<FdFlags>, length: usize, data: &[u8]) -> Option<Self> {
         let id = if word & EXTENDED_FLAG != 0 {
             Id::Extended(ExtendedId::new(word & ExtendedId::MAX.as_raw())?)
         } else {
             Id::Standard(StandardId::new(word as u16 & StandardId::MAX.as_raw())?)
         };
-        if word & REMOTE_FLAG != 0 {
-            return <Self as embedded_can::Frame>::new_remote(id, length);
+        match fd {
+            Some(flags) => Self::fd(id, flags, data.get(..length)?),
+            None if word & REMOTE_FLAG != 0 => embedded_can::Frame::new_remote(id, length),
+            None => Self::new(id, data.get(..length)?),
         }
-        Self::new(id, data.get(..length).filter(|data| data.len() <= DATA_BYTES_MAX)?)
     }
 }
 
-/// The form in which a frame is recorded: the word of its identifier, the length and the data.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct RecordedFrame {
-    id: u32,
-    length: u8,
-    data: [u8; DATA_BYTES_MAX],
-}
+/// Bits of the identifier's word that no frame has.
+const UNUSED: u32 = !(EXTENDED_FLAG | REMOTE_FLAG | 0x1fff_ffff);
+/// In the length of a frame that is written down: it is one of CAN FD, and its flags follow.
+const FD_MARK: u8 = 0x80;
 
-impl From<CanFrame> for RecordedFrame {
-    fn from(frame: CanFrame) -> Self {
-        Self { id: frame.word(), length: frame.length, data: frame.data }
-    }
-}
-
-impl RecordedFrame {
-    /// The frame; `None` where the identifier or the length is out of range.
-    pub fn frame(self) -> Option<CanFrame> {
-        let raw = self.id & !(EXTENDED_FLAG | REMOTE_FLAG);
-        let id = if self.id & EXTENDED_FLAG != 0 {
-            Id::Extended(ExtendedId::new(raw)?)
-        } else {
-            Id::Standard(StandardId::new(u16::try_from(raw).ok()?)?)
+/// The word of the identifier, the length, and eight bytes; of a CAN FD frame the marked length, the flags, and as many
+/// bytes as it has.
+impl Serialize for CanFrame {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let (mark, flags, written) = match self.kind {
+            Kind::Fd(flags) => (FD_MARK, Some(flags.bits()), usize::from(self.length)),
+            Kind::Data | Kind::Remote => (0, None, DATA_BYTES_MAX),
         };
-        (usize::from(self.length) <= DATA_BYTES_MAX).then_some(CanFrame {
-            id,
-            remote: self.id & REMOTE_FLAG != 0,
-            length: self.length,
-            data: self.data,
-        })
+        let mut tuple = serializer.serialize_tuple(2 + usize::from(flags.is_some()) + written)?;
+        tuple.serialize_element(&self.word())?;
+        tuple.serialize_element(&(self.length | mark))?;
+        if let Some(flags) = flags {
+            tuple.serialize_element(&flags)?;
+        }
+        self.data[..written].iter().try_for_each(|byte| tuple.serialize_element(byte))?;
+        tuple.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for CanFrame {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_tuple(3 + FD_BYTES_MAX, Written)
+    }
+}
+
+struct Written;
+
+impl<'de> Visitor<'de> for Written {
+    type Value = CanFrame;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the word of an identifier, a length and the data")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<CanFrame, A::Error> {
+        let short = || A::Error::custom("the frame ends early");
+        let word: u32 = seq.next_element()?.ok_or_else(short)?;
+        let marked: u8 = seq.next_element()?.ok_or_else(short)?;
+        let length = usize::from(marked & !FD_MARK);
+        let (fd, written) = if marked & FD_MARK == 0 {
+            (None, DATA_BYTES_MAX)
+        } else {
+            let flags = seq.next_element()?.ok_or_else(short)?;
+            (Some(FdFlags::from_bits(flags)), length)
+        };
+        let mut data = [0; FD_BYTES_MAX];
+        let room = data.get_mut(..written).ok_or_else(|| A::Error::custom("more than 64 bytes"))?;
+        for byte in room {
+            *byte = seq.next_element()?.ok_or_else(short)?;
+        }
+        let in_range = word & UNUSED == 0
+            && (word & EXTENDED_FLAG != 0
+                || word & ExtendedId::MAX.as_raw() <= StandardId::MAX.as_raw().into());
+        let frame = in_range.then(|| CanFrame::of_word(word, fd, length, &data)).flatten();
+        frame.ok_or_else(|| A::Error::custom("no frame has such an identifier and length"))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{CanFrame, ExtendedId, Id, RecordedFrame, StandardId};
+    use super::{BitRates, CanFrame, ExtendedId, FD_LENGTHS, FdFlags, Id, Span, StandardId};
     use embedded_can::Frame as _;
     use proptest::prelude::*;
 
@@ -171,24 +351,92 @@ mod tests {
         ]
     }
 
+    fn any_frame() -> impl Strategy<Value = CanFrame> {
+        let data = |length: usize| prop::collection::vec(any::<u8>(), length);
+        prop_oneof![
+            (any_id(), (0..=8usize).prop_flat_map(data))
+                .prop_map(|(id, data)| CanFrame::new(id, &data).unwrap()),
+            (any_id(), 0..=8usize)
+                .prop_map(|(id, length)| CanFrame::new_remote(id, length).unwrap()),
+            (any_id(), 0..4u8, prop::sample::select(FD_LENGTHS.to_vec()))
+                .prop_flat_map(move |(id, flags, length)| (
+                    Just(id),
+                    Just(flags),
+                    data(length.into())
+                ))
+                .prop_map(|(id, flags, data)| {
+                    CanFrame::fd(id, FdFlags::from_bits(flags), &data).unwrap()
+                }),
+        ]
+    }
+
     proptest! {
         #[test]
-        fn a_recorded_frame_comes_back(id in any_id(), data in prop::collection::vec(any::<u8>(), 0..=8)) {
-            let frame = CanFrame::new(id, &data).unwrap();
-            prop_assert_eq!(RecordedFrame::from(frame).frame(), Some(frame));
-            let remote = <CanFrame as embedded_can::Frame>::new_remote(id, data.len()).unwrap();
-            prop_assert_eq!(RecordedFrame::from(remote).frame(), Some(remote));
-            for frame in [frame, remote] {
-                let back = CanFrame::of_word(frame.word(), frame.dlc(), &[frame.data(), &[7; 8]].concat());
-                prop_assert_eq!(back, Some(frame));
+        fn a_frame_comes_back(frame in any_frame()) {
+            let bytes = postcard::to_allocvec(&frame).unwrap();
+            prop_assert_eq!(postcard::from_bytes::<CanFrame>(&bytes).unwrap(), frame);
+            let length = if frame.is_remote() { frame.dlc() } else { frame.data().len() };
+            let more = [frame.data(), &[7; 8]].concat();
+            prop_assert_eq!(CanFrame::of_word(frame.word(), frame.fd_flags(), length, &more), Some(frame));
+            if !frame.is_remote() {
+                prop_assert_eq!(frame.with_data(frame.data()), Some(frame));
             }
-            prop_assert!(remote.data().is_empty());
-            prop_assert_eq!(remote.dlc(), data.len());
+        }
+
+        #[test]
+        fn no_bytes_make_it_panic(bytes in prop::collection::vec(any::<u8>(), 0..80)) {
+            if let Ok(frame) = postcard::from_bytes::<CanFrame>(&bytes) {
+                let again = postcard::to_allocvec(&frame).unwrap();
+                prop_assert_eq!(postcard::from_bytes::<CanFrame>(&again).unwrap(), frame);
+            }
         }
     }
 
     #[test]
     fn nine_bytes_are_no_frame() {
         assert!(CanFrame::new(StandardId::MAX, &[0; 9]).is_none());
+    }
+
+    #[test]
+    fn only_sixteen_lengths_are_fd() {
+        let fd =
+            |length: usize| CanFrame::fd(StandardId::ZERO, FdFlags::default(), &[0; 65][..length]);
+        let frames = || (0..=65).filter_map(fd);
+        assert!(frames().map(|frame| frame.data().len()).eq(FD_LENGTHS.map(usize::from)));
+        assert!(frames().map(|frame| frame.dlc()).eq(0..16));
+        assert_eq!([super::fd_length(9), super::fd_length(65)], [Some(12), None]);
+    }
+
+    #[test]
+    fn a_frame_takes_its_bits() {
+        let short = Id::Standard(StandardId::ZERO);
+        let long = Id::Extended(ExtendedId::ZERO);
+        let fd = |id, length| CanFrame::fd(id, FdFlags::default(), &[0; 64][..length]).unwrap();
+        assert_eq!(CanFrame::full(short, [0; 8]).bits_unstuffed(), 111);
+        assert_eq!(CanFrame::full(long, [0; 8]).bits_unstuffed(), 131);
+        assert_eq!([0, 16, 20].map(|length| fd(short, length).bits_unstuffed()), [62, 190, 227]);
+        assert_eq!([0, 64].map(|length| fd(long, length).bits_unstuffed()), [81, 598]);
+    }
+
+    #[test]
+    fn only_a_frame_that_switches_is_faster() {
+        let rates = BitRates { nominal: 500_000, data: Some(2_000_000) };
+        let fd = |bit_rate_switch| {
+            let flags = FdFlags { bit_rate_switch, error_state: false };
+            CanFrame::fd(StandardId::ZERO, flags, &[0; 64]).unwrap()
+        };
+        // 29 bits of arbitration; 5 + 512 + 32 + 1 of data.
+        assert_eq!(fd(false).duration(rates), Span::from_micros(2 * 579));
+        assert_eq!(fd(true).duration(rates), Span::from_nanos(29 * 2_000 + 550 * 500));
+        assert_eq!(fd(true).time_of(17, rates), Span::from_nanos(17 * 2_000));
+        assert_eq!(fd(true).time_of(19, rates), Span::from_nanos(17 * 2_000 + 2 * 500));
+    }
+
+    #[test]
+    fn flags_come_back() {
+        for bits in 0..4 {
+            assert_eq!(FdFlags::from_bits(bits).bits(), bits);
+        }
+        assert_eq!(FdFlags::from_bits(0xfc), FdFlags::default());
     }
 }

@@ -15,7 +15,7 @@ fn refused(text: &str) -> String {
         "oven.dbc" => Ok(DBC.to_owned()),
         "broken.dbc" => Ok("VERSION \"\"\n\nBO_ 1 M: X\n".to_owned()),
         "one-id.dbc" => Ok(DBC.replace("BO_ 257", "BO_ 513")),
-        "fd.dbc" => Ok(DBC.replace("Status: 4", "Status: 64")),
+        "endless.dbc" => Ok(DBC.replace("Status: 4", "Status: 65")),
         "overlap.dbc" => {
             Ok(DBC.replace("16|1@1+ (1,0) [0|1] \"\" Host", "15|1@1+ (1,0) [0|1] \"\" Host"))
         }
@@ -149,7 +149,7 @@ fn wrong_files() {
     let shown = changed(&[
         ("oven.dbc", "away.dbc"),
         ("oven.dbc", "broken.dbc"),
-        ("oven.dbc", "fd.dbc"),
+        ("oven.dbc", "endless.dbc"),
         ("oven.dbc", "one-id.dbc"),
         ("oven.dbc", "overlap.dbc"),
         ("expression = \"heater\"", &csv("\"away.csv\"")),

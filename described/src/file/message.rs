@@ -96,6 +96,9 @@ pub(crate) struct MessageTable {
     pub(crate) can_id: Option<u32>,
     /// The identifier has 29 bits.
     pub(crate) extended: Option<bool>,
+    /// It is a CAN FD frame, of up to 64 bytes, whose data goes at the faster rate.
+    #[serde(default)]
+    pub(crate) fd: bool,
     /// Bytes that a packet on a serial line begins with.
     pub(crate) start: Option<Vec<u8>>,
     /// At the end of a packet `sum8`, `xor8` or a CRC of the catalogue, such as `crc16-modbus`; or a table of a

@@ -7,7 +7,6 @@ use super::Layout;
 use super::message::{Carrier, Found, Message};
 use super::signal::{Signal, Storage};
 use crate::Sender;
-use wire::can::CanFrame;
 use wire::device::Transmit;
 use wire::packet::{BYTES_MAX, Packet};
 
@@ -17,7 +16,7 @@ impl Layout {
         let Some(message) = self.messages().get(message) else { return false };
         message.sender == sender
             && match (what, &message.carrier) {
-                (Transmit::Frame(frame), Carrier::Frame { id, length }) => {
+                (Transmit::Frame(frame), Carrier::Frame { id, length, .. }) => {
                     frame.id() == *id && !frame.is_remote() && frame.data().len() >= *length
                 }
                 (Transmit::Bytes(packet), _) => {
@@ -167,7 +166,7 @@ fn bytes_of(what: &Transmit) -> ([u8; BYTES_MAX], usize) {
 /// As `what` is carried, with these bytes.
 fn again(what: &Transmit, data: &[u8]) -> Option<Transmit> {
     match what {
-        Transmit::Frame(frame) => CanFrame::new(frame.id(), data).map(Transmit::Frame),
+        Transmit::Frame(frame) => frame.with_data(data).map(Transmit::Frame),
         Transmit::Bytes(_) => Packet::from_slice(data).map(Transmit::Bytes),
     }
 }

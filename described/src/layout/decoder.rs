@@ -70,7 +70,7 @@ impl Decoder {
             self.damaged += 1;
             return None;
         }
-        self.layout.frames[index].read(frame.data(), &mut self.values);
+        self.layout.frames[index].read(message, frame.data(), &mut self.values);
         let verdict = judge(message, frame.data(), &mut self.received[index]);
         Some(Decoded { message: index, values: &self.values, verdict })
     }

@@ -75,7 +75,7 @@ pub(super) struct FrameWriter {
 }
 
 impl FrameWriter {
-    /// `None` for a message that is no frame or whose frames differ in what they carry.
+    /// `None` for a message that is no frame of at most eight bytes, or whose frames differ in what they carry.
     pub(super) fn of(message: &Message) -> Option<Self> {
         message.can_id()?;
         let fields: Option<Vec<Field>> = message.signals.iter().map(Field::of).collect();

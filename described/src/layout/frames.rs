@@ -111,21 +111,22 @@ impl Field {
     }
 }
 
-/// The signals of a message on CAN.
+/// The signals of a message on CAN; `None` where one of them lies behind the eighth byte.
 #[derive(Debug, Clone, Default)]
 pub(super) struct FrameReader {
-    fields: Box<[Field]>,
+    fields: Option<Box<[Field]>>,
 }
 
 impl FrameReader {
     pub(super) fn of(message: &Message) -> Self {
         let fields: Option<Vec<Field>> = message.signals.iter().map(Field::of).collect();
-        Self { fields: fields.unwrap_or_default().into() }
+        Self { fields: fields.map(Vec::into) }
     }
 
     /// Puts the values of a frame with these bytes into `values`, one a signal.
     #[inline]
-    pub(super) fn read(&self, data: &[u8], values: &mut Vec<Option<f64>>) {
+    pub(super) fn read(&self, message: &Message, data: &[u8], values: &mut Vec<Option<f64>>) {
+        let Some(fields) = &self.fields else { return message.read(data, values) };
         let bytes = data.first_chunk().copied().unwrap_or_else(|| {
             let mut bytes = [0; DATA_BYTES_MAX];
             bytes[..data.len()].copy_from_slice(data);
@@ -133,15 +134,15 @@ impl FrameReader {
         });
         let words = Words { little: u64::from_le_bytes(bytes), big: u64::from_be_bytes(bytes) };
         values.clear();
-        values.extend(self.fields.iter().map(|field| match &field.when {
-            Some(selection) if !self.selected(selection, &words) => None,
+        values.extend(fields.iter().map(|field| match &field.when {
+            Some(selection) if !selected(fields, selection, &words) => None,
             _ => Some(field.value(&words)),
         }));
     }
+}
 
-    fn selected(&self, selection: &Selection, words: &Words) -> bool {
-        let multiplexer = &self.fields[selection.multiplexer];
-        selection.has(multiplexer.upper(words) >> multiplexer.right)
-            && multiplexer.when.as_ref().is_none_or(|above| self.selected(above, words))
-    }
+fn selected(fields: &[Field], selection: &Selection, words: &Words) -> bool {
+    let multiplexer = &fields[selection.multiplexer];
+    selection.has(multiplexer.upper(words) >> multiplexer.right)
+        && multiplexer.when.as_ref().is_none_or(|above| selected(fields, above, words))
 }

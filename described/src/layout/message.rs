@@ -11,7 +11,7 @@ use super::text::Pattern;
 use crate::protection::{Own, Sent};
 use std::collections::BTreeSet;
 use std::ops::Range;
-use wire::can::{CanFrame, DATA_BYTES_MAX, Id};
+use wire::can::{CanFrame, FD_BYTES_MAX, FdFlags, Id};
 use wire::device::Transmit;
 use wire::packet::{BYTES_MAX, Packet};
 use wire::time::Span;
@@ -49,8 +49,8 @@ pub struct Message {
 /// What carries a message.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Carrier {
-    /// A CAN frame with so many bytes.
-    Frame { id: Id, length: usize },
+    /// A CAN frame with so many bytes, of CAN FD where that has flags.
+    Frame { id: Id, length: usize, fd: Option<FdFlags> },
     /// Bytes with a start of their own, and a checksum at the end.
     Packet { start: Vec<u8>, length: usize, trailer: Option<Trailer> },
     /// A line of text.
@@ -80,6 +80,11 @@ impl Message {
         }
     }
 
+    /// It is a CAN FD frame.
+    pub const fn is_fd(&self) -> bool {
+        matches!(self.carrier, Carrier::Frame { fd: Some(_), .. })
+    }
+
     /// The places of its multiplexers among its signals.
     pub fn multiplexers(&self) -> impl Iterator<Item = usize> {
         let signals = self.signals.iter().enumerate();
@@ -106,9 +111,13 @@ impl Message {
     }
 
     /// The frame with these bytes, as many of them as it has; none where it is no frame.
-    pub(super) fn frame(&self, data: &[u8; DATA_BYTES_MAX]) -> Option<CanFrame> {
-        let Carrier::Frame { id, length } = self.carrier else { return None };
-        CanFrame::new(id, data.get(..length)?)
+    pub(super) fn frame(&self, data: &[u8]) -> Option<CanFrame> {
+        let Carrier::Frame { id, length, fd } = self.carrier else { return None };
+        let data = data.get(..length)?;
+        match fd {
+            Some(flags) => CanFrame::fd(id, flags, data),
+            None => CanFrame::new(id, data),
+        }
     }
 
     /// The message with these values; its counter and its checksum are put in where a sender's memory of them is given.
@@ -125,13 +134,11 @@ impl Message {
             });
         }
         match &self.carrier {
-            Carrier::Frame { id, length } => {
-                let mut data = [0; DATA_BYTES_MAX];
+            Carrier::Frame { .. } => {
+                let mut data = [0; FD_BYTES_MAX];
                 self.put(values, &mut data)?;
                 self.seal(&mut data, sent);
-                let data = data.get(..*length);
-                let frame = data.and_then(|data| CanFrame::new(*id, data));
-                frame.map(Transmit::Frame).ok_or_else(|| self.too_long())
+                self.frame(&data).map(Transmit::Frame).ok_or_else(|| self.too_long())
             }
             Carrier::Packet { start, length, trailer } => {
                 let mut data = [0; BYTES_MAX];

@@ -202,6 +202,11 @@ impl Layout {
         Ok(Self { messages: messages.into(), ..self })
     }
 
+    /// Its first message that only CAN FD carries.
+    pub fn fd_message(&self) -> Option<&Message> {
+        self.messages.iter().find(|message| message.is_fd())
+    }
+
     /// What carries the messages.
     pub const fn medium(&self) -> Medium {
         self.medium

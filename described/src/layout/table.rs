@@ -14,7 +14,7 @@ use crate::file::{ChecksumOver, FieldTable, FieldType, MessageTable, SerialTable
 use crate::hint;
 use crate::place::Place;
 use crate::protection::Checksum;
-use wire::can::{DATA_BYTES_MAX, ExtendedId, Id, StandardId};
+use wire::can::{DATA_BYTES_MAX, ExtendedId, FD_BYTES_MAX, FdFlags, Id, StandardId, fd_length};
 use wire::packet::BYTES_MAX;
 
 /// Printed numbers without a range are at most this. Assumption: with a few decimals a dozen of them fit
@@ -91,15 +91,22 @@ fn frame(table: &MessageTable, place: &Place) -> Result<(Carrier, Vec<Signal>), 
         Mistake::new(place.key("can_id"), format!("{raw:#x} is no CAN identifier"))
             .help("at most 0x7ff, or 0x1fffffff where `extended` is true")
     })?;
-    let (signals, length) = fields(table, 0, DATA_BYTES_MAX, place)?;
-    Ok((Carrier::Frame { id, length }, signals))
+    let fd = table.fd.then_some(FdFlags { bit_rate_switch: true, error_state: false });
+    let limit = if table.fd { FD_BYTES_MAX } else { DATA_BYTES_MAX };
+    let (signals, end) = fields(table, 0, limit, place)?;
+    let length = if table.fd { fd_length(end).unwrap_or(end) } else { end };
+    Ok((Carrier::Frame { id, length, fd }, signals))
 }
 
 fn packet(table: &MessageTable, place: &Place) -> Result<(Carrier, Vec<Signal>), Mistake> {
     unused(
         place,
         "on a serial line",
-        &[("can_id", table.can_id.is_some()), ("extended", table.extended.is_some())],
+        &[
+            ("can_id", table.can_id.is_some()),
+            ("extended", table.extended.is_some()),
+            ("fd", table.fd),
+        ],
     )?;
     let start = table.start.clone().unwrap_or_default();
     if start.is_empty() {
@@ -165,6 +172,7 @@ fn line(
 ) -> Result<(Carrier, Vec<Signal>), Mistake> {
     let of_packets = [
         ("can_id", table.can_id.is_some()),
+        ("fd", table.fd),
         ("start", table.start.is_some()),
         ("checksum", table.trailer().is_some()),
     ];

@@ -209,7 +209,7 @@ fn any_layout() -> impl Strategy<Value = Layout> {
             signals: kept,
             doc: String::new(),
             send: super::SendRule::default(),
-            carrier: Carrier::Frame { id, length: 8 },
+            carrier: Carrier::Frame { id, length: 8, fd: None },
             protected: None,
         };
         Layout::new(Medium::Can, vec![message])

@@ -24,16 +24,16 @@ def bits(start, length, big):
     return [8 * (bit // 8) + 7 - bit % 8 for bit in range(along, along + length)]
 
 
-def signals():
+def signals(length_bytes=8):
     """Signals of one message that share no bit, and the limits of their counts."""
     taken, lines, floats, limits = set(), [], [], {}
-    for _ in range(30):
+    for _ in range(30 * length_bytes // 8):
         is_float = random.random() < 0.1
         length = random.choice([32, 64]) if is_float else random.randint(1, 40)
         big, signed = random.random() < 0.5, is_float or random.random() < 0.5
-        start = random.randint(0, 63)
+        start = random.randint(0, 8 * length_bytes - 1)
         wanted = bits(start, length, big)
-        if max(wanted) > 63 or taken.intersection(wanted):
+        if max(wanted) >= 8 * length_bytes or taken.intersection(wanted):
             continue
         taken.update(wanted)
         name = f"s{len(lines)}"
@@ -95,6 +95,20 @@ def main():
         for name, kind in floats:
             tail += f"SIG_VALTYPE_ {identifier} {name} : {kind};\n"
         all_limits[f"M{index}"] = limits
+    state = random.getstate()
+    random.seed(21)
+    formats = ["StandardCAN_FD", "ExtendedCAN_FD"]
+    tail += 'BA_DEF_ BO_ "VFrameFormat" ENUM ' + ",".join(f'"{name}"' for name in ["StandardCAN", *formats]) + ";\n"
+    tail += 'BA_DEF_DEF_ "VFrameFormat" "StandardCAN";\n'
+    for index, length in enumerate([8, 12, 16, 20, 24, 32, 48, 64]):
+        lines, floats, limits = signals(length)
+        identifier = 1200 + index if index % 2 else (1 << 31) + 0x20000 + index
+        text += f"BO_ {identifier} F{index}: {length} A\n" + "\n".join(lines) + "\n\n"
+        for name, kind in floats:
+            tail += f"SIG_VALTYPE_ {identifier} {name} : {kind};\n"
+        tail += f'BA_ "VFrameFormat" BO_ {identifier} {1 if index % 2 else 2};\n'
+        all_limits[f"F{index}"] = limits
+    random.setstate(state)
     groups = {}
     for index in range(12):
         lines, more, groups[f"X{index}"] = multiplexed(index, 1000 + index)

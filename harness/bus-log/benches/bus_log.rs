@@ -9,12 +9,12 @@
 #[path = "../../benches/processor/mod.rs"]
 mod processor;
 
-use bus_log::{Channel, Direction, Entry, FdFlags, FdFrame, Format, LogReader, LogWriter, Payload};
+use bus_log::{Channel, Direction, Entry, Format, LogReader, LogWriter, Payload};
 use embedded_can::Frame as _;
 use processor::{median, processor_s};
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
-use wire::can::{CanFrame, ExtendedId, StandardId};
+use wire::can::{CanFrame, ExtendedId, FdFlags, StandardId};
 use wire::time::Timestamp;
 
 /// Rows of a log: 20 s of processor time for the slowest reader that it is compared with.
@@ -54,7 +54,9 @@ fn entry(row: u64) -> Entry {
     let extended = ExtendedId::new((row % 0x1fff_ffff) as u32).unwrap();
     let payload = match row % 16 {
         0 => Payload::Frame(CanFrame::new_remote(standard, 4).unwrap()),
-        1 => Payload::Fd(FdFrame::new(standard, FdFlags::default(), &[data; 2].concat()).unwrap()),
+        1 => {
+            Payload::Frame(CanFrame::fd(standard, FdFlags::default(), &[data; 2].concat()).unwrap())
+        }
         2..5 => Payload::Frame(CanFrame::new(extended, &data).unwrap()),
         _ => Payload::Frame(CanFrame::new(standard, &data).unwrap()),
     };

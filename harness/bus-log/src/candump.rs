@@ -11,7 +11,7 @@
 //! are read; six are written, as every version of can-utils takes six for microseconds. A raw DLC
 //! behind a classic frame (`_9` to `_F`) is not kept. CAN XL is refused.
 
-use super::entry::{Channel, Direction, Entry, ErrorFrame, FdFlags, FdFrame, Payload};
+use super::entry::{Channel, Direction, Entry, ErrorFrame, Payload};
 use super::error::{Defect, LogError};
 use super::hex;
 use super::lines::Lines;
@@ -19,7 +19,7 @@ use super::{Format, Kept};
 use embedded_can::Frame as _;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
-use wire::can::{CanFrame, DATA_BYTES_MAX, ExtendedId, Id, StandardId};
+use wire::can::{CanFrame, DATA_BYTES_MAX, ExtendedId, FD_BYTES_MAX, FdFlags, Id, StandardId};
 use wire::time::Timestamp;
 
 /// `CAN_ERR_FLAG` of linux/can.h.
@@ -162,10 +162,10 @@ fn remote(id: Id, length: &[u8]) -> Option<Payload> {
 }
 
 fn fd_frame(id: Id, flags: u8, digits: &[u8]) -> Option<Payload> {
-    let mut bytes = [0; super::FD_BYTES_MAX];
+    let mut bytes = [0; FD_BYTES_MAX];
     let length = bytes_of(digits, &mut bytes)?;
     let flags = FdFlags::from_bits(hex::digit(flags)?);
-    FdFrame::new(id, flags, &bytes[..length]).map(Payload::Fd)
+    CanFrame::fd(id, flags, &bytes[..length]).map(Payload::Frame)
 }
 
 /// Fewer details than eight are filled with zeros: python-can writes none.
@@ -205,17 +205,15 @@ impl<W: Write> Writer<W> {
         match &entry.payload {
             Payload::Frame(frame) => {
                 push_id(line, frame.id());
+                if let Some(flags) = frame.fd_flags() {
+                    line.push(b'#');
+                    hex::push_number(line, u32::from(flags.bits()), 1);
+                }
                 if frame.is_remote() {
                     line.extend([b'R', b'0' + frame.dlc() as u8]);
                 } else {
                     hex::push_bytes(line, frame.data());
                 }
-            }
-            Payload::Fd(frame) => {
-                push_id(line, frame.id());
-                line.push(b'#');
-                hex::push_number(line, u32::from(frame.flags().bits()), 1);
-                hex::push_bytes(line, frame.data());
             }
             Payload::Error(error) => {
                 hex::push_number(line, error.class() | ERROR_FLAG, 8);

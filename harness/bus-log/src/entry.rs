@@ -1,18 +1,12 @@
 //! One entry of a bus log, whichever format it comes from or goes to.
 
 use std::fmt;
-use wire::can::{CanFrame, Id};
+use wire::can::CanFrame;
 use wire::packet::Packet;
 use wire::time::Timestamp;
 
 /// The longest name of a channel: `IFNAMSIZ` less the closing zero (linux/if.h).
 pub const CHANNEL_BYTES_MAX: usize = 15;
-
-/// The most data a CAN FD frame carries (`CANFD_MAX_DLEN`, linux/can.h).
-pub const FD_BYTES_MAX: usize = 64;
-
-/// Lengths of the data of a CAN FD frame, by its DLC (ISO 11898-1).
-pub(super) const FD_LENGTHS: [u8; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64];
 
 /// What was on a bus or a line, when, where and which way.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,10 +33,8 @@ pub enum Direction {
 /// What an entry holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Payload {
-    /// A classic data frame or remote request.
+    /// A frame, classic or FD.
     Frame(CanFrame),
-    /// A CAN FD frame.
-    Fd(FdFrame),
     /// An error that the controller of the interface saw.
     Error(ErrorFrame),
     /// Bytes of a serial line that came together.
@@ -98,78 +90,6 @@ impl fmt::Debug for Channel {
     }
 }
 
-/// What a CAN FD frame says beside identifier and data.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct FdFlags {
-    /// The data went at the faster rate (BRS).
-    pub bit_rate_switch: bool,
-    /// The sender is error-passive (ESI).
-    pub error_state: bool,
-}
-
-/// `CANFD_BRS` and `CANFD_ESI` (linux/can.h).
-const BRS: u8 = 0x01;
-const ESI: u8 = 0x02;
-
-impl FdFlags {
-    /// From the flags of `struct canfd_frame`; others are not read.
-    pub const fn from_bits(bits: u8) -> Self {
-        Self { bit_rate_switch: bits & BRS != 0, error_state: bits & ESI != 0 }
-    }
-
-    /// As the flags of `struct canfd_frame`.
-    pub const fn bits(self) -> u8 {
-        (if self.bit_rate_switch { BRS } else { 0 }) | (if self.error_state { ESI } else { 0 })
-    }
-}
-
-/// A CAN FD frame.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub struct FdFrame {
-    id: Id,
-    flags: FdFlags,
-    length: u8,
-    data: [u8; FD_BYTES_MAX],
-}
-
-impl FdFrame {
-    /// A frame; `None` when no CAN FD frame has data of that length.
-    pub fn new(id: impl Into<Id>, flags: FdFlags, data: &[u8]) -> Option<Self> {
-        let length = *FD_LENGTHS.iter().find(|length| usize::from(**length) == data.len())?;
-        let mut bytes = [0; FD_BYTES_MAX];
-        bytes[..data.len()].copy_from_slice(data);
-        Some(Self { id: id.into(), flags, length, data: bytes })
-    }
-
-    /// The identifier.
-    pub const fn id(&self) -> Id {
-        self.id
-    }
-
-    /// The flags.
-    pub const fn flags(&self) -> FdFlags {
-        self.flags
-    }
-
-    /// The data.
-    pub fn data(&self) -> &[u8] {
-        &self.data[..usize::from(self.length)]
-    }
-
-    /// The data length code.
-    pub fn dlc(&self) -> u8 {
-        let index = FD_LENGTHS.iter().position(|length| *length == self.length);
-        index.map_or(0, |index| index as u8)
-    }
-}
-
-impl fmt::Debug for FdFrame {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { id, flags, .. } = self;
-        write!(f, "FdFrame {{ {id:?}, {flags:?}, {:02x?} }}", self.data())
-    }
-}
-
 /// An error that the controller of a CAN interface saw, as `linux/can/error.h` has it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ErrorFrame {
@@ -198,8 +118,7 @@ impl ErrorFrame {
 
 #[cfg(test)]
 mod tests {
-    use super::{Channel, ErrorFrame, FD_LENGTHS, FdFlags, FdFrame};
-    use wire::can::StandardId;
+    use super::{Channel, ErrorFrame};
 
     #[test]
     fn a_channel_is_named_as_an_interface() {
@@ -213,22 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn only_sixteen_lengths_are_fd() {
-        let lengths: Vec<u8> = (0..=65)
-            .filter(|length| {
-                let data = vec![0; usize::from(*length)];
-                FdFrame::new(StandardId::ZERO, FdFlags::default(), &data).is_some()
-            })
-            .collect();
-        assert_eq!(lengths, FD_LENGTHS);
-    }
-
-    #[test]
-    fn flags_come_back() {
-        for bits in 0..4 {
-            assert_eq!(FdFlags::from_bits(bits).bits(), bits);
-        }
-        assert_eq!(FdFlags::from_bits(0xfc), FdFlags::default());
+    fn an_error_has_29_bits() {
         assert_eq!(ErrorFrame::new(0x2000_0000, [0; 8]), None);
     }
 }

@@ -27,10 +27,7 @@ pub mod replay;
 #[cfg(test)]
 mod tests;
 
-pub use entry::{
-    CHANNEL_BYTES_MAX, Channel, Direction, Entry, ErrorFrame, FD_BYTES_MAX, FdFlags, FdFrame,
-    Payload,
-};
+pub use entry::{CHANNEL_BYTES_MAX, Channel, Direction, Entry, ErrorFrame, Payload};
 pub use error::{Defect, LogError, Place};
 
 use record::reading::{Teller, TellingFile};

@@ -1,10 +1,10 @@
-//! What of a log a port can send: the classic frames of one bus.
+//! What of a log a port can send: the frames of one bus.
 
 use super::{Channel, Entry, LogError, Payload};
 use serde::Serialize;
 use std::fmt;
 
-/// The classic frames of one channel, in the order of the log. What else it holds is counted.
+/// The frames of one channel, in the order of the log. What else it holds is counted.
 ///
 /// Frames that the log's own node sent are among them: on the bus they were like the others.
 #[derive(Debug)]
@@ -14,6 +14,7 @@ pub struct Playable<I> {
     channel: Option<Channel>,
     /// On which the first frame is, whatever its kind.
     first_seen: Option<Channel>,
+    fd: bool,
     left_out: LeftOut,
 }
 
@@ -22,7 +23,7 @@ pub struct Playable<I> {
 pub struct LeftOut {
     /// Frames on other channels.
     pub other_channels: u64,
-    /// CAN FD frames: a port sends classic ones.
+    /// CAN FD frames, where the port sends classic ones.
     pub fd_frames: u64,
     /// Error frames: what a controller saw is not for others to send.
     pub error_frames: u64,
@@ -57,9 +58,9 @@ impl fmt::Display for LeftOut {
 }
 
 impl<I: Iterator<Item = Result<Entry, LogError>>> Playable<I> {
-    /// The frames of `channel`; where it is `None`, of that on which the first classic frame is.
-    pub fn new(entries: I, channel: Option<Channel>) -> Self {
-        Self { entries, channel, first_seen: None, left_out: LeftOut::default() }
+    /// The frames of `channel`; where it is `None`, of that on which the first frame is. CAN FD frames count where `fd`.
+    pub fn new(entries: I, channel: Option<Channel>, fd: bool) -> Self {
+        Self { entries, channel, first_seen: None, fd, left_out: LeftOut::default() }
     }
 }
 
@@ -99,11 +100,13 @@ impl<I: Iterator<Item = Result<Entry, LogError>>> Iterator for Playable<I> {
                 continue;
             }
             match entry.payload {
+                Payload::Frame(frame) if frame.fd_flags().is_some() && !self.fd => {
+                    self.left_out.fd_frames += 1;
+                }
                 Payload::Frame(_) => {
                     self.channel = Some(entry.channel);
                     return Some(Ok(entry));
                 }
-                Payload::Fd(_) => self.left_out.fd_frames += 1,
                 Payload::Error(_) => self.left_out.error_frames += 1,
                 Payload::Serial(_) => self.left_out.packets += 1,
             }
@@ -126,19 +129,21 @@ mod tests {
 
     fn played(channel: Option<Channel>) -> (Vec<i64>, LeftOut, Option<Channel>) {
         let reader = candump::Reader::new("x.log".as_ref(), LOG.as_bytes());
-        let mut frames = Playable::new(reader, channel);
+        let mut frames = Playable::new(reader, channel, false);
         let times = frames.by_ref().map(|entry| entry.unwrap().at.as_nanos() / 1_000_000).collect();
         (times, frames.left_out(), frames.channel())
     }
 
     #[test]
-    fn the_bus_of_the_first_classic_frame_is_played() {
+    fn the_bus_of_the_first_frame_is_played() {
         let (times, left_out, channel) = played(None);
         assert_eq!((times, channel), (vec![1_002, 1_004], Channel::new("can1")));
         assert_eq!(left_out.to_string(), "3: 1 of other channels, 1 CAN FD frames, 1 error frames");
         let (times, left_out, _) = played(Some(Channel::CAN0));
         assert_eq!((times, left_out.total()), (vec![1_003], 4));
         assert_eq!(played(Channel::new("vcan7")).0, [0; 0]);
+        let with_fd = candump::Reader::new("x.log".as_ref(), LOG.as_bytes());
+        assert_eq!(Playable::new(with_fd, None, true).count(), 3);
         assert_eq!(LeftOut::default().to_string(), "0");
     }
 }

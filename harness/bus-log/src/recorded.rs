@@ -75,12 +75,8 @@ fn entries(header: &Header, record: &Record) -> Vec<Entry> {
         RecordKind::Frame(frame) => {
             // A frame of the plan's is one that a fault put on the bus: all others heard it.
             let heard = (record.device == Device::Plan).then_some(Direction::Rx);
-            let frame = frame.frame().map(Payload::Frame);
-            let entry = |frame| Entry {
-                direction: heard.or(direction),
-                ..entry(line.unwrap_or(CAN), frame)
-            };
-            frame.map(entry).into_iter().collect()
+            let entry = entry(line.unwrap_or(CAN), Payload::Frame(*frame));
+            vec![Entry { direction: heard.or(direction), ..entry }]
         }
         RecordKind::Bytes(bytes) => {
             let named = || Channel::new(record.device.name());

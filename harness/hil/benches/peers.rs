@@ -22,9 +22,9 @@ use std::hint::black_box;
 use std::path::Path;
 use wire::base::can_link::{parse_reply, parse_request, reply_frame, request_frame};
 use wire::base::{Motion, PoseWriteResult, Reply, Request};
+use wire::can::BitRates;
 use wire::can::{CanFrame, StandardId};
 use wire::serial::SerialSettings;
-use wire::slcan::BitRate;
 use wire::time::{Span, Timestamp};
 use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Pose, Speed};
 
@@ -168,7 +168,7 @@ async fn echo_bytes() {
 }
 
 async fn echo_frames(interface: String) {
-    let mut port = FramePort::open(&PortSpec::Can { interface }, BitRate::default()).await.unwrap();
+    let mut port = FramePort::open(&PortSpec::Can { interface }, BitRates::USUAL).await.unwrap();
     println!("{}", port.far_path().unwrap());
     loop {
         if let FrameEvent::Frame(frame) = port.receive().await.unwrap() {

@@ -7,12 +7,17 @@
 #include <linux/can/bcm.h>
 #include <linux/can/raw.h>
 
+// Headers of kernels before 5.14 do not have it.
+#ifndef CANFD_FDF
+#define CANFD_FDF 0x04
+#endif
+
 // The kernel takes no more of them (CAN_RAW_FILTER_MAX).
 #define FILTERS_MAX 512
 
 // What lies in the pair. The frame comes first: a program that reads past the shim finds it.
 struct kept_frame {
-    struct can_frame frame;
+    struct canfd_frame frame;
     int64_t at_ns;
     int32_t interface;
     int32_t flags;
@@ -31,11 +36,14 @@ struct can_socket {
     struct operation *operations;
 };
 
+static inline bool is_fd(const struct canfd_frame *frame) { return frame->flags & CANFD_FDF; }
+static inline size_t frame_size(const struct canfd_frame *frame) { return is_fd(frame) ? CANFD_MTU : CAN_MTU; }
+
 extern struct can_socket *can_sockets;
 void can_put(struct can_socket *can, const void *data, size_t size);
-int can_transmit(struct can_socket *can, int interface, const struct can_frame *frame);
+int can_transmit(struct can_socket *can, int interface, const struct canfd_frame *frame);
 ssize_t bcm_take(struct can_socket *can, int interface, const void *data, size_t size);
-void bcm_hear(struct can_socket *can, int interface, const struct can_frame *frame);
+void bcm_hear(struct can_socket *can, int interface, const struct canfd_frame *frame);
 void bcm_release(struct can_socket *can);
 
 #endif

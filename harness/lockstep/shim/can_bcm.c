@@ -1,5 +1,5 @@
 // The broadcast manager: cyclic frames, and frames that are told of only when they change or fail to come. As
-// Documentation/networking/can.rst of the kernel has it, for classic frames; multiplex filters are not there.
+// Documentation/networking/can.rst of the kernel has it; multiplex filters are not there.
 #include "can.h"
 #include <stddef.h>
 
@@ -10,20 +10,23 @@ struct operation {
     bool is_receiver, has_frame;
     int interface;
     struct bcm_msg_head head;
-    struct can_frame *frames, last;
+    struct canfd_frame *frames, last;
     uint32_t index, left;
 };
 
 static int64_t span_of(const struct bcm_timeval *span) { return span->tv_sec * SECOND + span->tv_usec * 1000; }
 
-static void tell(struct operation *of, uint32_t opcode, const struct can_frame *frame) {
-    char message[sizeof of->head + CAN_MTU];
+static size_t stride(const struct bcm_msg_head *head) { return head->flags & CAN_FD_FRAME ? CANFD_MTU : CAN_MTU; }
+
+static void tell(struct operation *of, uint32_t opcode, const struct canfd_frame *frame) {
+    char message[sizeof of->head + CANFD_MTU];
+    size_t size = frame ? stride(&of->head) : 0;
     struct bcm_msg_head head = of->head;
     head.opcode = opcode;
     head.nframes = frame ? 1 : 0;
     memcpy(message, &head, sizeof head);
-    if (frame) memcpy(message + sizeof head, frame, CAN_MTU);
-    can_put(of->owner, message, sizeof head + (frame ? CAN_MTU : 0));
+    if (frame) memcpy(message + sizeof head, frame, size);
+    can_put(of->owner, message, sizeof head + size);
 }
 
 static void transmit_next(struct operation *of) {
@@ -75,11 +78,20 @@ static struct operation *find_or_make(struct can_socket *can, bool is_receiver, 
     return can->operations = of;
 }
 
+static struct canfd_frame frame_of(const struct bcm_msg_head *head, const void *data) {
+    struct canfd_frame frame = {0};
+    memcpy(&frame, data, stride(head));
+    frame.flags = head->flags & CAN_FD_FRAME ? frame.flags | CANFD_FDF : 0;
+    return frame;
+}
+
 static bool take_frames(struct operation *of, const struct bcm_msg_head *head, const void *frames) {
-    struct can_frame *copy = calloc(head->nframes + 1, sizeof *copy);
+    struct canfd_frame *copy = calloc(head->nframes + 1, sizeof *copy);
     if (!copy) return false;
-    memcpy(copy, frames, head->nframes * sizeof *copy);
-    for (uint32_t i = 0; i < head->nframes && (head->flags & TX_CP_CAN_ID); i++) copy[i].can_id = head->can_id;
+    for (uint32_t i = 0; i < head->nframes; i++) {
+        copy[i] = frame_of(head, (const char *)frames + i * stride(head));
+        if (head->flags & TX_CP_CAN_ID) copy[i].can_id = head->can_id;
+    }
     if (of->head.nframes != head->nframes || (head->flags & TX_RESET_MULTI_IDX)) of->index = 0;
     free(of->frames);
     of->frames = copy;
@@ -145,8 +157,8 @@ ssize_t bcm_take(struct can_socket *can, int interface, const void *data, size_t
     if (size < sizeof head) return errno = EINVAL, -1;
     memcpy(&head, data, sizeof head);
     const char *frames = (const char *)data + sizeof head;
-    if (head.flags & CAN_FD_FRAME) return errno = EINVAL, -1;
-    if ((size - sizeof head) % CAN_MTU || (size - sizeof head) / CAN_MTU < head.nframes) return errno = EINVAL, -1;
+    size_t each = stride(&head);
+    if ((size - sizeof head) % each || (size - sizeof head) / each < head.nframes) return errno = EINVAL, -1;
     int result;
     switch (head.opcode) {
     case TX_SETUP: result = set_transmit(can, interface, &head, frames); break;
@@ -156,9 +168,8 @@ ssize_t bcm_take(struct can_socket *can, int interface, const void *data, size_t
     case RX_DELETE:
     case RX_READ: result = remove_or_read(can, true, head.opcode == RX_DELETE, interface, &head); break;
     case TX_SEND: {
-        struct can_frame frame;
         if (head.nframes != 1) return errno = EINVAL, -1;
-        memcpy(&frame, frames, sizeof frame);
+        struct canfd_frame frame = frame_of(&head, frames);
         result = can_transmit(can, interface, &frame);
         break;
     }
@@ -167,21 +178,21 @@ ssize_t bcm_take(struct can_socket *can, int interface, const void *data, size_t
     return result ? -1 : (ssize_t)size;
 }
 
-static bool has_changed(const struct operation *of, const struct can_frame *frame) {
+static bool has_changed(const struct operation *of, const struct canfd_frame *frame) {
     if (!of->has_frame) return true;
-    if ((of->head.flags & RX_CHECK_DLC) && of->last.can_dlc != frame->can_dlc) return true;
+    if ((of->head.flags & RX_CHECK_DLC) && of->last.len != frame->len) return true;
     // The mask of a filter says which bits count; without one all do, and with RX_FILTER_ID none.
     if (of->head.flags & RX_FILTER_ID) return true;
-    for (int i = 0; i < CAN_MAX_DLEN; i++) {
+    for (int i = 0; i < CANFD_MAX_DLEN; i++) {
         uint8_t mask = of->head.nframes ? of->frames[0].data[i] : 0xff;
         if ((of->last.data[i] ^ frame->data[i]) & mask) return true;
     }
     return false;
 }
 
-void bcm_hear(struct can_socket *can, int interface, const struct can_frame *frame) {
+void bcm_hear(struct can_socket *can, int interface, const struct canfd_frame *frame) {
     for (struct operation *of = can->operations; of; of = of->next) {
-        if (!of->is_receiver || of->head.can_id != frame->can_id) continue;
+        if (!of->is_receiver || of->head.can_id != frame->can_id || stride(&of->head) != frame_size(frame)) continue;
         if (of->interface && of->interface != interface) continue;
         bool is_told = has_changed(of, frame);
         of->last = *frame;

@@ -9,10 +9,13 @@
 // Far above the numbers of real interfaces.
 #define INDEX_BASE 1000
 static char names[INTERFACES_MAX][IF_NAMESIZE];
+static bool takes_fd[INTERFACES_MAX];
 static int count;
 
-void can_declare(const char *name) {
-    if (count < INTERFACES_MAX && strlen(name) < IF_NAMESIZE) strcpy(names[count++], name);
+void can_declare(const char *name, bool is_fd) {
+    if (count >= INTERFACES_MAX || strlen(name) >= IF_NAMESIZE) return;
+    takes_fd[count] = is_fd;
+    strcpy(names[count++], name);
 }
 
 int can_interfaces(void) { return count; }
@@ -22,6 +25,8 @@ int can_index(const char *name) {
         if (!strcmp(names[i], name)) return INDEX_BASE + i;
     return 0;
 }
+
+bool can_takes_fd(int index) { return can_name(index) && takes_fd[index - INDEX_BASE]; }
 
 const char *can_name(int index) {
     int place = index - INDEX_BASE;
@@ -81,7 +86,7 @@ bool can_interface_ioctl(unsigned long request, void *argument, int *result) {
     switch (request) {
     case SIOCGIFINDEX: asked->ifr_ifindex = index; break;
     case SIOCGIFFLAGS: asked->ifr_flags = IFF_UP | IFF_RUNNING | IFF_NOARP; break;
-    case SIOCGIFMTU: asked->ifr_mtu = CAN_MTU; break;
+    case SIOCGIFMTU: asked->ifr_mtu = can_takes_fd(index) ? CANFD_MTU : CAN_MTU; break;
     case SIOCGIFHWADDR: asked->ifr_hwaddr.sa_family = ARPHRD_CAN; break;
     default: errno = EOPNOTSUPP, *result = -1;
     }

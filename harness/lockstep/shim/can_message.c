@@ -76,8 +76,9 @@ static ssize_t receive_raw(struct can_socket *can, int fd, struct msghdr *messag
     struct kept_frame kept;
     ssize_t count = take(fd, &kept, sizeof kept, flags);
     if (count < (ssize_t)sizeof kept) return count < 0 ? -1 : 0;
-    size_t given = scatter(message, &kept.frame, CAN_MTU);
-    message->msg_flags = kept.flags | (given < CAN_MTU ? MSG_TRUNC : 0);
+    size_t size = frame_size(&kept.frame);
+    size_t given = scatter(message, &kept.frame, size);
+    message->msg_flags = kept.flags | (given < size ? MSG_TRUNC : 0);
     struct sockaddr_can from = {.can_family = AF_CAN, .can_ifindex = kept.interface};
     if (message->msg_name)
         memcpy(message->msg_name, &from, message->msg_namelen < sizeof from ? message->msg_namelen : sizeof from);
@@ -88,7 +89,7 @@ static ssize_t receive_raw(struct can_socket *can, int fd, struct msghdr *messag
 
 // What the broadcast manager says: a head and the frames that go with it.
 static ssize_t receive_manager(int fd, struct msghdr *message, int flags) {
-    char data[sizeof(struct bcm_msg_head) + CAN_MTU];
+    char data[sizeof(struct bcm_msg_head) + CANFD_MTU];
     ssize_t count = take(fd, data, sizeof data, flags);
     if (count < 0) return -1;
     size_t given = scatter(message, data, (size_t)count);
@@ -104,13 +105,15 @@ ssize_t can_receive(int fd, struct descriptor *of, struct msghdr *message, int f
 }
 
 static ssize_t send_raw(struct can_socket *can, int interface, const struct msghdr *message) {
-    struct can_frame frame;
-    // The interfaces are of classic CAN: longer frames are refused as by the kernel.
-    if (gather(message, &frame, sizeof frame) != CAN_MTU) return errno = EINVAL, -1;
-    if (frame.can_dlc > CAN_MAX_DLEN) return errno = EINVAL, -1;
+    struct canfd_frame frame = {0};
+    size_t size = gather(message, &frame, sizeof frame);
+    bool has_fd_size = size == CANFD_MTU && can->takes_fd_frames;
+    if (size != CAN_MTU && !has_fd_size) return errno = EINVAL, -1;
+    if (frame.len > (has_fd_size ? CANFD_MAX_DLEN : CAN_MAX_DLEN)) return errno = EINVAL, -1;
+    frame.flags = has_fd_size ? frame.flags | CANFD_FDF : 0;
     if (can_transmit(can, interface, &frame)) return -1;
     sending();
-    return CAN_MTU;
+    return (ssize_t)size;
 }
 
 ssize_t can_send(int fd, struct descriptor *of, const struct msghdr *message, int flags) {

@@ -209,14 +209,15 @@ void can_deliver(const struct sent_frame *sent, const struct can_socket *from) {
             continue;
         }
         if (can == from && !can->hears_itself) continue;
-        if (!passes(can, sent->frame.can_id)) continue;
+        if (!passes(can, sent->frame.can_id) || (is_fd(&sent->frame) && !can->takes_fd_frames)) continue;
         kept.flags = (sent->is_local ? MSG_DONTROUTE : 0) | (can == from ? MSG_CONFIRM : 0);
         can_put(can, &kept, sizeof kept);
     }
 }
 
-int can_transmit(struct can_socket *can, int interface, const struct can_frame *frame) {
+int can_transmit(struct can_socket *can, int interface, const struct canfd_frame *frame) {
     if (!can_name(interface)) return errno = interface ? ENODEV : ENXIO, -1;
+    if (is_fd(frame) && !can_takes_fd(interface)) return errno = EINVAL, -1;
     // The harness is told whether other processes are to hear it.
     struct sent_frame sent = {(uint32_t)interface, can->has_loopback, *frame};
     link_send_frame(&sent);

@@ -76,7 +76,7 @@ static void configure(char *line) {
     *value++ = 0;
     char *second = strchr(value, ' ');
     if (second) *second++ = 0;
-    if (!strcmp(line, "can")) can_declare(value);
+    if (!strcmp(line, "can")) can_declare(value, second && !strcmp(second, "fd"));
     if (!strcmp(line, "serial") && second) serial_declare(value, second);
     if (!strcmp(line, "realtime")) realtime_base_ns = atoll(value);
     if (!strcmp(line, "spin") && second) spin_questions = (unsigned)atol(value), spin_step_ns = atoll(second);

@@ -46,7 +46,8 @@ void *find_next(const char *name);
 struct sent_frame {
     uint32_t interface;
     uint32_t is_local;
-    struct can_frame frame;
+    // Flags have CANFD_FDF where it is one of CAN FD; a classic frame has the same places.
+    struct canfd_frame frame;
 };
 enum request { REQUEST_FORK = 3, REQUEST_FORKED = 4, REQUEST_EXEC = 5, REQUEST_EXEC_FAILED = 6 };
 extern int64_t now_ns;
@@ -174,7 +175,8 @@ const char *serial_shown(const char *path);
 ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts, int count, bool is_read);
 
 // can_interface.c, can_socket.c, can_message.c, can_bcm.c
-void can_declare(const char *name);
+void can_declare(const char *name, bool takes_fd);
+bool can_takes_fd(int index);
 int can_index(const char *name);
 const char *can_name(int index);
 int can_interfaces(void);

@@ -1,17 +1,21 @@
-//! CAN frames as they cross the link: `struct can_frame` of `linux/can.h`.
+//! CAN frames as they cross the link: `struct canfd_frame` of `linux/can.h`, classic frames too.
 
 use embedded_can::Frame as _;
-use wire::can::CanFrame;
+use wire::can::{CanFrame, FD_BYTES_MAX, FdFlags, fd_length};
 use wire::can_error::ERROR_FLAG;
 
 /// Bytes of a frame.
-pub(crate) const FRAME_BYTES: usize = 16;
+pub(crate) const FRAME_BYTES: usize = 8 + FD_BYTES_MAX;
+
+/// In the flags: the frame is one of CAN FD (`CANFD_FDF`).
+const FD: u8 = 0x04;
 
 /// The frame as the shim knows it.
 pub(crate) fn encode(frame: &CanFrame) -> [u8; FRAME_BYTES] {
     let mut bytes = [0; FRAME_BYTES];
     bytes[..4].copy_from_slice(&frame.word().to_ne_bytes());
-    bytes[4] = frame.dlc() as u8;
+    bytes[4] = if frame.is_remote() { frame.dlc() } else { frame.data().len() } as u8;
+    bytes[5] = frame.fd_flags().map_or(0, |flags| flags.bits() | FD);
     bytes[8..8 + frame.data().len()].copy_from_slice(frame.data());
     bytes
 }
@@ -22,26 +26,41 @@ pub(crate) fn decode(bytes: &[u8; FRAME_BYTES]) -> Option<CanFrame> {
     if word & ERROR_FLAG != 0 {
         return None;
     }
-    CanFrame::of_word(word, usize::from(bytes[4]), &bytes[8..])
+    let length = usize::from(bytes[4]);
+    match bytes[5] {
+        flags if flags & FD == 0 => CanFrame::of_word(word, None, length, &bytes[8..]),
+        // A length in between is filled up, as a controller does.
+        flags => CanFrame::of_word(
+            word,
+            Some(FdFlags::from_bits(flags)),
+            fd_length(length)?,
+            &bytes[8..],
+        ),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::{decode, encode};
     use embedded_can::Frame as _;
-    use wire::can::{CanFrame, ExtendedId, StandardId};
+    use wire::can::{CanFrame, ExtendedId, FdFlags, StandardId};
 
     #[test]
     fn frames_cross_the_link_and_errors_do_not() {
         let standard = CanFrame::new(StandardId::new(0x123).unwrap(), &[1, 2, 3]).unwrap();
         let extended = CanFrame::new(ExtendedId::new(0x1234_5678).unwrap(), &[]).unwrap();
         let remote = CanFrame::new_remote(StandardId::MAX, 4).unwrap();
-        for frame in [standard, extended, remote] {
+        let flags = FdFlags { bit_rate_switch: true, error_state: false };
+        let fd = CanFrame::fd(StandardId::MAX, flags, &[7; 12]).unwrap();
+        for frame in [standard, extended, remote, fd] {
             assert_eq!(decode(&encode(&frame)), Some(frame));
         }
         let mut error = encode(&standard);
         error[3] |= 0x20;
         assert_eq!(decode(&error), None);
+        let mut uneven = encode(&fd);
+        uneven[4] = 11;
+        assert_eq!(decode(&uneven), Some(fd));
         let mut long = encode(&standard);
         long[4] = 9;
         assert_eq!(decode(&long), None);

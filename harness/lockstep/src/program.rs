@@ -62,6 +62,7 @@ fn failed_to<E: Into<io::Error>>(step: &'static str) -> impl Fn(E) -> StartError
 enum Declared {
     Serial(String),
     Can(String),
+    CanFd(String),
 }
 
 /// A program, its ports and its limits. Ports are numbered in the order in which they are declared.
@@ -107,6 +108,12 @@ impl Program {
     /// A CAN interface that the program knows as `name`, such as `can0`. The kernel need not have CAN.
     pub fn can(mut self, name: impl Into<String>) -> Self {
         self.ports.push(Declared::Can(name.into()));
+        self
+    }
+
+    /// As [`Program::can`], with CAN FD frames beside classic ones.
+    pub fn can_fd(mut self, name: impl Into<String>) -> Self {
+        self.ports.push(Declared::CanFd(name.into()));
         self
     }
 
@@ -216,14 +223,15 @@ impl Program {
         let (mut ports, mut declarations) = (Vec::new(), String::new());
         let mut interfaces = 0;
         for declared in &self.ports {
-            let (Declared::Serial(name) | Declared::Can(name)) = declared;
-            let bytes_max = match declared {
-                Declared::Serial(_) => PATH_BYTES_MAX,
-                Declared::Can(_) => INTERFACE_BYTES_MAX,
+            let (name, can) = match declared {
+                Declared::Serial(name) => (name, None),
+                Declared::Can(name) => (name, Some("")),
+                Declared::CanFd(name) => (name, Some(" fd")),
             };
+            let bytes_max = if can.is_some() { INTERFACE_BYTES_MAX } else { PATH_BYTES_MAX };
             let is_plain =
                 !name.is_empty() && !name.contains(|c: char| c.is_whitespace() || c == '\0');
-            let has_room = if matches!(declared, Declared::Can(_)) {
+            let has_room = if can.is_some() {
                 interfaces < PORTS_MAX
             } else {
                 ports.len() - interfaces < PORTS_MAX
@@ -231,8 +239,8 @@ impl Program {
             if !is_plain || name.len() > bytes_max || !has_room {
                 return Err(StartError::Name(name.clone()));
             }
-            match declared {
-                Declared::Serial(_) => {
+            match can {
+                None => {
                     let mut socket = link.as_os_str().to_owned();
                     socket.push((ports.len() - interfaces).to_string());
                     let line = SerialLine::open(socket.as_ref());
@@ -240,8 +248,8 @@ impl Program {
                     let _ = writeln!(declarations, "serial {name} {}", line.path());
                     ports.push(Port::Serial(line));
                 }
-                Declared::Can(_) => {
-                    let _ = writeln!(declarations, "can {name}");
+                Some(kind) => {
+                    let _ = writeln!(declarations, "can {name}{kind}");
                     ports.push(Port::Can(interfaces));
                     interfaces += 1;
                 }

@@ -10,6 +10,7 @@ use common::{
 use lockstep::verify::Event;
 use lockstep::{Ended, Output, Program};
 use std::sync::{Arc, Mutex};
+use wire::can::{CanFrame, FdFlags, StandardId};
 use wire::device::{Device as _, PortId, Transmit};
 use wire::time::Timestamp;
 
@@ -159,4 +160,72 @@ fn sockets_do_what_those_of_the_kernel_do() {
     };
     assert_eq!(frames(1), [1_500, 1_500, 11_500, 21_500, 46_500, 71_500, 96_500]);
     assert_eq!(frames(2), [1_500, 1_500]);
+}
+
+fn fd(id: u16, bits: u8, data: &[u8]) -> Transmit {
+    let id = StandardId::new(id).unwrap();
+    Transmit::Frame(CanFrame::fd(id, FdFlags::from_bits(bits), data).unwrap())
+}
+
+/// 64 bytes at 50 Hz, the last of them counts; every second frame is a classic one.
+fn long_frames() -> common::Stream {
+    let what = |k: i64| {
+        let mut data = [0x5a; 64];
+        data[63] = k as u8;
+        if k % 2 == 0 { frame(0x181, &data[..8]) } else { fd(0x181, 1, &data) }
+    };
+    common::Stream { what, ..base(0) }
+}
+
+#[test]
+fn python_can_with_fd_frames() {
+    let Some(python) = python_with("can") else { return };
+    let script = source("fd.py");
+    let words = [python.as_str(), script.to_str().unwrap()];
+    let program = || Program::new(words).can_fd("can0").env("PYTHONHASHSEED", "0");
+    let events = same_each_time(3, 10, &[long_frames()], program);
+    let own: Vec<u8> = (0..24).collect();
+    let times: Vec<i64> = events
+        .iter()
+        .filter(|event| event.what == fd(0x702, 1, &own))
+        .map(|event| event.at.as_nanos() / 1_000_000)
+        .collect();
+    assert_eq!(times[..3], [0, 500, 1_000]);
+    let answers: Vec<&Transmit> = events
+        .iter()
+        .map(|event| &event.what)
+        .filter(|what| matches!(what, Transmit::Frame(frame) if frame.id() == id(0x203)))
+        .collect();
+    assert_eq!(answers.len(), 250, "one for each of CAN FD");
+    let third = [64, 1, 5, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+    assert_eq!(*answers[2], fd(0x203, 0, &third));
+}
+
+fn id(raw: u16) -> wire::can::Id {
+    StandardId::new(raw).unwrap().into()
+}
+
+#[test]
+fn can_utils_with_fd_frames() {
+    if !has_tool("candump") || !has_tool("cansend") {
+        return;
+    }
+    let script = "candump -L -n 3 can0 & sleep 0.03; cansend can0 123##1112233; wait; cansend can1 123##0AA; echo $?";
+    let heard = Arc::new(Mutex::new(Vec::new()));
+    let kept = Arc::clone(&heard);
+    let sink = move |bytes: &[u8]| kept.lock().unwrap().extend_from_slice(bytes);
+    let program = Program::new(["bash", "-c", script]).can_fd("can0").can("can1");
+    let mut running = program.output(Output::Sink(Box::new(sink))).start().unwrap();
+    let events = drive(&mut running, secs(2), &[long_frames()]);
+    drop(running);
+    let text = String::from_utf8(heard.lock().unwrap().clone()).unwrap();
+    let sent: Vec<&Transmit> = events.iter().map(|event| &event.what).collect();
+    assert_eq!(sent, [&fd(0x123, 1, &[0x11, 0x22, 0x33])], "{text}");
+    // With the mark of CAN FD (4) in the flags, as kernels from 5.14 on.
+    let long = format!("can0 181##5{}01", "5A".repeat(63));
+    assert!(text.contains(&long), "{text}");
+    assert!(text.contains("can0 181#5A5A5A5A5A5A5A5A\n"), "{text}");
+    assert!(text.contains("can0 123##5112233\n"), "{text}");
+    // The other interface is a classic one.
+    assert!(text.ends_with("1\n"), "{text}");
 }

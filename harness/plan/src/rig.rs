@@ -27,7 +27,7 @@
 //! | key | meaning |
 //! |---|---|
 //! | `devices` | the paper's robot or table of this device file, with its controller; its lines are `gyro` and `base` or `table` |
-//! | `[[line]]` | `can = { bit_rate, dbc }` with one DBC or an array of several, or `serial = {}`, whose settings are those of the device on it |
+//! | `[[line]]` | `can = { bit_rate, data_bit_rate, dbc }` with one DBC or an array of several, a classic bus without `data_bit_rate`, or `serial = {}`, whose settings are those of the device on it |
 //! | `message.NAME` of a line | counter and checksum of a message of its DBC: `counter`, `checksum` or `e2e` as in the description of a device |
 //! | `[[node]]` | `at`: a line, or several; one of `emulate` (and `set`: parameters of that one), `under_test`, `tester` and `replay = { log, channel }` |
 //! | `dbc_node` | the node's name in the DBC, where that is another one |
@@ -45,6 +45,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use wire::can::{BIT_RATE, BitRates};
 
 /// Most nodes of a rig, those of the paper's robot included: one bit each, and one of the plan, in a word.
 pub const NODES_MAX: usize = 62;
@@ -96,6 +97,10 @@ pub struct CanTable {
     #[serde(default)]
     #[schemars(range(min = 10_000, max = 1_000_000))]
     pub bit_rate: Option<u32>,
+    /// Bits per second of the data of CAN FD frames that switch; the bus is a classic one where it says nothing.
+    #[serde(default)]
+    #[schemars(range(min = 10_000, max = 8_000_000))]
+    pub data_bit_rate: Option<u32>,
     /// The DBC file with its messages, beside the rig file, or several.
     #[serde(default)]
     pub dbc: Option<OneOrSeveral<String>>,
@@ -188,7 +193,29 @@ pub struct RigLine {
     pub medium: Medium,
     /// Bits per second of a CAN bus, where the file says so.
     pub bit_rate: Option<u32>,
+    /// Those of the data of CAN FD frames, where it has any.
+    pub data_bit_rate: Option<u32>,
 }
+
+impl RigLine {
+    /// The line of one device that stands for itself.
+    pub fn of_device(layout: &Layout) -> Self {
+        Self {
+            name: DEVICE.to_owned(),
+            medium: layout.medium(),
+            bit_rate: None,
+            data_bit_rate: layout.fd_message().map(|_| DATA_BIT_RATE),
+        }
+    }
+
+    /// The rates of a CAN bus.
+    pub fn rates(&self) -> BitRates {
+        BitRates { nominal: self.bit_rate.unwrap_or(BIT_RATE), data: self.data_bit_rate }
+    }
+}
+
+/// Bits per second of the data on the bus of one device that has CAN FD messages. Assumption: the usual rate of vehicles.
+const DATA_BIT_RATE: u32 = 2_000_000;
 
 /// What a node is.
 #[derive(Debug, Clone)]
@@ -247,7 +274,7 @@ impl Rig {
     /// One device, and the plan at the other end of its line.
     pub fn of_device(description: Arc<Description>) -> Self {
         let layout = description.layout().clone();
-        let line = RigLine { name: DEVICE.to_owned(), medium: layout.medium(), bit_rate: None };
+        let line = RigLine::of_device(&layout);
         let speaker = |node: &str, sender| Speaker {
             node: node.to_owned(),
             line: 0,

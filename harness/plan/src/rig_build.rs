@@ -123,24 +123,30 @@ impl Builder<'_> {
                 let message = format!("two lines are called `{name}`");
                 return Err(self.mistake(("line", number, "name"), message, None).into());
             }
-            let (medium, bit_rate) = match (&line.can, &line.serial) {
+            let mut declared = RigLine {
+                name: name.to_owned(),
+                medium: Medium::Can,
+                bit_rate: line.can.as_ref().and_then(|can| can.bit_rate),
+                data_bit_rate: line.can.as_ref().and_then(|can| can.data_bit_rate),
+            };
+            match (&line.can, &line.serial) {
                 (Some(can), None) => {
-                    if can.bit_rate.is_some_and(|rate| !(10_000..=1_000_000).contains(&rate)) {
-                        let message = "expected 10,000 to 1,000,000 bits per second".to_owned();
-                        return Err(self.mistake(("line", number, "can"), message, None).into());
-                    }
+                    self.check_rates(&declared, number)?;
                     let dbcs = can.dbc.iter().flat_map(|dbc| dbc.as_slice());
                     let dbcs = dbcs.map(|dbc| self.library.open_beside(self.source, dbc));
                     let dbcs = dbcs.collect::<Result<Vec<_>, _>>()?;
                     if !dbcs.is_empty() {
                         // What is wrong with them is said whoever is on the line.
-                        self.protected(parts.layout(&dbcs, &|_| false)?, number, line)?;
+                        let layout = parts.layout(&dbcs, &|_| false)?;
+                        self.check_carries(&declared, &layout, ("line", number, "can"))?;
+                        self.protected(layout, number, line)?;
                         self.dbcs.insert(number, dbcs);
                     }
-                    (Medium::Can, can.bit_rate)
                 }
                 // How it is set, the device on it says.
-                (None, Some(_)) => (Medium::Serial(SerialSettings::new_8n1(9_600)), None),
+                (None, Some(_)) => {
+                    declared.medium = Medium::Serial(SerialSettings::new_8n1(9_600));
+                }
                 _ => {
                     let message = format!("line `{name}` is neither CAN nor serial");
                     let help = "write `can = { dbc = \"...\" }` or `serial = {}`".to_owned();
@@ -153,9 +159,43 @@ impl Builder<'_> {
                 let help = "what a described device sends, its own file protects".to_owned();
                 return Err(self.mistake(("line", number, "message"), message, Some(help)).into());
             }
-            self.rig.lines.push(RigLine { name: name.to_owned(), medium, bit_rate });
+            self.rig.lines.push(declared);
         }
         Ok(())
+    }
+
+    fn check_rates(&self, line: &RigLine, number: usize) -> Result<(), LibraryError> {
+        let refuse =
+            |message: &str| Err(self.mistake(("line", number, "can"), message.to_owned(), None));
+        if !(10_000..=1_000_000).contains(&line.rates().nominal) {
+            return refuse("expected 10,000 to 1,000,000 bits per second");
+        }
+        match line.data_bit_rate {
+            Some(rate) if !(line.rates().nominal..=8_000_000).contains(&rate) => {
+                refuse("expected a `data_bit_rate` from `bit_rate` to 8,000,000 bits per second")
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// A classic bus has no CAN FD messages.
+    fn check_carries(
+        &self,
+        line: &RigLine,
+        layout: &Layout,
+        at: (&'static str, usize, &'static str),
+    ) -> Result<(), LibraryError> {
+        match layout.fd_message() {
+            Some(message) if line.medium == Medium::Can && line.data_bit_rate.is_none() => {
+                let text = format!(
+                    "`{}` is a CAN FD message, and line `{}` is a classic bus",
+                    message.name, line.name
+                );
+                let help = "give the line a `data_bit_rate`, such as 2_000_000".to_owned();
+                Err(self.mistake(at, text, Some(help)))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn nodes<P: Parts>(&mut self, file: &RigFile, parts: &mut P) -> Result<(), P::Error> {
@@ -328,6 +368,9 @@ impl Builder<'_> {
             let message = format!("`{}` is emulated from a file, on one line alone", node.name);
             return Err(self.mistake(("node", number, "at"), message, None).into());
         };
+        if let Some(line) = self.line(*line) {
+            self.check_carries(line, &layout, ("node", number, "at"))?;
+        }
         let known = line.checked_sub(of_robot).and_then(|place| self.rig.lines.get_mut(place));
         match (known, layout.medium()) {
             (

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::sync::Arc;
+use wire::can::BitRates;
 
 /// The first bytes of every record file. The first is no text, so that nothing takes it for text;
 /// the last is changed by whatever mangles line ends.
@@ -49,6 +50,9 @@ pub struct Header {
     /// The serial lines of the bench as its device file has them; none where nobody said so.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lines: Vec<Line>,
+    /// The CAN buses of a rig; none where the plan names its only device, whose bus has the usual rate.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub buses: Vec<Bus>,
     /// The plan and what it names, as they were read: the rig with its layouts, calibrations and models. Empty where the plan
     /// was made in code, where its files are longer than [`FILES_BYTES_MAX`], and in records of before.
     #[serde(default, skip_serializing_if = "is_empty")]
@@ -77,6 +81,25 @@ pub struct Line {
     pub baud: u32,
     /// Bits on the line for one byte, start and stop bits included.
     pub bits_per_byte: u32,
+}
+
+/// A CAN bus.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Bus {
+    /// The name of the line.
+    pub line: String,
+    /// Bits per second.
+    pub bit_rate: u32,
+    /// Bits per second of the data of CAN FD frames; `None` on a classic bus.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub data_bit_rate: Option<u32>,
+}
+
+impl Bus {
+    /// Its rates.
+    pub const fn rates(&self) -> BitRates {
+        BitRates { nominal: self.bit_rate, data: self.data_bit_rate }
+    }
 }
 
 /// A quantity that the plan observes, as a report needs it: without the plan at hand.
@@ -119,6 +142,12 @@ impl Header {
             Device::Node(_) => self.node(device).map_or("node", |node| &node.name),
             device => device.name(),
         }
+    }
+
+    /// The bus that a device of a rig sends on, by its place; that of others is the first.
+    pub fn bus_of(&self, device: Device) -> usize {
+        let line = self.node(device).map(|node| &node.line);
+        self.buses.iter().position(|bus| Some(&bus.line) == line).unwrap_or_default()
     }
 
     /// The node of a rig, and the line that it spoke on.

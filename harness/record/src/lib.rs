@@ -36,7 +36,7 @@ use plan::faults::Target;
 pub use plan::observation::Observation;
 use plan::{DEVICE, Rig, Speaker};
 use serde::{Deserialize, Serialize};
-use wire::can::RecordedFrame;
+use wire::can::CanFrame;
 use wire::time::Timestamp;
 use wire::units::Pose;
 
@@ -125,8 +125,7 @@ impl Record {
         match &self.kind {
             RecordKind::Bytes(bytes) => decoder.bytes(bytes, each),
             RecordKind::Frame(frame) => {
-                let frame = frame.frame();
-                frame.and_then(|frame| decoder.frame(&frame)).into_iter().for_each(each);
+                decoder.frame(frame).into_iter().for_each(each);
             }
             _ => {}
         }
@@ -139,7 +138,7 @@ pub enum RecordKind {
     /// The device put these bytes on its serial line; they had arrived at `at`.
     Bytes(Vec<u8>),
     /// The device put this frame on the bus; it had arrived at `at`.
-    Frame(RecordedFrame),
+    Frame(CanFrame),
     /// A step of the plan began.
     StepBegan {
         /// Where it stands in the plan, e.g. `steps[2].repeat[1]`.

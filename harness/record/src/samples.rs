@@ -9,7 +9,7 @@ use controller::mission::{
 };
 use proptest::prelude::*;
 use std::collections::BTreeMap;
-use wire::can::{CanFrame, RecordedFrame, StandardId};
+use wire::can::{CanFrame, FD_LENGTHS, FdFlags, StandardId};
 use wire::time::Timestamp;
 use wire::units::{Angle, AngularRate, Length, Pose, Temperature};
 
@@ -93,7 +93,7 @@ pub fn one_of_each() -> Vec<Record> {
             },
         ),
         record(0.01, Device::Gyro, RecordKind::Bytes(vec![0x80, 1, 2, 3, 0x7f])),
-        record(0.02, Device::Base, RecordKind::Frame(RecordedFrame::from(frame))),
+        record(0.02, Device::Base, RecordKind::Frame(frame)),
         record(0.03, Device::Plan, RecordKind::Command(Box::new(Command::Turn(turn)))),
         record(
             0.04,
@@ -139,7 +139,11 @@ pub fn any_record() -> impl Strategy<Value = Record> {
         prop::collection::vec(any::<u8>(), 0..=8).prop_map(|data| {
             let id =
                 StandardId::new(u16::from(data.first().copied().unwrap_or(0))).expect("11 bits");
-            RecordKind::Frame(RecordedFrame::from(CanFrame::new(id, &data).expect("eight bytes")))
+            RecordKind::Frame(CanFrame::new(id, &data).expect("eight bytes"))
+        }),
+        (prop::sample::select(FD_LENGTHS.to_vec()), any::<u8>()).prop_map(|(length, flags)| {
+            let (flags, data) = (FdFlags::from_bits(flags), vec![flags; usize::from(length)]);
+            RecordKind::Frame(CanFrame::fd(StandardId::MAX, flags, &data).expect("a length of FD"))
         }),
         any::<String>().prop_map(RecordKind::Note),
         (any::<String>(), any::<String>())

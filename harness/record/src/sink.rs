@@ -43,7 +43,7 @@ pub trait RecordSink {
     /// Takes a frame of the bus.
     fn frame(&mut self, at: Timestamp, device: Device, frame: CanFrame) {
         if self.level() == Level::Full {
-            self.record(Record { at, device, kind: RecordKind::Frame(frame.into()) });
+            self.record(Record { at, device, kind: RecordKind::Frame(frame) });
         }
     }
 

@@ -8,7 +8,7 @@ use controller::health::{Causes, Health};
 use controller::mission::{Report, State};
 use serde::Serialize;
 use std::fmt;
-use wire::can::{CanFrame, Id, RecordedFrame};
+use wire::can::{CanFrame, Id};
 use wire::units::Pose;
 
 /// Width of a device's name, and of an instant up to a hundred hours.
@@ -46,7 +46,7 @@ impl fmt::Display for Line<'_> {
                 write!(f, "bytes")?;
                 bytes.iter().try_for_each(|byte| write!(f, " {byte:02x}"))
             }
-            RecordKind::Frame(frame) => write_frame(f, *frame),
+            RecordKind::Frame(frame) => write_frame(f, frame),
             RecordKind::StepBegan { path, title } => {
                 write!(f, "begin {}: {}", path.escape_debug(), title.escape_debug())
             }
@@ -95,16 +95,16 @@ pub struct ShownFrame(pub CanFrame);
 
 impl fmt::Display for ShownFrame {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write_frame(f, self.0.into())
+        write_frame(f, &self.0)
     }
 }
 
-/// As `candump` writes it: identifier, `#`, data.
-fn write_frame(f: &mut fmt::Formatter<'_>, recorded: RecordedFrame) -> fmt::Result {
-    let Some(frame) = recorded.frame() else {
-        return write!(f, "frame out of range: {recorded:?}");
-    };
-    write_identifier(f, &frame)?;
+/// As `candump` writes it: identifier, `#`, data; of CAN FD `##`, the flags and the data.
+fn write_frame(f: &mut fmt::Formatter<'_>, frame: &CanFrame) -> fmt::Result {
+    write_identifier(f, frame)?;
+    if let Some(flags) = frame.fd_flags() {
+        write!(f, "#{:X}", flags.bits())?;
+    }
     if frame.is_remote() {
         return write!(f, "R");
     }

@@ -17,7 +17,7 @@ const PERIOD_NS: i64 = 111_000;
 fn record(number: u32) -> Record {
     let frame = CanFrame::new(ExtendedId::new(number).unwrap(), &number.to_be_bytes()).unwrap();
     let at = Timestamp::from_nanos(i64::from(number) * PERIOD_NS);
-    Record { at, device: Device::Base, kind: RecordKind::Frame(frame.into()) }
+    Record { at, device: Device::Base, kind: RecordKind::Frame(frame) }
 }
 
 /// A sink on disk that has taken the burst, and where it writes.

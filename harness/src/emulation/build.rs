@@ -17,6 +17,7 @@ use emulators::base::{BaseParameters, Transport};
 use emulators::device_file::{Devices, Mount};
 use emulators::gyro::GyroParameters;
 use emulators::table::TableParameters;
+use wire::can::BitRates;
 use wire::device::PortId;
 use wire::gyro::{GyroFormat, GyroStream, OutputMode};
 
@@ -71,7 +72,7 @@ fn paper(parts: &Parts, setup: &Setup) -> (Rig, PortPlans, Lines) {
                     Some((Transport::Serial, _)) => {
                         Traffic::Bytes(wire::base::serial_link::SETTINGS)
                     }
-                    _ => Traffic::Frames,
+                    _ => Traffic::Frames(BitRates::USUAL),
                 };
                 (Device::Base, Target::Base, CARRIER, traffic)
             }
@@ -83,7 +84,7 @@ fn paper(parts: &Parts, setup: &Setup) -> (Rig, PortPlans, Lines) {
         let ends = [end(away, PortId(0), Device::Plan, "host"), end(node, at, device, name)];
         let (kind, line) = match traffic {
             Traffic::Bytes(settings) => (LineKind::Serial, Line::serial(settings, ends)),
-            Traffic::Frames => (LineKind::Can, Line::can(None, ends.into())),
+            Traffic::Frames(rates) => (LineKind::Can, Line::can(rates, ends.into())),
         };
         let line = rig.line(name, line);
         lines.nodes.push((target, kind));

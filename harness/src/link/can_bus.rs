@@ -9,8 +9,8 @@ pub use confinement::{ErrorCounters, ErrorState};
 pub use nodes::StateChange;
 
 use faulty::Faulty;
-use wire::can::{BIT_RATE, CanFrame, Id};
-use wire::time::{Span, Timestamp};
+use wire::can::{BitRates, CanFrame, Id};
+use wire::time::Timestamp;
 
 /// Frames that can wait for the bus; more are dropped and counted. Assumption: no DBC has as many messages that are sent at
 /// one time.
@@ -19,8 +19,7 @@ pub const FRAMES_MAX: usize = 1_024;
 /// A bus that every node hears; `from` tells who sent.
 #[derive(Debug)]
 pub struct CanBus<Node> {
-    /// Time of one bit.
-    bit: Span,
+    rates: BitRates,
     waiting: Vec<(Node, CanFrame)>,
     on_bus: Option<(Timestamp, Node, CanFrame)>,
     dropped: u64,
@@ -28,25 +27,21 @@ pub struct CanBus<Node> {
 }
 
 impl<Node: Copy + PartialEq> CanBus<Node> {
-    /// A bus of the [usual rate](BIT_RATE) that is idle.
+    /// A bus of the [usual rate](BitRates::USUAL) that is idle.
     pub const fn new() -> Self {
-        Self::of(BIT_RATE)
+        Self::at(BitRates::USUAL)
     }
 
-    /// One of this rate, bits per second.
-    pub fn at(bit_rate: u32) -> Self {
-        Self::of(i64::from(bit_rate.max(1)))
-    }
-
-    const fn of(bit_rate: i64) -> Self {
-        let bit = Span::from_nanos(1_000_000_000 / bit_rate);
-        Self { bit, waiting: Vec::new(), on_bus: None, dropped: 0, faulty: None }
+    /// One of these rates.
+    pub const fn at(rates: BitRates) -> Self {
+        Self { rates, waiting: Vec::new(), on_bus: None, dropped: 0, faulty: None }
     }
 
     /// A node wants to send. Its frame goes at once if the bus is idle, else it takes part in the next
-    /// arbitration.
+    /// arbitration. A classic bus has no CAN FD frames: they are dropped.
     pub fn send(&mut self, now: Timestamp, from: Node, frame: CanFrame) {
-        if self.waiting.len() >= FRAMES_MAX || !self.may_send(now, from) {
+        let is_foreign = frame.fd_flags().is_some() && self.rates.data.is_none();
+        if is_foreign || self.waiting.len() >= FRAMES_MAX || !self.may_send(now, from) {
             self.dropped += 1;
             return;
         }
@@ -72,7 +67,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         Some((from, frame))
     }
 
-    /// Frames that found a queue full, or their node off.
+    /// Frames that found a queue full, their node off, or a bus that is not theirs.
     pub const fn dropped(&self) -> u64 {
         self.dropped
     }
@@ -85,7 +80,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         let winner = (0..self.waiting.len()).min_by_key(|&index| priority(&self.waiting[index].1));
         if let Some(index) = winner {
             let (from, frame) = self.waiting.remove(index);
-            self.on_bus = Some((now + frame_time(self.bit, &frame), from, frame));
+            self.on_bus = Some((now + frame.duration(self.rates), from, frame));
         }
     }
 }
@@ -94,11 +89,6 @@ impl<Node: Copy + PartialEq> Default for CanBus<Node> {
     fn default() -> Self {
         Self::new()
     }
-}
-
-/// How long a frame takes, the gap behind it included.
-fn frame_time(bit: Span, frame: &CanFrame) -> Span {
-    bit * i64::from(frame.bits_unstuffed())
 }
 
 /// Lower wins. A standard identifier beats an extended one with the same leading bits.
@@ -114,8 +104,8 @@ fn priority(frame: &CanFrame) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{CanBus, CanFrame, FRAMES_MAX, Timestamp};
-    use wire::can::{ExtendedId, StandardId};
+    use super::{BitRates, CanBus, CanFrame, FRAMES_MAX, Timestamp};
+    use wire::can::{ExtendedId, FdFlags, StandardId};
 
     fn frame(id: u16) -> CanFrame {
         CanFrame::new(StandardId::new(id).unwrap(), &[0; 8]).unwrap()
@@ -144,6 +134,19 @@ mod tests {
         let mut bus = CanBus::new();
         bus.send(Timestamp::ZERO, (), frame(1));
         assert_eq!(bus.next_arrival().as_nanos(), 111 * 2_000);
+    }
+
+    #[test]
+    fn sixty_four_bytes_of_fd_take_their_two_rates_and_no_classic_bus() {
+        let flags = FdFlags { bit_rate_switch: true, error_state: false };
+        let frame = CanFrame::fd(StandardId::ZERO, flags, &[0; 64]).unwrap();
+        let mut bus = CanBus::at(BitRates { nominal: 500_000, data: Some(2_000_000) });
+        bus.send(Timestamp::ZERO, (), frame);
+        assert_eq!(bus.next_arrival().as_nanos(), 29 * 2_000 + 550 * 500);
+        assert_eq!(bus.arrived(bus.next_arrival()), Some(((), frame)));
+        let mut classic = CanBus::new();
+        classic.send(Timestamp::ZERO, (), frame);
+        assert_eq!((classic.next_arrival(), classic.dropped()), (Timestamp::MAX, 1));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use crate::hosted::NodeDevice;
 use crate::live::command::fill;
 use crate::plan::Rig;
-use crate::plan::rig::{NodePart, RigNode, UnderTest};
+use crate::plan::rig::{NodePart, RigLine, RigNode, UnderTest};
 use described::Medium;
 use lockstep::{Lockstep, Output, Program};
 use std::collections::BTreeMap;
@@ -46,7 +46,11 @@ fn started(
     }
     for line in &node.lines {
         let name = port(rig, *line);
-        program = if is_serial(rig, *line) { program.serial(name) } else { program.can(name) };
+        program = match declared(rig, *line) {
+            Some(RigLine { medium: Medium::Serial(_), .. }) => program.serial(name),
+            Some(RigLine { data_bit_rate: Some(_), .. }) => program.can_fd(name),
+            _ => program.can(name),
+        };
     }
     if let Some(log) = log {
         let is_alone = rig.under_test().count() == 1;
@@ -72,10 +76,13 @@ fn port(rig: &Rig, line: usize) -> String {
     }
 }
 
-/// Nodes can be beside the paper's robot on its bus alone.
+/// The line as the rig file has it; none of the paper's robot, on whose bus alone nodes can be.
+fn declared(rig: &Rig, line: usize) -> Option<&RigLine> {
+    line.checked_sub(rig.robot_lines()).and_then(|line| rig.lines.get(line))
+}
+
 fn is_serial(rig: &Rig, line: usize) -> bool {
-    let declared = line.checked_sub(rig.robot_lines()).and_then(|line| rig.lines.get(line));
-    declared.is_some_and(|line| matches!(line.medium, Medium::Serial(_)))
+    declared(rig, line).is_some_and(|line| matches!(line.medium, Medium::Serial(_)))
 }
 
 /// A program in step with the world.

@@ -14,6 +14,7 @@ use crate::world::bench::Bench;
 use controller::config::Transport;
 use described::Medium;
 use std::sync::Arc;
+use wire::can::BitRates;
 use wire::device::PortId;
 
 pub(crate) fn end(node: usize, port: PortId, who: Device, name: &str) -> End {
@@ -37,7 +38,7 @@ pub(crate) fn paper(bench: Bench, hosting: Option<&Hosting>) -> Rig {
     let device = end(robot, CARRIER, Device::Base, "base");
     let host = end(controller, BASE, Device::Controller, "controller");
     match transport {
-        Some(Transport::Can) => rig.line("base", Line::can(None, vec![host, device])),
+        Some(Transport::Can) => rig.line("base", Line::can(BitRates::USUAL, vec![host, device])),
         Some(Transport::Serial) => {
             let settings = wire::base::serial_link::SETTINGS;
             rig.line("base", Line::serial(settings, [host, device]))
@@ -108,13 +109,13 @@ pub(super) fn add(rig: &mut Rig, declared: &Declared, start: Start<'_>, seed: u6
 
 fn line_of(declared: &RigLine, mut ends: Vec<End>) -> Line {
     match declared.medium {
-        Medium::Can => Line::can(declared.bit_rate, ends),
+        Medium::Can => Line::can(declared.rates(), ends),
         Medium::Serial(settings) => {
             let second = ends.pop();
             match (ends.pop(), second) {
                 (Some(first), Some(second)) => Line::serial(settings, [first, second]),
                 // Nobody is on it.
-                _ => Line::can(None, Vec::new()),
+                _ => Line::can(BitRates::USUAL, Vec::new()),
             }
         }
     }

@@ -8,6 +8,7 @@ use super::robot::CARRIER;
 use super::tester::Tester;
 use crate::hosted::OwnDevices;
 use crate::outcome::PortSide;
+use crate::plan::rig::RigLine;
 use crate::plan::{DEVICE, Rig as Declared};
 use crate::record::Device;
 use crate::world::bench::Bench;
@@ -40,8 +41,13 @@ pub(crate) fn port(
     }
 }
 
-/// The paper's robot or table, its devices where `placement` says, the controller away.
-pub(crate) fn paper(bench: Bench, placement: &Placement) -> (Rig, PortPlans) {
+/// The paper's robot or table, its devices where `placement` says, the controller away, and the declared nodes beside it.
+pub(crate) fn paper(
+    bench: Bench,
+    placement: &Placement,
+    (declared, sites, own): (&Declared, &[LineSite], &OwnDevices),
+    seed: u64,
+) -> (Rig, PortPlans) {
     let gyro = Traffic::Bytes(bench.gyro_stream().format.serial());
     let transport = bench.base_transport();
     let mut rig = build::paper(bench, None);
@@ -73,7 +79,11 @@ pub(crate) fn paper(bench: Bench, placement: &Placement) -> (Rig, PortPlans) {
     }
     if let (Some(player), Some(plan)) = (&placement.table, rig.find("plan")) {
         place_table(&mut rig, &mut plans, player, plan);
+        return (rig, plans);
     }
+    add(&mut rig, declared, &|place| own.start(&declared.nodes[place].name).map(Ok), seed);
+    listen(&mut rig, declared);
+    plans.ports.extend(at_ports(&mut rig, declared, sites).ports);
     (rig, plans)
 }
 
@@ -125,9 +135,9 @@ fn two_sides(
 }
 
 /// What crosses the line of a device.
-fn traffic(medium: Medium) -> Traffic {
-    match medium {
-        Medium::Can => Traffic::Frames,
+fn traffic(line: &RigLine) -> Traffic {
+    match line.medium {
+        Medium::Can => Traffic::Frames(line.rates()),
         Medium::Serial(settings) => Traffic::Bytes(settings),
     }
 }
@@ -139,7 +149,7 @@ pub(crate) fn device(
     seed: u64,
 ) -> (Rig, PortPlans) {
     let layout = description.layout();
-    let traffic = traffic(layout.medium());
+    let traffic = traffic(&RigLine::of_device(layout));
     let (mut rig, mut plans) = (Rig::default(), PortPlans::default());
     let tester = Tester::new(layout.clone(), Sender::Host);
     let host = rig.node(Node::new("host", Part::Tester(Box::new(tester))));
@@ -202,19 +212,20 @@ pub(crate) fn emulated(
 
 fn at_ports(rig: &mut Rig, declared: &Declared, sites: &[LineSite]) -> PortPlans {
     let mut plans = PortPlans::default();
-    for LineSite { line, spec } in sites {
+    for LineSite { line: place, spec } in sites {
+        let line = &(declared.robot_lines() + place);
         let is_away = |end: &End| matches!(rig.nodes[end.node].part, Part::Away);
-        let place = rig.lines[*line].ends().iter().position(is_away);
-        let place = place.unwrap_or_else(|| {
+        let end_place = rig.lines[*line].ends().iter().position(is_away);
+        let end_place = end_place.unwrap_or_else(|| {
             // Nobody of the rig is there: others may listen.
             let node = rig.node(Node::new("port", Part::Away));
             rig.join(*line, end(node, PortId(0), Device::Plan, "port"));
             rig.lines[*line].ends().len() - 1
         });
-        let who = rig.lines[*line].who(EndId::of(place));
-        let name = &declared.lines[*line].name;
-        let traffic = traffic(declared.lines[*line].medium);
-        plans.ports.push(port(name, spec, traffic, (*line, EndId::of(place)), who));
+        let at = EndId::of(end_place);
+        let who = rig.lines[*line].who(at);
+        let declared = &declared.lines[*place];
+        plans.ports.push(port(&declared.name, spec, traffic(declared), (*line, at), who));
     }
     plans
 }
@@ -228,8 +239,9 @@ pub(crate) fn alone(rig: &mut Rig, description: &Arc<Description>, seed: u64) ->
         end(away, PortId(0), Device::Plan, "host"),
         end(device, PortId(0), Device::Device, DEVICE),
     ];
-    let line = match description.layout().medium() {
-        Medium::Can => Line::can(None, ends.into()),
+    let layout = description.layout();
+    let line = match layout.medium() {
+        Medium::Can => Line::can(RigLine::of_device(layout).rates(), ends.into()),
         Medium::Serial(settings) => Line::serial(settings, ends),
     };
     rig.line(DEVICE, line.unrecorded())

@@ -6,7 +6,7 @@ use crate::link::{CanBus, SerialLine, StateChange, Struck, Tampering};
 use crate::record::Device;
 use std::collections::VecDeque;
 use std::sync::Arc;
-use wire::can::Id;
+use wire::can::{BitRates, Id};
 use wire::device::{PortId, Transmit};
 use wire::serial::SerialSettings;
 use wire::time::{Span, Timestamp};
@@ -74,10 +74,9 @@ impl Line {
         Self::of(wire, ends.into())
     }
 
-    /// A bus of the usual rate, or of that one.
-    pub(crate) fn can(bit_rate: Option<u32>, ends: Vec<End>) -> Self {
-        let bus = bit_rate.map_or_else(CanBus::new, CanBus::at);
-        Self::of(Wire::Can(bus), ends)
+    /// A bus of these rates.
+    pub(crate) fn can(rates: BitRates, ends: Vec<End>) -> Self {
+        Self::of(Wire::Can(CanBus::at(rates)), ends)
     }
 
     /// One more end; its place.

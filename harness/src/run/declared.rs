@@ -1,8 +1,9 @@
 //! What a plan and its bench declare, as a record's header says it.
 
-use crate::plan::{Plan, QuantityName, Speaker, resolve, signal, unit};
+use crate::plan::rig::RigLine;
+use crate::plan::{Plan, QuantityName, Rig, Speaker, resolve, signal, unit};
 use crate::record::Device;
-use crate::record::header::{Band, Line, Quantity};
+use crate::record::header::{Band, Bus, Line, Quantity};
 use ::described::{Description, Medium};
 use emulators::base::Transport;
 use emulators::device_file::Devices;
@@ -27,6 +28,17 @@ pub(super) fn line_of(device: &Description) -> Vec<Line> {
     let Medium::Serial(settings) = device.layout().medium() else { return Vec::new() };
     let (baud, bits_per_byte) = (settings.baud, settings.bits_per_byte());
     vec![Line { device: Device::Device, baud, bits_per_byte }]
+}
+
+/// The CAN buses of a rig that a file has.
+pub(super) fn buses(rig: &Rig) -> Vec<Bus> {
+    let lines = rig.lines.iter().filter(|line| !rig.is_short && line.medium == Medium::Can);
+    let bus = |line: &RigLine| Bus {
+        line: line.name.clone(),
+        bit_rate: line.rates().nominal,
+        data_bit_rate: line.data_bit_rate,
+    };
+    lines.map(bus).collect()
 }
 
 /// Unit and title of a quantity: as the table has them, or the layout of who brings it.

@@ -88,7 +88,7 @@ impl Replayed {
                 }
             }
             (RecordKind::Frame(frame), device) => {
-                let Some(frame) = frame.frame() else { return };
+                let frame = *frame;
                 match device {
                     Device::Controller => self.see(at, &Seen::Sent(&Output::Frame(frame))),
                     _ => {

@@ -142,7 +142,7 @@ impl rig_build::Parts for Reader<'_> {
     }
 }
 
-/// What a log has, from its first entry on. CAN FD frames and error frames are left out.
+/// What a log has, from its first entry on. Error frames are left out.
 ///
 /// # Errors
 ///
@@ -159,7 +159,7 @@ pub fn logged(
         let what = match entry.payload {
             bus_log::Payload::Frame(frame) => Transmit::Frame(frame),
             bus_log::Payload::Serial(packet) => Transmit::Bytes(packet),
-            bus_log::Payload::Fd(_) | bus_log::Payload::Error(_) => continue,
+            bus_log::Payload::Error(_) => continue,
         };
         // Two interfaces of one log may be a little out of order; time goes on.
         last = last.max(entry.at.since(*origin.get_or_insert(entry.at)));

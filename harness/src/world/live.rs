@@ -27,6 +27,7 @@ mod journal;
 mod lateness;
 mod placement;
 pub(crate) mod ports;
+mod programs;
 mod realtime;
 pub(crate) mod role_port;
 mod setting;
@@ -35,12 +36,13 @@ mod traffic;
 mod verdict;
 
 pub use device_under_test::our_program;
-pub use device_under_test::{DeviceUnderTest, Program, StartError};
+pub use device_under_test::{DeviceUnderTest, StartError};
 pub use journal::NOTES_MAX;
 pub use lateness::LATE_MAX_DEFAULT;
 pub use placement::{Placement, PlacementError, Player};
 pub(crate) use placement::{line_port, player, usual_port};
 pub(crate) use ports::{BASE, GYRO, PortPlan, PortPlans, TABLE, base_traffic};
+pub use programs::Program;
 pub use realtime::Scheduling;
 pub(crate) use role_port::Traffic;
 pub use setting::{LineSite, LiveError, OutOfReach, Setting, Site};
@@ -65,6 +67,7 @@ use flood::FloodWatch;
 use journal::Journal;
 use lateness::{Course, Lateness};
 use ports::Ports;
+use programs::Programs;
 use role_port::PortEvent;
 use std::path::Path;
 use wire::time::{Span, Timestamp};
@@ -177,7 +180,7 @@ impl LiveWorld {
     ) -> Result<LiveEnd, LiveError> {
         let mut ports = Ports::open(std::mem::take(&mut self.plans)).await?;
         let clock = Clock::start();
-        let mut device = self.start(log, sink, &clock, &mut ports).await?;
+        let (mut device, mut programs) = self.start(log, sink, &clock, &mut ports).await?;
         // Only now: what is started inherits it.
         let scheduling = realtime::ask(self.setting.scheduling);
         let mut heard_any = self.config.is_none();
@@ -216,6 +219,7 @@ impl LiveWorld {
                 () = clock.sleep_until(due) => Awaited::Due,
                 (place, event) = ports.next() => Awaited::Port(place, event),
                 heard = device.heard(&clock) => Awaited::Device(heard),
+                heard = programs.heard() => Awaited::Device(heard),
             };
             let then = clock.now();
             if then >= due {
@@ -244,6 +248,7 @@ impl LiveWorld {
             traffic::note(sink, end, Device::Plan, note);
         }
         device.end().await;
+        programs.end().await;
         let ports = port_summaries;
         Ok(LiveEnd { ending, end, events, timing, ports, dropped, faults, properties, unjudged })
     }
@@ -256,14 +261,18 @@ impl LiveWorld {
         sink: &mut impl RecordSink,
         clock: &Clock,
         ports: &mut Ports,
-    ) -> Result<Running, LiveError> {
-        let device_under_test = self.setting.device_under_test.clone();
+    ) -> Result<(Running, Programs), LiveError> {
+        let Setting { device_under_test, programs, .. } = self.setting.clone();
         let wiring = ports.wiring()?;
+        let is_alone = programs.len() == 1 && self.config.is_none();
         let config = (self.config, self.faults.is_some());
         let mut starting = std::pin::pin!(Running::start(&device_under_test, config, &wiring, log));
         loop {
             tokio::select! {
-                started = &mut starting => return Ok(started?),
+                started = &mut starting => {
+                    let started = started?;
+                    return Ok((started, Programs::start(&programs, is_alone, &wiring, log)?));
+                }
                 (place, event) = ports.next() => {
                     self.hear(clock.now(), sink, ports, place, event);
                 }

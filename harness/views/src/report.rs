@@ -51,6 +51,6 @@ pub fn render(
     header: &Header,
     records: impl IntoIterator<Item = Result<Record, RecordError>>,
 ) -> String {
-    let collected = Collected::of(records);
+    let collected = Collected::of(header, records);
     page::page(summary, header, &collected).into_string()
 }

@@ -57,8 +57,12 @@ impl Interface {
     /// Only carries frames between programs (vcan, vxcan): there is no hardware behind it, and it takes
     /// CAN FD frames, which the line discipline `slcan` does not.
     pub fn is_virtual(&self) -> bool {
-        !self.folder().join("device").exists()
-            && self.number("mtu").is_some_and(|mtu| mtu >= MTU_FD)
+        !self.folder().join("device").exists() && self.takes_fd()
+    }
+
+    /// It is set up for CAN FD frames.
+    pub fn takes_fd(&self) -> bool {
+        self.number("mtu").is_some_and(|mtu| mtu >= MTU_FD)
     }
 
     /// # Errors

@@ -4,15 +4,16 @@ use super::frame::{Heard, from_socket, to_socket};
 use super::{CanSocketPort, kernel_has_can};
 use crate::error::PortError;
 use proptest::prelude::*;
-use socketcan::{CanFdFrame, CanRawFrame, EmbeddedFrame as _};
-use wire::can::{CanFrame, ExtendedId, Id, StandardId};
+use socketcan::{CanAnyFrame, CanFdFrame, CanRawFrame, EmbeddedFrame as _};
+use wire::can::{CanFrame, ExtendedId, FdFlags, Id, StandardId};
 use wire::can_error::CanErrorEvent;
 
-fn raw(frame: &socketcan::CanFrame) -> CanRawFrame {
+fn raw(frame: &CanAnyFrame) -> CanRawFrame {
     CanRawFrame::Classic(*match frame {
-        socketcan::CanFrame::Data(frame) => frame.as_ref(),
-        socketcan::CanFrame::Remote(frame) => frame.as_ref(),
-        socketcan::CanFrame::Error(frame) => frame.as_ref(),
+        CanAnyFrame::Fd(frame) => return CanRawFrame::Fd(*frame.as_ref()),
+        CanAnyFrame::Normal(frame) => frame.as_ref(),
+        CanAnyFrame::Remote(frame) => frame.as_ref(),
+        CanAnyFrame::Error(frame) => frame.as_ref(),
     })
 }
 
@@ -34,19 +35,23 @@ proptest! {
     }
 
     #[test]
-    fn an_fd_frame_of_up_to_eight_bytes_is_a_frame(id in any_id(), data in prop::collection::vec(any::<u8>(), 0..=64)) {
-        let Some(fd) = CanFdFrame::new(id, &data) else { return Ok(()) };
-        let heard = from_socket(&CanRawFrame::Fd(*fd.as_ref()));
-        let length = socketcan::EmbeddedFrame::data(&fd).len();
-        match CanFrame::new(id, &data) {
-            Some(frame) if length == data.len() => prop_assert_eq!(heard, Heard::Frame(frame)),
-            _ => prop_assert!(length > 8 && heard == Heard::Unsupported, "{heard:?}"),
+    fn fd_frames_cross_unchanged(id in any_id(), flags in 0..4u8, data in prop::collection::vec(any::<u8>(), 0..=64)) {
+        let flags = FdFlags::from_bits(flags);
+        match CanFrame::fd(id, flags, &data) {
+            Some(frame) => {
+                prop_assert_eq!(from_socket(&raw(&to_socket(&frame).unwrap())), Heard::Frame(frame));
+            }
+            None => {
+                let mut fd = *CanFdFrame::new(id, &[]).unwrap().as_ref();
+                fd.len = data.len() as u8;
+                prop_assert_eq!(from_socket(&CanRawFrame::Fd(fd)), Heard::Unsupported);
+            }
         }
     }
 
     #[test]
     fn whatever_a_driver_hands_up_is_taken(id: u32, length: u8, data: [u8; 8]) {
-        let empty = socketcan::CanFrame::new(StandardId::ZERO, &[]).unwrap();
+        let empty = to_socket(&CanFrame::new(StandardId::ZERO, &[]).unwrap()).unwrap();
         let CanRawFrame::Classic(mut frame) = raw(&empty) else { unreachable!() };
         (frame.can_id, frame.can_dlc, frame.data) = (id, length, data);
         from_socket(&CanRawFrame::Classic(frame));

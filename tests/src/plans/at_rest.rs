@@ -14,9 +14,7 @@ const REST_WAIT: Span = Span::from_secs(5);
 
 fn is_stop(record: &Record) -> bool {
     match &record.kind {
-        RecordKind::Frame(frame) => {
-            frame.frame().and_then(|frame| can_link::parse_request(&frame)) == Some(Request::Stop)
-        }
+        RecordKind::Frame(frame) => can_link::parse_request(frame) == Some(Request::Stop),
         RecordKind::Bytes(bytes) => {
             let stop = Line::Write {
                 address: Message::Stop.register(),

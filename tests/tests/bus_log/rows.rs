@@ -1,9 +1,7 @@
 //! Entries as rows of text that a referee prints alike: `micros channel kind identifier flags dlc data
 //! direction`. An error frame has its time alone: not every format says more of it.
 
-use bus_log::{
-    Channel, Direction, Entry, ErrorFrame, FdFlags, FdFrame, Format, LogReader, LogWriter, Payload,
-};
+use bus_log::{Channel, Direction, Entry, ErrorFrame, Format, LogReader, LogWriter, Payload};
 use embedded_can::Frame as _;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -14,13 +12,13 @@ use wire::time::Timestamp;
 pub fn row(entry: &Entry) -> String {
     let micros = entry.at.as_nanos() / 1_000;
     let (kind, id, flags, dlc, data) = match &entry.payload {
-        Payload::Frame(frame) => {
-            let kind = if frame.is_remote() { "remote" } else { "data" };
-            (kind, frame.id(), 0, frame.dlc(), frame.data())
-        }
-        Payload::Fd(frame) => {
-            ("fd", frame.id(), frame.flags().bits(), frame.data().len(), frame.data())
-        }
+        Payload::Frame(frame) => match frame.fd_flags() {
+            Some(flags) => ("fd", frame.id(), flags.bits(), frame.data().len(), frame.data()),
+            None => {
+                let kind = if frame.is_remote() { "remote" } else { "data" };
+                (kind, frame.id(), 0, frame.dlc(), frame.data())
+            }
+        },
         Payload::Error(_) => return format!("{micros} - error - 0 0 - -"),
         Payload::Serial(_) => panic!("no referee knows a serial line"),
     };
@@ -81,8 +79,8 @@ pub fn sample() -> Vec<Entry> {
             payloads.push(Payload::Frame(CanFrame::new_remote(id, length).unwrap()));
         }
         for (bits, length) in [(0, 1), (1, 8), (2, 12), (3, 64), (1, 20), (0, 48)] {
-            let flags = FdFlags::from_bits(bits);
-            payloads.push(Payload::Fd(FdFrame::new(id, flags, &bytes[..length]).unwrap()));
+            let flags = wire::can::FdFlags::from_bits(bits);
+            payloads.push(Payload::Frame(CanFrame::fd(id, flags, &bytes[..length]).unwrap()));
         }
         payloads.push(Payload::Error(ErrorFrame::BUS_ERROR));
     }

@@ -1,7 +1,7 @@
 //! The command set on CAN: one data frame with a standard identifier per message.
 //!
 //! The base sends motion and pose of its own accord, so that the two reads have no frame. Frames of
-//! other nodes, extended or remote frames and frames of another length are passed over (`None`):
+//! other nodes, extended, remote or CAN FD frames and frames of another length are passed over (`None`):
 //! on a shared bus they are not this link's to judge.
 
 use super::payload::{Payload, decode_reply, decode_request, encode_reply, encode_request};
@@ -36,7 +36,8 @@ fn data_frame(message: Message, payload: &Payload) -> Option<CanFrame> {
 }
 
 fn message_of(frame: &CanFrame) -> Option<Message> {
-    if frame.is_remote() { None } else { Message::from_can_id(frame.id()) }
+    let is_other = frame.is_remote() || frame.fd_flags().is_some();
+    if is_other { None } else { Message::from_can_id(frame.id()) }
 }
 
 #[cfg(test)]

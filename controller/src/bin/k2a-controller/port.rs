@@ -15,10 +15,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use tokio::sync::mpsc;
 use tracing::{error, info, warn};
+use wire::can::BitRates;
 use wire::can::CanFrame;
 use wire::packet::Packet;
 use wire::serial::SerialSettings;
-use wire::slcan::BitRate;
 use wire::time::Timestamp;
 
 /// Things heard that wait for the loop.
@@ -29,8 +29,6 @@ const OUTGOING_MAX: usize = 16;
 /// What an adapter's port is set to where nothing is said. Assumption: a USB adapter takes any rate, and
 /// those with a UART are often set to this one.
 pub(crate) const SLCAN_SETTINGS: SerialSettings = SerialSettings::new_8n1(115_200);
-/// What the bus behind an adapter runs at. Assumption: the usual rate of machine control (CiA 301 lists 500 kbit/s).
-const BIT_RATE: BitRate = BitRate::Kbit500;
 
 /// What a port tells the loop.
 #[derive(Debug)]
@@ -200,7 +198,7 @@ async fn frames(
     clock: Clock,
 ) -> Result<Outgoing<CanFrame>, OpenError> {
     let port = Port::Base;
-    match FramePort::open(&spec, BIT_RATE).await {
+    match FramePort::open(&spec, BitRates::USUAL).await {
         Ok(open) => Ok(spawn(Task { port, name, greeting: None, heard, clock }, open)),
         Err(error) => Err(OpenError { port, name, error }),
     }

@@ -3,7 +3,8 @@
 use super::multiplexing::{Multiplexed, multiplexed};
 use super::sending::sending;
 use super::syntax::{
-    LONG_MESSAGE, LONG_SIGNAL, MessageLine, Of, SIGNAL_TYPE, START_VALUE, SignalLine, Syntax, Value,
+    BIT_RATE_SWITCH, FRAME_FORMAT, LONG_MESSAGE, LONG_SIGNAL, MessageLine, Of, SIGNAL_TYPE,
+    START_VALUE, SignalLine, Syntax, Value,
 };
 use super::{Note, ORPHANS, line, long_node, senders};
 use crate::layout::bits::{BitField, ByteOrder};
@@ -14,7 +15,7 @@ use crate::layout::signal::{Signal, Storage};
 use crate::place::Place;
 use crate::protection::ProtectionTable;
 use std::ops::Range;
-use wire::can::{DATA_BYTES_MAX, ExtendedId, Id, StandardId};
+use wire::can::{DATA_BYTES_MAX, ExtendedId, FdFlags, Id, StandardId, fd_length};
 
 /// In an identifier: it is one of 29 bits.
 const EXTENDED: u64 = 1 << 31;
@@ -93,11 +94,7 @@ impl Converter<'_> {
             return Err(format!("line {} has the name again", line(self.text, &other.at)));
         }
         let id = self.identifier(message)?;
-        let length = usize::try_from(message.bytes).unwrap_or(usize::MAX);
-        if length > DATA_BYTES_MAX {
-            let bytes = message.bytes;
-            return Err(format!("it has {bytes} bytes, and a classic CAN frame 8 at most"));
-        }
+        let (length, fd) = self.length(message)?;
         let is_ours =
             senders(self.syntax, message).any(|of| (self.is_ours)(long_node(self.syntax, of)));
         let of = Of::Message(message.id);
@@ -115,7 +112,7 @@ impl Converter<'_> {
             sender: if is_ours { Sender::Device } else { Sender::Host },
             period,
             doc: self.syntax.comments.get(&of).cloned().unwrap_or_default(),
-            carrier: Carrier::Frame { id, length },
+            carrier: Carrier::Frame { id, length, fd },
             protected: None,
             name,
         };
@@ -128,6 +125,26 @@ impl Converter<'_> {
             }
         }
         Ok(converted)
+    }
+
+    /// Bytes of its frames, and what those of CAN FD say beside them.
+    fn length(&self, message: &MessageLine) -> Result<(usize, Option<FdFlags>), String> {
+        let of = Of::Message(message.id);
+        let format = self.syntax.choice(of.clone(), FRAME_FORMAT);
+        let bytes = usize::try_from(message.bytes).unwrap_or(usize::MAX);
+        if let Some(format) = format.filter(|_| bytes > DATA_BYTES_MAX)
+            && format.starts_with("J1939")
+        {
+            return Err(format!("its {bytes} bytes need the transport protocol of J1939"));
+        }
+        if bytes <= DATA_BYTES_MAX && !format.is_some_and(|format| format.ends_with("_FD")) {
+            return Ok((bytes, None));
+        }
+        let length = fd_length(bytes)
+            .ok_or_else(|| format!("it has {bytes} bytes, and a CAN FD frame 64 at most"))?;
+        // As Vector's files have it where they say nothing.
+        let bit_rate_switch = self.syntax.choice(of, BIT_RATE_SWITCH) != Some("0");
+        Ok((length, Some(FdFlags { bit_rate_switch, error_state: false })))
     }
 
     fn identifier(&mut self, message: &MessageLine) -> Result<Id, String> {

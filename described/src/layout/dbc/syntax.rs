@@ -23,8 +23,11 @@ pub(super) const REPETITIONS: &str = "GenMsgNrOfRepetition";
 pub(super) const DELAY_TIME_MS: &str = "GenMsgDelayTime";
 /// What a signal is beside its value, as Vector's files for J1939 say it.
 pub(super) const SIGNAL_TYPE: &str = "SigType";
+/// Classic or FD, and whether the data of the latter goes at the faster rate.
+pub(super) const FRAME_FORMAT: &str = "VFrameFormat";
+pub(super) const BIT_RATE_SWITCH: &str = "CANFD_BRS";
 
-const USED: [&str; 11] = [
+const USED: [&str; 13] = [
     CYCLE_TIME_MS,
     START_VALUE,
     LONG_NODE,
@@ -36,6 +39,8 @@ const USED: [&str; 11] = [
     REPETITIONS,
     DELAY_TIME_MS,
     SIGNAL_TYPE,
+    FRAME_FORMAT,
+    BIT_RATE_SWITCH,
 ];
 
 /// The value of an attribute.

@@ -103,9 +103,41 @@ fn bytes(layout: &Layout, values: &[f64]) -> Vec<u8> {
 }
 
 #[test]
+fn what_says_so_or_is_long_is_of_can_fd() {
+    let layout = layout(
+        r#"BO_ 1 Classic: 8 ECU
+BO_ 2 Short: 8 ECU
+BO_ 3 Long: 64 ECU
+ SG_ A : 500|12@1+ (1,0) [0|0] "" TOOL
+BO_ 4 Slow: 10 ECU
+BO_ 5 Group: 20 ECU
+BA_DEF_ BO_ "VFrameFormat" ENUM "StandardCAN","ExtendedCAN","J1939PG","StandardCAN_FD";
+BA_DEF_ BO_ "CANFD_BRS" ENUM "0","1";
+BA_DEF_DEF_ "VFrameFormat" "StandardCAN";
+BA_DEF_DEF_ "CANFD_BRS" "1";
+BA_ "VFrameFormat" BO_ 2 3;
+BA_ "VFrameFormat" BO_ 5 2;
+BA_ "CANFD_BRS" BO_ 4 0;
+"#,
+    );
+    let frame = |name: &str| {
+        let message = layout.find(name).unwrap();
+        let values = vec![7.0; layout.messages()[message].signals.len()];
+        let Ok(Transmit::Frame(frame)) = layout.encode(message, &values) else { panic!("{name}") };
+        (frame.data().len(), frame.fd_flags().map(|flags| flags.bits()))
+    };
+    assert_eq!(
+        ["Classic", "Short", "Long", "Slow"].map(frame),
+        [(8, None), (8, Some(1)), (64, Some(1)), (12, Some(0))]
+    );
+    let why = layout.left_out("Group").unwrap().to_string();
+    assert!(why.contains("transport protocol of J1939"), "{why}");
+}
+
+#[test]
 fn what_cannot_be_used_is_left_out_alone() {
     let layout = layout(
-        r#"BO_ 1 Fd: 64 ECU
+        r#"BO_ 1 Endless: 65 ECU
  SG_ A : 0|8@1+ (1,0) [0|0] "" TOOL
 BO_ 2 Again: 8 ECU
 BO_ 4294967295 Far: 8 ECU
@@ -130,7 +162,7 @@ SIG_VALTYPE_ 2 Half : 1;
     assert!(matches!(layout.messages()[1].can_id(), Some(Id::Extended(_))));
     let help = layout.resolve("Known.Outside").unwrap_err();
     assert!(help.advice().contains("do not lie in the 2 bytes"), "{}", help.advice());
-    assert!(layout.left_out("Fd").is_some() && layout.left_out("Fd.A").is_some());
+    assert!(layout.left_out("Endless").is_some() && layout.left_out("Endless.A").is_some());
     assert!(layout.left_out("Kept").is_some() && layout.left_out("Long").is_none());
 }
 

@@ -1,12 +1,13 @@
 //! One event of an ASC file, from behind its time.
 
-use super::super::entry::{Channel, Direction, ErrorFrame, FD_BYTES_MAX, FD_LENGTHS, FdFlags};
-use super::super::entry::{FdFrame, Payload};
+use super::super::entry::{Channel, Direction, ErrorFrame, Payload};
 use super::super::error::Defect;
 use super::super::hex;
 use super::{EDL, RTR};
 use embedded_can::Frame as _;
-use wire::can::{CanFrame, DATA_BYTES_MAX, ExtendedId, Id, StandardId};
+use wire::can::{
+    CanFrame, DATA_BYTES_MAX, ExtendedId, FD_BYTES_MAX, FD_LENGTHS, FdFlags, Id, StandardId,
+};
 
 /// In which numbers identifiers, data and DLC are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -173,7 +174,7 @@ fn fd(words: &mut Words<'_>, base: Base) -> Result<OnBus, Defect> {
     let data = &data[..length];
     let payload = if flags & EDL != 0 {
         let flags = FdFlags { bit_rate_switch, error_state };
-        FdFrame::new(id, flags, data).map(Payload::Fd)
+        CanFrame::fd(id, flags, data).map(Payload::Frame)
     } else if flags & RTR != 0 {
         CanFrame::new_remote(id, usize::from(*nominal).min(DATA_BYTES_MAX)).map(Payload::Frame)
     } else {

@@ -1,6 +1,6 @@
 //! Writes an ASC file: `base hex  timestamps absolute`.
 
-use super::super::entry::{Channel, Direction, Entry, FdFrame, Payload};
+use super::super::entry::{Channel, Direction, Entry, Payload};
 use super::super::error::LogError;
 use super::super::{Format, Kept, hex};
 use super::{BRS, EDL, ESI, date};
@@ -8,7 +8,7 @@ use embedded_can::Frame as _;
 use std::fmt::{self, Display};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use wire::can::Id;
+use wire::can::{CanFrame, FdFlags, Id};
 
 /// Channels of one file; frames of more are left out. Assumption: as many as a mask of 32 bits names, as
 /// in Vector's driver; the logs of one bench have a few.
@@ -64,13 +64,15 @@ impl<W: Write> Writer<W> {
         let written =
             write!(line, "{seconds:4}.{micros:06} ").and_then(|()| match &entry.payload {
                 Payload::Frame(frame) => {
+                    if let Some(flags) = frame.fd_flags() {
+                        return fd(line, number, entry.direction, frame, flags);
+                    }
                     let (id, way) = (Identifier(frame.id()), way(entry.direction));
                     let kind = if frame.is_remote() { 'r' } else { 'd' };
                     write!(line, "{number}  {id:<15} {way:<4} {kind} {:x}", frame.dlc())?;
                     push_spaced(line, frame.data());
                     Ok(())
                 }
-                Payload::Fd(frame) => fd(line, number, entry.direction, frame),
                 Payload::Error(_) => write!(line, "{number}  ErrorFrame"),
                 Payload::Serial(_) => Ok(()),
             });
@@ -133,10 +135,11 @@ fn fd(
     line: &mut Vec<u8>,
     number: usize,
     direction: Option<Direction>,
-    frame: &FdFrame,
+    frame: &CanFrame,
+    flags: FdFlags,
 ) -> io::Result<()> {
     let (id, way, name) = (Identifier(frame.id()), way(direction), "");
-    let (brs, esi) = (frame.flags().bit_rate_switch, frame.flags().error_state);
+    let (brs, esi) = (flags.bit_rate_switch, flags.error_state);
     let flags = EDL | if brs { BRS } else { 0 } | if esi { ESI } else { 0 };
     let (brs, esi, dlc, length) = (u8::from(brs), u8::from(esi), frame.dlc(), frame.data().len());
     write!(line, "CANFD {number:>3} {way:<4} {id:>8}  {name:>32} {brs} {esi} {dlc:x} {length:>2}")?;

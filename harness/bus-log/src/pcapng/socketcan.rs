@@ -8,12 +8,10 @@
 //! | 2 | reserved |
 //! | … | the data |
 
-use super::super::entry::{ErrorFrame, FD_BYTES_MAX, FdFlags, FdFrame, Payload};
+use super::super::entry::{ErrorFrame, Payload};
 use super::super::error::Defect;
 use embedded_can::Frame as _;
-use wire::can::{
-    CanFrame, DATA_BYTES_MAX, EXTENDED_FLAG, ExtendedId, Id, REMOTE_FLAG, StandardId, word,
-};
+use wire::can::{CanFrame, DATA_BYTES_MAX, EXTENDED_FLAG, FdFlags, REMOTE_FLAG, StandardId};
 use wire::can_error::ERROR_FLAG;
 
 /// Bytes before the data.
@@ -25,10 +23,10 @@ const FDF: u8 = 0x04;
 /// Appends the packet of a frame; false for what is none.
 pub(super) fn push(packet: &mut Vec<u8>, payload: &Payload) -> bool {
     let (id, length, flags, data) = match payload {
-        Payload::Frame(frame) => (frame.word(), frame.dlc(), 0, frame.data()),
-        Payload::Fd(frame) => {
-            let flags = frame.flags().bits() | FDF;
-            (word(frame.id()), frame.data().len(), flags, frame.data())
+        Payload::Frame(frame) => {
+            let flags = frame.fd_flags().map_or(0, |flags| flags.bits() | FDF);
+            let length = if frame.is_remote() { frame.dlc() } else { frame.data().len() };
+            (frame.word(), length, flags, frame.data())
         }
         Payload::Error(error) => {
             (error.class() | ERROR_FLAG, DATA_BYTES_MAX, 0, &error.details[..])
@@ -60,26 +58,19 @@ pub(super) fn parse(packet: &[u8]) -> Result<Payload, Defect> {
         // The mask leaves 29 bits.
         return Ok(Payload::Error(ErrorFrame::new(raw, details).unwrap_or(ErrorFrame::BUS_ERROR)));
     }
-    let id = if id & EXTENDED_FLAG != 0 {
-        ExtendedId::new(raw).map(Id::Extended)
-    } else {
-        u16::try_from(raw).ok().and_then(StandardId::new).map(Id::Standard)
-    };
-    let Some(identifier) = id else { return bad("an identifier of 11 bits without its flag") };
-    let is_remote = header[0] & (REMOTE_FLAG >> 24) as u8 != 0;
-    if is_remote {
-        return match CanFrame::new_remote(identifier, length) {
-            Some(frame) => Ok(Payload::Frame(frame)),
-            None => bad("a remote request for at most 8 bytes"),
-        };
+    if id & EXTENDED_FLAG == 0 && raw > u32::from(StandardId::MAX.as_raw()) {
+        return bad("an identifier of 11 bits without its flag");
     }
-    let Some(data) = data.get(..length) else { return bad("as many bytes as the length says") };
-    let is_fd = flags & FDF != 0 || length > DATA_BYTES_MAX;
-    let payload = match is_fd && length <= FD_BYTES_MAX {
-        true => FdFrame::new(identifier, FdFlags::from_bits(flags), data).map(Payload::Fd),
-        false => CanFrame::new(identifier, data).map(Payload::Frame),
-    };
-    payload.map_or_else(|| bad("a length that such a frame can have"), Ok)
+    let is_remote = id & REMOTE_FLAG != 0;
+    if !is_remote && data.len() < length {
+        return bad("as many bytes as the length says");
+    }
+    let is_fd = !is_remote && (flags & FDF != 0 || length > DATA_BYTES_MAX);
+    let frame = CanFrame::of_word(id, is_fd.then(|| FdFlags::from_bits(flags)), length, data);
+    frame.map_or_else(
+        || bad("a length that such a frame can have"),
+        |frame| Ok(Payload::Frame(frame)),
+    )
 }
 
 #[cfg(test)]

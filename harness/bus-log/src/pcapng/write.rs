@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 const NANOSECONDS: u8 = 9;
 
 /// The longest packet: header and data of a CAN FD frame.
-const SNAP_BYTES: u32 = (socketcan::HEADER_BYTES + super::super::FD_BYTES_MAX) as u32;
+const SNAP_BYTES: u32 = (socketcan::HEADER_BYTES + wire::can::FD_BYTES_MAX) as u32;
 
 /// Says in the file what the packets of a serial line are.
 const SERIAL_NOTE: &str =

@@ -2,10 +2,9 @@
 
 use super::samples::{read, written};
 use crate::{Entry, Format, Payload};
-use crate::{FdFlags, FdFrame};
 use miette::Diagnostic;
 use std::fmt::Write;
-use wire::can::StandardId;
+use wire::can::{CanFrame, FdFlags, StandardId};
 
 /// One entry a line, as candump would log it, to the nanosecond.
 fn table(entries: &[Entry]) -> String {
@@ -111,7 +110,7 @@ fn a_capture_that_is_cut_short_is_good_up_to_there() {
         at: wire::time::Timestamp::from_nanos(7),
         channel: crate::Channel::CAN0,
         direction: None,
-        payload: Payload::Fd(FdFrame::new(id, FdFlags::default(), &[1; 64]).unwrap()),
+        payload: Payload::Frame(CanFrame::fd(id, FdFlags::default(), &[1; 64]).unwrap()),
     };
     let whole = written(Format::Pcapng, &[entry, entry]);
     let (entries, error) = read(Format::Pcapng, &whole[..whole.len() - 1]);

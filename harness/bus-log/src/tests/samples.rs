@@ -3,11 +3,10 @@
 use crate::{
     Channel, Direction, Entry, ErrorFrame, Format, LogError, LogReader, LogWriter, Payload,
 };
-use crate::{FdFlags, FdFrame};
 use embedded_can::Frame as _;
 use proptest::prelude::*;
 use std::path::Path;
-use wire::can::{CanFrame, ExtendedId, Id, StandardId};
+use wire::can::{CanFrame, ExtendedId, FdFlags, Id, StandardId};
 use wire::packet::Packet;
 use wire::time::Timestamp;
 
@@ -56,10 +55,10 @@ fn any_data(max: usize) -> impl Strategy<Value = Vec<u8>> {
 pub(super) fn any_frame() -> impl Strategy<Value = Payload> {
     let fd = (any_id(), any::<(bool, bool)>(), any_data(64)).prop_map(|(id, flags, mut data)| {
         let flags = FdFlags { bit_rate_switch: flags.0, error_state: flags.1 };
-        while FdFrame::new(id, flags, &data).is_none() {
+        while CanFrame::fd(id, flags, &data).is_none() {
             data.pop();
         }
-        Payload::Fd(FdFrame::new(id, flags, &data).unwrap())
+        Payload::Frame(CanFrame::fd(id, flags, &data).unwrap())
     });
     prop_oneof![
         (any_id(), any_data(8))

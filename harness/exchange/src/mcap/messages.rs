@@ -97,7 +97,7 @@ impl<W: Write + Seek> Messages<W> {
             }
             RecordKind::Observation(observation) => self.observe(at, observation)?,
             RecordKind::Frame(frame) => {
-                self.row("/can/frames", Table::Frames, &rows::of_frame(at, &who, *frame), at)?;
+                self.row("/can/frames", Table::Frames, &rows::of_frame(at, &who, frame), at)?;
             }
             RecordKind::Bytes(bytes) => {
                 let row = rows::of_bytes(at, &who, bytes);

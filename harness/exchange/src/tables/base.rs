@@ -78,9 +78,8 @@ impl Overheard {
         };
         match (&record.kind, record.device) {
             (RecordKind::Frame(frame), _) => {
-                let Some(frame) = frame.frame() else { return };
-                let reply = parse_reply(&frame).map(of_reply);
-                told(reply.or_else(|| parse_request(&frame).and_then(of_request)));
+                let reply = parse_reply(frame).map(of_reply);
+                told(reply.or_else(|| parse_request(frame).and_then(of_request)));
             }
             (RecordKind::Bytes(bytes), Device::Controller) => {
                 let Self { requests, replies } = self;

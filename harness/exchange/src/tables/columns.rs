@@ -113,13 +113,14 @@ static MEASUREMENTS: [Column; 11] = [
     column("statistic", Text, "", "what the figure is"),
 ];
 
-static FRAMES: [Column; 7] = [
+static FRAMES: [Column; 8] = [
     TIME,
     column("device", Text, "", "who put it on the bus"),
     column("id", Integer, "", "identifier"),
     column("extended", Bool, "", "the identifier has 29 bits"),
     column("remote", Bool, "", "a remote request"),
-    column("dlc", Integer, "", "data length code: data bytes of a data frame"),
+    column("fd", Bool, "", "a CAN FD frame"),
+    column("dlc", Integer, "", "data length code: data bytes of a classic data frame"),
     column("data_hex", Text, "", "data bytes, two hexadecimal digits each"),
 ];
 

@@ -13,7 +13,7 @@ use plan::observation::Observation;
 use record::outcome::{Measurement, Summary};
 use record::text::{cause_names, name_of};
 use record::{Record, RecordKind};
-use wire::can::{Id, RecordedFrame};
+use wire::can::{CanFrame, Id};
 use wire::time::Timestamp;
 use wire::units::{AngularRate, Pose};
 
@@ -75,7 +75,7 @@ impl Rows {
             }
             RecordKind::Frame(frame) => sink.row(
                 Table::Frames,
-                &of_frame(at, self.survey.header.name_of(record.device), *frame),
+                &of_frame(at, self.survey.header.name_of(record.device), frame),
             )?,
             RecordKind::Bytes(bytes) => sink.row(
                 Table::Packets,
@@ -168,26 +168,21 @@ pub(crate) fn of_health<'a>(at: Timestamp, health: &Health) -> Row<'a> {
     vec![time(at), Cell::text(name_of(&health.level)), Cell::text(causes)]
 }
 
-/// A frame that no bus could carry has neither identifier nor data.
-pub(crate) fn of_frame(at: Timestamp, who: &str, recorded: RecordedFrame) -> Row<'_> {
-    let mut row = vec![time(at), Cell::text(who)];
-    match recorded.frame() {
-        Some(frame) => {
-            let (id, extended) = match frame.id() {
-                Id::Standard(id) => (i64::from(id.as_raw()), false),
-                Id::Extended(id) => (i64::from(id.as_raw()), true),
-            };
-            row.extend([
-                Cell::Integer(id),
-                extended.into(),
-                frame.is_remote().into(),
-                Cell::Integer(embedded_can::Frame::dlc(&frame) as i64),
-                Cell::text(HEXLOWER.encode(frame.data())),
-            ]);
-        }
-        None => row.extend(std::iter::repeat_n(Cell::Missing, 5)),
-    }
-    row
+pub(crate) fn of_frame<'a>(at: Timestamp, who: &'a str, frame: &CanFrame) -> Row<'a> {
+    let (id, extended) = match frame.id() {
+        Id::Standard(id) => (i64::from(id.as_raw()), false),
+        Id::Extended(id) => (i64::from(id.as_raw()), true),
+    };
+    vec![
+        time(at),
+        Cell::text(who),
+        Cell::Integer(id),
+        extended.into(),
+        frame.is_remote().into(),
+        frame.fd_flags().is_some().into(),
+        Cell::Integer(embedded_can::Frame::dlc(frame) as i64),
+        Cell::text(HEXLOWER.encode(frame.data())),
+    ]
 }
 
 pub(crate) fn of_bytes<'a>(at: Timestamp, who: &'a str, bytes: &[u8]) -> Row<'a> {

@@ -7,6 +7,8 @@ use super::say;
 use bus_log::playable::Playable;
 use bus_log::{Channel, Format, LogReader};
 use clap::Args;
+use ports::PortSpec;
+use ports::spec::SpecError;
 use record::outcome::Outcome;
 use serde_json::json;
 use std::path::PathBuf;
@@ -29,8 +31,8 @@ Exit status:
 
 /// Plays a log onto a port, in real time, for whatever device listens.
 ///
-/// Frames are as far apart as they were. CAN FD frames, error frames and serial lines are left out and
-/// counted. At the end it says how many frames were sent, how late (from when a frame was due to when it was
+/// Frames are as far apart as they were. Error frames, serial lines, and CAN FD frames for an adapter (SLCAN) are left
+/// out and counted. At the end it says how many frames were sent, how late (from when a frame was due to when it was
 /// handed to the port), and what the port counted.
 #[derive(Debug, Args)]
 #[command(after_help = PORTS)]
@@ -44,7 +46,7 @@ pub(super) struct ReplayArguments {
     /// Times as fast as it was.
     #[arg(long, value_name = "X", default_value = "1", value_parser = speed)]
     speed: f64,
-    /// Channel of the log to play. [default: that of the first classic frame]
+    /// Channel of the log to play. [default: that of the first frame]
     #[arg(long, value_name = "NAME", value_parser = channel)]
     channel: Option<Channel>,
     /// What LOG is. [default: by the end of its name]
@@ -72,8 +74,13 @@ fn channel(text: &str) -> Result<Channel, String> {
 impl ReplayArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         let format = format_of(&self.log, self.from, "--from")?;
-        let frames = Playable::new(LogReader::open(&self.log, format)?, self.channel);
-        match &self.port {
+        let port = self.port.as_deref().map(str::parse).transpose();
+        let port: Option<PortSpec> = port.map_err(|error: SpecError| {
+            Failure::arguments(error.to_string(), "`hil log replay --help` lists the ports")
+        })?;
+        let fd = matches!(port, None | Some(PortSpec::Can { .. }));
+        let frames = Playable::new(LogReader::open(&self.log, format)?, self.channel, fd);
+        match port {
             Some(port) if !self.count_only => self.play(frames, port, screen),
             _ => self.count(frames),
         }
@@ -114,21 +121,17 @@ impl ReplayArguments {
             None => "is it the log of a CAN bus?".to_owned(),
         };
         let of = self.channel.map(|channel| format!(" of {channel}")).unwrap_or_default();
-        let message = format!("failed to find a classic frame{of} in {}", self.log.display());
+        let message = format!("failed to find a frame{of} in {}", self.log.display());
         Failure::arguments(message, help)
     }
 
     fn play(
         &self,
         frames: Playable<LogReader>,
-        port: &str,
+        port: PortSpec,
         screen: &Screen,
     ) -> Result<Outcome, Failure> {
         use crate::replay::{Ending, ReplayError, Setup, run};
-        use ports::spec::SpecError;
-        let port = port.parse().map_err(|error: SpecError| {
-            Failure::arguments(error.to_string(), "`hil log replay --help` lists the ports")
-        })?;
         let setup = Setup { port, speed: self.speed };
         let replayed = run(frames, &setup, &mut |what| screen.note(what))?;
         say(&if self.json { format!("{}\n", replayed.json()) } else { replayed.to_string() })?;

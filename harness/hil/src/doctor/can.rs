@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroU32;
 use std::path::Path;
 use std::process::Command;
-use wire::can::BIT_RATE;
+use wire::can::BitRates;
 
 /// The modules that matter: the raw protocol, virtual interfaces, adapters on a serial port.
 const MODULES: [&str; 3] = ["can_raw", "vcan", "slcan"];
@@ -68,8 +68,8 @@ pub(super) fn judge(facts: &Facts, needs: &Needs, findings: &mut Vec<Finding>) {
     }
     for interface in &can.interfaces {
         let by = joined(needing(needs, &interface.name).map(|need| need.by.as_str()));
-        let bit_rate = needing(needs, &interface.name).find_map(|need| need.bit_rate);
-        findings.push(judge_interface(interface, by, bit_rate));
+        let rates = needing(needs, &interface.name).find_map(|need| need.rates);
+        findings.push(judge_interface(interface, by, rates));
     }
     if can.interfaces.is_empty() {
         findings.push(Finding::gap("CAN interfaces", "none", make_vcan(facts, "vcan0"), None));
@@ -151,7 +151,7 @@ fn make_vcan(facts: &Facts, name: &str) -> String {
 fn judge_interface(
     interface: &CanInterface,
     needed_by: Option<String>,
-    bit_rate: Option<u32>,
+    rates: Option<BitRates>,
 ) -> Finding {
     let name = &interface.name;
     let subject = format!("interface {name}");
@@ -163,11 +163,17 @@ fn judge_interface(
             "sudo ip link set {name} up (the bit rate is the adapter's: slcand -s6 is 500 kbit/s)"
         )
     } else {
-        let rate = bit_rate.map_or(BIT_RATE, i64::from);
-        format!("sudo ip link set {name} up type can bitrate {rate} restart-ms 100")
+        let BitRates { nominal, data } = rates.unwrap_or_default();
+        let data = data.map(|rate| format!(" dbitrate {rate} fd on")).unwrap_or_default();
+        format!("sudo ip link set {name} up type can bitrate {nominal}{data} restart-ms 100")
     };
-    let wrong_rate =
-        bit_rate.filter(|rate| interface.bitrate.is_some_and(|set| set != u64::from(*rate)));
+    let differs = |set: Option<u64>, rate: u32| set.is_some_and(|set| set != u64::from(rate));
+    let wrong_rate = rates.filter(|rates| {
+        differs(interface.bitrate, rates.nominal)
+            || rates
+                .data
+                .is_some_and(|rate| differs(interface.data_bitrate.or(interface.bitrate), rate))
+    });
     match (interface.up, interface.state) {
         (false, _) => Finding::gap(subject, words, set_up, needed_by),
         (true, Some(CanState::BusOff)) => {
@@ -183,8 +189,10 @@ fn judge_interface(
         }
         (true, _) if wrong_rate.is_some() => {
             let mend = format!("sudo ip link set {name} down && {set_up}");
-            let rate = f64::from(wrong_rate.unwrap_or_default()) / 1e3;
-            let what = format!("{words}; its line has {rate} kbit/s");
+            let BitRates { nominal, data } = wrong_rate.unwrap_or_default();
+            let data = data.map(|rate| format!(", and {} kbit/s for data", f64::from(rate) / 1e3));
+            let rate = f64::from(nominal) / 1e3;
+            let what = format!("{words}; its line has {rate} kbit/s{}", data.unwrap_or_default());
             Finding::gap(subject, what, mend, needed_by)
         }
         (true, Some(CanState::ErrorPassive | CanState::ErrorWarning)) => {

@@ -67,6 +67,8 @@ pub struct CanInterface {
     pub state: Option<CanState>,
     /// Bits per second; a virtual bus has none.
     pub bitrate: Option<u64>,
+    /// Bits per second of the data of CAN FD frames, where it is set up for them.
+    pub data_bitrate: Option<u64>,
     /// Milliseconds after which it comes back from bus-off by itself; 0 is never.
     pub restart_ms: Option<u64>,
     /// Errors counted in sending and in receiving.
@@ -78,6 +80,8 @@ impl CanInterface {
     pub fn words(&self) -> String {
         let mut words = vec![if self.up { "up" } else { "down" }.to_owned()];
         words.extend(self.bitrate.map(|rate| format!("{} kbit/s", rate as f64 / 1e3)));
+        words
+            .extend(self.data_bitrate.map(|rate| format!("{} kbit/s for data", rate as f64 / 1e3)));
         words.extend(self.state.map(|state| state.name().to_owned()));
         words.extend(
             self.errors
@@ -110,6 +114,7 @@ pub(super) fn add_details(interfaces: &mut [CanInterface], json: &str) {
         interface.kind = info["info_kind"].as_str().map(str::to_owned);
         interface.state = data["state"].as_str().and_then(CanState::of_ip);
         interface.bitrate = data["bittiming"]["bitrate"].as_u64();
+        interface.data_bitrate = data["data_bittiming"]["bitrate"].as_u64();
         interface.restart_ms = data["restart_ms"].as_u64();
         let errors = &data["berr_counter"];
         interface.errors = errors["tx"].as_u64().zip(errors["rx"].as_u64());

@@ -4,7 +4,8 @@ use super::finding::Finding;
 use super::plans;
 use harness::run::Prepared;
 use plan::bench_file::{AttachPlace, BenchFile, ControllerSection, Medium, PortText, ROLES, Role};
-use plan::rig::UnderTest;
+use plan::rig::{RigLine, UnderTest};
+use wire::can::BitRates;
 use wire::time::Span;
 
 /// A port that must be there.
@@ -14,8 +15,8 @@ pub struct PortNeed {
     pub by: String,
     /// The port.
     pub port: PortText,
-    /// Bits per second on it, where a rig file says so.
-    pub bit_rate: Option<u32>,
+    /// Those of its bus, where a rig file says so.
+    pub rates: Option<BitRates>,
 }
 
 /// A program that must be there.
@@ -98,7 +99,9 @@ impl Needs {
             let known = of_rigs.into_iter().find(|known| known.name == *line);
             if known.is_some() || prepared.is_empty() {
                 let by = format!("the line {line} of bench {name}");
-                self.port(by, &section.port, known.and_then(|known| known.bit_rate));
+                let says = |line: &&RigLine| line.bit_rate.or(line.data_bit_rate).is_some();
+                let rates = known.filter(says).map(RigLine::rates);
+                self.port(by, &section.port, rates);
             }
         }
         for one in prepared {
@@ -110,11 +113,11 @@ impl Needs {
     }
 
     /// Adds a port that has to be there, or a pty that is made.
-    fn port(&mut self, by: String, port: &PortText, bit_rate: Option<u32>) {
+    fn port(&mut self, by: String, port: &PortText, rates: Option<BitRates>) {
         if port.medium().is_made_here() {
             self.ptys.push(by);
         } else {
-            self.ports.push(PortNeed { by, port: port.clone(), bit_rate });
+            self.ports.push(PortNeed { by, port: port.clone(), rates });
         }
     }
 

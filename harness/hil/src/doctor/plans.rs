@@ -100,10 +100,10 @@ const fn on(medium: Medium) -> &'static str {
     }
 }
 
-/// The lines of a rig that something is at that runs elsewhere, and what they are. In real time a robot has roles alone.
+/// The lines of a rig that something is at that runs elsewhere, and what they are.
 pub(super) fn lines(prepared: &Prepared) -> impl Iterator<Item = (&str, &'static str)> {
     let rig = &prepared.rig;
-    let lines = rig.lines.iter().enumerate().filter(|_| rig.robot.is_none());
+    let lines = rig.lines.iter().enumerate();
     let away = lines.filter(|(place, _)| rig.is_away(*place));
     away.map(|(_, line)| (line.name.as_str(), on(line.medium)))
 }
@@ -117,7 +117,8 @@ fn needed(prepared: &Prepared) -> Vec<Needed<'_>> {
                 (Mount::Base, Some((Transport::Serial, _))) => role("base", Some(ON_A_SERIAL_LINE)),
                 _ => role("table", None),
             };
-            vec![role("gyro", None), carrier]
+            let lines = lines(prepared).map(|(line, on)| Needed::Line(line, on));
+            [role("gyro", None), carrier].into_iter().chain(lines).collect()
         }
         (None, Some(device)) => vec![role("device", Some(on(device.layout().medium())))],
         (None, None) => lines(prepared).map(|(line, on)| Needed::Line(line, on)).collect(),

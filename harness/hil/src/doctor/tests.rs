@@ -35,6 +35,7 @@ fn can0(state: CanState) -> CanInterface {
         kind: Some("can".to_owned()),
         state: Some(state),
         bitrate: Some(500_000),
+        data_bitrate: None,
         restart_ms: Some(0),
         errors: Some((0, 0)),
     }

@@ -128,8 +128,10 @@ impl Scribe {
             return;
         }
         let frame = match &entry.payload {
+            Payload::Frame(frame) if frame.fd_flags().is_some() => {
+                return self.left_out.fd_frames += 1;
+            }
             Payload::Frame(frame) => frame,
-            Payload::Fd(_) => return self.left_out.fd_frames += 1,
             Payload::Error(_) => return self.left_out.errors += 1,
             Payload::Serial(_) => return self.left_out.other_channels += 1,
         };
@@ -269,7 +271,7 @@ impl Scribe {
     }
 
     fn frame(&self, sink: &mut impl RecordSink, device: Device, frame: CanFrame) {
-        sink.record(Record { at: self.now, device, kind: RecordKind::Frame(frame.into()) });
+        sink.record(Record { at: self.now, device, kind: RecordKind::Frame(frame) });
     }
 
     fn note(&self, sink: &mut impl RecordSink, device: Device, what: String) {

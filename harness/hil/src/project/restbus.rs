@@ -96,9 +96,11 @@ fn rig(name: &Name, members: &[Member], real: bool) -> String {
         false => "# The rest of the bus. `hil emulate rig rigs/rest.toml --line can0=can:can0` is there for a device of yours.\n"
             .to_owned(),
     };
+    let is_fd = members.iter().any(|one| one.layout.fd_message().is_some());
+    let data = if is_fd { "data_bit_rate = 2_000_000, " } else { "" };
     let _ = write!(
         text_of,
-        "title = {}\n\n[[line]]\nname = \"can0\"\ncan = {{ bit_rate = 500_000, dbc = \"../devices/{name}.dbc\" }}\n",
+        "title = {}\n\n[[line]]\nname = \"can0\"\ncan = {{ bit_rate = 500_000, {data}dbc = \"../devices/{name}.dbc\" }}\n",
         text(&format!("The bus of {name}"))
     );
     for one in members.iter().filter(|one| real || !one.is_real) {

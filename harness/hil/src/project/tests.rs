@@ -118,7 +118,7 @@ fn a_project_of_a_hard_dbc_passes_too() {
     for node in ["ECU", "TOOL"] {
         let at = folder.path().join(node);
         let made = from_dbc(&name, "hard.dbc", HARD, Some(node)).unwrap();
-        assert_eq!(made.notes.len(), 4, "{:#?}", made.notes);
+        assert_eq!(made.notes.len(), 3, "{:#?}", made.notes);
         write(&at, &made.files).unwrap();
         assert_eq!(outcomes(&at).len(), 1, "{node}");
         assert_eq!(std::fs::read(at.join("devices/hard.dbc")).unwrap(), HARD);

@@ -12,7 +12,7 @@ use std::io;
 use std::pin::Pin;
 use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
-use wire::slcan::BitRate;
+use wire::can::BitRates;
 use wire::time::{Span, Timestamp};
 
 /// How long before a frame is due the timer of the event loop is left: its tick of 1 ms, and half a tick in
@@ -76,7 +76,7 @@ pub fn run<I: Iterator<Item = Result<Entry, LogError>>>(
         let (mut interrupt, mut terminate) = signal(SignalKind::interrupt())
             .and_then(|interrupt| Ok((interrupt, signal(SignalKind::terminate())?)))
             .map_err(ReplayError::Runtime)?;
-        let mut port = FramePort::open(&setup.port, BitRate::default()).await?;
+        let mut port = FramePort::open(&setup.port, BitRates::USUAL).await?;
         if let (FramePort::SlcanAdapter(_), Some(far)) = (&port, port.far_path()) {
             tell(&format!("{far}: waits until the other side opens the bus"));
         }

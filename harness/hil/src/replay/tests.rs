@@ -6,8 +6,8 @@ use bus_log::{Channel, Entry, LogError, Payload};
 use ports::{FrameEvent, FramePort, PortLost, PortSpec};
 use std::future::{Future, pending, ready};
 use std::time::Duration;
+use wire::can::BitRates;
 use wire::can::{CanFrame, ExtendedId};
-use wire::slcan::BitRate;
 use wire::time::Timestamp;
 
 const FRAMES: u32 = 500;
@@ -33,7 +33,7 @@ fn log(count: u32) -> Playable<impl Iterator<Item = Result<Entry, LogError>>> {
             payload: Payload::Frame(frame(number)),
         })
     });
-    Playable::new(entries, None)
+    Playable::new(entries, None, false)
 }
 
 fn setup(port: &str) -> Setup {
@@ -41,7 +41,7 @@ fn setup(port: &str) -> Setup {
 }
 
 async fn opened(spec: &PortSpec) -> FramePort {
-    FramePort::open(spec, BitRate::default()).await.unwrap()
+    FramePort::open(spec, BitRates::USUAL).await.unwrap()
 }
 
 /// The user of the adapter.

@@ -15,8 +15,8 @@ mod socket;
 use ports::{FrameEvent, FramePort, PortSpec};
 use std::future::Future;
 use std::time::Duration;
+use wire::can::BitRates;
 use wire::can::{CanFrame, ExtendedId};
-use wire::slcan::BitRate;
 use wire::time::Timestamp;
 
 const NOW: Timestamp = Timestamp::ZERO;
@@ -30,7 +30,7 @@ fn run<T>(test: impl Future<Output = T>) -> T {
 
 async fn opened(interface: &str) -> FramePort {
     let spec = PortSpec::Can { interface: interface.to_owned() };
-    FramePort::open(&spec, BitRate::default()).await.unwrap()
+    FramePort::open(&spec, BitRates::USUAL).await.unwrap()
 }
 
 fn frame(number: u32) -> CanFrame {

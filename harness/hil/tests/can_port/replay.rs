@@ -21,7 +21,7 @@ fn log(count: u32) -> Playable<impl Iterator<Item = Result<Entry, LogError>>> {
             payload: Payload::Frame(frame(number)),
         })
     });
-    Playable::new(entries, None)
+    Playable::new(entries, None, false)
 }
 
 fn setup(interface: &str, speed: f64) -> Setup {

@@ -6,8 +6,9 @@ use ports::{FrameEvent, FramePort, PortSpec};
 use std::process::Stdio;
 use std::time::Duration;
 use tokio::process::{Child, Command};
+use wire::can::BitRates;
 use wire::can_error::{BusState, CanErrorEvent, ErrorCounters};
-use wire::slcan::{BitRate, StateReport};
+use wire::slcan::StateReport;
 
 /// The interface that the kernel makes of the pty.
 const INTERFACE: &str = "hilslcan";
@@ -36,7 +37,7 @@ fn the_kernel_uses_the_adapter_and_sees_the_state_of_its_bus() {
         // Skips where there is no CAN, and where interfaces cannot be made.
         let Some(_link) = Link::make("hilprobe").await else { return };
         let spec: PortSpec = "slcan-pty".parse().unwrap();
-        let mut adapter = FramePort::open(&spec, BitRate::default()).await.unwrap();
+        let mut adapter = FramePort::open(&spec, BitRates::USUAL).await.unwrap();
         let _slcand = slcand(adapter.far_path().unwrap());
         let (up, ()) = tokio::join!(adapter.receive(), take_up());
         assert_eq!(up, Ok(FrameEvent::Up));

@@ -3,10 +3,10 @@
 use crate::link::{Link, ip};
 use crate::{NOW, frame, heard, opened, run};
 use ports::{FrameEvent, FramePort, PortError, PortLost, PortSpec};
-use socketcan::{CanFdFrame, CanFdSocket, EmbeddedFrame as _, Socket as _};
-use wire::can::{CanFrame, StandardId};
+use socketcan::{CanAnyFrame, CanFdFrame, CanFdSocket, EmbeddedFrame as _, Socket as _};
+use wire::can::{BitRates, CanFrame, FdFlags, StandardId};
 use wire::can_error::{BusState, CanErrorEvent, ErrorCounters};
-use wire::slcan::{BitRate, StateReport};
+use wire::slcan::StateReport;
 
 #[test]
 fn frames_cross_both_ways_and_own_ones_are_not_heard() {
@@ -48,20 +48,24 @@ fn error_frames_are_events_of_the_bus() {
 }
 
 #[test]
-fn fd_frames_are_tolerated() {
+fn fd_frames_cross_an_interface_that_has_them() {
     run(async {
         let Some(link) = Link::make("hilfd").await else { return };
         let mut here = opened(link.0).await;
         let there = CanFdSocket::open(link.0).unwrap();
         let id = StandardId::new(0x123).unwrap();
+        let fd =
+            |length, bits| CanFrame::fd(id, FdFlags::from_bits(bits), &vec![9; length]).unwrap();
         for length in [64, 8, 12, 3] {
             there.write_frame(&CanFdFrame::new(id, &vec![9; length]).unwrap()).unwrap();
+            assert_eq!(heard(&mut here).await, fd(length, 0));
         }
-        assert_eq!(heard(&mut here).await, CanFrame::new(id, &[9; 8]).unwrap());
-        assert_eq!(heard(&mut here).await, CanFrame::new(id, &[9; 3]).unwrap());
         let counters = here.counters();
-        assert_eq!((counters.fd_frames, counters.unsupported_frames), (4, 2));
-        assert_eq!(counters.frames_in, 2);
+        assert_eq!((counters.fd_frames, counters.unsupported_frames), (4, 0));
+        here.send(NOW, &fd(48, 1));
+        let CanAnyFrame::Fd(sent) = there.read_frame().unwrap() else { panic!("no FD frame") };
+        assert_eq!((sent.data(), sent.is_brs()), (&[9; 48][..], true));
+        assert_eq!(here.counters().frames_out, 1);
     });
 }
 
@@ -147,7 +151,7 @@ fn an_interface_that_cannot_be_opened_is_told_why() {
         link.set("down").await.unwrap();
         let open = async |interface: &str| {
             let spec = PortSpec::Can { interface: interface.to_owned() };
-            FramePort::open(&spec, BitRate::default()).await.unwrap_err()
+            FramePort::open(&spec, BitRates::USUAL).await.unwrap_err()
         };
         let error = open(link.0).await;
         assert!(matches!(error, PortError::InterfaceDown { .. }), "{error}");

@@ -2,6 +2,7 @@
 //! own.
 //!
 //! * [`attach`]: controllers that somebody else has started.
+//! * [`beside`]: other nodes beside the robot.
 //! * [`by_hand`]: what a person does where devices are real.
 //! * [`campaign`]: cases on a bench.
 //! * [`can`]: a base on CAN, behind an adapter and on an interface of the kernel.
@@ -14,6 +15,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod attach;
+mod beside;
 mod by_hand;
 mod campaign;
 mod can;

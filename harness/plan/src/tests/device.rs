@@ -110,7 +110,7 @@ fn a_signal_of_another_group_than_the_multiplexer_says_is_shown_in_place() {
     let dbc = DBC
         .replace("SG_ Enable :", "SG_ Enable M :")
         .replace("SG_ Setpoint :", "SG_ Setpoint m1 :")
-        + "BO_ 300 Fd: 12 Tester\n";
+        + "BO_ 300 Endless: 65 Tester\n";
     let rig = of_dbc(&dbc);
     let check = |text: &str| {
         Plan::parse("p.toml", text).and_then(|plan| plan.check_rig("p.toml", text, &rig))
@@ -118,10 +118,10 @@ fn a_signal_of_another_group_than_the_multiplexer_says_is_shown_in_place() {
     check(PLAN).unwrap();
     let error = check(&PLAN.replace("Enable = 1", "Enable = 0")).unwrap_err();
     assert_eq!(error.to_string(), "`Command` has no `Setpoint` where `Enable` is 0");
-    let unknown = PLAN.replace("stop_sending = \"Command\"", "stop_sending = \"Fd\"");
+    let unknown = PLAN.replace("stop_sending = \"Command\"", "stop_sending = \"Endless\"");
     let error = check(&unknown).unwrap_err();
     let help = miette::Diagnostic::help(&error).map(|help| help.to_string());
-    assert!(help.is_some_and(|help| help.contains("line 9: Fd: it has 12 bytes")));
+    assert!(help.is_some_and(|help| help.contains("line 9: Endless: it has 65 bytes")));
 }
 
 #[test]

@@ -3,8 +3,7 @@
 use crate::faults::Chance;
 use crate::faults::FaultKind;
 use crate::link::gilbert_elliott::GilbertElliott;
-use wire::can::BIT_RATE;
-use wire::can::{CanFrame, StandardId};
+use wire::can::{BitRates, CanFrame, FD_BYTES_MAX, StandardId};
 use wire::time::{Span, Timestamp};
 
 /// Identifiers of frames that other nodes make: none is of a base ([`wire::base`]). The babbler's wins always.
@@ -51,7 +50,7 @@ pub(super) enum Passed {
 }
 
 impl<Node: Copy + PartialEq> Effect<Node> {
-    pub(super) fn of(now: Timestamp, kind: &FaultKind) -> Option<Self> {
+    pub(super) fn of(now: Timestamp, kind: &FaultKind, rates: BitRates) -> Option<Self> {
         let share = |percent: f64| percent / 100.0;
         Some(match *kind {
             FaultKind::Drop { loss_percent } => Self::Drop(share(loss_percent)),
@@ -68,7 +67,7 @@ impl<Node: Copy + PartialEq> Effect<Node> {
                 Self::Babble(Span::from_secs_f64(1.0 / frames_per_s), now)
             }
             FaultKind::BusLoad { load_percent } => {
-                Self::Load(MEAN_BITS / BIT_RATE as f64 / share(load_percent), now)
+                Self::Load(MEAN_BITS / f64::from(rates.nominal) / share(load_percent), now)
             }
             FaultKind::BitErrors { bit_error_rate } => Self::BitErrors(bit_error_rate),
             FaultKind::LostArbitration { lose_percent } => {
@@ -120,12 +119,12 @@ impl<Node: Copy + PartialEq> Effect<Node> {
         &mut self,
         frame: &CanFrame,
         chance: &mut Chance,
-    ) -> Option<i64> {
+    ) -> Option<u32> {
         let Self::BitErrors(rate) = self else { return None };
         let bits = frame.bits_unstuffed();
         // The first wrong bit: geometric.
         let first = (1.0 - chance.uniform()).ln() / (1.0 - *rate).ln();
-        (first < f64::from(bits)).then_some(first as i64 + 1)
+        (first < f64::from(bits)).then_some(first as u32 + 1)
     }
 
     /// The frame of `from` is through.
@@ -191,10 +190,10 @@ fn other((least, greatest): (u16, u16), length: usize, chance: &mut Chance) -> C
 
 /// With one bit of its data inverted; none where it has no data.
 fn corrupted(frame: &CanFrame, chance: &mut Chance) -> Option<CanFrame> {
-    let mut data = [0; 8];
+    let mut data = [0; FD_BYTES_MAX];
     let length = frame.data().len();
     data.get_mut(..length)?.copy_from_slice(frame.data());
     let bit = chance.below(length * 8);
     *data.get_mut(..length)?.get_mut(bit / 8)? ^= 1 << (bit % 8);
-    CanFrame::new(frame.id(), &data[..length])
+    frame.with_data(&data[..length])
 }

@@ -59,8 +59,8 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         stranger: Node,
     ) -> bool {
         let (number, kind, chance) = fault;
-        let Some(effect) = Effect::of(now, kind) else { return false };
-        let (idle_since, bit) = (self.on_bus.is_none().then_some(now), self.bit);
+        let Some(effect) = Effect::of(now, kind, self.rates) else { return false };
+        let (idle_since, bit) = (self.on_bus.is_none().then_some(now), self.rates.bit());
         let faulty = self.faulty.get_or_insert_with(|| {
             Box::new(Faulty {
                 stranger,
@@ -183,7 +183,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
             self.dropped += 1;
             return None;
         }
-        let (mut passing, bit) = (frame, self.bit);
+        let (mut passing, rates) = (frame, self.rates);
         for layer in faulty.layers.iter_mut().filter(|layer| layer.strikes(from, &frame)) {
             let Layer { effect, chance, acted, .. } = layer;
             match effect.pass(from, &mut passing, chance, acted) {
@@ -194,7 +194,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
                     return None;
                 }
                 Passed::Twice => {
-                    let again = super::frame_time(bit, &passing);
+                    let again = passing.duration(rates);
                     hold(&mut faulty.held, &mut self.dropped, at + again, from, passing);
                 }
                 Passed::Before(late) => {
@@ -224,7 +224,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
     /// Who is next, on a bus with faults.
     #[cold]
     pub(super) fn arbitrate_faulty(&mut self, now: Timestamp) {
-        let bit = self.bit;
+        let (rates, bit) = (self.rates, self.rates.bit());
         let Some(faulty) = &mut self.faulty else { return };
         faulty.nodes.idle_until(now);
         let suspended = |node: Node| {
@@ -246,15 +246,16 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         faulty.nodes.busy();
         let (from, frame) = self.waiting[index];
         if let Some(rival) = faulty.rival(from, &frame) {
-            self.on_bus =
-                Some((now + wait + super::frame_time(bit, &rival), faulty.stranger, rival));
+            self.on_bus = Some((now + wait + rival.duration(rates), faulty.stranger, rival));
             return;
         }
         self.waiting.remove(index);
         let bits = faulty.bits_until_error(from, &frame);
         faulty.destroyed = bits.is_some();
-        let time = bits
-            .map_or_else(|| super::frame_time(bit, &frame), |bits| bit * (bits + ERROR_FRAME_BITS));
+        let time = match bits {
+            Some(bits) => frame.time_of(bits, rates) + bit * ERROR_FRAME_BITS,
+            None => frame.duration(rates),
+        };
         self.on_bus = Some((now + wait + time, from, frame));
     }
 }
@@ -280,7 +281,7 @@ impl<Node: Copy + PartialEq> Faulty<Node> {
     }
 
     /// After how many bits a frame is destroyed, if it is.
-    fn bits_until_error(&mut self, from: Node, frame: &CanFrame) -> Option<i64> {
+    fn bits_until_error(&mut self, from: Node, frame: &CanFrame) -> Option<u32> {
         self.layers_of(from, frame).find_map(|Layer { effect, chance, acted, .. }| {
             let bits = effect.bits_until_error(frame, chance);
             *acted += u64::from(bits.is_some());

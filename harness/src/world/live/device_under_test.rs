@@ -15,9 +15,7 @@ use crate::rig::node::Machine;
 use controller::config::Config;
 use controller::mission::{Mission, Report};
 use std::fmt;
-use std::future::Future as _;
 use std::path::{Path, PathBuf};
-use std::task::Poll;
 use wire::time::{Span, Timestamp};
 
 /// Which device is tested.
@@ -33,17 +31,8 @@ pub enum DeviceUnderTest {
     Attached(AttachPlace),
     /// A device, by its name: it is there, or emulated, and the plan itself speaks to it.
     Device(String),
-    /// Nodes of a rig, each with its program.
-    Programs(Vec<Program>),
-}
-
-/// The program of a node under test.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Program {
-    /// The node.
-    pub node: String,
-    /// Its words, with `{line}` for the ports of lines; none where it is there already.
-    pub words: Vec<String>,
+    /// No more than the [programs](super::Program) of nodes.
+    Nodes,
 }
 
 /// As a summary names it.
@@ -55,15 +44,7 @@ impl fmt::Display for DeviceUnderTest {
             Self::Command(words) => f.write_str(&words.join(" ")),
             Self::Attached(place) => write!(f, "attached at {place}"),
             Self::Device(name) => f.write_str(name),
-            Self::Programs(programs) => {
-                for (count, Program { node, words }) in programs.iter().enumerate() {
-                    let before = if count == 0 { "" } else { ", " };
-                    let how =
-                        if words.is_empty() { "attached".to_owned() } else { words.join(" ") };
-                    write!(f, "{before}{node}: {how}")?;
-                }
-                Ok(())
-            }
+            Self::Nodes => Ok(()),
         }
     }
 }
@@ -130,10 +111,8 @@ pub(super) enum Running {
         /// Why it is not connected; `None` where it is.
         missing: Option<String>,
     },
-    /// A device at a port of the harness: nothing is started.
+    /// A device at a port of the harness, or programs of nodes: no controller is started.
     Device,
-    /// Programs of nodes; what has ended is not asked again.
-    Programs(Vec<(String, DeviceProcess, bool)>),
 }
 
 impl Running {
@@ -143,9 +122,6 @@ impl Running {
         wiring: &Wiring,
         log: &Path,
     ) -> Result<Self, StartError> {
-        if let DeviceUnderTest::Programs(programs) = which {
-            return Self::start_programs(programs, wiring, log);
-        }
         let Some(config) = config else { return Ok(Self::Device) };
         let words = match which {
             DeviceUnderTest::InProcess => {
@@ -165,28 +141,10 @@ impl Running {
             }
             DeviceUnderTest::Command(words) => words.clone(),
             DeviceUnderTest::Attached(place) => return Ok(Self::attach(place, wiring)?),
-            DeviceUnderTest::Device(_) | DeviceUnderTest::Programs(_) => return Ok(Self::Device),
+            DeviceUnderTest::Device(_) | DeviceUnderTest::Nodes => return Ok(Self::Device),
         };
         let process = DeviceProcess::spawn(&fill(&words, &wiring.words)?, log)?;
         Ok(Self::Process { process: Box::new(process), ended: false })
-    }
-
-    /// Each program writes into a log of its own: the one of `log` that bears its node's name.
-    fn start_programs(
-        programs: &[Program],
-        wiring: &Wiring,
-        log: &Path,
-    ) -> Result<Self, StartError> {
-        let mut running = Vec::new();
-        for Program { node, words } in programs.iter().filter(|one| !one.words.is_empty()) {
-            let log = match programs.len() {
-                1 => log.to_owned(),
-                _ => log.with_extension(format!("{node}.log")),
-            };
-            let words = fill(words, &wiring.words)?;
-            running.push((node.clone(), DeviceProcess::spawn_plain(&words, &log)?, false));
-        }
-        Ok(Self::Programs(running))
     }
 
     /// Begins to connect, and says where everything is: somebody may have to start the controller.
@@ -213,7 +171,7 @@ impl Running {
             Self::Attached { place, missing: None, .. } => {
                 format!("the device under test at {place} said nothing within {seconds} s")
             }
-            Self::InProcess(_) | Self::Process { .. } | Self::Device | Self::Programs(_) => {
+            Self::InProcess(_) | Self::Process { .. } | Self::Device => {
                 format!(
                     "the device under test said nothing within {seconds} s{}",
                     self.last_words()
@@ -228,7 +186,7 @@ impl Running {
                 controller.command(clock, mission);
                 true
             }
-            Self::Device | Self::Programs(_) => false,
+            Self::Device => false,
             Self::Process { process, .. } => process.send(&mission),
             Self::Attached { device, .. } => device.send(&mission),
         }
@@ -251,16 +209,14 @@ impl Running {
     pub(super) const fn machine(&mut self) -> Option<&mut Machine> {
         match self {
             Self::InProcess(controller) => Some(controller.machine()),
-            Self::Process { .. } | Self::Attached { .. } | Self::Device | Self::Programs(_) => None,
+            Self::Process { .. } | Self::Attached { .. } | Self::Device => None,
         }
     }
 
     pub(super) fn next_wakeup(&self) -> Timestamp {
         match self {
             Self::InProcess(controller) => controller.next_wakeup(),
-            Self::Process { .. } | Self::Attached { .. } | Self::Device | Self::Programs(_) => {
-                Timestamp::MAX
-            }
+            Self::Process { .. } | Self::Attached { .. } | Self::Device => Timestamp::MAX,
         }
     }
 
@@ -268,7 +224,7 @@ impl Running {
     pub(super) const fn in_process(&self) -> Option<&InProcess> {
         match self {
             Self::InProcess(controller) => Some(controller),
-            Self::Process { .. } | Self::Attached { .. } | Self::Device | Self::Programs(_) => None,
+            Self::Process { .. } | Self::Attached { .. } | Self::Device => None,
         }
     }
 
@@ -276,16 +232,14 @@ impl Running {
     pub(super) fn crossing(&mut self) -> Option<Crossing> {
         match self {
             Self::InProcess(controller) => controller.crossing(),
-            Self::Process { .. } | Self::Attached { .. } | Self::Device | Self::Programs(_) => None,
+            Self::Process { .. } | Self::Attached { .. } | Self::Device => None,
         }
     }
 
     /// The end of what the process wrote to stderr, as an ending of a sentence.
     fn last_words(&self) -> String {
         match self {
-            Self::InProcess(_) | Self::Attached { .. } | Self::Device | Self::Programs(_) => {
-                String::new()
-            }
+            Self::InProcess(_) | Self::Attached { .. } | Self::Device => String::new(),
             Self::Process { process, .. } => match process.last_words().trim() {
                 "" => String::new(),
                 words => format!(": {words}"),
@@ -297,7 +251,6 @@ impl Running {
     pub(super) async fn heard(&mut self, clock: &Clock) -> Heard {
         match self {
             Self::Device => std::future::pending().await,
-            Self::Programs(programs) => programs_ended(programs).await,
             Self::InProcess(controller) => match controller.heard(clock).await {
                 InProcessEvent::Report(report) => Heard::Report(report),
                 InProcessEvent::Taken => Heard::Nothing,
@@ -339,46 +292,10 @@ impl Running {
     pub(super) async fn end(self) {
         match self {
             Self::InProcess(_) | Self::Device => {}
-            Self::Programs(programs) => {
-                for (_, process, _) in programs {
-                    _ = process.end(|_| {}).await;
-                }
-            }
             Self::Process { process, .. } => _ = process.end(|_| {}).await,
             Self::Attached { device, .. } => device.end().await,
         }
     }
-}
-
-/// Waits until one of the programs ends.
-async fn programs_ended(programs: &mut [(String, DeviceProcess, bool)]) -> Heard {
-    let running = programs.iter_mut().filter(|(_, _, ended)| !*ended);
-    let mut waiting: Vec<_> = running
-        .map(|(node, process, ended)| {
-            Box::pin(async move {
-                loop {
-                    if let ProcessEvent::Exited(exit) = process.next_event().await {
-                        *ended = true;
-                        let words = process.last_words();
-                        let how = match words.trim() {
-                            "" => exit.to_string(),
-                            words => format!("{exit}: {words}"),
-                        };
-                        return Heard::NodeEnded(node.clone(), how);
-                    }
-                }
-            })
-        })
-        .collect();
-    std::future::poll_fn(move |context| {
-        for one in &mut waiting {
-            if let Poll::Ready(heard) = one.as_mut().poll(context) {
-                return Poll::Ready(heard);
-            }
-        }
-        Poll::Pending
-    })
-    .await
 }
 
 /// The command line of our controller for this bench.

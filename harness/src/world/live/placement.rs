@@ -81,12 +81,19 @@ pub enum PlacementError {
         /// What the layout is of.
         wanted: &'static str,
     },
-    /// The paper's robot and other nodes.
-    #[error("failed to place the rig: in real time the paper's robot has a bench of its own")]
+    /// Other nodes beside a base that is real, or a table at a port.
+    #[error(
+        "failed to place the rig: the {role} at {port} has its line for itself, and other nodes are in the rig"
+    )]
     #[diagnostic(help(
-        "run it in virtual time, or take `devices` out of the rig file: a node's program can play the robot"
+        "leave [{role}] out of the bench file: it is emulated then, beside the other nodes"
     ))]
-    RobotAndNodes,
+    RobotAndNodes {
+        /// The role.
+        role: &'static str,
+        /// Its port.
+        port: String,
+    },
     /// Two roles on one port.
     #[error("failed to tell the {first} from the {second}: both are on {port}")]
     #[diagnostic(help("a serial line leads to one device; give [{second}] a port of its own"))]
@@ -145,6 +152,20 @@ impl Placement {
             base,
             table,
         })
+    }
+
+    /// Can other nodes be on its lines?
+    ///
+    /// # Errors
+    /// When the base is real or the table is at a port: what else crosses that is not the harness's to carry.
+    pub fn beside_nodes(&self) -> Result<(), PlacementError> {
+        let alone =
+            |role, port: &PortSpec| PlacementError::RobotAndNodes { role, port: port.to_string() };
+        match (&self.base, &self.table) {
+            (Some(Player::Real(port)), _) => Err(alone("base", port)),
+            (_, Some(table)) => Err(alone("table", table.spec())),
+            _ => Ok(()),
+        }
     }
 
     /// Roles that real devices play.

@@ -14,6 +14,7 @@ use std::collections::BTreeMap;
 use std::future::Future as _;
 use std::sync::Arc;
 use std::task::Poll;
+use wire::can::BitRates;
 use wire::device::Transmit;
 use wire::gyro::GyroFormat;
 use wire::time::{Span, Timestamp};
@@ -41,7 +42,7 @@ pub(super) fn device(role: &str) -> Device {
 /// What crosses the line of a base.
 pub(crate) const fn base_traffic(transport: Transport) -> Traffic {
     match transport {
-        Transport::Can => Traffic::Frames,
+        Transport::Can => Traffic::Frames(BitRates::USUAL),
         Transport::Serial => Traffic::Bytes(wire::base::serial_link::SETTINGS),
     }
 }

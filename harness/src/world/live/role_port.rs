@@ -4,16 +4,11 @@ use crate::port::pty::PtyPort;
 use crate::port::{
     AnyPort, ByteEvent, BytePort, Counters, FrameEvent, FramePort, PortError, PortLost, PortSpec,
 };
-use wire::can::CanFrame;
+use wire::can::{BitRates, CanFrame};
 use wire::can_error::CanErrorEvent;
 use wire::packet::Packet;
 use wire::serial::SerialSettings;
-use wire::slcan::BitRate;
 use wire::time::Timestamp;
-
-/// What a bus runs at where neither its port nor its interface says. Assumption: the usual rate of
-/// machine control, as on the bus in memory ([`wire::can::BIT_RATE`]).
-const BIT_RATE: BitRate = BitRate::Kbit500;
 
 /// What a port of a run tells.
 #[derive(Debug)]
@@ -47,8 +42,8 @@ pub(crate) enum PortEvent {
 pub(crate) enum Traffic {
     /// Bytes, usually at these settings.
     Bytes(SerialSettings),
-    /// Frames.
-    Frames,
+    /// Frames, on a bus that is meant to have these rates.
+    Frames(BitRates),
 }
 
 /// A port and its name.
@@ -77,7 +72,7 @@ impl RolePort {
                 }
                 AnyPort::Bytes(Box::new(port))
             }
-            Traffic::Frames => AnyPort::Frames(FramePort::open(spec, BIT_RATE).await?),
+            Traffic::Frames(rates) => AnyPort::Frames(FramePort::open(spec, rates).await?),
         };
         Ok(Self { name: spec.to_string(), medium, lost: false })
     }

@@ -2,6 +2,7 @@
 
 use super::device_under_test::{DeviceUnderTest, StartError};
 use super::placement::{Placement, Player};
+use super::programs::Program;
 use super::realtime::Scheduling;
 use crate::faults::{Fault, FaultKind, Schedule, Target};
 use crate::plan::DEVICE;
@@ -47,6 +48,8 @@ pub struct OutOfReach {
 pub struct Setting {
     /// What is tested.
     pub device_under_test: DeviceUnderTest,
+    /// Nodes that are tested, with or without it.
+    pub programs: Vec<Program>,
     /// Where its devices are.
     pub site: Site,
     /// How long an attached device under test may take until it is heard.
@@ -60,8 +63,8 @@ pub struct Setting {
 /// Where the devices of a run are.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Site {
-    /// Gyro, base and table.
-    Robot(Placement),
+    /// Gyro, base and table, and lines of other nodes.
+    Robot(Placement, Vec<LineSite>),
     /// The only device.
     Device(Player),
     /// Lines of a rig that somebody is at who is not in this process.
@@ -81,7 +84,10 @@ impl Site {
     /// What crosses the ports, in a word for the summary: the kinds of port.
     pub fn bus(&self) -> String {
         match self {
-            Self::Robot(placement) => placement.bus(),
+            Self::Robot(placement, lines) => {
+                let others = lines.iter().map(|line| format!("+{}", line.spec.kind()));
+                placement.bus() + &others.collect::<String>()
+            }
             Self::Device(player) => player.spec().kind().to_owned(),
             Self::Lines(lines) => {
                 let mut kinds: Vec<&str> = lines.iter().map(|line| line.spec.kind()).collect();
@@ -94,7 +100,7 @@ impl Site {
     /// Who plays a role; none where nobody does.
     pub fn player(&self, role: &str) -> Option<&Player> {
         match self {
-            Self::Robot(placement) => placement.player(role),
+            Self::Robot(placement, _) => placement.player(role),
             Self::Device(player) => (role == DEVICE).then_some(player),
             Self::Lines(_) => None,
         }
@@ -102,6 +108,13 @@ impl Site {
 }
 
 impl Setting {
+    /// What is tested, as a summary names it.
+    pub fn under_test(&self) -> String {
+        let controller = Some(self.device_under_test.to_string()).filter(|name| !name.is_empty());
+        let programs = self.programs.iter().map(Program::to_string);
+        controller.into_iter().chain(programs).collect::<Vec<_>>().join(", ")
+    }
+
     /// A real device that the controller alone talks to. A bus of the kernel is heard by the harness, too.
     pub(super) fn is_unheard(&self, role: &str) -> bool {
         let player = self.site.player(role);
@@ -220,7 +233,8 @@ mod tests {
         let can = PortSpec::SlcanPty { link: None };
         Setting {
             device_under_test,
-            site: Site::Robot(Placement::new(&bench, transport, &can).unwrap()),
+            site: Site::Robot(Placement::new(&bench, transport, &can).unwrap(), Vec::new()),
+            programs: Vec::new(),
             attach_max: Span::ZERO,
             late_max: Span::ZERO,
             scheduling: Scheduling::Normal,

@@ -3,7 +3,7 @@
 use super::LiveWorld;
 use super::clock::Clock;
 use super::device_under_test::Running;
-use super::ports::{BASE, GYRO, OpenPort, Ports};
+use super::ports::{BASE, GYRO, OpenPort, PortPlan, Ports};
 use super::role_port::PortEvent;
 use crate::engine::Action;
 use crate::port::PortSpec;
@@ -15,6 +15,9 @@ use wire::base::Message;
 use wire::can::CanFrame;
 use wire::device::Transmit;
 use wire::time::Timestamp;
+
+/// The controller and the base.
+const ROBOT_ENDS: usize = 2;
 
 /// Keeps what crossed a line in a full record.
 fn record(sink: &mut impl RecordSink, now: Timestamp, by: Device, what: &Transmit) {
@@ -64,7 +67,7 @@ impl LiveWorld {
         let role = &*plan.role;
         match event {
             PortEvent::Frame(frame) if role == BASE => {
-                self.hear_base(now, sink, (port.name(), plan.line, plan.end), frame);
+                self.hear_base(now, sink, port.name(), plan, frame);
             }
             PortEvent::Frame(frame) => self.heard(now, plan, Transmit::Frame(frame)),
             PortEvent::Bytes(packet) => {
@@ -89,7 +92,7 @@ impl LiveWorld {
     }
 
     /// What came from a port goes onto its line, sent by the end of whoever says such things.
-    fn heard(&mut self, now: Timestamp, plan: &super::ports::PortPlan, what: Transmit) {
+    fn heard(&mut self, now: Timestamp, plan: &PortPlan, what: Transmit) {
         let end = self.rig.speaker_of(plan.line, plan.end, &what);
         self.rig.lines[plan.line].send(now, end, what);
     }
@@ -99,12 +102,18 @@ impl LiveWorld {
         &mut self,
         now: Timestamp,
         sink: &mut impl RecordSink,
-        (port, line, end): (&str, usize, EndId),
+        port: &str,
+        plan: &PortPlan,
         frame: CanFrame,
     ) {
+        let (line, end) = (plan.line, plan.end);
         let message = Message::from_can_id(frame.id());
         let of_base = message.is_some_and(Message::is_reply);
         let what = Transmit::Frame(frame);
+        // Other nodes of the rig are on the bus, too.
+        if message.is_none() && self.rig.lines[line].ends().len() > ROBOT_ENDS {
+            return self.heard(now, plan, what);
+        }
         if message.is_none() && matches!(self.setting.base_port(), Some(PortSpec::Can { .. })) {
             // It has had its time on the bus of the kernel, and concerns nobody here: among the frames that are
             // paced here it would only take their room.

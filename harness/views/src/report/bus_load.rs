@@ -7,10 +7,10 @@ use super::thin::{Point, extremes};
 use maud::{Markup, html};
 use plotters::element::PathElement;
 use plotters::style::Color;
-use record::header::Line;
+use record::header::{Bus, Header, Line};
 use record::{Device, Record, RecordKind};
 use std::collections::BTreeMap;
-use wire::can::BIT_RATE;
+use wire::can::BitRates;
 
 /// The most seconds that are kept: two days.
 const SECONDS_MAX: usize = 172_800;
@@ -27,8 +27,8 @@ type Seconds = Vec<u32>;
 /// What crossed each line.
 #[derive(Debug, Default)]
 pub(super) struct BusLoad {
-    /// Bits on the CAN bus, before stuffing.
-    can_bits: Seconds,
+    /// By the place of the bus: nanoseconds in which frames were on it, before stuffing.
+    busy_ns: BTreeMap<usize, Seconds>,
     /// Bytes by whoever sent them.
     bytes: BTreeMap<Device, Seconds>,
     /// Frames and bytes later than [`SECONDS_MAX`].
@@ -37,11 +37,12 @@ pub(super) struct BusLoad {
 
 impl BusLoad {
     /// Counts what crossed.
-    pub(super) fn add(&mut self, record: &Record) {
+    pub(super) fn add(&mut self, header: &Header, record: &Record) {
         let (seconds, amount) = match &record.kind {
             RecordKind::Frame(frame) => {
-                let bits = frame.frame().map_or(0, |frame| frame.bits_unstuffed());
-                (&mut self.can_bits, bits)
+                let bus = header.bus_of(record.device);
+                let busy = frame.duration(rates(header, bus)).as_nanos();
+                (self.busy_ns.entry(bus).or_default(), u32::try_from(busy).unwrap_or(u32::MAX))
             }
             RecordKind::Bytes(bytes) => {
                 let count = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
@@ -62,28 +63,21 @@ impl BusLoad {
     }
 
     /// A plot for each line; words where the record holds neither frames nor bytes.
-    pub(super) fn plots(&self, lines: &[Line]) -> Markup {
-        if self.can_bits.is_empty() && self.bytes.is_empty() {
+    pub(super) fn plots(&self, header: &Header) -> Markup {
+        if self.busy_ns.is_empty() && self.bytes.is_empty() {
             return html! {
                 p.missing {
                     "The record holds no frames and no bytes; " code { "--record full" } " keeps them."
                 }
             };
         }
-        let share = 100.0 / BIT_RATE as f64;
-        let kbit = BIT_RATE / 1_000;
         html! {
             div.plots {
-                @if !self.can_bits.is_empty() {
-                    (plot(
-                        "CAN bus",
-                        "share of bit time in %",
-                        &points(&self.can_bits, share),
-                        &format!("Without stuff bits, of {kbit} kbit/s, the rate of the emulated bus."),
-                    ))
+                @for (place, seconds) in &self.busy_ns {
+                    (bus(header, *place, seconds))
                 }
                 @for (device, seconds) in &self.bytes {
-                    @let line = lines.iter().find(|line| line.device == *device);
+                    @let line = header.lines.iter().find(|line| line.device == *device);
                     (serial(*device, seconds, line))
                 }
             }
@@ -92,6 +86,26 @@ impl BusLoad {
             }
         }
     }
+}
+
+fn rates(header: &Header, bus: usize) -> BitRates {
+    header.buses.get(bus).map_or(BitRates::USUAL, Bus::rates)
+}
+
+fn bus(header: &Header, place: usize, busy_ns: &[u32]) -> Markup {
+    let rates = rates(header, place);
+    let title = match header.buses.get(place) {
+        Some(bus) => format!("CAN bus {}", bus.line),
+        None => "CAN bus".to_owned(),
+    };
+    let fast =
+        rates.data.map(|rate| format!(" and {} kbit/s for the data of CAN FD", rate / 1_000));
+    let note = format!(
+        "Without stuff bits, of {} kbit/s{}, the rate of the emulated bus.",
+        rates.nominal / 1_000,
+        fast.unwrap_or_default()
+    );
+    plot(&title, "share of bit time in %", &points(busy_ns, 1e-7), &note)
 }
 
 /// As a share of what the line can carry, where that is known.
@@ -158,7 +172,7 @@ fn plot(title: &str, unit: &str, points: &[Point], note: &str) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::BusLoad;
-    use record::header::Line;
+    use record::header::{Bus, Header, Line};
     use record::samples::record;
     use record::{Device, RecordKind};
     use wire::can::{CanFrame, StandardId};
@@ -167,20 +181,24 @@ mod tests {
     fn what_crosses_is_counted_in_its_second() {
         let frame = CanFrame::new(StandardId::new(1).unwrap(), &[0; 8]).unwrap();
         let mut load = BusLoad::default();
-        assert!(load.plots(&[]).into_string().contains("--record full"));
+        let mut header = Header::default();
+        assert!(load.plots(&header).into_string().contains("--record full"));
         for at_s in [0.5, 2.1, 2.9] {
-            load.add(&record(at_s, Device::Base, RecordKind::Frame(frame.into())));
-            load.add(&record(at_s, Device::Gyro, RecordKind::Bytes(vec![0; 8])));
+            load.add(&header, &record(at_s, Device::Base, RecordKind::Frame(frame)));
+            load.add(&header, &record(at_s, Device::Gyro, RecordKind::Bytes(vec![0; 8])));
         }
-        load.add(&record(1e9, Device::Gyro, RecordKind::Bytes(vec![0; 8])));
-        assert_eq!(load.can_bits, [111, 0, 222]);
+        load.add(&header, &record(1e9, Device::Gyro, RecordKind::Bytes(vec![0; 8])));
+        assert_eq!(load.busy_ns[&0], [222_000, 0, 444_000]);
         assert_eq!(load.bytes[&Device::Gyro], [8, 0, 16]);
         assert_eq!(load.overflowed, 1);
-        let text = load.plots(&[]).into_string();
+        let text = load.plots(&header).into_string();
         assert_eq!(text.matches("<svg").count(), 2);
         assert!(text.contains("bytes/s") && text.contains("500 kbit/s"), "{text}");
-        let line = Line { device: Device::Gyro, baud: 9_600, bits_per_byte: 10 };
-        let text = load.plots(&[line]).into_string();
+        header.lines = vec![Line { device: Device::Gyro, baud: 9_600, bits_per_byte: 10 }];
+        let (line, bit_rate) = ("can0".to_owned(), 250_000);
+        header.buses = vec![Bus { line, bit_rate, data_bit_rate: Some(2_000_000) }];
+        let text = load.plots(&header).into_string();
+        assert!(text.contains("CAN bus can0") && text.contains("of 250 kbit/s and 2000"), "{text}");
         assert!(text.contains("At most 16 bytes/s, of 960 at 9600 baud."), "{text}");
     }
 }

@@ -7,6 +7,7 @@ use super::path::Path;
 use super::steps::Steps;
 use super::trouble::Troubles;
 use controller::mission::Report;
+use record::header::Header;
 use record::reader::RecordError;
 use record::{Observation, Record, RecordKind};
 use std::collections::BTreeMap;
@@ -42,11 +43,14 @@ pub(super) struct Collected {
 }
 
 impl Collected {
-    pub(super) fn of(records: impl IntoIterator<Item = Result<Record, RecordError>>) -> Self {
+    pub(super) fn of(
+        header: &Header,
+        records: impl IntoIterator<Item = Result<Record, RecordError>>,
+    ) -> Self {
         let mut collected = Self::default();
         for record in records {
             match record {
-                Ok(record) => collected.add(&record),
+                Ok(record) => collected.add(header, &record),
                 Err(error) => {
                     collected.cut = Some(error.to_string());
                     break;
@@ -56,12 +60,12 @@ impl Collected {
         collected
     }
 
-    fn add(&mut self, record: &Record) {
+    fn add(&mut self, header: &Header, record: &Record) {
         let at_s = record.at.as_secs_f64();
         self.records += 1;
         self.end_s = self.end_s.max(at_s);
         self.troubles.add(record);
-        self.load.add(record);
+        self.load.add(header, record);
         match &record.kind {
             RecordKind::Observation(observation) => self.observe(at_s, observation),
             RecordKind::Fault(fault) => self.faults.add(at_s, fault),

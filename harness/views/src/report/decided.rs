@@ -59,7 +59,7 @@ mod tests {
     fn a_failure_is_decided_by_the_first_observation_outside_and_a_pass_by_the_last() {
         let records = [(1.0, 0.1), (2.0, 0.9), (3.0, 0.2)]
             .map(|(at_s, value)| Ok(record(at_s, Device::Plan, observation("q", value, &[]))));
-        let collected = Collected::of(records);
+        let collected = Collected::of(&Header::default(), records);
         let band =
             |name: &str| Band { measurement: name.into(), upper: Some(0.5), ..Band::default() };
         let quantity = Quantity {

@@ -30,7 +30,7 @@ pub(super) fn page(summary: &Summary, header: &Header, collected: &Collected) ->
             "Steps, faults and verdicts",
             timeline::figure(collected, &marks),
         ))
-        (section("Load of the lines", Some(collected.load.plots(&header.lines))))
+        (section("Load of the lines", Some(collected.load.plots(header))))
         (section("Files", artifacts(&summary.artifacts)))
     };
     document(&format!("{}: {}", summary.plan, summary.outcome.name()), &body)

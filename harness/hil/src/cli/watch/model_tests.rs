@@ -69,7 +69,7 @@ pub(crate) fn midway(prepared: &Prepared, until_s: f64, steps: (u64, u64)) -> Mo
         match record.kind {
             RecordKind::Bytes(bytes) => watched.bytes(record.at, record.device, &bytes),
             RecordKind::Frame(frame) => {
-                watched.frame(record.at, record.device, frame.frame().unwrap());
+                watched.frame(record.at, record.device, frame);
             }
             _ => watched.record(record),
         }

@@ -1,8 +1,7 @@
 //! What each fault of a bus does to frames, their times and the nodes' counters.
 
 use super::{CanBus, CanFrame, Chance, ErrorState, FaultKind, Span, StateChange, Timestamp};
-use crate::link::can_bus::frame_time;
-use wire::can::{Id, StandardId};
+use wire::can::{BitRates, Id, StandardId};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Node {
@@ -66,9 +65,6 @@ fn of(heard: &[(Timestamp, Node, CanFrame)], node: Node) -> Vec<u64> {
     own.map(|(.., frame)| number(frame)).collect()
 }
 
-/// Time of one bit at the usual rate.
-const BIT: Span = Span::from_nanos(1_000_000_000 / super::super::BIT_RATE);
-
 #[test]
 fn losses_have_their_share_and_are_counted() {
     let burst = FaultKind::BurstLoss {
@@ -101,7 +97,7 @@ fn a_duplicate_comes_one_frame_later() {
     let mut bus = faulty(FaultKind::Duplicate { duplicate_percent: 100.0 });
     let heard = through(&mut bus, 1);
     assert_eq!(of(&heard, Node::Base), [0, 0]);
-    assert_eq!(heard[1].0 - heard[0].0, frame_time(BIT, &frame(0)));
+    assert_eq!(heard[1].0 - heard[0].0, frame(0).duration(BitRates::USUAL));
 }
 
 #[test]
@@ -109,7 +105,7 @@ fn a_delay_keeps_the_order() {
     let mut bus = faulty(FaultKind::Delay { by_s: 0.05 });
     let heard = through(&mut bus, 100);
     assert_eq!(of(&heard, Node::Base), (0..100).collect::<Vec<_>>());
-    assert_eq!(heard[0].0, at_ms(50) + frame_time(BIT, &frame(0)));
+    assert_eq!(heard[0].0, at_ms(50) + frame(0).duration(BitRates::USUAL));
 }
 
 #[test]
@@ -151,7 +147,8 @@ fn a_babbler_that_wants_the_whole_bus_has_it() {
 fn other_traffic_takes_its_share_of_the_bus() {
     let mut bus = faulty(FaultKind::BusLoad { load_percent: 60.0 });
     let heard = drain(&mut bus, at_ms(2_000));
-    let busy: f64 = heard.iter().map(|(.., frame)| frame_time(BIT, frame).as_secs_f64()).sum();
+    let busy: f64 =
+        heard.iter().map(|(.., frame)| frame.duration(BitRates::USUAL).as_secs_f64()).sum();
     assert!((busy / 2.0 - 0.6).abs() < 0.03, "{busy}");
     assert!(heard.iter().all(|(_, from, frame)| *from == Node::Stranger
         && !matches!(frame.id(), Id::Standard(id) if (0x100..0x200).contains(&id.as_raw()))));
@@ -165,7 +162,10 @@ fn a_lost_arbitration_costs_the_winners_frame() {
     let rivals = heard.iter().filter(|(_, from, _)| *from == Node::Stranger).count();
     assert_eq!(bus.end_fault(at_ms(300), 5), rivals as u64);
     let first = heard.iter().position(|(_, from, _)| *from == Node::Base).unwrap() as i64;
-    assert_eq!(heard[first as usize].0 - Timestamp::ZERO, frame_time(BIT, &frame(0)) * (first + 1));
+    assert_eq!(
+        heard[first as usize].0 - Timestamp::ZERO,
+        frame(0).duration(BitRates::USUAL) * (first + 1)
+    );
 }
 
 #[test]
@@ -177,7 +177,10 @@ fn a_wrong_bit_costs_an_error_frame_and_another_attempt() {
     let errors = bus.end_fault(at_ms(700), 5);
     assert!((15..45).contains(&errors), "{errors}");
     assert!(
-        heard.iter().zip(0..).any(|((at, ..), ms)| *at - at_ms(ms) > frame_time(BIT, &frame(0)))
+        heard
+            .iter()
+            .zip(0..)
+            .any(|((at, ..), ms)| *at - at_ms(ms) > frame(0).duration(BitRates::USUAL))
     );
 }
 

@@ -33,7 +33,7 @@ fn observed(quantity: &str, values: [f64; 2], extra: &[(&str, f64)]) -> Vec<Reco
 }
 
 fn page(records: Vec<Record>) -> (Vec<String>, Html) {
-    let collected = Collected::of(records.into_iter().map(Ok));
+    let collected = Collected::of(&Header::default(), records.into_iter().map(Ok));
     let figures = Figures::of(&Header::default(), &collected);
     let text = figures.plots().map(maud::Markup::into_string).unwrap_or_default();
     let page = Html::parse_fragment(&text);

@@ -1,0 +1,152 @@
+//! Other nodes beside the paper's robot: a device that a file describes on the base's bus, and somebody's program on a line
+//! of its own.
+
+use crate::{out, record, run, run_patiently, shown, summary};
+use std::path::Path;
+
+/// It blinks, and counts what it hears of the base's motion.
+const LAMP: &str = r#"
+name = "lamp"
+title = "A lamp on the bus of the base"
+[parameter.brightness]
+value = 40
+unit = "1"
+[[message]]
+name = "Light"
+sent_by = "device"
+can_id = 0x3a0
+period_s = 0.1
+fields = [{ name = "Brightness", type = "u8" }]
+[signal.Brightness]
+expression = "brightness"
+[[message]]
+name = "Set"
+sent_by = "host"
+can_id = 0x3a1
+fields = [{ name = "To", type = "u8" }]
+"#;
+
+const SENSOR: &str = r#"
+name = "sensor"
+title = "A sensor that asks for nothing"
+[serial]
+baud = 115200
+[[message]]
+name = "Reading"
+sent_by = "device"
+text = "R={Reading:.1}\n"
+period_s = 0.05
+[signal.Reading]
+expression = "12.5"
+[[message]]
+name = "Echo"
+sent_by = "host"
+text = "E={Echo:.1}\n"
+"#;
+
+const RIG: &str = r#"
+title = "The robot, a lamp on its bus, and a sensor with a program"
+devices = "paper"
+[[line]]
+name = "uart"
+serial = {}
+[[node]]
+name = "lamp"
+at = "base"
+emulate = "lamp"
+[[node]]
+name = "sensor"
+at = "uart"
+emulate = "sensor"
+[[node]]
+name = "echo"
+at = "uart"
+under_test = { command = ["python3", "echo.py", "{uart}"] }
+"#;
+
+const ECHO: &str = "\
+import os, sys, tty
+port = os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY)
+tty.setraw(port)
+while True:
+    os.write(port, os.read(port, 64).replace(b'R', b'E'))
+";
+
+const PLAN: &str = r#"
+name = "beside"
+title = "The robot turns, and others speak beside it"
+rig = "beside"
+steps = [{ bias_test = { duration_s = 5 } }, { turn = { angle_deg = 30, rate_deg_per_s = 30 } }]
+[[measurement]]
+name = "turned"
+doc = ""
+quantity = "turn.stop_error"
+unit = "deg"
+check = { all_within = [-0.5, 0.5] }
+[[measurement]]
+name = "light"
+doc = ""
+quantity = "lamp.Brightness"
+unit = "1"
+check = { all_within = [40, 40] }
+observations_min = 40
+[[measurement]]
+name = "echo"
+doc = ""
+quantity = "echo.Echo"
+unit = "1"
+check = { all_within = [12.5, 12.5] }
+observations_min = 20
+"#;
+
+fn project(folder: &Path) {
+    for (path, text) in [
+        ("devices/lamp.toml", LAMP),
+        ("devices/sensor.toml", SENSOR),
+        ("rigs/beside.toml", RIG),
+        ("echo.py", ECHO),
+        ("beside.toml", PLAN),
+    ] {
+        let path = folder.join(path);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    }
+}
+
+#[test]
+fn nodes_beside_the_papers_robot_in_real_time() {
+    let (folder, out) = out("beside");
+    project(folder.path());
+    let program = folder.path().join("echo.py");
+    let rig = RIG.replace("echo.py", program.to_str().unwrap());
+    std::fs::write(folder.path().join("rigs/beside.toml"), rig).unwrap();
+    let plan = folder.path().join("beside.toml");
+    let arguments =
+        ["run", plan.to_str().unwrap(), "--clock", "real", "--bus", "slcan", "--record", "full"];
+    let output = run_patiently(&arguments, &out);
+    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+    let summary = summary(&out);
+    let tested = summary["device_under_test"].as_str().unwrap();
+    assert!(tested.contains("echo: python3 "), "{tested}");
+    assert_eq!(summary["bus"], "pty+slcan-pty+pty");
+    let record = record(&out);
+    for (by, what) in [("lamp", "3A0#28"), ("base", "181#"), ("controller", "101#")] {
+        let kept = |line: &str| line.contains(by) && line.contains(what);
+        assert!(record.lines().any(kept), "no {what} of the {by} in the record");
+    }
+}
+
+#[test]
+fn a_real_base_has_its_bus_for_itself() {
+    let (folder, out) = out("real");
+    project(folder.path());
+    let bench = folder.path().join("bench.toml");
+    std::fs::write(&bench, "[base]\nport = \"can:can0\"\n").unwrap();
+    let plan = folder.path().join("beside.toml");
+    let arguments =
+        ["run", plan.to_str().unwrap(), "--clock", "real", "--bench", bench.to_str().unwrap()];
+    let output = run(&arguments, &out);
+    let text = shown(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("the base at can:can0 has its line for itself"), "{text}");
+}
