@@ -18,10 +18,10 @@ pub const TRUE_OVER_COMMANDED_MAX: f64 = 1.05;
 /// From the end of a fault until all works again. Assumption: three states at rest, which come every
 /// second, and the two that it takes to see samples counted.
 pub const RECOVERY_MAX: Span = Span::from_secs(5);
-/// Heading that a lap may lose: +-1.2 deg (the paper's Fig. 8).
+/// Heading that a lap may lose: +-1.2 deg (the paper's Fig. 7).
 pub const HEADING_BAND: Angle = Angle::from_deg(1.2);
 /// Path that a lap of 16 m may lose: 0.1 m, the side of the square that all returns but one lie in (the
-/// paper's Fig. 7).
+/// paper's Fig. 8).
 pub const POSITION_BAND: Length = Length::from_m(0.1);
 /// True less ordered length of a straight: likewise.
 pub const DISTANCE_BAND: Length = POSITION_BAND;

@@ -32,7 +32,7 @@ const MARKS_OVER_TIME_MAX: usize = 150;
 const BARS_MAX: usize = 120;
 
 /// What the square is, in a plot that is none of the paper's.
-const SQUARE_TEXT: &str = "the paper's square of 10 x 10 cm (Fig. 7)";
+const SQUARE_TEXT: &str = "the paper's square of 10 x 10 cm (Fig. 8)";
 
 /// All plots of observations that no figure of the paper shows.
 pub(super) fn plots(header: &Header, collected: &Collected, paper: &Figures) -> Option<Markup> {

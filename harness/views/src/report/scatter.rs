@@ -22,7 +22,7 @@ const RING_RADIUS: i32 = 6 * SCALE as i32;
 /// Half the size of the cross of a median, in pixels of the drawing.
 const MEDIAN_RADIUS: i32 = 7 * SCALE as i32;
 
-/// Side of the paper's square: all but one return position of the corrected laps lie in it (Figs 7, 8).
+/// Side of the paper's square: all but one return position of the corrected laps lie in it (Fig. 8).
 const PAPER_SQUARE_SIDE_CM: f64 = 10.0;
 
 const CM_PER_M: f64 = 100.0;

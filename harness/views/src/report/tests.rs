@@ -66,7 +66,7 @@ fn sixteen_hours_fit_one_page() {
     assert_eq!(
         count(&document, "svg.plot"),
         6,
-        "Fig. 3 and what is left beside its line, Fig. 7, two quantities of no figure of the paper, and the path"
+        "Fig. 3 and what is left beside its line, Fig. 8, two quantities of no figure of the paper, and the path"
     );
     assert_eq!(count(&document, "g.step"), 120);
     assert!(page.contains("160 steps; 40 too short to be told apart are not drawn"));

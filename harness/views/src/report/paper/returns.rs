@@ -1,4 +1,5 @@
-//! As Figs 7 and 8: where laps end that the gyro corrects, and how they are turned then. As Fig. 9: without the gyro.
+//! As Figs 7 and 8: how laps are turned at their end that the gyro corrects, and where that is. As Fig. 9: where without
+//! the gyro; of orientations the paper draws none.
 
 use super::super::against::Against;
 use super::super::panel::{Given, Medians, Panel, by_direction};
@@ -25,19 +26,19 @@ struct Laps {
 
 const CORRECTED: Laps = Laps {
     source: HeadingSource::Gyro,
-    positions: "As Fig. 7 of the paper: return positions of laps that the gyro corrects",
-    orientations: "As Fig. 8 of the paper: return orientations of laps that the gyro corrects",
-    square: "the paper: all but one inside a square of 10 x 10 cm (Fig. 7)",
-    within: "the paper: within ±1.2 deg (Fig. 8)",
+    positions: "As Fig. 8 of the paper: return positions of laps that the gyro corrects",
+    orientations: "As Fig. 7 of the paper: return orientations of laps that the gyro corrects",
+    square: "the paper: all but one inside a square of 10 x 10 cm (Fig. 8)",
+    within: "the paper: within ±1.2 deg (Fig. 7)",
     files: ["lap.return-corrected", "lap.return_heading-corrected"],
 };
 
 const UNCORRECTED: Laps = Laps {
     source: HeadingSource::Odometry,
     positions: "As Fig. 9 of the paper: return positions of laps by odometry alone",
-    orientations: "As Fig. 9 of the paper: return orientations of laps by odometry alone",
-    square: "the paper: far worse than the square of the corrected laps, 10 x 10 cm (Figs 7, 9)",
-    within: "the paper: far worse than the corrected laps, which return within ±1.2 deg (Figs 8, 9)",
+    orientations: "Beside Fig. 9 of the paper: return orientations of laps by odometry alone",
+    square: "the paper: far worse than the square of the corrected laps, 10 x 10 cm (Figs 8, 9)",
+    within: "the paper: corrected laps return within ±1.2 deg (Fig. 7)",
     files: ["lap.return-uncorrected", "lap.return_heading-uncorrected"],
 };
 
@@ -45,11 +46,6 @@ pub(super) fn draw(source: Source<'_>, figures: &mut Figures) {
     for laps in [CORRECTED, UNCORRECTED] {
         let driven = |quantity| source.only(quantity, |sample| sample.under.source == laps.source);
         let (x, y, headings) = (driven(X), driven(Y), driven(HEADING));
-        figures.add(scatter::Positions { x: &x, y: &y }.figure(
-            laps.positions,
-            laps.square,
-            laps.files[0],
-        ));
         let panel = Panel {
             title: laps.orientations,
             value: "return orientation",
@@ -65,6 +61,11 @@ pub(super) fn draw(source: Source<'_>, figures: &mut Figures) {
             file: laps.files[1],
         };
         figures.add(panel.figure());
+        figures.add(scatter::Positions { x: &x, y: &y }.figure(
+            laps.positions,
+            laps.square,
+            laps.files[0],
+        ));
     }
     figures.shows(&[X, Y, HEADING]);
 }

@@ -71,11 +71,11 @@ fn what_closes_the_loops_tells_figs_7_and_8_from_fig_9() {
     let (by_gyro, document) = page(lap());
     assert_eq!(by_gyro, ["As Fig. 7", "As Fig. 8"]);
     let text: String = document.root_element().text().collect();
-    assert!(text.contains("1 outside") && text.contains("within ±1.2 deg (Fig. 8)"), "{text}");
+    assert!(text.contains("1 outside") && text.contains("within ±1.2 deg (Fig. 7)"), "{text}");
     assert!(text.contains("median ccw 1.0, 3.0 cm"), "{text}");
     let odometry = told(Command::SetHeadingSource(HeadingSource::Odometry));
     let (by_odometry, _) = page([vec![odometry], lap()].concat());
-    assert_eq!(by_odometry, ["As Fig. 5", "As Fig. 9", "As Fig. 9"]);
+    assert_eq!(by_odometry, ["As Fig. 5", "Beside Fig. 9", "As Fig. 9"]);
 }
 
 #[test]
