@@ -370,6 +370,15 @@ impl HeadingIntegrator {
             self.gain_ccw = 2.0 - self.gain_ccw;
         }
         self.gain_cw = self.calibration.gain(self.temperature, -ccw);
+        if self.planted.is(Mutant::SwappedDirections) {
+            core::mem::swap(&mut self.gain_cw, &mut self.gain_ccw);
+        }
+        if self.planted.is(Mutant::FirstFactorAlone) {
+            let mut first = self.calibration.clone();
+            first.factors.truncate(1);
+            self.gain_ccw = first.gain(self.temperature, ccw);
+            self.gain_cw = first.gain(self.temperature, -ccw);
+        }
     }
 }
 

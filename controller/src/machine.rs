@@ -17,6 +17,7 @@ use crate::gyro_input::GyroInput;
 use crate::heading_watch::{HeadingWatch, Heard};
 use crate::health::Health;
 use crate::mission::{BiasMethod, HeadingSource, MissionId, Report};
+use crate::mutant::Mutant;
 use crate::pose_download::PoseDownload;
 use crate::standstill::Standstill;
 use estimating::Estimating;
@@ -283,6 +284,7 @@ impl Controller {
         let Some(motion) = heard else { return };
         self.reckoning.odometry(&motion);
         let heading = self.heading();
+        let heading = if self.plants(Mutant::MirroredReckoning) { -heading } else { heading };
         self.reckoning.advance(&motion, heading);
         self.look_at_motion(now, &motion);
         self.estimate(now);

@@ -45,6 +45,24 @@ pub enum Mutant {
     MovedBiasIgnored,
     /// A bias test clears what was lost of the heading before it.
     BiasTestForgives,
+    /// The pose that is written to the base is always the origin.
+    WrongPoseDownloaded,
+    /// Dead reckoning takes left for right.
+    MirroredReckoning,
+    /// The bias is that of the last test, whatever method was chosen.
+    BiasMethodIgnored,
+    /// The factors of the two directions are swapped.
+    SwappedDirections,
+    /// Of the factors of Eq. 4 the first alone is used.
+    FirstFactorAlone,
+    /// A straight is driven as fast as the base can, whatever was ordered.
+    SpeedIgnored,
+    /// A turn is as fast as the base can, whatever was ordered.
+    RateIgnored,
+    /// At rest the heading drifts as the gyro does.
+    HeadingNotHeld,
+    /// Nothing that is noticed shows in health.
+    HealthSilent,
 }
 
 #[cfg(feature = "mutants")]
@@ -69,6 +87,15 @@ impl Mutant {
         Self::BumpIgnored,
         Self::MovedBiasIgnored,
         Self::BiasTestForgives,
+        Self::WrongPoseDownloaded,
+        Self::MirroredReckoning,
+        Self::BiasMethodIgnored,
+        Self::SwappedDirections,
+        Self::FirstFactorAlone,
+        Self::SpeedIgnored,
+        Self::RateIgnored,
+        Self::HeadingNotHeld,
+        Self::HealthSilent,
     ];
 
     /// In words joined by hyphens.
@@ -92,6 +119,15 @@ impl Mutant {
             Self::BumpIgnored => "bump-ignored",
             Self::MovedBiasIgnored => "moved-bias-ignored",
             Self::BiasTestForgives => "bias-test-forgives",
+            Self::WrongPoseDownloaded => "wrong-pose-downloaded",
+            Self::MirroredReckoning => "mirrored-reckoning",
+            Self::BiasMethodIgnored => "bias-method-ignored",
+            Self::SwappedDirections => "swapped-directions",
+            Self::FirstFactorAlone => "first-factor-alone",
+            Self::SpeedIgnored => "speed-ignored",
+            Self::RateIgnored => "rate-ignored",
+            Self::HeadingNotHeld => "heading-not-held",
+            Self::HealthSilent => "health-silent",
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Random numbers, one stream for each purpose of each device.
 //!
-//! A stream is keyed by the seed of the run, the device's name and the purpose. Whatever one stream
+//! A stream is keyed by the run ([`seed_of_run`]: its seed and its plan), the device's name and the purpose. Whatever one stream
 //! draws, the others stay as they are: a device more on the bench, or a noise term switched on,
 //! shifts nobody's numbers.
 
@@ -38,6 +38,11 @@ impl RandomStream {
     }
 }
 
+/// What the streams of one run are made from: its seed and the name of its plan. Two plans of one seed share no noise.
+pub fn seed_of_run(seed: u64, plan: &str) -> u64 {
+    fnv1a(&format!("{plan} {seed}"))
+}
+
 /// FNV-1a, 64 bits (Fowler, Noll, Vo; constants of RFC 9923): short, and fixed for all time, which
 /// the hashes of the standard library are not.
 fn fnv1a(text: &str) -> u64 {
@@ -48,13 +53,27 @@ fn fnv1a(text: &str) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{RandomStream, fnv1a};
+    use super::{RandomStream, fnv1a, seed_of_run};
 
     #[test]
     fn the_hash_is_the_published_one() {
         assert_eq!(fnv1a(""), 0xcbf2_9ce4_8422_2325);
         assert_eq!(fnv1a("a"), 0xaf63_dc4c_8601_ec8c);
         assert_eq!(fnv1a("foobar"), 0x8594_4171_f739_67e8);
+    }
+
+    #[test]
+    fn plans_of_one_seed_share_no_noise() {
+        let drawn = |seed, plan| {
+            let mut stream = RandomStream::new(seed_of_run(seed, plan), "gyro", "white");
+            [(); 1_000].map(|()| stream.standard_normal())
+        };
+        let (one, other) = (drawn(1, "temperature-calibration"), drawn(1, "verification"));
+        let products = one.iter().zip(&other).map(|(a, b)| a * b);
+        // The mean of 1,000 products of independent numbers has a standard deviation of 0.032.
+        assert!((products.sum::<f64>() / 1_000.0).abs() < 0.13);
+        assert_eq!(one, drawn(1, "temperature-calibration"));
+        assert_ne!(one, drawn(2, "temperature-calibration"));
     }
 
     #[test]

@@ -211,7 +211,7 @@ impl Prepared {
         engine.awaiting(awaited.collect())
     }
 
-    /// The rig at work in the run with `seed`, who gives orders on it, and who watches over `properties`.
+    /// The rig at work in the run whose random numbers are of `seed`, who gives orders on it, and who watches over `properties`.
     fn simulated(
         &self,
         seed: u64,
@@ -416,6 +416,7 @@ fn go(
         let own = prepared.own.start(&prepared.rig.nodes[place].name);
         own.map(Ok).or_else(|| prepared.programs.start(&prepared.rig, place))
     };
+    let seed = prepared.plan.seed_of_run(seed);
     let (rig, director, monitor) = prepared.simulated(seed, answers, watched, &start);
     let mut simulation = Simulation::new(crossing, rig, director, seed).with_monitor(monitor);
     let mut made = Made::default();

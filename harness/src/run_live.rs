@@ -196,6 +196,7 @@ pub(crate) fn carry_out(
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Result<LiveRun, LiveError> {
     let LiveOrder { prepared, seed, setting, properties, log } = order;
+    let seed = prepared.plan.seed_of_run(seed);
     let (rig, director) = prepared.live(seed, setting, operator);
     let mut world = LiveWorld::new(rig, director, setting.clone(), seed)
         .with_monitor(properties, &prepared.rig.speakers);

@@ -15,6 +15,7 @@ impl Controller {
     pub(super) fn update_hold(&mut self, now: Timestamp) {
         let about_to_move = matches!(self.task, Task::Drive(_)) || self.stopping;
         let held = self.base.is_some() && !about_to_move && !self.is_moving(now);
+        let held = held && !self.plants(Mutant::HeadingNotHeld);
         self.gyro.integrator_mut().hold(held);
     }
 
@@ -200,7 +201,9 @@ impl Controller {
         self.update_standstill(now);
         let starting = self.gyro.is_starting()
             || self.base.as_ref().is_some_and(|base| base.motion().is_none());
-        let health = Health::new(starting, self.causes(now));
+        let causes = self.causes(now);
+        let causes = if self.plants(Mutant::HealthSilent) { Causes::default() } else { causes };
+        let health = Health::new(starting, causes);
         if health != self.health {
             self.health = health;
             self.push_report(Report::Health(health));

@@ -22,19 +22,25 @@ impl Controller {
         let id = mission.id;
         let answer = match mission.command {
             Command::BiasTest(order) => self.begin_bias_test(now, id, order),
-            Command::Straight(order) => {
+            Command::Straight(mut order) => {
                 let in_range = order.distance.m().abs() <= DISTANCE_M_MAX
                     && order.speed >= SPEED_MIN
                     && self.config.base.is_some_and(|base| order.speed <= base.speed_max);
+                if let (true, Some(base)) = (self.plants(Mutant::SpeedIgnored), &self.config.base) {
+                    order.speed = base.speed_max;
+                }
                 self.ready_to_move(now, in_range).map(|sight| {
                     let drive = Drive::straight(id, order, &self.config.motion, &sight);
                     self.begin_drive(now, drive);
                 })
             }
-            Command::Turn(order) => {
+            Command::Turn(mut order) => {
                 let in_range = order.angle.rad().abs() <= ANGLE_RAD_MAX
                     && order.rate >= RATE_MIN
                     && self.config.base.is_some_and(|base| order.rate <= base.steer_rate_max);
+                if let (true, Some(base)) = (self.plants(Mutant::RateIgnored), &self.config.base) {
+                    order.rate = base.steer_rate_max;
+                }
                 self.ready_to_move(now, in_range).map(|mut sight| {
                     self.reference += order.angle;
                     if self.config.planted().is(Mutant::WrapAt360) {
@@ -89,6 +95,10 @@ impl Controller {
             self.push_report(Report::Refused { id, reason });
         }
         self.update_health(now);
+    }
+
+    pub(super) fn plants(&self, mutant: Mutant) -> bool {
+        self.config.planted().is(mutant)
     }
 
     pub(super) fn idle_at_rest(&self, now: Timestamp) -> Result<(), Refusal> {
@@ -238,6 +248,7 @@ impl Controller {
         pose: Pose,
         result: MissionResult,
     ) {
+        let pose = if self.plants(Mutant::WrongPoseDownloaded) { Pose::default() } else { pose };
         let download = PoseDownload::new(id, pose, result, self.pose_write_counter, now);
         self.task = Task::PoseDownload(download);
         self.step_pose_download(now);
@@ -285,14 +296,14 @@ impl Controller {
                 self.report_state(now);
             }
             Wish::Finished(result) => {
-                let (id, is_straight) = (drive.id, drive.is_straight());
+                let id = drive.id;
                 if !drive.could_be_there(sight.displacement) {
                     self.odometry_doubtful = true;
                     // Said before the mission is called done.
                     self.update_health(now);
                 }
                 // Only a heading that the base does not have itself is worth writing.
-                if is_straight && self.source == HeadingSource::Gyro {
+                if self.source == HeadingSource::Gyro {
                     self.begin_pose_download(now, id, sight.pose, result);
                 } else {
                     self.finish(now, id, result);
@@ -350,7 +361,11 @@ impl Controller {
     }
 
     pub(super) fn chosen_bias(&self) -> Option<AngularRate> {
-        match self.bias_method {
+        let method = match self.plants(Mutant::BiasMethodIgnored) {
+            true => BiasMethod::StaticTest,
+            false => self.bias_method,
+        };
+        match method {
             BiasMethod::StaticTest => {
                 self.tested_bias.map(|tested| self.estimated_bias().unwrap_or(tested))
             }

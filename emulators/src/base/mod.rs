@@ -317,13 +317,27 @@ impl BaseEmulator {
         if self.faults.is_empty() { motion } else { self.motion_through_faults(motion) }
     }
 
+    /// The pose by the base's own odometry at `now`, as it is read on the wire; not before the last call that took a
+    /// time. No fault of its reports is in it.
+    pub fn odometry_at(&self, now: Timestamp) -> Pose {
+        let pose = self.reckoned_pose(now);
+        match can_link::parse_reply(&can_link::reply_frame(&Reply::Pose(pose))) {
+            Some(Reply::Pose(read)) => read,
+            _ => pose,
+        }
+    }
+
     fn reported_pose(&mut self, now: Timestamp) -> Pose {
+        let pose = self.reckoned_pose(now);
+        if self.faults.is_empty() { pose } else { self.pose_through_faults(pose) }
+    }
+
+    fn reckoned_pose(&self, now: Timestamp) -> Pose {
         let State { reckoned, steered, .. } = self.kinematics.state_at(now);
         // What was written stays as fine as it was; only the turning since then has steps.
         let since_write = steered - self.steered_at_write;
         let heading = reckoned.heading() - since_write + self.stepped(since_write);
-        let pose = Pose { heading: Angle::from_rad(heading).wrapped(), ..reckoned.pose() };
-        if self.faults.is_empty() { pose } else { self.pose_through_faults(pose) }
+        Pose { heading: Angle::from_rad(heading).wrapped(), ..reckoned.pose() }
     }
 
     fn stepped(&self, angle: f64) -> f64 {

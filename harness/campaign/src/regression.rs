@@ -58,7 +58,8 @@ impl Regression<'_> {
     }
 
     /// The plan that was struck, under its new name, with the seed and the faults of the case behind its own: in
-    /// those places they had the same random numbers when the case was carried out.
+    /// those places, and with the random numbers of the plan that was struck, they had the same when the case was carried
+    /// out.
     ///
     /// # Errors
     ///
@@ -69,6 +70,7 @@ impl Regression<'_> {
         let mut table: toml::Table =
             self.text.parse().map_err(|error: toml::de::Error| failed(error.to_string()))?;
         let title = format!("{} breaks under faults: {}", self.plan, self.property);
+        table.entry("random_numbers_of").or_insert_with(|| self.plan.into());
         table.insert("name".to_owned(), self.name().into());
         table.insert("title".to_owned(), title.into());
         let faults = toml::Value::try_from(&self.case.schedule)

@@ -87,7 +87,7 @@ pub use fit::{CalibrationPart, Fit, Model, NO_CALIBRATION, SaveCalibration, UseC
 pub use flow::{Answer, OperatorPrompt, REPEAT_TIMES_MAX, Repeat, SWEEP_VALUES_MAX, Sweep};
 pub use formula::{Origin, Reads, formula, origins};
 pub use identify::{Identify, Source, UseModel};
-pub use measurement::Declared;
+pub use measurement::{Declared, Proves};
 pub use message::{Send, StopSending};
 pub use motion::{Direction, Lap, MeasurePose, Place, Straight, TableTurn, Turn};
 pub use name::{Name, ParameterName};
@@ -101,6 +101,7 @@ pub use speakers::{DEVICE, MessagePlace, Speaker, resolve, signal, unit, unit_of
 pub use step::{Action, Step};
 
 use crate::faults::{Lines, Schedule};
+use emulators::random::seed_of_run;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use wire::gyro::GyroStream;
@@ -127,6 +128,10 @@ pub struct Plan {
     /// Where the paper describes it.
     #[serde(default)]
     pub paper: Option<String>,
+    /// The plan whose random numbers it has: its own name where it is absent. A case that a campaign keeps as a plan has
+    /// those of the plan that was struck.
+    #[serde(default)]
+    pub random_numbers_of: Option<Name>,
     /// Name of the device file: a gyro on a robot or a table.
     #[serde(default)]
     pub devices: Option<Name>,
@@ -182,6 +187,11 @@ impl Plan {
             toml::from_str(text).map_err(|error| PlanError::from_toml(file, text, &error))?;
         plan.check(file, text)?;
         Ok(plan)
+    }
+
+    /// What the random numbers of a run of it are made from.
+    pub fn seed_of_run(&self, seed: u64) -> u64 {
+        seed_of_run(seed, self.random_numbers_of.as_ref().unwrap_or(&self.name).as_str())
     }
 
     /// Checks the plan by itself, as [`Plan::parse`] does; `file` and `text` are those that it was read from, and empty

@@ -4,7 +4,7 @@ use super::check::Check;
 use super::name::Name;
 use super::quantity::{Filter, QuantityName};
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 
 /// One `[[measurement]]` of a plan.
@@ -27,9 +27,35 @@ pub struct Declared {
     /// What the paper gives, with its place.
     #[serde(default)]
     pub paper: Option<String>,
+    /// What it proves, where that is said.
+    #[serde(default)]
+    pub proves: Option<Proves>,
+    /// The band was found with a reference as uncertain as ours: the observations' own uncertainties do not narrow it again.
+    #[serde(default)]
+    pub band_holds_reference: bool,
     /// With fewer observations than this it is unset, and fails.
     #[serde(default = "one")]
     pub observations_min: NonZeroU32,
+}
+
+/// What a measurement proves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Proves {
+    /// What the controller did or says is held against a truth that is not its own.
+    TestsTheController,
+    /// What went in comes out again, or the controller judges itself: arithmetic and wiring.
+    ConsistencyOfInputs,
+}
+
+impl Proves {
+    /// For a column of a table: what would be at fault.
+    pub const fn short(self) -> &'static str {
+        match self {
+            Self::TestsTheController => "controller",
+            Self::ConsistencyOfInputs => "inputs",
+        }
+    }
 }
 
 fn one() -> NonZeroU32 {

@@ -50,7 +50,7 @@ pub const TAGS: &[Tag] = &[
     },
     Tag { name: "duration", unit: "s", doc: "time between the states before and after" },
     Tag { name: "bias", unit: "deg/s", doc: "bias that was subtracted" },
-    Tag { name: "angle", unit: "deg", doc: "angle that the table was told to turn by" },
+    Tag { name: "angle", unit: "deg", doc: "angle that was ordered" },
     Tag { name: "table_rate", unit: "deg/s", doc: "rate that the table was told, without sign" },
     Tag { name: "acceleration", unit: "deg/s2", doc: "acceleration that the table was told" },
     Tag {
@@ -143,6 +143,15 @@ quantities! {
     /// Distance from the start to the absolute position after a lap.
     LAP_POSITION_ERROR: "lap.position_error", "m", ["direction", "temperature", "duration", "bias"], "lap";
 
+    /// Heading that the base's own odometry turned in a lap, read back, minus by the absolute measurement, to within half
+    /// a turn (Fig. 7).
+    LAP_BASE_HEADING_ERROR: "lap.base_heading_error", "deg", ["direction", "temperature", "duration", "bias"], "lap";
+    /// Return position by the base's own odometry, read back, minus by the absolute measurement, along the heading at the
+    /// lap's start (Fig. 8).
+    LAP_BASE_X_ERROR: "lap.base_x_error", "m", ["direction", "temperature", "duration", "bias"], "lap";
+    /// The same to the left of that heading.
+    LAP_BASE_Y_ERROR: "lap.base_y_error", "m", ["direction", "temperature", "duration", "bias"], "lap";
+
     /// Absolute minus dead-reckoned position after a lap, along the heading at its start.
     UMBMARK_X: "umbmark.x", "m", ["direction", "temperature", "duration", "bias"], "lap";
     /// Absolute minus dead-reckoned position after a lap, to the left of the heading at its start.
@@ -150,14 +159,26 @@ quantities! {
 
     /// Travelled minus commanded distance, at rest (section 4.2.1).
     STRAIGHT_STOP_ERROR: "straight.stop_error", "m", [], "straight";
+    /// The same in truth, along the heading at the start; of a real base nobody sees it.
+    STRAIGHT_TRUE_STOP_ERROR: "straight.true_stop_error", "m", [], "straight";
+    /// True heading minus that at the start, with every state on the way; of a real base nobody sees it.
+    STRAIGHT_TRUE_HEADING_ERROR: "straight.true_heading_error", "deg", [], "straight";
     /// Heading minus reference, once a control period on the way (section 4.2.1).
     STRAIGHT_HEADING_ERROR: "straight.heading_error", "deg", [], "straight";
     /// Largest of those on one line, without sign.
     STRAIGHT_HEADING_ERROR_MAX: "straight.heading_error_max", "deg", [], "straight";
     /// Turned minus commanded angle by the heading source, at rest (section 4.2.2).
     TURN_STOP_ERROR: "turn.stop_error", "deg", ["direction"], "turn";
+    /// The same in truth; of a real base nobody sees it.
+    TURN_TRUE_STOP_ERROR: "turn.true_stop_error", "deg", ["direction", "angle"], "turn";
     /// Angle turned by the base's odometry minus by the gyro.
     TURN_ODOMETRY_ERROR: "turn.odometry_error", "deg", ["direction"], "turn";
+    /// Pose by the base's own odometry, read back after a line or a turn, minus the true one: x on the floor.
+    BASE_POSE_X_ERROR: "base_pose.x_error", "m", [], "straight";
+    /// The same, y.
+    BASE_POSE_Y_ERROR: "base_pose.y_error", "m", [], "straight";
+    /// The same, heading, to within half a turn.
+    BASE_POSE_HEADING_ERROR: "base_pose.heading_error", "deg", [], "straight";
     /// Pose downloads that had to be tried again after one straight line.
     POSE_WRITE_RETRIES: "pose_write.retries", "1", [], "straight";
 

@@ -85,6 +85,9 @@ pub struct Measurement {
     pub uncertainty: f64,
     /// How many observations it rests on.
     pub observations: u64,
+    /// What it proves, where its plan says so.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub proves: Option<plan::Proves>,
 }
 
 /// `summary.json` of a run folder.

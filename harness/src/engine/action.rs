@@ -18,6 +18,8 @@ pub enum Action {
     Table(table::Command),
     /// Measure the pose by the absolute measurement; answer with `Engine::absolute`.
     MeasureAbsolute,
+    /// Look where the base is, and where it believes to be; answer with `Engine::looked`.
+    Look,
     /// Carry the robot to a pose; answer with `Engine::answered`.
     Place(Pose),
     /// Set a parameter of a device; answer with `Engine::answered` or `Engine::broke`.

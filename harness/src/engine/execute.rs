@@ -122,8 +122,15 @@ impl Engine {
                 self.send(now, Command::RequestState);
             }
             Op::AbsoluteBefore | Op::AbsoluteAfter | Op::AbsoluteNamed => {
+                if let (Op::AbsoluteBefore, Some(robot)) = (&op, &mut self.robot) {
+                    robot.ends.look_before = None;
+                }
                 self.actions.push_back(Action::MeasureAbsolute);
                 self.waiting = Waiting::Absolute(op);
+            }
+            Op::Look(segment) => {
+                self.actions.push_back(Action::Look);
+                self.waiting = Waiting::Look(segment);
             }
             Op::Pause(span) => self.waiting = Waiting::Until(now + span),
             Op::PauseUntil(at) => self.waiting = Waiting::Until(at),

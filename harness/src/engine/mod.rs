@@ -17,10 +17,12 @@ pub mod program;
 mod reactions;
 mod rest_watch;
 mod robot;
+mod segment;
 mod signals;
 mod teardown;
 
 pub use action::Action;
+pub use segment::Look;
 
 use crate::observation::Observation;
 use crate::outcome::Outcome;
@@ -34,6 +36,7 @@ use phases::Phases;
 use program::Program;
 use reactions::Reactions;
 use robot::Robot;
+use segment::Segment;
 use signals::Signals;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -86,6 +89,8 @@ enum Waiting {
     Rest,
     /// The absolute measurement.
     Absolute(op::Op),
+    /// A look at the base.
+    Look(Option<Segment>),
     /// The world's confirmation, and a number if one is asked for.
     Answer(Option<Answer>),
     /// The table's word on a command.

@@ -2,11 +2,13 @@
 
 use super::BenchFacts;
 use super::rest_watch::Window;
+use super::segment::{BASE_HEADING_U_DEG, Look};
 use crate::observation::Observation;
 use crate::plan::quantities::{self as q, Quantity};
 use crate::plan::{Direction, TableTurn};
 use controller::mission::{BiasTestResult, State, StraightResult, TurnResult};
 use std::collections::BTreeMap;
+use wire::base::HEADING_STEP;
 use wire::time::Timestamp;
 use wire::units::{Angle, Pose, Temperature};
 
@@ -22,6 +24,10 @@ pub(super) struct Ends {
     pub(super) ended: Option<Timestamp>,
     pub(super) pose_before: Option<Pose>,
     pub(super) pose_after: Option<Pose>,
+    /// The first look at the base, and the last.
+    pub(super) look_before: Option<Look>,
+    /// See `look_before`.
+    pub(super) look_after: Option<Look>,
 }
 
 impl Ends {
@@ -187,7 +193,9 @@ impl<'a> Collector<'a> {
         let gyro = state_after.gyro_heading - state_before.gyro_heading;
         let odometry = state_after.odometry_heading - state_before.odometry_heading;
         self.add(&q::LAP_GYRO_ERROR, sign * (gyro - turned).deg(), u_heading, &more);
-        self.add(&q::LAP_ODOMETRY_ERROR, sign * (odometry - turned).deg(), u_heading, &more);
+        // The odometry has steps, at both ends.
+        let u_odometry = u_heading.hypot(HEADING_STEP.deg() / 6f64.sqrt());
+        self.add(&q::LAP_ODOMETRY_ERROR, sign * (odometry - turned).deg(), u_odometry, &more);
         self.add(&q::LAP_RETURN_HEADING, off_nominal.deg(), u_heading, &more);
         let (x, y) = seen_from(pose_before, pose_after);
         self.add(&q::LAP_RETURN_X, x, u_position, &more);
@@ -196,6 +204,16 @@ impl<'a> Collector<'a> {
         let believed = seen_from(&state_before.pose, &state_after.pose);
         self.add(&q::UMBMARK_X, x - believed.0, u_position, &more);
         self.add(&q::UMBMARK_Y, y - believed.1, u_position, &more);
+        let (Some(look_before), Some(look_after)) = (&ends.look_before, &ends.look_after) else {
+            return;
+        };
+        let (from, to) = (&look_before.odometry, &look_after.odometry);
+        let heading = (to.heading - from.heading - off_nominal).wrapped().deg();
+        let (base_x, base_y) = seen_from(from, to);
+        let u_heading = u_heading.hypot(BASE_HEADING_U_DEG);
+        self.add(&q::LAP_BASE_HEADING_ERROR, heading, u_heading, &more);
+        self.add(&q::LAP_BASE_X_ERROR, base_x - x, u_position, &more);
+        self.add(&q::LAP_BASE_Y_ERROR, base_y - y, u_position, &more);
     }
 
     /// One reading of the absolute measurement.

@@ -1,6 +1,7 @@
 //! Steps of a plan, broken down to what the engine does one after another.
 
 use super::robot::Robot;
+use super::segment::Segment;
 use crate::plan::{Action, Answer, Direction, Lap, Name, Send, Step, TableTurn};
 use controller::calibration::Calibration;
 use controller::mission::{self, Command};
@@ -27,6 +28,8 @@ pub(super) enum Op {
     AbsoluteAfter,
     /// Measure the pose and observe it.
     AbsoluteNamed,
+    /// Look at the base. After a segment, observe it.
+    Look(Option<Segment>),
     /// Let time pass.
     Pause(Span),
     /// Let time pass until then.
@@ -87,13 +90,11 @@ pub(super) fn expand(step: &Step, robot: Option<&Robot>) -> Result<Vec<Op>, Stri
         Action::Log(log) => vec![Op::Log { duration: log.duration, interval: log.interval }],
         Action::Wait(wait) => vec![Op::Pause(wait.duration)],
         Action::WaitUntil(_) => vec![Op::Condition],
-        Action::Turn(turn) => {
-            mission(Command::Turn(mission::Turn { angle: turn.angle, rate: turn.rate }))
+        Action::Turn(turn) => turn_ops(mission::Turn { angle: turn.angle, rate: turn.rate }).into(),
+        Action::Straight(straight) => {
+            let (distance, speed) = (straight.distance, straight.speed);
+            straight_ops(mission::Straight { distance, speed }).into()
         }
-        Action::Straight(straight) => mission(Command::Straight(mission::Straight {
-            distance: straight.distance,
-            speed: straight.speed,
-        })),
         Action::Lap(lap) => lap_ops(lap),
         Action::TableTurn(turn) => {
             table_ops(turn, robot.map_or(Angle::TURN, |robot| robot.facts.table_step))
@@ -137,18 +138,27 @@ pub(super) fn expand(step: &Step, robot: Option<&Robot>) -> Result<Vec<Op>, Stri
     })
 }
 
+/// A straight line, the base looked at before and after.
+fn straight_ops(order: mission::Straight) -> [Op; 3] {
+    let segment = Segment::Straight(order.distance);
+    [Op::Look(None), Op::mission(Command::Straight(order)), Op::Look(Some(segment))]
+}
+
+/// A turn, likewise.
+fn turn_ops(order: mission::Turn) -> [Op; 3] {
+    let segment = Segment::Turn(order.angle);
+    [Op::Look(None), Op::mission(Command::Turn(order)), Op::Look(Some(segment))]
+}
+
 /// Four sides and four corners, the absolute pose measured before and after.
 fn lap_ops(lap: &Lap) -> Vec<Op> {
     let mut ops = vec![Op::AbsoluteBefore, Op::StateBefore];
+    let side = mission::Straight { distance: lap.side, speed: lap.speed };
+    let corner =
+        mission::Turn { angle: Angle::from_deg(90.0 * lap.direction.sign()), rate: lap.turn_rate };
     for _ in 0..4 {
-        ops.push(Op::mission(Command::Straight(mission::Straight {
-            distance: lap.side,
-            speed: lap.speed,
-        })));
-        ops.push(Op::mission(Command::Turn(mission::Turn {
-            angle: Angle::from_deg(90.0 * lap.direction.sign()),
-            rate: lap.turn_rate,
-        })));
+        ops.extend(straight_ops(side));
+        ops.extend(turn_ops(corner));
     }
     ops.extend([Op::StateAfter, Op::AbsoluteAfter, Op::ObserveLap(lap.direction)]);
     ops

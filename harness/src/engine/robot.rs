@@ -5,6 +5,7 @@ use super::fit::Fitted;
 use super::observe::Ends;
 use super::op::Op;
 use super::rest_watch::RestWatch;
+use super::segment::Look;
 use super::teardown::Teardown;
 use super::{Action, BenchFacts, Engine, Waiting};
 use crate::outcome::Outcome;
@@ -179,6 +180,36 @@ impl Engine {
         }
         self.waiting = Waiting::Nothing;
         self.advance(now);
+    }
+
+    /// Takes what a look at the base showed; nothing where it cannot be seen.
+    pub fn looked(&mut self, now: Timestamp, look: Option<Look>) {
+        let Waiting::Look(segment) = self.waiting else { return };
+        if let Some(robot) = &mut self.robot {
+            let before = std::mem::replace(&mut robot.ends.look_after, look);
+            robot.ends.look_before = robot.ends.look_before.or(look);
+            if let (Some(segment), Some(before), Some(after)) = (segment, before, look) {
+                self.observe(now, |collector| collector.segment(segment, &before, &after));
+            }
+        }
+        self.waiting = Waiting::Nothing;
+        self.advance(now);
+    }
+
+    /// Is the truth on a line wanted?
+    pub fn wants_truth(&self) -> bool {
+        self.wanted.contains(q::STRAIGHT_TRUE_HEADING_ERROR.name)
+    }
+
+    /// Takes what is true of the base on a line.
+    pub fn true_on_line(&mut self, now: Timestamp, truth: &Pose) {
+        let Some(look) = self.robot.as_ref().and_then(|robot| robot.ends.look_after) else {
+            return;
+        };
+        let error = (truth.heading - look.truth.heading).deg();
+        self.observe(now, |collector| {
+            collector.add(&q::STRAIGHT_TRUE_HEADING_ERROR, error, 0.0, &[]);
+        });
     }
 
     fn take_state(&mut self, now: Timestamp, state: &State) {

@@ -93,6 +93,11 @@ impl Director {
                         .broke(now, "this bench has no base whose pose could be measured"),
                 }
             }
+            Action::Look => {
+                let robot = rig.robot_mut().filter(|_| !self.real.base);
+                let look = robot.and_then(|robot| robot.bench.look(now));
+                self.engine.looked(now, look);
+            }
             Action::Place(pose) => {
                 let placed = match rig.robot_mut() {
                     Some(robot) => robot.bench.place(now, pose),
@@ -210,6 +215,13 @@ impl Director {
         report: &Report,
     ) {
         if let Report::State(state) = report {
+            if state.heading_error.is_some()
+                && !self.real.base
+                && self.engine.wants_truth()
+                && let Some(look) = rig.robot_mut().and_then(|robot| robot.bench.look(now))
+            {
+                self.engine.true_on_line(now, &look.truth);
+            }
             let period = if state.activity == Activity::Idle && !state.moving {
                 STATE_PERIOD_AT_REST
             } else {

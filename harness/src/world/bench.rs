@@ -1,6 +1,6 @@
 //! The emulated devices of a run, and what the controller and the engine must know of them.
 
-use crate::engine::BenchFacts;
+use crate::engine::{BenchFacts, Look};
 use crate::faults::{LineKind, Ride};
 use crate::library::{Kind, Library, LibraryError};
 use crate::models::{self, ModelError};
@@ -194,6 +194,16 @@ impl Bench {
             Carrier::Base(base) => {
                 base.wake(now);
                 Some(self.absolute.measure(base.truth_at(now).pose))
+            }
+            Carrier::Table(_) | Carrier::Turning(_) => None,
+        }
+    }
+
+    /// Where the base is, and where it believes to be; none on a table.
+    pub fn look(&self, now: Timestamp) -> Option<Look> {
+        match &self.carrier {
+            Carrier::Base(base) => {
+                Some(Look { truth: base.truth_at(now).pose, odometry: base.odometry_at(now) })
             }
             Carrier::Table(_) | Carrier::Turning(_) => None,
         }

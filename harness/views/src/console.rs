@@ -15,6 +15,7 @@ pub use seeds::{seeds_markdown, seeds_table};
 #[cfg(feature = "tty")]
 use comfy_table::{Attribute, Color};
 use comfy_table::{Cell, ColumnConstraint, ContentArrangement, Row, Table, presets};
+use plan::Proves;
 use record::figures;
 use record::outcome::{Counts, Measurement, Outcome, PropertySummary, Summary, Verdict};
 use std::io::IsTerminal;
@@ -28,10 +29,12 @@ const WIDTH_MIN: u16 = 60;
 /// Room that the other columns need before names may be kept whole.
 const WIDTH_OF_OTHERS_MIN: u16 = 30;
 
+/// What a measurement proves: not shown where no plan says it.
+const PROVES_COLUMN: usize = 2;
 /// What the paper gives: not shown where it gives nothing.
-const PAPER_COLUMN: usize = 2;
-/// Procedure, measurement and verdict: names that are ugly when broken.
-const WHOLE_COLUMNS: [usize; 3] = [0, 1, 5];
+const PAPER_COLUMN: usize = 3;
+/// Procedure, measurement, what it proves and verdict: words that are ugly when broken.
+const WHOLE_COLUMNS: [usize; 4] = [0, 1, PROVES_COLUMN, 6];
 
 /// Are colours wanted on a stream that is a terminal, or none? Never where `NO_COLOR` is set to anything
 /// (no-color.org); everywhere where `CLICOLOR_FORCE` is set to anything but 0 (bixense.com/clicolors).
@@ -107,7 +110,7 @@ impl Style {
 
 /// Paper against measured, one line a measurement, and a closing line with counts and exit status.
 pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
-    let header = ["procedure", "measurement", "paper", "measured", "band", "verdict"];
+    let header = ["procedure", "measurement", "proves", "paper", "measured", "band", "verdict"];
     let mut table = style.table(&header);
     for summary in summaries {
         for (index, measurement) in summary.measurements.iter().enumerate() {
@@ -121,12 +124,14 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
         }
     }
     keep_whole(&mut table, &WHOLE_COLUMNS, style);
-    let mut measured = summaries.iter().flat_map(|summary| &summary.measurements);
-    if measured.all(|measurement| measurement.paper.is_none())
-        && let Some(paper) = table.column_mut(PAPER_COLUMN)
-    {
-        paper.set_constraint(ColumnConstraint::Hidden);
-    }
+    let measured: Vec<_> = summaries.iter().flat_map(|summary| &summary.measurements).collect();
+    let mut hide = |is_empty: bool, column| {
+        if is_empty && let Some(column) = table.column_mut(column) {
+            column.set_constraint(ColumnConstraint::Hidden);
+        }
+    };
+    hide(measured.iter().all(|measurement| measurement.paper.is_none()), PAPER_COLUMN);
+    hide(measured.iter().all(|measurement| measurement.proves.is_none()), PROVES_COLUMN);
     let mut text = lines(&table);
     text.push('\n');
     for summary in summaries {
@@ -156,6 +161,7 @@ fn row(procedure: String, measurement: &Measurement, style: Style) -> Row {
     Row::from([
         Cell::new(procedure),
         Cell::new(printable(&measurement.name)),
+        Cell::new(measurement.proves.map_or("-", Proves::short)),
         Cell::new(paper),
         Cell::new(printable(&measured)),
         Cell::new(printable(&figures::band(*lower, *upper, unit))),
@@ -180,6 +186,7 @@ fn property_row(procedure: String, property: &PropertySummary, style: Style) -> 
     Row::from([
         Cell::new(procedure),
         Cell::new(printable(name)),
+        Cell::new("-"),
         Cell::new("-"),
         Cell::new(seen),
         Cell::new(if *always { "always" } else { "sometimes" }),

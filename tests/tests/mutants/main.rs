@@ -8,6 +8,7 @@ mod over_range_ignored;
 mod overflow_after_long_runs;
 mod pose_written_in_motion;
 mod repeated_sample_counted;
+mod rows;
 mod scenario;
 mod stale_heading;
 mod unnoticed;

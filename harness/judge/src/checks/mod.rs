@@ -15,6 +15,9 @@
 //! Shares, counts and times are marginal where they pass with the band as it is and fail with the band
 //! shrunk by each observation's expanded uncertainty.
 //!
+//! Where a band was found with a reference as uncertain as ours (`band_holds_reference`), the verdict takes the observations
+//! as exact: their uncertainty is in the band already. The figure is shown with its uncertainty all the same.
+//!
 //! An observation that is not finite fails every check that it belongs to, and a figure that cannot be
 //! formed is [`Verdict::Unset`]; the statistic says why. The order of observations is of no importance.
 
@@ -51,7 +54,12 @@ pub fn judge(declared: &Declared, observations: &[Observation]) -> Measurement {
     let bounds = figure::bounds(&declared.check);
     let judged = selection.complete().and_then(|()| figure(&declared.check, &selection));
     let (value, uncertainty, verdict, statistic) = match judged {
-        Ok(figure) => (Some(figure.value), figure.uncertainty, figure.verdict, figure.statistic),
+        Ok(found) if declared.band_holds_reference => {
+            let exact = figure(&declared.check, &selection.taken_as_exact());
+            let verdict = exact.map_or(found.verdict, |exact| exact.verdict);
+            (Some(found.value), found.uncertainty, verdict, found.statistic)
+        }
+        Ok(found) => (Some(found.value), found.uncertainty, found.verdict, found.statistic),
         Err(Refusal::Unset(why)) => (None, 0.0, Verdict::Unset, why),
         Err(Refusal::Fail(why)) => (None, 0.0, Verdict::Fail, why),
     };
@@ -66,6 +74,7 @@ pub fn judge(declared: &Declared, observations: &[Observation]) -> Measurement {
         statistic,
         uncertainty,
         observations: selection.len() as u64,
+        proves: declared.proves,
     }
 }
 

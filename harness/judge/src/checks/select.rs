@@ -29,8 +29,11 @@ pub(super) struct Position {
 }
 
 /// What a measurement is about.
+#[derive(Clone)]
 pub(super) struct Selection<'a> {
     declared: &'a Declared,
+    /// The observations' own uncertainties do not count.
+    is_exact: bool,
     first: Vec<&'a Observation>,
     second: Vec<&'a Observation>,
 }
@@ -51,7 +54,17 @@ impl<'a> Selection<'a> {
         };
         let first = of(&declared.quantity);
         let second = declared.check.second_quantity().map(|(_, quantity)| of(quantity));
-        Self { declared, first, second: second.unwrap_or_default() }
+        Self { declared, is_exact: false, first, second: second.unwrap_or_default() }
+    }
+
+    /// The same without the observations' own uncertainties.
+    pub(super) fn taken_as_exact(&self) -> Self {
+        Self { is_exact: true, ..self.clone() }
+    }
+
+    fn sample(&self, observation: &Observation) -> Sample {
+        let uncertainty = if self.is_exact { 0.0 } else { observation.uncertainty };
+        Sample { value: observation.value, uncertainty }
     }
 
     /// How many observations there are of the measurement's own quantity.
@@ -80,11 +93,11 @@ impl<'a> Selection<'a> {
     }
 
     pub(super) fn samples(&self) -> Vec<Sample> {
-        self.first.iter().map(|o| sample(o)).collect()
+        self.first.iter().map(|o| self.sample(o)).collect()
     }
 
     pub(super) fn second_samples(&self) -> Vec<Sample> {
-        self.second.iter().map(|o| sample(o)).collect()
+        self.second.iter().map(|o| self.sample(o)).collect()
     }
 
     /// The values over a tag, by rising tag.
@@ -94,7 +107,7 @@ impl<'a> Selection<'a> {
             .iter()
             .filter_map(|o| {
                 let at = *o.tags.get(tag)?;
-                at.is_finite().then_some(Point { at, sample: sample(o) })
+                at.is_finite().then_some(Point { at, sample: self.sample(o) })
             })
             .collect();
         let lost = self.first.len() - points.len();
@@ -119,16 +132,12 @@ impl<'a> Selection<'a> {
             return Err(Refusal::Fail("positions that lack x or y".to_owned()));
         }
         let position = |(x, y): (&&Observation, &&Observation)| Position {
-            x: sample(x),
-            y: sample(y),
+            x: self.sample(x),
+            y: self.sample(y),
             direction: x.tags.get("direction").copied(),
         };
         Ok(xs.iter().zip(&ys).map(position).collect())
     }
-}
-
-fn sample(observation: &Observation) -> Sample {
-    Sample { value: observation.value, uncertainty: observation.uncertainty }
 }
 
 fn is_usable(observation: &Observation) -> bool {

@@ -15,6 +15,7 @@ pub fn measurement(name: &str, value: f64, verdict: Verdict) -> Measurement {
         statistic: "worst of 80".into(),
         uncertainty: 0.2,
         observations: 80,
+        proves: Some(plan::Proves::TestsTheController),
     }
 }
 

@@ -1,6 +1,7 @@
 //! What was measured, against the paper where there is one, with a picture of each figure in its band.
 
 use maud::{Markup, html};
+use plan::Proves;
 use record::figures;
 use record::outcome::{Measurement, Verdict};
 
@@ -57,6 +58,7 @@ fn row(measurement: &Measurement, paper: bool) -> Markup {
             td {
                 strong { (name) }
                 div.small { (measurement.statistic) }
+                @if let Some(proves) = measurement.proves { div.small { (sentence(proves)) } }
                 @if let Some(reason) = reason(measurement) { div.reason { (reason) } }
             }
             @if paper { td { (measurement.paper.as_deref().unwrap_or("-")) } }
@@ -66,6 +68,13 @@ fn row(measurement: &Measurement, paper: bool) -> Markup {
             td.number { (margin.map_or_else(|| html! { "-" }, |margin| margin_cell(margin, measurement))) }
             td { span.verdict { (verdict.name()) } }
         }
+    }
+}
+
+fn sentence(proves: Proves) -> &'static str {
+    match proves {
+        Proves::TestsTheController => "tests the controller",
+        Proves::ConsistencyOfInputs => "consistency of inputs",
     }
 }
 

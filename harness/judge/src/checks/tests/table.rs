@@ -221,3 +221,17 @@ fn what_is_judged_is_said() {
     .collect();
     insta::assert_snapshot!(lines.join("\n"));
 }
+
+#[test]
+fn a_band_that_holds_the_references_error_is_not_narrowed_by_it_again() {
+    let observed = table_errors(&[0.1, 0.9], 0.16);
+    let mut declared = declared("table.error", "{ all_within = [-1, 1] }");
+    assert_eq!(judge(&declared, &observed).verdict, Verdict::Marginal);
+    declared.band_holds_reference = true;
+    let judged = judge(&declared, &observed);
+    assert_eq!(
+        (judged.verdict, judged.value, judged.uncertainty),
+        (Verdict::Pass, Some(0.9), 0.16)
+    );
+    assert_eq!(judge(&declared, &table_errors(&[0.1, 1.1], 0.16)).verdict, Verdict::Fail);
+}
