@@ -3,9 +3,11 @@
 use super::op::{Op, expand};
 use super::program::Next;
 use super::rest_watch::Window;
-use super::{Action, Engine, StepAction, Waiting, fit, holds};
+use super::robot::Robot;
+use super::signals::Signals;
+use super::{Action, Engine, StepAction, Waiting, fit};
 use crate::outcome::Outcome;
-use crate::plan::quantities as q;
+use crate::plan::{Condition, quantities as q};
 use crate::record::{Device, RecordKind};
 use controller::mission::{Command, Mission};
 use wire::table;
@@ -281,5 +283,13 @@ impl Engine {
                 self.end(now, Outcome::Failed, Some(reason));
             }
         }
+    }
+}
+
+/// Does this hold by what was heard last: in messages of nodes, or from the controller?
+pub(super) fn holds(signals: &Signals, robot: Option<&Robot>, condition: &Condition) -> bool {
+    match condition.quantity().of_message() {
+        Some(_) => signals.holds(condition),
+        None => robot.is_some_and(|robot| robot.rest.holds(condition)),
     }
 }

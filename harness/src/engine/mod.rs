@@ -26,10 +26,11 @@ pub use segment::Look;
 
 use crate::observation::Observation;
 use crate::outcome::Outcome;
-use crate::plan::{Action as StepAction, Answer, Condition, Plan, Speaker, Step, quantities as q};
+use crate::plan::{Action as StepAction, Answer, Plan, Speaker, Step, quantities as q};
 use crate::record::{Device, RecordKind};
 use controller::mission::MissionId;
 use described::Decoded;
+use execute::holds;
 use observe::{Collector, Tags};
 use op::Op;
 use phases::Phases;
@@ -369,14 +370,6 @@ impl Engine {
         // What is sent last is what the plan says.
         self.actions.extend(self.plan.finally.iter().cloned().map(Action::Send));
         self.begin_teardown(now);
-    }
-}
-
-/// Does this hold by what was heard last: in messages of nodes, or from the controller?
-fn holds(signals: &Signals, robot: Option<&Robot>, condition: &Condition) -> bool {
-    match condition.quantity().of_message() {
-        Some(_) => signals.holds(condition),
-        None => robot.is_some_and(|robot| robot.rest.holds(condition)),
     }
 }
 
