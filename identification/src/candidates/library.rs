@@ -98,9 +98,12 @@ impl Builder<'_> {
             return;
         }
         let is_temperature = channel.role == Role::Temperature;
-        let rate =
-            Shape::new(&name(Wrap::RateOf, Form::Linear), on, driver(Wrap::RateOf), Form::Linear);
-        self.push(if is_temperature { Family::Library } else { Family::Memory }, rate);
+        // Nothing feels a jerk.
+        if channel.unit.dimension() != Dimension::Acceleration {
+            let wrap = Wrap::RateOf;
+            let rate = Shape::new(&name(wrap, Form::Linear), on, driver(wrap), Form::Linear);
+            self.push(if is_temperature { Family::Library } else { Family::Memory }, rate);
+        }
         if is_temperature {
             self.push(Family::Library, plain(Form::Cubic).with("origin", origin));
         }

@@ -1,6 +1,8 @@
 //! Physical ranges of what a term may do, each with its source. What lies outside is no calibration but another fault.
 
 use super::{Acts, Form, Shape};
+use crate::dataset::Dimension;
+use crate::problem::Channels;
 
 /// Where the values of a kind of term lie, SI. `None` where nothing is known.
 pub fn range(acts: Acts) -> Option<[f64; 2]> {
@@ -29,8 +31,21 @@ pub fn range(acts: Acts) -> Option<[f64; 2]> {
     })
 }
 
+/// How much an acceleration may change the bias of a gyro, rad/s/(m/s^2): 1 deg/s/g, five to ten times what data sheets
+/// state (ADXRS150: 0.2, MPU-6050: 0.1 deg/s/g). What follows an acceleration more than that follows the rotation or
+/// the warmth that the acceleration goes with.
+const OF_ACCELERATION_MAX: f64 = 0.017_453 / 9.806_65;
+
 /// Is what `shape` adds with `coefficients` within the range? `columns` are its columns over the rows.
-pub fn is_physical(shape: &Shape, columns: &[Vec<f64>], coefficients: &[f64]) -> bool {
+pub fn is_physical(
+    shape: &Shape,
+    channels: &Channels,
+    columns: &[Vec<f64>],
+    coefficients: &[f64],
+) -> bool {
+    if shape.acts == Acts::Bias && !channels.of_sensor {
+        return bears_acceleration(shape, channels, columns, coefficients);
+    }
     let Some([low, high]) = range(shape.acts) else { return true };
     let inside = |value: f64| value >= low && value <= high;
     if matches!(shape.form, Form::Delay) || shape.acts == Acts::Axis {
@@ -44,13 +59,55 @@ pub fn is_physical(shape: &Shape, columns: &[Vec<f64>], coefficients: &[f64]) ->
     })
 }
 
+/// Is the part of a gyro's bias that goes with an acceleration within the range?
+fn bears_acceleration(
+    shape: &Shape,
+    channels: &Channels,
+    columns: &[Vec<f64>],
+    coefficients: &[f64],
+) -> bool {
+    let accelerations = shape
+        .drivers
+        .iter()
+        .filter_map(|driver| channels.named(&driver.field))
+        .filter(|channel| channel.unit.dimension() == Dimension::Acceleration);
+    let Some(span) = accelerations.map(|channel| channel.span()).reduce(f64::max) else {
+        return true;
+    };
+    let rows = columns.first().map_or(0, Vec::len);
+    let (low, high) = (0..rows)
+        .map(|row| columns.iter().zip(coefficients).map(|(column, value)| column[row] * value).sum())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high): (f64, f64), value: f64| {
+            (low.min(value), high.max(value))
+        });
+    !(high - low > OF_ACCELERATION_MAX * span)
+}
+
 #[cfg(test)]
 mod tests {
     use super::is_physical;
+    use crate::model::tests::channels;
     use crate::model::{Acts, Driver, Form, Shape};
 
     #[test]
+    fn a_bias_follows_an_acceleration_by_no_more_than_data_sheets_allow() {
+        let mut channels = channels();
+        let line = Shape::new("any", Acts::Bias, Driver::plain("jolt"), Form::Linear);
+        let column = line.per_row(&channels).unwrap();
+        // 0.2 deg/s/g, and 5 of them.
+        assert!(is_physical(&line, &channels, &column, &[3.6e-4]));
+        assert!(!is_physical(&line, &channels, &column, &[-9e-3]));
+        // A pressure sensor is no gyro.
+        channels.of_sensor = true;
+        assert!(is_physical(&line, &channels, &column, &[-9e-3]));
+    }
+
+    #[test]
     fn a_scale_of_minus_23_is_refused() {
+        let channels = channels();
+        let is_physical = |shape: &Shape, columns: &[Vec<f64>], values: &[f64]| {
+            is_physical(shape, &channels, columns, values)
+        };
         let constant = Shape::constant("distance_scale", Acts::Drive);
         let ones = vec![vec![1.0; 4]];
         assert!(is_physical(&constant, &ones, &[-0.4]));

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 const ROWS: usize = 40;
 
 /// A temperature in degrees Celsius, an acceleration, and a rotation that is told in deg/s.
-fn channels() -> Channels {
+pub(super) fn channels() -> Channels {
     let column = |name: &str, role, unit, value: &dyn Fn(f64) -> f64| Column {
         name: name.to_owned(),
         role,

@@ -3,11 +3,12 @@
 
 use super::block::{Asked, Step};
 use super::data::{Data, combine};
+use super::sound::is_sound;
 use super::state::State;
 use crate::candidates::{Candidate, all};
 use crate::judge::{Judge, Metric, margin};
 use crate::linear::{Basis, dot, solve};
-use crate::model::{Form, Shape, is_physical};
+use crate::model::{Form, Shape};
 use crate::noise::{NoiseModel, Whitener};
 use crate::robust::root_mean_square;
 
@@ -17,8 +18,6 @@ const SAMPLE: usize = 6000;
 const JUDGED: usize = 5;
 /// A candidate that explains less of what is left is not judged.
 const SHARE_MIN: f64 = 0.002;
-/// Estimates that are so strongly correlated balance one another: one of them is enough.
-const CORRELATION_MAX: f64 = 0.98;
 /// A reading this many times the root mean square off has no say.
 const GROSS: f64 = 6.0;
 /// By so much the logarithm of an error falls where a model is clearly better.
@@ -196,36 +195,7 @@ impl<'a> Material<'a> {
             }
         }
         let tried = self.fitted(tried);
-        (self.is_sound(&tried)).then_some(tried)
-    }
-
-    /// Is every term within physics, and does none balance another?
-    fn is_sound(&self, state: &State<'_>) -> bool {
-        let whitener = Whitener::new(self.data.layout, &state.noise, &state.left_out);
-        let columns = whitener.apply_all(&self.data.all_columns(&state.terms));
-        let fit = solve(&columns, &whitener.apply(&self.data.block.residual));
-        let mut at = 0;
-        let mut of_term = Vec::new();
-        for (index, term) in state.terms.iter().enumerate() {
-            let width = self.data.columns(term).len();
-            of_term.extend(std::iter::repeat_n(index, width));
-            let mine = &fit.coefficients[at..at + width];
-            at += width;
-            let per_row = term.per_row(self.data.channels).unwrap_or_default();
-            if index >= state.base && !is_physical(term, &per_row, mine) {
-                return false;
-            }
-        }
-        let new = state.terms.len() - 1;
-        for i in (0..of_term.len()).filter(|&i| of_term[i] == new) {
-            for j in (0..of_term.len()).filter(|&j| of_term[j] != new) {
-                let scale = (fit.inverse[i][i] * fit.inverse[j][j]).sqrt();
-                if !(scale > 0.0) || (fit.inverse[i][j] / scale).abs() > CORRELATION_MAX {
-                    return false;
-                }
-            }
-        }
-        true
+        is_sound(&tried, state.terms.len()).then_some(tried)
     }
 }
 

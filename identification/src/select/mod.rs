@@ -16,6 +16,7 @@ mod roughly;
 mod rounding;
 mod scene;
 mod simplify;
+mod sound;
 mod state;
 
 pub use block::{Asked, BlockFit, Found, Waypoint, fit_terms, identify_block};

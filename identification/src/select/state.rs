@@ -10,6 +10,7 @@ use super::record::Record;
 use super::refine::refine;
 use super::scene::{Scene, robust_fit};
 use super::simplify::simplify;
+use super::sound::is_sound;
 use crate::candidates::{Candidate, Family};
 use crate::model::{Form, Shape};
 use crate::noise::{self, NoiseModel, Whitener};
@@ -187,11 +188,15 @@ impl<'a> State<'a> {
                 }
                 continue;
             }
+            let mut next = self.clone();
             for candidate in chosen {
-                self.terms.push(candidate.shape);
-                self.families.push(candidate.family);
+                next.terms.push(candidate.shape);
+                next.families.push(candidate.family);
             }
-            return Ok(());
+            if is_sound(&next, self.terms.len()) {
+                *self = next;
+                return Ok(());
+            }
         }
         Err(failed)
     }
