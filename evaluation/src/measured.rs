@@ -174,6 +174,9 @@ pub fn summary(finding: &identification::finding::Finding) -> String {
         "{:?}, floor {:.3e} {}\n",
         finding.verdict, finding.noise_floor.value, finding.noise_floor.unit
     );
+    for sentence in finding.in_words() {
+        let _ = writeln!(text, "  {sentence}");
+    }
     for one in std::iter::once(&finding.held_out).chain(&finding.held_out_also) {
         let _ = writeln!(
             text,

@@ -3,7 +3,7 @@
 use crate::align::Aligned;
 use crate::dataset::Dataset;
 use crate::experiment::{self, Doubt};
-use crate::finding::{Figure, Finding, HeldOut, Left, PathModel, SCHEMA, Verdict};
+use crate::finding::{Effect, Figure, Finding, HeldOut, Left, PathModel, SCHEMA, Verdict};
 use crate::identify::{Identified, Options};
 use crate::judge::{Judge, Metric};
 use crate::model::{Acts, KNOT, Model, Term};
@@ -18,6 +18,8 @@ pub(crate) struct Done<'a> {
     pub fit: BlockFit,
     pub judge: Judge<'a>,
     pub aligned: Option<Aligned>,
+    /// The step of readings that are rounded more coarsely than their noise.
+    pub step: Option<f64>,
 }
 
 impl Done<'_> {
@@ -35,6 +37,11 @@ impl Done<'_> {
     /// Held-out errors of the model given, and with what was found; these without what the choice saw of a run.
     fn errors(&self) -> (&[Metric], &[Metric]) {
         (&self.fit.path[0].metrics, &self.fit.nested)
+    }
+
+    /// Rounding that is coarser than the noise.
+    fn rounding(&self) -> Option<Effect> {
+        self.step.map(|step| outcome::rounding(self.data, &self.fit, step))
     }
 
     /// Held-out error over the noise that is new in a reading, where readings are alone.
@@ -161,6 +168,7 @@ pub(crate) fn assemble(
     } else {
         Verdict::StructureLeft
     };
+    effects.extend(done.iter().filter_map(Done::rounding));
     let main = main_block(done);
     let runs = dataset.run_labels.len();
     let mut fields = std::collections::BTreeMap::new();

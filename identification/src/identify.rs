@@ -10,7 +10,7 @@ use crate::model::{Acts, Model, Shape, exposure};
 use crate::noise::{self, Layout, NoiseModel};
 use crate::outcome::Diagnostics;
 use crate::problem::{Block, Known, Problem};
-use crate::select::{Asked, Data, fit_terms, identify_block, without_rounding};
+use crate::select::{Asked, Data, agreed, fit_terms, identify_block, without_rounding};
 
 pub use crate::outcome::predict;
 
@@ -83,7 +83,7 @@ pub fn identify(
     let problem = problem;
     let noises = options.noise_from.as_ref().map(static_noises).transpose()?;
     let mut notices = Vec::new();
-    let mut working = Vec::new();
+    let (mut working, mut steps) = (Vec::new(), Vec::new());
     for block in &problem.blocks {
         let base = base_terms(model, block, &problem)?;
         match without_rounding(block, problem.channels_of(block), &base) {
@@ -95,8 +95,12 @@ pub fn identify(
                     block.unit.text
                 ));
                 working.push(corrected);
+                steps.push(Some(step));
             }
-            None => working.push(block.clone()),
+            None => {
+                working.push(block.clone());
+                steps.push(None);
+            }
         }
     }
     let mut layouts: Vec<Layout> = Vec::new();
@@ -104,7 +108,7 @@ pub fn identify(
         layouts.push(layout(block, &problem, &base_terms(model, block, &problem)?));
     }
     let count = problem.blocks.len();
-    let mut done = Vec::new();
+    let (mut done, mut bases) = (Vec::new(), Vec::new());
     for (index, (block, layout)) in working.iter().zip(&layouts).enumerate() {
         let data = Data { block, channels: problem.channels_of(block), layout };
         let base = base_terms(model, block, &problem)?;
@@ -115,11 +119,31 @@ pub fn identify(
         // Errors are of the readings as they are.
         let read = Data { block: &problem.blocks[index], ..data };
         let judge = Judge { data: read, path: problem.path.as_ref(), holding: Holding::Spread };
-        let asked =
-            Asked { share: 1.0 / count as f64, effects_max: options.max_effects, noise: known };
+        let asked = Asked {
+            share: 1.0 / count as f64,
+            effects_max: options.max_effects,
+            noise: known,
+            timing: None,
+        };
         let fit = identify_block(data, &judge, base.clone(), asked, &mut report);
         let plain = fit_terms(data, &base, &fit.noise, &fit.left_out);
-        done.push(Done { data, judge, plain, fit, aligned: aligned[index].clone() });
+        done.push(Done {
+            data,
+            judge,
+            plain,
+            fit,
+            aligned: aligned[index].clone(),
+            step: steps[index],
+        });
+        bases.push((base, asked));
+    }
+    let timing = agreed(&done.iter().map(|one| &one.fit).collect::<Vec<_>>());
+    for (one, (base, asked)) in done.iter_mut().zip(bases) {
+        if timing.is_some_and(|timing| timing.is_against(&one.fit)) {
+            let asked = Asked { timing, ..asked };
+            one.fit = identify_block(one.data, &one.judge, base.clone(), asked, &mut |_| {});
+            one.plain = fit_terms(one.data, &base, &one.fit.noise, &one.fit.left_out);
+        }
     }
     progress(1.0, "done");
     let mut identified = assemble(dataset, &problem, &done, options);

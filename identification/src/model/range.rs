@@ -76,7 +76,9 @@ fn bears_acceleration(
     };
     let rows = columns.first().map_or(0, Vec::len);
     let (low, high) = (0..rows)
-        .map(|row| columns.iter().zip(coefficients).map(|(column, value)| column[row] * value).sum())
+        .map(|row| {
+            columns.iter().zip(coefficients).map(|(column, value)| column[row] * value).sum()
+        })
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high): (f64, f64), value: f64| {
             (low.min(value), high.max(value))
         });

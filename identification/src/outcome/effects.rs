@@ -5,7 +5,7 @@ use crate::model::{Fitted, Form, Term, exposure};
 use crate::problem::DisplayUnit;
 use crate::select::{Data, Found};
 
-fn word(acts: crate::model::Acts) -> String {
+pub(super) fn word(acts: crate::model::Acts) -> String {
     toml::Value::try_from(acts)
         .ok()
         .and_then(|value| value.as_str().map(str::to_owned))

@@ -6,8 +6,10 @@ use super::finish::finish;
 use super::material::Material;
 use super::record::Record;
 use super::rivals::RivalFound;
+use super::roughly::is_sure;
 use super::scene::robust_fit;
 use super::state::State;
+use super::timing::Timing;
 use crate::judge::{
     Beside, Goes, Holding, Judge, Metric, Standing, best, choose, goes_with, margin, nested,
 };
@@ -88,6 +90,8 @@ pub struct Asked<'a> {
     pub effects_max: usize,
     /// Its noise, where it is known.
     pub noise: Option<&'a NoiseModel>,
+    /// The only way of being late that it may have, where other axes say it.
+    pub timing: Option<Timing>,
 }
 
 /// After so many effects what is left should be noise.
@@ -124,7 +128,7 @@ pub fn identify_block(
     progress: &mut dyn FnMut(f64),
 ) -> BlockFit {
     let threshold = -(RISK * asked.share).ln();
-    let record = Record::new(data);
+    let record = Record::new(data, asked.timing);
     let mut state = State {
         record: &record,
         data,
@@ -141,7 +145,7 @@ pub fn identify_block(
     }
     let mut path = vec![Step::new(state.clone(), judge)];
     let mut left = Vec::new();
-    let material = Material::new(data, judge);
+    let material = Material::new(judge, &record);
     // Where what is left knows the input or has a memory that no noise has, it is no noise, and no probability that
     // takes it for noise means anything: then what matters to the user is looked for, whatever the rest is.
     let base = state.clone();
@@ -187,7 +191,7 @@ pub fn identify_block(
     // run to run and must not help to predict the next.
     if asked.noise.is_none() && is_swallowing(&state, &path[path.len() - 1].metrics) {
         let together = Judge { holding: Holding::Together, ..*judge };
-        let material = Material::new(data, &together);
+        let material = Material::new(&together, &record);
         material.look_again(&mut path, judge);
         material.extend(&mut path, judge, asked);
     }
@@ -202,8 +206,14 @@ fn reported(
     judge: &Judge<'_>,
     material: &Material<'_>,
 ) -> BlockFit {
+    let mut path = path;
+    let is_noise = remains(&path[path.len() - 1].state).is_noise();
+    if !is_noise {
+        // What was sure while the rest counted as noise may not be so.
+        let mut is_plain = true;
+        path.retain(|step| std::mem::take(&mut is_plain) || is_sure(&step.state));
+    }
     let richest = &path[path.len() - 1].state;
-    let is_noise = remains(richest).is_noise();
     let standings: Vec<Standing<'_>> = path
         .iter()
         .map(|step| Standing { numbers: step.numbers(), metrics: &step.metrics })

@@ -51,7 +51,7 @@ impl Contender {
 }
 
 /// A constant is preferred to what has a driver, by so many nats.
-const SIMPLEST: f64 = 2.0;
+pub(super) const SIMPLEST: f64 = 2.0;
 /// Contenders of one family that are refined.
 const REFINED: usize = 3;
 /// A spline as surprising as this is worth a look at hinges and bumps.

@@ -3,9 +3,11 @@
 
 use super::block::{Asked, Step};
 use super::data::{Data, combine};
+use super::record::Record;
+use super::roughly::{doubtful, is_sure};
 use super::sound::is_sound;
 use super::state::State;
-use crate::candidates::{Candidate, all};
+use crate::candidates::Candidate;
 use crate::judge::{Judge, Metric, margin};
 use crate::linear::{Basis, dot, solve};
 use crate::model::{Form, Shape};
@@ -47,13 +49,15 @@ fn class(shape: &Shape) -> usize {
 }
 
 impl<'a> Material<'a> {
-    /// Of the candidates that `data` could show.
-    pub fn new(data: Data<'a>, judge: &'a Judge<'a>) -> Self {
-        let candidates = all(data.block, data.channels)
-            .into_iter()
+    /// Of the candidates of `record`.
+    pub fn new(judge: &'a Judge<'a>, record: &Record<'a>) -> Self {
+        let candidates = record
+            .candidates()
+            .iter()
+            .map(|seen| seen.candidate.clone())
             .filter(|candidate| candidate.shape.form != Form::Step)
             .collect();
-        Self { data, judge, candidates }
+        Self { data: record.data, judge, candidates }
     }
 
     /// Models from `state` on, one term at a time.
@@ -63,11 +67,17 @@ impl<'a> Material<'a> {
         path
     }
 
-    /// The last model of `path` again, with a say for the readings that counted as outliers of its noise, where that
-    /// predicts better.
+    /// The last model of `path` again, with a say for the readings that counted as outliers of its noise and without
+    /// what could then be zero, where that predicts better.
     pub fn look_again<'s>(&self, path: &mut Vec<Step<'s>>, judge: &Judge<'_>) {
         let Some(last) = path.last() else { return };
-        let again = Step::new(self.fitted(last.state.clone()), judge);
+        let mut state = self.fitted(last.state.clone());
+        while let Some(index) = doubtful(&state) {
+            state.terms.remove(index);
+            state.families.remove(index - state.base);
+            state = self.fitted(state);
+        }
+        let again = Step::new(state, judge);
         if fall(&last.metrics, &again.metrics) > BETTER {
             path.push(again);
         }
@@ -183,19 +193,27 @@ impl<'a> Material<'a> {
             .collect()
     }
 
-    /// `state` with `candidate`, its numbers at their best; `None` where that is outside physics or balances another
-    /// term.
+    /// `state` with `candidate` and what it lacks of a lower order, its numbers at their best; `None` where that is
+    /// outside physics, balances another term or leaves one that could be zero.
     fn with<'s>(&self, state: &State<'s>, candidate: &Candidate) -> Option<State<'s>> {
         let mut tried = state.clone();
-        tried.terms.push(candidate.shape.clone());
-        tried.families.push(candidate.family);
+        // What has no name finds its own zero.
+        let is_named = candidate.shape.known;
+        let below =
+            |other: &&Candidate| is_named && other.shape.is_lower_order_of(&candidate.shape);
+        for other in self.candidates.iter().filter(below) {
+            if !tried.terms.iter().any(|term| term.says(&other.shape)) {
+                tried.add(other.clone());
+            }
+        }
+        tried.add(candidate.clone());
         for _ in 0..SWEEPS {
             if !settle_delays(self.data, &mut tried) {
                 break;
             }
         }
         let tried = self.fitted(tried);
-        is_sound(&tried, state.terms.len()).then_some(tried)
+        (is_sound(&tried, state.terms.len()) && is_sure(&tried)).then_some(tried)
     }
 }
 

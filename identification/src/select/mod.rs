@@ -18,6 +18,7 @@ mod scene;
 mod simplify;
 mod sound;
 mod state;
+mod timing;
 
 pub use block::{Asked, BlockFit, Found, Waypoint, fit_terms, identify_block};
 pub use cross::{Fold, folds};
@@ -25,3 +26,4 @@ pub use data::{Data, combine};
 #[cfg(test)]
 pub use rivals::RivalFound;
 pub use rounding::without_rounding;
+pub use timing::agreed;

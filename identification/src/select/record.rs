@@ -2,6 +2,7 @@
 
 use super::data::Data;
 use super::means::Means;
+use super::timing::Timing;
 use crate::candidates::{Candidate, all, pairs};
 use crate::model::Shape;
 use crate::problem::Aggregate;
@@ -17,6 +18,7 @@ pub struct Record<'a> {
     pub data: Data<'a>,
     /// A long record by means, the fewest first.
     pub means: Vec<Means>,
+    timing: Option<Timing>,
     candidates: OnceCell<Vec<Seen>>,
     pairs: OnceCell<Vec<Seen>>,
 }
@@ -34,8 +36,8 @@ pub struct Seen {
 }
 
 impl<'a> Record<'a> {
-    /// Of `data`.
-    pub fn new(data: Data<'a>) -> Self {
+    /// Of `data`, with one way of being late or any.
+    pub fn new(data: Data<'a>, timing: Option<Timing>) -> Self {
         let n = data.block.rows.len();
         // Rows without an observation would be missing in means.
         let is_dense = 10 * n >= 9 * data.channels.time.len();
@@ -45,7 +47,7 @@ impl<'a> Record<'a> {
         } else {
             Vec::new()
         };
-        Self { data, means, candidates: OnceCell::new(), pairs: OnceCell::new() }
+        Self { data, means, timing, candidates: OnceCell::new(), pairs: OnceCell::new() }
     }
 
     /// The fewest means that show all of `shape`.
@@ -55,7 +57,13 @@ impl<'a> Record<'a> {
 
     /// Every candidate that is tried in each round.
     pub fn candidates(&self) -> &[Seen] {
-        self.candidates.get_or_init(|| self.seen(all(self.data.block, self.data.channels)))
+        self.candidates.get_or_init(|| {
+            let mut found = all(self.data.block, self.data.channels);
+            if let Some(timing) = self.timing {
+                timing.keep(&mut found);
+            }
+            self.seen(found)
+        })
     }
 
     /// Every function of two drivers.
@@ -128,7 +136,7 @@ mod tests {
         let block = &problem.blocks[0];
         let layout = Layout::new(block, &problem.channels);
         let data = Data { block, channels: &problem.channels, layout: &layout };
-        let record = Record::new(data);
+        let record = Record::new(data, None);
         let shape = |acts, driver: &str, form| Shape::new("any", acts, Driver::plain(driver), form);
         let slow = shape(Acts::Bias, "temperature", Form::Linear).with("origin", 20.0);
         let fast = shape(Acts::Bias, "table", Form::Quadratic);

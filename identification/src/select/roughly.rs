@@ -2,12 +2,14 @@
 //! long as runs are alike (Liang and Zeger 1986), and rivals that predict as well what took no part.
 
 use super::block::{BlockFit, Found};
+use super::choose::SIMPLEST;
 use super::data::{Data, combine};
 use super::material::Material;
 use super::rivals::RivalFound;
 use super::state::State;
 use crate::judge::{Metric, margin};
 use crate::linear::{dot, solve};
+use crate::model::Shape;
 use crate::noise::Whitener;
 use crate::robust;
 use crate::significance::surprise;
@@ -62,58 +64,91 @@ fn covariance(
     (found, count)
 }
 
+/// A least-squares fit of the terms of a state, each with its coefficients, its other numbers, and how surprising it
+/// would be, in nats.
+struct Estimates {
+    terms: Vec<Found>,
+    left: Vec<f64>,
+}
+
+fn estimates(state: &State<'_>) -> Estimates {
+    let data = state.data;
+    let whitener = Whitener::new(data.layout, &state.noise, &state.left_out);
+    let target = whitener.apply(&data.block.residual);
+    let mut columns = whitener.apply_all(&data.all_columns(&state.terms));
+    let linear = columns.len();
+    let first = solve(&columns, &target);
+    let fitted = combine(&columns, &first.coefficients);
+    let left: Vec<f64> = target
+        .iter()
+        .enumerate()
+        .map(|(i, value)| value - fitted.get(i).copied().unwrap_or(0.0))
+        .collect();
+    let derivatives = data.derivatives(&state.terms, &first.coefficients);
+    columns.extend(derivatives.iter().map(|derivative| whitener.apply(&derivative.column)));
+    let inverse = solve(&columns, &left).inverse;
+    let (covariance, count) = covariance(&columns, &left, &inverse, &clusters(&data.layout.run));
+    let mut at = 0;
+    let mut terms = Vec::new();
+    for (index, shape) in state.terms.iter().enumerate() {
+        let width = data.columns(shape).len();
+        let coefficients: Vec<(f64, f64)> =
+            (at..at + width).map(|i| (first.coefficients[i], covariance[i][i].sqrt())).collect();
+        at += width;
+        let numbers = derivatives
+            .iter()
+            .enumerate()
+            .filter(|(_, derivative)| derivative.term == index)
+            .map(|(i, derivative)| {
+                (derivative.name.to_owned(), covariance[linear + i][linear + i].sqrt())
+            })
+            .collect();
+        // The largest deviation of a coefficient, all of them looked at.
+        let wald = coefficients
+            .iter()
+            .map(|(value, error)| (value / error).powi(2))
+            .filter(|square| square.is_finite())
+            .fold(0.0, f64::max);
+        let free = count as f64 - 1.0;
+        let strength = (surprise(wald, 1.0, free) - (width.max(1) as f64).ln()).max(0.0);
+        let shape = shape.clone();
+        terms.push(Found { shape, coefficients, numbers, strength, rivals: Vec::new() });
+    }
+    Estimates { terms, left }
+}
+
+/// A term that could be zero at this probability says nothing, whatever it brings on the runs that there are.
+const DOUBTFUL: f64 = 0.01;
+
+/// The least sure of the terms that were added and could be zero. Constants and lower orders only say where another has
+/// its zero.
+pub(super) fn doubtful(state: &State<'_>) -> Option<usize> {
+    let terms = estimates(state).terms;
+    let is_zero_of_another = |shape: &Shape| {
+        shape.drivers.is_empty() || terms.iter().any(|other| shape.is_lower_order_of(&other.shape))
+    };
+    (state.base..terms.len())
+        .filter(|&index| terms[index].strength < -DOUBTFUL.ln())
+        .filter(|&index| !is_zero_of_another(&terms[index].shape))
+        .min_by(|a, b| terms[*a].strength.total_cmp(&terms[*b].strength))
+}
+
+/// Is no term that was added doubtful?
+pub(super) fn is_sure(state: &State<'_>) -> bool {
+    doubtful(state).is_none()
+}
+
 impl Material<'_> {
     /// Values, errors and rivals of the terms of `state`, which was judged by `metrics`.
     pub fn finish(&self, state: &State<'_>, metrics: &[Metric]) -> BlockFit {
-        let data = state.data;
-        let whitener = Whitener::new(data.layout, &state.noise, &state.left_out);
-        let target = whitener.apply(&data.block.residual);
-        let mut columns = whitener.apply_all(&data.all_columns(&state.terms));
-        let linear = columns.len();
-        let first = solve(&columns, &target);
-        let fitted = combine(&columns, &first.coefficients);
-        let left: Vec<f64> = target
-            .iter()
-            .enumerate()
-            .map(|(i, value)| value - fitted.get(i).copied().unwrap_or(0.0))
-            .collect();
-        let derivatives = data.derivatives(&state.terms, &first.coefficients);
-        columns.extend(derivatives.iter().map(|derivative| whitener.apply(&derivative.column)));
-        let inverse = solve(&columns, &left).inverse;
-        let (covariance, count) =
-            covariance(&columns, &left, &inverse, &clusters(&data.layout.run));
-        let mut at = 0;
-        let mut found = Vec::new();
-        for (index, shape) in state.terms.iter().enumerate() {
-            let width = data.columns(shape).len();
-            let coefficients: Vec<(f64, f64)> = (at..at + width)
-                .map(|i| (first.coefficients[i], covariance[i][i].sqrt()))
-                .collect();
-            at += width;
-            let numbers = derivatives
-                .iter()
-                .enumerate()
-                .filter(|(_, derivative)| derivative.term == index)
-                .map(|(i, derivative)| {
-                    (derivative.name.to_owned(), covariance[linear + i][linear + i].sqrt())
-                })
-                .collect();
-            // The largest deviation of a coefficient, all of them looked at.
-            let wald = coefficients
-                .iter()
-                .map(|(value, error)| (value / error).powi(2))
-                .filter(|square| square.is_finite())
-                .fold(0.0, f64::max);
-            let free = count as f64 - 1.0;
-            let strength = (surprise(wald, 1.0, free) - (width.max(1) as f64).ln()).max(0.0);
-            let rivals =
-                if index < state.base { Vec::new() } else { self.rivals(state, index, metrics) };
-            found.push(Found { shape: shape.clone(), coefficients, numbers, strength, rivals });
+        let Estimates { mut terms, left } = estimates(state);
+        for index in state.base..terms.len() {
+            terms[index].rivals = self.rivals(state, index, metrics);
         }
-        let effects = found.split_off(state.base);
-        let floor = floor(data, &left);
+        let effects = terms.split_off(state.base);
+        let floor = floor(state.data, &left);
         BlockFit {
-            base: found,
+            base: terms,
             effects,
             noise: state.noise.clone(),
             floor,
@@ -152,6 +187,8 @@ impl Material<'_> {
                         if more > 0.0 { 0.5 * (more / error).powi(2) } else { 0.0 }
                     })
                     .fold(0.0, f64::max);
+                let is_simpler = effect.drivers.is_empty() && !shape.drivers.is_empty();
+                let behind = behind + if is_simpler { SIMPLEST } else { 0.0 };
                 let fair = shape.known || !effect.known;
                 (!same && as_good && fair).then_some(RivalFound { shape, behind })
             })

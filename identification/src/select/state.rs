@@ -50,6 +50,11 @@ impl<'a> State<'a> {
         columns
     }
 
+    pub fn add(&mut self, candidate: Candidate) {
+        self.terms.push(candidate.shape);
+        self.families.push(candidate.family);
+    }
+
     pub fn scene(&self, terms: &[Shape]) -> Scene<'a> {
         Scene::new(self.record, &self.noise, &self.left_out, &self.columns(terms))
     }
@@ -189,10 +194,7 @@ impl<'a> State<'a> {
                 continue;
             }
             let mut next = self.clone();
-            for candidate in chosen {
-                next.terms.push(candidate.shape);
-                next.families.push(candidate.family);
-            }
+            chosen.into_iter().for_each(|candidate| next.add(candidate));
             if is_sound(&next, self.terms.len()) {
                 *self = next;
                 return Ok(());

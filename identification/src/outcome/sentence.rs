@@ -1,0 +1,282 @@
+//! Causes as an engineer says them to another.
+
+use crate::finding::{Effect, Parameter};
+use crate::model::{Driver, Wrap};
+
+/// A sentence for each cause. Powers of the same driver are one polynomial.
+pub(super) fn causes(effects: &[Effect]) -> Vec<String> {
+    let same = |one: &Effect, other: &Effect| {
+        (&one.term, one.axis, &one.drivers) == (&other.term, other.axis, &other.drivers)
+    };
+    effects
+        .iter()
+        .filter_map(|effect| {
+            let of_same: Vec<usize> =
+                effects.iter().filter(|other| same(effect, other)).filter_map(order).collect();
+            match order(effect) {
+                Some(mine) if of_same.iter().any(|other| *other > mine) => None,
+                Some(mine) if of_same.len() > 1 => Some(format!(
+                    "{} changes with {} as a polynomial of order {mine}.",
+                    subject(effect),
+                    seen(effect, 0)
+                )),
+                _ => Some(cause(effect)),
+            }
+        })
+        .collect()
+}
+
+/// Which power of its driver an effect is.
+fn order(effect: &Effect) -> Option<usize> {
+    ["linear", "quadratic", "cubic"].iter().position(|form| *form == effect.form).map(|at| at + 1)
+}
+
+pub(super) fn plain(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+/// With three digits that count.
+pub(super) fn short(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    if value.abs() < 1e-3 {
+        return format!("{value:.2e}");
+    }
+    let places = (2.0 - value.abs().log10().floor()).max(0.0) as usize;
+    format!("{value:.places$}")
+}
+
+/// What the effect changes.
+fn subject(effect: &Effect) -> String {
+    let what = match effect.term.as_str() {
+        "scale" => "scale factor",
+        "drive" => "distance scale",
+        "turn" => "scale of turns",
+        "curvature" => "drift to the side",
+        term => term,
+    };
+    format!("The {}{}", plain(what), of_axis(effect))
+}
+
+fn of_axis(effect: &Effect) -> String {
+    effect.axis.map_or(String::new(), |axis| format!(" of axis {axis:?}").to_lowercase())
+}
+
+/// What the effect sees.
+fn seen(effect: &Effect, at: usize) -> String {
+    let Some(text) = effect.drivers.get(at) else { return "nothing".to_owned() };
+    let Some(Driver { wrap, field }) = Driver::parse(text) else { return text.clone() };
+    match wrap {
+        Wrap::RateOf => format!("the rate of change of {field}"),
+        Wrap::LagOf => {
+            format!("{field} through a lag of {}", number(effect, "time_constant"))
+        }
+        Wrap::BranchOf => format!("{field} and where it came from (hysteresis)"),
+        Wrap::Abs => format!("the size of {field}"),
+        Wrap::Sign => format!("the sign of {field}"),
+        Wrap::Harmonic(1) => format!("{field}, once a turn"),
+        Wrap::Harmonic(count) => format!("{field}, {count} times a turn"),
+        Wrap::Plain | Wrap::Step | Wrap::Periodic | Wrap::Trend => field,
+    }
+}
+
+/// A number of the effect with its unit.
+fn number(effect: &Effect, name: &str) -> String {
+    effect.parameters.iter().find(|one| one.name == name).map_or_else(String::new, with_unit)
+}
+
+fn with_unit(parameter: &Parameter) -> String {
+    let unit = if parameter.unit == "1" { "" } else { parameter.unit.as_str() };
+    format!("{} {unit}", short(parameter.value)).trim_end().to_owned()
+}
+
+/// A cause in a sentence.
+fn cause(effect: &Effect) -> String {
+    let first = effect.parameters.first();
+    let value = first.map_or(f64::NAN, |one| one.value);
+    let size = first.map_or_else(String::new, with_unit);
+    let unit = first.map_or("", |one| one.unit.as_str());
+    let of = of_axis(effect);
+    let percent = || short(100.0 * value.abs());
+    let more_or_less =
+        |more: &'static str, less: &'static str| if value > 0.0 { more } else { less };
+    let is_constant = effect.form == "constant";
+    match (effect.term.as_str(), effect.name.as_str()) {
+        ("scale", "reversed_sign") => return format!("What is measured{of} has the wrong sign."),
+        ("scale", name) if name.ends_with("for_radians") || name.ends_with("for_degrees") => {
+            return format!(
+                "What is measured{of} is in another unit than its file says: {}.",
+                plain(name)
+            );
+        }
+        ("turn", _) if is_constant && value > -1.0 => {
+            return format!(
+                "The robot turns as if its wheels stood {} times as far apart as the package says.",
+                short(1.0 / (1.0 + value))
+            );
+        }
+        ("drive", _) if is_constant => {
+            let more = more_or_less("farther", "less far");
+            return format!("It drives {} % {more} than the wheels say.", percent());
+        }
+        ("curvature", _) if is_constant => {
+            return format!(
+                "It drifts to the {} by {} {unit} while it drives straight: the wheels are unequal.",
+                more_or_less("left", "right"),
+                short(value.abs())
+            );
+        }
+        ("reference", _) if is_constant => {
+            return format!(
+                "The reference sits {} {unit} {} the axle.",
+                short(value.abs()),
+                more_or_less("ahead of", "behind")
+            );
+        }
+        ("delay", "delay") => {
+            return format!(
+                "What is measured{of} comes {} ms {} than the reference.",
+                short(1e3 * value.abs()),
+                more_or_less("later", "earlier")
+            );
+        }
+        ("delay", "bandwidth") => {
+            return format!(
+                "What is measured{of} follows with a time constant of {} ms.",
+                short(1e3 * value)
+            );
+        }
+        ("clock", _) => {
+            let fast = short(1e6 * value);
+            return format!(
+                "The clock of what is measured{of} is off by {fast} parts in a million."
+            );
+        }
+        ("axis", _) => {
+            return format!(
+                "What is measured{of} has {} % of the rotation about another axis in it ({}).",
+                percent(),
+                seen(effect, 0)
+            );
+        }
+        ("dead_zone", _) => {
+            return format!(
+                "What is measured{of} is zero within {} of zero.",
+                number(effect, "width")
+            );
+        }
+        ("quantisation", _) => {
+            return format!("What is measured{of} is rounded to steps of {size}.");
+        }
+        ("saturation", _) => {
+            return format!("What is measured{of} is clipped at {}.", number(effect, "limit"));
+        }
+        _ => {}
+    }
+    let (subject, what) = (subject(effect), seen(effect, 0));
+    match effect.form.as_str() {
+        "constant" => format!("{subject} is off by {size}."),
+        "linear" => format!("{subject} changes with {what}: {size}."),
+        "quadratic" => format!("{subject} changes with the square of {what}: {size}."),
+        "cubic" => format!("{subject} changes with the cube of {what}: {size}."),
+        "product" => format!("{subject} changes with {what} times {}: {size}.", seen(effect, 1)),
+        "exponential" => format!(
+            "{subject} settles after the start: {size}, with a time constant of {}.",
+            number(effect, "time_constant")
+        ),
+        "harmonic" | "periodic" => {
+            let other = effect.parameters.get(1).map_or(0.0, |sin| sin.value);
+            let amplitude = Parameter {
+                name: "amplitude".to_owned(),
+                value: value.hypot(other),
+                standard_error: None,
+                unit: unit.to_owned(),
+                range: None,
+            };
+            let cycle = match effect.form.as_str() {
+                "periodic" => format!("a period of {}", number(effect, "period")),
+                _ => what,
+            };
+            format!("{subject} swings with {cycle}: amplitude {}.", with_unit(&amplitude))
+        }
+        "step" => format!("{subject} jumps by {size} at {}.", number(effect, "at")),
+        _ => {
+            let both = if effect.drivers.len() > 1 {
+                format!("{what} and {}", seen(effect, 1))
+            } else {
+                what
+            };
+            format!("{subject} depends on {both}, in a way that has no name.")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{cause, causes, short};
+    use crate::dataset::Axis;
+    use crate::finding::{Effect, Parameter};
+
+    fn effect(name: &str, term: &str, form: &str, value: f64, unit: &str) -> Effect {
+        Effect {
+            name: name.to_owned(),
+            known: true,
+            term: term.to_owned(),
+            axis: None,
+            drivers: Vec::new(),
+            form: form.to_owned(),
+            knots: Vec::new(),
+            knots_2: Vec::new(),
+            parameters: vec![Parameter {
+                name: "value".to_owned(),
+                value,
+                standard_error: None,
+                unit: unit.to_owned(),
+                range: None,
+            }],
+            p_value: 0.0,
+            held_out_before: 1.0,
+            held_out_after: 0.5,
+            rivals: Vec::new(),
+        }
+    }
+
+    fn over(driver: &str, form: &str, value: f64, unit: &str) -> Effect {
+        let drivers = vec![driver.to_owned()];
+        Effect { drivers, axis: Some(Axis::Y), ..effect("any", "bias", form, value, unit) }
+    }
+
+    #[test]
+    fn causes_are_said_as_an_engineer_says_them() {
+        assert_eq!(
+            cause(&effect("effective_track", "turn", "constant", -0.5, "1")),
+            "The robot turns as if its wheels stood 2.00 times as far apart as the package says."
+        );
+        assert_eq!(
+            cause(&effect("delay", "delay", "delay", 0.00425, "s")),
+            "What is measured comes 4.25 ms later than the reference."
+        );
+        assert_eq!(
+            cause(&over("rate_of(coil)", "linear", 0.0123, "deg/s/(K/s)")),
+            "The bias of axis y changes with the rate of change of coil: 0.0123 deg/s/(K/s)."
+        );
+        assert_eq!(
+            cause(&over("harmonic_2(heading)", "harmonic", -3e-5, "rad/s")),
+            "The bias of axis y swings with heading, 2 times a turn: amplitude 3.00e-5 rad/s."
+        );
+        assert_eq!([short(104.87), short(0.00480), short(12.359)], ["105", "0.00480", "12.4"]);
+    }
+
+    #[test]
+    fn powers_of_one_driver_are_one_polynomial() {
+        let powers = ["linear", "quadratic", "cubic"].map(|form| over("coil", form, 0.1, "any"));
+        assert_eq!(
+            causes(&powers),
+            ["The bias of axis y changes with coil as a polynomial of order 3."]
+        );
+        assert_eq!(causes(&powers[..1]).len(), 1);
+        let two = [over("coil", "linear", 0.1, "any"), over("room", "quadratic", 0.1, "any")];
+        assert_eq!(causes(&two).len(), 2);
+    }
+}

@@ -1,0 +1,105 @@
+//! Axes of one sensor share their clock and their filter: what delays one of them delays all.
+
+use super::block::BlockFit;
+use crate::candidates::Candidate;
+use crate::model::{Acts, Form, Shape, Wrap};
+
+/// A way of being late: a delay, a filter or a clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Timing(Acts, Wrap);
+
+impl Timing {
+    /// How `shape` is late, if that is what it says.
+    pub fn of(shape: &Shape) -> Option<Self> {
+        let wrap = shape.drivers.first().map_or(Wrap::Plain, |driver| driver.wrap);
+        (shape.form == Form::Delay).then_some(Self(shape.acts, wrap))
+    }
+
+    /// Takes other ways of being late out of `candidates`.
+    pub fn keep(self, candidates: &mut Vec<Candidate>) {
+        candidates.retain(|one| Self::of(&one.shape).is_none_or(|timing| timing == self));
+    }
+
+    /// Is a block late in another way?
+    pub fn is_against(self, fit: &BlockFit) -> bool {
+        let ways: Vec<Self> = fit.effects.iter().filter_map(|one| Self::of(&one.shape)).collect();
+        !ways.is_empty() && !ways.contains(&self)
+    }
+}
+
+/// The way of being late that is likeliest for all axes that are late, if there is one that none excludes.
+pub fn agreed(fits: &[&BlockFit]) -> Option<Timing> {
+    let ways: Vec<Vec<(Timing, f64)>> = fits
+        .iter()
+        .filter_map(|fit| fit.effects.iter().find(|one| Timing::of(&one.shape).is_some()))
+        .map(|found| {
+            let rivals = found.rivals.iter().map(|rival| (&rival.shape, rival.behind));
+            std::iter::once((&found.shape, 0.0))
+                .chain(rivals)
+                .filter_map(|(shape, behind)| Some((Timing::of(shape)?, behind)))
+                .collect()
+        })
+        .collect();
+    if ways.len() < 2 {
+        return None;
+    }
+    let behind = |timing: Timing| -> Option<f64> {
+        let of = |way: &Vec<(Timing, f64)>| {
+            way.iter().filter(|(its, _)| *its == timing).map(|way| way.1).reduce(f64::min)
+        };
+        ways.iter().map(of).sum()
+    };
+    let all = ways[0].iter().filter_map(|(timing, _)| Some((*timing, behind(*timing)?)));
+    all.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(timing, _)| timing)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Timing, agreed};
+    use crate::model::{Acts, Driver, Form, Shape, Wrap};
+    use crate::noise::NoiseModel;
+    use crate::select::{BlockFit, Found, RivalFound};
+
+    fn late(wrap: Wrap) -> Shape {
+        Shape::new("any", Acts::Delay, Driver::new(wrap, "reference"), Form::Delay)
+    }
+
+    /// A block that is late by `wrap`, or by another way at so many nats behind.
+    fn fit(wrap: Wrap, rivals: &[(Wrap, f64)]) -> BlockFit {
+        let rival =
+            |(wrap, behind): &(Wrap, f64)| RivalFound { shape: late(*wrap), behind: *behind };
+        BlockFit {
+            base: Vec::new(),
+            effects: vec![Found {
+                shape: late(wrap),
+                coefficients: Vec::new(),
+                numbers: Vec::new(),
+                strength: 10.0,
+                rivals: rivals.iter().map(rival).collect(),
+            }],
+            noise: NoiseModel::white(1),
+            floor: 1.0,
+            scale: 1.0,
+            left: Vec::new(),
+            left_out: Vec::new(),
+            path: Vec::new(),
+            chosen: 0,
+            nested: Vec::new(),
+            goes: None,
+        }
+    }
+
+    #[test]
+    fn axes_agree_on_what_none_excludes() {
+        let x = fit(Wrap::Plain, &[(Wrap::LagOf, 1.3)]);
+        let y = fit(Wrap::LagOf, &[(Wrap::Plain, 0.2)]);
+        let z = fit(Wrap::Plain, &[(Wrap::LagOf, 0.7)]);
+        let timing = agreed(&[&y, &x, &z]);
+        assert_eq!(timing, Timing::of(&late(Wrap::Plain)));
+        let against = |fit: &BlockFit| timing.is_some_and(|timing| timing.is_against(fit));
+        assert_eq!([&x, &y, &z].map(against), [false, true, false]);
+        // One that excludes all others leaves nothing to agree on; one alone has nobody to agree with.
+        assert_eq!(agreed(&[&fit(Wrap::LagOf, &[]), &fit(Wrap::Plain, &[])]), None);
+        assert_eq!(agreed(&[&x]), None);
+    }
+}
