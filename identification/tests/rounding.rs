@@ -44,7 +44,7 @@ fn found(step: f64, seed: u64) -> Finding {
         run_labels: vec!["0".to_owned()],
         notices: Vec::new(),
     };
-    identify(&dataset, None, &Options::default(), &mut |_, _| ()).unwrap().finding
+    identify(&dataset, None, &Options::default(), &mut |_, _| ()).expect("whole data").finding
 }
 
 fn terms(finding: &Finding) -> Vec<&str> {
