@@ -1,15 +1,35 @@
 //! Whether the terms of a model make sense beside one another.
 
 use super::state::State;
-use crate::linear::solve;
+use crate::linear::{Solution, solve};
 use crate::model::is_physical;
 use crate::noise::Whitener;
 
 /// Estimates that are so strongly correlated balance one another: one of them is enough.
 const CORRELATION_MAX: f64 = 0.98;
 
-/// Is every term that was added within physics, and does none from `first` on balance another?
+/// Is every term that was added within physics?
+pub(super) fn is_within_physics(state: &State<'_>) -> bool {
+    fitted(state).is_some()
+}
+
+/// Is every term that was added within physics, and does none from `first` on balance another? Where noise is not white,
+/// nothing else says that one of the two is enough.
 pub(super) fn is_sound(state: &State<'_>, first: usize) -> bool {
+    let Some((fit, of_term)) = fitted(state) else { return false };
+    for i in (0..of_term.len()).filter(|&i| of_term[i] >= first) {
+        for j in (0..of_term.len()).filter(|&j| of_term[j] < first) {
+            let scale = (fit.inverse[i][i] * fit.inverse[j][j]).sqrt();
+            if !(scale > 0.0) || (fit.inverse[i][j] / scale).abs() > CORRELATION_MAX {
+                return false;
+            }
+        }
+    }
+    true
+}
+
+/// The fit, and the term of each of its coefficients; `None` where one is outside physics.
+fn fitted(state: &State<'_>) -> Option<(Solution, Vec<usize>)> {
     let data = state.data;
     let whitener = Whitener::new(data.layout, &state.noise, &state.left_out);
     let columns = whitener.apply_all(&data.all_columns(&state.terms));
@@ -23,16 +43,8 @@ pub(super) fn is_sound(state: &State<'_>, first: usize) -> bool {
         at += width;
         let per_row = term.per_row(data.channels).unwrap_or_default();
         if index >= state.base && !is_physical(term, data.channels, &per_row, mine) {
-            return false;
+            return None;
         }
     }
-    for i in (0..of_term.len()).filter(|&i| of_term[i] >= first) {
-        for j in (0..of_term.len()).filter(|&j| of_term[j] < first) {
-            let scale = (fit.inverse[i][i] * fit.inverse[j][j]).sqrt();
-            if !(scale > 0.0) || (fit.inverse[i][j] / scale).abs() > CORRELATION_MAX {
-                return false;
-            }
-        }
-    }
-    true
+    Some((fit, of_term))
 }

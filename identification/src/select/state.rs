@@ -10,7 +10,7 @@ use super::record::Record;
 use super::refine::refine;
 use super::scene::{Scene, robust_fit};
 use super::simplify::simplify;
-use super::sound::is_sound;
+use super::sound::is_within_physics;
 use crate::candidates::{Candidate, Family};
 use crate::model::{Form, Shape};
 use crate::noise::{self, NoiseModel, Whitener};
@@ -195,7 +195,7 @@ impl<'a> State<'a> {
             }
             let mut next = self.clone();
             chosen.into_iter().for_each(|candidate| next.add(candidate));
-            if is_sound(&next, self.terms.len()) {
+            if is_within_physics(&next) {
                 *self = next;
                 return Ok(());
             }

@@ -9,9 +9,12 @@ use record::outcome::PropertySummary;
 pub static FORMED: [&Quantity; 2] = [&q::STRAIGHT_STOP_ERROR, &q::POSE_WRITE_RETRIES];
 
 /// What is not on the CAN bus, by how the names of the quantities begin. The first that fits counts.
-const ELSEWHERE: [(&str, &str); 17] = [
+const ELSEWHERE: [(&str, &str); 20] = [
     ("straight.heading_error", "it rests on the heading that closes the loops in the controller"),
     ("turn.stop_error", "it rests on the heading that closes the loops in the controller"),
+    ("straight.true_", "it needs the truth, which is on no bus"),
+    ("turn.true_", "it needs the truth, which is on no bus"),
+    ("base_pose.", "it needs the truth, which is on no bus"),
     ("turn.", "the gyro is not on the CAN bus"),
     ("bias.", "the gyro is not on the CAN bus"),
     ("gyro.", "the gyro is not on the CAN bus"),
