@@ -64,6 +64,7 @@ fn every_file_describes_devices() {
         files,
         [
             "dsp3000-table.toml",
+            "paper-noisier.toml",
             "paper-serial.toml",
             "paper-table.toml",
             "paper.toml",
