@@ -28,7 +28,7 @@ fn bursts_and_then_the_end_are_recorded_whole() {
             let burst = first..first + BURST;
             burst.clone().for_each(|number| sender.send(NOW, &frame(number)));
             for number in burst {
-                let kind = RecordKind::Frame(heard(&mut recorder).await.into());
+                let kind = RecordKind::Frame(heard(&mut recorder).await);
                 sink.record(Record { at: at(number), device: Device::Base, kind });
             }
         }
@@ -40,7 +40,7 @@ fn bursts_and_then_the_end_are_recorded_whole() {
 
         let mut records = folder.records().unwrap();
         for number in 0..FRAMES {
-            let kind = RecordKind::Frame(frame(number).into());
+            let kind = RecordKind::Frame(frame(number));
             let expected = Record { at: at(number), device: Device::Base, kind };
             assert_eq!(records.next().expect("no frame is missing").unwrap(), expected);
         }
