@@ -6,8 +6,8 @@ use harness::Trial;
 use harness::run::Prepared;
 use plan::made::Made;
 use record::RecordKind;
-use std::path::Path;
 use tempfile::TempDir;
+use tests::project;
 use wire::can::CanFrame;
 use wire::time::Timestamp;
 
@@ -86,28 +86,22 @@ observations_min = 90
 "#;
 
 fn project(rig: &str, plan: &str) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    for (path, text) in [
+    project::of([
         ("devices/pack.dbc", DBC),
         ("devices/cells.toml", CELLS),
         ("rigs/long.toml", rig),
         ("long.toml", plan),
-    ] {
-        let path = folder.path().join(path);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, text).unwrap();
-    }
-    folder
+    ])
 }
 
-fn load(folder: &Path) -> Result<Trial, String> {
-    Trial::load(folder.join("long.toml").to_str().unwrap()).map_err(|error| format!("{error:?}"))
+fn load(folder: &TempDir) -> Result<Trial, String> {
+    project::load(folder, "long.toml").map_err(|error| format!("{error:?}"))
 }
 
 #[test]
 fn long_messages_are_sent_judged_and_written_down() {
     let folder = project(RIG, PLAN);
-    let run = load(folder.path()).unwrap().run().unwrap();
+    let run = load(&folder).unwrap().run().unwrap();
     assert!(run.passed(), "{run}");
     let path = folder.path().join("long.toml");
     let prepared = Prepared::load(path.to_str().unwrap(), &Made::default()).unwrap();
@@ -136,7 +130,7 @@ fn faults_strike_long_messages_and_their_signals() {
             RIG,
             &format!("{PLAN}\n[[fault]]\ntarget = \"{fault}\nwhen = {{ at_s = 0.5 }}\n"),
         );
-        load(folder.path()).unwrap().run().unwrap()
+        load(&folder).unwrap().run().unwrap()
     };
     let offset = with("cells.Last\"\nwhat = { signal_offset = { range_percent = 20 } }");
     assert_eq!(offset.summary().outcome.name(), "failed", "{offset}");
@@ -146,7 +140,7 @@ fn faults_strike_long_messages_and_their_signals() {
 
 #[test]
 fn a_classic_bus_has_no_long_messages() {
-    let refused = |rig: String| load(project(&rig, PLAN).path()).unwrap_err();
+    let refused = |rig: String| load(&project(&rig, PLAN)).unwrap_err();
     let classic = refused(RIG.replace("data_bit_rate = 2_000_000, ", ""));
     assert!(classic.contains("`CellVoltages` is a CAN FD message"), "{classic}");
     assert!(classic.contains("data_bit_rate"), "{classic}");

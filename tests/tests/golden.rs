@@ -73,13 +73,8 @@ fn golden(name: &str, prepared: &Prepared) -> String {
 
 /// A project as `hil new` makes it.
 fn project(template: Template) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    for file in template.files(&Name::new("oven").unwrap()) {
-        let path = folder.path().join(file.path);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, file.bytes).unwrap();
-    }
-    folder
+    let files = template.files(&Name::new("oven").unwrap());
+    tests::project::of(files.into_iter().map(|file| (file.path, file.bytes)))
 }
 
 fn plans(folder: &Path) -> Vec<PathBuf> {

@@ -4,6 +4,7 @@
 
 use harness::{Trial, TrialError};
 use tempfile::TempDir;
+use tests::project;
 
 const DBC: &str = r#"VERSION ""
 BU_: Manager Cells
@@ -72,19 +73,14 @@ fn load(fault: &str) -> (TempDir, Result<Trial, TrialError>) {
          quantity = \"cells.CellStatus.Limit\"\nwhere = {{ \"during.after\" = 1 }}\nunit = \"A\"\n\
          check = {{ all_within = [0, 300] }}\n{PROPERTIES}{fault}"
     );
-    let folder = tempfile::tempdir().unwrap();
-    for (path, text) in [
+    let folder = project::of([
         ("rigs/pack.toml", RIG),
         ("rigs/pack.dbc", DBC),
         ("devices/pack.dbc", DBC),
         ("devices/cells.toml", CELLS),
         ("plan.toml", &plan),
-    ] {
-        let path = folder.path().join(path);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, text).unwrap();
-    }
-    let trial = Trial::load(folder.path().join("plan.toml").to_str().unwrap());
+    ]);
+    let trial = project::load(&folder, "plan.toml");
     (folder, trial)
 }
 

@@ -5,6 +5,7 @@
 use harness::{Trial, TrialRun};
 use std::path::Path;
 use tempfile::TempDir;
+use tests::project;
 
 const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/battery-pack");
 
@@ -42,8 +43,7 @@ fn manager(mistake: Option<&str>) -> String {
 }
 
 fn load(folder: &TempDir, plan: &str) -> Trial {
-    let path = folder.path().join(plan);
-    Trial::load(path.to_str().unwrap()).unwrap_or_else(|error| panic!("{error:?}"))
+    project::load(folder, plan).unwrap_or_else(|error| panic!("{error:?}"))
 }
 
 fn run(command: &str, plan: &str) -> TrialRun {
@@ -163,16 +163,13 @@ fn a_program_on_a_serial_line_needs_no_port() {
         steps = [{ wait = { duration_s = 20 }, label = \"up\" }, { wait = { duration_s = 60 }, label = \"there\" }]\n\
         [[measurement]]\nname = \"held\"\ndoc = \"\"\nquantity = \"oven.Temperature\"\n\
         where = { \"during.there\" = 1 }\nunit = \"1\"\ncheck = { all_within = [47, 53] }\nobservations_min = 500\n";
-    for (path, text) in [
+    let files = [
         ("thermostat.py", THERMOSTAT),
         ("rigs/oven.toml", &rig),
         ("devices/oven.toml", OVEN),
         ("warms.toml", plan),
-    ] {
-        let path = folder.path().join(path);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, text).unwrap();
-    }
+    ];
+    project::write(folder.path(), files);
     let run = load(&folder, "warms.toml").run().unwrap();
     assert!(run.passed(), "{run}");
 }
@@ -202,11 +199,9 @@ fn a_program_listens_beside_the_papers_robot() {
     let plan = "name = \"heard\"\ntitle = \"\"\nrig = \"both\"\nsteps = [{ bias_test = { duration_s = 5 } }]\n\
         [[measurement]]\nname = \"bias\"\ndoc = \"\"\nquantity = \"bias.mean\"\nunit = \"deg/s\"\n\
         check = { all_within = [-1, 1] }\n";
-    std::fs::create_dir(folder.path().join("rigs")).unwrap();
-    std::fs::write(&program, LISTENER).unwrap();
-    std::fs::write(folder.path().join("heard.toml"), plan).unwrap();
+    project::write(folder.path(), [("listener.py", LISTENER), ("heard.toml", plan)]);
     for (port, outcome) in [("{base}", "passed"), ("other", "failed")] {
-        std::fs::write(folder.path().join("rigs/both.toml"), node(port)).unwrap();
+        project::write(folder.path(), [("rigs/both.toml", node(port))]);
         let run = load(&folder, "heard.toml").run().unwrap();
         assert_eq!(run.summary().outcome.name(), outcome, "{port}: {run}");
     }

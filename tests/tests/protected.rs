@@ -4,8 +4,8 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use harness::{Trial, TrialError};
-use std::path::Path;
 use tempfile::TempDir;
+use tests::project;
 
 const DBC: &str = r#"VERSION ""
 BU_: Manager Cells
@@ -59,19 +59,14 @@ fn load(
         "name = \"plan\"\ntitle = \"\"\nrig = \"pack\"\nsteps = [{steps}]\n[[measurement]]\nname = \"it\"\ndoc = \"\"\n\
          quantity = \"{quantity}\"\nwhere = {{ \"during.after\" = 1 }}\nunit = \"A\"\ncheck = {{ {check} }}\n"
     );
-    let folder = tempfile::tempdir().unwrap();
-    for (path, text) in [
+    let folder = project::of([
         ("rigs/pack.toml", rig),
         ("rigs/pack.dbc", DBC),
         ("devices/pack.dbc", DBC),
         ("devices/cells.toml", CELLS),
         ("plan.toml", &plan),
-    ] {
-        let path = folder.path().join(path);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, text).unwrap();
-    }
-    let trial = Trial::load(Path::new(folder.path()).join("plan.toml").to_str().unwrap());
+    ]);
+    let trial = project::load(&folder, "plan.toml");
     (folder, trial)
 }
 

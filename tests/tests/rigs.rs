@@ -6,9 +6,9 @@
 use harness::run::Prepared;
 use harness::{Trial, TrialError, TrialRun};
 use plan::made::Made;
-use std::path::Path;
 use tempfile::TempDir;
 use tests::plans::{plan_of, record_file};
+use tests::project;
 use wire::device::{Device, PortId, Transmit};
 use wire::time::Timestamp;
 
@@ -60,8 +60,7 @@ fn project(rig: &str, plan: &str) -> TempDir {
 }
 
 fn project_with(more: &str, rig: &str, plan: &str) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    for (path, text) in [
+    project::of([
         ("rigs/pack.toml", rig),
         ("devices/pack.dbc", DBC),
         ("devices/more.dbc", more),
@@ -69,16 +68,11 @@ fn project_with(more: &str, rig: &str, plan: &str) -> TempDir {
         ("devices/charger.toml", CHARGER),
         ("devices/scale.toml", SCALE),
         ("plan.toml", plan),
-    ] {
-        let path = folder.path().join(path);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, text).unwrap();
-    }
-    folder
+    ])
 }
 
 fn load(folder: &TempDir) -> Result<Trial, TrialError> {
-    Trial::load(Path::new(folder.path()).join("plan.toml").to_str().unwrap())
+    project::load(folder, "plan.toml")
 }
 
 /// A plan that measures one quantity.
