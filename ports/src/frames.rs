@@ -36,12 +36,12 @@ pub enum FrameEvent {
 }
 
 impl FramePort {
-    /// Opens the port of a bus of these rates. An adapter is told the nominal one where `spec` says no other; an
+    /// Opens the port of a bus of these rates. An adapter gets the nominal one where `spec` says no other; an
     /// interface of the kernel runs at what it was set to (`ip link`). Called within a tokio runtime that
     /// has IO and time enabled.
     ///
     /// # Errors
-    /// When it cannot be opened, or carries bytes; when there are to be CAN FD frames, and it has none.
+    /// When it cannot be opened, or carries bytes; when there are to be CAN FD frames, and the port carries classic ones alone.
     pub async fn open(spec: &PortSpec, rates: BitRates) -> Result<Self, PortError> {
         let wrong = |wanted, known| PortError::WrongKind { spec: spec.to_string(), wanted, known };
         let is_fd = rates.data.is_some();

@@ -146,6 +146,11 @@ impl CanFrame {
         if self.is_remote() { &[] } else { &self.data[..usize::from(self.length)] }
     }
 
+    /// Bytes of data; of a remote request those that it asks for.
+    pub const fn length(&self) -> usize {
+        self.length as usize
+    }
+
     /// A remote request.
     pub const fn is_remote(&self) -> bool {
         matches!(self.kind, Kind::Remote)
@@ -244,6 +249,8 @@ impl embedded_can::Frame for CanFrame {
 pub const EXTENDED_FLAG: u32 = 1 << 31;
 /// The frame is a remote request (`CAN_RTR_FLAG`).
 pub const REMOTE_FLAG: u32 = 1 << 30;
+/// In the flags of `struct canfd_frame`: the frame is one of CAN FD (`CANFD_FDF`).
+pub const FD_FLAG: u8 = 0x04;
 
 /// The identifier as a word of `linux/can.h`.
 pub fn word(id: Id) -> u32 {
@@ -375,9 +382,8 @@ mod tests {
         fn a_frame_comes_back(frame in any_frame()) {
             let bytes = postcard::to_allocvec(&frame).unwrap();
             prop_assert_eq!(postcard::from_bytes::<CanFrame>(&bytes).unwrap(), frame);
-            let length = if frame.is_remote() { frame.dlc() } else { frame.data().len() };
             let more = [frame.data(), &[7; 8]].concat();
-            prop_assert_eq!(CanFrame::of_word(frame.word(), frame.fd_flags(), length, &more), Some(frame));
+            prop_assert_eq!(CanFrame::of_word(frame.word(), frame.fd_flags(), frame.length(), &more), Some(frame));
             if !frame.is_remote() {
                 prop_assert_eq!(frame.with_data(frame.data()), Some(frame));
             }

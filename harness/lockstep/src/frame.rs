@@ -1,21 +1,17 @@
 //! CAN frames as they cross the link: `struct canfd_frame` of `linux/can.h`, classic frames too.
 
-use embedded_can::Frame as _;
-use wire::can::{CanFrame, FD_BYTES_MAX, FdFlags, fd_length};
+use wire::can::{CanFrame, FD_BYTES_MAX, FD_FLAG, FdFlags, fd_length};
 use wire::can_error::ERROR_FLAG;
 
 /// Bytes of a frame.
 pub(crate) const FRAME_BYTES: usize = 8 + FD_BYTES_MAX;
 
-/// In the flags: the frame is one of CAN FD (`CANFD_FDF`).
-const FD: u8 = 0x04;
-
 /// The frame as the shim knows it.
 pub(crate) fn encode(frame: &CanFrame) -> [u8; FRAME_BYTES] {
     let mut bytes = [0; FRAME_BYTES];
     bytes[..4].copy_from_slice(&frame.word().to_ne_bytes());
-    bytes[4] = if frame.is_remote() { frame.dlc() } else { frame.data().len() } as u8;
-    bytes[5] = frame.fd_flags().map_or(0, |flags| flags.bits() | FD);
+    bytes[4] = frame.length() as u8;
+    bytes[5] = frame.fd_flags().map_or(0, |flags| flags.bits() | FD_FLAG);
     bytes[8..8 + frame.data().len()].copy_from_slice(frame.data());
     bytes
 }
@@ -28,7 +24,7 @@ pub(crate) fn decode(bytes: &[u8; FRAME_BYTES]) -> Option<CanFrame> {
     }
     let length = usize::from(bytes[4]);
     match bytes[5] {
-        flags if flags & FD == 0 => CanFrame::of_word(word, None, length, &bytes[8..]),
+        flags if flags & FD_FLAG == 0 => CanFrame::of_word(word, None, length, &bytes[8..]),
         // A length in between is filled up, as a controller does.
         flags => CanFrame::of_word(
             word,

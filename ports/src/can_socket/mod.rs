@@ -1,7 +1,7 @@
 //! A CAN interface of the kernel (SocketCAN, `Documentation/networking/can.rst`).
 //!
-//! Error frames are heard ([`FrameEvent::Bus`]), CAN FD frames are tolerated, frames that are sent here are
-//! not heard back; other programs on this machine hear them. When the interface goes down the port waits
+//! Error frames are heard ([`FrameEvent::Bus`]), CAN FD frames cross where the interface has them, frames that are
+//! sent here are not heard back; other programs on this machine hear them. When the interface goes down the port waits
 //! until it is up again, and tells of both; when it is deleted the port is lost.
 //!
 //! Frames that arrive while nobody receives wait in the socket. What it has no room for the kernel drops

@@ -94,7 +94,9 @@ impl SlcanAdapter {
     /// opened, is lost and counted.
     pub fn send(&mut self, now: Timestamp, frame: &CanFrame) {
         let before = self.adapter.counters().frames_to_host;
-        self.adapter.receive_frame(now, *frame);
+        if frame.fd_flags().is_none() {
+            self.adapter.receive_frame(now, *frame);
+        }
         let queued = self.adapter.counters().frames_to_host > before;
         if self.answer() && queued {
             self.counters.frames_out += 1;

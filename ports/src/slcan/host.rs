@@ -132,7 +132,7 @@ impl SlcanHost {
     /// Hands a frame to the adapter's line at once. What finds no room there is lost and counted; that the
     /// adapter has taken it is not waited for, and [refusals](Counters::refused) are counted.
     pub fn send(&mut self, frame: &CanFrame) {
-        if self.command(&Command::Transmit(*frame)) {
+        if frame.fd_flags().is_none() && self.command(&Command::Transmit(*frame)) {
             self.counters.frames_out += 1;
         } else {
             self.counters.overrun_frames += 1;

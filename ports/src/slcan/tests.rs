@@ -7,7 +7,7 @@ use crate::spec::{PortSpec, SerialSpec};
 use crate::{Counters, FrameEvent};
 use std::future::Future;
 use std::time::Duration;
-use wire::can::{CanFrame, ExtendedId, StandardId};
+use wire::can::{CanFrame, ExtendedId, FdFlags, StandardId};
 use wire::can_error::{BusState, CanErrorEvent};
 use wire::slcan::BitRate;
 use wire::time::Timestamp;
@@ -60,6 +60,24 @@ fn frames_cross_both_ways() {
         assert_eq!((here.frames_out, here.frames_in), (3, 3));
         assert_eq!((there.frames_out, there.frames_in), (3, 3));
         assert!(here.all_crossed() && there.overrun_frames == 0, "{here:?} {there:?}");
+    });
+}
+
+/// The protocol has no word for it: what would be written is another frame.
+#[test]
+fn an_fd_frame_is_lost_and_counted() {
+    run(async {
+        let (mut adapter, mut host) = pair().await;
+        let fd = CanFrame::fd(StandardId::ZERO, FdFlags::default(), &[1; 12]).unwrap();
+        host.send(&fd);
+        host.send(&frame(1));
+        assert_eq!(adapter.receive().await, Ok(FrameEvent::Frame(frame(1))));
+        adapter.send(NOW, &fd);
+        adapter.send(NOW, &frame(2));
+        assert_eq!(host.receive().await, Ok(FrameEvent::Frame(frame(2))));
+        for counters in [host.counters(), adapter.counters()] {
+            assert_eq!((counters.frames_out, counters.overrun_frames), (1, 1), "{counters:?}");
+        }
     });
 }
 

@@ -2,7 +2,7 @@
 
 use super::hex::{nibble, parse_hex, push_hex};
 use super::{CR, LineError, ReceivedFrame};
-use crate::can::{CanFrame, DATA_BYTES_MAX, ExtendedId, Id, StandardId};
+use crate::can::{CanFrame, DATA_BYTES_MAX, ExtendedId, FD_LENGTHS, Id, StandardId};
 use crate::packet::Packet;
 use embedded_can::Frame as _;
 
@@ -10,9 +10,6 @@ use embedded_can::Frame as _;
 const STANDARD_DIGITS: usize = 3;
 const EXTENDED_DIGITS: usize = 8;
 const TIMESTAMP_DIGITS: usize = 4;
-
-/// Bytes of data by length code, in CAN FD (ISO 11898-1).
-const FD_DATA_BYTES: [usize; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64];
 
 /// The frame's line, CR included.
 pub(super) fn encode(frame: &CanFrame, timestamp_ms: Option<u16>) -> Packet {
@@ -87,7 +84,7 @@ pub(super) fn is_fd(head: &[u8], length: usize) -> bool {
     let Some(code) = head.get(header - 1).and_then(|code| nibble(*code)) else {
         return false;
     };
-    let bytes = header + 2 * FD_DATA_BYTES[usize::from(code)];
+    let bytes = header + 2 * usize::from(FD_LENGTHS[usize::from(code)]);
     (length == bytes || length == bytes + TIMESTAMP_DIGITS)
         && head[1..].iter().all(u8::is_ascii_hexdigit)
 }

@@ -10,23 +10,20 @@
 
 use super::super::entry::{ErrorFrame, Payload};
 use super::super::error::Defect;
-use embedded_can::Frame as _;
-use wire::can::{CanFrame, DATA_BYTES_MAX, EXTENDED_FLAG, FdFlags, REMOTE_FLAG, StandardId};
+use wire::can::{
+    CanFrame, DATA_BYTES_MAX, EXTENDED_FLAG, FD_FLAG, FdFlags, REMOTE_FLAG, StandardId,
+};
 use wire::can_error::ERROR_FLAG;
 
 /// Bytes before the data.
 pub const HEADER_BYTES: usize = 8;
 
-/// The layout says that the frame is one of CAN FD.
-const FDF: u8 = 0x04;
-
 /// Appends the packet of a frame; false for what is none.
 pub(super) fn push(packet: &mut Vec<u8>, payload: &Payload) -> bool {
     let (id, length, flags, data) = match payload {
         Payload::Frame(frame) => {
-            let flags = frame.fd_flags().map_or(0, |flags| flags.bits() | FDF);
-            let length = if frame.is_remote() { frame.dlc() } else { frame.data().len() };
-            (frame.word(), length, flags, frame.data())
+            let flags = frame.fd_flags().map_or(0, |flags| flags.bits() | FD_FLAG);
+            (frame.word(), frame.length(), flags, frame.data())
         }
         Payload::Error(error) => {
             (error.class() | ERROR_FLAG, DATA_BYTES_MAX, 0, &error.details[..])
@@ -65,7 +62,7 @@ pub(super) fn parse(packet: &[u8]) -> Result<Payload, Defect> {
     if !is_remote && data.len() < length {
         return bad("as many bytes as the length says");
     }
-    let is_fd = !is_remote && (flags & FDF != 0 || length > DATA_BYTES_MAX);
+    let is_fd = !is_remote && (flags & FD_FLAG != 0 || length > DATA_BYTES_MAX);
     let frame = CanFrame::of_word(id, is_fd.then(|| FdFlags::from_bits(flags)), length, data);
     frame.map_or_else(
         || bad("a length that such a frame can have"),
