@@ -13,7 +13,10 @@ use wire::time::Timestamp;
 use wire::units::{Angle, Pose, Temperature};
 
 /// Resolution of the base's displacement, 0.1 mm on the wire, as a standard uncertainty in m.
-pub const DISPLACEMENT_U_M: f64 = 0.000_1 / 3.464_101_615_137_754_6;
+pub const DISPLACEMENT_U_M: f64 = 0.000_1 / STEP_OVER_U;
+
+/// A step of a resolution over its standard uncertainty: the square root of 12.
+pub(super) const STEP_OVER_U: f64 = 3.464_101_615_137_754_6;
 
 /// What stands at both ends of a lap or of a turn of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

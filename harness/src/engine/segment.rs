@@ -3,13 +3,13 @@
 //! Neither is the controller's word: the truth is the emulator's, and the base's pose is what it would answer to whoever
 //! else asks for it. Of a real base nobody knows the truth, and nothing is observed.
 
-use super::observe::Collector;
+use super::observe::{Collector, DISPLACEMENT_U_M, STEP_OVER_U};
 use crate::plan::quantities as q;
 use wire::base::payload::COUNTS_PER_DEG;
 use wire::units::{Angle, Length, Pose};
 
 /// Resolution of the heading in the base's pose, 0.01 deg on the wire, as a standard uncertainty in deg.
-pub(super) const BASE_HEADING_U_DEG: f64 = 1.0 / COUNTS_PER_DEG / 3.464_101_615_137_754_6;
+pub(super) const BASE_HEADING_U_DEG: f64 = 1.0 / COUNTS_PER_DEG / STEP_OVER_U;
 
 /// What somebody beside the base sees at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +46,7 @@ impl Collector<'_> {
                 self.add(&q::TURN_TRUE_STOP_ERROR, error, 0.0, &more);
             }
         }
-        let (base, u) = (after.odometry, super::observe::DISPLACEMENT_U_M);
+        let (base, u) = (after.odometry, DISPLACEMENT_U_M);
         self.add(&q::BASE_POSE_X_ERROR, (base.x - to.x).m(), u, &[]);
         self.add(&q::BASE_POSE_Y_ERROR, (base.y - to.y).m(), u, &[]);
         let heading = (base.heading - to.heading).wrapped().deg();

@@ -94,7 +94,7 @@ impl Director {
                 }
             }
             Action::Look => {
-                let robot = rig.robot_mut().filter(|_| !self.real.base);
+                let robot = rig.robot().filter(|_| !self.real.base);
                 let look = robot.and_then(|robot| robot.bench.look(now));
                 self.engine.looked(now, look);
             }
@@ -218,9 +218,9 @@ impl Director {
             if state.heading_error.is_some()
                 && !self.real.base
                 && self.engine.wants_truth()
-                && let Some(look) = rig.robot_mut().and_then(|robot| robot.bench.look(now))
+                && let Some(truth) = rig.robot().and_then(|robot| robot.bench.true_pose(now))
             {
-                self.engine.true_on_line(now, &look.truth);
+                self.engine.true_on_line(now, &truth);
             }
             let period = if state.activity == Activity::Idle && !state.moving {
                 STATE_PERIOD_AT_REST

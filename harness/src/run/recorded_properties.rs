@@ -87,15 +87,12 @@ impl Replayed {
                     self.see(at, &Seen::Sent(&Output::Bytes(Port::Base, packet)));
                 }
             }
-            (RecordKind::Frame(frame), device) => {
-                let frame = *frame;
-                match device {
-                    Device::Controller => self.see(at, &Seen::Sent(&Output::Frame(frame))),
-                    _ => {
-                        self.base = true;
-                        self.see(at, &Seen::BaseFrame(&frame));
-                    }
-                }
+            (RecordKind::Frame(frame), Device::Controller) => {
+                self.see(at, &Seen::Sent(&Output::Frame(*frame)));
+            }
+            (RecordKind::Frame(frame), _) => {
+                self.base = true;
+                self.see(at, &Seen::BaseFrame(frame));
             }
             (RecordKind::Fault(fault), _) => self.fault(at, fault.index, &fault.event),
             _ => {}

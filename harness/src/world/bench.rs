@@ -201,10 +201,18 @@ impl Bench {
 
     /// Where the base is, and where it believes to be; none on a table.
     pub fn look(&self, now: Timestamp) -> Option<Look> {
+        let base = self.base()?;
+        Some(Look { truth: base.truth_at(now).pose, odometry: base.odometry_at(now) })
+    }
+
+    /// Where the base is; none on a table.
+    pub fn true_pose(&self, now: Timestamp) -> Option<Pose> {
+        Some(self.base()?.truth_at(now).pose)
+    }
+
+    fn base(&self) -> Option<&BaseEmulator> {
         match &self.carrier {
-            Carrier::Base(base) => {
-                Some(Look { truth: base.truth_at(now).pose, odometry: base.odometry_at(now) })
-            }
+            Carrier::Base(base) => Some(base),
             Carrier::Table(_) | Carrier::Turning(_) => None,
         }
     }

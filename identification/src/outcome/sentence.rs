@@ -87,8 +87,12 @@ fn number(effect: &Effect, name: &str) -> String {
 }
 
 fn with_unit(parameter: &Parameter) -> String {
-    let unit = if parameter.unit == "1" { "" } else { parameter.unit.as_str() };
-    format!("{} {unit}", short(parameter.value)).trim_end().to_owned()
+    quantity(parameter.value, &parameter.unit)
+}
+
+fn quantity(value: f64, unit: &str) -> String {
+    let unit = if unit == "1" { "" } else { unit };
+    format!("{} {unit}", short(value)).trim_end().to_owned()
 }
 
 /// A cause in a sentence.
@@ -187,18 +191,12 @@ fn cause(effect: &Effect) -> String {
         ),
         "harmonic" | "periodic" => {
             let other = effect.parameters.get(1).map_or(0.0, |sin| sin.value);
-            let amplitude = Parameter {
-                name: "amplitude".to_owned(),
-                value: value.hypot(other),
-                standard_error: None,
-                unit: unit.to_owned(),
-                range: None,
-            };
+            let amplitude = quantity(value.hypot(other), unit);
             let cycle = match effect.form.as_str() {
                 "periodic" => format!("a period of {}", number(effect, "period")),
                 _ => what,
             };
-            format!("{subject} swings with {cycle}: amplitude {}.", with_unit(&amplitude))
+            format!("{subject} swings with {cycle}: amplitude {amplitude}.")
         }
         "step" => format!("{subject} jumps by {size} at {}.", number(effect, "at")),
         _ => {

@@ -100,10 +100,11 @@ observations_min = 20
 "#;
 
 fn project(folder: &Path) {
+    let rig = RIG.replace("echo.py", &folder.join("echo.py").to_string_lossy());
     for (path, text) in [
         ("devices/lamp.toml", LAMP),
         ("devices/sensor.toml", SENSOR),
-        ("rigs/beside.toml", RIG),
+        ("rigs/beside.toml", &rig),
         ("echo.py", ECHO),
         ("beside.toml", PLAN),
     ] {
@@ -117,9 +118,6 @@ fn project(folder: &Path) {
 fn nodes_beside_the_papers_robot_in_real_time() {
     let (folder, out) = out("beside");
     project(folder.path());
-    let program = folder.path().join("echo.py");
-    let rig = RIG.replace("echo.py", program.to_str().unwrap());
-    std::fs::write(folder.path().join("rigs/beside.toml"), rig).unwrap();
     let plan = folder.path().join("beside.toml");
     let arguments =
         ["run", plan.to_str().unwrap(), "--clock", "real", "--bus", "slcan", "--record", "full"];

@@ -59,7 +59,7 @@ fn pass(near: &CanFdSocket, far: &CanFdSocket, sent: &CanFrame) -> Result<CanFra
                     Heard::Frame(heard) if heard == *sent => return Ok(heard),
                     Heard::Frame(heard) => shown_frame(&heard),
                     Heard::Error(event) => format!("an error frame ({event:?})"),
-                    Heard::Unsupported => "a CAN FD frame".to_owned(),
+                    Heard::Unsupported => "a frame of a length that none has".to_owned(),
                 };
                 return Err(How::Changed { sent: shown_frame(sent), heard });
             }
