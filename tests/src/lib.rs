@@ -5,10 +5,12 @@
 //! * [`devices`]: ideal devices, and those that ship.
 //! * [`harm`]: what can happen to a packet on its way.
 //! * [`plans`]: plans given as text, run in the simulated world; for scenarios about the engine.
+//! * [`project`]: a folder with files that a plan names, and the plan loaded from it.
 //! * [`rooms`]: the sources of the workspace, for the checks of the house rules.
 
 pub mod devices;
 pub mod harm;
 pub mod plans;
+pub mod project;
 pub mod rig;
 pub mod rooms;

@@ -1,39 +1,29 @@
-//! A controller and emulated devices, joined by paced lines and stepped by hand.
-//!
-//! Time is virtual and jumps from event to event. At equal times the order is that of the simulated
-//! world: deliver, wake, transmit. A [`Tap`] stands at the receiver's end of a direction: it sees each
-//! packet or frame when it has arrived and says what is received in its place.
+//! A controller and emulated devices in virtual time, moved on by hand, for scenarios that a plan cannot tell.
 
-mod carrier;
-mod links;
 mod orders;
-mod watch;
 
-pub use carrier::Carrier;
-pub use links::{Direction, Piece, Tap};
+pub use harness::rig::by_hand::Direction;
 
-use controller::config::{BaseConfig, Config, GyroConfig, MotionConfig, Transport};
+use controller::config::Config;
 use controller::health::Health;
 use controller::mission::{
     AbortReason, Command, Mission, MissionId, MissionResult, Refusal, Report, State,
 };
-use controller::{Controller, Input, Output, Port};
-use emulators::base::{self, BaseEmulator};
+use emulators::base::{BaseEmulator, BaseTruth};
 use emulators::device_file::Devices;
 use emulators::gyro::GyroEmulator;
 use emulators::table::TableEmulator;
-use judge::properties::Seen;
-use links::{Arrived, Links};
+use harness::rig::by_hand::ByHand;
+use harness::world::bench::Carrier;
+use judge::properties::PropertyVerdict;
 use std::collections::BTreeMap;
-use watch::Watch;
+use wire::device::Transmit;
+use wire::packet::{BYTES_MAX, Packet};
 use wire::time::{Span, Timestamp};
+use wire::units::Angle;
 
 /// No mission of a scenario takes longer: the controller's own limits are far below.
 const ANSWER_LIMIT: Span = Span::from_secs(3_600);
-/// Rounds of transmitting at one instant; more means that two devices answer each other for ever.
-const ROUNDS_MAX: u32 = 1_000;
-/// Events at one instant; more means that somebody wants to be woken again and again without need.
-const EVENTS_AT_ONCE_MAX: u32 = 1_000;
 
 /// What became of a mission.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,20 +38,17 @@ pub enum Answer {
 
 /// The controller, its devices and the lines between them.
 pub struct Rig {
-    now: Timestamp,
-    /// The code under test.
-    pub controller: Controller,
-    /// The gyro.
-    pub gyro: GyroEmulator,
-    /// What carries it.
-    pub carrier: Carrier,
-    links: Links,
-    watch: Watch,
-    events_at_once: u32,
+    by_hand: ByHand,
     next_id: MissionId,
     answers: BTreeMap<MissionId, (Timestamp, Answer)>,
     health_changes: Vec<(Timestamp, Health)>,
     state: Option<(Timestamp, State)>,
+}
+
+/// These bytes as they cross a line: several pieces where they are too many for one.
+pub fn bytes(bytes: &[u8]) -> Vec<Transmit> {
+    let packet = |piece| Packet::from_slice(piece).expect("no longer than a packet");
+    bytes.chunks(BYTES_MAX).map(|piece| Transmit::Bytes(packet(piece))).collect()
 }
 
 impl Rig {
@@ -71,59 +58,34 @@ impl Rig {
     }
 
     /// The same, with a configuration that `change` had in its hands.
+    ///
+    /// # Panics
+    ///
+    /// Never: what stands beside it ships.
     pub fn with_config(devices: &Devices, seed: u64, change: impl FnOnce(&mut Config)) -> Self {
-        let (stream, gyro) = devices.gyro.clone();
-        let transport = devices.base.as_ref().map(|(transport, _)| match transport {
-            base::Transport::Can => Transport::Can,
-            base::Transport::Serial => Transport::Serial,
-        });
-        let mut config = Config::new(
-            GyroConfig::new(stream),
-            transport.map(BaseConfig::new),
-            MotionConfig::default(),
-        );
-        change(&mut config);
-        let carrier = match &devices.base {
-            Some((transport, parameters)) => Carrier::Base(Box::new(BaseEmulator::new(
-                parameters.clone(),
-                *transport,
-                seed,
-                "base",
-            ))),
-            None => Carrier::Table(Box::new(TableEmulator::new(
-                devices.table.clone().unwrap_or_default(),
-            ))),
-        };
-        let now = Timestamp::ZERO;
         let mut rig = Self {
-            now,
-            controller: Controller::new(config, now),
-            gyro: GyroEmulator::new(gyro, stream, seed, "gyro"),
-            carrier,
-            links: Links::new(stream, transport),
-            watch: Watch::new(&config),
-            events_at_once: 0,
+            by_hand: ByHand::new(devices, seed, change).expect("it takes any devices"),
             next_id: 1,
             answers: BTreeMap::new(),
             health_changes: Vec::new(),
             state: None,
         };
-        rig.transmit();
+        rig.hear();
         rig
     }
 
     /// Bench time.
     pub const fn now(&self) -> Timestamp {
-        self.now
+        self.by_hand.now()
     }
 
     /// From now on `tap` says what is received in this direction.
     pub fn tap(
         &mut self,
         direction: Direction,
-        tap: impl FnMut(Timestamp, Piece) -> Vec<Piece> + 'static,
+        tap: impl FnMut(Timestamp, Transmit) -> Vec<Transmit> + 'static,
     ) {
-        self.links.tap(direction, Some(Box::new(tap)));
+        self.by_hand.tap(direction, Some(Box::new(tap)));
     }
 
     /// From now on nothing is received in this direction.
@@ -133,24 +95,24 @@ impl Rig {
 
     /// The direction is as it was before it was tapped.
     pub fn untap(&mut self, direction: Direction) {
-        self.links.tap(direction, None);
+        self.by_hand.tap(direction, None);
     }
 
-    /// These bytes or this frame are received now, from nobody.
-    pub fn inject(&mut self, direction: Direction, piece: Piece) {
-        self.receive(direction, &piece);
-        self.transmit();
+    /// This is received now, from nobody.
+    pub fn inject(&mut self, direction: Direction, what: &Transmit) {
+        self.by_hand.inject(direction, what);
+        self.hear();
     }
 
     /// Goes on for `span`.
     pub fn run_for(&mut self, span: Span) {
-        let until = self.now + span;
+        let until = self.now() + span;
         while self.step(until) {}
     }
 
     /// Goes on until `holds`, which is asked after every event; false when it did not within `limit`.
     pub fn run_until(&mut self, limit: Span, mut holds: impl FnMut(&mut Self) -> bool) -> bool {
-        let until = self.now + limit;
+        let until = self.now() + limit;
         loop {
             if holds(self) {
                 return true;
@@ -165,11 +127,8 @@ impl Rig {
     pub fn begin(&mut self, command: Command) -> MissionId {
         let id = self.next_id;
         self.next_id += 1;
-        let mission = Mission { id, command };
-        self.watch.look(self.now, &self.carrier);
-        self.watch.see(self.now, &Seen::Told(&mission));
-        self.controller.command(self.now, mission);
-        self.transmit();
+        self.by_hand.command(Mission { id, command });
+        self.hear();
         id
     }
 
@@ -185,7 +144,7 @@ impl Rig {
     /// When it is not: the controller owes every mission an answer.
     pub fn finish(&mut self, id: MissionId) -> Answer {
         let answered = self.run_until(ANSWER_LIMIT, |rig| rig.answers.contains_key(&id));
-        assert!(answered, "mission {id} was never answered: {:?}", self.controller);
+        assert!(answered, "mission {id} was never answered: {:?}", self.by_hand.controller());
         self.answers[&id].1
     }
 
@@ -201,8 +160,12 @@ impl Rig {
     }
 
     /// The controller's health.
-    pub const fn health(&self) -> Health {
-        self.controller.health()
+    ///
+    /// # Panics
+    ///
+    /// Never: the controller is ours.
+    pub fn health(&self) -> Health {
+        self.by_hand.controller().expect("the controller is ours").health()
     }
 
     /// The controller's state, asked for now.
@@ -221,122 +184,98 @@ impl Rig {
         self.state.as_ref()
     }
 
+    /// The gyro.
+    ///
+    /// # Panics
+    ///
+    /// Never: every rig has one.
+    pub fn gyro(&mut self) -> &mut GyroEmulator {
+        self.by_hand.gyro().expect("every rig has a gyro")
+    }
+
+    /// The base.
+    ///
+    /// # Panics
+    ///
+    /// When the gyro is on a table.
+    pub fn base(&mut self) -> &mut BaseEmulator {
+        match self.by_hand.carrier() {
+            Some(Carrier::Base(base)) => base,
+            _ => panic!("this rig has no base"),
+        }
+    }
+
+    /// The table.
+    ///
+    /// # Panics
+    ///
+    /// When the gyro is on a base.
+    pub fn table(&mut self) -> &mut TableEmulator {
+        match self.by_hand.carrier() {
+            Some(Carrier::Table(table)) => table,
+            _ => panic!("this rig has no table"),
+        }
+    }
+
+    /// What is true of the base now.
+    ///
+    /// # Panics
+    ///
+    /// When the gyro is on a table.
+    pub fn truth(&mut self) -> BaseTruth {
+        let now = self.now();
+        let base = self.base();
+        base.wake(now);
+        base.truth_at(now)
+    }
+
+    /// True heading of what carries the gyro, not wrapped.
+    ///
+    /// # Panics
+    ///
+    /// Never: something carries it in every rig.
+    pub fn heading(&self) -> Angle {
+        self.by_hand.heading().expect("something carries the gyro")
+    }
+
+    /// What became of every property since the rig was made. The rig is at its end.
+    pub fn verdicts(self) -> Vec<PropertyVerdict> {
+        self.by_hand.verdicts()
+    }
+
+    /// A lap begins here, as far as properties go; without any, the scenario is one lap.
+    pub fn begin_lap(&mut self) {
+        self.by_hand.begin_lap();
+    }
+
     /// Goes on to the next event, or to `until` if that comes first; false at `until`.
     fn step(&mut self, until: Timestamp) -> bool {
-        let next = self
-            .links
-            .next_arrival()
-            .min(self.gyro.next_wakeup())
-            .min(self.carrier.next_wakeup())
-            .min(self.controller.next_wakeup());
-        if next > until {
-            self.now = self.now.max(until);
-            return false;
-        }
-        self.events_at_once = if next > self.now { 0 } else { self.events_at_once + 1 };
-        assert!(
-            self.events_at_once < EVENTS_AT_ONCE_MAX,
-            "time stands still at {:?}: {:?}",
-            self.now,
-            self.controller
-        );
-        self.now = self.now.max(next);
-        while let Some(Arrived { direction, piece }) = self.links.arrived(self.now) {
-            for piece in self.links.through_tap(self.now, direction, piece) {
-                self.receive(direction, &piece);
+        match self.by_hand.step(until) {
+            Ok(goes_on) => {
+                self.hear();
+                goes_on
             }
-        }
-        self.wake();
-        self.watch.look_again(self.now, &self.carrier);
-        self.transmit();
-        true
-    }
-
-    fn receive(&mut self, direction: Direction, piece: &Piece) {
-        let now = self.now;
-        self.watch.receive(now, direction, piece);
-        match (direction, piece) {
-            (Direction::GyroToController, Piece::Bytes(bytes)) => {
-                self.controller.receive(now, Port::Gyro, Input::Bytes(bytes));
-            }
-            (Direction::GyroToController, Piece::Frame(frame)) => {
-                self.controller.receive(now, Port::Gyro, Input::Frame(*frame));
-            }
-            (Direction::ControllerToGyro, Piece::Bytes(bytes)) => self.gyro.receive(now, bytes),
-            (Direction::BaseToController, Piece::Bytes(bytes)) => {
-                self.controller.receive(now, Port::Base, Input::Bytes(bytes));
-            }
-            (Direction::BaseToController, Piece::Frame(frame)) => {
-                self.controller.receive(now, Port::Base, Input::Frame(*frame));
-            }
-            (Direction::ControllerToBase, piece) => self.carrier.receive(now, piece),
-            (Direction::ControllerToGyro, Piece::Frame(_)) => {}
+            Err(ending) => panic!("{ending:?}: {:?}", self.by_hand.controller()),
         }
     }
 
-    fn wake(&mut self) {
-        let now = self.now;
-        if self.carrier.next_wakeup() <= now {
-            self.carrier.wake(now);
-        }
-        while self.gyro.next_wakeup() <= now {
-            let heading = self.carrier.heading_at(now);
-            if let Some(packet) = self.gyro.wake(now, heading) {
-                self.links.gyro.send(now, packet);
-            }
-        }
-        if self.controller.next_wakeup() <= now {
-            self.controller.wake(now);
-        }
-    }
-
-    fn transmit(&mut self) {
-        for _ in 0..ROUNDS_MAX {
-            let mut quiet = true;
-            while let Some(output) = self.controller.transmit(self.now) {
-                quiet = false;
-                self.watch.look(self.now, &self.carrier);
-                self.watch.see(self.now, &Seen::Sent(&output));
-                match output {
-                    Output::Bytes(Port::Gyro, packet) => {
-                        self.links.gyro_commands.send(self.now, packet);
-                    }
-                    Output::Bytes(Port::Base, packet) => self.links.send_to_base(self.now, packet),
-                    Output::Frame(frame) => self.links.send_frame(self.now, frame),
+    fn hear(&mut self) {
+        for (at, report) in self.by_hand.take_reports() {
+            let (id, answer) = match report {
+                Report::Done { id, result } => (id, Answer::Done(result)),
+                Report::Refused { id, reason } => (id, Answer::Refused(reason)),
+                Report::Aborted { id, reason } => (id, Answer::Aborted(reason)),
+                Report::State(state) => {
+                    self.state = Some((at, state));
+                    continue;
                 }
-            }
-            while let Some(report) = self.controller.report() {
-                quiet = false;
-                self.watch.look(self.now, &self.carrier);
-                self.watch.see(self.now, &Seen::Report(&report));
-                self.take(report);
-            }
-            while let Some(output) = self.carrier.transmit() {
-                quiet = false;
-                self.links.send_from_base(self.now, output);
-            }
-            if quiet {
-                return;
-            }
+                Report::Health(health) => {
+                    self.health_changes.push((at, health));
+                    continue;
+                }
+            };
+            let before = self.answers.insert(id, (at, answer));
+            assert_eq!(before, None, "mission {id} was answered twice, again by {answer:?}");
         }
-        panic!("two devices answer each other without end at {:?}", self.now);
-    }
-
-    fn take(&mut self, report: Report) {
-        let (id, answer) = match report {
-            Report::Done { id, result } => (id, Answer::Done(result)),
-            Report::Refused { id, reason } => (id, Answer::Refused(reason)),
-            Report::Aborted { id, reason } => (id, Answer::Aborted(reason)),
-            Report::State(state) => {
-                self.state = Some((self.now, state));
-                return;
-            }
-            Report::Health(health) => {
-                self.health_changes.push((self.now, health));
-                return;
-            }
-        };
-        let before = self.answers.insert(id, (self.now, answer));
-        assert_eq!(before, None, "mission {id} was answered twice, again by {answer:?}");
     }
 }

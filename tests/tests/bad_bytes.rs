@@ -14,8 +14,9 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use tests::devices::{NAVIGATOR, ideal, ideal_table};
 use tests::harm::Harm;
-use tests::rig::{Answer, Direction, Piece, Rig};
+use tests::rig::{Answer, Direction, Rig, bytes};
 use wire::can::{CanFrame, ExtendedId, StandardId};
+use wire::device::Transmit;
 use wire::gyro::{GyroDecoder, GyroFormat, GyroStream, OutputMode, navigator};
 use wire::table::Command as TableCommand;
 use wire::time::Span;
@@ -63,12 +64,13 @@ fn harm_gyro(rig: &mut Rig, bursts: &[Burst]) -> Rc<RefCell<Seen>> {
     let (told, bursts) = (Rc::clone(&seen), bursts.to_vec());
     let mut number = 0;
     rig.tap(Direction::GyroToController, move |_, piece| {
-        let Piece::Bytes(bytes) = piece else { return vec![piece] };
+        let Transmit::Bytes(packet) = piece else { return vec![piece] };
         let harm = bursts
             .iter()
             .find_map(|burst| burst.harms.get(usize::checked_sub(number, burst.first)?));
         number += 1;
-        let received = harm.map_or_else(|| bytes.clone(), |harm| harm.done_to(&bytes));
+        let sent = packet.as_slice();
+        let received = harm.map_or_else(|| sent.to_vec(), |harm| harm.done_to(sent));
         let mut seen = told.borrow_mut();
         if harm.is_some_and(Harm::takes_it) {
             seen.harmed_in_a_row += 1;
@@ -80,7 +82,7 @@ fn harm_gyro(rig: &mut Rig, bursts: &[Burst]) -> Rc<RefCell<Seen>> {
             }
         }
         seen.received.extend_from_slice(&received);
-        vec![Piece::Bytes(received)]
+        bytes(&received)
     });
     seen
 }
@@ -117,7 +119,7 @@ fn bound_deg(runs: &[u64], ramp_deg: f64, duration_s: f64) -> f64 {
 
 fn go_table(rig: &mut Rig, deg: i32) {
     let now = rig.now();
-    let table = rig.carrier.table();
+    let table = rig.table();
     for command in [
         TableCommand::TopRate(2_400),
         TableCommand::Ramp(1_200),
@@ -129,7 +131,7 @@ fn go_table(rig: &mut Rig, deg: i32) {
 }
 
 fn off_deg(rig: &mut Rig) -> f64 {
-    (rig.state().gyro_heading - rig.carrier.heading_at(rig.now())).deg()
+    (rig.state().gyro_heading - rig.heading()).deg()
 }
 
 proptest! {
@@ -234,12 +236,12 @@ fn harm(rig: &mut Rig, direction: Direction, schedule: &[Option<Harm>]) {
         number += 1;
         match (harm, piece) {
             (None, piece) => vec![piece],
-            (Some(harm), Piece::Bytes(bytes)) => vec![Piece::Bytes(harm.done_to(&bytes))],
+            (Some(harm), Transmit::Bytes(packet)) => bytes(&harm.done_to(packet.as_slice())),
             // A bus does not change bits unnoticed: a frame arrives, or it does not.
-            (Some(Harm::Drop | Harm::Cut(_) | Harm::Change(..)), Piece::Frame(_)) => Vec::new(),
-            (Some(harm), Piece::Frame(frame)) => {
+            (Some(Harm::Drop | Harm::Cut(_) | Harm::Change(..)), Transmit::Frame(_)) => Vec::new(),
+            (Some(harm), Transmit::Frame(frame)) => {
                 let stranger = stranger(&harm.done_to(&[]));
-                vec![Piece::Frame(stranger), Piece::Frame(frame)]
+                vec![Transmit::Frame(stranger), Transmit::Frame(frame)]
             }
         }
     });
@@ -252,7 +254,7 @@ fn stranger(bytes: &[u8]) -> CanFrame {
 }
 
 fn is_at_rest(rig: &mut Rig) -> bool {
-    let truth = rig.carrier.truth(rig.now());
+    let truth = rig.truth();
     truth.speed == Speed::ZERO && truth.steer_rate == AngularRate::ZERO
 }
 
@@ -268,11 +270,11 @@ proptest! {
         let mut rig = Rig::new(&ideal(transport), 1).ready();
         harm(&mut rig, Direction::ControllerToBase, &to_base);
         harm(&mut rig, Direction::BaseToController, &to_controller);
-        let from = rig.carrier.truth(rig.now()).pose.x;
+        let from = rig.truth().pose.x;
         let answer = rig.command(Rig::straight_order(1.0, 0.4));
         rig.run_for(Span::from_secs(5));
         prop_assert!(is_at_rest(&mut rig), "{:?}", answer);
-        let truth = rig.carrier.truth(rig.now()).pose;
+        let truth = rig.truth().pose;
         match answer {
             Answer::Done(MissionResult::Straight(result)) => {
                 prop_assert!(result.stop_error.abs().m() <= 0.002, "{:?}", result);
@@ -310,9 +312,10 @@ fn wrong_checksums_for_longer_than_the_time_out_are_silence() {
     let id = rig.under_way(Rig::turn_order(360.0, RATE_DEG), Span::from_secs(3));
     let since = rig.now();
     rig.tap(Direction::GyroToController, |_, piece| match piece {
-        Piece::Bytes(mut bytes) => {
-            bytes[4] ^= 1;
-            vec![Piece::Bytes(bytes)]
+        Transmit::Bytes(packet) => {
+            let mut wrong = packet.as_slice().to_vec();
+            wrong[4] ^= 1;
+            bytes(&wrong)
         }
         frame => vec![frame],
     });
@@ -332,7 +335,8 @@ fn garbage_at_rest_does_not_turn_a_robot_that_stands() {
                 state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 (state >> 24) as u8
             };
-            vec![Piece::Bytes((0..40).map(|_| noise()).collect()), piece]
+            let garbage: Vec<u8> = (0..40).map(|_| noise()).collect();
+            [bytes(&garbage), vec![piece]].concat()
         });
         rig.run_for(Span::from_secs(60));
         assert_eq!(rig.state().gyro_heading, before);
@@ -346,18 +350,18 @@ fn frames_of_others_change_nothing() {
         if disturb {
             for direction in [Direction::BaseToController, Direction::ControllerToBase] {
                 rig.tap(direction, |_, piece| {
-                    let Piece::Frame(frame) = &piece else { return vec![piece] };
+                    let Transmit::Frame(frame) = &piece else { return vec![piece] };
                     let short = CanFrame::new(frame.id(), &frame.data()[1..]).expect("shorter");
                     let remote = CanFrame::new_remote(frame.id(), 8).expect("eight bytes");
                     let wide = ExtendedId::new(0x181).expect("29 bits");
                     let wide = CanFrame::new(wide, frame.data()).expect("as many bytes");
                     let others = [short, remote, wide, stranger(&[0xff; 8])];
-                    others.map(Piece::Frame).into_iter().chain([piece]).collect()
+                    others.map(Transmit::Frame).into_iter().chain([piece]).collect()
                 });
             }
         }
         let result = (rig.straight(1.0, 0.4), rig.turn(90.0, RATE_DEG));
-        (result, rig.now(), rig.carrier.base().frames_ignored())
+        (result, rig.now(), rig.base().frames_ignored())
     };
     let (quiet, disturbed) = (drive(false), drive(true));
     assert_eq!((quiet.0, quiet.1), (disturbed.0, disturbed.1));
@@ -369,10 +373,10 @@ fn frames_of_others_change_nothing() {
 fn a_serial_base_counts_what_it_does_not_understand() {
     let mut rig = Rig::new(&ideal(Transport::Serial), 1).ready();
     for garbage in [&b":0102"[..], b"\r", b";05E000011B\r", b":zz\r", b"noise", &[0xff; 64]] {
-        rig.inject(Direction::ControllerToBase, Piece::Bytes(garbage.to_vec()));
+        rig.inject(Direction::ControllerToBase, &bytes(garbage)[0]);
     }
     rig.straight(0.5, 0.4);
-    let counters = rig.carrier.base().serial_counters();
+    let counters = rig.base().serial_counters();
     assert_eq!(counters.bad_checksum, 1, "{counters:?}");
     assert!(counters.malformed >= 2 && counters.skipped >= 64, "{counters:?}");
 }

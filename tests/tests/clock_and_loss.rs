@@ -4,7 +4,8 @@ use controller::config::IntegrationClock;
 use controller::health::Level;
 use emulators::gyro::GyroParameters;
 use tests::devices::{NAVIGATOR, ideal_table};
-use tests::rig::{Direction, Piece, Rig};
+use tests::rig::{Direction, Rig, bytes};
+use wire::device::Transmit;
 use wire::gyro::{GyroFormat, GyroStream, OutputMode, dsp3000_binary};
 use wire::table::Command as TableCommand;
 use wire::time::Span;
@@ -39,10 +40,10 @@ const ALL_STREAMS: [GyroStream; 8] = [
 
 /// Turns the table by whole degrees and waits for rest; gives the error of the heading, in deg.
 fn turn(rig: &mut Rig, deg: i32) -> f64 {
-    let error = |rig: &mut Rig| rig.state().gyro_heading - rig.carrier.heading_at(rig.now());
+    let error = |rig: &mut Rig| rig.state().gyro_heading - rig.heading();
     let before = error(rig);
     let now = rig.now();
-    let table = rig.carrier.table();
+    let table = rig.table();
     for command in [
         TableCommand::TopRate((RATE_DEG * STEPS_PER_DEG) as u32),
         TableCommand::Ramp((RAMP_DEG * STEPS_PER_DEG) as u32),
@@ -274,14 +275,10 @@ fn samples_that_come_in_bunches_are_all_used() {
         let mut rig = rig_with(NAVIGATOR, clock, |_| {});
         let mut waiting = Vec::new();
         rig.tap(Direction::GyroToController, move |_, piece| {
-            if let Piece::Bytes(bytes) = piece {
-                waiting.extend(bytes);
+            if let Transmit::Bytes(packet) = piece {
+                waiting.extend_from_slice(packet.as_slice());
             }
-            if waiting.len() >= 6 * 8 {
-                vec![Piece::Bytes(std::mem::take(&mut waiting))]
-            } else {
-                Vec::new()
-            }
+            if waiting.len() >= 6 * 8 { bytes(&std::mem::take(&mut waiting)) } else { Vec::new() }
         });
         let error = turn(&mut rig, 360);
         // By host time the first of a bunch counts for all of it: six samples of a ramp, at each bend.

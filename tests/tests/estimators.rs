@@ -45,16 +45,14 @@ fn ready(devices: &Devices, estimator: Estimator, seed: u64) -> Rig {
 fn lap(rig: &mut Rig, way: f64) -> Lap {
     rig.bias_test(20.0);
     rig.set_pose();
-    let now = rig.now();
-    let before = rig.carrier.truth(now).pose;
+    let before = rig.truth().pose;
     for _ in 0..4 {
         rig.straight(4.0, 0.4);
         rig.turn(90.0 * way, 30.0);
     }
     // The standstill after the last turn counts as well.
     rig.run_for(Span::from_millis(300));
-    let now = rig.now();
-    let after = rig.carrier.truth(now).pose;
+    let after = rig.truth().pose;
     let state = rig.state();
     let (x, y) = ((after.x - before.x).m(), (after.y - before.y).m());
     let (sin, cos) = (before.heading.sin(), before.heading.cos());
@@ -126,7 +124,7 @@ fn standstills_more_than_halve_the_error_of_a_lap() {
 }
 
 fn heading_error_deg(rig: &mut Rig) -> f64 {
-    (rig.state().pose.heading - rig.carrier.heading_at(rig.now())).deg().abs()
+    (rig.state().pose.heading - rig.heading()).deg().abs()
 }
 
 #[test]
@@ -221,7 +219,7 @@ fn a_filter_that_cannot_believe_what_it_hears_gives_way_and_says_so() {
     rig.set_pose();
     let by = 2_000f64.to_radians() / 3_600.0;
     let chance = RandomStream::new(1, "gyro", "fault");
-    rig.gyro.begin_fault(0, GyroFault::BiasStep { by }, chance);
+    rig.gyro().begin_fault(0, GyroFault::BiasStep { by }, chance);
     rig.run_for(Span::from_secs(5));
     let causes = rig.health().causes;
     assert!(causes.estimator_failed && causes.bias_moved, "{causes:?}");

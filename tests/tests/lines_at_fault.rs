@@ -4,8 +4,9 @@ use emulators::base::Transport;
 use judge::properties::{Kind, PropertyVerdict};
 use proptest::prelude::*;
 use tests::devices::{TRANSPORTS, ideal};
-use tests::rig::{Direction, Piece, Rig};
+use tests::rig::{Direction, Rig, bytes};
 use wire::base::{Motion, Reply, can_link};
+use wire::device::Transmit;
 use wire::time::Span;
 use wire::units::Length;
 
@@ -63,10 +64,11 @@ fn apply(rig: &mut Rig, fault: &Fault) {
             (Harm::Cut, _) => Vec::new(),
             (Harm::Drop, _) if hit => Vec::new(),
             (Harm::Repeat, piece) if hit => vec![piece.clone(), piece],
-            (Harm::Flip, Piece::Bytes(mut bytes)) if hit => {
-                let at = count % bytes.len();
-                bytes[at] ^= 1 << (count % 8);
-                vec![Piece::Bytes(bytes)]
+            (Harm::Flip, Transmit::Bytes(packet)) if hit => {
+                let mut flipped = packet.as_slice().to_vec();
+                let at = count % flipped.len();
+                flipped[at] ^= 1 << (count % 8);
+                bytes(&flipped)
             }
             (Harm::Bunch, piece) => {
                 held.push(piece);
@@ -118,7 +120,7 @@ fn a_path_that_no_base_could_have_gone_moves_no_pose() {
     let displacement = Length::from_m(248.8);
     let motion = Motion { displacement, moving: true, ..Motion::default() };
     let frame = can_link::reply_frame(&Reply::Motion(motion));
-    rig.inject(Direction::BaseToController, Piece::Frame(frame));
+    rig.inject(Direction::BaseToController, &Transmit::Frame(frame));
     rig.finish(id);
     let state = rig.state();
     assert!((state.pose.x.m() - 2.0).abs() < 0.003, "{:?}", state.pose);

@@ -46,11 +46,11 @@ fn watched(rig: &mut Rig, command: Command, (speed, rate_deg): (f64, f64)) -> An
     let mut before: Option<(Timestamp, BaseTruth)> = None;
     // What the paper's robot turns is up to 1.5 % more than it is told to.
     let turn_scale = 1.0
-        + rig.carrier.base().parameters().turn_scale_error
-        + 4.0 * rig.carrier.base().parameters().turn_scale_spread;
+        + rig.base().parameters().turn_scale_error
+        + 4.0 * rig.base().parameters().turn_scale_spread;
     let answered = rig.run_until(Span::from_secs(2_000), |rig| {
         let now = rig.now();
-        let truth = rig.carrier.truth(now);
+        let truth = rig.truth();
         assert!(truth.speed.abs().m_per_s() <= speed + SPEED_COUNT, "{truth:?}");
         let rate = truth.steer_rate.deg_per_s();
         assert!(rate.abs() <= (rate_deg + RATE_COUNT_DEG) * turn_scale, "{truth:?}");
@@ -100,7 +100,7 @@ fn prepared(devices: &Devices, source: HeadingSource) -> Rig {
 
 /// How far the mission went beyond its order in truth, by path.
 fn path(rig: &mut Rig) -> f64 {
-    let pose = rig.carrier.truth(rig.now()).pose;
+    let pose = rig.truth().pose;
     pose.x.m().hypot(pose.y.m()).copysign(pose.x.m())
 }
 
@@ -129,7 +129,7 @@ fn ideal_straights_stop_where_they_should_in_truth() {
 fn ideal_turns_by_the_gyro_stop_where_they_should_in_truth() {
     for transport in TRANSPORTS {
         turns(&ideal(transport), HeadingSource::Gyro, |rig, angle, rate| {
-            let off = |rig: &mut Rig| rig.state().gyro_heading - rig.carrier.heading_at(rig.now());
+            let off = |rig: &mut Rig| rig.state().gyro_heading - rig.heading();
             let before = off(rig);
             let answer = order_turn(rig, angle, rate);
             let name = format!("{transport:?} {angle} deg at {rate} deg/s");
@@ -159,7 +159,7 @@ fn ideal_turns_by_odometry_stop_within_its_resolution() {
                 panic!("{name}: {answer:?}");
             };
             assert!(result.stop_error.abs().deg() <= STOP, "{name}: {result:?}");
-            let off = (rig.state().odometry_heading - rig.carrier.heading_at(rig.now())).deg();
+            let off = (rig.state().odometry_heading - rig.heading()).deg();
             assert!(off.abs() <= 0.15 + 1e-6, "{name}: odometry itself is {off} deg off");
         });
     }
@@ -199,7 +199,7 @@ fn dead_reckoning_on_an_ideal_robot_is_the_truth() {
                     rig.turn(90.0 * direction, 30.0);
                 }
             }
-            let (believed, truth) = (rig.state().pose, rig.carrier.truth(rig.now()).pose);
+            let (believed, truth) = (rig.state().pose, rig.truth().pose);
             // Two laps of 16 m: the heading's resolution, half a step of 0.3 deg, over a side of 4 m; or
             // half a step of the gyro's rate over 12 s of turning, eight turns of 4 s.
             let off_deg = match source {
@@ -231,9 +231,9 @@ fn the_last_heading_source_wins_and_nothing_jumps() {
     let mut rig = prepared(&ideal(Transport::Can), HeadingSource::Odometry);
     rig.turn(90.0, 30.0);
     rig.command(Command::SetHeadingSource(HeadingSource::Gyro));
-    let before = rig.carrier.heading_at(rig.now());
+    let before = rig.heading();
     rig.straight(1.0, 0.4);
-    assert!((rig.carrier.heading_at(rig.now()) - before).abs().deg() < 0.05);
+    assert!((rig.heading() - before).abs().deg() < 0.05);
     rig.turn(90.0, 30.0);
-    assert!(((rig.carrier.heading_at(rig.now()) - before).deg() - 90.0).abs() < STOP_DEG);
+    assert!(((rig.heading() - before).deg() - 90.0).abs() < STOP_DEG);
 }

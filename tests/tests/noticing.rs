@@ -84,11 +84,11 @@ fn a_gyro_that_is_stuck_in_a_turn_stops_the_base_at_once() {
     for devices in healthy() {
         let mut rig = ready(&devices, 1);
         let id = rig.under_way(Rig::turn_order(180.0, 30.0), Span::from_secs(3));
-        rig.gyro.begin_fault(0, GyroFault::Stuck, chance());
+        rig.gyro().begin_fault(0, GyroFault::Stuck, chance());
         let took = word_of(&mut rig, 1.0, |rig| rig.health().causes.gyro_fault);
         assert!(took.is_some_and(|s| s <= 0.15), "{:?}: {took:?}", devices.gyro.0);
         assert_eq!(rig.finish(id), Answer::Aborted(AbortReason::GyroFault));
-        rig.gyro.end_fault(0);
+        rig.gyro().end_fault(0);
         rig.run_for(Span::from_secs(1));
         assert!(rig.health().causes.gyro_invalid, "what it did not see stays lost");
     }
@@ -101,7 +101,7 @@ fn an_odometer_that_stands_for_a_moment_on_the_way_shows() {
         let ahead = Span::from_millis(2_000 + 137 * seed as i64);
         rig.under_way(Rig::straight_order(4.0, 0.4), ahead);
         let now = rig.now();
-        rig.carrier.base().begin_fault(now, 0, BaseFault::StuckOdometry, chance());
+        rig.base().begin_fault(now, 0, BaseFault::StuckOdometry, chance());
         rig.run_for(Span::from_millis(350));
         assert!(rig.health().causes.odometry_doubtful, "seed {seed}");
     }
@@ -113,7 +113,7 @@ fn a_bias_that_leaps_after_its_test_shows_at_the_next_standstill() {
         let mut rig = ready(&shipped("paper"), seed);
         let by = 400f64.to_radians() / 3_600.0;
         rig.straight(1.0, 0.4);
-        rig.gyro.begin_fault(0, GyroFault::BiasStep { by }, chance());
+        rig.gyro().begin_fault(0, GyroFault::BiasStep { by }, chance());
         rig.straight(1.0, 0.4);
         rig.turn(90.0, 30.0);
         assert!(rig.health().causes.bias_moved, "seed {seed}");
@@ -130,7 +130,7 @@ fn a_temperature_that_is_wild_or_frozen_while_it_warms_up_shows() {
         let mut rig = Rig::new(&devices, 1);
         rig.run_for(Span::from_secs(2));
         rig.bias_test(20.0);
-        rig.gyro.begin_fault(0, fault, chance());
+        rig.gyro().begin_fault(0, fault, chance());
         rig
     };
     let doubtful = |rig: &mut Rig| rig.health().causes.temperature_doubtful;
@@ -143,7 +143,7 @@ fn a_temperature_that_is_wild_or_frozen_while_it_warms_up_shows() {
     assert!(took.is_some_and(|s| (290.0..=302.0).contains(&s)), "{took:?}");
     frozen.set_pose();
     assert!(frozen.health().causes.temperature_doubtful, "it is frozen still");
-    frozen.gyro.end_fault(0);
+    frozen.gyro().end_fault(0);
     frozen.run_for(Span::from_secs(2));
     frozen.command(Command::SetPose(wire::units::Pose::default()));
     assert!(!frozen.health().causes.temperature_doubtful);

@@ -7,8 +7,9 @@ use controller::mission::{
 };
 use emulators::base::Transport;
 use tests::devices::{NAVIGATOR, TRANSPORTS, ideal, ideal_table};
-use tests::rig::{Answer, Direction, Piece, Rig};
+use tests::rig::{Answer, Direction, Rig};
 use wire::base::{PoseWriteResult, Reply, Request, can_link};
+use wire::device::Transmit;
 use wire::table::Command as TableCommand;
 use wire::time::Span;
 use wire::units::{Angle, AngularRate, Length, Pose, Speed};
@@ -26,7 +27,7 @@ fn pose(x: f64, y: f64, heading: f64) -> Command {
 }
 
 fn is_at_rest(rig: &mut Rig) -> bool {
-    let truth = rig.carrier.truth(rig.now());
+    let truth = rig.truth();
     truth.speed == Speed::ZERO && truth.steer_rate == AngularRate::ZERO
 }
 
@@ -64,9 +65,9 @@ fn stop_ends_a_mission_and_the_next_starts_from_there() {
             // 30 deg/s at 22.5 deg/s^2 take 1.34 s.
             rig.run_for(Span::from_secs(2));
             assert!(is_at_rest(&mut rig));
-            let before = rig.carrier.heading_at(rig.now());
+            let before = rig.heading();
             rig.turn(10.0, 30.0);
-            let turned = (rig.carrier.heading_at(rig.now()) - before).deg();
+            let turned = (rig.heading() - before).deg();
             assert!((turned - 10.0).abs() <= 0.1, "{turned}");
         }
     }
@@ -77,10 +78,10 @@ fn stop_ends_a_mission_and_the_next_starts_from_there() {
 fn a_stop_at_rest_takes_nothing_from_a_turn_that_comes_at_once() {
     for transport in TRANSPORTS {
         let mut rig = Rig::new(&ideal(transport), 1).ready();
-        let before = rig.carrier.heading_at(rig.now());
+        let before = rig.heading();
         assert_eq!(rig.command(Command::Stop), Answer::Done(MissionResult::Applied));
         rig.turn(90.0, 30.0);
-        let turned = (rig.carrier.heading_at(rig.now()) - before).deg();
+        let turned = (rig.heading() - before).deg();
         assert!((turned - 90.0).abs() <= 0.1, "{turned}");
     }
 }
@@ -178,7 +179,7 @@ fn nothing_moves_on_a_base_that_was_never_heard() {
 /// Turns the table at this rate, and leaves it turning.
 fn turn_table(rig: &mut Rig, deg_per_s: u32) {
     let now = rig.now();
-    let table = rig.carrier.table();
+    let table = rig.table();
     for command in [
         TableCommand::TopRate(80 * deg_per_s),
         TableCommand::Ramp(1_200),
@@ -218,7 +219,7 @@ fn a_bias_test_on_a_base_that_is_pushed_off_comes_to_nothing() {
         let now = rig.now();
         let push =
             Request::SetVelocity { drive: Speed::ZERO, steer: AngularRate::from_deg_per_s(5.0) };
-        rig.carrier.base().request(now, push);
+        rig.base().request(now, push);
         assert_eq!(rig.finish(id), Answer::Aborted(AbortReason::NotAtRest), "{transport:?}");
     }
 }
@@ -228,11 +229,11 @@ fn an_emergency_stop_or_a_fault_forbids_motion_until_it_is_gone() {
     type Set = fn(&mut Rig, bool);
     let emergency_stop: Set = |rig, on| {
         let now = rig.now();
-        rig.carrier.base().set_emergency_stop(now, on);
+        rig.base().set_emergency_stop(now, on);
     };
     let fault: Set = |rig, on| {
         let now = rig.now();
-        rig.carrier.base().set_fault(now, on);
+        rig.base().set_fault(now, on);
     };
     let cases = [(emergency_stop, AbortReason::EmergencyStop), (fault, AbortReason::BaseFault)];
     for transport in TRANSPORTS {
@@ -250,14 +251,14 @@ fn an_emergency_stop_or_a_fault_forbids_motion_until_it_is_gone() {
             assert_eq!(rig.health().level, Level::Ok);
 
             let id = rig.under_way(Rig::straight_order(4.0, 0.4), Span::from_secs(3));
-            let (since, from) = (rig.now(), rig.carrier.truth(rig.now()).pose.x.m());
+            let (since, from) = (rig.now(), rig.truth().pose.x.m());
             set(&mut rig, true);
             assert_eq!(rig.finish(id), Answer::Aborted(reason));
             // One period of the loop, two exchanges of 21 characters: 27 + 22 ms.
             assert!((rig.now() - since).as_secs_f64() <= 0.05, "{transport:?}");
             assert!(rig.run_until(Span::from_secs(3), is_at_rest));
             // The base brakes by itself and at once: 0.4 m/s at 0.5 m/s^2.
-            let travelled = rig.carrier.truth(rig.now()).pose.x.m() - from;
+            let travelled = rig.truth().pose.x.m() - from;
             assert!(travelled <= 0.4 * 0.4 / (2.0 * 0.5) + 1e-6, "{travelled}");
             set(&mut rig, false);
             rig.run_for(heard);
@@ -271,7 +272,7 @@ fn an_emergency_stop_or_a_fault_forbids_motion_until_it_is_gone() {
 fn nudge(rig: &mut Rig, m_per_s: f64) {
     let now = rig.now();
     let (drive, steer) = (Speed::from_m_per_s(m_per_s), AngularRate::ZERO);
-    rig.carrier.base().request(now, Request::SetVelocity { drive, steer });
+    rig.base().request(now, Request::SetVelocity { drive, steer });
 }
 
 #[test]
@@ -318,7 +319,7 @@ fn a_base_that_never_takes_the_pose_shows_in_health_until_it_does() {
 fn refuse_pose_writes(rig: &mut Rig, refusals: u32) {
     let (mut counter, mut writes) = (None, 0);
     rig.tap(Direction::BaseToController, move |_, piece| {
-        let Piece::Frame(frame) = &piece else { return vec![piece] };
+        let Transmit::Frame(frame) = &piece else { return vec![piece] };
         let Some(Reply::Motion(mut motion)) = can_link::parse_reply(frame) else {
             return vec![piece];
         };
@@ -327,7 +328,7 @@ fn refuse_pose_writes(rig: &mut Rig, refusals: u32) {
         if (1..=refusals).contains(&writes) {
             motion.pose_write = PoseWriteResult::RefusedInMotion;
         }
-        vec![Piece::Frame(can_link::reply_frame(&Reply::Motion(motion)))]
+        vec![Transmit::Frame(can_link::reply_frame(&Reply::Motion(motion)))]
     });
 }
 
@@ -347,7 +348,7 @@ fn a_straight_line_tells_how_often_it_had_to_write_its_pose() {
     rig.untap(Direction::BaseToController);
     assert_eq!(rig.straight(-1.5, 0.4).pose_writes, 1);
     assert_eq!(rig.health().level, Level::Ok);
-    assert!(rig.carrier.truth(rig.now()).pose.x.abs().m() < 0.008);
+    assert!(rig.truth().pose.x.abs().m() < 0.008);
 }
 
 #[test]

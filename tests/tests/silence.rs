@@ -54,7 +54,7 @@ fn fall_silent(rig: &mut Rig, command: Command, silent: &[Direction]) -> Fall {
     let turns = matches!(command, Command::Turn(_));
     let id = rig.under_way(command, Span::from_secs(3));
     let place = |rig: &mut Rig| {
-        let truth = rig.carrier.truth(rig.now());
+        let truth = rig.truth();
         if turns { truth.pose.heading.deg() } else { truth.pose.x.m() }
     };
     let (since, from) = (rig.now(), place(rig));
@@ -62,7 +62,7 @@ fn fall_silent(rig: &mut Rig, command: Command, silent: &[Direction]) -> Fall {
     let Answer::Aborted(reason) = rig.finish(id) else { panic!("{:?}", rig.answer(id)) };
     let noticed_s = (rig.now() - since).as_secs_f64();
     let stopped = rig.run_until(Span::from_secs(10), |rig| {
-        let truth = rig.carrier.truth(rig.now());
+        let truth = rig.truth();
         truth.speed == Speed::ZERO && truth.steer_rate == AngularRate::ZERO
     });
     assert!(stopped, "the base never stopped");
@@ -109,7 +109,7 @@ fn a_silent_gyro_that_returns_is_used_again_and_its_gap_is_told() {
     let causes = rig.health().causes;
     assert!(!causes.gyro_silent);
     // Nobody saw how far the base turned meanwhile: what the heading is worth must show.
-    let off = (rig.state().gyro_heading - rig.carrier.heading_at(rig.now())).deg().abs();
+    let off = (rig.state().gyro_heading - rig.heading()).deg().abs();
     assert!(off > 10.0, "{off}");
     assert_eq!(rig.health().level, Level::Degraded);
     assert!(causes.samples_lost);
@@ -127,7 +127,7 @@ fn a_short_silence_is_bridged_and_counted() {
     let bound_deg = STEER_BRAKE_DEG * (GAP_S + SAMPLE_S).powi(2) / 4.0;
     for at_ms in [500, 1_500, 3_000, 12_500] {
         let mut rig = Rig::new(&ideal(Transport::Can), 1).ready();
-        let off = |rig: &mut Rig| rig.state().gyro_heading - rig.carrier.heading_at(rig.now());
+        let off = |rig: &mut Rig| rig.state().gyro_heading - rig.heading();
         let id = rig.under_way(turn(), Span::from_millis(at_ms));
         rig.silence(Direction::GyroToController);
         rig.run_for(Span::from_secs_f64(GAP_S));
@@ -268,7 +268,7 @@ fn a_base_that_moves_on_its_own_while_nobody_looks_is_not_at_rest() {
     let mut rig = Rig::new(&ideal(Transport::Can), 1).ready();
     let (drive, steer) = (Speed::from_m_per_s(0.2), AngularRate::ZERO);
     let now = rig.now();
-    rig.carrier.base().request(now, Request::SetVelocity { drive, steer });
+    rig.base().request(now, Request::SetVelocity { drive, steer });
     rig.run_for(Span::from_millis(100));
     assert_eq!(rig.command(Rig::bias_test_order(1.0)), Answer::Refused(Refusal::Moving));
     assert_eq!(rig.command(turn()), Answer::Refused(Refusal::Moving));

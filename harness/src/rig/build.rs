@@ -6,7 +6,7 @@ use super::node::{BASE, Described, GYRO, Machine, Node, Part};
 use super::replayed::Replaying;
 use super::robot::{CARRIER, Robot};
 use super::tester::Tester;
-use crate::hosted::{Hosting, NodeDevice};
+use crate::hosted::{Hosted, Hosting, NodeDevice};
 use crate::plan::Rig as Declared;
 use crate::plan::rig::{NodePart, RigLine};
 use crate::record::Device;
@@ -21,14 +21,13 @@ pub(crate) fn end(node: usize, port: PortId, who: Device, name: &str) -> End {
     End { node, port, who, name: name.into() }
 }
 
-/// The paper's robot or table, with the controller that `hosting` starts; where there is none, it is away.
-pub(crate) fn paper(bench: Bench, hosting: Option<&Hosting>) -> Rig {
-    let config = bench.controller_config();
+/// The paper's robot or table, with its controller; where there is none, it is away.
+pub(crate) fn paper(bench: Bench, controller: Option<Hosted>) -> Rig {
     let (stream, transport) = (bench.gyro_stream(), bench.base_transport());
     let mut rig = Rig::default();
     let robot = rig.node(Node::new("robot", Part::Robot(Box::new(Robot::new(bench)))));
-    let part = match hosting {
-        Some(hosting) => Part::Controller(Box::new(Machine::new(hosting.start(&config)))),
+    let part = match controller {
+        Some(controller) => Part::Controller(Box::new(Machine::new(controller))),
         None => Part::Away,
     };
     let controller = rig.node(Node::new("controller", part));
@@ -140,7 +139,10 @@ pub(crate) fn simulated(
     seed: u64,
 ) -> (Rig, Vec<String>) {
     let mut rig = match bench {
-        Some(bench) => paper(bench, Some(hosting)),
+        Some(bench) => {
+            let controller = hosting.start(&bench.controller_config());
+            paper(bench, Some(controller))
+        }
         None => Rig::default(),
     };
     let away = add(&mut rig, declared, start, seed);

@@ -16,6 +16,7 @@
 pub(crate) mod build;
 #[cfg(feature = "live")]
 pub(crate) mod build_live;
+pub mod by_hand;
 pub(crate) mod director;
 pub(crate) mod faults;
 mod host;

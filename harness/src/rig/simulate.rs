@@ -80,11 +80,11 @@ impl Touched {
 /// One run in virtual time.
 #[derive(Debug)]
 pub(crate) struct Simulation<C> {
-    now: Timestamp,
-    rig: Rig,
+    pub(super) now: Timestamp,
+    pub(super) rig: Rig,
     pub(crate) director: Director,
-    crossing: C,
-    watch: Option<Box<Watch>>,
+    pub(super) crossing: C,
+    pub(super) watch: Option<Box<Watch>>,
     touched: Touched,
     /// The emulated nodes, and the others: a bit each.
     emulated: u64,
@@ -95,6 +95,8 @@ pub(crate) struct Simulation<C> {
     plan_due: Timestamp,
     events: u64,
     events_at_once: u32,
+    /// See [`Rig::wake_gyros_late`].
+    gyros_are_late: bool,
 }
 
 /// How a run in virtual time ended.
@@ -130,6 +132,7 @@ impl<C: Crossing> Simulation<C> {
             plan_due: now,
             events: 0,
             events_at_once: 0,
+            gyros_are_late: false,
         }
     }
 
@@ -177,8 +180,8 @@ impl<C: Crossing> Simulation<C> {
     ) -> Ending {
         self.transmit(sink, keep);
         // Properties are shown the truth at every event, those of the gyro included.
-        let gyros_are_late = self.faults.is_none() && self.watch.is_none();
-        if gyros_are_late {
+        self.gyros_are_late = self.faults.is_none() && self.watch.is_none();
+        if self.gyros_are_late {
             self.rig.wake_gyros_late();
         }
         loop {
@@ -188,35 +191,48 @@ impl<C: Crossing> Simulation<C> {
             if self.events.is_multiple_of(EVENTS_PER_PULSE) {
                 self.look_up(sink, pulse);
             }
-            let next = self.next_event();
+            let mut next = self.next_event();
             if next == Timestamp::MAX {
                 self.broke("nothing is left that could happen");
-            } else {
-                self.events_at_once = if next > self.now { 0 } else { self.events_at_once + 1 };
-                self.now = self.now.max(next);
+                next = self.now;
             }
-            if self.events_at_once == EVENTS_AT_ONCE_MAX {
-                // Nothing that takes time can happen any more, a tear-down neither.
-                let reason = format!("time stands still at {} s", self.now.as_secs_f64());
-                return Ending { outcome: Outcome::Error, reason: Some(reason) };
+            if let Some(ending) = self.step(next, sink, keep) {
+                return ending;
             }
-            self.events += 1;
-            if gyros_are_late {
-                self.rig.wake_gyros_before(self.now);
-            }
-            if self.faults.is_some() {
-                self.strike(sink);
-            }
-            self.deliver(sink);
-            if self.faults.is_some() {
-                self.note_confinement(sink);
-            }
-            self.wake();
-            if let (Some(watch), Some(robot)) = (&mut self.watch, self.rig.robot()) {
-                watch.look_again(self.now, &robot.bench.carrier);
-            }
-            self.transmit(sink, keep);
         }
+    }
+
+    /// What happens at `next`, the next event; the end where time stands still.
+    pub(super) fn step(
+        &mut self,
+        next: Timestamp,
+        sink: &mut impl RecordSink,
+        keep: &mut impl FnMut(&Action),
+    ) -> Option<Ending> {
+        self.events_at_once = if next > self.now { 0 } else { self.events_at_once + 1 };
+        self.now = self.now.max(next);
+        if self.events_at_once == EVENTS_AT_ONCE_MAX {
+            // Nothing that takes time can happen any more, a tear-down neither.
+            let reason = format!("time stands still at {} s", self.now.as_secs_f64());
+            return Some(Ending { outcome: Outcome::Error, reason: Some(reason) });
+        }
+        self.events += 1;
+        if self.gyros_are_late {
+            self.rig.wake_gyros_before(self.now);
+        }
+        if self.faults.is_some() {
+            self.strike(sink);
+        }
+        self.deliver(sink);
+        if self.faults.is_some() {
+            self.note_confinement(sink);
+        }
+        self.wake();
+        if let (Some(watch), Some(robot)) = (&mut self.watch, self.rig.robot()) {
+            watch.look_again(self.now, &robot.bench.carrier);
+        }
+        self.transmit(sink, keep);
+        None
     }
 
     /// Looks beyond the run; who is stopped may have something to say.
@@ -235,7 +251,7 @@ impl<C: Crossing> Simulation<C> {
         self.touched.0 |= Touched::PLAN;
     }
 
-    fn next_event(&self) -> Timestamp {
+    pub(super) fn next_event(&self) -> Timestamp {
         self.rig
             .next_arrival()
             .min(self.rig.next_wakeup())
@@ -271,8 +287,10 @@ impl<C: Crossing> Simulation<C> {
                 continue;
             }
             while let Some((from, mut what)) = self.rig.lines[line].arrived(now) {
-                if self.crossing.carry(now, line, from.place(), &mut what) {
+                let mut came = self.crossing.carry(now, line, from.place(), &mut what);
+                while came {
                     self.delivered(sink, line, from, &what);
+                    came = self.crossing.more().map(|more| what = more).is_some();
                 }
             }
             if let Some(failure) = self.crossing.failure() {
@@ -282,7 +300,13 @@ impl<C: Crossing> Simulation<C> {
     }
 
     #[inline]
-    fn delivered(&mut self, sink: &mut impl RecordSink, line: usize, from: EndId, what: &Transmit) {
+    pub(super) fn delivered(
+        &mut self,
+        sink: &mut impl RecordSink,
+        line: usize,
+        from: EndId,
+        what: &Transmit,
+    ) {
         let Self { now, rig, director, touched, watch, .. } = self;
         let (now, who) = (*now, rig.lines[line].who(from));
         match what {
@@ -330,7 +354,7 @@ impl<C: Crossing> Simulation<C> {
 
     /// Carries everything that those who were reached have to say, until nobody has: those under test and testers first,
     /// then what the plan orders, then the emulated devices.
-    fn transmit(&mut self, sink: &mut impl RecordSink, keep: &mut impl FnMut(&Action)) {
+    pub(super) fn transmit(&mut self, sink: &mut impl RecordSink, keep: &mut impl FnMut(&Action)) {
         let mut rounds = 0;
         let anybody = Touched::PLAN | self.emulated | self.others;
         while self.touched.0 & anybody != 0 {
@@ -365,10 +389,7 @@ impl<C: Crossing> Simulation<C> {
         loop {
             let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
             let Some(sent) = machine.controller.transmit(told) else { break };
-            if let (Some(watch), Some(robot)) = (&mut self.watch, self.rig.robot()) {
-                watch.look(self.now, &robot.bench.carrier);
-                watch.see(self.now, &Seen::Sent(&sent));
-            }
+            self.show(&Seen::Sent(&sent));
             let (port, what) = output(sent);
             self.rig.send(self.now, place, port, what);
         }
@@ -385,10 +406,7 @@ impl<C: Crossing> Simulation<C> {
     /// Apart, as reports are rare and large: their room is not made at every event.
     #[inline(never)]
     fn hear_report(&mut self, sink: &mut impl RecordSink, report: &Report) {
-        if let (Some(watch), Some(robot)) = (&mut self.watch, self.rig.robot()) {
-            watch.look(self.now, &robot.bench.carrier);
-            watch.see(self.now, &Seen::Report(report));
-        }
+        self.show(&Seen::Report(report));
         self.director.record_report(self.now, &mut self.rig, sink, report);
         self.director.engine.report(self.now, report);
         self.touched.0 |= Touched::PLAN;
@@ -413,6 +431,27 @@ impl<C: Crossing> Simulation<C> {
             }
         }
         self.plan_due = self.director.engine.next_wakeup();
+    }
+
+    /// Gives a mission that no plan asks for.
+    pub(super) fn command(&mut self, mission: Mission) {
+        self.show(&Seen::Told(&mission));
+        self.order(mission);
+        self.touch_all();
+    }
+
+    /// Shows it to whoever watches, after the truth of now.
+    pub(super) fn show(&mut self, seen: &Seen<'_>) {
+        let Some(watch) = &mut self.watch else { return };
+        if let Some(robot) = self.rig.robot() {
+            watch.look(self.now, &robot.bench.carrier);
+        }
+        watch.see(self.now, seen);
+    }
+
+    /// Anybody may have something to say.
+    pub(super) const fn touch_all(&mut self) {
+        self.touched = Touched::ALL;
     }
 
     /// Gives a mission to whoever takes them.

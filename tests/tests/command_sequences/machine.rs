@@ -131,8 +131,7 @@ impl<const MUTANT: usize> StateMachineTest for Machine<MUTANT> {
         machine.rig.finish(id);
         machine.rig.run_for(SETTLED);
         assert_eq!(machine.rig.state().activity, Activity::Idle);
-        let now = machine.rig.now();
-        let truth = machine.rig.carrier.truth(now);
+        let truth = machine.rig.truth();
         assert!(truth.speed.m_per_s() == 0.0 && truth.steer_rate.rad_per_s() == 0.0, "{truth:?}");
         for verdict in machine.rig.verdicts() {
             assert!(verdict.kind == Kind::Sometimes || verdict.held, "{verdict:?}");

@@ -68,6 +68,12 @@ pub trait Crossing {
     /// `false` when it did not get through.
     fn carry(&mut self, now: Timestamp, line: usize, from: usize, what: &mut Transmit) -> bool;
 
+    /// What else came out at once, in order, after what was carried last.
+    #[inline(always)]
+    fn more(&mut self) -> Option<Transmit> {
+        None
+    }
+
     /// What went wrong since this was last asked. A line that failed carries nothing more.
     fn failure(&mut self) -> Option<CrossingFailure>;
 
