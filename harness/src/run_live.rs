@@ -220,6 +220,7 @@ impl LiveRun {
             faults: end.faults,
             properties: end.properties,
             unjudged: end.unjudged,
+            announced: engine.has_announced(),
         };
         Self { run, timing: end.timing, ports: end.ports }
     }

@@ -126,6 +126,8 @@ fn a_gyro_that_is_gone_for_long_is_not_tolerated_and_a_short_one_is() {
         asked: None,
         seed: 1,
         horizon: Span::from_secs(38),
+        motions: Vec::new(),
+        tells: true,
         threads: NonZeroUsize::new(2).unwrap(),
     };
     let found = envelope(&simulated, &fault, &settings, &mut |_| true);
@@ -133,7 +135,11 @@ fn a_gyro_that_is_gone_for_long_is_not_tolerated_and_a_short_one_is() {
         let near = |level: &&campaign::Level| level.severity >= severity;
         found.levels.iter().find(near).unwrap()
     };
-    assert_eq!(at(10.0).passed, 0, "{found:?}");
+    assert_eq!(
+        (at(10.0).passed, at(10.0).announced),
+        (0, 6),
+        "it gives up, and says so: {found:?}"
+    );
     // The gyro's time-out is 100 ms, after which the mission is given up.
     assert!(found.tolerated.is_none_or(|most| most < 1.0), "{found:?}");
 }

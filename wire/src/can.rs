@@ -1,11 +1,13 @@
 //! CAN frames, classic and FD (ISO 11898-1:2015).
 
+mod rates;
+mod written;
+
+pub use embedded_can::{ExtendedId, Id, StandardId};
+pub use rates::BitRates;
+
 use crate::time::Span;
 use core::fmt;
-pub use embedded_can::{ExtendedId, Id, StandardId};
-use serde::de::{Error as _, SeqAccess, Visitor};
-use serde::ser::SerializeTuple as _;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// The most data a classic frame carries.
 pub const DATA_BYTES_MAX: usize = 8;
@@ -64,44 +66,6 @@ impl FdFlags {
     pub const fn bits(self) -> u8 {
         (if self.bit_rate_switch { BRS } else { 0 }) | (if self.error_state { ESI } else { 0 })
     }
-}
-
-/// Bits per second of a bus.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BitRates {
-    /// Of arbitration, and of everything in a classic frame.
-    pub nominal: u32,
-    /// Of the data of a CAN FD frame that switches; `None` on a classic bus, which has no such frames.
-    pub data: Option<u32>,
-}
-
-impl BitRates {
-    /// A classic bus of the [usual rate](BIT_RATE).
-    pub const USUAL: Self = Self { nominal: BIT_RATE, data: None };
-
-    /// How long a bit takes, in whole nanoseconds.
-    pub const fn bit(self) -> Span {
-        bit_time(self.nominal)
-    }
-
-    /// How long a bit of data takes in a frame that switches.
-    pub const fn data_bit(self) -> Span {
-        match self.data {
-            Some(rate) => bit_time(rate),
-            None => self.bit(),
-        }
-    }
-}
-
-impl Default for BitRates {
-    fn default() -> Self {
-        Self::USUAL
-    }
-}
-
-const fn bit_time(bits_per_s: u32) -> Span {
-    let rate = if bits_per_s == 0 { 1 } else { bits_per_s };
-    Span::from_nanos(1_000_000_000 / rate as i64)
 }
 
 impl CanFrame {
@@ -279,69 +243,6 @@ impl CanFrame {
             None if word & REMOTE_FLAG != 0 => embedded_can::Frame::new_remote(id, length),
             None => Self::new(id, data.get(..length)?),
         }
-    }
-}
-
-/// Bits of the identifier's word that no frame has.
-const UNUSED: u32 = !(EXTENDED_FLAG | REMOTE_FLAG | 0x1fff_ffff);
-/// In the length of a frame that is written down: it is one of CAN FD, and its flags follow.
-const FD_MARK: u8 = 0x80;
-
-/// The word of the identifier, the length, and eight bytes; of a CAN FD frame the marked length, the flags, and as many
-/// bytes as it has.
-impl Serialize for CanFrame {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let (mark, flags, written) = match self.kind {
-            Kind::Fd(flags) => (FD_MARK, Some(flags.bits()), usize::from(self.length)),
-            Kind::Data | Kind::Remote => (0, None, DATA_BYTES_MAX),
-        };
-        let mut tuple = serializer.serialize_tuple(2 + usize::from(flags.is_some()) + written)?;
-        tuple.serialize_element(&self.word())?;
-        tuple.serialize_element(&(self.length | mark))?;
-        if let Some(flags) = flags {
-            tuple.serialize_element(&flags)?;
-        }
-        self.data[..written].iter().try_for_each(|byte| tuple.serialize_element(byte))?;
-        tuple.end()
-    }
-}
-
-impl<'de> Deserialize<'de> for CanFrame {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_tuple(3 + FD_BYTES_MAX, Written)
-    }
-}
-
-struct Written;
-
-impl<'de> Visitor<'de> for Written {
-    type Value = CanFrame;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the word of an identifier, a length and the data")
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<CanFrame, A::Error> {
-        let short = || A::Error::custom("the frame ends early");
-        let word: u32 = seq.next_element()?.ok_or_else(short)?;
-        let marked: u8 = seq.next_element()?.ok_or_else(short)?;
-        let length = usize::from(marked & !FD_MARK);
-        let (fd, written) = if marked & FD_MARK == 0 {
-            (None, DATA_BYTES_MAX)
-        } else {
-            let flags = seq.next_element()?.ok_or_else(short)?;
-            (Some(FdFlags::from_bits(flags)), length)
-        };
-        let mut data = [0; FD_BYTES_MAX];
-        let room = data.get_mut(..written).ok_or_else(|| A::Error::custom("more than 64 bytes"))?;
-        for byte in room {
-            *byte = seq.next_element()?.ok_or_else(short)?;
-        }
-        let in_range = word & UNUSED == 0
-            && (word & EXTENDED_FLAG != 0
-                || word & ExtendedId::MAX.as_raw() <= StandardId::MAX.as_raw().into());
-        let frame = in_range.then(|| CanFrame::of_word(word, fd, length, &data)).flatten();
-        frame.ok_or_else(|| A::Error::custom("no frame has such an identifier and length"))
     }
 }
 

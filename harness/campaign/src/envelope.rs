@@ -1,19 +1,23 @@
-//! How much of one kind of fault is tolerated: the share of runs that pass over its severity.
+//! How much of one kind of fault is tolerated: what becomes of runs over its severity.
+//!
+//! A run passes, or it fails and the controller said so, or it fails and nobody was told: silently wrong. The last is worse
+//! than the second, so that each has its share.
 
 use super::case::{Case, CaseResult};
 use super::executor::Executor;
-use super::space::severity;
+use super::space::{AFTER_MAX, severity};
 use emulators::random::RandomStream;
+use plan::Name;
 use plan::confidence::{Z_95, wilson};
-use plan::faults::{Fault, Lasts, Schedule, When};
+use plan::faults::{Fault, FaultKind, Lasts, Schedule, Target, When};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
 use wire::time::Span;
 
 /// How an envelope is measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct EnvelopeSettings {
-    /// Runs at each severity, each with a seed of its own.
+    /// Runs at each severity at most, each with a seed of its own; fewer where they decide.
     pub runs: u64,
     /// What is tolerated passes in this share of runs at least, at 95 % confidence.
     pub share: f64,
@@ -24,26 +28,43 @@ pub struct EnvelopeSettings {
     /// How long the plan takes where nothing goes wrong. A fault that lasts by itself, or an instant, begins at a
     /// time within it that is drawn from the seed of each run.
     pub horizon: Span,
+    /// Where the plan moves after a bias test, these phases: faults strike there, as one before the test is a fault of the
+    /// test. The first of them is the first to come.
+    pub motions: Vec<(Name, u32)>,
+    /// Somebody takes missions and reports how well he is: what fails can have been said.
+    pub tells: bool,
     /// Runs at a time.
     pub threads: NonZeroUsize,
 }
 
 impl EnvelopeSettings {
-    /// Runs that an envelope takes at most: those without a fault, the ladder, the halvings, and what is asked for.
+    /// Runs that an envelope takes at most: those without a fault, the ladder and what lies below it, the halvings, and what
+    /// is asked for.
     pub fn runs_max(&self) -> u64 {
-        let levels = 1 + LADDER + HALVINGS + usize::from(self.asked.is_some());
+        let levels = 1 + LADDER + BELOW + HALVINGS + usize::from(self.asked.is_some());
         self.runs.saturating_mul(levels as u64)
+    }
+
+    /// Is a severity tolerated by what was run?
+    fn tolerates(&self, level: &Level) -> bool {
+        level.interval.0 >= self.share
     }
 }
 
-/// Runs that pass at one severity.
+/// What became of the runs at one severity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Level {
     /// In the unit of the kind's first parameter; zero where there is no fault.
     pub severity: f64,
     /// Runs that passed.
     pub passed: u64,
-    /// Runs.
+    /// Runs that did not, and whose controller said so: it stopped, refused, or reported that it is not well.
+    #[serde(default)]
+    pub announced: u64,
+    /// Runs that did not, and whose controller said nothing, or too late: silently wrong.
+    #[serde(default)]
+    pub silent: u64,
+    /// Runs. Where nobody takes missions, those that failed are neither announced nor silent.
     pub runs: u64,
     /// 95 % interval of the probability to pass (Wilson).
     pub interval: (f64, f64),
@@ -83,6 +104,13 @@ impl Envelope {
         first.filter(|level| level.interval.0 < self.share)
     }
 
+    /// The severity at which the largest share of runs was silently wrong; none where none was.
+    pub fn most_silent(&self) -> Option<&Level> {
+        let share = |level: &Level| level.silent as f64 / level.runs as f64;
+        let silent = self.levels.iter().filter(|level| level.silent > 0);
+        silent.max_by(|a, b| share(a).total_cmp(&share(b)))
+    }
+
     /// So much, and all less of it that was run, is tolerated.
     pub fn tolerates(&self, severity: f64) -> bool {
         self.tolerated.is_some_and(|most| most >= severity)
@@ -110,18 +138,18 @@ impl Measured {
 
 /// Severities of the first look, in even steps of the logarithm.
 const LADDER: usize = 9;
+/// Severities below those, each a tenth of the one above, where even the least is not tolerated.
+const BELOW: usize = 3;
 /// Times that the step between what is tolerated and what is not is halved.
 const HALVINGS: usize = 4;
+/// Runs of the first round at a severity; each further round doubles them.
+const ROUND: u64 = 20;
+/// A round decides where an interval of 99 % does: several rounds are looked at, and each look may be wrong.
+const Z_ROUND: f64 = 2.575_829_303_548_901;
 
-impl EnvelopeSettings {
-    /// Is a severity tolerated by what was run?
-    fn tolerates(&self, level: &Level) -> bool {
-        level.interval.0 >= self.share
-    }
-}
-
-/// Measures the envelope of `fault` with one executor: no fault, a ladder over the whole range of its severity, then halves
-/// between the last step that is tolerated and the next. `pulse` is told of each level; false stops.
+/// Measures the envelope of `fault` with one executor: no fault, a ladder over the whole range of its severity, tenths below
+/// it where the least is too much, then halves between the last step that is tolerated and the next. `pulse` is told of each
+/// level; false stops.
 pub fn envelope(
     executor: &impl Executor,
     fault: &Fault,
@@ -142,7 +170,7 @@ pub fn envelope(
     };
     let rung = |step: usize| severity(fault.what, step as f64 / (LADDER - 1) as f64);
     // Without any fault: what fails there says nothing of the fault.
-    measure(0.0, &mut levels);
+    let passes_by_itself = measure(0.0, &mut levels) == Some(true);
     let (mut good, mut bad) = (None, None);
     for step in 0..LADDER {
         match measure(rung(step), &mut levels) {
@@ -151,6 +179,18 @@ pub fn envelope(
             None => break,
             // What is worse shows how it goes on: it may pass again.
             Some(_) => {}
+        }
+    }
+    if good.is_none() && passes_by_itself {
+        for severity in below(fault.what, rung(0)) {
+            match measure(severity, &mut levels) {
+                Some(true) => good = Some(severity),
+                Some(false) => bad = Some(severity),
+                None => break,
+            }
+            if good.is_some() {
+                break;
+            }
         }
     }
     if let (Some(mut good), Some(mut bad)) = (good, bad) {
@@ -180,6 +220,13 @@ pub fn envelope(
     }
 }
 
+/// Tenths of `least`, as far down as the kind goes.
+fn below(what: FaultKind, least: f64) -> impl Iterator<Item = f64> {
+    let floor = what.severity_range().0;
+    let tenths = (1..=BELOW as i32).map(move |power| least * 0.1f64.powi(power));
+    tenths.filter(move |severity| *severity >= floor)
+}
+
 fn at(
     executor: &impl Executor,
     fault: &Fault,
@@ -187,116 +234,82 @@ fn at(
     settings: &EnvelopeSettings,
 ) -> Level {
     let fault = Fault { what: fault.what.with_severity(severity), ..fault.clone() };
-    let seeds = settings.seed..settings.seed.saturating_add(settings.runs);
     let job = |seed| {
-        let struck = Fault { when: begin(&fault, seed, settings.horizon), ..fault.clone() };
+        let struck = Fault { when: begin(&fault, seed, settings), ..fault.clone() };
         let faults = if severity > 0.0 { vec![struck] } else { Vec::new() };
-        let result = executor.execute(&Case { seed, schedule: Schedule { faults } });
-        Some(is_good(&result))
+        Some(ended(&executor.execute(&Case { seed, schedule: Schedule { faults } })))
     };
-    let results = crate::seeds::for_each_seed(seeds, settings.threads, &job);
-    let passed = results.iter().filter(|(_, good)| *good).count() as u64;
-    let runs = results.len() as u64;
-    let interval =
-        wilson(passed, runs, Z_95).map_or((0.0, 1.0), |found| (found.lower, found.upper));
-    Level { severity, passed, runs, interval }
+    let mut level =
+        Level { severity, passed: 0, announced: 0, silent: 0, runs: 0, interval: (0.0, 1.0) };
+    let mut runs = ROUND.min(settings.runs);
+    loop {
+        let first = settings.seed.saturating_add(level.runs);
+        let last = settings.seed.saturating_add(runs);
+        for (_, ended) in crate::seeds::for_each_seed(first..last, settings.threads, &job) {
+            level.runs += 1;
+            level.passed += u64::from(ended == Ended::Passed);
+            level.announced += u64::from(settings.tells && ended == Ended::Announced);
+            level.silent += u64::from(settings.tells && ended == Ended::Silent);
+        }
+        let interval =
+            |z| wilson(level.passed, level.runs, z).map_or((0.0, 1.0), |of| (of.lower, of.upper));
+        let (lower, upper) = interval(Z_ROUND);
+        let is_decided = lower >= settings.share || upper < settings.share;
+        if is_decided || runs == settings.runs || level.runs < runs {
+            level.interval = interval(Z_95);
+            return level;
+        }
+        runs = settings.runs.min(2 * runs);
+    }
 }
 
-/// As the fault says; where it says nothing and would be over at once, some time in the run.
-fn begin(fault: &Fault, seed: u64, horizon: Span) -> When {
-    if !fault.when.is_always() || fault.what.info().lasts == Lasts::Scheduled {
+/// As the fault says. Where it says nothing, it begins with the first motion after a bias test; one that would be over at once
+/// begins some time in the run, within a motion after the bias test where there is one.
+fn begin(fault: &Fault, seed: u64, settings: &EnvelopeSettings) -> When {
+    // A person errs before the test, too.
+    if !fault.when.is_always() || fault.target == Target::Operator {
         return fault.when.clone();
     }
-    let share = 0.5 + 0.5 * RandomStream::new(seed, "envelope", "begin").symmetric_uniform();
-    When::At(Span::from_millis((1e3 * share * horizon.as_secs_f64()) as i64))
+    if fault.what.info().lasts == Lasts::Scheduled {
+        return match settings.motions.first() {
+            Some((phase, _)) => When::Step { phase: phase.clone(), number: 1, after: Span::ZERO },
+            None => When::Always,
+        };
+    }
+    let mut random = RandomStream::new(seed, "envelope", "begin");
+    let mut share = || 0.5 + 0.5 * random.symmetric_uniform();
+    let ms = |share: f64, of: Span| Span::from_millis((1e3 * share * of.as_secs_f64()) as i64);
+    let motions: u32 = settings.motions.iter().map(|(_, times)| times).sum();
+    let mut number = 1 + (share() * f64::from(motions)) as u32;
+    for (phase, times) in &settings.motions {
+        if number <= *times {
+            return When::Step { phase: phase.clone(), number, after: ms(share(), AFTER_MAX) };
+        }
+        number -= times;
+    }
+    When::At(ms(share(), settings.horizon))
 }
 
-/// Its measurements are in their bands, and no property broke.
-fn is_good(result: &CaseResult) -> bool {
-    result.passed && result.violated.is_empty()
+/// What became of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Ended {
+    Passed,
+    Announced,
+    Silent,
 }
+
+fn ended(result: &CaseResult) -> Ended {
+    if result.passed && result.violated.is_empty() {
+        Ended::Passed
+    } else if result.announced && !result.breaks(NO_SILENT_WRONG) {
+        Ended::Announced
+    } else {
+        Ended::Silent
+    }
+}
+
+/// The property that breaks where a word of it came too late.
+const NO_SILENT_WRONG: &str = "no_silent_wrong";
 
 #[cfg(test)]
-mod tests {
-    use super::begin;
-    use super::{EnvelopeSettings, envelope};
-    use crate::{Case, CaseResult, Executor};
-    use emulators::random::RandomStream;
-    use plan::faults::{Fault, FaultKind, Target, When};
-    use std::collections::BTreeSet;
-    use std::num::NonZeroUsize;
-    use wire::time::Span;
-
-    /// Passes for certain up to 2 %, and then ever less often: half of the runs at 4 %.
-    struct Slope;
-
-    impl Executor for Slope {
-        fn execute(&self, case: &Case) -> CaseResult {
-            let severity = case.schedule.faults.first().map_or(0.0, |fault| fault.what.severity());
-            let mut chance = RandomStream::new(case.seed, "slope", "pass");
-            let passes = chance.symmetric_uniform() < 1.0 - (severity - 2.0).max(0.0) / 2.0;
-            CaseResult { passed: passes, ..CaseResult::default() }
-        }
-    }
-
-    const SETTINGS: EnvelopeSettings = EnvelopeSettings {
-        runs: 200,
-        asked: None,
-        share: 0.9,
-        seed: 1,
-        horizon: Span::from_secs(10),
-        threads: NonZeroUsize::new(2).unwrap(),
-    };
-
-    #[test]
-    fn what_is_tolerated_lies_where_the_share_says() {
-        let fault = Fault::new(Target::Gyro, FaultKind::typical("drop").unwrap());
-        let found = envelope(&Slope, &fault, &SETTINGS, &mut |_| true);
-        let tolerated = found.tolerated.unwrap();
-        // 90 % pass at 2.4 %; so many runs tell it from 95 %, which is at 2.2 %.
-        assert!((1.8..2.4).contains(&tolerated), "{found:?}");
-        assert!(!found.is_all);
-        assert!(found.levels.windows(2).all(|pair| pair[0].severity < pair[1].severity));
-        assert_eq!(found.unit, "%");
-    }
-
-    #[test]
-    fn what_is_never_tolerated_and_what_always_is_are_told() {
-        struct Only(bool);
-        impl Executor for Only {
-            fn execute(&self, _: &Case) -> CaseResult {
-                CaseResult { passed: self.0, ..CaseResult::default() }
-            }
-        }
-        let fault = Fault::new(Target::Gyro, FaultKind::typical("drop").unwrap());
-        let never = envelope(&Only(false), &fault, &SETTINGS, &mut |_| true);
-        assert_eq!((never.tolerated, never.is_all), (None, false));
-        let always = envelope(&Only(true), &fault, &SETTINGS, &mut |_| true);
-        assert_eq!((always.tolerated, always.is_all), (Some(100.0), true));
-    }
-
-    #[test]
-    fn what_is_asked_for_is_run() {
-        let fault = Fault::new(Target::Gyro, FaultKind::typical("drop").unwrap());
-        let settings = EnvelopeSettings { asked: Some(1.234), ..SETTINGS };
-        let found = envelope(&Slope, &fault, &settings, &mut |_| true);
-        assert!(found.levels.iter().any(|level| level.severity == 1.234));
-        assert!(found.tolerates(1.234) && !found.tolerates(4.0));
-    }
-
-    #[test]
-    fn what_is_over_at_once_begins_at_some_time_by_the_seed() {
-        let horizon = Span::from_secs(10);
-        let of = |name: &str| Fault::new(Target::Gyro, FaultKind::typical(name).unwrap());
-        let drawn: BTreeSet<i64> = (0..50)
-            .map(|seed| match begin(&of("disconnect"), seed, horizon) {
-                When::At(at) if at < horizon => at.as_nanos(),
-                other => panic!("{other:?}"),
-            })
-            .collect();
-        assert!(drawn.len() > 40);
-        assert_eq!(begin(&of("drop"), 1, horizon), When::Always);
-        let told = Fault { when: When::At(horizon), ..of("disconnect") };
-        assert_eq!(begin(&told, 1, horizon), told.when);
-    }
-}
+mod tests;

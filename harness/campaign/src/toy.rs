@@ -92,6 +92,7 @@ impl Executor for Toy {
             violated: violated.into_iter().collect(),
             margins: [("held".to_owned(), margin.min(1.0))].into(),
             reached: [format!("{}-faults", case.schedule.faults.len())].into(),
+            announced: false,
         }
     }
 }

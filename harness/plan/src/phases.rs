@@ -55,6 +55,31 @@ impl Plan {
     }
 }
 
+impl Plan {
+    /// Turns and straights where all of them come after a bias test, and how many of each, in the order in which the first of
+    /// each comes; none where a motion comes before any test.
+    pub fn motions_after_bias_test(&self) -> Vec<(Name, u32)> {
+        let mut order = Vec::new();
+        first_told(&self.steps, &mut order);
+        let Some((&"bias_test", motions)) = order.split_first() else { return Vec::new() };
+        let counts = self.phases();
+        let times = |name: &str| u32::try_from(*counts.get(name)?).ok();
+        motions.iter().filter_map(|name| Some((Name::new(name)?, times(name)?))).collect()
+    }
+}
+
+/// What the controller is told, each by its first occurrence.
+fn first_told(steps: &[Step], order: &mut Vec<&'static str>) {
+    for step in steps {
+        for (name, _) in told(&step.action) {
+            if !order.contains(name) {
+                order.push(name);
+            }
+        }
+        first_told(step.action.steps(), order);
+    }
+}
+
 fn count<'a>(steps: &'a [Step], rounds: u64, counts: &mut BTreeMap<&'a str, u64>) {
     for step in steps {
         let rounds = rounds.saturating_mul(step.action.repetitions());
@@ -65,5 +90,30 @@ fn count<'a>(steps: &'a [Step], rounds: u64, counts: &mut BTreeMap<&'a str, u64>
         names(step).for_each(|name| add(name, 1));
         told(&step.action).iter().for_each(|(name, times)| add(name, *times));
         count(step.action.steps(), rounds, counts);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Name, Plan};
+
+    fn motions(steps: &str) -> Vec<(String, u32)> {
+        let text = format!("name = \"x\"\ntitle = \"x\"\ndevices = \"paper\"\nsteps = [{steps}]");
+        let plan: Plan = toml::from_str(&text).unwrap();
+        let named = |(name, times): (Name, u32)| (name.as_str().to_owned(), times);
+        plan.motions_after_bias_test().into_iter().map(named).collect()
+    }
+
+    #[test]
+    fn motions_are_those_that_a_bias_test_comes_before() {
+        let test = "{ bias_test = { duration_s = 20 } }";
+        let turn = "{ turn = { angle_deg = 90, rate_deg_per_s = 30 } }";
+        let lap = "{ lap = { direction = \"cw\", side_m = 4, speed_m_per_s = 0.4, turn_rate_deg_per_s = 30 } }";
+        let of = |name: &str, times| (name.to_owned(), times);
+        let both =
+            motions(&format!("{test}, {{ repeat = {{ times = 2, steps = [{lap}] }} }}, {turn}"));
+        assert_eq!(both, [of("straight", 8), of("turn", 9)]);
+        assert_eq!(motions(&format!("{turn}, {test}, {lap}")), []);
+        assert_eq!(motions(test), []);
     }
 }

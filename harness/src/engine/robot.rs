@@ -51,6 +51,8 @@ pub(super) struct Robot {
     times_degraded: u32,
     times_fault: u32,
     level: Level,
+    /// A mission was refused or broken off.
+    declined: bool,
     teardown: Option<Teardown>,
 }
 
@@ -94,9 +96,16 @@ impl Engine {
             times_degraded: 0,
             times_fault: 0,
             level: Level::Starting,
+            declined: false,
             teardown: None,
         }));
         self
+    }
+
+    /// The controller has said that something is wrong: in its health after it had been well, or by what it did not do.
+    pub fn has_announced(&self) -> bool {
+        let said = |robot: &Robot| robot.declined || robot.times_degraded + robot.times_fault > 0;
+        self.robot.as_deref().is_some_and(said)
     }
 
     pub(super) fn teardown(&self) -> Option<&Teardown> {
@@ -138,10 +147,12 @@ impl Engine {
                 self.advance(now);
             }
             Report::Refused { id, reason } if self.waiting == Waiting::Mission(*id) => {
+                robot.declined = true;
                 let reason = format!("{}: the controller refused: {}", self.place(), words(reason));
                 self.end(now, Outcome::Failed, Some(reason));
             }
             Report::Aborted { id, reason } if self.waiting == Waiting::Mission(*id) => {
+                robot.declined = true;
                 let reason =
                     format!("{}: the controller broke off: {}", self.place(), words(reason));
                 self.end(now, Outcome::Failed, Some(reason));

@@ -23,6 +23,7 @@ pub(super) fn result(run: &Simulated, measurements: &[Measurement], judged: Outc
         violated: violated.into_iter().collect(),
         margins: BTreeMap::from([(PASSES.to_owned(), margin)]),
         passed,
+        announced: run.announced,
         ..CaseResult::default()
     }
 }

@@ -80,6 +80,7 @@ pub(super) fn result(prepared: &Prepared, run: &run::Simulated) -> CaseResult {
             .collect(),
         repeated: BTreeMap::new(),
         passed: run.ending.outcome.max(judged) == Outcome::Passed,
+        announced: run.announced,
     }
 }
 

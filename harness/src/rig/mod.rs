@@ -29,6 +29,7 @@ pub(crate) mod robot;
 pub mod simulate;
 mod slips;
 mod tester;
+mod touched;
 
 use crate::engine::Engine;
 use crate::link::Struck;

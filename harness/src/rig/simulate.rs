@@ -9,6 +9,7 @@ use super::director::Director;
 use super::faults::Faults;
 use super::line::EndId;
 use super::node::{Part, output};
+use super::touched::Touched;
 use crate::engine::{Action, Ending, Engine};
 use crate::hosted::HostedController as _;
 use crate::outcome::Outcome;
@@ -43,37 +44,6 @@ pub(crate) fn look_up(
     }
     if let Some(error) = sink.failed() {
         engine.broke(now, &format!("failed to write the record: {error}"));
-    }
-}
-
-/// Who has been reached by an event and may have something to say, or want to be woken at another time: a bit a node, and
-/// the highest for the plan.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Touched(u64);
-
-impl Touched {
-    const PLAN: u64 = 1 << 63;
-    const ALL: Self = Self(u64::MAX);
-
-    fn node(&mut self, place: usize) {
-        self.0 |= 1 << place;
-    }
-
-    /// Those of them that are of `mask`, which are touched no more.
-    fn take(&mut self, mask: u64) -> Self {
-        let taken = Self(self.0 & mask);
-        self.0 &= !mask;
-        taken
-    }
-
-    /// The places of the nodes.
-    fn places(self) -> impl Iterator<Item = usize> {
-        let mut left = self.0;
-        std::iter::from_fn(move || {
-            let place = left.trailing_zeros() as usize;
-            left &= left.wrapping_sub(1);
-            (place < 64).then_some(place)
-        })
     }
 }
 

@@ -11,7 +11,7 @@ use harness::executors::Simulated;
 use harness::run::Prepared;
 use indicatif::ProgressBar;
 use plan::confidence::{Z_95, trials_min};
-use plan::faults::{Fault, FaultKind};
+use plan::faults::{Fault, FaultKind, Target};
 use plan::{DeclaredEnvelope, struck_by};
 use record::outcome::Outcome;
 use record::run_folder::{JUNIT, REPORT, RunFolderError};
@@ -32,11 +32,12 @@ pub(super) struct EnvelopeArguments {
     /// Measures the envelopes that the plan declares, and fails unless each is as wide as it says.
     #[arg(long, conflicts_with_all = ["cases", "by", "faults", "faults_max", "envelope"])]
     envelopes: bool,
-    /// What the fault of --envelope strikes: gyro, base, table, host or operator. [default: the first that it can]
-    #[arg(long, value_name = "ROLE", requires = "envelope")]
+    /// What the fault of --envelope strikes: gyro, base, table, host or operator, a node or line of the rig, or a message or
+    /// signal of a node. [default: the first that it can]
+    #[arg(long, value_name = "TARGET", requires = "envelope")]
     target: Option<String>,
-    /// Runs at each severity.
-    #[arg(long, value_name = "N", requires = "envelope", default_value_t = 100)]
+    /// Runs at each severity at most; fewer where they decide.
+    #[arg(long, value_name = "N", requires = "envelope", default_value_t = 400)]
     runs: u64,
     /// Share of runs that must pass, at 95 % confidence, for a severity to be tolerated.
     #[arg(long, value_name = "SHARE", requires = "envelope", default_value_t = 0.9)]
@@ -139,15 +140,15 @@ impl EnvelopeArguments {
     }
 
     fn struck(&self, kind: FaultKind, prepared: &Prepared) -> Result<Fault, Failure> {
-        let targets = kind.info().reach.targets();
-        let named = |name: &String| targets.iter().find(|target| target.name() == name).copied();
-        let asked = self.target.as_ref().map(named);
-        let target = match asked {
+        let lines = prepared.rig.struck();
+        let target = match self.target.as_deref().map(Target::named) {
             Some(None) => None,
-            asked => struck_by(kind, asked.flatten(), &prepared.rig.struck()),
+            asked => struck_by(kind, asked.flatten(), &lines),
         };
         target.map(|target| Fault::new(target, kind)).ok_or_else(|| {
-            let known: Vec<&str> = targets.iter().map(|target| target.name()).collect();
+            let there = lines.targets(kind.info().reach).into_iter();
+            let there = there.filter(|target| struck_by(kind, Some(*target), &lines).is_some());
+            let known: Vec<String> = there.map(|target| target.name().to_owned()).collect();
             let what = self.target.as_ref().map(|name| format!("the {name}"));
             Failure::arguments(
                 format!(
@@ -156,7 +157,10 @@ impl EnvelopeArguments {
                     what.as_deref().unwrap_or("anything"),
                     prepared.plan.name
                 ),
-                format!("it strikes: {}", known.join(", ")),
+                match known.as_slice() {
+                    [] => "`hil list faults` says what each strikes".to_owned(),
+                    known => format!("here it strikes: {}", known.join(", ")),
+                },
             )
         })
     }
@@ -188,6 +192,8 @@ impl Means<'_> {
             asked: asked.at_least,
             seed: self.seed,
             horizon,
+            motions: self.prepared.plan.motions_after_bias_test(),
+            tells: self.prepared.rig.robot.is_some(),
             threads: self.threads,
         };
         let bar = self.screen.runs_at_most(&asked.fault.to_string(), settings.runs_max());

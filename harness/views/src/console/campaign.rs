@@ -166,19 +166,21 @@ pub fn campaign_json(done: &Campaign, saved: &[PathBuf], again: Option<&Again<'_
 pub fn level_line(level: &Level, fault: &Fault) -> String {
     let unit = fault.what.info().parameters.first().map_or("", |first| first.unit);
     format!(
-        "{fault}: {} {unit}: {} of {} runs pass ({:.1} to {:.1} %)",
+        "{fault}: {} {unit}: {} of {} runs pass ({:.1} to {:.1} %), {} are silently wrong",
         figure(level.severity),
         level.passed,
         level.runs,
         100.0 * level.interval.0,
-        100.0 * level.interval.1
+        100.0 * level.interval.1,
+        level.silent
     )
 }
 
 /// The envelope for a terminal.
 pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> String {
     let severity = format!("{} of {}, {}", found.kind, found.target, found.unit);
-    let mut table = style.table(&[severity.as_str(), "runs that pass", "95 % interval", ""]);
+    let mut table =
+        style.table(&[severity.as_str(), "pass", "95 % interval", "", "say so", "silent"]);
     for level in &found.levels {
         let (lower, upper) = level.interval;
         let cells = [
@@ -186,6 +188,8 @@ pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> 
             format!("{} of {}", level.passed, level.runs),
             format!("{:.1} to {:.1} %", 100.0 * lower, 100.0 * upper),
             "#".repeat((20.0 * level.share()).round() as usize),
+            some(level.announced),
+            some(level.silent),
         ];
         table.add_row(cells.map(Cell::new));
     }
@@ -206,7 +210,18 @@ pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> 
         let word = if found.tolerates(least) { "holds" } else { "does not hold" };
         format!("; at least {} {}: {word}", figure(least), found.unit)
     });
-    format!("{}\n{verdict}: {percent} % of runs pass, at 95 % confidence{claim}\n", lines(&table))
+    let silent = found.most_silent().map_or(String::new(), |level| {
+        let (silent, runs) = (level.silent, level.runs);
+        let at = format!("{} {}", figure(level.severity), found.unit);
+        format!("silently wrong: {silent} of {runs} runs at {at}, and no larger share elsewhere\n")
+    });
+    let tolerated = format!("{verdict}: {percent} % of runs pass, at 95 % confidence{claim}");
+    format!("{}\n{tolerated}\n{silent}", lines(&table))
+}
+
+/// A number of runs; nothing where there is none.
+fn some(runs: u64) -> String {
+    if runs > 0 { runs.to_string() } else { String::new() }
 }
 
 /// The same for a program.
@@ -295,7 +310,11 @@ pub(crate) mod tests {
 
     #[test]
     fn an_envelope_in_words() {
-        let level = |severity, passed, interval| Level { severity, passed, runs: 100, interval };
+        let level = |severity, passed, interval| {
+            let announced = (100 - passed) / 4;
+            let silent = 100 - passed - announced;
+            Level { severity, passed, announced, silent, runs: 100, interval }
+        };
         let found = Envelope {
             kind: "drop".to_owned(),
             target: "gyro".to_owned(),

@@ -101,7 +101,7 @@ pub fn campaign_markdown(plan: &str, done: &Campaign, saved: &[PathBuf]) -> Stri
 pub fn envelopes_markdown(plan: &str, all: &[Measured]) -> String {
     const DIGITS: i32 = 3;
     let mut text = format!("### Envelopes {}\n\n", escaped(plan));
-    text += "| verdict | fault | tolerated | wanted |\n|---|---|---|---|\n";
+    text += "| verdict | fault | tolerated | wanted | silently wrong |\n|---|---|---|---|---|\n";
     for measured @ Measured { envelope, at_least, .. } in all {
         let figure = |severity: Option<f64>| match severity {
             Some(severity) => {
@@ -112,7 +112,14 @@ pub fn envelopes_markdown(plan: &str, all: &[Measured]) -> String {
         let verdict = if measured.holds() { "holds" } else { "**does not hold**" };
         let fault = escaped(&format!("{} of {}", envelope.kind, envelope.target));
         let (tolerated, wanted) = (figure(envelope.tolerated), figure(*at_least));
-        let _ = writeln!(text, "| {verdict} | {fault} | {tolerated} | {wanted} |");
+        let silent = envelope.most_silent().map_or_else(
+            || "none".to_owned(),
+            |level| {
+                let at = figure(Some(level.severity));
+                format!("{} of {} at {at}", level.silent, level.runs)
+            },
+        );
+        let _ = writeln!(text, "| {verdict} | {fault} | {tolerated} | {wanted} | {silent} |");
     }
     text.push('\n');
     text

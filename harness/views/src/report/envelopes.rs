@@ -3,8 +3,8 @@
 use super::download::{Table, number};
 use super::frame::{Axis, Drawn, Frame, SCALE};
 use super::page::{document, section};
-use super::palette::{BAND, CCW, OUTSIDE};
-use campaign::{Level, Measured};
+use super::palette::{BAND, CCW, CW, OUTSIDE};
+use campaign::{Envelope, Level, Measured};
 use maud::{Markup, html};
 use plotters::element::{Circle, PathElement};
 use plotters::style::Color;
@@ -15,10 +15,12 @@ pub fn page(plan: &str, all: &[Measured]) -> String {
     let body = html! {
         header {
             h1 { (plan) ": how much of each fault is tolerated" }
+            @for one in all { p.answer { (answer(one)) } }
             p {
-                "A run passes where every measurement is in its band and no property broke. A severity is "
-                "tolerated where, of it and of every smaller one that was run, the lower end of the 95 % "
-                "interval (Wilson) is the share that is asked for, or more."
+                "A run passes where every measurement is in its band and no property broke. One that does not is announced "
+                "where the controller stopped, refused, or reported in time that it is not well; else it is silently wrong. "
+                "A severity is tolerated where at least the share of runs that is asked for passes, of it and of every "
+                "smaller one that was run: by the lower end of the 95 % interval (Wilson)."
             }
         }
         (section("Envelopes", Some(table(all))))
@@ -35,14 +37,14 @@ fn table(all: &[Measured]) -> Markup {
             table {
                 thead {
                     tr {
-                        th { "fault" } th { "strikes" } th { "passes to" } th { "of runs" } th { "asked for" }
-                        th { "verdict" }
+                        th { "fault" } th { "strikes" } th { "passes to" } th { "of runs" } th { "silently wrong" }
+                        th { "asked for" } th { "verdict" }
                     }
                 }
                 tbody {
                     @for one in all {
                         @let envelope = &one.envelope;
-                        tr.(if one.holds() { "pass" } else { "fail" }) {
+                        tr.(class(one)) {
                             td { (envelope.kind) }
                             td { (envelope.target) }
                             td {
@@ -61,6 +63,7 @@ fn table(all: &[Measured]) -> Markup {
                                 }
                             }
                             td { (figures::exact(100.0 * envelope.share, 3)) " %" }
+                            td { (silent(one)) }
                             td {
                                 @if let Some(least) = one.at_least { (severity(least)) " " (envelope.unit) }
                             }
@@ -73,12 +76,55 @@ fn table(all: &[Measured]) -> Markup {
     }
 }
 
+/// No colour where nothing was asked for.
+fn class(one: &Measured) -> &'static str {
+    match (one.at_least, one.holds()) {
+        (None, _) => "",
+        (_, true) => "pass",
+        (_, false) => "fail",
+    }
+}
+
+/// What was found, in a sentence.
+fn answer(one: &Measured) -> String {
+    let Envelope { kind, target, unit, share, .. } = &one.envelope;
+    let share = figures::exact(100.0 * share, 3);
+    let passes = match (one.envelope.tolerated, one.envelope.fails_by_itself()) {
+        (Some(most), _) => {
+            let most = severity(most);
+            format!("{share} % of runs pass with {kind} of {target} up to {most} {unit}.")
+        }
+        (None, Some(_)) => format!("Too few runs pass without any {kind} of {target}."),
+        (None, None) => {
+            format!("No {kind} of {target} that was tried lets {share} % of runs pass.")
+        }
+    };
+    match one.envelope.most_silent() {
+        Some(_) => format!("{passes} Silently wrong: {}.", silent(one)),
+        None if one.envelope.levels.iter().any(|level| level.announced > 0) => {
+            format!("{passes} None of the others is silently wrong.")
+        }
+        None => passes,
+    }
+}
+
+/// The largest share of runs that were silently wrong.
+fn silent(one: &Measured) -> String {
+    one.envelope.most_silent().map_or_else(
+        || "none".to_owned(),
+        |level| {
+            let at = severity(level.severity);
+            format!("{} of {} at {at} {}", level.silent, level.runs, one.envelope.unit)
+        },
+    )
+}
+
 fn verdict(one: &Measured) -> Markup {
     let word = if one.holds() { "pass" } else { "fail" };
     html! { @if one.at_least.is_some() { span.verdict { (word) } } }
 }
 
-/// Share of runs that pass over the logarithm of the severity, with the interval of each.
+/// Shares of runs that pass, with the interval of each, and that are silently wrong, over the logarithm of the severity.
 fn figure(one: &Measured) -> Markup {
     let envelope = &one.envelope;
     let levels: Vec<&Level> = envelope.levels.iter().filter(|level| level.severity > 0.0).collect();
@@ -87,9 +133,9 @@ fn figure(one: &Measured) -> Markup {
     let unit = if envelope.unit == "1" { "" } else { &envelope.unit };
     let frame = Frame::wide(
         Axis::decades(format!("severity in {unit}"), exponents.chain(asked)),
-        Axis::around("runs that pass in %", [0.0, 100.0]),
+        Axis::around("runs in %", [0.0, 100.0]),
     );
-    let name = format!("share of runs that pass over the severity of {}", envelope.kind);
+    let name = format!("shares of runs over the severity of {}", envelope.kind);
     let plot = frame.plot(&name, |chart| -> Drawn {
         let share = 100.0 * envelope.share;
         let across = [(frame.x.range.start, share), (frame.x.range.end, share)];
@@ -109,13 +155,22 @@ fn figure(one: &Measured) -> Markup {
         let radius = 3 * SCALE as i32;
         chart.draw_series(points.iter().map(|at| Circle::new(*at, radius, CCW.filled())))?;
         chart.draw_series([PathElement::new(points, CCW.stroke_width(SCALE))])?;
+        if envelope.most_silent().is_some() {
+            let share = |level: &Level| 100.0 * level.silent as f64 / level.runs as f64;
+            let silent: Vec<(f64, f64)> =
+                levels.iter().map(|level| (level.severity.log10(), share(level))).collect();
+            chart.draw_series([PathElement::new(silent, CW.stroke_width(SCALE))])?;
+        }
         Ok(())
     });
-    let mut data = Table::new(["severity", "passed", "runs", "lower", "upper"]);
+    let mut data =
+        Table::new(["severity", "passed", "announced", "silent", "runs", "lower", "upper"]);
     for level in &envelope.levels {
         data.row([
             number(level.severity),
             level.passed.to_string(),
+            level.announced.to_string(),
+            level.silent.to_string(),
             level.runs.to_string(),
             number(level.interval.0),
             number(level.interval.1),
@@ -127,6 +182,7 @@ fn figure(one: &Measured) -> Markup {
             figcaption {
                 "Points are shares of runs that passed, bars their 95 % intervals. Green: the share that "
                 "is asked for."
+                @if envelope.most_silent().is_some() { " Without points: silently wrong." }
                 @if one.at_least.is_some() { " Red: the severity that must be tolerated." }
                 " " (data.link(&format!("{}-{}", envelope.kind, envelope.target)))
             }
@@ -145,7 +201,11 @@ mod tests {
     use scraper::{Html, Selector};
 
     fn measured(at_least: Option<f64>) -> Measured {
-        let level = |severity, passed| Level { severity, passed, runs: 40, interval: (0.1, 0.9) };
+        let level = |severity, passed| {
+            let announced = (40 - passed) / 2;
+            let silent = 40 - passed - announced;
+            Level { severity, passed, announced, silent, runs: 40, interval: (0.1, 0.9) }
+        };
         let envelope = Envelope {
             kind: "drop".to_owned(),
             target: "<gyro>".to_owned(),
@@ -172,5 +232,10 @@ mod tests {
         assert_eq!(page.select(&Selector::parse("svg.plot").unwrap()).count(), 3);
         assert_eq!(page.select(&Selector::parse("a.data").unwrap()).count(), 3);
         assert_eq!(texts(&page, "td:nth-child(3)"), ["0.1 %", "0.1 %", "0.1 %"]);
+        assert_eq!(texts(&page, "td:nth-child(5)"), ["20 of 40 at 10 %"; 3]);
+        let answer =
+            "90 % of runs pass with drop of <gyro> up to 0.1 %. Silently wrong: 20 of 40 at 10 %.";
+        assert_eq!(texts(&page, "p.answer")[2], answer);
+        assert_eq!(page.select(&Selector::parse("tr.fail").unwrap()).count(), 1);
     }
 }

@@ -1,0 +1,128 @@
+//! A rig file, as it is written.
+
+use super::UnderTest;
+use crate::name::Name;
+use described::ProtectionTable;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// A rig file, as it is written.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("anyOf" = [{ "required": ["devices"] }, { "required": ["node"] }]))]
+pub struct RigFile {
+    /// What it is, in a line.
+    #[serde(default)]
+    pub title: String,
+    /// Name of a device file: the paper's robot or table.
+    #[serde(default)]
+    pub devices: Option<Name>,
+    /// Its lines.
+    #[serde(rename = "line", default)]
+    pub lines: Vec<LineTable>,
+    /// Its nodes.
+    #[serde(rename = "node", default)]
+    pub nodes: Vec<NodeTable>,
+}
+
+/// A line, as it is written.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["can"] }, { "required": ["serial"] }]))]
+pub struct LineTable {
+    /// Its name.
+    pub name: Name,
+    /// A CAN bus.
+    #[serde(default)]
+    pub can: Option<CanTable>,
+    /// A serial line.
+    #[serde(default)]
+    pub serial: Option<SerialTable>,
+    /// Counters and checksums in messages of its DBC.
+    #[serde(rename = "message", default)]
+    pub messages: BTreeMap<String, ProtectionTable>,
+}
+
+/// A CAN bus, as it is written.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CanTable {
+    /// Bits per second; 500,000 where it says nothing.
+    #[serde(default)]
+    #[schemars(range(min = 10_000, max = 1_000_000))]
+    pub bit_rate: Option<u32>,
+    /// Bits per second of the data of CAN FD frames that switch; the bus is a classic one where it says nothing.
+    #[serde(default)]
+    #[schemars(range(min = 10_000, max = 8_000_000))]
+    pub data_bit_rate: Option<u32>,
+    /// The DBC file with its messages, beside the rig file, or several.
+    #[serde(default)]
+    pub dbc: Option<OneOrSeveral<String>>,
+}
+
+/// A serial line, as it is written: the device on it says how it is set.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SerialTable {}
+
+/// A node, as it is written.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["emulate"] }, { "required": ["under_test"] }, { "required": ["tester"] }, { "required": ["replay"] }]))]
+pub struct NodeTable {
+    /// Its name.
+    pub name: Name,
+    /// The line that it is on, or several, in the order of its ports.
+    pub at: OneOrSeveral<Name>,
+    /// The description of the device that is emulated.
+    #[serde(default)]
+    pub emulate: Option<String>,
+    /// Parameters that it has other values of than its description says: by their names.
+    #[serde(default)]
+    pub set: BTreeMap<String, f64>,
+    /// It is the device under test.
+    #[serde(default)]
+    pub under_test: Option<UnderTest>,
+    /// The plan itself speaks here.
+    #[serde(default)]
+    pub tester: Option<bool>,
+    /// A log of its bus plays its part.
+    #[serde(default)]
+    pub replay: Option<ReplayTable>,
+    /// Its name in the DBC of its line; its own, whatever the case of its letters, where this is absent.
+    #[serde(default)]
+    pub dbc_node: Option<String>,
+}
+
+/// The log that plays a node's part, as it is written.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ReplayTable {
+    /// The log, beside the rig file: candump (`.log`) or Vector ASC (`.asc`).
+    pub log: String,
+    /// Its channel in the log; the one of the line's name, or the only one, where it says nothing.
+    #[serde(default)]
+    pub channel: Option<String>,
+}
+
+/// One, or an array of several.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected a name or an array of names")]
+#[schemars(inline)]
+pub enum OneOrSeveral<T> {
+    /// One.
+    One(T),
+    /// Several.
+    Several(Vec<T>),
+}
+
+impl<T> OneOrSeveral<T> {
+    /// All.
+    pub fn as_slice(&self) -> &[T] {
+        match self {
+            Self::One(one) => std::slice::from_ref(one),
+            Self::Several(several) => several,
+        }
+    }
+}
