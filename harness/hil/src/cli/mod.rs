@@ -15,6 +15,7 @@ mod completions;
 mod crossing;
 mod determinism;
 mod doctor;
+mod draw;
 mod emulate;
 mod envelopes;
 mod export;
@@ -103,6 +104,7 @@ enum Command {
     Show(show::ShowArguments),
     List(list::ListArguments),
     Doctor(doctor::DoctorArguments),
+    Draw(draw::DrawArguments),
     Emulate(emulate::EmulateArguments),
     Export(export::ExportArguments),
     Import(import::ImportArguments),
@@ -144,6 +146,7 @@ impl Cli {
             Some(Command::Show(arguments)) => arguments.execute(),
             Some(Command::List(arguments)) => arguments.execute(),
             Some(Command::Doctor(arguments)) => arguments.execute(),
+            Some(Command::Draw(arguments)) => arguments.execute(),
             Some(Command::Emulate(arguments)) => arguments.execute(screen),
             Some(Command::Export(arguments)) => arguments.execute(screen),
             Some(Command::Import(arguments)) => arguments.execute(screen),

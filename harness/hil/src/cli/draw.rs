@@ -1,0 +1,38 @@
+//! `hil draw`: the rig of a plan as a picture.
+
+use super::failure::Failure;
+use super::say;
+use clap::Args;
+use harness::run::Prepared;
+use plan::bench_file::BenchFile;
+use plan::made::Made;
+use record::outcome::Outcome;
+use std::fs;
+use std::path::PathBuf;
+use views::drawing;
+
+/// Draws the rig of a plan: its lines, the nodes on them, and which of these are real. Prints SVG.
+#[derive(Debug, Args)]
+pub(super) struct DrawArguments {
+    /// The plan: a name from `hil list plans`, or a path.
+    plan: String,
+    /// With what this bench file has at ports.
+    #[arg(long, value_name = "FILE")]
+    bench: Option<String>,
+    /// Write it to this file instead.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+impl DrawArguments {
+    pub(super) fn execute(&self) -> Result<Outcome, Failure> {
+        let prepared = Prepared::load(&self.plan, &Made::default())?;
+        let bench = self.bench.as_deref().map(BenchFile::load).transpose()?;
+        let svg = drawing::svg(&prepared.plan.title, &prepared.rig, bench.as_ref()) + "\n";
+        match &self.out {
+            Some(path) => fs::write(path, svg).map_err(|source| Failure::file(path, source))?,
+            None => say(&svg)?,
+        }
+        Ok(Outcome::Passed)
+    }
+}
