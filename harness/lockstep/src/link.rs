@@ -55,6 +55,8 @@ pub(crate) enum Change {
     Opened,
     /// Asks for a line discipline, or for none.
     Cooked(bool),
+    /// Has written so many bytes at once.
+    Wrote(usize),
 }
 
 /// What came of a reading.
@@ -194,6 +196,7 @@ fn parse(bytes: &[u8]) -> Parsed {
         6 => Message::ExecFailed,
         8 => Message::Serial(flag as usize, Change::Opened),
         9 => Message::Serial(flag as usize, Change::Cooked(argument != 0)),
+        10 => Message::Serial(flag as usize, Change::Wrote(usize::try_from(argument).unwrap_or(0))),
         _ => return Parsed::Wrong,
     };
     Parsed::Whole(message, HEAD_BYTES)

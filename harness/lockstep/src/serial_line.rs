@@ -23,6 +23,8 @@ pub(crate) struct SerialLine {
     /// One for each time that the program has it open.
     ways: Vec<UnixStream>,
     is_cooked: bool,
+    /// Bytes of a write that was not told yet: they were taken when the program came to wait in the midst of it.
+    early: usize,
     lost: u64,
 }
 
@@ -43,8 +45,8 @@ impl SerialLine {
         rustix::fs::fcntl_setfl(&master, OFlags::RDWR | OFlags::NONBLOCK)?;
         let listener = UnixListener::bind(socket)?;
         listener.set_nonblocking(true)?;
-        let ways = Vec::new();
-        Ok(Self { master, _slave: slave, path, listener, ways, is_cooked: false, lost: 0 })
+        let (ways, is_cooked, early, lost) = (Vec::new(), false, 0, 0);
+        Ok(Self { master, _slave: slave, path, listener, ways, is_cooked, early, lost })
     }
 
     /// Its real name, which differs between runs.
@@ -81,10 +83,34 @@ impl SerialLine {
         self.is_cooked
     }
 
-    /// Gives `take` all that the program wrote.
+    /// Gives `take` what the program wrote at once: so many bytes.
+    pub(crate) fn read_one(&mut self, count: usize, mut take: impl FnMut(&[u8])) {
+        let early = self.early.min(count);
+        self.early -= early;
+        let mut left = count - early;
+        for way in &mut self.ways {
+            let mut buffer = [0; READ_BYTES];
+            while let Some(room @ [_, ..]) = buffer.get_mut(..left.min(READ_BYTES)) {
+                match way.read(room) {
+                    Ok(count @ 1..) => {
+                        take(room.get(..count).unwrap_or_default());
+                        left -= count;
+                    }
+                    Err(cause) if cause.kind() == ErrorKind::Interrupted => {}
+                    Ok(0) | Err(_) => break,
+                }
+            }
+        }
+    }
+
+    /// Gives `take` what else the program wrote.
     pub(crate) fn read(&mut self, mut take: impl FnMut(&[u8])) {
-        let Self { master, ways, .. } = self;
-        ways.retain_mut(|way| get(&mut take, |room| way.read(room)));
+        let Self { master, ways, early, .. } = self;
+        let mut take_early = |bytes: &[u8]| {
+            *early += bytes.len();
+            take(bytes);
+        };
+        ways.retain_mut(|way| get(&mut take_early, |room| way.read(room)));
         if self.is_cooked {
             get(&mut take, |room| Ok(rustix::io::read(&*master, room)?));
         }

@@ -3,12 +3,14 @@
 use super::Rig;
 use super::line::{End, EndId, Line};
 use super::node::{BASE, Described, GYRO, Machine, Node, Part};
+use super::own::Own;
 use super::replayed::Replaying;
 use super::robot::{CARRIER, Robot};
 use super::tester::Tester;
 use crate::hosted::{Hosting, NodeDevice};
 use crate::plan::Rig as Declared;
 use crate::plan::rig::{NodePart, RigLine};
+use crate::program::Programs;
 use crate::record::Device;
 use crate::world::bench::Bench;
 use controller::config::Transport;
@@ -22,13 +24,15 @@ pub(crate) fn end(node: usize, port: PortId, who: Device, name: &str) -> End {
 }
 
 /// The paper's robot or table, with the controller that `hosting` starts; where there is none, it is away.
-pub(crate) fn paper(bench: Bench, hosting: Option<&Hosting>) -> Rig {
+pub(crate) fn paper(bench: Bench, hosting: Option<(&Hosting, &Programs)>) -> Rig {
     let config = bench.controller_config();
     let (stream, transport) = (bench.gyro_stream(), bench.base_transport());
     let mut rig = Rig::default();
     let robot = rig.node(Node::new("robot", Part::Robot(Box::new(Robot::new(bench)))));
     let part = match hosting {
-        Some(hosting) => Part::Controller(Box::new(Machine::new(hosting.start(&config)))),
+        Some((hosting, programs)) => {
+            Part::Controller(Box::new(Machine::new(hosting.start(&config, programs))))
+        }
         None => Part::Away,
     };
     let controller = rig.node(Node::new("controller", part));
@@ -72,7 +76,7 @@ pub(super) fn add(rig: &mut Rig, declared: &Declared, start: Start<'_>, seed: u6
             }
             NodePart::Replayed(said) => Part::Replayed(Replaying::new(Arc::clone(said))),
             NodePart::UnderTest(_) => match start(place) {
-                Some(Ok(device)) => Part::Own(device),
+                Some(Ok(device)) => Part::Own(Own::new(device)),
                 Some(Err(why)) => {
                     away.push(why);
                     Part::Away
@@ -136,11 +140,11 @@ pub(super) fn listen(rig: &mut Rig, declared: &Declared) {
 pub(crate) fn simulated(
     declared: &Declared,
     bench: Option<Bench>,
-    (hosting, start): (&Hosting, Start<'_>),
+    (hosting, programs, start): (&Hosting, &Programs, Start<'_>),
     seed: u64,
 ) -> (Rig, Vec<String>) {
     let mut rig = match bench {
-        Some(bench) => paper(bench, Some(hosting)),
+        Some(bench) => paper(bench, Some((hosting, programs))),
         None => Rig::default(),
     };
     let away = add(&mut rig, declared, start, seed);
