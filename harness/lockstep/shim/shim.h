@@ -158,7 +158,7 @@ struct serial {
     int users, number;
     // The pty, which has the settings, and the socket, which has the bytes.
     int tty, way;
-    bool is_nonblocking, is_cooked;
+    bool is_nonblocking, is_cooked, is_marked;
     // VMIN and VTIME, and whether lines are read.
     uint8_t bytes_min, tenths;
     bool has_lines;

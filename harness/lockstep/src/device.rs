@@ -80,7 +80,7 @@ impl Outside for Lines {
         let Some((port, line)) = lines.into_iter().nth(number) else { return };
         match change {
             Change::Opened => line.opened(),
-            Change::Cooked(is_cooked) => line.set_cooked(is_cooked),
+            Change::Settled { is_cooked, is_marked } => line.settled(is_cooked, is_marked),
             Change::Wrote(count) => {
                 line.read_one(count, |bytes| put_bytes(outbox, lost, port, bytes));
             }

@@ -9,6 +9,8 @@ use std::os::fd::OwnedFd;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::Path;
 
+/// What a mark begins with.
+const MARK: u8 = 0xFF;
 /// Bytes read at once.
 const READ_BYTES: usize = 4_096;
 
@@ -23,6 +25,7 @@ pub(crate) struct SerialLine {
     /// One for each time that the program has it open.
     ways: Vec<UnixStream>,
     is_cooked: bool,
+    is_marked: bool,
     /// Bytes of a write that was not told yet: they were taken when the program came to wait in the midst of it.
     early: usize,
     lost: u64,
@@ -45,8 +48,10 @@ impl SerialLine {
         rustix::fs::fcntl_setfl(&master, OFlags::RDWR | OFlags::NONBLOCK)?;
         let listener = UnixListener::bind(socket)?;
         listener.set_nonblocking(true)?;
-        let (ways, is_cooked, early, lost) = (Vec::new(), false, 0, 0);
-        Ok(Self { master, _slave: slave, path, listener, ways, is_cooked, early, lost })
+        let (ways, early, lost) = (Vec::new(), 0, 0);
+        let (is_cooked, is_marked) = (false, false);
+        let _slave = slave;
+        Ok(Self { master, _slave, path, listener, ways, is_cooked, is_marked, early, lost })
     }
 
     /// Its real name, which differs between runs.
@@ -64,9 +69,10 @@ impl SerialLine {
         }
     }
 
-    /// The program wants a line discipline, or wants none any more.
-    pub(crate) fn set_cooked(&mut self, is_cooked: bool) {
+    /// The program wants a line discipline or marks of errors, or wants none any more.
+    pub(crate) fn settled(&mut self, is_cooked: bool, is_marked: bool) {
         self.is_cooked = is_cooked;
+        self.is_marked = is_marked;
     }
 
     /// Puts bytes on the line; whether they went by the pty. What finds no room is lost and counted, as in a UART whose
@@ -75,12 +81,20 @@ impl SerialLine {
         let Self { master, ways, lost, .. } = self;
         if self.is_cooked {
             put(bytes, lost, |rest| Ok(rustix::io::write(&*master, rest)?));
-        } else {
-            for way in ways {
-                put(bytes, lost, |rest| way.write(rest));
-            }
+            return true;
         }
-        self.is_cooked
+        // As termios(3) says of PARMRK: what could be a mark is told from one.
+        let marked: Vec<u8>;
+        let mut bytes = bytes;
+        if self.is_marked && bytes.contains(&MARK) {
+            let doubled = |byte: &u8| std::iter::repeat_n(*byte, 1 + usize::from(*byte == MARK));
+            marked = bytes.iter().flat_map(doubled).collect();
+            bytes = &marked;
+        }
+        for way in ways {
+            put(bytes, lost, |rest| way.write(rest));
+        }
+        false
     }
 
     /// Gives `take` what the program wrote at once: so many bytes.
