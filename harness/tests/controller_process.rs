@@ -101,23 +101,23 @@ check = { all_within = { at_least = -1e9 } }
 
 [[fault]]
 target = "host"
-what = { scheduler_stall = { for_s = 0.06 } }
+what = { scheduler_stall = { for_s = 0.03 } }
 when = { at_s = 1.234 }
 
 [[fault]]
 target = "host"
-what = { clock_step = { step_s = 0.4 } }
+what = { clock_step = { step_s = 0.03 } }
 when = { at_s = 2.5 }
 duration_s = 0.3
 
 [[fault]]
 target = "host"
-what = { scheduler_stall = { for_s = 0.05 } }
+what = { scheduler_stall = { for_s = 0.04 } }
 when = { at_s = 5 }
 
 [[fault]]
 target = "host"
-what = { clock_step = { step_s = -0.2 } }
+what = { clock_step = { step_s = -0.3 } }
 when = { at_s = 7 }
 duration_s = 1
 "#;

@@ -83,15 +83,17 @@ impl Host {
             return;
         }
         let now = self.told(now);
-        // What waited did so at each port, and a machine that goes on reads one after the other, missions last.
+        // What waited did so at each port, and a machine that goes on reads one after the other: serial ports in the order in
+        // which something came, then buses, missions last. A program in step with the world does the same.
         let first = self.held.iter().find_map(|held| match held {
-            Held::Crossed(port, _) => Some(*port),
-            Held::Mission(_) => None,
+            Held::Crossed(port, Transmit::Bytes(_)) => Some(*port),
+            _ => None,
         });
         let place = |held: &Held| match held {
-            Held::Crossed(port, _) if Some(*port) == first => 0,
-            Held::Crossed(..) => 1,
-            Held::Mission(_) => 2,
+            Held::Crossed(port, Transmit::Bytes(_)) if Some(*port) == first => 0,
+            Held::Crossed(_, Transmit::Bytes(_)) => 1,
+            Held::Crossed(_, Transmit::Frame(_)) => 2,
+            Held::Mission(_) => 3,
         };
         self.held.make_contiguous().sort_by_key(place);
         for held in self.held.drain(..) {
