@@ -7,6 +7,7 @@ mod common;
 use common::{bytes, c, python, secs};
 use lockstep::{Lockstep, Program, Said};
 use wire::device::{Device as _, PortId, Transmit};
+use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
 
 fn lines(running: &mut Lockstep) -> Vec<String> {
@@ -76,6 +77,25 @@ fn a_moment_is_one_and_a_write_is_one() {
         std::iter::from_fn(|| running.transmit(at)).map(|(_, what)| what).collect();
     let long = ["x".repeat(64), "x".repeat(36)];
     assert_eq!(sent, [bytes("abcd"), bytes("."), bytes(&long[0]), bytes(&long[1])]);
+}
+
+/// As termios(3) says of `PARMRK`: what could be a mark is doubled, until nobody wants marks any more.
+#[test]
+fn what_could_be_a_mark_is_doubled() {
+    let text = "import os, termios\n\
+                port = os.open('/dev/ttyHIL0', os.O_RDWR)\n\
+                settings = termios.tcgetattr(port)\n\
+                for marks in (termios.PARMRK, 0):\n\
+                \x20   settings[0] = settings[0] & ~termios.PARMRK | marks\n\
+                \x20   termios.tcsetattr(port, termios.TCSANOW, settings)\n\
+                \x20   os.write(port, os.read(port, 100).hex().encode())\n";
+    let mut running = script(text).serial("/dev/ttyHIL0").start().unwrap();
+    assert_eq!(running.transmit(secs(0)), None);
+    let heard = Transmit::Bytes(Packet::from_slice(&[0x01, 0xFF, 0x02]).unwrap());
+    for (at, expected) in [(secs(1), "01ffff02"), (secs(2), "01ff02")] {
+        running.receive(at, PortId(0), &heard);
+        assert_eq!(running.transmit(at), Some((PortId(0), bytes(expected))));
+    }
 }
 
 #[test]

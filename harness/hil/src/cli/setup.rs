@@ -65,8 +65,8 @@ pub(super) struct SetupArguments {
     /// What bytes and frames cross; memory with the virtual clock, pty with the real one.
     #[arg(long, value_enum)]
     bus: Option<BusChoice>,
-    /// The device under test: in-process, process, or a command line with {gyro} and {base} for the ports. Where nothing
-    /// is said in-process with the virtual clock, process with the real one.
+    /// The device under test: in-process, process, or a command line with {gyro} and {base} for the ports. In-process with
+    /// the virtual clock, process with the real one
     #[arg(long, value_name = "in-process|process|COMMAND")]
     controller: Option<Controller>,
     /// Bench file: which port plays which role; a name (see `hil list benches`) or a path. Without it
