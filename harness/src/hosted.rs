@@ -3,6 +3,7 @@
 //! [`HostedController`] is all that the world asks of one. [`Controller`] satisfies it; who brings another says by
 //! [`Hosting`] how it is started for a run.
 
+use crate::program::Programs;
 use controller::config::Config;
 use controller::mission::{Mission, Report};
 use controller::{Controller, Input, Output, Port};
@@ -39,6 +40,20 @@ pub trait HostedController: fmt::Debug {
 
     /// The next report, oldest first.
     fn report(&mut self) -> Option<Report>;
+
+    /// What is to be noted beside reports; asked behind them. A controller in Rust has nothing to note.
+    fn news(&mut self) -> Option<News> {
+        None
+    }
+}
+
+/// What a controller that is a program may bring about beside reports.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum News {
+    /// It said something that is no report.
+    Note(String),
+    /// It has ended, or never began: how.
+    Ended(String),
 }
 
 impl HostedController for Controller {
@@ -69,7 +84,24 @@ impl HostedController for Controller {
 
 /// How the controller of a run is started. The default is ours.
 #[derive(Clone, Default)]
-pub struct Hosting(Option<Arc<Start>>);
+pub struct Hosting(How);
+
+#[derive(Clone, Default)]
+enum How {
+    #[default]
+    Ours,
+    Own(Arc<Start>),
+    Program(ControllerProgram),
+}
+
+/// The program of a controller in virtual time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ControllerProgram {
+    /// `k2a-controller`.
+    Ours,
+    /// These words, with `{gyro}` and `{base}` for the ports.
+    Words(Vec<String>),
+}
 
 type Start = dyn Fn(&Config) -> Box<dyn HostedController> + Send + Sync;
 
@@ -80,20 +112,37 @@ impl Hosting {
     where
         C: HostedController + 'static,
     {
-        Self(Some(Arc::new(move |config| Box::new(start(config)))))
+        Self(How::Own(Arc::new(move |config| Box::new(start(config)))))
     }
 
-    pub(crate) fn start(&self, config: &Config) -> Hosted {
+    /// A program plays it, started afresh for each run: missions go to its standard input, reports come from its standard
+    /// output (`docs/virtual-time.md`).
+    pub const fn program(program: ControllerProgram) -> Self {
+        Self(How::Program(program))
+    }
+
+    /// As a summary names it.
+    pub(crate) fn name(&self) -> String {
         match &self.0 {
-            None => Hosted::Ours(Controller::new(*config, Timestamp::ZERO)),
-            Some(start) => Hosted::Own(start(config)),
+            How::Ours | How::Own(_) => "in-process".to_owned(),
+            How::Program(ControllerProgram::Ours) => "process".to_owned(),
+            How::Program(ControllerProgram::Words(words)) => words.join(" "),
+        }
+    }
+
+    /// What a program prints beside its reports is kept by `programs`.
+    pub(crate) fn start(&self, config: &Config, programs: &Programs) -> Hosted {
+        match &self.0 {
+            How::Ours => Hosted::Ours(Controller::new(*config, Timestamp::ZERO)),
+            How::Own(start) => Hosted::Own(start(config)),
+            How::Program(program) => Hosted::Own(programs.controller(program, config)),
         }
     }
 }
 
 impl fmt::Debug for Hosting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(if self.0.is_some() { "Hosting(own)" } else { "Hosting(ours)" })
+        write!(f, "Hosting({})", self.name())
     }
 }
 
@@ -209,5 +258,10 @@ impl HostedController for Hosted {
     #[inline]
     fn report(&mut self) -> Option<Report> {
         of_either!(self, controller => controller.report())
+    }
+
+    #[inline]
+    fn news(&mut self) -> Option<News> {
+        of_either!(self, controller => controller.news())
     }
 }

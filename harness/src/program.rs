@@ -1,11 +1,17 @@
 //! Programs of nodes under test in virtual time: anybody's, unmodified. `docs/virtual-time.md` says what that guarantees.
 
 #[cfg(feature = "programs")]
+mod controller;
+#[cfg(feature = "programs")]
 mod in_step;
 
-use crate::hosted::NodeDevice;
+use crate::hosted::{ControllerProgram, HostedController, News, NodeDevice};
 use crate::plan::Rig;
+use ::controller::config::Config;
+use ::controller::mission::{Mission, Report};
+use ::controller::{Input, Output, Port};
 use std::path::PathBuf;
+use wire::time::Timestamp;
 
 /// Name of the file that keeps what the device under test printed, or its stderr where its stdout is for reports.
 pub const DEVICE_LOG: &str = "device-under-test.log";
@@ -38,5 +44,47 @@ impl Programs {
     pub(crate) fn start(&self, _: &Rig, _: usize) -> Option<Result<Box<dyn NodeDevice>, String>> {
         let _ = &self.log;
         None
+    }
+
+    /// Starts the program of a controller that is to drive what `config` tells of.
+    pub(crate) fn controller(
+        &self,
+        program: &ControllerProgram,
+        config: &Config,
+    ) -> Box<dyn HostedController> {
+        #[cfg(feature = "programs")]
+        let started = controller::start(self.log.as_deref(), program, config);
+        #[cfg(not(feature = "programs"))]
+        let started: Result<Box<dyn HostedController>, String> =
+            Err(format!("{program:?} of {config:?}: built without `programs`"));
+        started.unwrap_or_else(|why| Box::new(Absent(Some(why))))
+    }
+}
+
+/// A controller that did not start: all that it does is to say why.
+#[derive(Debug)]
+struct Absent(Option<String>);
+
+impl HostedController for Absent {
+    fn receive(&mut self, _: Timestamp, _: Port, _: Input<'_>) {}
+
+    fn command(&mut self, _: Timestamp, _: Mission) {}
+
+    fn wake(&mut self, _: Timestamp) {}
+
+    fn next_wakeup(&self) -> Timestamp {
+        Timestamp::MAX
+    }
+
+    fn transmit(&mut self, _: Timestamp) -> Option<Output> {
+        None
+    }
+
+    fn report(&mut self) -> Option<Report> {
+        None
+    }
+
+    fn news(&mut self) -> Option<News> {
+        self.0.take().map(News::Ended)
     }
 }

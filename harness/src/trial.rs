@@ -29,7 +29,8 @@
 //!
 //! [`Trial::with_controller`] puts any [`HostedController`] in the place of ours: it hears bytes and
 //! frames, sends bytes and frames, takes missions and reports. `examples/rust-tests` is a crate with such a
-//! controller and its tests. A controller that is a process is tested by `hil run --clock real --controller`.
+//! controller and its tests. A controller that is a process is tested by `hil run --controller`, or here by
+//! [`Hosting::program`](crate::hosted::Hosting::program).
 
 mod broken;
 mod campaign;

@@ -3,11 +3,14 @@
 #include <linux/sockios.h>
 #include <net/if.h>
 #include <net/if_arp.h>
+#include <stdio.h>
 #include <sys/ioctl.h>
+#include <sys/mman.h>
 
 #define INTERFACES_MAX 32
 // Far above the numbers of real interfaces.
 #define INDEX_BASE 1000
+#define FLAGS (IFF_UP | IFF_RUNNING | IFF_NOARP)
 static char names[INTERFACES_MAX][IF_NAMESIZE];
 static bool takes_fd[INTERFACES_MAX];
 static int count;
@@ -68,6 +71,51 @@ EXPORT void if_freenameindex(struct if_nameindex *list) {
     else free(list);
 }
 
+#define FOLDER "/sys/class/net/"
+
+// The interface of ours whose folder a path is in, and what follows its name.
+static int index_of_file(const char *path, const char **rest) {
+    char name[IF_NAMESIZE] = {0};
+    if (!path || strncmp(path, FOLDER, sizeof FOLDER - 1)) return 0;
+    path += sizeof FOLDER - 1;
+    size_t length = strcspn(path, "/");
+    if (length >= sizeof name) return 0;
+    memcpy(name, path, length);
+    *rest = path + length;
+    return can_index(name);
+}
+
+// What /sys says of an interface of ours, as a file that is open; negative where it is asked about something else.
+int can_open_file(const char *path, int flags) {
+    const char *rest;
+    int index = index_of_file(path, &rest), number = -1;
+    if (!index) return -1;
+    if (!strcmp(rest, "/type")) number = ARPHRD_CAN;
+    if (!strcmp(rest, "/mtu")) number = can_takes_fd(index) ? CANFD_MTU : CAN_MTU;
+    if (!strcmp(rest, "/ifindex")) number = index;
+    if (!strcmp(rest, "/carrier")) number = 1;
+    char text[32];
+    if (number >= 0) snprintf(text, sizeof text, "%d\n", number);
+    else if (!strcmp(rest, "/flags")) snprintf(text, sizeof text, "0x%x\n", FLAGS);
+    else if (!strcmp(rest, "/operstate")) snprintf(text, sizeof text, "up\n");
+    else return -1;
+    int fd = memfd_create("interface", flags & O_CLOEXEC ? MFD_CLOEXEC : 0);
+    if (fd < 0) return fd;
+    REAL(write)(fd, text, strlen(text));
+    lseek(fd, 0, SEEK_SET);
+    descriptor_closed(fd);
+    return fd;
+}
+
+// A file that is there when one of an interface of ours is asked for: that of the loopback.
+const char *can_file_like(const char *path) {
+    static char like[PATH_MAX];
+    const char *rest;
+    if (!index_of_file(path, &rest)) return NULL;
+    snprintf(like, sizeof like, FOLDER "lo%s", rest);
+    return like;
+}
+
 // What `ioctl` says of an interface of ours; false when it is asked about something else.
 bool can_interface_ioctl(unsigned long request, void *argument, int *result) {
     struct ifreq *asked = argument;
@@ -85,7 +133,7 @@ bool can_interface_ioctl(unsigned long request, void *argument, int *result) {
     *result = 0;
     switch (request) {
     case SIOCGIFINDEX: asked->ifr_ifindex = index; break;
-    case SIOCGIFFLAGS: asked->ifr_flags = IFF_UP | IFF_RUNNING | IFF_NOARP; break;
+    case SIOCGIFFLAGS: asked->ifr_flags = FLAGS; break;
     case SIOCGIFMTU: asked->ifr_mtu = can_takes_fd(index) ? CANFD_MTU : CAN_MTU; break;
     case SIOCGIFHWADDR: asked->ifr_hwaddr.sa_family = ARPHRD_CAN; break;
     default: errno = EOPNOTSUPP, *result = -1;

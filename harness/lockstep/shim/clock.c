@@ -48,7 +48,7 @@ int64_t deadline_after(int64_t span_ns) {
 int64_t deadline_at(clockid_t clock, const struct timespec *at) {
     int64_t ns = nanos(at), base = base_of(clock);
     if (ns == NEVER) return NEVER;
-    return ns > base ? ns - base : 0;
+    return ns - base;
 }
 
 // A condition variable has a clock that cannot be asked for. What is decades away from the one is meant by the other.

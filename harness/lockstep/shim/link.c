@@ -82,6 +82,7 @@ static void configure(char *line) {
     if (!strcmp(line, "spin") && second) spin_questions = (unsigned)atol(value), spin_step_ns = atoll(second);
     if (!strcmp(line, "now")) now_ns = atoll(value);
     if (!strcmp(line, "first")) is_first = true;
+    if (!strcmp(line, "talks") && is_first) stdio_talks();
 }
 
 static bool connect_to(const char *path) {

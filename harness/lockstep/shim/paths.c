@@ -1,10 +1,12 @@
-// The names of serial ports, wherever a program may ask for a file by name.
+// The names of serial ports and CAN interfaces, wherever a program may ask for a file by name.
 #include "shim.h"
 #include <stdarg.h>
 #include <sys/stat.h>
 
 static int open_at(int folder, const char *path, int flags, mode_t mode) {
     if (is_managed() && serial_real(path)) return serial_open(path, flags);
+    int shown = is_managed() ? can_open_file(path, flags) : -1;
+    if (shown >= 0) return shown;
     int fd = REAL(openat)(folder, path, flags, mode);
     if (fd >= 0) descriptor_closed(fd);
     return fd;
@@ -45,6 +47,7 @@ EXPORT int __openat64_2(int folder, const char *path, int flags) { return open_a
 
 static const char *meant(const char *path) {
     const char *real = is_managed() ? serial_real(path) : NULL;
+    if (is_managed() && !real) real = can_file_like(path);
     return real ? real : path;
 }
 

@@ -196,7 +196,7 @@ unsigned requeue(const void *from, const void *to, unsigned count) {
 
 void give_way(void) {
     if (!in_lockstep()) return;
-    self->wait.deadline = 0;
+    self->wait.deadline = INT64_MIN;
     struct thread *next = next_thread();
     if (!next || next == self) return;
     block_until(now_ns);

@@ -77,6 +77,8 @@ ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts
             }
         }
     }
+    // What is written at once crosses the line as one.
+    if (done > 0 && !serial->is_cooked && !link_is_busy) link_tell(TELL_WROTE, (uint32_t)serial->number, done);
     progressed = true;
     return done;
 }

@@ -92,9 +92,13 @@ void serial_settled(struct serial *serial) {
     serial->has_lines = is.c_lflag & ICANON;
     bool is_cooked = (is.c_lflag & (ICANON | ECHO | ISIG)) || (is.c_oflag & OPOST)
         || (is.c_iflag & (ICRNL | INLCR | IGNCR | ISTRIP | IXON));
+    // Errors are marked in the stream, and for that each byte of ones is doubled, which the harness does.
+    bool is_marked = is.c_iflag & PARMRK;
+    if (is_cooked == serial->is_cooked && is_marked == serial->is_marked) return;
+    serial->is_marked = is_marked;
+    link_tell(TELL_COOKED, (uint32_t)serial->number, is_cooked | is_marked << 1);
     if (is_cooked == serial->is_cooked) return;
     serial->is_cooked = is_cooked;
-    link_tell(TELL_COOKED, (uint32_t)serial->number, is_cooked);
     for (int fd = 0; fd < DESCRIPTORS_MAX; fd++) {
         if (serial_of(fd) != serial) continue;
         int closes = REAL(fcntl)(fd, F_GETFD) & FD_CLOEXEC;

@@ -59,7 +59,7 @@ void begin(void);
 bool is_managed(void);
 void link_run(int64_t deadline);
 bool link_request(enum request what, int64_t argument);
-enum tell { TELL_OPENED = 8, TELL_COOKED = 9 };
+enum tell { TELL_OPENED = 8, TELL_COOKED = 9, TELL_WROTE = 10 };
 void link_tell(enum tell what, uint32_t port, int64_t argument);
 void link_send_frame(const struct sent_frame *frame);
 void link_after_fork(void);
@@ -158,7 +158,7 @@ struct serial {
     int users, number;
     // The pty, which has the settings, and the socket, which has the bytes.
     int tty, way;
-    bool is_nonblocking, is_cooked;
+    bool is_nonblocking, is_cooked, is_marked;
     // VMIN and VTIME, and whether lines are read.
     uint8_t bytes_min, tenths;
     bool has_lines;
@@ -174,6 +174,9 @@ const char *serial_real(const char *path);
 const char *serial_shown(const char *path);
 ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts, int count, bool is_read);
 
+// stdio.c
+void stdio_talks(void);
+
 // can_interface.c, can_socket.c, can_message.c, can_bcm.c
 void can_declare(const char *name, bool takes_fd);
 bool can_takes_fd(int index);
@@ -186,6 +189,8 @@ void can_deliver(const struct sent_frame *sent, const struct can_socket *from);
 void can_after_fork(void);
 void can_release(struct can_socket *can);
 void can_retain(struct can_socket *can);
+int can_open_file(const char *path, int flags);
+const char *can_file_like(const char *path);
 bool can_interface_ioctl(unsigned long request, void *argument, int *result);
 
 #endif

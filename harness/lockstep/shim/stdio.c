@@ -21,20 +21,33 @@ static int close_own(void *own) {
     return close(fd);
 }
 
-EXPORT FILE *fdopen(int fd, const char *mode) {
-    if (!serial_of(fd)) return REAL(fdopen)(fd, mode);
+static FILE *file_of_own(int fd, const char *mode) {
     for (int i = 0; i < FILES_MAX; i++) {
         if (files[i].file) continue;
         files[i].fd = fd;
         files[i].file = fopencookie(&files[i], mode, (cookie_io_functions_t){read_own, write_own, NULL, close_own});
-        // As on every terminal.
-        if (files[i].file) setvbuf(files[i].file, NULL, _IOLBF, BUFSIZ);
         return files[i].file;
     }
     return errno = EMFILE, NULL;
 }
 
+// A standard input that something comes from in virtual time is waited for as every other descriptor.
+void stdio_talks(void) {
+    FILE *own = file_of_own(STDIN_FILENO, "r");
+    if (own) stdin = own;
+}
+
+EXPORT FILE *fdopen(int fd, const char *mode) {
+    if (!serial_of(fd)) return REAL(fdopen)(fd, mode);
+    FILE *file = file_of_own(fd, mode);
+    // As on every terminal.
+    if (file) setvbuf(file, NULL, _IOLBF, BUFSIZ);
+    return file;
+}
+
 EXPORT FILE *fopen(const char *restrict path, const char *restrict mode) {
+    int shown = is_managed() ? can_open_file(path, O_CLOEXEC) : -1;
+    if (shown >= 0) return REAL(fdopen)(shown, "r");
     if (!is_managed() || !serial_real(path)) return REAL(fopen)(path, mode);
     int fd = serial_open(path, 0);
     return fd < 0 ? NULL : fdopen(fd, mode);

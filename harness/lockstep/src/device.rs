@@ -7,7 +7,9 @@ use crate::output::Kept;
 use crate::processor::Place;
 use crate::serial_line::SerialLine;
 use crate::state::{Ended, State};
+use crate::talk::{Said, Talk};
 use std::collections::VecDeque;
+use std::mem;
 use tempfile::TempDir;
 use wire::device::{Device, PortId, Transmit};
 use wire::packet::{BYTES_MAX, Packet};
@@ -30,12 +32,22 @@ pub(crate) enum Port {
 pub(crate) struct Lines {
     ports: Vec<Port>,
     outbox: VecDeque<(PortId, Transmit)>,
+    talk: Option<Talk>,
     lost: u64,
 }
 
 impl Lines {
-    pub(crate) fn new(ports: Vec<Port>) -> Self {
-        Self { ports, outbox: VecDeque::new(), lost: 0 }
+    pub(crate) fn new(ports: Vec<Port>, talk: Option<Talk>) -> Self {
+        Self { ports, outbox: VecDeque::new(), talk, lost: 0 }
+    }
+}
+
+/// As packets of what was written at once.
+fn put_bytes(outbox: &mut VecDeque<(PortId, Transmit)>, lost: &mut u64, port: usize, bytes: &[u8]) {
+    for piece in bytes.chunks(BYTES_MAX) {
+        if let Some(packet) = Packet::from_slice(piece) {
+            put(outbox, lost, port, Transmit::Bytes(packet));
+        }
     }
 }
 
@@ -60,34 +72,34 @@ impl Outside for Lines {
     }
 
     fn serial(&mut self, number: usize, change: Change) {
-        let lines = self.ports.iter_mut().filter_map(|port| match port {
-            Port::Serial(line) => Some(line),
+        let Self { ports, outbox, lost, .. } = self;
+        let lines = ports.iter_mut().enumerate().filter_map(|(port, what)| match what {
+            Port::Serial(line) => Some((port, line)),
             Port::Can(_) => None,
         });
-        let Some(line) = lines.into_iter().nth(number) else { return };
+        let Some((port, line)) = lines.into_iter().nth(number) else { return };
         match change {
             Change::Opened => line.opened(),
-            Change::Cooked(is_cooked) => line.set_cooked(is_cooked),
+            Change::Settled { is_cooked, is_marked } => line.settled(is_cooked, is_marked),
+            Change::Wrote(count) => {
+                line.read_one(count, |bytes| put_bytes(outbox, lost, port, bytes));
+            }
         }
     }
 
     fn paused(&mut self) {
-        let Self { ports, outbox, lost } = self;
+        let Self { ports, outbox, talk, lost } = self;
         for (number, port) in ports.iter_mut().enumerate() {
             let Port::Serial(line) = port else { continue };
-            line.read(|bytes| {
-                for piece in bytes.chunks(BYTES_MAX) {
-                    if let Some(packet) = Packet::from_slice(piece) {
-                        put(outbox, lost, number, Transmit::Bytes(packet));
-                    }
-                }
-            });
+            line.read(|bytes| put_bytes(outbox, lost, number, bytes));
         }
+        talk.iter_mut().for_each(Talk::read);
     }
 }
 
-/// A program in virtual time. It runs when it is [woken](Device::wake) or something [arrives](Device::receive), until all
-/// of its threads and processes wait. Dropping it kills what is left of it.
+/// A program in virtual time. It runs when it is [woken](Device::wake), and after something has
+/// [arrived](Device::receive) when it is asked what it [sends](Device::transmit), until all of its threads and processes
+/// wait: so what arrives at one moment is there at once. Dropping it kills what is left of it.
 #[derive(Debug)]
 pub struct Lockstep {
     family: Option<Family>,
@@ -95,6 +107,10 @@ pub struct Lockstep {
     kept: Kept,
     now: Timestamp,
     next: Timestamp,
+    /// What it has not been run for.
+    given: Given,
+    /// It is to run at once.
+    is_due: bool,
     ended: Option<Ended>,
     misdirected: u64,
     /// Where the shim and the socket are; goes last.
@@ -115,8 +131,21 @@ impl Lockstep {
         };
         let next = if ended.is_none() { Timestamp::ZERO } else { Timestamp::MAX };
         let now = Timestamp::ZERO;
+        let (given, is_due) = (Given::default(), ended.is_none());
         let (_folder, _place) = (folder, place);
-        Self { family, lines, kept, now, next, ended, misdirected: 0, _folder, _place }
+        Self {
+            family,
+            lines,
+            kept,
+            now,
+            next,
+            given,
+            is_due,
+            ended,
+            misdirected: 0,
+            _folder,
+            _place,
+        }
     }
 
     /// How the program stands.
@@ -157,7 +186,8 @@ impl Lockstep {
     /// sends is to be fetched as ever; what would arrive meanwhile does not.
     pub fn stop(&mut self, now: Timestamp, limit: Span) {
         let end = now + limit;
-        self.run(now, Given { signal: SIGTERM, ..Given::default() });
+        self.given.signal = SIGTERM;
+        self.run(now);
         while self.ended.is_none() && self.next <= end {
             self.wake(self.next);
         }
@@ -171,6 +201,26 @@ impl Lockstep {
         }
     }
 
+    /// Says `bytes` on its standard input, where that is a way to [talk](crate::Program::talks); false where it does not
+    /// take them.
+    pub fn tell(&mut self, now: Timestamp, bytes: &[u8]) -> bool {
+        let is_taken = self.lines.talk.as_mut().is_some_and(|talk| talk.tell(bytes));
+        self.has_come(now);
+        is_taken
+    }
+
+    /// The next line that it wrote to its standard output, without its end, where that is a way to
+    /// [talk](crate::Program::talks).
+    pub fn said(&mut self) -> Option<Said> {
+        self.lines.talk.as_mut()?.said()
+    }
+
+    fn has_come(&mut self, now: Timestamp) {
+        if self.family.is_some() {
+            (self.now, self.is_due) = (now, true);
+        }
+    }
+
     fn end(&mut self, why: Ended) {
         self.ended = Some(why);
         self.next = Timestamp::MAX;
@@ -180,10 +230,12 @@ impl Lockstep {
         self.kept.hand_on();
     }
 
-    fn run(&mut self, now: Timestamp, given: Given) {
-        self.now = self.now.max(now);
+    /// Its clock may have been set back meanwhile.
+    fn run(&mut self, now: Timestamp) {
+        self.now = now;
+        self.is_due = false;
+        let given = Given { now: now.as_nanos(), ..mem::take(&mut self.given) };
         let Some(family) = &mut self.family else { return };
-        let given = Given { now: self.now.as_nanos(), ..given };
         match family.run(&given, &mut self.lines) {
             Ok(()) => {
                 self.next = Timestamp::from_nanos(family.deadline());
@@ -196,33 +248,34 @@ impl Lockstep {
 
 impl Device for Lockstep {
     fn receive(&mut self, now: Timestamp, port: PortId, what: &Transmit) {
-        let given = match (self.lines.ports.get_mut(usize::from(port.0)), what) {
+        match (self.lines.ports.get_mut(usize::from(port.0)), what) {
             (Some(Port::Serial(line)), Transmit::Bytes(bytes)) => {
-                let bytes_came = line.write(bytes.as_slice());
-                Given { bytes_came, ..Given::default() }
+                self.given.bytes_came |= line.write(bytes.as_slice());
             }
             (Some(Port::Can(interface)), Transmit::Frame(frame)) => {
                 let frame = frame::encode(frame);
-                let sent = SentFrame { interface: *interface, is_local: false, frame };
-                Given { frame: Some(sent), ..Given::default() }
+                self.given.frames.push(SentFrame { interface: *interface, is_local: false, frame });
             }
             _ => {
                 self.misdirected = self.misdirected.saturating_add(1);
                 return;
             }
-        };
-        self.run(now, given);
+        }
+        self.has_come(now);
     }
 
     fn wake(&mut self, now: Timestamp) {
-        self.run(now, Given::default());
+        self.run(now);
     }
 
     fn next_wakeup(&self) -> Timestamp {
-        self.next
+        if self.is_due { self.now } else { self.next }
     }
 
-    fn transmit(&mut self, _now: Timestamp) -> Option<(PortId, Transmit)> {
+    fn transmit(&mut self, now: Timestamp) -> Option<(PortId, Transmit)> {
+        if self.is_due {
+            self.run(now);
+        }
         self.lines.outbox.pop_front()
     }
 }

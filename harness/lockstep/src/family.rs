@@ -25,6 +25,8 @@ pub(crate) struct Rules {
     pub limit: Duration,
     /// How many processes it may have at once.
     pub processes_max: usize,
+    /// Its standard input is talked through.
+    pub talks: bool,
     /// What each process is told when it joins, but the time.
     pub declarations: String,
 }
@@ -43,7 +45,7 @@ pub(crate) trait Outside {
 #[derive(Debug, Default)]
 pub(crate) struct Given {
     pub now: i64,
-    pub frame: Option<SentFrame>,
+    pub frames: Vec<SentFrame>,
     pub bytes_came: bool,
     /// For the eldest process alone; zero: none.
     pub signal: u32,
@@ -104,7 +106,7 @@ impl Family {
     pub(crate) fn run(&mut self, given: &Given, outside: &mut impl Outside) -> Result<(), Ended> {
         self.now = given.now;
         for process in self.processes.values_mut() {
-            process.inbox.extend(given.frame);
+            process.inbox.extend_from_slice(&given.frames);
             process.bytes_came |= given.bytes_came;
         }
         if let Some(mut eldest) = self.processes.first_entry() {
@@ -337,7 +339,11 @@ impl Family {
         while waited < self.rules.limit {
             match link.read() {
                 Reading::Message(Message::Hello { pid }) => {
-                    let first = if pid == self.first.pid() { "first \n" } else { "" };
+                    let first = match (pid == self.first.pid(), self.rules.talks) {
+                        (true, true) => "first \ntalks \n",
+                        (true, false) => "first \n",
+                        (false, _) => "",
+                    };
                     let text = format!("{}{first}now {}\n", self.rules.declarations, self.now);
                     return Ok(link.configure(&text).is_ok().then_some((pid, link)));
                 }

@@ -33,6 +33,7 @@ mod program;
 mod serial_line;
 mod spawned;
 mod state;
+mod talk;
 pub mod verify;
 
 pub use binary::BinaryError;
@@ -40,3 +41,4 @@ pub use device::Lockstep;
 pub use output::{Hearer, Output};
 pub use program::{Program, StartError};
 pub use state::{Ended, State};
+pub use talk::{LINE_BYTES_MAX, Said};

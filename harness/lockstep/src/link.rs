@@ -53,8 +53,10 @@ pub(crate) enum Message {
 pub(crate) enum Change {
     /// Opens it.
     Opened,
-    /// Asks for a line discipline, or for none.
-    Cooked(bool),
+    /// Asks for a line discipline, or for none; and for marks of errors (`PARMRK`), or for none.
+    Settled { is_cooked: bool, is_marked: bool },
+    /// Has written so many bytes at once.
+    Wrote(usize),
 }
 
 /// What came of a reading.
@@ -193,7 +195,11 @@ fn parse(bytes: &[u8]) -> Parsed {
         5 => Message::Exec,
         6 => Message::ExecFailed,
         8 => Message::Serial(flag as usize, Change::Opened),
-        9 => Message::Serial(flag as usize, Change::Cooked(argument != 0)),
+        9 => {
+            let (is_cooked, is_marked) = (argument & 1 != 0, argument & 2 != 0);
+            Message::Serial(flag as usize, Change::Settled { is_cooked, is_marked })
+        }
+        10 => Message::Serial(flag as usize, Change::Wrote(usize::try_from(argument).unwrap_or(0))),
         _ => return Parsed::Wrong,
     };
     Parsed::Whole(message, HEAD_BYTES)

@@ -7,6 +7,7 @@ use crate::output::{Kept, Output};
 use crate::processor::Place;
 use crate::serial_line::SerialLine;
 use crate::spawned::Spawned;
+use crate::talk::Talk;
 use std::ffi::OsString;
 use std::fmt::Write as _;
 use std::fs::{self, File};
@@ -14,7 +15,7 @@ use std::io;
 use std::os::unix::net::UnixListener;
 use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::time::Duration;
 use wire::time::Span;
 
@@ -73,6 +74,7 @@ pub struct Program {
     environment: Vec<(OsString, OsString)>,
     folder: Option<PathBuf>,
     stdin: Vec<u8>,
+    talks: bool,
     output: Output,
     limit: Duration,
     processes_max: usize,
@@ -90,6 +92,7 @@ impl Program {
             environment: Vec::new(),
             folder: None,
             stdin: Vec::new(),
+            talks: false,
             output: Output::default(),
             limit: Duration::from_secs(30),
             processes_max: 64,
@@ -132,6 +135,13 @@ impl Program {
     /// What it finds on its standard input; else nothing.
     pub fn stdin(mut self, bytes: impl Into<Vec<u8>>) -> Self {
         self.stdin = bytes.into();
+        self
+    }
+
+    /// Its standard input and output are a way to talk with it in virtual time: it is [told](Lockstep::tell) something, and
+    /// what it [says](Lockstep::said) is taken line by line. What [`Self::output`] keeps is then its standard error alone.
+    pub fn talks(mut self) -> Self {
+        self.talks = true;
         self
     }
 
@@ -195,9 +205,15 @@ impl Program {
         let _ = writeln!(declarations, "spin {} {step_ns}", self.spin_questions);
         fs::write(&shim, SHIM).map_err(failed_to("write the shim"))?;
         let listener = UnixListener::bind(&link).map_err(failed_to("make a socket"))?;
-        let stdin = folder.path().join("stdin");
-        fs::write(&stdin, &self.stdin).map_err(failed_to("write the standard input"))?;
-        let stdin = File::open(&stdin).map_err(failed_to("open the standard input"))?;
+        let (talk, stdin, talk_out) = if self.talks {
+            let (talk, stdin, stdout) = Talk::open().map_err(failed_to("make pipes"))?;
+            (Some(talk), Stdio::from(stdin), Some(Stdio::from(stdout)))
+        } else {
+            let stdin = folder.path().join("stdin");
+            fs::write(&stdin, &self.stdin).map_err(failed_to("write the standard input"))?;
+            let stdin = File::open(&stdin).map_err(failed_to("open the standard input"))?;
+            (None, Stdio::from(stdin), None)
+        };
         let mut preload = shim.into_os_string();
         if let Some(others) = variable("LD_PRELOAD") {
             preload.push(":");
@@ -205,6 +221,7 @@ impl Program {
         }
         let kept = Kept::open(self.output, folder.path());
         let (kept, stdout, stderr) = kept.map_err(failed_to("make a file for the output"))?;
+        let stdout = talk_out.unwrap_or(stdout);
         let mut command = Command::new(path);
         command.arg0(name).args(arguments).envs(self.environment);
         command.env("LD_PRELOAD", preload).env("HIL_LOCKSTEP", link);
@@ -214,9 +231,10 @@ impl Program {
         }
         let place = Place::take();
         let first = Spawned::start(command).map_err(failed_to("start the program"))?;
-        let rules = Rules { limit: self.limit, processes_max: self.processes_max, declarations };
+        let (limit, processes_max, talks) = (self.limit, self.processes_max, self.talks);
+        let rules = Rules { limit, processes_max, talks, declarations };
         let family = Family::start(rules, listener, first);
-        Ok(Lockstep::new(family, Lines::new(ports), kept, (folder, place)))
+        Ok(Lockstep::new(family, Lines::new(ports, talk), kept, (folder, place)))
     }
 
     fn open_ports(&self, link: &Path) -> Result<(Vec<Port>, String), StartError> {

@@ -9,6 +9,8 @@ use std::os::fd::OwnedFd;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::Path;
 
+/// What a mark begins with.
+const MARK: u8 = 0xFF;
 /// Bytes read at once.
 const READ_BYTES: usize = 4_096;
 
@@ -23,6 +25,9 @@ pub(crate) struct SerialLine {
     /// One for each time that the program has it open.
     ways: Vec<UnixStream>,
     is_cooked: bool,
+    is_marked: bool,
+    /// Bytes of a write that was not told yet: they were taken when the program came to wait in the midst of it.
+    early: usize,
     lost: u64,
 }
 
@@ -43,8 +48,10 @@ impl SerialLine {
         rustix::fs::fcntl_setfl(&master, OFlags::RDWR | OFlags::NONBLOCK)?;
         let listener = UnixListener::bind(socket)?;
         listener.set_nonblocking(true)?;
-        let ways = Vec::new();
-        Ok(Self { master, _slave: slave, path, listener, ways, is_cooked: false, lost: 0 })
+        let (ways, early, lost) = (Vec::new(), 0, 0);
+        let (is_cooked, is_marked) = (false, false);
+        let _slave = slave;
+        Ok(Self { master, _slave, path, listener, ways, is_cooked, is_marked, early, lost })
     }
 
     /// Its real name, which differs between runs.
@@ -62,9 +69,10 @@ impl SerialLine {
         }
     }
 
-    /// The program wants a line discipline, or wants none any more.
-    pub(crate) fn set_cooked(&mut self, is_cooked: bool) {
+    /// The program wants a line discipline or marks of errors, or wants none any more.
+    pub(crate) fn settled(&mut self, is_cooked: bool, is_marked: bool) {
         self.is_cooked = is_cooked;
+        self.is_marked = is_marked;
     }
 
     /// Puts bytes on the line; whether they went by the pty. What finds no room is lost and counted, as in a UART whose
@@ -73,18 +81,50 @@ impl SerialLine {
         let Self { master, ways, lost, .. } = self;
         if self.is_cooked {
             put(bytes, lost, |rest| Ok(rustix::io::write(&*master, rest)?));
-        } else {
-            for way in ways {
-                put(bytes, lost, |rest| way.write(rest));
-            }
+            return true;
         }
-        self.is_cooked
+        // As termios(3) says of PARMRK: what could be a mark is told from one.
+        let marked: Vec<u8>;
+        let mut bytes = bytes;
+        if self.is_marked && bytes.contains(&MARK) {
+            let doubled = |byte: &u8| std::iter::repeat_n(*byte, 1 + usize::from(*byte == MARK));
+            marked = bytes.iter().flat_map(doubled).collect();
+            bytes = &marked;
+        }
+        for way in ways {
+            put(bytes, lost, |rest| way.write(rest));
+        }
+        false
     }
 
-    /// Gives `take` all that the program wrote.
+    /// Gives `take` what the program wrote at once: so many bytes.
+    pub(crate) fn read_one(&mut self, count: usize, mut take: impl FnMut(&[u8])) {
+        let early = self.early.min(count);
+        self.early -= early;
+        let mut left = count - early;
+        for way in &mut self.ways {
+            let mut buffer = [0; READ_BYTES];
+            while let Some(room @ [_, ..]) = buffer.get_mut(..left.min(READ_BYTES)) {
+                match way.read(room) {
+                    Ok(count @ 1..) => {
+                        take(room.get(..count).unwrap_or_default());
+                        left -= count;
+                    }
+                    Err(cause) if cause.kind() == ErrorKind::Interrupted => {}
+                    Ok(0) | Err(_) => break,
+                }
+            }
+        }
+    }
+
+    /// Gives `take` what else the program wrote.
     pub(crate) fn read(&mut self, mut take: impl FnMut(&[u8])) {
-        let Self { master, ways, .. } = self;
-        ways.retain_mut(|way| get(&mut take, |room| way.read(room)));
+        let Self { master, ways, early, .. } = self;
+        let mut take_early = |bytes: &[u8]| {
+            *early += bytes.len();
+            take(bytes);
+        };
+        ways.retain_mut(|way| get(&mut take_early, |room| way.read(room)));
         if self.is_cooked {
             get(&mut take, |room| Ok(rustix::io::read(&*master, room)?));
         }

@@ -114,6 +114,8 @@ fn a_frame_at_the_wrong_port_is_lost_and_counted() {
     running.receive(Timestamp::ZERO, PortId(1), &frame(1, &[]));
     assert_eq!(running.lost(), 1);
     running.receive(Timestamp::ZERO, PortId(0), &frame(1, &[]));
+    assert_eq!(running.next_wakeup(), Timestamp::ZERO, "it is to hear it");
+    assert_eq!(running.transmit(Timestamp::ZERO), None);
     assert_eq!(running.next_wakeup(), secs(1));
     running.wake(secs(1));
     assert!(matches!(running.ended(), Some(Ended::Exited(status)) if status.success()));

@@ -261,7 +261,8 @@ impl Rig {
         let said = self.speakers.iter().flat_map(|one| {
             Said::all(&one.node, &one.layout, one.sender, kind(&one.line)).collect::<Vec<_>>()
         });
-        Lines { robot: self.ride(), nodes, said: said.collect() }
+        let host = self.robot.is_some() || self.under_test().next().is_some();
+        Lines { robot: self.ride(), host, nodes, said: said.collect() }
     }
 
     /// The only device of a plan that names no rig.

@@ -5,14 +5,14 @@ use crate::live::command::fill;
 use crate::plan::Rig;
 use crate::plan::rig::{NodePart, RigLine, RigNode, UnderTest};
 use described::Medium;
-use lockstep::{Lockstep, Output, Program};
+use lockstep::{Ended, Lockstep, Output, Program, StartError};
 use std::collections::BTreeMap;
 use std::path::Path;
 use wire::device::{Device, PortId, Transmit};
 use wire::time::{Span, Timestamp};
 
 /// What a program has to end after SIGTERM, as on a bench.
-const STOPPING: Span = Span::from_secs(3);
+pub(super) const STOPPING: Span = Span::from_secs(3);
 
 /// The longest name of an interface (`IFNAMSIZ`).
 const INTERFACE_BYTES_MAX: usize = 15;
@@ -39,11 +39,7 @@ fn started(
     let ports: BTreeMap<String, String> =
         lines.map(|line| (rig.line_name(line).to_owned(), port(rig, line))).collect();
     let words = fill(words, &ports).map_err(|error| error.to_string())?;
-    let mut program = Program::new(words);
-    // What it draws from the system would differ from run to run.
-    if std::env::var_os("PYTHONHASHSEED").is_none() {
-        program = program.env("PYTHONHASHSEED", "0");
-    }
+    let mut program = in_words(words);
     for line in &node.lines {
         let name = port(rig, *line);
         program = match declared(rig, *line) {
@@ -60,11 +56,32 @@ fn started(
         };
         program = program.output(Output::File(log));
     }
-    let running = program.start().map_err(|error| {
-        let cause = std::error::Error::source(&error).map(|cause| format!(": {cause}"));
-        format!("failed to start `{}`: {error}{}", node.name, cause.unwrap_or_default())
-    })?;
+    let running = program.start().map_err(|error| why(&node.name, &error))?;
     Ok(InStep { running, now: Timestamp::ZERO, is_told: false })
+}
+
+/// The program of these words.
+pub(super) fn in_words(words: Vec<String>) -> Program {
+    let program = Program::new(words);
+    // What it draws from the system would differ from run to run.
+    match std::env::var_os("PYTHONHASHSEED") {
+        None => program.env("PYTHONHASHSEED", "0"),
+        Some(_) => program,
+    }
+}
+
+/// Why the program of `name` does not start.
+pub(super) fn why(name: &str, error: &StartError) -> String {
+    let cause = std::error::Error::source(error).map(|cause| format!(": {cause}"));
+    format!("failed to start `{name}`: {error}{}", cause.unwrap_or_default())
+}
+
+/// How a program ended, and what it said last.
+pub(super) fn with_last_words(ended: &Ended, running: &Lockstep) -> String {
+    let words = running.last_words();
+    let last = words.lines().rfind(|line| !line.trim().is_empty());
+    let last = last.map(|line| format!("; its last words: {line}")).unwrap_or_default();
+    format!("{ended}{last}")
 }
 
 /// What programs open for a line. No such file or interface need exist.
@@ -120,10 +137,7 @@ impl NodeDevice for InStep {
     fn ended(&mut self) -> Option<String> {
         let ended = self.running.ended().filter(|_| !self.is_told)?;
         self.is_told = true;
-        let words = self.running.last_words();
-        let last = words.lines().rfind(|line| !line.trim().is_empty());
-        let last = last.map(|line| format!("; its last words: {line}")).unwrap_or_default();
-        Some(format!("{ended}{last}"))
+        Some(with_last_words(ended, &self.running))
     }
 }
 

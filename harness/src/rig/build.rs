@@ -3,12 +3,14 @@
 use super::Rig;
 use super::line::{End, EndId, Line};
 use super::node::{BASE, Described, GYRO, Machine, Node, Part};
+use super::own::Own;
 use super::replayed::Replaying;
 use super::robot::{CARRIER, Robot};
 use super::tester::Tester;
 use crate::hosted::{Hosted, Hosting, NodeDevice};
 use crate::plan::Rig as Declared;
 use crate::plan::rig::{NodePart, RigLine};
+use crate::program::Programs;
 use crate::record::Device;
 use crate::world::bench::Bench;
 use controller::config::Transport;
@@ -71,7 +73,7 @@ pub(super) fn add(rig: &mut Rig, declared: &Declared, start: Start<'_>, seed: u6
             }
             NodePart::Replayed(said) => Part::Replayed(Replaying::new(Arc::clone(said))),
             NodePart::UnderTest(_) => match start(place) {
-                Some(Ok(device)) => Part::Own(device),
+                Some(Ok(device)) => Part::Own(Own::new(device)),
                 Some(Err(why)) => {
                     away.push(why);
                     Part::Away
@@ -135,12 +137,12 @@ pub(super) fn listen(rig: &mut Rig, declared: &Declared) {
 pub(crate) fn simulated(
     declared: &Declared,
     bench: Option<Bench>,
-    (hosting, start): (&Hosting, Start<'_>),
+    (hosting, programs, start): (&Hosting, &Programs, Start<'_>),
     seed: u64,
 ) -> (Rig, Vec<String>) {
     let mut rig = match bench {
         Some(bench) => {
-            let controller = hosting.start(&bench.controller_config());
+            let controller = hosting.start(&bench.controller_config(), programs);
             paper(bench, Some(controller))
         }
         None => Rig::default(),

@@ -5,7 +5,7 @@ use super::director::Director;
 use super::injector::Change;
 use super::ledger::Ledger;
 use super::line::EndId;
-use super::node::{Machine, Part};
+use super::node::{Machine, Node};
 use crate::faults::Chance;
 use crate::faults::{FaultKind, Schedule, Target, Toward};
 use crate::link::ErrorState;
@@ -30,15 +30,11 @@ pub(crate) struct Faults {
 }
 
 impl Faults {
-    /// The faults of `schedule` in the run with `seed`, which begins at zero; none where there are none. Machines of
-    /// controllers can be struck from now on.
+    /// The faults of `schedule` in the run with `seed`, which begins at zero; none where there are none. Machines of what
+    /// is under test can be struck from now on.
     pub(crate) fn of(schedule: &Schedule, seed: u64, rig: &mut Rig) -> Option<Box<Self>> {
         let ledger = Ledger::of(schedule, seed)?;
-        for node in &mut rig.nodes {
-            if let Part::Controller(machine) = &mut node.part {
-                machine.with_faults();
-            }
-        }
+        rig.nodes.iter_mut().for_each(Node::with_faults);
         Some(Box::new(Self { ledger, seed }))
     }
 
@@ -128,7 +124,8 @@ impl Faults {
         let kind = fault.what;
         match kind {
             FaultKind::SchedulerStall { .. } | FaultKind::ClockStep { .. } => {
-                rig.machines().chain(here).for_each(|machine| machine.begin_fault(&kind));
+                rig.nodes.iter_mut().for_each(|node| node.begin_fault(&kind));
+                here.into_iter().for_each(|machine| machine.begin_fault(&kind));
             }
             FaultKind::WrongUnit { .. } | FaultKind::WrongSign { .. } => {
                 director.slips.begin(index, kind, Chance::new(self.seed, &index.to_string()));
@@ -149,7 +146,8 @@ impl Faults {
         let kind = fault.what;
         match kind {
             FaultKind::SchedulerStall { .. } | FaultKind::ClockStep { .. } => {
-                rig.machines().chain(here).map(|machine| machine.end_fault(now, &kind)).sum()
+                let here = here.map_or(0, |machine| machine.end_fault(now, &kind));
+                rig.nodes.iter_mut().map(|node| node.end_fault(now, &kind)).sum::<u64>() + here
             }
             FaultKind::WrongUnit { .. } | FaultKind::WrongSign { .. } => director.slips.end(index),
             _ => rig.end_fault(now, index, (fault.target, &kind)),
@@ -244,13 +242,6 @@ impl Rig {
             at.or(all).map(|end| (line, end))
         };
         (0..self.lines.len()).filter_map(of_name).collect()
-    }
-
-    fn machines(&mut self) -> impl Iterator<Item = &mut Machine> {
-        self.nodes.iter_mut().filter_map(|node| match &mut node.part {
-            Part::Controller(machine) => Some(&mut **machine),
-            _ => None,
-        })
     }
 }
 

@@ -1,20 +1,26 @@
-//! The machine that a controller runs on: it may stand still, and its clock may jump.
+//! The machine that a controller or a program runs on: it may stand still, and its clock may jump.
 
-use super::node::input;
 use crate::faults::FaultKind;
-use crate::hosted::HostedController;
-use controller::Port;
 use controller::mission::Mission;
 use std::collections::VecDeque;
-use wire::device::Transmit;
+use wire::device::{PortId, Transmit};
 use wire::time::{Span, Timestamp};
 
 /// What waits for a machine that stands still; more is dropped and counted, as in full buffers of a kernel.
 pub(crate) const HELD_MAX: usize = 4_096;
 
+/// What runs on a machine. Times are those of the machine's clock.
+pub(crate) trait Guest {
+    /// It is to hear bytes or a frame.
+    fn hear(&mut self, now: Timestamp, port: PortId, what: &Transmit);
+
+    /// It is given a mission.
+    fn order(&mut self, now: Timestamp, mission: Mission);
+}
+
 #[derive(Debug)]
 enum Held {
-    Crossed(Port, Transmit),
+    Crossed(PortId, Transmit),
     // Boxed: a calibration is far larger than a packet.
     Mission(Box<Mission>),
 }
@@ -57,15 +63,10 @@ impl Host {
     }
 
     /// It ends; how often it has acted. A machine that goes on hears all at once what was held.
-    pub(crate) fn end(
-        &mut self,
-        now: Timestamp,
-        kind: &FaultKind,
-        controller: &mut impl HostedController,
-    ) -> u64 {
+    pub(crate) fn end(&mut self, now: Timestamp, kind: &FaultKind, guest: &mut impl Guest) -> u64 {
         match kind {
             FaultKind::SchedulerStall { .. } => {
-                self.go_on(now, controller);
+                self.go_on(now, guest);
                 self.taken
             }
             FaultKind::ClockStep { step_s } => {
@@ -76,16 +77,29 @@ impl Host {
         }
     }
 
-    fn go_on(&mut self, now: Timestamp, controller: &mut impl HostedController) {
+    fn go_on(&mut self, now: Timestamp, guest: &mut impl Guest) {
         self.stalls = self.stalls.saturating_sub(1);
         if self.stalls > 0 {
             return;
         }
         let now = self.told(now);
+        // What waited did so at each port, and a machine that goes on reads one after the other: serial ports in the order in
+        // which something came, then buses, missions last. A program in step with the world does the same.
+        let first = self.held.iter().find_map(|held| match held {
+            Held::Crossed(port, Transmit::Bytes(_)) => Some(*port),
+            _ => None,
+        });
+        let place = |held: &Held| match held {
+            Held::Crossed(port, Transmit::Bytes(_)) if Some(*port) == first => 0,
+            Held::Crossed(_, Transmit::Bytes(_)) => 1,
+            Held::Crossed(_, Transmit::Frame(_)) => 2,
+            Held::Mission(_) => 3,
+        };
+        self.held.make_contiguous().sort_by_key(place);
         for held in self.held.drain(..) {
             match held {
-                Held::Crossed(port, what) => controller.receive(now, port, input(&what)),
-                Held::Mission(mission) => controller.command(now, *mission),
+                Held::Crossed(port, what) => guest.hear(now, port, &what),
+                Held::Mission(mission) => guest.order(now, *mission),
             }
         }
     }
@@ -95,32 +109,27 @@ impl Host {
         self.dropped
     }
 
-    /// The controller is to hear bytes or a frame.
+    /// The guest is to hear bytes or a frame.
     pub(crate) fn hear(
         &mut self,
         now: Timestamp,
-        port: Port,
+        port: PortId,
         what: Transmit,
-        controller: &mut impl HostedController,
+        guest: &mut impl Guest,
     ) {
         if self.is_stalled() {
             self.hold(Held::Crossed(port, what));
         } else {
-            controller.receive(self.told(now), port, input(&what));
+            guest.hear(self.told(now), port, &what);
         }
     }
 
-    /// The controller is given a mission.
-    pub(crate) fn mission(
-        &mut self,
-        now: Timestamp,
-        mission: Mission,
-        controller: &mut impl HostedController,
-    ) {
+    /// The guest is given a mission.
+    pub(crate) fn mission(&mut self, now: Timestamp, mission: Mission, guest: &mut impl Guest) {
         if self.is_stalled() {
             self.hold(Held::Mission(Box::new(mission)));
         } else {
-            controller.command(self.told(now), mission);
+            guest.order(self.told(now), mission);
         }
     }
 

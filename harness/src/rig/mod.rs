@@ -24,6 +24,7 @@ mod injector;
 mod ledger;
 pub(crate) mod line;
 pub(crate) mod node;
+mod own;
 mod replayed;
 pub(crate) mod robot;
 pub mod simulate;

@@ -1,11 +1,12 @@
 //! A node: who is at the lines of a rig.
 
-use super::host::Host;
+use super::host::{Guest, Host};
+use super::own::Own;
 use super::replayed::Replaying;
 use super::robot::Robot;
 use super::tester::Tester;
 use crate::faults::FaultKind;
-use crate::hosted::{Hosted, HostedController as _, NodeDevice};
+use crate::hosted::{Hosted, HostedController as _};
 use crate::plan::DEVICE;
 use controller::mission::Mission;
 use controller::{Input, Output, Port};
@@ -41,7 +42,7 @@ pub(crate) enum Part {
     /// Under test, in this process, and takes missions.
     Controller(Box<Machine>),
     /// Somebody's own, in this process: emulated or under test.
-    Own(Box<dyn NodeDevice>),
+    Own(Own),
     /// The plan speaks here, in messages.
     Tester(Box<Tester>),
     /// A log plays its part.
@@ -91,11 +92,39 @@ impl Node {
         }
     }
 
+    /// Faults of its machine can strike it from now on.
+    pub(super) fn with_faults(&mut self) {
+        match &mut self.part {
+            Part::Controller(machine) => machine.with_faults(),
+            Part::Own(own) => own.with_faults(),
+            _ => {}
+        }
+    }
+
+    /// Its machine begins to err, where it is under test.
+    pub(super) fn begin_fault(&mut self, kind: &FaultKind) {
+        match &mut self.part {
+            Part::Controller(machine) => machine.begin_fault(kind),
+            Part::Own(own) => own.begin_fault(kind),
+            _ => {}
+        }
+    }
+
+    /// Its machine errs no longer; how often it did.
+    pub(super) fn end_fault(&mut self, now: Timestamp, kind: &FaultKind) -> u64 {
+        match &mut self.part {
+            Part::Controller(machine) => machine.end_fault(now, kind),
+            Part::Own(own) => own.end_fault(now, kind),
+            _ => 0,
+        }
+    }
+
     /// What it or its buffers had no room for.
     pub(super) fn dropped(&self) -> u64 {
         match &self.part {
             Part::Controller(machine) => machine.dropped(),
             Part::Described(described) => described.device.dropped(),
+            Part::Own(own) => own.dropped(),
             _ => 0,
         }
     }
@@ -170,10 +199,9 @@ impl Machine {
 
     #[inline]
     pub(crate) fn receive(&mut self, now: Timestamp, port: PortId, what: &Transmit) {
-        let at = if port == GYRO { Port::Gyro } else { Port::Base };
         match &mut self.host {
-            None => self.controller.receive(now, at, input(what)),
-            Some(host) => host.hear(now, at, *what, &mut self.controller),
+            None => self.controller.hear(now, port, what),
+            Some(host) => host.hear(now, port, *what, &mut self.controller),
         }
     }
 
@@ -195,8 +223,9 @@ impl Machine {
         self.controller.wake(self.told(now));
     }
 
+    /// Never while its machine stands still: what is due then is due when that goes on.
     pub(crate) fn next_wakeup(&self) -> Timestamp {
-        self.due
+        if self.is_stalled() { Timestamp::MAX } else { self.due }
     }
 
     /// When it wants to be woken, by its own clock.
@@ -244,7 +273,19 @@ impl fmt::Debug for Machine {
     }
 }
 
-pub(crate) fn input(what: &Transmit) -> Input<'_> {
+impl Guest for Hosted {
+    #[inline]
+    fn hear(&mut self, now: Timestamp, port: PortId, what: &Transmit) {
+        let at = if port == GYRO { Port::Gyro } else { Port::Base };
+        self.receive(now, at, input(what));
+    }
+
+    fn order(&mut self, now: Timestamp, mission: Mission) {
+        self.command(now, mission);
+    }
+}
+
+fn input(what: &Transmit) -> Input<'_> {
     match what {
         Transmit::Bytes(packet) => Input::Bytes(packet.as_slice()),
         Transmit::Frame(frame) => Input::Frame(*frame),

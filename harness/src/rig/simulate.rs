@@ -11,11 +11,11 @@ use super::line::EndId;
 use super::node::{Part, output};
 use super::touched::Touched;
 use crate::engine::{Action, Ending, Engine};
-use crate::hosted::HostedController as _;
+use crate::hosted::{HostedController as _, News};
 use crate::outcome::Outcome;
 use crate::properties::{Monitor, Seen};
 use crate::record::sink::RecordSink;
-use crate::record::{Device, FaultSummary, Progress};
+use crate::record::{Device, FaultSummary, Progress, Record, RecordKind};
 use crate::world::crossing::Crossing;
 use crate::world::watch::{Watch, see};
 use controller::mission::{Mission, Report};
@@ -125,8 +125,8 @@ impl<C: Crossing> Simulation<C> {
         let Self { faults, rig, director, now, .. } = self;
         if rig.damaged() > 0 {
             let note = format!("{} times what came could not be read", rig.damaged());
-            let kind = crate::record::RecordKind::Note(note);
-            sink.record(crate::record::Record { at: *now, device: Device::Plan, kind });
+            let kind = RecordKind::Note(note);
+            sink.record(Record { at: *now, device: Device::Plan, kind });
         }
         let faults = match faults {
             Some(faults) => faults.finish(*now, rig, director, None, sink),
@@ -352,7 +352,6 @@ impl<C: Crossing> Simulation<C> {
         let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
         if machine.is_stalled() {
             // It is touched again when its machine goes on.
-            machine.due = Timestamp::MAX;
             return;
         }
         let told = machine.told(self.now);
@@ -367,9 +366,31 @@ impl<C: Crossing> Simulation<C> {
             let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
             let Some(report) = machine.controller.report() else {
                 machine.ask_due();
-                return;
+                let news = machine.controller.news();
+                return news.into_iter().for_each(|news| self.hear_news(sink, place, news));
             };
             self.hear_report(sink, &report);
+        }
+    }
+
+    /// Apart, as only programs have any.
+    #[cold]
+    fn hear_news(&mut self, sink: &mut impl RecordSink, place: usize, news: News) {
+        let Self { now, rig, director, touched, .. } = self;
+        match news {
+            News::Note(note) => {
+                let kind = RecordKind::Note(note);
+                sink.record(Record { at: *now, device: Device::Controller, kind });
+                // There may be more.
+                touched.node(place);
+            }
+            News::Ended(how) => {
+                director.engine.lost_controller(*now, &how);
+                touched.0 |= Touched::PLAN;
+            }
+        }
+        if let Part::Controller(machine) = &mut rig.nodes[place].part {
+            machine.ask_due();
         }
     }
 

@@ -203,7 +203,8 @@ impl Prepared {
             .filter(is_anything)
             .map(|asked| Monitor::new(asked, limits.as_ref(), &self.rig.speakers));
         let mut engine = self.engine(bench.as_ref());
-        let (rig, away) = build::simulated(&self.rig, bench, (&self.hosting, start), seed);
+        let (rig, away) =
+            build::simulated(&self.rig, bench, (&self.hosting, &self.programs, start), seed);
         if let Some(why) = away.first() {
             engine.broke(Timestamp::ZERO, why);
         }
@@ -242,13 +243,15 @@ impl Prepared {
 
     /// What its lines cross where they go through the kernel.
     pub fn crossed_lines(&self) -> Vec<CrossedLine> {
-        self.simulated(0, &Answers::default(), None, &|_| None).0.crossed_lines()
+        // Nobody is started for it.
+        let plain = Self { hosting: Hosting::default(), ..self.clone() };
+        plain.simulated(0, &Answers::default(), None, &|_| None).0.crossed_lines()
     }
 
     /// What is tested in virtual time, as a summary names it.
     pub(crate) fn device_under_test(&self) -> String {
         if self.rig.robot.is_some() {
-            return "in-process".to_owned();
+            return self.hosting.name();
         }
         if let Some(device) = self.rig.device() {
             return format!("{}, emulated", device.name);

@@ -35,6 +35,8 @@ mod strike;
 mod traffic;
 mod verdict;
 
+#[cfg(feature = "programs")]
+pub(crate) use device_under_test::controller_words;
 pub use device_under_test::our_program;
 pub use device_under_test::{DeviceUnderTest, StartError};
 pub use journal::NOTES_MAX;

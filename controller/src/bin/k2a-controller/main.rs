@@ -17,7 +17,7 @@ mod signals;
 
 use arguments::{Arguments, BasePlace, Setup};
 use clap::{CommandFactory as _, Parser as _, error::ErrorKind};
-use clock::Clock;
+use clock::{Alarm, Clock};
 use controller::{Controller, Port};
 use listen::Listener;
 use orders::Orders;
@@ -100,6 +100,7 @@ async fn serve(setup: Setup, clock: Clock, reports: &Outlet) -> io::Result<u8> {
     let mut shell = Shell {
         controller: Controller::new(setup.config, clock.now()),
         clock,
+        alarm: Alarm::new()?,
         heard,
         // Whoever is served takes its place.
         missions: mpsc::channel(1).1,

@@ -1,6 +1,6 @@
 //! The loop: drives the controller on the real clock between its ports, its missions and its reports.
 
-use crate::clock::Clock;
+use crate::clock::{Alarm, Clock};
 use crate::outlet::{LineSender, is_worth_telling};
 use crate::port::{HEARD_MAX, Heard, Outgoing, role};
 use crate::signals::Signals;
@@ -80,6 +80,7 @@ impl fmt::Display for End {
 pub(crate) struct Shell {
     pub(crate) controller: Controller,
     pub(crate) clock: Clock,
+    pub(crate) alarm: Alarm,
     pub(crate) heard: mpsc::Receiver<(Timestamp, Heard)>,
     pub(crate) missions: mpsc::Receiver<Mission>,
     pub(crate) gyro: Outgoing<Packet>,
@@ -89,29 +90,34 @@ pub(crate) struct Shell {
 
 impl Shell {
     /// Runs until something ends it.
+    ///
+    /// At each moment the controller hears all that is there, is woken if it had asked for that, and is asked what it has
+    /// to say: as on the harness's rigs, so that it does the same in both.
     pub(crate) async fn run(&mut self, signals: &mut Signals) -> End {
         loop {
             self.pass_out(|_| true);
-            let wake = self.clock.instant(self.controller.next_wakeup());
+            let due = self.controller.next_wakeup();
+            let mut lost = None;
             tokio::select! {
+                // In one order, the same in every run.
+                biased;
                 name = signals.next() => return End::Signal(name),
                 () = self.reports.closed() => return End::ReportsClosed,
-                Some((at, heard)) = self.heard.recv() => {
-                    if let Some(port) = self.take(at, heard) {
-                        return End::PortLost(port);
-                    }
-                }
+                Some((at, heard)) = self.heard.recv() => lost = self.take(at, heard),
                 mission = self.missions.recv() => match mission {
                     Some(mission) => self.controller.command(self.clock.now(), mission),
                     None => return End::MissionsClosed,
                 },
-                () = tokio::time::sleep_until(wake) => {
-                    if let Some(port) = self.catch_up().await {
-                        return End::PortLost(port);
-                    }
-                }
+                () = self.alarm.at(self.clock, due) => {}
             }
-            self.wake_if_due();
+            lost = lost.or(self.catch_up().await);
+            while let Ok(mission) = self.missions.try_recv() {
+                self.controller.command(self.clock.now(), mission);
+            }
+            if let Some(port) = lost {
+                return End::PortLost(port);
+            }
+            self.wake_if(due);
         }
     }
 
@@ -124,8 +130,9 @@ impl Shell {
         let mut next = std::pin::pin!(next);
         loop {
             self.pass_out(|_| false);
-            let wake = self.clock.instant(self.controller.next_wakeup());
+            let due = self.controller.next_wakeup();
             tokio::select! {
+                biased;
                 name = signals.next() => return Err(End::Signal(name)),
                 next = &mut next => return Ok(next),
                 Some((at, heard)) = self.heard.recv() => {
@@ -133,13 +140,13 @@ impl Shell {
                         return Err(End::PortLost(port));
                     }
                 }
-                () = tokio::time::sleep_until(wake) => {}
+                () = self.alarm.at(self.clock, due) => {}
             }
-            self.wake_if_due();
+            self.wake_if(due);
         }
     }
 
-    /// Takes what has arrived before time is let pass: after a moment without the processor, input and
+    /// Takes all that has arrived before time is let pass: after a moment without the processor, input and
     /// time-outs are due together, and a device that has spoken is not silent.
     async fn catch_up(&mut self) -> Option<Port> {
         // One turn for the system to tell of new bytes, one for the ports to read them.
@@ -194,17 +201,19 @@ impl Shell {
                 self.controller.command(now, shell_mission(Command::RequestState));
                 continue;
             }
-            let wake = self.controller.next_wakeup().min(look).min(begin + STOP_MAX);
+            let due = self.controller.next_wakeup();
+            let wake = due.min(look).min(begin + STOP_MAX);
             tokio::select! {
+                biased;
                 Some((at, heard)) = self.heard.recv() => {
                     // A port that is lost now is one that stays silent.
                     let _ = self.take(at, heard);
                 }
-                () = tokio::time::sleep_until(self.clock.instant(wake)) => {
+                () = self.alarm.at(self.clock, wake) => {
                     let _ = self.catch_up().await;
                 }
             }
-            self.wake_if_due();
+            self.wake_if(due);
         }
     }
 
@@ -233,9 +242,10 @@ impl Shell {
         None
     }
 
-    fn wake_if_due(&mut self) {
+    /// Wakes the controller, which had asked for it, if it is time.
+    fn wake_if(&mut self, due: Timestamp) {
         let now = self.clock.now();
-        if now >= self.controller.next_wakeup() {
+        if now >= due {
             self.controller.wake(now);
         }
     }

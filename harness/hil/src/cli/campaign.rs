@@ -161,7 +161,8 @@ impl CampaignArguments {
         let Some(live) = live else {
             self.repetition.none()?;
             let (answers, _) = self.operator.collect(&setup, [&*prepared.plan], screen)?;
-            let executor = Simulated::new(prepared.clone(), answers);
+            let hosting = self.setup.hosting();
+            let executor = Simulated::new(Prepared { hosting, ..prepared.clone() }, answers);
             let threads =
                 self.threads.or_else(|| available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
             if self.envelopes.is_asked() {
@@ -184,9 +185,11 @@ impl CampaignArguments {
                 Settings { cases: self.cases, threads, shrink_max: self.shrink_max(SHRINK_MAX) };
             let (folder, what) = (self.opened(&prepared)?, self.what(&task, ""));
             let begun = Begun { journal: Journal::open(&folder.join(JOURNAL), &what)?, folder };
-            let place = |carried_out_by| Place { carried_out_by, replay: "" };
+            let replay = self.setup.replay();
+            let place = |carried_out_by| Place { carried_out_by, replay: &replay };
             #[cfg(feature = "nats")]
             if let Some(server) = self.over.server()? {
+                self.setup.in_process("a campaign over a server")?;
                 let answers = executor.answers();
                 let order = over::Order { plan: &self.plan, what: &what, answers };
                 let order = order.virtually()?;

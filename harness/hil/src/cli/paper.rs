@@ -7,6 +7,7 @@ use super::progress::Screen;
 use super::series::{Out, RUNS, Series, prepare_all};
 use super::setup::Setup;
 use clap::Args;
+use harness::hosted::Hosting;
 use plan::library::PAPER_PLANS;
 use record::outcome::Outcome;
 use record::sink::Level;
@@ -41,6 +42,7 @@ impl PaperArguments {
         let series = Series {
             plans: &plans,
             setup: &Setup::Simulated,
+            hosting: Hosting::default(),
             seed: self.seed,
             out: Out::Parent(self.out.clone()),
             level: Level::Events,

@@ -110,6 +110,7 @@ impl RunArguments {
                     ));
                 }
             }
+            self.setup.in_process("--seeds")?;
             let range = seeds::range(self.seed, count)?;
             let markdown = self.markdown.as_deref();
             let summary = &self.summary;
@@ -137,6 +138,7 @@ impl RunArguments {
         Series {
             plans: &plans,
             setup: &setup,
+            hosting: self.setup.hosting(),
             seed,
             out,
             level,

@@ -12,6 +12,7 @@ use super::setup::Setup;
 use super::terminal::Terminal;
 use super::watch::Watch;
 use super::{say, say_json};
+use harness::hosted::Hosting;
 use harness::operator::Answers;
 use harness::run::{Completed, Options, Prepared, run_to_folder_watched};
 use harness::stopwatch::Stopwatch;
@@ -53,6 +54,8 @@ pub(super) struct Series<'a> {
     /// Names or paths.
     pub(super) plans: &'a [&'a str],
     pub(super) setup: &'a Setup,
+    /// Whose controller is tested in virtual time.
+    pub(super) hosting: Hosting,
     pub(super) seed: u64,
     pub(super) out: Out,
     pub(super) level: Level,
@@ -122,7 +125,8 @@ impl Series<'_> {
         let mut made = Made::default();
         let mut promised = BTreeSet::new();
         for (index, name) in self.plans.iter().enumerate() {
-            let prepared = Prepared::load(name, &made)?;
+            let hosting = self.hosting.clone();
+            let prepared = Prepared { hosting, ..Prepared::load(name, &made)? };
             for calibration in prepared.calibrations.keys() {
                 if promised.contains(calibration) && !made.calibrations.contains_key(calibration) {
                     tracing::warn!(

@@ -37,7 +37,10 @@ fn arguments_that_do_not_go_together_are_bad_input() {
         (&["--bus", "pty"][..], "it is on CAN, and a pty carries bytes"),
         (&["--bus", "slcan", "--seeds", "3"], "--seeds needs the memory bus"),
         (&["--clock", "real", "--bus", "memory"], "the real clock needs the pty bus"),
-        (&["--controller", "process"], "needs the controller in the process"),
+        (
+            &["--controller", "process", "--seeds", "3"],
+            "--seeds needs the controller in the process",
+        ),
         (&["--bench", "mine.toml"], "has no use for a bench file"),
         (&["--clock", "real", "--seeds", "3"], "--seeds needs the virtual clock"),
         (&["--answer", "mass=1"], "no plan asks for mass"),

@@ -89,6 +89,7 @@ guides! {
     emulating_a_device: "emulating-a-device",
     closing_the_loop: "closing-the-loop",
     campaigns: "campaigns",
+    a_thousand_times: "a-thousand-times",
     tests_of_your_own: "tests-of-your-own",
 }
 

@@ -100,6 +100,11 @@ impl Schedule {
                     "see `hil list faults`",
                 ),
                 (_, _, Some(_), _) => continue,
+                (Target::Host, ..) if lines.host => continue,
+                (Target::Host, ..) => (
+                    "nothing runs on a machine that could be struck on this bench".to_owned(),
+                    "its faults strike a controller, or a program that is under test",
+                ),
                 (Target::Node(name), ..) => {
                     let known: Vec<&str> =
                         lines.nodes.iter().map(|(target, _)| target.name()).collect();

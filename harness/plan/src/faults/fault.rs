@@ -18,7 +18,7 @@ pub enum Target {
     Base,
     /// The table or its line.
     Table,
-    /// The machine that the controller runs on.
+    /// The machine that the controller, or what else is under test, runs on.
     Host,
     /// The person who answers questions.
     Operator,

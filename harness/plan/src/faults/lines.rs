@@ -36,6 +36,8 @@ pub enum Ride {
 pub struct Lines {
     /// The paper's robot or table; none where there is none.
     pub robot: Option<Ride>,
+    /// A controller or a program is under test, whose machine can be struck.
+    pub host: bool,
     /// Nodes and lines by their names.
     pub nodes: Vec<(Target, LineKind)>,
     /// The messages that nodes send.
@@ -69,7 +71,7 @@ impl Lines {
 
     /// The paper's robot or table alone.
     pub const fn of_robot(ride: Ride) -> Self {
-        Self { robot: Some(ride), nodes: Vec::new(), said: Vec::new() }
+        Self { robot: Some(ride), host: true, nodes: Vec::new(), said: Vec::new() }
     }
 
     /// The only device of a plan.
@@ -77,7 +79,7 @@ impl Lines {
         let layout = device.layout();
         let kind = layout.medium().into();
         let said = Said::all(DEVICE, layout, Sender::Device, kind).collect();
-        Self { robot: None, nodes: vec![(Target::Device, kind)], said }
+        Self { robot: None, host: false, nodes: vec![(Target::Device, kind)], said }
     }
 
     /// The line of a node, or of that name.

@@ -11,7 +11,7 @@ mod pipes;
 mod tests;
 
 pub use pipes::{LINE_BYTES_MAX, LOG_BYTES_MAX};
-pub(super) use pipes::{line_of, report_of};
+pub(crate) use pipes::{line_of, report_of};
 
 use controller::mission::{Mission, ReportLine};
 use pipes::{Log, MissionSender};

@@ -47,7 +47,7 @@ impl MissionSender {
 }
 
 /// A mission as the line that a device under test is given.
-pub(in crate::live) fn line_of(mission: &Mission) -> Option<Vec<u8>> {
+pub(crate) fn line_of(mission: &Mission) -> Option<Vec<u8>> {
     let mut line = serde_json::to_vec(mission).ok()?;
     line.push(b'\n');
     Some(line)
@@ -91,7 +91,7 @@ fn read_reports(mut pipe: impl BufRead, events: &mpsc::Sender<ProcessEvent>) {
 
 /// The report of a line, or what is wrong with it, `None` standing for one that is too long; nothing for a
 /// blank one.
-pub(in crate::live) fn report_of(line: Option<&[u8]>) -> Option<Result<Box<ReportLine>, String>> {
+pub(crate) fn report_of(line: Option<&[u8]>) -> Option<Result<Box<ReportLine>, String>> {
     let Some(line) = line else {
         return Some(Err(format!("longer than {LINE_BYTES_MAX} bytes")));
     };

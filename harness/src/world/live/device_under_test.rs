@@ -300,7 +300,6 @@ impl Running {
 
 /// The command line of our controller for this bench.
 fn our_command(config: &Config, wiring: &Wiring) -> Vec<String> {
-    let stream = config.gyro.stream;
     let base = match wiring.port(BASE) {
         None => "none".to_owned(),
         Some(PortSpec::Can { .. }) => "can:{base}".to_owned(),
@@ -310,16 +309,22 @@ fn our_command(config: &Config, wiring: &Wiring) -> Vec<String> {
         }
     };
     let gyro = format!("{{gyro}}{}", wiring.port(GYRO).map(rate).unwrap_or_default());
+    controller_words(config, &gyro, &base)
+}
+
+/// The command line of our controller, with its gyro and its base there.
+pub(crate) fn controller_words(config: &Config, gyro: &str, base: &str) -> Vec<String> {
+    let stream = config.gyro.stream;
     let mut words: Vec<String> = vec![
         our_program().to_string_lossy().into_owned(),
         "--gyro".to_owned(),
-        gyro,
+        gyro.to_owned(),
         "--stream".to_owned(),
         word(&stream.format),
         "--mode".to_owned(),
         word(&stream.mode),
         "--base".to_owned(),
-        base,
+        base.to_owned(),
     ];
     if stream.reversed {
         words.push("--reversed".to_owned());

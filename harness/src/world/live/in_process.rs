@@ -6,6 +6,7 @@ use super::histogram::Histogram;
 use super::ports::{BASE, GYRO, Wiring, base_traffic, device};
 use super::role_port::{PortEvent, RolePort, Traffic, next};
 use crate::hosted::{HostedController as _, Hosting};
+use crate::program::Programs;
 use crate::record::Device;
 use crate::rig::node::{self, Machine};
 use controller::config::Config;
@@ -70,7 +71,7 @@ impl InProcess {
                 Some(RolePort::open(spec, base_traffic(base.transport)).await?)
             }
         };
-        let mut machine = Machine::new(Hosting::default().start(&config));
+        let mut machine = Machine::new(Hosting::default().start(&config, &Programs::default()));
         if with_faults {
             machine.with_faults();
         }

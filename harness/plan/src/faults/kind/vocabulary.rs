@@ -216,12 +216,12 @@ kinds! {
         /// How many, against the way that it turns.
         steps: "1" 8.0..=28800.0, 80.0;
     }
-    /// The controller's process is not scheduled: it hears nothing and is not woken, then all comes at once.
+    /// What is under test is not scheduled: it hears nothing and is not woken, then all comes at once.
     SchedulerStall = "scheduler_stall", Only(Host), Itself, None, "preemption, paging, a frozen virtual machine" {
         /// How long.
         for_s: "s" 0.001..=60.0, 0.1;
     }
-    /// The clock that the controller is told jumps, and jumps back at the end.
+    /// The clock of what is under test jumps, and jumps back at the end: all times that it asks for, waits included.
     ClockStep = "clock_step", Only(Host), Scheduled, None, "clock_settime(2), settimeofday(2)" {
         /// How far, forward.
         step_s: "s" -3600.0..=3600.0, 1.0;

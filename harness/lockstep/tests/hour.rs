@@ -1,0 +1,74 @@
+//! An hour of bench time, twenty times over, on a busy machine: each program sends the same at the same nanosecond.
+//!
+//! `cargo test -p lockstep --release --test hour -- --ignored --nocapture --test-threads 1` prints how long each took.
+//! Programs in Python need an interpreter with what they import (`HIL_TESTS_PYTHON`).
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use common::{Stream, base, c, compiled, example, gyro, python_with, same_each_time, secs, source};
+use lockstep::Program;
+use std::time::Instant;
+
+const RUNS: usize = 20;
+const SECONDS: i64 = 3_600;
+
+#[expect(clippy::disallowed_methods, reason = "how long it takes is what is asked")]
+fn an_hour(name: &str, streams: &[Stream], program: impl Fn() -> Program) {
+    let began = Instant::now();
+    let events = same_each_time(RUNS, SECONDS, streams, program);
+    let took_s = began.elapsed().as_secs_f64();
+    let factor = RUNS as f64 * SECONDS as f64 / took_s;
+    println!("{name}: {RUNS} times an hour in {took_s:.0} s, {factor:.0} times real time");
+    // It has not come to rest on the way.
+    let last = events.last().unwrap().at;
+    assert!(last >= secs(SECONDS - 1), "{name}: nothing after {} s", last.as_secs_f64());
+}
+
+fn two(words: &[&str]) -> Program {
+    let ports = ["/dev/ttyHIL0", "/dev/ttyHIL1"];
+    let words = words.iter().copied().chain(ports);
+    Program::new(words).serial(ports[0]).serial(ports[1]).env("PYTHONHASHSEED", "0")
+}
+
+#[test]
+#[ignore = "minutes"]
+fn c_with_poll() {
+    let path = c("poll.c");
+    an_hour("C, poll", &[gyro(0)], || two(&[&path]));
+}
+
+#[test]
+#[ignore = "minutes"]
+fn cpp_with_threads_and_a_condition_variable() {
+    let path = compiled("g++", "condition.cpp", &["-std=c++17"]);
+    an_hour("C++, std::thread", &[gyro(0)], || two(&[&path]));
+}
+
+#[test]
+#[ignore = "minutes"]
+fn rust_with_tokio() {
+    let path = example("rust_tokio");
+    an_hour("Rust, tokio", &[gyro(0)], || two(&[&path]));
+}
+
+#[test]
+#[ignore = "minutes"]
+fn python_with_pyserial() {
+    let Some(python) = python_with("serial") else { return };
+    let script = source("reader.py");
+    an_hour("Python, pyserial", &[gyro(0)], || two(&[&python, script.to_str().unwrap()]));
+}
+
+#[test]
+#[ignore = "minutes"]
+fn python_with_threads_and_with_asyncio() {
+    let Some(python) = python_with("can") else { return };
+    for (name, script) in [("threads", "notifier.py"), ("asyncio", "asynchronous.py")] {
+        let script = source(script);
+        let words = [python.as_str(), script.to_str().unwrap()];
+        let program = || Program::new(words).can("can0").env("PYTHONHASHSEED", "0");
+        an_hour(&format!("Python, python-can, {name}"), &[base(0)], program);
+    }
+}

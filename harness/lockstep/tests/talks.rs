@@ -1,0 +1,112 @@
+//! Talking with a program in virtual time, and what it finds of what arrives and of its interfaces.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use common::{bytes, c, python, secs};
+use lockstep::{Lockstep, Program, Said};
+use wire::device::{Device as _, PortId, Transmit};
+use wire::packet::Packet;
+use wire::time::{Span, Timestamp};
+
+fn lines(running: &mut Lockstep) -> Vec<String> {
+    let said = std::iter::from_fn(|| running.said());
+    said.map(|said| match said {
+        Said::Line(line) => String::from_utf8(line).unwrap(),
+        Said::Lost => "LOST".to_owned(),
+    })
+    .collect()
+}
+
+/// Tells it something at a moment; what it says to that.
+fn told(running: &mut Lockstep, ms: i64, text: &str) -> Vec<String> {
+    let at = Timestamp::ZERO + Span::from_millis(ms);
+    assert!(running.tell(at, text.as_bytes()));
+    assert_eq!(running.next_wakeup(), at, "it wants to be run");
+    assert_eq!(running.transmit(at), None);
+    lines(running)
+}
+
+fn talks(program: Program) {
+    let mut running = program.talks().start().unwrap();
+    assert_eq!(running.transmit(secs(0)), None);
+    assert_eq!(lines(&mut running), [""; 0]);
+    assert_eq!(told(&mut running, 1_500, "one\n"), ["1500 one"]);
+    assert_eq!(told(&mut running, 2_000, "two\nthree\nfo"), ["2000 two", "2000 three"]);
+    assert_eq!(told(&mut running, 2_250, "ur\n"), ["2250 four"]);
+    // A clock that was set back.
+    assert_eq!(told(&mut running, 1_750, "five\n"), ["1750 five"]);
+    assert_eq!(running.ended(), None, "{}", running.last_words());
+}
+
+#[test]
+fn a_program_in_c_is_talked_with() {
+    talks(Program::new([c("talk.c")]));
+}
+
+fn script(text: &str) -> Program {
+    let interpreter = python().into_string().unwrap();
+    Program::new([interpreter.as_str(), "-c", text]).env("PYTHONHASHSEED", "0")
+}
+
+#[test]
+fn a_program_in_python_is_talked_with() {
+    talks(script(
+        "import sys, time\n\
+         for line in sys.stdin: print(round((time.monotonic() - 10_000) * 1000), line, end='', flush=True)",
+    ));
+}
+
+/// What arrives at one moment is there at once, and what is written at once is one packet.
+#[test]
+fn a_moment_is_one_and_a_write_is_one() {
+    let text = "import os\n\
+                port = os.open('/dev/ttyHIL0', os.O_RDWR)\n\
+                while True:\n\
+                \x20   heard = os.read(port, 100)\n\
+                \x20   os.write(port, heard)\n\
+                \x20   os.write(port, b'.')\n\
+                \x20   os.write(port, b'x' * 100)\n";
+    let mut running = script(text).serial("/dev/ttyHIL0").start().unwrap();
+    assert_eq!(running.transmit(secs(0)), None);
+    let (at, port) = (secs(1), PortId(0));
+    running.receive(at, port, &bytes("ab"));
+    running.receive(at, port, &bytes("cd"));
+    let sent: Vec<Transmit> =
+        std::iter::from_fn(|| running.transmit(at)).map(|(_, what)| what).collect();
+    let long = ["x".repeat(64), "x".repeat(36)];
+    assert_eq!(sent, [bytes("abcd"), bytes("."), bytes(&long[0]), bytes(&long[1])]);
+}
+
+/// As termios(3) says of `PARMRK`: what could be a mark is doubled, until nobody wants marks any more.
+#[test]
+fn what_could_be_a_mark_is_doubled() {
+    let text = "import os, termios\n\
+                port = os.open('/dev/ttyHIL0', os.O_RDWR)\n\
+                settings = termios.tcgetattr(port)\n\
+                for marks in (termios.PARMRK, 0):\n\
+                \x20   settings[0] = settings[0] & ~termios.PARMRK | marks\n\
+                \x20   termios.tcsetattr(port, termios.TCSANOW, settings)\n\
+                \x20   os.write(port, os.read(port, 100).hex().encode())\n";
+    let mut running = script(text).serial("/dev/ttyHIL0").start().unwrap();
+    assert_eq!(running.transmit(secs(0)), None);
+    let heard = Transmit::Bytes(Packet::from_slice(&[0x01, 0xFF, 0x02]).unwrap());
+    for (at, expected) in [(secs(1), "01ffff02"), (secs(2), "01ff02")] {
+        running.receive(at, PortId(0), &heard);
+        assert_eq!(running.transmit(at), Some((PortId(0), bytes(expected))));
+    }
+}
+
+#[test]
+fn the_system_shows_its_interfaces() {
+    let text = "import os, sys\n\
+                folder = '/sys/class/net/can0/'\n\
+                read = lambda name: open(folder + name).read().strip()\n\
+                print(os.path.isdir(folder), read('type'), read('mtu'), read('operstate'), os.path.exists(folder + 'flags'))\n\
+                print(os.path.exists('/sys/class/net/can1'), int(read('flags'), 16) & 1, flush=True)\n\
+                sys.stdin.read()";
+    let mut running = script(text).can_fd("can0").talks().start().unwrap();
+    assert_eq!(running.transmit(secs(0)), None);
+    assert_eq!(lines(&mut running), ["True 280 72 up True", "False 1"], "{}", running.last_words());
+}

@@ -1,0 +1,147 @@
+//! `k2a-controller` as a process in virtual time does the same as the controller in the process: the record is the same,
+//! byte for byte.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![cfg(feature = "programs")]
+
+use harness::hosted::{ControllerProgram, Hosting};
+use harness::operator::Answers;
+use harness::run::{Options, Prepared, run_to_folder};
+use plan::library::{Kind, Library, names};
+use plan::made::Made;
+use record::sink::Level;
+use std::path::Path;
+use std::process::Command;
+use std::sync::OnceLock;
+
+/// `k2a-controller` is beside this test's program; a test of the whole workspace has built it already.
+fn build_controller() {
+    static BUILT: OnceLock<()> = OnceLock::new();
+    BUILT.get_or_init(|| {
+        let own = std::env::current_exe().unwrap();
+        let folder = own.parent().and_then(Path::parent).unwrap();
+        if !folder.join("k2a-controller").is_file() {
+            let mut build = Command::new(env!("CARGO"));
+            build.args(["build", "--offline", "--package", "controller", "--bins"]);
+            if !cfg!(debug_assertions) {
+                build.arg("--release");
+            }
+            assert!(build.status().unwrap().success(), "failed to build the controller");
+        }
+    });
+}
+
+/// The bytes of the record of a run, and how it ended.
+fn record(prepared: &Prepared, hosting: Hosting) -> (Vec<u8>, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let (seed, answers) = (1, Answers::default());
+    let options = Options { seed, out: folder.path(), level: Level::Full, answers };
+    let prepared = Prepared { hosting, ..prepared.clone() };
+    let done = run_to_folder(&prepared, &options, &mut |_| true, &|| 0.0).unwrap();
+    let ended = format!("{:?}: {:?}", done.summary.outcome, done.summary.reason);
+    (std::fs::read(folder.path().join("record.hilrec")).unwrap(), ended)
+}
+
+fn is_the_same_in_a_process(prepared: &Prepared) {
+    build_controller();
+    let name = prepared.plan.name.as_str();
+    let (here, how) = record(prepared, Hosting::default());
+    let (there, how_there) = record(prepared, Hosting::program(ControllerProgram::Ours));
+    assert_eq!(how, how_there, "{name}");
+    let first = here.iter().zip(&there).position(|(here, there)| here != there);
+    let lengths = (here.len(), there.len());
+    assert!(here == there, "{name}: {lengths:?} bytes, first difference {first:?}, {how}");
+}
+
+/// A plan with each repetition once, and a minute of each wait: all of its steps, and little of its time.
+fn shortened(text: &str) -> String {
+    let line = |line: &str| match line.split_once("times = ") {
+        Some((before, after)) => {
+            let rest = after.trim_start_matches(|c: char| c.is_ascii_digit());
+            format!("{before}times = 1{rest}\n")
+        }
+        None => format!("{}\n", line.replace("duration_s = 7200,", "duration_s = 120,"))
+            .replace("duration_s = 7200 ", "duration_s = 60 "),
+    };
+    text.lines().map(line).collect()
+}
+
+fn compare(change: impl Fn(&str) -> String) {
+    let library = Library::shipped();
+    let mut compared = 0;
+    for name in names(Kind::Plan) {
+        let mut source = library.open(Kind::Plan, &name).unwrap();
+        source.text = change(&source.text);
+        let prepared = Prepared::of_source(&library, &source, &Made::default());
+        let prepared = prepared.unwrap_or_else(|error| panic!("{name}: {error}"));
+        // Others have no controller.
+        if prepared.rig.robot.is_some() {
+            is_the_same_in_a_process(&prepared);
+            compared += 1;
+        }
+    }
+    assert!(compared >= 17, "{compared} plans ship");
+}
+
+#[test]
+fn shipped_plans_give_the_same_record_once_through() {
+    compare(shortened);
+}
+
+/// Its machine is not scheduled, and its clock jumps there and back, in rest and in motion.
+#[test]
+fn faults_of_its_machine_are_the_same() {
+    let plan = r#"
+name = "struck"
+title = "The machine of the controller is struck"
+devices = "DEVICES"
+steps = [
+    { bias_test = { duration_s = 3 } },
+    { place = { x_m = 0, y_m = 0, heading_deg = 0 } },
+    { lap = { direction = "cw", side_m = 0.5 } },
+]
+
+[[measurement]]
+name = "health"
+doc = "A plan must measure something"
+quantity = "health.degraded"
+unit = "1"
+check = { all_within = { at_least = -1e9 } }
+
+[[fault]]
+target = "host"
+what = { scheduler_stall = { for_s = 0.03 } }
+when = { at_s = 1.234 }
+
+[[fault]]
+target = "host"
+what = { clock_step = { step_s = 0.03 } }
+when = { at_s = 2.5 }
+duration_s = 0.3
+
+[[fault]]
+target = "host"
+what = { scheduler_stall = { for_s = 0.04 } }
+when = { at_s = 5 }
+
+[[fault]]
+target = "host"
+what = { clock_step = { step_s = -0.3 } }
+when = { at_s = 7 }
+duration_s = 1
+"#;
+    for devices in ["paper", "paper-serial"] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("struck.toml");
+        std::fs::write(&path, plan.replace("DEVICES", devices)).unwrap();
+        let prepared = Prepared::load(path.to_str().unwrap(), &Made::default()).unwrap();
+        is_the_same_in_a_process(&prepared);
+    }
+}
+
+/// `cargo test -p harness --release --test controller_process -- --ignored`.
+#[test]
+#[ignore = "minutes"]
+fn shipped_plans_give_the_same_record() {
+    compare(str::to_owned);
+}

@@ -1,0 +1,150 @@
+//! Faults of the machine of a program in virtual time: exact to the nanosecond, as those of the controller in the process.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![cfg(feature = "programs")]
+
+use harness::operator::Answers;
+use harness::run::{Prepared, simulate};
+use plan::made::Made;
+use record::RecordKind;
+use record::outcome::Outcome;
+use record::sink::{Level, MemorySink};
+use std::fs;
+
+/// Says ten times a second, by its own clock, what that clock says, in milliseconds since the run began.
+const BEAT: &str = r#"
+import socket, struct, sys, time
+
+bus = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+bus.bind((sys.argv[1],))
+due = 0.0
+while True:
+    due += 0.1
+    time.sleep(max(0.0, due - (time.monotonic() - 10_000)))
+    clock = round((time.monotonic() - 10_000) * 1000)
+    bus.send(struct.pack("=IB3xI4x", 0x123, 4, clock))
+"#;
+
+const DBC: &str = "VERSION \"\"\nBU_: Beat\nBO_ 291 Beat: 4 Beat\n SG_ Clock : 0|32@1+ (1,0) [0|0] \"\" Vector__XXX\n";
+
+const RIG: &str = r#"
+title = "A program alone"
+[[line]]
+name = "can0"
+can = { bit_rate = 500_000, dbc = "../beat.dbc" }
+[[node]]
+name = "beat"
+at = "can0"
+under_test = { command = ["python3", "BEAT", "{can0}"] }
+"#;
+
+const PLAN: &str = r#"
+name = "beats"
+title = "A program beats"
+rig = "beat"
+steps = [{ wait = { duration_s = 3.05 } }]
+
+[[measurement]]
+name = "clock"
+doc = "What it says"
+quantity = "beat.Clock"
+unit = "1"
+check = { all_within = { at_least = 0 } }
+"#;
+
+/// When each beat was on the bus, and what the program's clock said, both in milliseconds; and how often the faults acted.
+fn beats(faults: &str) -> (Vec<(i64, u32)>, u64) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    fs::create_dir(path("rigs")).unwrap();
+    fs::write(path("beat.py"), BEAT).unwrap();
+    fs::write(path("beat.dbc"), DBC).unwrap();
+    fs::write(path("rigs/beat.toml"), RIG.replace("BEAT", path("beat.py").to_str().unwrap()))
+        .unwrap();
+    fs::write(path("beats.toml"), format!("{PLAN}{faults}")).unwrap();
+    let plan = path("beats.toml");
+    let prepared = Prepared::load(plan.to_str().unwrap(), &Made::default()).unwrap();
+    let mut sink = MemorySink::new(Level::Full);
+    let run = simulate(&prepared, 1, &Answers::default(), &mut sink, &mut |_| true);
+    assert_eq!(run.ending.outcome, Outcome::Passed, "{:?}", run.ending);
+    let mut beats = Vec::new();
+    for record in sink.into_records() {
+        if let RecordKind::Frame(frame) = record.kind {
+            let clock = u32::from_le_bytes(frame.data().try_into().unwrap());
+            beats.push((record.at.as_nanos() / 1_000_000, clock));
+        }
+    }
+    (beats, run.faults.iter().map(|fault| fault.acted).sum())
+}
+
+fn every_100(from: u32, to: u32) -> impl Iterator<Item = (i64, u32)> {
+    (from..=to).step_by(100).map(|ms| (i64::from(ms), ms))
+}
+
+#[test]
+fn without_faults_it_beats_by_the_clock_of_the_bench() {
+    assert_eq!(beats("").0, every_100(100, 3_000).collect::<Vec<_>>());
+}
+
+/// What was due meanwhile is done at the end, at once.
+#[test]
+fn a_program_that_is_not_scheduled_does_all_at_the_end_of_it() {
+    let fault = "\n[[fault]]\ntarget = \"host\"\nwhat = { scheduler_stall = { for_s = 0.2 } }\nwhen = { at_s = 1.05 }\n";
+    let stalled = [(1_250, 1_250), (1_250, 1_250)];
+    let expected = every_100(100, 1_000).chain(stalled).chain(every_100(1_300, 3_000));
+    assert_eq!(beats(fault).0, expected.collect::<Vec<_>>());
+}
+
+/// At 1.05 s its clock says 1.55 s, so that five beats are due; at 2.05 s it is set back, and the next is half a second away.
+#[test]
+fn a_clock_that_jumps_makes_waits_shorter_and_longer() {
+    let fault = "\n[[fault]]\ntarget = \"host\"\nwhat = { clock_step = { step_s = 0.5 } }\nwhen = { at_s = 1.05 }\nduration_s = 1\n";
+    let (beats, acted) = beats(fault);
+    let at_once = [(1_050, 1_550); 5];
+    let ahead = (1_100..=2_000).step_by(100).map(|ms| (i64::from(ms), ms + 500));
+    let expected = every_100(100, 1_000).chain(at_once).chain(ahead).chain(every_100(2_600, 3_000));
+    let expected: Vec<_> = expected.collect();
+    assert_eq!((beats, acted), (expected, 1));
+}
+
+#[test]
+fn where_nothing_runs_there_is_no_machine_to_strike() {
+    let plan = r#"
+name = "valve"
+title = "A device alone"
+device = "oven"
+steps = [{ wait = { duration_s = 1 } }]
+[[measurement]]
+name = "heard"
+doc = "It talks"
+quantity = "signal.HeaterOn"
+unit = "1"
+check = { all_within = { at_least = 0 } }
+[[fault]]
+target = "host"
+what = { scheduler_stall = { for_s = 0.2 } }
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("devices")).unwrap();
+    let oven = r#"
+name = "oven"
+title = "An oven"
+source = "a test"
+[serial]
+baud = 115200
+[[message]]
+name = "Status"
+sent_by = "device"
+start = [0xAA]
+fields = [{ name = "HeaterOn", type = "u8" }]
+period_s = 0.1
+[signal.HeaterOn]
+expression = "1"
+"#;
+    fs::write(folder.path().join("devices/oven.toml"), oven).unwrap();
+    let path = folder.path().join("valve.toml");
+    fs::write(&path, plan).unwrap();
+    let error = Prepared::load(path.to_str().unwrap(), &Made::default()).unwrap_err();
+    let text = format!("{error:?} {error}");
+    assert!(text.contains("on this bench"), "{text}");
+}
