@@ -10,8 +10,8 @@
 //! | 4 | check of the block, this mark included, little-endian |
 //! | 8 | [`TRAILER`], behind the last block; the end of the file |
 //!
-//! A check is the CRC-32C of the check before and of the bytes since then: a block that is missing or stands in another place is
-//! noticed by the next. Where a block ends depends on its length alone and never on a clock: the same run has the same file.
+//! A check is the CRC-32C of the check before, four zeros for the first, and of the bytes since then: a block that is missing or
+//! stands in another place is noticed by the next. Where a block ends depends on its length alone and never on a clock: the same run has the same file.
 
 use crc::{CRC_32_ISCSI, Crc, Table};
 

@@ -163,7 +163,7 @@ impl Header {
     }
 
     /// Magic, version, block and the check of them.
-    pub(super) fn bytes(&self) -> io::Result<(Vec<u8>, Check)> {
+    pub(super) fn bytes(&self) -> io::Result<Vec<u8>> {
         let mut block = serde_json::to_vec(self)?;
         block.push(b'\n');
         let length = u32::try_from(block.len()).ok().filter(|_| block.len() <= HEADER_BYTES_MAX);
@@ -179,6 +179,6 @@ impl Header {
         bytes.extend(block);
         let check = Check::default().of(&bytes);
         bytes.extend(check.bytes());
-        Ok((bytes, check))
+        Ok(bytes)
     }
 }

@@ -372,7 +372,7 @@ fn read_header<R: Read>(input: &mut Counted<R>) -> Result<(Header, Option<Check>
         if of.bytes() != written {
             return Err(RecordError::HeaderDamaged { length: input.bytes });
         }
-        check = Some(of);
+        check = Some(Check::default());
     }
     let header = serde_json::from_slice(&bytes[block..]).map_err(RecordError::Header)?;
     Ok((header, check))

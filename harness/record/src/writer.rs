@@ -25,11 +25,11 @@ pub struct RecordWriter<W: Write> {
 impl<W: Write> RecordWriter<W> {
     /// Writes the header, at once: from here on a file is known as a record.
     pub fn new(mut out: W, header: &Header) -> io::Result<Self> {
-        let (bytes, check) = header.bytes()?;
-        out.write_all(&bytes)?;
+        out.write_all(&header.bytes()?)?;
         out.flush()?;
         let block = Vec::with_capacity(2 * BLOCK_BYTES);
         let (payload, last) = (Vec::new(), Timestamp::ZERO);
+        let check = Check::default();
         Ok(Self { out, block, given: 0, check, payload, last, records: 0 })
     }
 
