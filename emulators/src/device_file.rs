@@ -237,6 +237,28 @@ pub struct Devices {
     pub absolute: AbsoluteParameters,
 }
 
+impl Devices {
+    /// Sets a parameter of one of the devices, as a step of a plan would; none where this bench has no such device.
+    ///
+    /// # Errors
+    /// When the device has none of that name, or it may not have that value.
+    pub fn set(
+        &mut self,
+        device: &str,
+        name: &str,
+        value: f64,
+    ) -> Option<Result<(), ParameterError>> {
+        let carried_by_base = self.mount == Mount::Base;
+        match (device, &mut self.base, &mut self.table) {
+            ("gyro", ..) => Some(self.gyro.1.set(name, value)),
+            ("absolute", ..) => Some(self.absolute.set(name, value)),
+            ("base", Some((_, base)), _) if carried_by_base => Some(base.set(name, value)),
+            ("table", _, Some(table)) if !carried_by_base => Some(table.set(name, value)),
+            _ => None,
+        }
+    }
+}
+
 /// Why a device file does not describe devices.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum DeviceFileError<E> {

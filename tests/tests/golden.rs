@@ -47,8 +47,8 @@ impl Write for Digest<'_> {
 
 /// The record of one run, and its verdicts, as lines. Calibrations are those that ship: the lines stand on their own.
 fn golden(name: &str, prepared: &Prepared) -> String {
-    /// Magic, version and length of the header's block; a line feed is behind it.
-    const FRAME: usize = 8 + 2 + 4 + 1;
+    /// Magic, version and length of the header's block; a line feed and a check are behind it.
+    const FRAME: usize = 8 + 2 + 4 + 1 + 4;
     let header = prepared.header(1);
     let json = serde_json::to_vec(&header).unwrap();
     let mut digest = CRC.digest();

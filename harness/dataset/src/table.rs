@@ -5,15 +5,20 @@ use super::gzip::unpacked;
 use super::package::{Field, Table};
 use csv::{ErrorKind, ReaderBuilder, StringRecord};
 use identification::dataset::Role;
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
+use std::rc::Rc;
 
 /// The most rows that are read, of all tables: a week at 100 Hz.
 pub(super) const ROWS_MAX: usize = 60_480_000;
 
 /// The most bytes of a table that are read, unpacked: what unpacks without end is no measurement.
 const BYTES_MAX: u64 = 8 * 1024 * 1024 * 1024;
+
+/// The most bytes of a row that are read: what has no end is no row, and would fill the memory.
+const ROW_BYTES_MAX: u64 = 1024 * 1024;
 
 /// How gzip files begin (RFC 1952, section 2.3.1).
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
@@ -91,7 +96,9 @@ impl Rows {
         index: usize,
     ) -> Result<(), DatasetError> {
         let fail = |defect| DatasetError::new(&table.path, defect);
+        let in_row = Rc::new(Cell::new(0));
         let input = open(table).map_err(|error| fail(of_io(error)))?;
+        let input = Rowwise { input, in_row: Rc::clone(&in_row) };
         // Ragged rows are found here, where it is known how to say so.
         let mut reader = ReaderBuilder::new()
             .delimiter(table.delimiter)
@@ -102,6 +109,7 @@ impl Rows {
         let mut record = StringRecord::new();
         let mut next = |record: &mut StringRecord, number: u64| {
             let line = reader.position().line();
+            in_row.set(0);
             reader.read_record(record).map_err(|error| {
                 let row = error.position().map_or(line, csv::Position::line);
                 let error = fail(of_csv(error));
@@ -244,6 +252,24 @@ impl<R: Read> Read for Limited<R> {
     }
 }
 
+/// An input that is an error when a row goes on for too long.
+struct Rowwise<R> {
+    input: R,
+    /// Read since the row began; set to nothing by who has read a row.
+    in_row: Rc<Cell<u64>>,
+}
+
+impl<R: Read> Read for Rowwise<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.in_row.get() > ROW_BYTES_MAX {
+            return Err(io::ErrorKind::QuotaExceeded.into());
+        }
+        let read = self.input.read(buffer)?;
+        self.in_row.set(self.in_row.get() + read as u64);
+        Ok(read)
+    }
+}
+
 fn of_csv(error: csv::Error) -> Defect {
     match error.into_kind() {
         ErrorKind::Io(error) => of_io(error),
@@ -257,6 +283,9 @@ fn of_io(error: io::Error) -> Defect {
         io::ErrorKind::UnexpectedEof => Defect::CutShort,
         io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData => Defect::Damaged(error),
         io::ErrorKind::FileTooLarge => Defect::TooLong { max: BYTES_MAX, what: "bytes" },
+        io::ErrorKind::QuotaExceeded => {
+            Defect::TooLong { max: ROW_BYTES_MAX, what: "bytes in a row" }
+        }
         _ => Defect::Unreadable(error),
     }
 }

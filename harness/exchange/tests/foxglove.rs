@@ -73,6 +73,23 @@ fn each_kind_of_record_has_its_messages() {
     insta::assert_snapshot!(shown.collect::<Vec<_>>().join("\n"));
 }
 
+#[test]
+#[cfg(unix)]
+fn a_link_is_not_followed_out_of_the_run() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = folder(&dir.path().join("run"), &one_of_each());
+    let name = "key.toml".to_owned();
+    let theirs = dir.path().join("theirs.toml");
+    fs::write(&theirs, "secret = 1").unwrap();
+    std::os::unix::fs::symlink(&theirs, run.file(&name)).unwrap();
+    run.write_summary(&record::outcome::Summary { artifacts: vec![name], ..summary() }).unwrap();
+    let file = dir.path().join("run.mcap");
+    export(&run, survey(&run).unwrap(), &file, Ears::of_base()).unwrap();
+    let index = Summary::read(&fs::read(&file).unwrap()).unwrap().unwrap();
+    let attached: Vec<_> = index.attachment_indexes.iter().map(|one| one.name.as_str()).collect();
+    assert_eq!(attached, ["summary.json"]);
+}
+
 const SIDE: &str = r#"
 name = "side"
 title = "A side and back, on a serial line"

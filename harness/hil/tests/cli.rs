@@ -11,6 +11,8 @@ mod closing;
 #[cfg(target_os = "linux")]
 #[path = "cli/crossing.rs"]
 mod crossing;
+#[path = "cli/durable.rs"]
+mod durable;
 #[path = "cli/envelopes.rs"]
 mod envelopes;
 #[path = "cli/exports.rs"]

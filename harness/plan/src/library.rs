@@ -11,7 +11,7 @@ pub use pack::{PLAN, Pack, PackedFile};
 use crate::hint;
 use described::dbc_text;
 use include_dir::{Dir, include_dir};
-use miette::{NamedSource, SourceSpan};
+use miette::{Diagnostic as _, NamedSource, SourceSpan};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -309,6 +309,15 @@ impl Source {
     /// Something that is wrong with the bytes `at`.
     pub fn mistake(&self, at: Range<usize>, message: String, help: Option<String>) -> LibraryError {
         LibraryError::Toml { message, at: Some(at.into()), file: self.named(), help }
+    }
+
+    /// A name that nothing has, shown where this file says it; none for other mistakes, and for a name that is not said here.
+    pub fn placed(&self, error: &LibraryError) -> Option<LibraryError> {
+        let LibraryError::UnknownName { name, .. } = error else { return None };
+        let said = format!("\"{name}\"");
+        let begin = self.text.find(&said)?;
+        let help = error.help().map(|help| help.to_string());
+        Some(self.mistake(begin..begin + said.len(), error.to_string(), help))
     }
 
     fn named(&self) -> Arc<NamedSource<String>> {

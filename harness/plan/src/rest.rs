@@ -12,6 +12,9 @@ pub const BIAS_TEST: Span = Span::from_secs(20);
 /// Interval of a log. Assumption: 720 points in the two hours of Fig. 2.
 pub const LOG_INTERVAL: Span = Span::from_secs(10);
 
+/// The shortest interval of a log: a controller at rest tells its rate so often.
+pub const LOG_INTERVAL_MIN: Span = Span::from_secs(1);
+
 fn bias_test() -> Span {
     BIAS_TEST
 }

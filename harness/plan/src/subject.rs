@@ -285,9 +285,17 @@ impl<'a> Subject<'a> {
 
     fn parameter(&self, name: &ParameterName, values: &[f64], at: &Place<'_>) -> Checked {
         self.role(name.device.as_str(), at, "parameter")?;
-        let device = self.rig.and_then(|rig| rig.described(name.device.as_str()));
-        let Some(device) = device else { return Ok(()) };
-        let check = |value: &f64| device.check_parameter(name.parameter.as_str(), *value);
+        let Some(rig) = self.rig else { return Ok(()) };
+        let (device, parameter) = (name.device.as_str(), name.parameter.as_str());
+        let mut robot = rig.robot.clone();
+        let check = |value: &f64| match (rig.described(device), &mut robot) {
+            (Some(described), _) => described.check_parameter(parameter, *value),
+            (None, Some(robot)) => match robot.set(device, parameter, *value) {
+                Some(set) => set.map_err(|error| format!("{device}: {error}")),
+                None => Err(format!("no `{device}` on this bench")),
+            },
+            (None, None) => Ok(()),
+        };
         let here = [Segment::Key("parameter")];
         values.iter().try_for_each(check).map_err(|message| at.fault(&here, message, None))
     }

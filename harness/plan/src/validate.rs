@@ -10,6 +10,7 @@ use super::property::Property;
 use super::quantities::{COMMON_TAGS, DURING_PREFIX, find_tag};
 use super::quantity::{Filter, QuantityName};
 use super::reaction::{self, Reaction};
+use super::rest::LOG_INTERVAL_MIN;
 use super::rig::Rig;
 use super::step::{Action, Step};
 use super::subject::Subject;
@@ -148,6 +149,12 @@ impl<'a> Survey<'a> {
     fn action(&mut self, action: &'a Action, at: &Place<'_>) -> Checked {
         self.subject.action(action, at)?;
         match action {
+            Action::Log(log) if log.interval < LOG_INTERVAL_MIN => {
+                let (found, least) = (log.interval.as_secs_f64(), LOG_INTERVAL_MIN.as_secs_f64());
+                let message = format!("interval_s = {found}, expected at least {least}");
+                let help = "a controller at rest tells its rate once a second".to_owned();
+                return Err(at.fault(&[Segment::Key("interval_s")], message, Some(help)));
+            }
             Action::OperatorPrompt(prompt) => {
                 if let Some(answer) = &prompt.answer {
                     self.answers.insert(answer.name.as_str(), answer);

@@ -16,8 +16,8 @@ pub const RECORD_BYTES_MAX: usize = 64 * 1024;
 /// Bytes of the longest length prefix: three groups of seven bits hold [`RECORD_BYTES_MAX`].
 pub(super) const PREFIX_BYTES_MAX: usize = 3;
 
-/// In place of a record's length: the writer ended here as it meant to.
-pub(super) const END_MARK: u8 = 0;
+/// In place of a record's length: no record, but the end of a block, or in format 2 that of the file.
+pub(super) const MARK: u8 = 0;
 
 /// Something that can be recorded: a kind, or a slice in the place of one.
 pub(super) trait Recordable: Serialize {}

@@ -1,4 +1,4 @@
-//! The beginning of a record file: magic, format version, and a block that describes itself.
+//! The beginning of a record file: magic, format version, and a block that describes the record.
 //!
 //! | bytes | what |
 //! |---|---|
@@ -6,14 +6,18 @@
 //! | 2 | format version, little-endian |
 //! | 4 | length of the block, little-endian, at most [`HEADER_BYTES_MAX`] |
 //! | … | the block: [`Header`] as JSON, ended by a line feed |
+//! | 4 | check of all that, since format 3 |
+//!
+//! What follows is told in [`blocks`](super::blocks).
 //!
 //! `head -2` shows a person whose record it is; a program need not know this crate to read that.
 
 use super::Device;
+use super::blocks::Check;
 use plan::library::Pack;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::io::{self, Write};
+use std::io;
 use std::sync::Arc;
 use wire::can::BitRates;
 
@@ -21,9 +25,11 @@ use wire::can::BitRates;
 /// the last is changed by whatever mangles line ends.
 pub const MAGIC: [u8; 8] = *b"\x89hilrec\n";
 
-/// The version that this crate writes, and the only one that it reads. The second has how sure an estimator is in its states,
-/// and more causes of a health.
-pub const FORMAT_VERSION: u16 = 2;
+/// The version that this crate writes. The third has checksums.
+pub const FORMAT_VERSION: u16 = 3;
+
+/// The oldest version that this crate reads. The second has how sure an estimator is in its states, and more causes of a health.
+pub const OLDEST_FORMAT_VERSION: u16 = 2;
 
 /// The longest block: the layouts of several vehicles fit.
 pub const HEADER_BYTES_MAX: usize = 16 * 1024 * 1024;
@@ -156,8 +162,8 @@ impl Header {
         self.nodes.get(usize::from(place))
     }
 
-    /// Writes magic, version and block.
-    pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
+    /// Magic, version, block and the check of them.
+    pub(super) fn bytes(&self) -> io::Result<Vec<u8>> {
         let mut block = serde_json::to_vec(self)?;
         block.push(b'\n');
         let length = u32::try_from(block.len()).ok().filter(|_| block.len() <= HEADER_BYTES_MAX);
@@ -167,9 +173,12 @@ impl Header {
                 format!("the header takes {} bytes; {HEADER_BYTES_MAX} are allowed", block.len()),
             ));
         };
-        out.write_all(&MAGIC)?;
-        out.write_all(&FORMAT_VERSION.to_le_bytes())?;
-        out.write_all(&length.to_le_bytes())?;
-        out.write_all(&block)
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(FORMAT_VERSION.to_le_bytes());
+        bytes.extend(length.to_le_bytes());
+        bytes.extend(block);
+        let check = Check::default().of(&bytes);
+        bytes.extend(check.bytes());
+        Ok(bytes)
     }
 }

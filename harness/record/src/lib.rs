@@ -1,14 +1,16 @@
 //! What happened in a run. Checks, reports and identification read this and nothing else.
 //!
-//! * [`header`]: what a record file says about itself. [`writer`], [`reader`]: the file.
-//! * [`sink`]: where a running world puts its records. [`text`]: a record as one line to read.
+//! * [`header`]: what a record file says about itself. [`blocks`], [`writer`], [`reader`]: the file.
+//! * [`sink`]: where a running world puts its records. [`kept`]: so that a run that is killed loses none. [`text`]: a record as one line to read.
 //! * [`outcome`]: how a run ended. [`run_folder`]: what it leaves behind. [`figures`]: how numbers are written.
 //! * [`reading`]: long files that say how much of them was read.
 
+pub mod blocks;
 mod encoding;
 mod faults;
 pub mod figures;
 pub mod header;
+pub mod kept;
 pub mod outcome;
 mod progress;
 pub mod reader;

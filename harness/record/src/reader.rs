@@ -1,13 +1,15 @@
 //! Reads a record file, as far as it goes.
 
 use super::Record;
-use super::encoding::{END_MARK, PREFIX_BYTES_MAX, RECORD_BYTES_MAX, decode};
-use super::header::{FORMAT_VERSION, HEADER_BYTES_MAX, Header, MAGIC};
-use std::cmp::Ordering;
+use super::blocks::{BLOCK_BYTES, CHECK_BYTES, Check, END, NEXT, TRAILER};
+use super::encoding::{MARK, PREFIX_BYTES_MAX, RECORD_BYTES_MAX, decode};
+use super::header::{FORMAT_VERSION, HEADER_BYTES_MAX, Header, MAGIC, OLDEST_FORMAT_VERSION};
 use std::io::{self, BufReader, Read};
 use wire::time::Timestamp;
 
 const BUFFER_BYTES: usize = 256 * 1024;
+
+const CHECK_IS_WRONG: &str = "the block that begins here does not match its check";
 
 /// Why a record file cannot be read, or no further.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -23,7 +25,7 @@ pub enum RecordError {
         found: u16,
     },
     /// An earlier harness wrote it.
-    #[error("record format {found} is older than {FORMAT_VERSION}, the oldest known here")]
+    #[error("record format {found} is older than {OLDEST_FORMAT_VERSION}, the oldest known here")]
     #[diagnostic(help(
         "use the version of hil that wrote it, or carry out the run again: hil run PLAN --seed N"
     ))]
@@ -40,12 +42,23 @@ pub enum RecordError {
         /// What it claims.
         length: usize,
     },
+    /// A bit of the header is another than was written.
+    #[error("the header, bytes 0 to {length}, does not match its check")]
+    #[diagnostic(help(
+        "the file was changed since it was written; copy it again, or carry out the run again"
+    ))]
+    HeaderDamaged {
+        /// How long it is, its check included.
+        length: u64,
+    },
     /// The header's block is no header.
     #[error("the header cannot be understood")]
     Header(#[source] serde_json::Error),
     /// The writer did not come to its end. Every record before is good.
     #[error("the record is cut short: {trailing} bytes of an incomplete record at byte {offset}")]
-    #[diagnostic(help("the run was killed or the disk was full; all whole records were read"))]
+    #[diagnostic(help(
+        "the run was killed or the disk was full; all whole records were read, the last {BLOCK_BYTES} bytes at most without a check"
+    ))]
     CutShort {
         /// Where the incomplete record begins, or where the end mark is missing.
         offset: u64,
@@ -54,6 +67,9 @@ pub enum RecordError {
     },
     /// Bytes that are no record. Every record before is good.
     #[error("damaged at byte {offset}: {reason}")]
+    #[diagnostic(help(
+        "the file was changed since it was written; what stands before this place was read"
+    ))]
     Damaged {
         /// Where the record begins.
         offset: u64,
@@ -65,15 +81,32 @@ pub enum RecordError {
     Io(#[from] io::Error),
 }
 
-/// The records of a file, in order. After an error there are no more.
+/// The records of a file, in order. After an error there are no more. Those of a block are handed over when its check is
+/// right; those of a last block that is cut short have none.
 #[derive(Debug)]
 pub struct RecordReader<R: Read> {
-    input: BufReader<R>,
+    input: Counted<BufReader<R>>,
     header: Header,
-    payload: Vec<u8>,
+    /// Of everything before the block at hand; none in format 2, where a record is a block.
+    check: Option<Check>,
+    block: Vec<u8>,
+    /// Where in the file the block begins, and where in the block the next record.
+    begin: u64,
+    next: usize,
     last: Timestamp,
-    offset: u64,
+    /// What comes behind the block at hand, where that is known.
+    behind: Option<Result<(), RecordError>>,
     ended: bool,
+}
+
+/// What was found at the end of the block that is read.
+enum Gathered {
+    /// A record.
+    Record,
+    /// A mark.
+    Mark,
+    /// The end of the file, within a record or where one could begin.
+    Nothing,
 }
 
 enum Filled {
@@ -85,16 +118,19 @@ impl<R: Read> RecordReader<R> {
     /// Reads the header.
     ///
     /// # Errors
-    /// Anything but [`RecordError::CutShort`] and [`RecordError::Damaged`].
+    /// Anything but [`RecordError::CutShort`].
     pub fn new(input: R) -> Result<Self, RecordError> {
         let mut input = Counted { input: BufReader::with_capacity(BUFFER_BYTES, input), bytes: 0 };
-        let header = read_header(&mut input)?;
+        let (header, check) = read_header(&mut input)?;
         Ok(Self {
-            offset: input.bytes,
-            input: input.input,
+            begin: input.bytes,
+            input,
             header,
-            payload: Vec::new(),
+            check,
+            block: Vec::new(),
+            next: 0,
             last: Timestamp::ZERO,
+            behind: None,
             ended: false,
         })
     }
@@ -105,58 +141,143 @@ impl<R: Read> RecordReader<R> {
     }
 
     fn read(&mut self) -> Result<Option<Record>, RecordError> {
-        let (length, prefix_bytes) = match self.length()? {
-            (0, _) => return self.at_end_mark(),
-            other => other,
-        };
-        self.payload.resize(length, 0);
-        match fill(&mut self.input, &mut self.payload)? {
-            Filled::Whole => {}
-            Filled::Short(bytes) => return Err(self.cut_short(prefix_bytes + bytes)),
+        while self.next == self.block.len() {
+            match self.behind.take() {
+                Some(end) => return end.map(|()| None),
+                None => self.read_block()?,
+            }
         }
-        let record = decode(&self.payload, self.last)
-            .map_err(|_| self.damaged("the bytes are no record of this format"))?;
+        let (length, prefix_bytes) = length_of(&self.block[self.next..]);
+        let payload = self.next + prefix_bytes;
+        let record = decode(&self.block[payload..payload + length], self.last)
+            .map_err(|_| self.damaged(self.next, "the bytes are no record of this format"))?;
         self.last = record.at;
-        self.offset += (prefix_bytes + length) as u64;
+        self.next = payload + length;
         Ok(Some(record))
     }
 
-    /// The next record's length, and how many bytes it took to say so.
-    fn length(&mut self) -> Result<(usize, usize), RecordError> {
-        let mut length = 0;
-        for index in 0..PREFIX_BYTES_MAX {
-            let mut byte = [0];
-            if let Filled::Short(_) = fill(&mut self.input, &mut byte)? {
-                return Err(self.cut_short(index));
-            }
-            length |= usize::from(byte[0] & 0x7f) << (7 * index);
-            if byte[0] & 0x80 == 0 {
-                // A zero in a later byte would be a second way to write the same length.
-                if byte[0] == 0 && index > 0 {
-                    break;
+    /// Reads as many records as one check is about, and holds them against it.
+    fn read_block(&mut self) -> Result<(), RecordError> {
+        self.begin = self.input.bytes;
+        self.block.clear();
+        self.next = 0;
+        loop {
+            let whole = self.block.len();
+            match (self.gather()?, self.check) {
+                (Gathered::Record, Some(_)) => {}
+                (Gathered::Record, None) => return Ok(()),
+                (Gathered::Mark, Some(check)) => return self.at_mark(check),
+                (Gathered::Mark, None) => {
+                    self.block.truncate(whole);
+                    self.behind = Some(self.at_end());
+                    return Ok(());
                 }
-                if length > RECORD_BYTES_MAX {
-                    return Err(self.damaged("a record longer than the longest allowed"));
-                }
-                return Ok((length, index + 1));
+                (Gathered::Nothing, _) => return self.cut_short(whole),
             }
-        }
-        Err(self.damaged("a length that cannot be"))
-    }
-
-    fn at_end_mark(&mut self) -> Result<Option<Record>, RecordError> {
-        match fill(&mut self.input, &mut [END_MARK])? {
-            Filled::Short(_) => Ok(None),
-            Filled::Whole => Err(self.damaged("there are bytes behind the end mark")),
         }
     }
 
-    const fn cut_short(&self, trailing: usize) -> RecordError {
-        RecordError::CutShort { offset: self.offset, trailing: trailing as u64 }
+    /// Appends to the block what comes next.
+    fn gather(&mut self) -> Result<Gathered, RecordError> {
+        let begin = self.block.len();
+        for _ in 0..PREFIX_BYTES_MAX {
+            if let Filled::Short(_) = self.append(1)? {
+                return Ok(Gathered::Nothing);
+            }
+            if self.block.last().is_some_and(|byte| byte & 0x80 == 0) {
+                break;
+            }
+        }
+        let (length, prefix_bytes) = length_of(&self.block[begin..]);
+        match self.block.last() {
+            Some(&MARK) if prefix_bytes == 1 => return Ok(Gathered::Mark),
+            // A zero in a later byte would be a second way to write the same length.
+            Some(1..0x80) => {}
+            _ => return Err(self.misread(begin, "a length that cannot be")),
+        }
+        if length > RECORD_BYTES_MAX {
+            return Err(self.misread(begin, "a record longer than the longest allowed"));
+        }
+        // A block ends with the record that fills it.
+        if begin >= BLOCK_BYTES && self.check.is_some() {
+            return Err(self.damaged(0, CHECK_IS_WRONG));
+        }
+        match self.append(length)? {
+            Filled::Whole => Ok(Gathered::Record),
+            Filled::Short(_) => Ok(Gathered::Nothing),
+        }
     }
 
-    const fn damaged(&self, reason: &'static str) -> RecordError {
-        RecordError::Damaged { offset: self.offset, reason }
+    /// Holds the block, at whose end is the first byte of a mark, against its check.
+    fn at_mark(&mut self, check: Check) -> Result<(), RecordError> {
+        let records = self.block.len() - 1;
+        let Filled::Whole = self.append(1 + CHECK_BYTES)? else { return self.cut_short(records) };
+        let (checked, found) = self.block.split_at(records + 2);
+        let check = check.of(checked);
+        if check.bytes() != found {
+            return Err(self.damaged(0, CHECK_IS_WRONG));
+        }
+        match checked.last() {
+            Some(&NEXT) => {}
+            Some(&END) => {
+                let Filled::Whole = self.append(TRAILER.len())? else {
+                    return self.cut_short(records);
+                };
+                if !self.block.ends_with(&TRAILER) {
+                    return Err(self.damaged(records, "the end mark is another"));
+                }
+                self.behind = Some(self.at_end());
+            }
+            _ => return Err(self.damaged(records, "a mark of another format")),
+        }
+        self.check = Some(check);
+        self.block.truncate(records);
+        Ok(())
+    }
+
+    fn at_end(&mut self) -> Result<(), RecordError> {
+        match fill(&mut self.input, &mut [0])? {
+            Filled::Short(_) => Ok(()),
+            Filled::Whole => {
+                Err(self.damaged(self.block.len(), "there are bytes behind the end mark"))
+            }
+        }
+    }
+
+    /// The file ends within the block, whose first `whole` bytes are whole records.
+    fn cut_short(&mut self, whole: usize) -> Result<(), RecordError> {
+        if self.check.is_some() && self.block.ends_with(&TRAILER) {
+            return Err(self.damaged(0, CHECK_IS_WRONG));
+        }
+        let trailing = (self.block.len() - whole) as u64;
+        self.block.truncate(whole);
+        let offset = self.begin + whole as u64;
+        self.behind = Some(Err(RecordError::CutShort { offset, trailing }));
+        Ok(())
+    }
+
+    /// Appends so many bytes of the file to the block, or as many as there are.
+    fn append(&mut self, bytes: usize) -> Result<Filled, RecordError> {
+        let begin = self.block.len();
+        self.block.resize(begin + bytes, 0);
+        let filled = fill(&mut self.input, &mut self.block[begin..])?;
+        if let Filled::Short(bytes) = filled {
+            self.block.truncate(begin + bytes);
+        }
+        Ok(filled)
+    }
+
+    /// What cannot be at this place of a block that is not checked yet: any bit before may have led here.
+    const fn misread(&self, place: usize, reason: &'static str) -> RecordError {
+        match self.check {
+            Some(_) => self.damaged(0, CHECK_IS_WRONG),
+            None => self.damaged(place, reason),
+        }
+    }
+
+    /// Something is wrong from this place in the block on.
+    const fn damaged(&self, place: usize, reason: &'static str) -> RecordError {
+        RecordError::Damaged { offset: self.begin + place as u64, reason }
     }
 }
 
@@ -171,6 +292,18 @@ impl<R: Read> Iterator for RecordReader<R> {
         self.ended = !matches!(read, Some(Ok(_)));
         read
     }
+}
+
+/// The length at the beginning of these bytes, and how many of them say so.
+fn length_of(bytes: &[u8]) -> (usize, usize) {
+    let mut length = 0;
+    for (index, byte) in bytes.iter().take(PREFIX_BYTES_MAX).enumerate() {
+        length |= usize::from(byte & 0x7f) << (7 * index);
+        if byte & 0x80 == 0 {
+            return (length, index + 1);
+        }
+    }
+    (length, PREFIX_BYTES_MAX)
 }
 
 /// Fills `buffer`, and tells how far it came where the input ends before.
@@ -188,6 +321,7 @@ fn fill(input: &mut impl Read, buffer: &mut [u8]) -> io::Result<Filled> {
 }
 
 /// Counts what is read through it: offsets in errors are those of the file.
+#[derive(Debug)]
 struct Counted<R> {
     input: R,
     bytes: u64,
@@ -201,33 +335,47 @@ impl<R: Read> Read for Counted<R> {
     }
 }
 
-/// Reads magic, version and block, and leaves `input` at the first record.
-fn read_header(input: &mut impl Read) -> Result<Header, RecordError> {
-    let mut magic = [0; MAGIC.len()];
-    read_exact(input, &mut magic).map_err(|error| match error {
+/// Reads magic, version, block and check, and leaves `input` at the first record.
+fn read_header<R: Read>(input: &mut Counted<R>) -> Result<(Header, Option<Check>), RecordError> {
+    let mut bytes = vec![0; MAGIC.len()];
+    read_exact(input, &mut bytes).map_err(|error| match error {
         RecordError::HeaderCutShort => RecordError::NotARecord,
         other => other,
     })?;
-    if magic != MAGIC {
+    if bytes != MAGIC {
         return Err(RecordError::NotARecord);
     }
     let mut version = [0; 2];
     read_exact(input, &mut version)?;
+    bytes.extend(version);
     let found = u16::from_le_bytes(version);
-    match found.cmp(&FORMAT_VERSION) {
-        Ordering::Greater => return Err(RecordError::NewerFormat { found }),
-        Ordering::Less => return Err(RecordError::OlderFormat { found }),
-        Ordering::Equal => {}
+    if found > FORMAT_VERSION {
+        return Err(RecordError::NewerFormat { found });
+    }
+    if found < OLDEST_FORMAT_VERSION {
+        return Err(RecordError::OlderFormat { found });
     }
     let mut length = [0; 4];
     read_exact(input, &mut length)?;
+    bytes.extend(length);
     let length = usize::try_from(u32::from_le_bytes(length)).unwrap_or(usize::MAX);
     if length > HEADER_BYTES_MAX {
         return Err(RecordError::HeaderTooLong { length });
     }
-    let mut block = vec![0; length];
-    read_exact(input, &mut block)?;
-    serde_json::from_slice(&block).map_err(RecordError::Header)
+    let block = bytes.len();
+    bytes.resize(block + length, 0);
+    read_exact(input, &mut bytes[block..])?;
+    let mut check = None;
+    if found > OLDEST_FORMAT_VERSION {
+        let (of, mut written) = (Check::default().of(&bytes), [0; CHECK_BYTES]);
+        read_exact(input, &mut written)?;
+        if of.bytes() != written {
+            return Err(RecordError::HeaderDamaged { length: input.bytes });
+        }
+        check = Some(Check::default());
+    }
+    let header = serde_json::from_slice(&bytes[block..]).map_err(RecordError::Header)?;
+    Ok((header, check))
 }
 
 fn read_exact(input: &mut impl Read, buffer: &mut [u8]) -> Result<(), RecordError> {

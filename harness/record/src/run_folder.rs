@@ -9,16 +9,19 @@
 //! | others | what the plan made; the summary names them |
 
 mod error;
+mod lock;
 mod record_file;
 
 pub use error::RunFolderError;
 pub use record_file::RecordFile;
 
 use crate::header::{Header, MAGIC};
+use crate::kept::KeptSink;
 use crate::outcome::Summary;
 use crate::reader::{RecordError, RecordReader};
 use crate::reading::{Teller, TellingFile};
 use crate::sink::{FileSink, Level};
+use lock::Lock;
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
@@ -42,18 +45,22 @@ const SUMMARY_BYTES_MAX: u64 = 64 * 1024 * 1024;
 pub struct RunFolder {
     path: PathBuf,
     teller: Teller,
+    /// Held by the run that makes it, and its clones.
+    lock: Option<Lock>,
 }
 
 impl RunFolder {
-    /// Makes the folder. If an earlier run is in it, that run's files are removed, and no others.
+    /// Makes the folder. If an earlier run is in it, that run's files are removed, and no others. It belongs to this run until
+    /// what is returned here is dropped.
     ///
     /// # Errors
-    /// [`RunFolderError::Foreign`] when there are files in it and no run.
+    /// [`RunFolderError::Foreign`] when there are files in it and no run; [`RunFolderError::Busy`] when one is going on there.
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, RunFolderError> {
-        let folder = Self { path: path.into(), teller: Teller::default() };
-        let path = || folder.path.clone();
+        let mut folder = Self { path: path.into(), teller: Teller::default(), lock: None };
         fs::create_dir_all(&folder.path)
-            .map_err(|source| RunFolderError::Write { path: path(), source })?;
+            .map_err(|source| RunFolderError::Write { path: folder.path.clone(), source })?;
+        folder.lock = Lock::of(&folder.path)?;
+        let path = || folder.path.clone();
         let is_empty = fs::read_dir(&folder.path)
             .map_err(|source| RunFolderError::Read { path: path(), source })?
             .next()
@@ -72,7 +79,7 @@ impl RunFolder {
     /// # Errors
     /// [`RunFolderError::NoRun`] when there is none.
     pub fn open(path: impl Into<PathBuf>) -> Result<Self, RunFolderError> {
-        let folder = Self { path: path.into(), teller: Teller::default() };
+        let folder = Self { path: path.into(), teller: Teller::default(), lock: None };
         let holds_any = [SUMMARY, RECORD].iter().any(|name| folder.path.join(name).is_file());
         if holds_any { Ok(folder) } else { Err(RunFolderError::NoRun { path: folder.path }) }
     }
@@ -95,14 +102,11 @@ impl RunFolder {
     }
 
     /// Begins the record.
-    pub fn record_sink(
-        &self,
-        header: &Header,
-        level: Level,
-    ) -> Result<FileSink<RecordFile>, RunFolderError> {
+    pub fn record_sink(&self, header: &Header, level: Level) -> Result<KeptSink, RunFolderError> {
         let path = self.file(RECORD);
         RecordFile::create(&path)
             .and_then(|file| FileSink::new(file, header, level))
+            .and_then(KeptSink::new)
             .map_err(|source| RunFolderError::Write { path, source })
     }
 
@@ -157,7 +161,7 @@ impl RunFolder {
 
     /// Writes beside the file first, so that whoever looks finds the old file or the whole new one.
     fn replace(&self, name: &str, content: &[u8]) -> Result<(), RunFolderError> {
-        let partial = self.file(&format!(".{name}.partial"));
+        let partial = self.file(&partial(name));
         let path = self.file(name);
         let done = fs::write(&partial, content).and_then(|()| fs::rename(&partial, &path));
         done.map_err(|source| {
@@ -167,10 +171,13 @@ impl RunFolder {
         })
     }
 
+    /// Also where a run was killed before it had written a byte.
     fn holds_run(&self) -> bool {
-        let mut magic = [0; MAGIC.len()];
-        let record = File::open(self.file(RECORD)).and_then(|mut file| file.read_exact(&mut magic));
-        (record.is_ok() && magic == MAGIC) || self.summary().is_ok()
+        let begun = |mut magic: Vec<u8>| {
+            magic.truncate(MAGIC.len());
+            MAGIC.starts_with(&magic)
+        };
+        read_first(&self.file(RECORD), MAGIC.len()).is_ok_and(begun) || self.summary().is_ok()
     }
 
     /// Removes the files of an earlier run. The record goes last: broken off half-way, the folder is
@@ -179,7 +186,9 @@ impl RunFolder {
     fn clear(&self) -> Result<(), RunFolderError> {
         let artifacts = self.summary().map(|summary| summary.artifacts).unwrap_or_default();
         let artifacts = artifacts.iter().map(String::as_str).filter(|name| is_artifact_name(name));
-        for name in artifacts.chain([REPORT, JUNIT, SUMMARY, RECORD]) {
+        let partial = OURS.map(partial);
+        let partial = partial.iter().map(String::as_str);
+        for name in artifacts.chain(partial).chain([REPORT, JUNIT, SUMMARY, RECORD]) {
             let path = self.file(name);
             if fs::metadata(&path).is_ok_and(|about| !about.is_file() && !about.is_dir()) {
                 continue;
@@ -200,6 +209,21 @@ fn is_artifact_name(name: &str) -> bool {
     let mut components = Path::new(name).components();
     let plain = matches!(components.next(), Some(Component::Normal(only)) if only == name);
     plain && components.next().is_none() && !OURS.contains(&name) && !name.starts_with('.')
+}
+
+/// What is written in the place of a file until it is whole.
+fn partial(name: &str) -> String {
+    format!(".{name}.partial")
+}
+
+fn read_first(path: &Path, bytes: usize) -> io::Result<Vec<u8>> {
+    let mut content = Vec::new();
+    // Nobody may ever write to a pipe in its place.
+    match fs::metadata(path)?.is_file() {
+        true => File::open(path)?.take(bytes as u64).read_to_end(&mut content)?,
+        false => return Err(io::ErrorKind::InvalidInput.into()),
+    };
+    Ok(content)
 }
 
 fn read_at_most(path: &Path, bytes_max: u64) -> io::Result<Vec<u8>> {
@@ -260,16 +284,49 @@ mod tests {
         folder.write_summary(&summary()).unwrap();
         folder.write_artifact("calibration.toml", b"old").unwrap();
         fs::write(folder.file("notes.txt"), "mine").unwrap();
-        RunFolder::create(folder.path()).unwrap();
-        assert_eq!(names(&folder), ["notes.txt"]);
+        let path = folder.path().to_owned();
+        drop(folder);
+        assert_eq!(names(&RunFolder::create(path).unwrap()), ["notes.txt"]);
     }
 
     #[test]
     fn a_run_that_was_killed_is_known_by_its_record() {
         let (_dir, folder) = folder();
         drop(folder.record_sink(&Header::default(), Level::Full).unwrap());
-        RunFolder::create(folder.path()).unwrap();
-        assert!(names(&folder).is_empty());
+        let path = folder.path().to_owned();
+        drop(folder);
+        assert!(names(&RunFolder::create(path).unwrap()).is_empty());
+    }
+
+    #[test]
+    fn a_run_that_was_killed_at_once_is_known_too() {
+        let (_dir, folder) = folder();
+        let whole = folder.record_sink(&Header::default(), Level::Full);
+        drop(whole.unwrap());
+        let bytes = fs::read(folder.file(RECORD)).unwrap();
+        let path = folder.path().to_owned();
+        drop(folder);
+        for length in [0, 1, 7, 8, 30] {
+            fs::write(path.join(RECORD), &bytes[..length]).unwrap();
+            fs::write(path.join(format!(".{SUMMARY}.partial")), "{").unwrap();
+            assert!(names(&RunFolder::create(&path).unwrap()).is_empty(), "{length}");
+        }
+    }
+
+    #[test]
+    fn the_second_run_in_a_folder_is_refused_while_the_first_goes_on() {
+        let (_dir, folder) = folder();
+        let mut sink = folder.record_sink(&Header::default(), Level::Full).unwrap();
+        let error = RunFolder::create(folder.path()).unwrap_err();
+        assert!(matches!(&error, RunFolderError::Busy { .. }), "{error}");
+        assert!(error.to_string().contains(folder.path().to_str().unwrap()), "{error}");
+        one_of_each().into_iter().for_each(|record| sink.record(record));
+        sink.finish();
+        let records: Vec<_> = folder.records().unwrap().map(Result::unwrap).collect();
+        assert_eq!(records, one_of_each(), "the first lost nothing by it");
+        let path = folder.path().to_owned();
+        drop(folder);
+        RunFolder::create(path).unwrap();
     }
 
     #[test]

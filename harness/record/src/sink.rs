@@ -106,6 +106,16 @@ impl<W: Write> FileSink<W> {
         Ok(Self { gate: Gate::new(level), writer: Some(writer), failed: None })
     }
 
+    /// Gives everything to the file.
+    pub(super) fn flush(&mut self) {
+        self.attempt(RecordWriter::flush);
+    }
+
+    /// The error that stopped it, by value. It takes nothing more all the same.
+    pub(super) fn take_error(&mut self) -> Option<io::Error> {
+        self.failed.take().inspect(|_| self.writer = None)
+    }
+
     fn attempt(&mut self, write: impl FnOnce(&mut RecordWriter<W>) -> io::Result<()>) {
         let Some(writer) = &mut self.writer else {
             return;

@@ -1,31 +1,36 @@
 //! Writes a record file.
 
-use super::encoding::{BorrowedKind, END_MARK, RECORD_BYTES_MAX, Recordable, encode, prefix};
+use super::blocks::{BLOCK_BYTES, Check, END, NEXT, TRAILER};
+use super::encoding::{BorrowedKind, MARK, RECORD_BYTES_MAX, Recordable, encode, prefix};
 use super::header::Header;
 use super::{Device, Record, RecordKind};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use wire::time::Timestamp;
-
-/// Bytes gathered before the file sees them.
-const BUFFER_BYTES: usize = 256 * 1024;
 
 /// Appends records to anything that takes bytes. [`finish`](Self::finish) says that the record is
 /// whole; dropped without it, what was written still arrives, and a reader says that the end is
 /// missing.
 #[derive(Debug)]
 pub struct RecordWriter<W: Write> {
-    out: BufWriter<W>,
+    out: W,
+    /// The block that is being written, and how much of it `out` has.
+    block: Vec<u8>,
+    given: usize,
+    check: Check,
     payload: Vec<u8>,
     last: Timestamp,
     records: u64,
 }
 
 impl<W: Write> RecordWriter<W> {
-    /// Writes the header.
-    pub fn new(out: W, header: &Header) -> io::Result<Self> {
-        let mut out = BufWriter::with_capacity(BUFFER_BYTES, out);
-        header.write(&mut out)?;
-        Ok(Self { out, payload: Vec::new(), last: Timestamp::ZERO, records: 0 })
+    /// Writes the header, at once: from here on a file is known as a record.
+    pub fn new(mut out: W, header: &Header) -> io::Result<Self> {
+        out.write_all(&header.bytes()?)?;
+        out.flush()?;
+        let block = Vec::with_capacity(2 * BLOCK_BYTES);
+        let (payload, last) = (Vec::new(), Timestamp::ZERO);
+        let check = Check::default();
+        Ok(Self { out, block, given: 0, check, payload, last, records: 0 })
     }
 
     /// Appends a record. One longer than [`RECORD_BYTES_MAX`] is replaced by a note that says so.
@@ -43,14 +48,24 @@ impl<W: Write> RecordWriter<W> {
         self.records
     }
 
+    /// Gives everything to the file. It comes out the same, however often this is called.
+    pub fn flush(&mut self) -> io::Result<()> {
+        let new = &self.block[self.given..];
+        // Before the attempt: what a full disk took a part of must not be written twice.
+        self.given = self.block.len();
+        self.out.write_all(new)?;
+        self.out.flush()
+    }
+
     /// Marks the end and gives everything to the file.
     pub fn finish(mut self) -> io::Result<()> {
         self.end()
     }
 
     pub(super) fn end(&mut self) -> io::Result<()> {
-        self.out.write_all(&[END_MARK])?;
-        self.out.flush()
+        self.close(END);
+        self.block.extend_from_slice(&TRAILER);
+        self.flush()
     }
 
     fn append<K: Recordable>(&mut self, at: Timestamp, device: Device, kind: &K) -> io::Result<()> {
@@ -63,10 +78,30 @@ impl<W: Write> RecordWriter<W> {
             return self.append(at, device, &note);
         }
         let (prefix, prefix_bytes) = prefix(length);
-        self.out.write_all(&prefix[..prefix_bytes])?;
-        self.out.write_all(&self.payload)?;
+        self.block.extend_from_slice(&prefix[..prefix_bytes]);
+        self.block.extend_from_slice(&self.payload);
         self.last = at;
         self.records += 1;
-        Ok(())
+        if self.block.len() < BLOCK_BYTES {
+            return Ok(());
+        }
+        self.close(NEXT);
+        let flushed = self.flush();
+        self.block.clear();
+        self.given = 0;
+        flushed
+    }
+
+    fn close(&mut self, mark: u8) {
+        self.block.extend_from_slice(&[MARK, mark]);
+        self.check = self.check.of(&self.block);
+        self.block.extend_from_slice(&self.check.bytes());
+    }
+}
+
+impl<W: Write> Drop for RecordWriter<W> {
+    fn drop(&mut self) {
+        // Best effort: whoever wants to hear of an error ends the record first.
+        let _ = self.flush();
     }
 }

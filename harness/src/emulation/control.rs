@@ -1,7 +1,8 @@
 //! Requests from outside: lines on the standard input, and on a socket for those who want another way.
 
 use super::request::LINE_BYTES_MAX;
-use std::io;
+use std::io::{self, Read as _, Write as _};
+use std::os::unix::fs::FileTypeExt as _;
 use std::os::unix::net::UnixStream as StdUnixStream;
 use std::path::{Path, PathBuf};
 use std::thread;
@@ -13,6 +14,8 @@ use tokio::sync::{mpsc, oneshot};
 
 /// Requests that wait to be carried out; then who asks waits.
 pub const REQUESTS_MAX: usize = 64;
+/// Read from the standard input at once.
+const READ_BYTES: usize = 4_096;
 /// Clients of the socket at a time; further ones wait for one to leave.
 pub const CLIENTS_MAX: usize = 16;
 
@@ -60,10 +63,11 @@ impl Control {
     /// When the socket cannot be made, or the standard input cannot be watched.
     pub fn open(socket: Option<&Path>) -> Result<Self, ControlError> {
         let (sender, requests) = mpsc::channel(REQUESTS_MAX);
-        let control = Self { requests, socket: socket.map(Path::to_owned) };
+        let mut control = Self { requests, socket: None };
         if let Some(path) = socket {
             let error = |source| ControlError::Listen { path: path.to_owned(), source };
             let listener = listen(path).map_err(error)?;
+            control.socket = Some(path.to_owned());
             tokio::spawn(accept(listener, sender.clone()));
         }
         let stdin = stdin().map_err(ControlError::Stdin)?;
@@ -91,17 +95,22 @@ impl Control {
 
 impl Drop for Control {
     fn drop(&mut self) {
-        if let Some(socket) = &self.socket {
+        if let Some(socket) = self.socket.as_deref().filter(|path| is_socket(path)) {
             // Gone already is as good.
             let _ = std::fs::remove_file(socket);
         }
     }
 }
 
+/// A file of somebody's is never in the way: it refuses a connection as a socket does that is left over.
+fn is_socket(path: &Path) -> bool {
+    std::fs::symlink_metadata(path).is_ok_and(|about| about.file_type().is_socket())
+}
+
 /// A socket at `path`, in place of one that nobody listens to any more.
 fn listen(path: &Path) -> io::Result<UnixListener> {
     match UnixListener::bind(path) {
-        Err(error) if error.kind() == io::ErrorKind::AddrInUse => {
+        Err(error) if error.kind() == io::ErrorKind::AddrInUse && is_socket(path) => {
             match StdUnixStream::connect(path) {
                 Err(left) if left.kind() == io::ErrorKind::ConnectionRefused => {
                     std::fs::remove_file(path)?;
@@ -181,8 +190,15 @@ async fn pass_over(reader: &mut (impl AsyncBufRead + Unpin)) -> Option<()> {
 fn stdin() -> io::Result<UnixStream> {
     let (mut here, there) = StdUnixStream::pair()?;
     thread::Builder::new().name("requests".to_owned()).spawn(move || {
+        // Not `io::copy`: it would splice, and whoever writes into the pipe would wait while this end does.
+        let mut buffer = [0; READ_BYTES];
+        let mut stdin = io::stdin().lock();
         // Whatever ends it, who asks sees the end of the input.
-        let _ = io::copy(&mut io::stdin().lock(), &mut here);
+        while let Ok(count @ 1..) = stdin.read(&mut buffer) {
+            if here.write_all(buffer.get(..count).unwrap_or_default()).is_err() {
+                return;
+            }
+        }
     })?;
     there.set_nonblocking(true)?;
     UnixStream::from_std(there)
@@ -190,8 +206,36 @@ fn stdin() -> io::Result<UnixStream> {
 
 #[cfg(test)]
 mod tests {
-    use super::{LINE_BYTES_MAX, next_line};
+    use super::{Control, LINE_BYTES_MAX, StdUnixStream, listen, next_line};
+    use std::os::unix::net::UnixListener;
     use tokio::io::BufReader;
+
+    fn within<T>(what: impl FnOnce() -> T) -> T {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+        let _entered = runtime.enter();
+        what()
+    }
+
+    #[test]
+    fn a_file_in_the_place_of_a_socket_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("notes.txt");
+        std::fs::write(&path, "mine").unwrap();
+        let error = within(|| Control::open(Some(&path))).unwrap_err();
+        assert!(error.to_string().contains("notes.txt"), "{error}");
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "mine");
+    }
+
+    #[test]
+    fn a_socket_that_is_left_over_is_replaced_and_one_in_use_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("control");
+        drop(UnixListener::bind(&path).unwrap());
+        let here = within(|| listen(&path)).unwrap();
+        assert!(StdUnixStream::connect(&path).is_ok());
+        assert!(within(|| listen(&path)).is_err());
+        drop(here);
+    }
 
     #[test]
     fn lines_blank_lines_and_one_that_never_ends() {

@@ -13,11 +13,12 @@
 //!
 //! * [`mod@emulated`]: the rig, from event to event. `build`: what is on it. `tell`: what is true, and what was counted.
 //! * [`request`]: what can be asked and set while it runs.
-//! * [`control`], [`mod@run`]: the shell around it: requests, the real clock, ports.
+//! * [`control`], `outlet`, [`mod@run`]: the shell around it: requests, answers, the real clock, ports.
 
 mod build;
 pub mod control;
 pub mod emulated;
+mod outlet;
 pub mod request;
 pub mod run;
 mod tell;

@@ -3,6 +3,8 @@
 use super::build::What;
 use super::control::{Asked, Control, ControlError};
 use super::emulated::Emulated;
+pub use super::outlet::LINES_MAX;
+use super::outlet::Outlet;
 use super::{request, tell};
 use crate::port::{PortError, PortSpec};
 use crate::world::live::Clock;
@@ -10,7 +12,7 @@ use crate::world::live::ports::{OpenPort, Ports};
 use crate::world::live::role_port::PortEvent;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
-use std::io;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use wire::device::Transmit;
@@ -48,36 +50,37 @@ pub enum EmulationError {
     Output(#[source] io::Error),
 }
 
-/// Emulates devices until SIGINT or SIGTERM. Each line of JSON goes to `say`: one for each port when all
-/// are open, the answers to requests on the standard input, and the counters at the end. `warn` is told
-/// of ports that are lost or come back.
+/// Emulates devices until SIGINT or SIGTERM. Each line of JSON goes to `out`: one for each port when all
+/// are open, the answers to requests on the standard input, and the counters at the end. Who does not read them stops nothing:
+/// beyond [`LINES_MAX`] lines answers are dropped. `warn` is told of that, and of ports that are lost or come back.
 ///
 /// # Errors
-/// When a port cannot be opened or is lost for good, or `say` fails.
+/// When a port cannot be opened or is lost for good, or `out` is closed.
 pub fn run(
     setup: &Setup,
-    say: &mut impl FnMut(&str) -> io::Result<()>,
+    out: impl Write + Send + 'static,
     warn: &mut impl FnMut(&str),
 ) -> Result<(), EmulationError> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
         .map_err(EmulationError::Runtime)?;
-    runtime.block_on(run_in_runtime(setup, say, warn))
+    runtime.block_on(run_in_runtime(setup, out, warn))
 }
 
 async fn run_in_runtime(
     setup: &Setup,
-    say: &mut impl FnMut(&str) -> io::Result<()>,
+    out: impl Write + Send + 'static,
     warn: &mut impl FnMut(&str),
 ) -> Result<(), EmulationError> {
     let mut stop = Stop::install().map_err(EmulationError::Runtime)?;
     let (mut emulated, plans) = Emulated::new(setup);
     let mut ports = Ports::open(plans).await?;
     let mut control = Control::open(setup.control.as_deref())?;
+    let mut out = Outlet::spawn(out).map_err(EmulationError::Output)?;
     let clock = Clock::start();
     for port in &ports.open {
-        say(&ready(port).to_string()).map_err(EmulationError::Output)?;
+        out.say(ready(port).to_string());
     }
 
     let mut late_max = Span::ZERO;
@@ -112,8 +115,11 @@ async fn run_in_runtime(
             asked = control.next() => {
                 let (id, request) = request::read(&asked.line);
                 let told = request.and_then(|request| emulated.request(clock.now(), &request));
-                reply(asked, request::answer(id, told), say)?;
+                if !reply(asked, request::answer(id, told), &mut out) {
+                    warn("nobody reads the standard output: answers are dropped");
+                }
             }
+            error = out.broken() => return Err(EmulationError::Output(error)),
             () = stop.requested() => break,
         }
     }
@@ -123,8 +129,10 @@ async fn run_in_runtime(
         "late_ms_max": late_max.as_secs_f64() * 1e3,
         "ports": counted.collect::<BTreeMap<_, _>>(),
         "counters": tell::counters(&emulated),
+        "answers_dropped": out.dropped(),
     }});
-    say(&ended.to_string()).map_err(EmulationError::Output)
+    out.say(ended.to_string());
+    out.finish().await.map_err(EmulationError::Output)
 }
 
 /// What another program needs to know to use a port: `ready`, `port`, and `link` where there is one.
@@ -146,18 +154,15 @@ fn ready(open: &OpenPort) -> Value {
     Value::Object(told)
 }
 
-fn reply(
-    asked: Asked,
-    answered: String,
-    say: &mut impl FnMut(&str) -> io::Result<()>,
-) -> Result<(), EmulationError> {
+/// Gives an answer to who asked; `false` for the first that nobody on the standard output made room for.
+fn reply(asked: Asked, answered: String, out: &mut Outlet) -> bool {
     match asked.client {
         // A client that has left misses its answer, and nobody else does.
         Some(client) => {
             let _ = client.send(answered);
-            Ok(())
+            true
         }
-        None => say(&answered).map_err(EmulationError::Output),
+        None => out.say(answered),
     }
 }
 

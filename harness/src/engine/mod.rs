@@ -180,6 +180,16 @@ impl Engine {
         self.end(now, Outcome::Failed, Some(format!("`{node}` is under test and ended: {how}")));
     }
 
+    /// The device under test did what none may do.
+    pub fn failed(&mut self, now: Timestamp, why: &str) {
+        self.end(now, Outcome::Failed, Some(why.to_owned()));
+    }
+
+    /// Nothing has to be heard before the first step, or it has been.
+    pub fn is_heard(&self) -> bool {
+        self.robot.as_ref().is_none_or(|robot| robot.is_heard())
+    }
+
     /// The plan.
     pub fn plan(&self) -> &Plan {
         &self.plan
@@ -220,9 +230,7 @@ impl Engine {
         }
         let due = match self.waiting {
             // The first step waits for the controller to be heard; see `report`.
-            Waiting::Nothing if self.robot.as_ref().is_none_or(|robot| robot.is_heard()) => {
-                Timestamp::ZERO
-            }
+            Waiting::Nothing if self.is_heard() => Timestamp::ZERO,
             Waiting::Until(at) | Waiting::Residual(at) | Waiting::TableRest { ask_at: at } => at,
             Waiting::Log { until, due, .. } => until.min(due),
             _ => Timestamp::MAX,

@@ -21,7 +21,7 @@ use crate::record::header::{FILES_BYTES_MAX, Header, Node};
 use crate::rig::build_live;
 use crate::rig::director::Director;
 use crate::rig::{self, build};
-use crate::world::bench::Bench;
+use crate::world::bench::{Bench, DevicesError};
 use crate::world::crossing::CrossedLine;
 #[cfg(feature = "live")]
 use crate::world::live::{PortPlans, Setting, Site};
@@ -56,6 +56,22 @@ pub enum PrepareError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Model(#[from] ModelError),
+}
+
+impl PrepareError {
+    /// The same, shown in the plan where that names what is not there.
+    fn placed(self, plan: &Source) -> Self {
+        let missing = match &self {
+            Self::Library(error)
+            | Self::Rig(
+                RigError::Library(error) | RigError::Devices(DevicesError::Library(error)),
+            )
+            | Self::Calibration(CalibrationError::Library(error))
+            | Self::Model(ModelError::Library(error)) => plan.placed(error),
+            _ => None,
+        };
+        missing.map_or(self, Self::Library)
+    }
 }
 
 /// A plan and everything that it names, read and checked.
@@ -130,10 +146,13 @@ impl Prepared {
         source: &Source,
         made: &Made,
     ) -> Result<Self, PrepareError> {
-        let rig = load_rig(library, &plan)?;
+        let placed = |error: PrepareError| error.placed(source);
+        let rig = load_rig(library, &plan).map_err(PrepareError::from).map_err(placed)?;
         plan.check_rig(&source.origin, &source.text, &rig)?;
-        let calibrations = calibrations::load(&plan, library, &made.calibrations)?;
-        let models = models::load(&plan, library, &made.models)?;
+        let calibrations = calibrations::load(&plan, library, &made.calibrations);
+        let calibrations = calibrations.map_err(PrepareError::from).map_err(placed)?;
+        let models = models::load(&plan, library, &made.models);
+        let models = models.map_err(PrepareError::from).map_err(placed)?;
         Ok(Self::new(Arc::new(plan), rig, calibrations, models))
     }
 

@@ -32,6 +32,7 @@ mod realtime;
 pub(crate) mod role_port;
 mod setting;
 mod strike;
+mod talk;
 mod traffic;
 mod verdict;
 
@@ -72,6 +73,7 @@ use ports::Ports;
 use programs::Programs;
 use role_port::PortEvent;
 use std::path::Path;
+use talk::Talk;
 use wire::time::{Span, Timestamp};
 
 /// An attached device under test must be heard within this where the bench does not say. Assumption: somebody
@@ -99,6 +101,8 @@ pub struct LiveWorld {
     clashes: u64,
     /// Frames on the bus of the base that are none of the base's command set.
     foreign: FloodWatch,
+    /// How much the device under test says.
+    talk: Talk,
     /// What goes wrong on purpose; none where the plan has no faults.
     faults: Option<Box<Faults>>,
     /// Who watches over properties; none where none are asked for.
@@ -134,6 +138,7 @@ impl LiveWorld {
             lateness,
             clashes: 0,
             foreign: FloodWatch::default(),
+            talk: Talk::default(),
             faults,
             eyes: None,
         }
@@ -185,7 +190,6 @@ impl LiveWorld {
         let (mut device, mut programs) = self.start(log, sink, &clock, &mut ports).await?;
         // Only now: what is started inherits it.
         let scheduling = realtime::ask(self.setting.scheduling);
-        let mut heard_any = self.config.is_none();
         let (mut events, mut pulse_at, mut until) = (0, clock.now(), None);
 
         let ending = loop {
@@ -198,8 +202,10 @@ impl LiveWorld {
                     self.director.engine.broke(now, &why);
                 }
                 let limit = self.start_limit();
-                if !heard_any && now - Timestamp::ZERO > limit {
-                    self.director.engine.broke(now, &device.why_silent(limit));
+                // Whatever else it says: the first step waits for its state.
+                if !self.engine().is_heard() && now - Timestamp::ZERO > limit {
+                    let why = device.why_silent(limit, self.talk.reports > 0);
+                    self.director.engine.broke(now, &why);
                 }
             }
             self.strike(now, sink, &mut device, &clock);
@@ -230,10 +236,7 @@ impl LiveWorld {
             match awaited {
                 Awaited::Due => {}
                 Awaited::Port(place, event) => self.hear(then, sink, &ports, place, event),
-                Awaited::Device(heard) => {
-                    heard_any |= matches!(heard, Heard::Report(_));
-                    self.hear_device(then, sink, &device, heard);
-                }
+                Awaited::Device(heard) => self.hear_device(then, sink, &device, heard),
             }
         };
         let end = clock.now();
@@ -246,7 +249,10 @@ impl LiveWorld {
         let timing = self.lateness.timing(bus_to_command, scheduling);
         let port_summaries = self.port_summaries(&ports, &device);
         if self.journal.unnoted() > 0 {
-            let note = format!("{} more events of ports are not noted", self.journal.unnoted());
+            let note = format!(
+                "{} more events of ports and lines that are no reports are not noted",
+                self.journal.unnoted()
+            );
             traffic::note(sink, end, Device::Plan, note);
         }
         device.end().await;
@@ -305,6 +311,9 @@ impl LiveWorld {
         heard: Heard,
     ) {
         match heard {
+            Heard::Report(_) if self.talk.floods(now) => {
+                self.director.engine.failed(now, &Talk::why());
+            }
             Heard::Report(report) => {
                 if let (Some(eyes), Some(robot)) = (&mut self.eyes, self.rig.robot()) {
                     eyes.report(now, &robot.bench.carrier, &report);
@@ -313,6 +322,11 @@ impl LiveWorld {
                 self.director.engine.report(now, &report);
             }
             Heard::Nothing => {}
+            Heard::BadLine(what) => {
+                if let Some(note) = self.journal.note(what) {
+                    traffic::note(sink, now, Device::Controller, note);
+                }
+            }
             Heard::Note(what) => traffic::note(sink, now, Device::Controller, what),
             Heard::Port(role, event) => {
                 let name = device.in_process().and_then(|here| here.port(role));

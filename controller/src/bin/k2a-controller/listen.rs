@@ -96,18 +96,27 @@ impl Listener {
 impl Drop for Listener {
     fn drop(&mut self) {
         #[cfg(unix)]
-        if let Self::Unix(_, path) = self {
+        if let Self::Unix(_, path) = self
+            && is_socket(path)
+        {
             // Gone already is as good.
             let _ = std::fs::remove_file(path);
         }
     }
 }
 
+/// A file of somebody's is never in the way: it refuses a connection as a socket does that is left over.
+#[cfg(unix)]
+fn is_socket(path: &std::path::Path) -> bool {
+    use std::os::unix::fs::FileTypeExt as _;
+    std::fs::symlink_metadata(path).is_ok_and(|about| about.file_type().is_socket())
+}
+
 /// A socket at `path`, in place of one that nobody listens to any more.
 #[cfg(unix)]
 fn bind_unix(path: &std::path::Path) -> io::Result<UnixListener> {
     match UnixListener::bind(path) {
-        Err(cause) if cause.kind() == io::ErrorKind::AddrInUse => {
+        Err(cause) if cause.kind() == io::ErrorKind::AddrInUse && is_socket(path) => {
             match StdUnixStream::connect(path) {
                 Err(left) if left.kind() == io::ErrorKind::ConnectionRefused => {
                     std::fs::remove_file(path)?;
@@ -167,6 +176,17 @@ impl Connection {
 #[cfg(test)]
 mod tests {
     use super::ListenPlace;
+
+    #[test]
+    fn a_file_in_the_place_of_a_socket_stays() {
+        let path = std::env::temp_dir().join(format!("k2a-controller-{}", std::process::id()));
+        std::fs::write(&path, "mine").unwrap();
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+        let bound = runtime.block_on(super::Listener::bind(ListenPlace::Unix(path.clone())));
+        assert!(bound.is_err());
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "mine");
+        std::fs::remove_file(&path).unwrap();
+    }
 
     #[test]
     fn a_place_is_a_path_or_an_address() {

@@ -231,3 +231,14 @@ fn nothing_panics_on_any_bytes() {
         package.put("datapackage.json", good.as_bytes());
     });
 }
+
+/// Quoted or not: what has no end is given up long before the memory is full.
+#[test]
+fn a_row_without_end_is_refused() {
+    let names: Vec<_> = SERIES.iter().map(|field| field.0).collect();
+    for quote in ["", "\""] {
+        let csv = format!("{}\n{quote}{}", names.join(","), "1".repeat(4 << 20));
+        let message = message(&series(&csv));
+        assert!(message.contains("it holds more than 1048576 bytes in a row"), "{message}");
+    }
+}

@@ -128,7 +128,8 @@ fn attach(
         // Names come from a file: none leads out of the folder.
         let plain = Path::new(name).file_name().is_some_and(|file| file == name.as_str());
         let path = folder.file(name);
-        let small = fs::metadata(&path)
+        // Nor does a link: what it leads to is no file of the run.
+        let small = fs::symlink_metadata(&path)
             .is_ok_and(|about| about.is_file() && about.len() <= ATTACHMENT_BYTES_MAX);
         if plain && small {
             channels.attach(name, media_type(name), &fs::read(&path)?)?;

@@ -10,11 +10,11 @@ pub enum TablesError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Folder(#[from] RunFolderError),
-    /// The folder holds a package that is none of ours.
-    #[error("refused to replace {}: it is no package of tables", path.display())]
+    /// The folder holds a package that is none of ours, or a table without one.
+    #[error("refused to replace {}: it is of no package of tables", path.display())]
     #[diagnostic(help("choose another folder: hil export RUN --tables DIR"))]
     Foreign {
-        /// The package.
+        /// The package, or the table.
         path: PathBuf,
     },
     /// A file cannot be written.

@@ -46,20 +46,26 @@ impl Folder {
         };
         fs::create_dir_all(path).map_err(|source| failed(path, source))?;
         let index = path.join(PACKAGE);
+        let tables = || {
+            let each = |table| Format::ALL.map(|format| path.join(file_name(table, format)));
+            Table::ALL.into_iter().flat_map(each)
+        };
+        if !index.exists()
+            && let Some(path) = tables().find(|file| file.symlink_metadata().is_ok())
+        {
+            return Err(TablesError::Foreign { path });
+        }
         if index.exists() {
             if !is_ours(&index) {
                 return Err(TablesError::Foreign { path: index });
             }
-            fs::remove_file(&index).map_err(|source| failed(&index, source))?;
-            for table in Table::ALL {
-                for format in Format::ALL {
-                    let file = path.join(file_name(table, format));
-                    if file.exists() {
-                        fs::remove_file(&file).map_err(|source| failed(&file, source))?;
-                    }
-                }
+            for file in tables().filter(|file| file.exists()) {
+                fs::remove_file(&file).map_err(|source| failed(&file, source))?;
             }
         }
+        // From the beginning on: what an export that is killed leaves is known as ours.
+        let begun = format!("{:#}\n", package(survey, format, &[]));
+        fs::write(&index, begun).map_err(|source| failed(&index, source))?;
         let header = &survey.header;
         Ok(Self {
             path: path.to_owned(),

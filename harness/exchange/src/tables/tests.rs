@@ -207,6 +207,21 @@ fn an_export_replaces_its_own_files_and_no_others() {
 }
 
 #[test]
+fn a_table_of_somebody_else_stays() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = folder(&dir.path().join("run"), one_of_each(), true);
+    let out = dir.path().join("tables");
+    std::fs::create_dir(&out).unwrap();
+    std::fs::write(out.join("states.csv"), "mine").unwrap();
+    let export = || export(&run, survey(&run).unwrap(), &out, Format::Parquet, Ears::of_base());
+    let error = export().unwrap_err();
+    assert!(error.is_bad_input() && error.to_string().contains("states.csv"), "{error}");
+    assert_eq!(std::fs::read_dir(&out).unwrap().count(), 1);
+    std::fs::remove_file(out.join("states.csv")).unwrap();
+    export().unwrap();
+}
+
+#[test]
 fn what_is_left_of_a_record_is_exported_and_said() {
     let dir = tempfile::tempdir().unwrap();
     let run = folder(&dir.path().join("run"), one_of_each(), false);

@@ -12,14 +12,15 @@ use super::envelopes::{EnvelopeArguments, Means, kind};
 use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::operator::OperatorArguments;
+use super::own::only_ours;
 use super::progress::Screen;
 use super::repetition::RepetitionArguments;
 use super::say;
 use super::setup::{Setup, SetupArguments};
 use account::{Kept, Place};
 use campaign::{
-    self, Campaign, CaseResult, Executor, Guided, Journal, Random, Regression, Search, Settings,
-    Space,
+    self, ACCOUNT, Campaign, CaseResult, Executor, Guided, Journal, Random, Regression, Search,
+    Settings, Space,
 };
 use clap::{Args, ValueEnum};
 use harness::executors::Simulated;
@@ -29,6 +30,7 @@ use plan::faults::{FaultKind, Target};
 use plan::library::{Kind, Library};
 use plan::made::Made;
 use record::outcome::Outcome;
+use record::run_folder::{JUNIT, RECORD, REPORT, SUMMARY};
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -57,11 +59,12 @@ impl By {
 
 /// Throws seeded fault schedules at a plan until a property breaks, makes the case as small as it gets, and saves it as a plan.
 ///
+/// One that was interrupted goes on where it stopped.
+///
 /// With --clock real the cases are carried out on a bench, one at a time; what breaks there is repeated, and counts as broken
 /// where that shows it.
 ///
-/// With --envelope or --envelopes it measures instead how much of a fault is tolerated. One that was interrupted goes on where it
-/// stopped.
+/// With --envelope or --envelopes it measures instead how much of a fault is tolerated. One that was interrupted begins anew.
 #[derive(Debug, Args)]
 #[command(after_help = EXIT_STATUSES)]
 pub(super) struct CampaignArguments {
@@ -254,6 +257,8 @@ impl CampaignArguments {
     /// The folder of the campaign, made where there is none.
     fn opened(&self, prepared: &Prepared) -> Result<PathBuf, Failure> {
         let folder = self.folder("campaign", prepared);
+        let ours = folder.join(JOURNAL).is_file();
+        only_ours(&folder, ours, [ACCOUNT, REPORT, JUNIT, SUMMARY, RECORD])?;
         std::fs::create_dir_all(&folder).map_err(|source| Failure::file(&folder, source))?;
         Ok(folder)
     }
@@ -332,7 +337,14 @@ impl CampaignArguments {
             screen.chat(&format!("{}", page.display()));
         }
         self.summary.append(&markdown)?;
-        Ok(outcome(done))
+        let outcome = outcome(done);
+        if outcome == Outcome::Error {
+            let cases = done.tally.cases;
+            screen.note(&format!(
+                "none of {cases} cases came to a verdict: nothing is known of what holds"
+            ));
+        }
+        Ok(outcome)
     }
 
     pub(super) fn folder(&self, what: &str, prepared: &Prepared) -> PathBuf {
@@ -356,10 +368,34 @@ fn states(properties: &[Property]) -> BTreeSet<String> {
         .collect()
 }
 
+/// A campaign in which no case came to a verdict has shown nothing.
 fn outcome(done: &Campaign) -> Outcome {
+    let tally = &done.tally;
+    let unjudged = ["error", "worker_lost"].map(|name| tally.outcomes.get(name).unwrap_or(&0));
+    let unjudged: u64 = unjudged.into_iter().sum();
     match (done.found.is_empty(), done.stopped) {
         (false, _) => Outcome::Failed,
         (true, true) => Outcome::Aborted,
+        (true, false) if unjudged > 0 && unjudged == tally.cases => Outcome::Error,
         (true, false) => Outcome::Passed,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Campaign, Outcome, outcome};
+    use campaign::Tally;
+
+    #[test]
+    fn a_campaign_of_cases_without_a_verdict_holds_nothing() {
+        let done = |outcomes: &[(&str, u64)]| {
+            let cases = outcomes.iter().map(|(_, times)| times).sum();
+            let outcomes = outcomes.iter().map(|(name, times)| ((*name).to_owned(), *times));
+            let tally = Tally { cases, outcomes: outcomes.collect(), ..Tally::default() };
+            outcome(&Campaign { tally, found: Vec::new(), never: Vec::new(), stopped: false })
+        };
+        assert_eq!(done(&[("error", 3), ("worker_lost", 2)]), Outcome::Error);
+        assert_eq!(done(&[("error", 3), ("passed", 2)]), Outcome::Passed);
+        assert_eq!(done(&[]), Outcome::Passed);
     }
 }

@@ -164,11 +164,8 @@ fn socket(text: &str) -> Result<PathBuf, String> {
 
 impl EmulateArguments {
     pub(super) fn execute(&self, screen: &super::Screen) -> Result<Outcome, Failure> {
-        use std::io::Write as _;
-        let mut out = std::io::stdout();
-        let mut say = |line: &str| writeln!(out, "{line}").and_then(|()| out.flush());
         let mut warn = |what: &str| screen.note(what);
-        harness::emulation::run(&self.setup()?, &mut say, &mut warn)?;
+        harness::emulation::run(&self.setup()?, std::io::stdout(), &mut warn)?;
         Ok(Outcome::Passed)
     }
 }

@@ -3,6 +3,7 @@
 use super::export_whole::{self, TableFormat};
 use super::failure::Failure;
 use super::measured::{plain_name, tell};
+use super::own::only_ours;
 use super::progress::Screen;
 use super::say;
 use bus_log::LogWriter;
@@ -10,7 +11,7 @@ use bus_log::convert::convert;
 use bus_log::recorded::Recorded;
 use clap::{Args, ValueEnum};
 use dataset::export::export;
-use dataset::{WriteOptions, write};
+use dataset::{DESCRIPTOR, WriteOptions, write};
 use identification::dataset::Kind;
 use record::outcome::Outcome;
 use record::run_folder::{RECORD, RunFolder, RunFolderError};
@@ -89,6 +90,17 @@ Examples:
   hil export runs/laps-corrected-seed1 --kind odometry
 ";
 
+/// In the title of each package that is made of a run.
+const OF_THE_RUN: &str = " of the run ";
+
+/// Whether the data package in this folder was made of a run.
+fn is_export(folder: &Path) -> bool {
+    let text = std::fs::read(folder.join(DESCRIPTOR)).ok();
+    let package = text.and_then(|text| serde_json::from_slice::<serde_json::Value>(&text).ok());
+    let title = package.as_ref().and_then(|package| package["title"].as_str());
+    title.is_some_and(|title| title.contains(OF_THE_RUN))
+}
+
 /// Writes the bus log of a run.
 fn bus(folder: &RunFolder, path: &Path, screen: &Screen) -> Result<Outcome, Failure> {
     let format = super::log_format::format_of(path, None, "--bus")?;
@@ -133,7 +145,8 @@ impl ExportArguments {
         tell(&dataset, screen);
         let name = || format!("{}-{}", plain_name(&dataset.name), dataset.kind.name());
         let out = self.out.clone().unwrap_or_else(|| PathBuf::from("data").join(name()));
-        let title = format!("{} of the run {}", dataset.kind.name(), dataset.name);
+        let title = format!("{}{OF_THE_RUN}{}", dataset.kind.name(), dataset.name);
+        only_ours(&out, is_export(&out), [DESCRIPTOR, "data.csv", "data.csv.gz"])?;
         let options = WriteOptions {
             compressed: self.gzip,
             title: Some(title),

@@ -1,13 +1,16 @@
 //! What keeps a command from doing its work, told to people, to programs and to build servers.
 
 mod cause;
+mod wide;
 
 use super::annotation::Annotation;
+use super::tame;
 use cause::Cause;
 use identification::identify::IdentifyError;
-use miette::{Diagnostic as _, GraphicalReportHandler, GraphicalTheme};
+use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
 use plan::library::LibraryError;
 use serde_json::{Map, Value, json};
+use std::borrow::Cow;
 use std::path::Path;
 use std::{fmt, io};
 
@@ -101,10 +104,27 @@ impl Failure {
     /// The message, with the place in the file where there is one: with colours and lines, or in plain
     /// ASCII.
     pub(super) fn rendered(&self, fancy: bool) -> String {
+        // What a file makes a message say is text: where it holds more, the message has no colours.
+        let plain = self.drawn(false);
+        match tame::plain(&plain) {
+            Cow::Borrowed(_) if fancy => self.drawn(true),
+            text => text.into_owned(),
+        }
+    }
+
+    fn drawn(&self, fancy: bool) -> String {
         let theme = if fancy { GraphicalTheme::unicode() } else { GraphicalTheme::none() };
         let handler = GraphicalReportHandler::new_themed(theme).with_width(WIDTH).with_links(fancy);
         let mut text = String::new();
-        match handler.render_report(&mut text, &*self.cause) {
+        let bare;
+        let shown: &dyn Diagnostic = match wide::is_too_wide(&*self.cause) {
+            true => {
+                bare = wide::Bare { shown: &*self.cause, place: self.annotation().place };
+                &bare
+            }
+            false => &*self.cause,
+        };
+        match handler.render_report(&mut text, shown) {
             Ok(()) => text,
             Err(_) => format!("{self}\n"),
         }

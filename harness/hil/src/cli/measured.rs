@@ -1,6 +1,7 @@
 //! What `identify`, `predict` and `export` share: where data come from, and where results go.
 
 use super::failure::Failure;
+use super::own::{has_field, only_ours};
 use super::progress::Screen;
 use dataset::export::export;
 use dataset::{self, publish};
@@ -57,8 +58,11 @@ pub(super) fn plain_name(name: &str) -> String {
     }
 }
 
-/// Writes results; all of them or none.
+/// Writes results; all of them or none, and none in the place of somebody's files.
 pub(super) fn put(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failure> {
+    let ours = ["finding.json", "prediction.json"];
+    let ours = ours.iter().any(|name| has_field(folder, name, "dataset"));
+    only_ours(folder, ours, files.iter().map(|(name, _)| name.as_str()))?;
     publish(folder, files).map_err(|error| Failure::file(folder, error))
 }
 

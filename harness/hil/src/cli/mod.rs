@@ -38,6 +38,7 @@ mod measured;
 mod nats;
 mod new;
 mod operator;
+mod own;
 mod paper;
 mod predict;
 mod progress;
@@ -50,6 +51,7 @@ mod seeds;
 mod series;
 mod setup;
 mod show;
+mod tame;
 mod terminal;
 mod watch;
 #[cfg(feature = "nats")]
@@ -221,7 +223,7 @@ fn start_log(screen: &Screen) {
 /// Puts text on the standard output.
 fn say(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(tame::tamed(text).as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::output(error)),
         _ => Ok(()),
     }

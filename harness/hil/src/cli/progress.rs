@@ -1,5 +1,6 @@
 //! What is shown on the standard error while runs go on: bars on a terminal, a line a plan elsewhere.
 
+use super::tame::tamed;
 use harness::stopwatch::Stopwatch;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
 use record::Progress;
@@ -75,7 +76,7 @@ impl Screen {
     /// A line that is always shown.
     pub(super) fn note(&self, text: &str) {
         // With the standard error gone there is nobody to tell.
-        let _ = writeln!(self.clone(), "{}", text.trim_end());
+        let _ = writeln!(self.clone(), "{}", tamed(text.trim_end()));
     }
 
     /// Where the answer to a question is typed.

@@ -48,8 +48,11 @@ fn start(hil: &Hil, arguments: &[&str], record: &Path) -> Child {
     std::fs::write(hil.path("endless.toml"), ENDLESS).unwrap();
     let mut command = hil.command(arguments);
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    // Written out by blocks: with the first of them the run is well under way.
-    wait_for("the record", || record.metadata().is_ok_and(|about| about.len() > 0));
+    let length = || record.metadata().map_or(0, |about| about.len());
+    wait_for("the record", || length() > 0);
+    // Written out by blocks: with the first of them behind the header the run is well under way.
+    let header = length();
+    wait_for("records", || length() > header);
     child
 }
 

@@ -101,3 +101,43 @@ fn a_flood_is_counted_and_the_run_ends_in_order() {
     assert_eq!(base.unwrap()["counters"]["frames_in"], 20_000, "{summary}");
     assert!(!record(&out).is_empty());
 }
+
+/// A run of `live-table-run` with this shell script in the controller's place: its status, its reason and its folder.
+fn run_with(name: &str, script: &str) -> (Option<i32>, String, tempfile::TempDir) {
+    let (folder, out) = out(name);
+    let bench = format!("[controller]\ncommand = [\"sh\", \"-c\", {script:?}]\n");
+    let (status, said) = on_bench("live-table-run", &bench, &out);
+    let reason = summary(&out)["reason"].as_str().unwrap_or(&said).to_owned();
+    let bytes = std::fs::metadata(out.join("record.hilrec")).unwrap().len();
+    assert!(bytes < 16_000_000, "a record of {bytes} bytes");
+    (status, reason, folder)
+}
+
+/// Health, and never a state.
+const HEALTH: &str = r#"{"at_ns":1,"report":{"health":{"level":"ok","causes":{}}}}"#;
+
+#[test]
+fn a_controller_that_reports_no_state_ends_the_run() {
+    let script = format!("echo '{HEALTH}'; sleep 60");
+    let (status, reason, _folder) = run_with("stateless", &script);
+    assert_eq!(status, Some(3), "{reason}");
+    assert!(reason.contains("reported no state within 10 s"), "{reason}");
+}
+
+#[test]
+fn a_controller_that_floods_fails_and_fills_no_disk() {
+    let (status, reason, _folder) = run_with("talk", &format!("exec yes '{HEALTH}'"));
+    assert_eq!(status, Some(1), "{reason}");
+    assert!(reason.contains("more than 20000 reports within 1 s"), "{reason}");
+}
+
+#[test]
+fn lines_that_are_no_reports_are_counted_and_not_kept() {
+    let (status, reason, folder) = run_with("noise", "exec yes 'this is no report'");
+    assert_eq!(status, Some(3), "{reason}");
+    assert!(reason.contains("said nothing within 10 s"), "{reason}");
+    let shown = record(&folder.path().join("noise"));
+    let notes = shown.lines().filter(|line| line.contains("of the device under test:")).count();
+    assert_eq!(notes as u64, 500, "the others are counted");
+    assert!(shown.contains("lines that are no reports are not noted"), "{shown}");
+}

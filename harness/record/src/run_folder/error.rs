@@ -15,6 +15,13 @@ pub enum RunFolderError {
         /// The folder.
         path: PathBuf,
     },
+    /// Another run is going on in it.
+    #[error("refused to replace {}: a run is going on there", path.display())]
+    #[diagnostic(help("wait until it is over, or choose another folder with --out"))]
+    Busy {
+        /// The folder.
+        path: PathBuf,
+    },
     /// Nothing in it is ours.
     #[error("no run in {}: neither {SUMMARY} nor {RECORD} is there", path.display())]
     NoRun {

@@ -86,8 +86,10 @@ pub(super) enum Heard {
     Report(Report),
     /// Bytes or frames were taken in; a report may follow.
     Nothing,
-    /// Something that is to be noted: a line that is no report, say.
+    /// Something that is to be noted.
     Note(String),
+    /// A line that is no report: there may be any number.
+    BadLine(String),
     /// A port of the controller in the process tells of itself.
     Port(&'static str, PortEvent),
     /// It has ended.
@@ -161,21 +163,19 @@ impl Running {
         Ok(Self::Attached { device: Box::new(device), place: place.clone(), missing })
     }
 
-    /// Why nothing was heard of it in all this time.
-    pub(super) fn why_silent(&self, waited: Span) -> String {
+    /// Why no state was heard of it in all this time; it may have said something else.
+    pub(super) fn why_silent(&self, waited: Span, spoke: bool) -> String {
         let seconds = waited.as_secs_f64();
+        let said = if spoke { "reported no state" } else { "said nothing" };
         match self {
             Self::Attached { place, missing: Some(why), .. } => {
                 format!("no device under test at {place} within {seconds} s: {why}")
             }
             Self::Attached { place, missing: None, .. } => {
-                format!("the device under test at {place} said nothing within {seconds} s")
+                format!("the device under test at {place} {said} within {seconds} s")
             }
             Self::InProcess(_) | Self::Process { .. } | Self::Device => {
-                format!(
-                    "the device under test said nothing within {seconds} s{}",
-                    self.last_words()
-                )
+                format!("the device under test {said} within {seconds} s{}", self.last_words())
             }
         }
     }
@@ -260,7 +260,7 @@ impl Running {
             Self::Process { process, ended } => match process.next_event().await {
                 ProcessEvent::Report(line) => Heard::Report(line.report),
                 ProcessEvent::BadLine { number, cause } => {
-                    Heard::Note(format!("line {number} of the device under test: {cause}"))
+                    Heard::BadLine(format!("line {number} of the device under test: {cause}"))
                 }
                 ProcessEvent::Exited(exit) => {
                     *ended = true;
@@ -274,7 +274,7 @@ impl Running {
             Self::Attached { device, place, missing } => match device.next_event().await {
                 AttachedEvent::Report(line) => Heard::Report(line.report),
                 AttachedEvent::BadLine { number, cause } => {
-                    Heard::Note(format!("line {number} of the device under test: {cause}"))
+                    Heard::BadLine(format!("line {number} of the device under test: {cause}"))
                 }
                 AttachedEvent::NotThere(why) => {
                     *missing = Some(why);

@@ -120,6 +120,7 @@ impl Collected {
     }
 }
 
-fn is_drawable(value: f64) -> bool {
+/// Whether it is a number that a bench can come to.
+pub(super) fn is_drawable(value: f64) -> bool {
     value.abs() <= VALUE_MAX
 }

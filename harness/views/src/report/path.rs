@@ -1,5 +1,6 @@
 //! Where the base was, and where the controller believed it to be.
 
+use super::collect::is_drawable;
 use super::download::{Table, number};
 use super::frame::{Axis, Chart, Drawn, Frame, SCALE};
 use super::palette::{CCW, REFERENCE};
@@ -35,15 +36,18 @@ pub(super) struct Path {
     pieces: Vec<Vec<Point>>,
     points: usize,
     overflowed: u64,
+    /// Places that are no place of a bench.
+    nowhere: u64,
 }
 
 impl Path {
     /// Adds the next place, and begins a new piece where it cannot have been driven to.
     pub(super) fn add(&mut self, pose: Pose) {
-        if !pose.is_finite() {
+        let point = (pose.x.m(), pose.y.m());
+        if !(is_drawable(point.0) && is_drawable(point.1)) {
+            self.nowhere += 1;
             return;
         }
-        let point = (pose.x.m(), pose.y.m());
         let last = self.pieces.last().and_then(|piece| piece.last());
         let step = last.map(|last| (point.0 - last.0).hypot(point.1 - last.1));
         if step.is_some_and(|step| step < SAME_PLACE_M) {
@@ -134,6 +138,7 @@ pub(super) fn figure(believed: &Path, truth: &Path) -> Option<Markup> {
     });
     let points: usize = shown.iter().map(|(path, ..)| path.points).sum();
     let overflowed: u64 = shown.iter().map(|(path, ..)| path.overflowed).sum();
+    let nowhere = believed.nowhere + truth.nowhere;
     Some(html! {
         figure {
             h3 { "Path of the base" }
@@ -151,6 +156,7 @@ pub(super) fn figure(believed: &Path, truth: &Path) -> Option<Markup> {
                     (format!("{:.1}", tolerance_m * 1e3))
                     " mm to the line are left out; both axes have the same scale."
                     @if overflowed > 0 { " " (overflowed) " later places were not kept." }
+                    @if nowhere > 0 { " " (nowhere) " places are infinite or further than any bench, and not drawn." }
                     " " (table(&shown))
                 }
             }

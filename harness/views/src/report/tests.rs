@@ -2,11 +2,12 @@
 
 use super::render;
 use super::samples::{header, long_run, noise};
+use controller::mission::Report;
 use record::header::{Band, Header, Quantity};
 use record::outcome::samples::summary;
 use record::outcome::{Outcome, Summary, Verdict};
 use record::reader::RecordError;
-use record::samples::{observation, one_of_each, record};
+use record::samples::{observation, one_of_each, record, state};
 use record::{Device, Record, RecordKind};
 use scraper::{Html, Selector};
 
@@ -104,6 +105,22 @@ fn a_record_cut_short_is_drawn_as_far_as_it_goes() {
     assert!(page.contains("5 bytes of an incomplete record at byte 4711"));
     assert!(page.contains("The step that had not ended: turn by 90 deg."));
     assert_eq!(count(&document, "g.step.unfinished"), 1);
+}
+
+/// As one flipped bit of a record makes them, or a controller that divides by nothing.
+#[test]
+fn places_at_the_end_of_the_numbers_are_counted_and_not_drawn() {
+    let places =
+        [(1.7e308, 0.0), (0.0, -1.7e308), (f64::MAX, f64::MIN), (1e13, 0.0), (f64::NAN, 1.0)];
+    let drive = (0..100).map(|step| (f64::from(step) * 0.1, 0.0));
+    let records = drive.chain(places).enumerate().map(|(index, (x, y))| {
+        let state = RecordKind::Report(Report::State(state(x, y)));
+        record(index as f64, Device::Controller, state)
+    });
+    let page = page(&summary(), records);
+    let document = assert_stands_alone(&page);
+    assert_eq!(count(&document, "svg.plot"), 1);
+    assert!(page.contains("5 places are infinite or further than any bench, and not drawn."));
 }
 
 #[test]

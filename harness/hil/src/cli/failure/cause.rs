@@ -188,6 +188,7 @@ impl Cause {
             }
             Self::Folder(
                 RunFolderError::Foreign { .. }
+                | RunFolderError::Busy { .. }
                 | RunFolderError::NoRun { .. }
                 | RunFolderError::Read { .. }
                 | RunFolderError::Summary { .. }

@@ -63,6 +63,9 @@ fn reset(ours: &mut bool) {
     }
 }
 
+/// The most columns and rows that are drawn on: a terminal may claim 65,535 of each, whose cells no memory holds.
+const SIDE_MAX: u16 = 1_000;
+
 /// Columns and rows.
 ///
 /// # Errors
@@ -70,7 +73,7 @@ fn reset(ours: &mut bool) {
 /// When the standard error is no terminal any more.
 pub(super) fn size() -> io::Result<Rect> {
     let size = rustix::termios::tcgetwinsize(io::stderr())?;
-    Ok(Rect::new(0, 0, size.ws_col, size.ws_row))
+    Ok(Rect::new(0, 0, size.ws_col.min(SIDE_MAX), size.ws_row.min(SIDE_MAX)))
 }
 
 /// Puts pictures on the terminal, and of each only what has changed.

@@ -1,0 +1,68 @@
+//! Text from files on a terminal: it moves no cursor, clears no screen and sets no title.
+
+use std::borrow::Cow;
+use std::fmt::Write as _;
+
+/// The same text with control characters written out, but for ends of lines, tabs and colours: tables have colours of their own.
+pub(super) fn tamed(text: &str) -> Cow<'_, str> {
+    if !text.chars().any(is_wild) {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    let mut rest = text;
+    while let Some(next) = rest.chars().next() {
+        let colour = colour_bytes(rest);
+        let (head, tail) = rest.split_at(if colour > 0 { colour } else { next.len_utf8() });
+        if colour == 0 && is_wild(next) {
+            // Writing to a string cannot fail.
+            let _ = write!(out, "{}", next.escape_default());
+        } else {
+            out.push_str(head);
+        }
+        rest = tail;
+    }
+    Cow::Owned(out)
+}
+
+/// The same without colours either: for a text that has none of its own.
+pub(super) fn plain(text: &str) -> Cow<'_, str> {
+    if !text.chars().any(is_wild) {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    for next in text.chars() {
+        match is_wild(next) {
+            true => _ = write!(out, "{}", next.escape_default()),
+            false => out.push(next),
+        }
+    }
+    Cow::Owned(out)
+}
+
+/// Whether a terminal may take it for more than a character.
+fn is_wild(c: char) -> bool {
+    c.is_control() && !matches!(c, '\n' | '\t')
+}
+
+/// Bytes of the colour (SGR) with which the text begins; zero where it begins with none.
+fn colour_bytes(text: &str) -> usize {
+    let Some(rest) = text.strip_prefix("\u{1b}[") else { return 0 };
+    let end = rest.find(|c: char| !c.is_ascii_digit() && c != ';');
+    end.filter(|end| rest[*end..].starts_with('m')).map_or(0, |end| 2 + end + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{plain, tamed};
+
+    #[test]
+    fn only_lines_tabs_and_colours_pass() {
+        let own = "\u{1b}[1;31mfail\u{1b}[0m\ta\n";
+        assert_eq!(tamed(own), own);
+        let theirs = "a\u{1b}[2Jb\u{1b}]0;title\u{7}c\rd\u{9b}e\u{1b}";
+        let shown = r"a\u{1b}[2Jb\u{1b}]0;title\u{7}c\rd\u{9b}e\u{1b}";
+        assert_eq!(tamed(theirs), shown);
+        assert_eq!(plain(theirs), shown);
+        assert_eq!(plain("\u{1b}[31mred\n"), "\\u{1b}[31mred\n");
+    }
+}

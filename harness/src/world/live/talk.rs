@@ -1,0 +1,56 @@
+//! Does the device under test say more than anybody can keep?
+
+use wire::time::{Span, Timestamp};
+
+/// Reports are counted over this.
+const WINDOW: Span = Span::from_secs(1);
+/// The most reports within it. Assumption: a controller reports its state at 1 kHz at most, and what has gathered in the pipes while
+/// this machine was busy comes at once.
+const REPORTS_MAX: u64 = 20_000;
+
+/// Counts the reports of the device under test: each is recorded, and the disk has an end.
+#[derive(Debug, Default)]
+pub(super) struct Talk {
+    /// All of them.
+    pub reports: u64,
+    window: Option<(Timestamp, u64)>,
+}
+
+impl Talk {
+    /// Counts a report; whether it is one too many.
+    pub(super) fn floods(&mut self, now: Timestamp) -> bool {
+        self.reports += 1;
+        let (began, count) = self.window.get_or_insert((now, 0));
+        if now - *began >= WINDOW {
+            (*began, *count) = (now, 0);
+        }
+        *count += 1;
+        *count > REPORTS_MAX
+    }
+
+    /// What is said of it.
+    pub(super) fn why() -> String {
+        format!(
+            "the device under test sent more than {REPORTS_MAX} reports within {} s",
+            WINDOW.as_secs_f64()
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{REPORTS_MAX, Talk, WINDOW};
+    use wire::time::Timestamp;
+
+    #[test]
+    fn only_more_than_anybody_needs_is_a_flood() {
+        let mut talk = Talk::default();
+        let mut now = Timestamp::ZERO;
+        for _ in 0..3 {
+            assert!((0..REPORTS_MAX).all(|_| !talk.floods(now)));
+            now += WINDOW;
+        }
+        assert!(!(0..REPORTS_MAX).any(|_| talk.floods(now)));
+        assert!(talk.floods(now));
+    }
+}
