@@ -4,6 +4,7 @@ use super::build::What;
 use super::control::{Asked, Control, ControlError};
 use super::emulated::Emulated;
 use super::{request, tell};
+use crate::live::lines;
 use crate::port::{PortError, PortSpec};
 use crate::world::live::Clock;
 use crate::world::live::ports::{OpenPort, Ports};
@@ -75,6 +76,7 @@ async fn run_in_runtime(
     let (mut emulated, plans) = Emulated::new(setup);
     let mut ports = Ports::open(plans).await?;
     let mut control = Control::open(setup.control.as_deref())?;
+    let _told = lines::Kept::or_warn(&ports.wiring()?.places);
     let clock = Clock::start();
     for port in &ports.open {
         say(&ready(port).to_string()).map_err(EmulationError::Output)?;
