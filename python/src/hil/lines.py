@@ -1,7 +1,7 @@
 """Where the lines of running rigs are.
 
 A program under test is told by the variable ``HIL_LINES`` of its environment; anybody else finds the lines of what runs on
-this machine in the files that running commands keep, one a process, locked for as long as it runs.
+this machine in the files that running commands keep, one a rig, locked for as long as it runs.
 """
 
 import fcntl
@@ -70,7 +70,8 @@ def running() -> dict[int, dict[str, Line]]:
             with path.open(encoding="utf-8") as file:
                 if not _is_kept(file):
                     continue
-                found[int(path.stem)] = read(file.read())
+                pid = int(path.stem.partition("-")[0])
+                found.setdefault(pid, {}).update(read(file.read()))
         except (OSError, ValueError):
             # It has ended, or just begins.
             continue

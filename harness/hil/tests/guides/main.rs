@@ -25,6 +25,8 @@
 
 mod compare;
 mod markdown;
+#[path = "../python_package.rs"]
+mod python_package;
 mod session;
 mod wrong;
 
@@ -90,6 +92,7 @@ guides! {
     closing_the_loop: "closing-the-loop",
     campaigns: "campaigns",
     tests_of_your_own: "tests-of-your-own",
+    from_python: "from-python",
 }
 
 #[test]

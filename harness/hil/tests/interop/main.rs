@@ -15,4 +15,6 @@ mod exports;
 mod gyro;
 mod own_device;
 mod pytest;
+#[path = "../python_package.rs"]
+mod python_package;
 mod rig;
