@@ -25,7 +25,7 @@
 
 mod compare;
 mod markdown;
-#[path = "../python_package.rs"]
+#[path = "../interop/python_package.rs"]
 mod python_package;
 mod session;
 mod wrong;

@@ -15,6 +15,5 @@ mod exports;
 mod gyro;
 mod own_device;
 mod pytest;
-#[path = "../python_package.rs"]
 mod python_package;
 mod rig;
