@@ -19,8 +19,8 @@
 //! * [`approach`]: the two loops that straight lines and turns share.
 //!
 //! It stops the base by itself when the heading or the base is lost, refuses what it cannot do, and
-//! answers every mission exactly once. The binary `k2a-controller` is a thin shell around it: two ports,
-//! the real clock, JSON lines on stdin and stdout.
+//! answers every mission exactly once. The program `k2a-controller` (`harness/hil/src/bin`) is a thin shell around
+//! it: two ports, the real clock, JSON lines on stdin and stdout.
 
 #![no_std]
 

@@ -13,7 +13,11 @@ fn main() {
         .collect();
     sources.sort();
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo says where")).join("shim.so");
-    let compiler = cc::Build::new().opt_level(2).pic(true).warnings(false).get_compiler();
+    // It is loaded into programs of the GNU C library, whatever the harness itself is linked with.
+    let target = env::var("TARGET").expect("cargo says for what").replace("-musl", "-gnu");
+    let mut build = cc::Build::new();
+    build.target(&target).opt_level(2).pic(true).warnings(false);
+    let compiler = build.get_compiler();
     let status = compiler
         .to_command()
         .args(["-shared", "-std=gnu11", "-fvisibility=hidden", "-Wall", "-Wextra", "-Werror"])

@@ -8,8 +8,7 @@ use toml::Table;
 /// Which rooms each room may depend on, by folder and by name. A room that is not here has no place in the house yet.
 const ARROWS: &[(&str, &[&str])] = &[
     ("wire", &[]),
-    // Ports are for its process, not for its library.
-    ("controller", &["wire", "ports"]),
+    ("controller", &["wire"]),
     ("emulators", &["wire"]),
     ("described", &["wire", "emulators"]),
     ("ports", &["wire"]),
@@ -136,8 +135,8 @@ const TIMELESS: [&str; 16] = [
     "harness/src/rig/",
 ];
 
-/// They have a clock: the controller's shell, and a test that takes the time of something.
-const WITH_A_CLOCK: [&str; 2] = ["controller/src/bin/", "harness/record/src/tests.rs"];
+/// It has a clock: a test that takes the time of something.
+const WITH_A_CLOCK: [&str; 1] = ["harness/record/src/tests.rs"];
 
 fn manifest(folder: &str) -> Table {
     let path = root().join(folder).join("Cargo.toml");
@@ -214,8 +213,7 @@ fn what_runs_on_a_microcontroller_needs_no_std() {
         assert!(!library.contains("extern crate alloc"), "{room} allocates");
         let own = format!("{room}/src/");
         for Source { path, text } in sources(&own, "rs") {
-            let of_process = path.starts_with("controller/src/bin/");
-            assert!(of_process || !text.contains("ports::"), "{path} knows ports");
+            assert!(!text.contains("ports::"), "{path} knows ports");
         }
     }
 }

@@ -6,6 +6,7 @@ use super::emulated::Emulated;
 pub use super::outlet::LINES_MAX;
 use super::outlet::Outlet;
 use super::{request, tell};
+use crate::live::lines;
 use crate::port::{PortError, PortSpec};
 use crate::world::live::Clock;
 use crate::world::live::ports::{OpenPort, Ports};
@@ -78,6 +79,7 @@ async fn run_in_runtime(
     let mut ports = Ports::open(plans).await?;
     let mut control = Control::open(setup.control.as_deref())?;
     let mut out = Outlet::spawn(out).map_err(EmulationError::Output)?;
+    let _told = lines::Kept::or_warn(&ports.wiring()?.places);
     let clock = Clock::start();
     for port in &ports.open {
         out.say(ready(port).to_string());

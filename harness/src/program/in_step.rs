@@ -2,12 +2,14 @@
 
 use crate::hosted::NodeDevice;
 use crate::live::command::fill;
+use crate::live::lines::{self, Place, Places};
 use crate::plan::Rig;
 use crate::plan::rig::{NodePart, RigLine, RigNode, UnderTest};
 use described::Medium;
 use lockstep::{Ended, Lockstep, Output, Program, StartError};
 use std::collections::BTreeMap;
 use std::path::Path;
+use wire::can::BitRates;
 use wire::device::{Device, PortId, Transmit};
 use wire::time::{Span, Timestamp};
 
@@ -40,14 +42,17 @@ fn started(
         lines.map(|line| (rig.line_name(line).to_owned(), port(rig, line))).collect();
     let words = fill(words, &ports).map_err(|error| error.to_string())?;
     let mut program = in_words(words);
+    let mut places = Places::new();
     for line in &node.lines {
         let name = port(rig, *line);
+        places.insert(rig.line_name(*line).to_owned(), place(rig, *line, &name));
         program = match declared(rig, *line) {
             Some(RigLine { medium: Medium::Serial(_), .. }) => program.serial(name),
             Some(RigLine { data_bit_rate: Some(_), .. }) => program.can_fd(name),
             _ => program.can(name),
         };
     }
+    program = program.env(lines::VARIABLE, lines::document(&places));
     if let Some(log) = log {
         let is_alone = rig.under_test().count() == 1;
         let log = match is_alone {
@@ -90,6 +95,20 @@ fn port(rig: &Rig, line: usize) -> String {
         _ if is_serial(rig, line) => format!("/dev/ttyHIL{line}"),
         name if name.len() <= INTERFACE_BYTES_MAX => name.to_owned(),
         _ => format!("hil{line}"),
+    }
+}
+
+/// What a program is told of a line.
+fn place(rig: &Rig, line: usize, name: &str) -> Place {
+    let declared = declared(rig, line);
+    match declared.map(|line| line.medium) {
+        Some(Medium::Serial(settings)) => {
+            Place::of_port(format_args!("serial:{name}")).with_settings(settings)
+        }
+        Some(Medium::Can) | None => {
+            let rates = declared.map_or(BitRates::USUAL, RigLine::rates);
+            Place::of_port(format_args!("can:{name}")).with_rates(rates)
+        }
     }
 }
 

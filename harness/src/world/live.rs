@@ -52,6 +52,7 @@ pub use setting::{LineSite, LiveError, OutOfReach, Setting, Site};
 pub use verdict::LiveEnd;
 
 use crate::engine::{Action, Ending, Engine};
+use crate::live::lines;
 use crate::outcome::PortSide;
 use crate::plan::Speaker;
 use crate::properties::{Limits, Property};
@@ -186,6 +187,7 @@ impl LiveWorld {
         pulse: &mut impl FnMut(Progress) -> bool,
     ) -> Result<LiveEnd, LiveError> {
         let mut ports = Ports::open(std::mem::take(&mut self.plans)).await?;
+        let _told = lines::Kept::or_warn(&ports.wiring()?.places);
         let clock = Clock::start();
         let (mut device, mut programs) = self.start(log, sink, &clock, &mut ports).await?;
         // Only now: what is started inherits it.

@@ -43,7 +43,7 @@ pub(super) fn judge(facts: &ProgramFacts, needs: &Needs, findings: &mut Vec<Find
         None => Finding::gap(
             "k2a-controller",
             "our controller is not beside hil, nor where PATH leads",
-            "cargo build --release -p controller\n# or run with --controller in-process",
+            "cargo install --path harness/hil\n# or run with --controller in-process",
             needs.our_controller.clone(),
         ),
     });

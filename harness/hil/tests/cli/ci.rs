@@ -4,38 +4,55 @@ use super::hil::{Hil, Ran, TURN};
 use std::fs;
 use std::path::Path;
 
-/// Places where the commands of these files need more than this test has.
-const NEEDS_MORE: [&str; 2] = ["--bus vcan", "hil doctor"];
-
-/// The lines of a workflow that call `hil`.
-fn commands(file: &str) -> Vec<String> {
+/// What a workflow has a shell do: each command, or several that belong together.
+fn scripts(file: &str) -> Vec<String> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../ci").join(file);
     let text = fs::read_to_string(path).unwrap();
     assert!(!text.contains('\t'), "{file}: YAML has no tabs");
-    let lines = text.lines().map(|line| line.trim_start().trim_start_matches("- "));
-    let commands = lines.map(|line| line.trim_start_matches("run: "));
-    let commands = commands.filter(|line| line.starts_with("hil "));
-    commands.map(str::to_owned).collect()
+    let depth = |line: &str| line.len() - line.trim_start().len();
+    let mut lines = text.lines().peekable();
+    let (mut scripts, mut in_list) = (Vec::new(), false);
+    while let Some(line) = lines.next() {
+        let said = line.trim();
+        if said == "run: |" {
+            let mut script = String::new();
+            while let Some(next) = lines.next_if(|next| depth(next) > depth(line)) {
+                script += &format!("{next}\n");
+            }
+            scripts.push(script);
+        } else if let Some(script) = said.strip_prefix("run: ") {
+            scripts.push(script.to_owned());
+        } else if let Some(script) = said.strip_prefix("- ").filter(|_| in_list) {
+            scripts.push(script.to_owned());
+        } else {
+            in_list = said == "script:";
+        }
+    }
+    scripts
 }
 
+/// In a repository with a plan in `plans`, and nothing of ours but the program.
 #[test]
 fn the_workflows_that_ship_do_what_they_say() {
     for file in ["github.yml", "gitlab.yml"] {
-        let (hil, commands) = (Hil::new(), commands(file));
-        assert!(commands.len() >= 4, "{file}: {commands:?}");
-        for command in commands {
-            let words: Vec<&str> =
-                command.trim_end_matches("|| true").split_whitespace().skip(1).collect();
-            if NEEDS_MORE.iter().any(|needed| command.contains(needed)) {
-                // Its arguments are right, at least.
-                hil.run(&[&words[..1], &["--help"]].concat()).exits(0);
-                continue;
-            }
-            hil.run(&words).exits(0);
+        let (hil, scripts) = (Hil::new(), scripts(file));
+        hil.run(&["new", "oven"]).exits(0);
+        fs::rename(hil.path("oven"), hil.path("plans")).unwrap();
+        let programs = Path::new(env!("CARGO_BIN_EXE_hil")).parent().unwrap();
+        let known = std::env::var_os("PATH").unwrap_or_default();
+        let path = [programs.to_owned()].into_iter().chain(std::env::split_paths(&known));
+        let path = std::env::join_paths(path).unwrap();
+        let (install, others): (Vec<_>, Vec<_>) =
+            scripts.iter().partition(|script| script.starts_with("pip install"));
+        assert!(install.len() == 1 && others.len() == 3, "{file}: {scripts:?}");
+        for script in others {
+            let mut shell = std::process::Command::new("bash");
+            shell.args(["-e", "-c", script]).current_dir(hil.path(".")).env("PATH", &path);
+            Ran::of(shell.output().unwrap()).exits(0);
         }
         let junit = fs::read_dir(hil.path("runs")).unwrap();
         let junit = junit.filter(|run| run.as_ref().unwrap().path().join("junit.xml").is_file());
-        assert!(junit.count() >= 3, "{file}: build servers read runs/*/junit.xml");
+        assert!(junit.count() >= 2, "{file}: build servers read runs/*/junit.xml");
     }
 }
 

@@ -25,6 +25,8 @@
 
 mod compare;
 mod markdown;
+#[path = "../interop/python_package.rs"]
+mod python_package;
 mod session;
 mod wrong;
 
@@ -91,6 +93,7 @@ guides! {
     campaigns: "campaigns",
     a_thousand_times: "a-thousand-times",
     tests_of_your_own: "tests-of-your-own",
+    from_python: "from-python",
 }
 
 #[test]

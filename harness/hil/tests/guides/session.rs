@@ -2,6 +2,7 @@
 
 use crate::compare::compare;
 use crate::markdown::{Command, Needs};
+use crate::python_package::python_path;
 use rustix::process::{Pid, Signal, kill_process};
 use std::fs::{self, File};
 use std::io::{BufRead as _, BufReader};
@@ -58,7 +59,8 @@ impl Session {
                 lacks
             }
             Needs::Python => {
-                let mut probe = self.shell("python3 -c 'import can, cantools, serial, pytest'");
+                let mut probe =
+                    self.shell("python3 -c 'import can, cantools, serial, pytest, xdist'");
                 let has = probe.stderr(Stdio::null()).status().unwrap().success();
                 if !has {
                     let why = format!("python3 lacks packages for a part of {guide}");
@@ -142,6 +144,11 @@ impl Session {
         shell.args(["--kill-after=5", COMMAND_S_MAX, "bash", "-c", script]);
         shell.current_dir(&self.within).env("PATH", &self.path).stdin(Stdio::null());
         shell.env("HOME", self.folder.path()).env("PYTHONDONTWRITEBYTECODE", "1");
+        // Rigs of other tests are not to be found.
+        shell.env("XDG_RUNTIME_DIR", self.aside.path());
+        // As if the wheel were installed.
+        let python_path = python_path(&self.aside.path().join("site")).unwrap();
+        shell.env("PYTHONPATH", python_path);
         shell.env("HIL_SOURCES", Path::new(env!("CARGO_MANIFEST_DIR")).join("../.."));
         for name in ["RUST_LOG", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY"] {
             shell.env_remove(name);

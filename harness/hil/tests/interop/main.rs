@@ -15,4 +15,5 @@ mod exports;
 mod gyro;
 mod own_device;
 mod pytest;
+mod python_package;
 mod rig;

@@ -1,27 +1,52 @@
-//! `examples/pytest`, as somebody's pytest runs it.
+//! The plugin of pytest and the interface of python-can (`python/`), on `examples/pytest`, as somebody's pytest runs it.
 
+use super::python_package::python_path;
 use super::rig::{file, python_with, shown};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use tempfile::TempDir;
 
-/// A Python that has pytest, and talks to emulated devices.
-fn python_of_pytest() -> Option<PathBuf> {
-    python_with("import can, cantools, pytest, serial", "pytest, pyserial, python-can and cantools")
+/// A copy of the example, and where the installed package would be.
+struct Project {
+    python: PathBuf,
+    folder: TempDir,
 }
 
-/// Runs the tests in `folder`.
-fn pytest(python: &Path, folder: &Path, runs: &Path) -> Output {
-    let junit = runs.join("pytest.xml");
-    Command::new(python)
-        .args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--junitxml"])
-        .arg(junit)
-        .current_dir(folder)
-        .env("HIL", env!("CARGO_BIN_EXE_hil"))
-        .env("HIL_RUNS", runs)
-        .env("PYTHONDONTWRITEBYTECODE", "1")
-        .output()
-        .unwrap()
+impl Project {
+    /// None where Python lacks packages.
+    fn new() -> Option<Self> {
+        let imports = "import can, cantools, pytest, serial, xdist";
+        let packages = "pytest, pytest-xdist, pyserial, python-can and cantools";
+        let python = python_with(imports, packages)?;
+        let folder = tempfile::tempdir().unwrap();
+        copy(&file("examples/pytest"), folder.path());
+        Some(Self { python, folder })
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn replace(&self, name: &str, what: &str, by: &str) {
+        let text = fs::read_to_string(self.path(name)).unwrap();
+        assert!(text.contains(what), "{text}");
+        fs::write(self.path(name), text.replace(what, by)).unwrap();
+    }
+
+    fn pytest(&self, arguments: &[&str]) -> Output {
+        let python_path = python_path(&self.path("site")).unwrap();
+        // Programs under test are started as `python3`.
+        let known = std::env::var_os("PATH").unwrap_or_default();
+        let first = self.python.parent().unwrap().to_owned();
+        let path = [first].into_iter().chain(std::env::split_paths(&known));
+        let mut command = Command::new(&self.python);
+        command.args(["-m", "pytest", "-p", "no:cacheprovider"]).args(arguments);
+        command.current_dir(&self.folder).env("HIL", env!("CARGO_BIN_EXE_hil"));
+        command.env("PYTHONPATH", python_path).env("PATH", std::env::join_paths(path).unwrap());
+        command.env("PYTHONDONTWRITEBYTECODE", "1").env_remove("HIL_LINES");
+        command.output().unwrap()
+    }
 }
 
 fn copy(from: &Path, to: &Path) {
@@ -30,47 +55,130 @@ fn copy(from: &Path, to: &Path) {
         let entry = entry.unwrap();
         let to = to.join(entry.file_name());
         if entry.file_type().unwrap().is_dir() {
-            copy(&entry.path(), &to);
+            if entry.file_name() != "runs" {
+                copy(&entry.path(), &to);
+            }
         } else {
             fs::copy(entry.path(), to).unwrap();
         }
     }
 }
 
-#[test]
-fn pytest_runs_plans_and_talks_to_an_emulated_device() {
-    let Some(python) = python_of_pytest() else { return };
-    let runs = tempfile::tempdir().unwrap();
-    let output = pytest(&python, &file("examples/pytest"), runs.path());
-    assert!(output.status.success(), "{}", shown(&output));
-    assert!(shown(&output).contains("8 passed"), "{}", shown(&output));
+/// How often `what` stands in `text`.
+fn count(text: &str, what: &str) -> usize {
+    text.matches(what).count()
+}
 
-    let all = runs.path().join("all.xml");
-    let ours = runs.path().join("settles/junit.xml");
-    let mut merge = Command::new(&python);
-    merge.arg(file("examples/pytest/merge_junit.py")).arg(&all);
-    let merged = merge.arg(runs.path().join("pytest.xml")).arg(ours).output().unwrap();
-    assert!(merged.status.success(), "{}", shown(&merged));
-    let all = fs::read_to_string(all).unwrap();
-    for case in ["test_measurement[temperature_held]", "name=\"temperature_held\""] {
-        assert!(all.contains(case), "no {case} in {all}");
+#[test]
+fn verdicts_are_tests_and_programs_find_their_lines_in_virtual_and_in_real_time() {
+    let Some(project) = Project::new() else { return };
+    let output = project.pytest(&["-v", "--junitxml", "pytest.xml"]);
+    let shown = shown(&output);
+    assert!(output.status.success(), "{shown}");
+    for passed in [
+        "plans/settles.toml::time_to_heat PASSED",
+        "plans/thermostat.toml::run PASSED",
+        "plans/thermostat.toml::never too hot PASSED",
+        "test_device.py::test_the_heater_follows_its_command PASSED",
+        "test_seeds.py::test_other_noise_passes_too[4] PASSED",
+    ] {
+        assert!(shown.contains(passed), "no {passed} in {shown}");
+    }
+    assert!(shown.contains("12 passed"), "{shown}");
+    let junit = fs::read_to_string(project.path("pytest.xml")).unwrap();
+    for part in [
+        r#"<testcase classname="plans.settles.toml" name="temperature_held""#,
+        r#"<property name="verdict" value="time_to_heat: measured "#,
+        "runs/thermostat-seed1/report.html",
+    ] {
+        assert!(junit.contains(part), "no {part} in {junit}");
     }
 }
 
 #[test]
-fn a_measurement_out_of_its_band_fails_its_case_and_no_other() {
-    let Some(python) = python_of_pytest() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let project = folder.path().join("project");
-    copy(&file("examples/pytest"), &project);
-    fs::remove_file(project.join("test_device.py")).unwrap();
-    let plan = project.join("plans/settles.toml");
-    let text = fs::read_to_string(&plan).unwrap();
-    assert!(text.contains("at_most = 150"), "{text}");
-    fs::write(&plan, text.replace("at_most = 150", "at_most = 15")).unwrap();
-    let output = pytest(&python, &project, folder.path());
-    assert_eq!(output.status.code(), Some(1), "{}", shown(&output));
+fn a_verdict_that_fails_fails_its_test_and_no_other() {
+    let Some(project) = Project::new() else { return };
+    project.replace("plans/settles.toml", "at_most = 150", "at_most = 15");
+    let output = project.pytest(&["plans/settles.toml", "--junitxml", "pytest.xml"]);
     let shown = shown(&output);
-    assert!(shown.contains("FAILED test_plans.py::test_measurement[time_to_heat]"), "{shown}");
-    assert!(!shown.contains("FAILED test_plans.py::test_measurement[temperature_held]"), "{shown}");
+    assert_eq!(output.status.code(), Some(1), "{shown}");
+    assert!(shown.contains("1 failed, 3 passed"), "{shown}");
+    assert!(shown.contains("FAILED plans/settles.toml::time_to_heat"), "{shown}");
+    assert!(shown.contains("band at most 15 s: fail"), "{shown}");
+    let junit = fs::read_to_string(project.path("pytest.xml")).unwrap();
+    assert_eq!(count(&junit, "<failure "), 1, "{junit}");
+}
+
+#[test]
+fn options_choose_and_stop_as_with_other_tests() {
+    let Some(project) = Project::new() else { return };
+    let chosen = shown(&project.pytest(&["plans", "-k", "temperature_held", "--hil-seed", "7"]));
+    assert!(chosen.contains("2 passed") && chosen.contains("seed 7"), "{chosen}");
+    assert!(project.path("runs/settles-seed7/summary.json").is_file());
+
+    project.replace("plans/settles.toml", "at_most = 150", "at_most = 15");
+    project.replace("plans/settles.toml", "band = [58, 61]", "band = [58, 59]");
+    let stopped = shown(&project.pytest(&["plans/settles.toml", "-x"]));
+    assert!(stopped.contains("1 failed, 1 passed"), "{stopped}");
+}
+
+#[test]
+fn a_mistake_in_a_plan_and_a_bench_that_breaks_are_errors_and_no_failures() {
+    let Some(project) = Project::new() else { return };
+    project.replace("plans/settles.toml", "Setpoint = 60", "Setpiont = 60");
+    let wrong = shown(&project.pytest(&["plans/settles.toml"]));
+    assert!(wrong.contains("4 errors") && wrong.contains("Setpiont"), "{wrong}");
+    assert!(!wrong.contains("failed,"), "{wrong}");
+
+    let no_toml = project.path("plans/broken.toml");
+    fs::write(&no_toml, "steps = [\n").unwrap();
+    let broken = project.pytest(&["plans/broken.toml"]);
+    assert_eq!(broken.status.code(), Some(2), "{}", shown(&broken));
+
+    // A program that ends is a verdict on the program.
+    project.replace("plans/thermostat.py", "import cantools", "import no_such_module");
+    let ended = shown(&project.pytest(&["plans/thermostat.toml"]));
+    assert!(ended.contains("FAILED plans/thermostat.toml::run"), "{ended}");
+    assert!(ended.contains("no_such_module"), "{ended}");
+}
+
+#[test]
+fn workers_side_by_side_make_a_run_once() {
+    let Some(project) = Project::new() else { return };
+    let counting = "import os\nopen('starts', 'a').write('x')\n";
+    let program = fs::read_to_string(project.path("plans/thermostat.py")).unwrap();
+    let program = program.replacen("import time\n", &format!("import time\n{counting}"), 1);
+    fs::write(project.path("plans/thermostat.py"), program).unwrap();
+    let output = project.pytest(&["plans/thermostat.toml", "-n", "2", "--dist", "load"]);
+    assert!(output.status.success(), "{}", shown(&output));
+    assert!(shown(&output).contains("4 passed"), "{}", shown(&output));
+    assert_eq!(fs::read_to_string(project.path("starts")).unwrap(), "x");
+}
+
+#[test]
+fn a_line_that_is_not_there_is_named_with_those_that_are() {
+    let Some(project) = Project::new() else { return };
+    let test = "\
+import can, os, pytest, subprocess, sys
+import hil
+
+def test_lines(rig):
+    one = rig('plans/rigs/oven.toml')
+    assert one.lines['can0'].bit_rate == 500_000
+    with pytest.raises(can.CanInitializationError, match=\"'can1'.*can0\"):
+        can.Bus(interface='hil', channel='can1')
+    assert 'temperature' in str(one.ask(get=['temperature'], device='oven'))
+    with pytest.raises(hil.RigError, match='no such thing'):
+        one.ask(get='no such thing')
+    # A program beside finds it by the file alone.
+    env = {name: value for name, value in os.environ.items() if name != 'HIL_LINES'}
+    ask = 'import hil; print(hil.line(\"can0\", pid=%d).kind)' % one.pid
+    told = subprocess.run([sys.executable, '-c', ask], env=env, capture_output=True, text=True)
+    assert told.stdout.strip() == 'slcan', told
+    one.stop()
+    assert one.pid not in hil.running()
+";
+    fs::write(project.path("test_lines.py"), test).unwrap();
+    let output = project.pytest(&["test_lines.py"]);
+    assert!(output.status.success(), "{}", shown(&output));
 }

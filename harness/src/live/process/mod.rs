@@ -13,6 +13,7 @@ mod tests;
 pub use pipes::{LINE_BYTES_MAX, LOG_BYTES_MAX};
 pub(crate) use pipes::{line_of, report_of};
 
+use super::lines::{self, Places};
 use controller::mission::{Mission, ReportLine};
 use pipes::{Log, MissionSender};
 use rustix::process::{Pid, Signal, kill_process_group};
@@ -149,14 +150,14 @@ pub struct DeviceProcess {
 }
 
 impl DeviceProcess {
-    /// Starts the program that is the first of `words` with the others as arguments. It takes missions on its stdin and
-    /// reports on its stdout; its stderr goes into `log_file`, which is replaced. Called within a tokio runtime that has IO
-    /// enabled.
+    /// Starts the program that is the first of `words` with the others as arguments, and tells it where `lines` are. It takes
+    /// missions on its stdin and reports on its stdout; its stderr goes into `log_file`, which is replaced. Called within a
+    /// tokio runtime that has IO enabled.
     ///
     /// # Errors
     /// When the file cannot be made or the program not be started.
-    pub fn spawn(words: &[String], log_file: &Path) -> Result<Self, SpawnError> {
-        Self::start(words, log_file, true)
+    pub fn spawn(words: &[String], lines: &Places, log_file: &Path) -> Result<Self, SpawnError> {
+        Self::start(words, lines, log_file, true)
     }
 
     /// The same, for a program that takes no missions: its stdin is empty, and what it writes to stdout is kept in the file
@@ -164,11 +165,20 @@ impl DeviceProcess {
     ///
     /// # Errors
     /// When the file cannot be made or the program not be started.
-    pub fn spawn_plain(words: &[String], log_file: &Path) -> Result<Self, SpawnError> {
-        Self::start(words, log_file, false)
+    pub fn spawn_plain(
+        words: &[String],
+        lines: &Places,
+        log_file: &Path,
+    ) -> Result<Self, SpawnError> {
+        Self::start(words, lines, log_file, false)
     }
 
-    fn start(words: &[String], log_file: &Path, talks: bool) -> Result<Self, SpawnError> {
+    fn start(
+        words: &[String],
+        lines: &Places,
+        log_file: &Path,
+        talks: bool,
+    ) -> Result<Self, SpawnError> {
         let (program, arguments) =
             words.split_first().map_or(("", &[][..]), |(p, a)| (p.as_str(), a));
         let log_error = |source| SpawnError::Log { path: log_file.to_owned(), source };
@@ -185,7 +195,8 @@ impl DeviceProcess {
                 command.stdin(Stdio::null()).stdout(stderr.try_clone()?);
                 None
             };
-            command.args(arguments).stderr(stderr).process_group(0).kill_on_drop(true);
+            command.args(arguments).env(lines::VARIABLE, lines::document(lines));
+            command.stderr(stderr).process_group(0).kill_on_drop(true);
             let child = command.spawn()?;
             // The command is dropped by now, and with it our copies of the process's ends.
             Ok((child, pipes, messages))

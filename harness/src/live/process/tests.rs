@@ -1,5 +1,6 @@
 //! Shell scripts stand for devices under test, well-behaved and otherwise.
 
+use super::super::lines::Places;
 use super::{DeviceProcess, EndedBy, LOG_BYTES_MAX, ProcessEvent, SpawnError};
 use controller::mission::{Command, Mission};
 use std::future::Future;
@@ -33,7 +34,7 @@ impl Bench {
     }
 
     fn start(&self, script: &str) -> DeviceProcess {
-        DeviceProcess::spawn(&words(script), &self.log).unwrap()
+        DeviceProcess::spawn(&words(script), &Places::new(), &self.log).unwrap()
     }
 }
 
@@ -173,12 +174,13 @@ fn a_program_that_is_not_there_is_named() {
     run(async {
         let bench = Bench::new();
         let words = ["/no/such/program".to_owned()];
-        let error = DeviceProcess::spawn(&words, &bench.log).unwrap_err();
+        let error = DeviceProcess::spawn(&words, &Places::new(), &bench.log).unwrap_err();
         assert!(error.to_string().contains("/no/such/program"), "{error}");
         assert!(matches!(error, SpawnError::Program { advice, .. } if advice.contains("built")));
-        let error = DeviceProcess::spawn(&[], &bench.log).unwrap_err();
+        let error = DeviceProcess::spawn(&[], &Places::new(), &bench.log).unwrap_err();
         assert!(matches!(error, SpawnError::Program { .. }));
-        let error = DeviceProcess::spawn(&words, "/no/folder/x".as_ref()).unwrap_err();
+        let error =
+            DeviceProcess::spawn(&words, &Places::new(), "/no/folder/x".as_ref()).unwrap_err();
         assert!(matches!(error, SpawnError::Log { .. }));
     });
 }

@@ -145,7 +145,7 @@ impl Running {
             DeviceUnderTest::Attached(place) => return Ok(Self::attach(place, wiring)?),
             DeviceUnderTest::Device(_) | DeviceUnderTest::Nodes => return Ok(Self::Device),
         };
-        let process = DeviceProcess::spawn(&fill(&words, &wiring.words)?, log)?;
+        let process = DeviceProcess::spawn(&fill(&words, &wiring.words)?, &wiring.places, log)?;
         Ok(Self::Process { process: Box::new(process), ended: false })
     }
 

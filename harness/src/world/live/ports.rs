@@ -3,6 +3,7 @@
 use super::journal::Journal;
 use super::placement::far_spec;
 use super::role_port::{PortEvent, RolePort, Traffic};
+use crate::live::lines::{Place, Places};
 use crate::outcome::{PortSide, PortSummary};
 use crate::port::serial::usb;
 use crate::port::spec::{SerialDevice, SerialSpec};
@@ -94,11 +95,13 @@ pub(crate) struct Ports {
 
 /// Where the device under test finds its devices.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub(super) struct Wiring {
+pub(crate) struct Wiring {
     /// What stands for `{gyro}` and `{base}`, or for a line, in a command line.
     pub(super) words: BTreeMap<String, String>,
     /// The ports that it opens.
     pub(super) ports: BTreeMap<String, PortSpec>,
+    /// The same, for programs that look for their lines by name.
+    pub(crate) places: Places,
 }
 
 impl Wiring {
@@ -162,7 +165,7 @@ impl Ports {
     /// # Errors
     ///
     /// When a USB adapter is not plugged in.
-    pub(super) fn wiring(&self) -> Result<Wiring, PortError> {
+    pub(crate) fn wiring(&self) -> Result<Wiring, PortError> {
         let mut wiring = Wiring::default();
         let emulated = self.open.iter().filter(|open| {
             open.plan.side == PortSide::Bench && !open.plan.listens && !self.has_far(open)
@@ -170,10 +173,18 @@ impl Ports {
         let emulated = emulated.filter_map(|open| {
             let path = open.port.far_path();
             let far = path.map(|path| far_spec(&open.plan.spec, path))?;
-            Some((Arc::clone(&open.plan.role), far))
+            Some((&open.plan.role, far, Some(open.plan.traffic)))
         });
-        for (role, far) in emulated.chain(self.real.iter().cloned()) {
+        let real = self.real.iter().map(|(role, spec)| (role, spec.clone(), None));
+        for (role, far, traffic) in emulated.chain(real) {
             wiring.words.insert(role.to_string(), word(&far)?);
+            let place = Place::of_port(&far);
+            let place = match traffic {
+                Some(Traffic::Bytes(settings)) => place.with_settings(settings),
+                Some(Traffic::Frames(rates)) => place.with_rates(rates),
+                None => place,
+            };
+            wiring.places.insert(role.to_string(), place);
             wiring.ports.insert(role.to_string(), far);
         }
         Ok(wiring)

@@ -45,7 +45,11 @@ impl Programs {
                 false => log.with_extension(format!("{node}.log")),
             };
             let words = fill(words, &wiring.words)?;
-            running.push((node.clone(), DeviceProcess::spawn_plain(&words, &log)?, false));
+            running.push((
+                node.clone(),
+                DeviceProcess::spawn_plain(&words, &wiring.places, &log)?,
+                false,
+            ));
         }
         Ok(Self(running))
     }

@@ -170,7 +170,7 @@ fn missions_come_from_one_client_after_the_other() {
 fn a_base_on_can_is_driven_and_brought_to_rest() {
     patiently(|| {
         let Some((_base, requests)) = devices::can_base("vcan0") else {
-            let how = format!("{} -p controller --test process -- a_base_on_can", skips::IN_GUEST);
+            let how = format!("{} -p hil --test process -- a_base_on_can", skips::IN_GUEST);
             skips::skip("no CAN interface vcan0", how);
             return;
         };

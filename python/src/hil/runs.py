@@ -1,0 +1,137 @@
+"""Runs of plans, as objects."""
+
+import json
+import subprocess
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+from hil.programs import program
+
+#: What `hil run` exits with where the bench and the plan were in order: passed, failed.
+JUDGED = (0, 1)
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A measurement of a run. ``value``, ``lower``, ``upper`` and ``uncertainty`` are in ``unit``."""
+
+    name: str
+    #: ``None`` where nothing was measured.
+    value: float | None
+    unit: str
+    lower: float | None
+    upper: float | None
+    #: ``pass``, ``marginal``, ``fail`` or ``unset``.
+    verdict: str
+    #: What the figure is: ``worst of 80``.
+    statistic: str
+    #: Standard uncertainty; zero where the value is exact.
+    uncertainty: float
+    observations: int
+
+    @property
+    def passed(self) -> bool:
+        return self.verdict in ("pass", "marginal")
+
+    @property
+    def band(self) -> str:
+        if self.lower is None and self.upper is None:
+            return "any"
+        if self.lower is None:
+            return f"at most {self.upper:g}{self._unit}"
+        if self.upper is None:
+            return f"at least {self.lower:g}{self._unit}"
+        return f"{self.lower:g} to {self.upper:g}{self._unit}"
+
+    @property
+    def _unit(self) -> str:
+        return "" if self.unit == "1" else f" {self.unit}"
+
+    def __str__(self) -> str:
+        value = "nothing" if self.value is None else f"{self.value:.4g}{self._unit}"
+        return f"{self.name}: measured {value}, band {self.band}: {self.verdict}"
+
+
+@dataclass(frozen=True)
+class Property:
+    """A property of a run. ``margin`` is the least distance to a violation as a share of its limit."""
+
+    name: str
+    always: bool
+    held: bool | None = None
+    #: Why it was not judged on this bench.
+    not_judged: str | None = None
+    margin: float | None = None
+    #: Bench time of the violation, s.
+    broken_s: float | None = None
+    #: What was seen then.
+    what: str | None = None
+
+    @property
+    def passed(self) -> bool:
+        """One that has to come about in some run of a campaign need not in this one."""
+        return not (self.always and self.held is False)
+
+    def __str__(self) -> str:
+        if self.not_judged is not None:
+            return f"{self.name}: not judged: {self.not_judged}"
+        if self.passed:
+            return f"{self.name}: held" if self.always else f"{self.name}: came about: {self.held}"
+        when = "" if self.broken_s is None else f"broken at {self.broken_s} s: "
+        return f"{self.name}: {when}{self.what or 'broken'}"
+
+
+class Run:
+    """A run of a plan: what ``summary.json`` says, and what was printed."""
+
+    def __init__(self, folder: Path, status: int, printed: str):
+        self.folder = folder
+        #: Exit status: 0 passed, 1 failed, 2 bad input, 3 the bench broke, 4 timeout, 5 aborted.
+        self.status = status
+        self.printed = printed
+        summary = folder / "summary.json"
+        #: The whole of it; empty where the run never began.
+        self.summary = {}
+        if status != 2 and summary.is_file():
+            self.summary = json.loads(summary.read_text(encoding="utf-8"))
+        rows = self.summary.get
+        self.measurements = {one["name"]: _of(Measurement, one) for one in rows("measurements", [])}
+        self.properties = {one["name"]: _of(Property, one) for one in rows("properties", [])}
+
+    @property
+    def passed(self) -> bool:
+        return self.status == 0
+
+    @property
+    def outcome(self) -> str:
+        """``passed``, ``failed``, ``error``, ``timeout`` or ``aborted``; ``bad input`` where it never began."""
+        return self.summary.get("outcome", "bad input")
+
+    @property
+    def reason(self) -> str | None:
+        return self.summary.get("reason")
+
+    @property
+    def report(self) -> Path:
+        return self.folder / "report.html"
+
+    def __str__(self) -> str:
+        return self.printed.strip() or f"{self.outcome}, in {self.folder}"
+
+
+def run(plan, out, *, seed=None, clock=None, bench=None, arguments=()) -> Run:
+    """Carries the plan out, and keeps the run in the folder ``out``. ``arguments`` are further ones of ``hil run``."""
+    command = [program(), "run", str(plan), "--out", str(out)]
+    for option, value in (("--seed", seed), ("--clock", clock), ("--bench", bench)):
+        if value is not None:
+            command += [option, str(value)]
+    command += map(str, arguments)
+    stdout, stderr = subprocess.PIPE, subprocess.STDOUT
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=stdout, stderr=stderr, text=True)
+    return Run(Path(out), done.returncode, done.stdout)
+
+
+def _of(kind, row: dict):
+    """Of a row of the summary; keys of a later version are left out."""
+    known = {field.name for field in fields(kind)}
+    return kind(**{key: value for key, value in row.items() if key in known})
