@@ -22,7 +22,7 @@ fn build_controller() {
         let folder = own.parent().and_then(Path::parent).unwrap();
         if !folder.join("k2a-controller").is_file() {
             let mut build = Command::new(env!("CARGO"));
-            build.args(["build", "--offline", "--package", "controller", "--bins"]);
+            build.args(["build", "--offline", "--package", "hil", "--bins"]);
             if !cfg!(debug_assertions) {
                 build.arg("--release");
             }

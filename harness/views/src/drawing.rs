@@ -7,7 +7,6 @@ use plan::Rig;
 use plan::bench_file::{BenchFile, ControllerSection, Role};
 use plan::faults::{LineKind, Ride};
 use plan::rig::{NodePart, RigLine, UnderTest};
-use std::fmt::Display;
 
 /// Advance of a character of the font, and height of a line of text, px.
 const CHARACTER: usize = 8;
@@ -16,8 +15,9 @@ const TEXT_LINE: usize = 18;
 const PAD: usize = 12;
 /// From one line to the next.
 const LINE_STEP: usize = 40;
-/// Longer texts end in an ellipsis.
+/// Longer texts in boxes, and longer titles, end in an ellipsis.
 const CHARACTERS_MAX: usize = 36;
+const TITLE_MAX: usize = 100;
 
 const STYLE: &str = "\
 text { font: 13px ui-monospace, 'DejaVu Sans Mono', Menlo, Consolas, monospace; fill: #1a1f2b; }
@@ -159,6 +159,7 @@ fn played(part: &NodePart) -> (Kind, String) {
 }
 
 fn picture(title: &str, nodes: &[Node], lines: &[Line]) -> Markup {
+    let title = cut(title, TITLE_MAX);
     let label =
         |line: &Line| shown(&line.name).chars().count().max(shown(&line.detail).chars().count());
     let margin = PAD + CHARACTER * lines.iter().map(label).max().unwrap_or(0) + PAD;
@@ -172,19 +173,19 @@ fn picture(title: &str, nodes: &[Node], lines: &[Line]) -> Markup {
         boxes.push((right, width));
         right += width + PAD;
     }
-    let width = right.max(PAD + CHARACTER * shown(title).chars().count() + PAD);
+    let width = right.max(PAD + CHARACTER * title.chars().count() + PAD);
     let first_line = top + box_height + LINE_STEP;
     let y = |line: usize| first_line + line * LINE_STEP;
     let height = first_line + lines.len().saturating_sub(1) * LINE_STEP + 2 * PAD;
     html! {
         svg xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width} {height}")) width=(width) height=(height) {
-            title { (title) }
+            title { (&title) }
             style { (PreEscaped(STYLE)) }
             rect.page width=(width) height=(height) {}
-            (text(PAD, PAD + TEXT_LINE - 5, "name", title))
+            (text(PAD, PAD + TEXT_LINE - 5, "name", &title))
             @for (place, line) in lines.iter().enumerate() {
-                (text(PAD, y(place) - 2, "name", &line.name))
-                (text(PAD, y(place) + TEXT_LINE - 4, "soft", &line.detail))
+                (text(PAD, y(place) - 2, "name", &shown(&line.name)))
+                (text(PAD, y(place) + TEXT_LINE - 4, "soft", &shown(&line.detail)))
                 line.line x1=(margin) x2=(right - PAD) y1=(y(place)) y2=(y(place)) {}
             }
             @for (node, (x, wide)) in nodes.iter().zip(&boxes) {
@@ -194,22 +195,26 @@ fn picture(title: &str, nodes: &[Node], lines: &[Line]) -> Markup {
                     circle.dot cx=(at) cy=(y(*line)) r="5" {}
                 }
                 rect.(node.kind.class()) x=(x) y=(top) width=(wide) height=(box_height) rx="6" {}
-                (text(x + PAD, top + TEXT_LINE, "name", &node.name))
+                (text(x + PAD, top + TEXT_LINE, "name", &shown(&node.name)))
                 (text(x + PAD, top + 2 * TEXT_LINE, "", node.kind.words()))
-                (text(x + PAD, top + 3 * TEXT_LINE, "soft", &node.detail))
+                (text(x + PAD, top + 3 * TEXT_LINE, "soft", &shown(&node.detail)))
             }
         }
     }
 }
 
-fn text(x: usize, y: usize, class: &str, what: impl Display) -> Markup {
-    html! { text class=(class) x=(x) y=(y) { (shown(&what.to_string())) } }
+fn text(x: usize, y: usize, class: &str, what: &str) -> Markup {
+    html! { text class=(class) x=(x) y=(y) { (what) } }
 }
 
 /// As it stands in the picture.
 fn shown(text: &str) -> String {
-    let mut shown: String = text.chars().take(CHARACTERS_MAX).collect();
-    if text.chars().nth(CHARACTERS_MAX).is_some() {
+    cut(text, CHARACTERS_MAX)
+}
+
+fn cut(text: &str, characters: usize) -> String {
+    let mut shown: String = text.chars().take(characters).collect();
+    if text.chars().nth(characters).is_some() {
         shown.pop();
         shown.push('…');
     }

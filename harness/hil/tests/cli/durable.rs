@@ -138,8 +138,8 @@ fn two_runs_do_not_share_a_folder() {
     assert!(records.into_iter().all(|record| record.is_ok()), "the record is whole");
 }
 
-/// Answers to it fill a pipe many times over.
-const REQUESTS: usize = 4_000;
+/// They fill a pipe many times over, and so do the answers.
+const REQUESTS: usize = 20_000;
 
 #[test]
 fn an_emulator_whose_answers_nobody_reads_serves_on() {
@@ -225,7 +225,8 @@ fn a_name_that_nothing_has_is_shown_where_the_plan_says_it() {
 /// What a command writes is refused where somebody has a file of that name.
 #[test]
 fn files_of_somebody_else_are_not_replaced() {
-    let hil = Hil::with_plan(TURN);
+    let plan = TURN.replace("steps = [", "steps = [\n    { use_calibration = \"temperature\" },");
+    let hil = Hil::with_plan(&plan);
     hil.run(&["run", "turn.toml", "--out", "run"]).exits(0);
     for (file, arguments) in [
         ("report.html", &["campaign", "turn.toml", "--cases", "2", "--out", "mine"][..]),

@@ -70,7 +70,7 @@ fn a_record_of_another_version_is_refused_by_name() {
     let record = hil.path("run/record.hilrec");
     let mut bytes = fs::read(&record).unwrap();
     for (format, says) in [
-        (9_u16, ["record format 9 is newer than 2", "use the version of hil that wrote it"]),
+        (9_u16, ["record format 9 is newer than 3", "use the version of hil that wrote it"]),
         (0, ["record format 0 is older than 2", "hil run PLAN --seed N"]),
     ] {
         // Behind the eight bytes by which it is known.

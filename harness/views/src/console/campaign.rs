@@ -179,8 +179,11 @@ pub fn level_line(level: &Level, fault: &Fault) -> String {
 /// The envelope for a terminal.
 pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> String {
     let severity = format!("{} of {}, {}", found.kind, found.target, found.unit);
-    let mut table =
-        style.table(&[severity.as_str(), "pass", "95 % interval", "", "say so", "silent"]);
+    // Where nobody takes missions, nobody says anything.
+    let tells = found.levels.iter().any(|level| level.announced + level.silent > 0);
+    let columns = [severity.as_str(), "runs that pass", "95 % interval", "", "say so", "silent"];
+    let columns = &columns[..if tells { 6 } else { 4 }];
+    let mut table = style.table(columns);
     for level in &found.levels {
         let (lower, upper) = level.interval;
         let cells = [
@@ -191,7 +194,7 @@ pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> 
             some(level.announced),
             some(level.silent),
         ];
-        table.add_row(cells.map(Cell::new));
+        table.add_row(cells.into_iter().take(columns.len()).map(Cell::new));
     }
     let percent = 100.0 * found.share;
     let verdict = match found.tolerated {
