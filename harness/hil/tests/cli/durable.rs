@@ -1,7 +1,7 @@
 //! Nothing is lost when a run is killed, nobody's files are replaced, and nobody waits for who does not read.
 #![cfg(unix)]
 
-use crate::hil::{Hil, Ran, TURN};
+use crate::hil::{ENDLESS, Hil, Ran, TURN};
 use record::reader::RecordError;
 use record::run_folder::{RECORD, RunFolder};
 use rustix::process::{Pid, Signal, kill_process};
@@ -12,25 +12,6 @@ use std::process::{Child, Stdio};
 use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
-
-/// Half a year of bench time: nothing gets to its end before it is killed.
-const ENDLESS: &str = r#"
-name = "endless"
-title = "No end"
-devices = "paper"
-steps = [
-    { bias_test = { duration_s = 5 } },
-    { turn = { angle_deg = 90 } },
-    { repeat = { times = 2000, steps = [{ wait = { duration_s = 7200 } }] } },
-]
-
-[[measurement]]
-name = "stop_error"
-doc = "Turned minus commanded angle"
-quantity = "turn.stop_error"
-unit = "deg"
-check = { all_within = [-5, 5] }
-"#;
 
 const PATIENCE: Duration = Duration::from_secs(60);
 const STEP: Duration = Duration::from_millis(20);

@@ -5,6 +5,25 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use tempfile::TempDir;
 
+/// Half a year of bench time: nothing gets to its end before it is killed.
+pub const ENDLESS: &str = r#"
+name = "endless"
+title = "No end"
+devices = "paper"
+steps = [
+    { bias_test = { duration_s = 5 } },
+    { turn = { angle_deg = 90 } },
+    { repeat = { times = 2000, steps = [{ wait = { duration_s = 7200 } }] } },
+]
+
+[[measurement]]
+name = "stop_error"
+doc = "Turned minus commanded angle"
+quantity = "turn.stop_error"
+unit = "deg"
+check = { all_within = [-5, 5] }
+"#;
+
 /// A plan of 24 s of bench time that passes.
 pub const TURN: &str = r#"
 name = "turn"

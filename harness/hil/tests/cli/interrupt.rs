@@ -1,30 +1,11 @@
 //! Ctrl-C, and what is left of a run then.
 #![cfg(unix)]
 
-use crate::hil::{Hil, Ran, TURN};
+use crate::hil::{ENDLESS, Hil, Ran, TURN};
 use rustix::process::{Pid, Signal, kill_process};
 use std::path::Path;
 use std::process::{Child, Stdio};
 use std::time::Duration;
-
-/// Bench time of half a year: nothing gets to its end before it is stopped.
-const ENDLESS: &str = r#"
-name = "endless"
-title = "No end"
-devices = "paper"
-steps = [
-    { bias_test = { duration_s = 5 } },
-    { turn = { angle_deg = 90 } },
-    { repeat = { times = 2000, steps = [{ wait = { duration_s = 7200 } }] } },
-]
-
-[[measurement]]
-name = "stop_error"
-doc = "Turned minus commanded angle"
-quantity = "turn.stop_error"
-unit = "deg"
-check = { all_within = [-5, 5] }
-"#;
 
 /// Longer than anything here takes on a slow machine.
 const PATIENCE: Duration = Duration::from_secs(60);

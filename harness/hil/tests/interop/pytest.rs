@@ -168,7 +168,7 @@ def test_lines(rig):
     with pytest.raises(can.CanInitializationError, match=\"'can1'.*can0\"):
         can.Bus(interface='hil', channel='can1')
     assert 'temperature' in str(one.ask(get=['temperature'], device='oven'))
-    with pytest.raises(hil.RigError, match='no such thing'):
+    with pytest.raises(hil.RigError, match='failed to read the request'):
         one.ask(get='no such thing')
     # A program beside finds it by the file alone.
     env = {name: value for name, value in os.environ.items() if name != 'HIL_LINES'}

@@ -102,9 +102,13 @@ fn a_flood_is_counted_and_the_run_ends_in_order() {
     assert!(!record(&out).is_empty());
 }
 
-/// A run of `live-table-run` with this shell script in the controller's place: its status, its reason and its folder.
+/// A run of `live-table-run` with this shell script in the controller's place: its status, its reason and its folder. HEALTH
+/// in the script is a file with that line: braces in a command are ports.
 fn run_with(name: &str, script: &str) -> (Option<i32>, String, tempfile::TempDir) {
     let (folder, out) = out(name);
+    let health = folder.path().join("health");
+    std::fs::write(&health, HEALTH).unwrap();
+    let script = script.replace("HEALTH", health.to_str().unwrap());
     let bench = format!("[controller]\ncommand = [\"sh\", \"-c\", {script:?}]\n");
     let (status, said) = on_bench("live-table-run", &bench, &out);
     let reason = summary(&out)["reason"].as_str().unwrap_or(&said).to_owned();
@@ -114,19 +118,19 @@ fn run_with(name: &str, script: &str) -> (Option<i32>, String, tempfile::TempDir
 }
 
 /// Health, and never a state.
-const HEALTH: &str = r#"{"at_ns":1,"report":{"health":{"level":"ok","causes":{}}}}"#;
+const HEALTH: &str = r#"{"at_ns":1,"report":{"health":{"level":"ok","causes":{}}}}
+"#;
 
 #[test]
 fn a_controller_that_reports_no_state_ends_the_run() {
-    let script = format!("echo '{HEALTH}'; sleep 60");
-    let (status, reason, _folder) = run_with("stateless", &script);
+    let (status, reason, _folder) = run_with("stateless", "cat HEALTH; sleep 60");
     assert_eq!(status, Some(3), "{reason}");
     assert!(reason.contains("reported no state within 10 s"), "{reason}");
 }
 
 #[test]
 fn a_controller_that_floods_fails_and_fills_no_disk() {
-    let (status, reason, _folder) = run_with("talk", &format!("exec yes '{HEALTH}'"));
+    let (status, reason, _folder) = run_with("talk", r#"exec yes "$(cat HEALTH)""#);
     assert_eq!(status, Some(1), "{reason}");
     assert!(reason.contains("more than 20000 reports within 1 s"), "{reason}");
 }

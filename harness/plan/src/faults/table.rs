@@ -30,6 +30,9 @@ parameter of its own, or an instant, `duration_s` is left out. The first paramet
 Two kinds that are positions of one switch (`stuck` and `restart` of a gyro, say) must not be at work at once: unless
 the order and the times of the plan's phases show that they never are, the plan is refused.
 
+The host is the machine of all that is under test: the controller, and the [programs](virtual-time.md) of a rig. In virtual time
+its faults are exact for both: a program that is not scheduled finds at the end what has come at each of its ports.
+
 In real time (`hil run --clock real`) the same faults strike what is emulated and the lines up to its ports; those of the
 host need the controller in the process. A fault of a real device, or of the machine of another process, is refused
 before the run, with status 2. This table is made from the program (`hil list faults` prints the same); a test keeps
