@@ -120,6 +120,56 @@ fn nonlinearity_lag_delay_and_hysteresis_have_their_names() {
     }
 }
 
+/// Root mean square before and after the compensation, on recordings that took no part.
+fn compensated(dataset: &Dataset) -> [f64; 2] {
+    let found = found(dataset);
+    let compensation = found.finding.compensation.clone();
+    let Some(compensation) = compensation else { panic!("none: {:?}", found.finding.effects) };
+    assert_eq!(found.model.compensation.as_ref(), Some(&compensation));
+    assert_eq!((&*compensation.of, compensation.held_out.folds), ("reads", 5));
+    assert_eq!(compensation.steps.last().map(|step| &*step.name), Some("corrected"));
+    [compensation.held_out.before, compensation.held_out.after]
+}
+
+#[test]
+fn what_a_sensor_shows_wrongly_is_taken_off_down_to_its_noise() {
+    let sigma = 0.03;
+    let play = |course: &[f64], row: usize| {
+        let mut at = course[0];
+        for value in &course[..=row] {
+            at = at.clamp(value - 0.4, value + 0.4);
+        }
+        at
+    };
+    type Cause = (&'static str, Box<dyn Fn(&[f64], usize) -> f64>);
+    let causes: [Cause; 4] = [
+        ("offset and scale", Box::new(|course, row| 1.03 * course[row] + 0.2)),
+        ("curve", Box::new(|course, row| course[row] + 0.01 * course[row].powi(2))),
+        ("reversed curve", Box::new(|course, row| -course[row] + 0.01 * course[row].powi(2))),
+        ("hysteresis", Box::new(move |course, row| 0.7 * course[row] + 0.3 * play(course, row))),
+    ];
+    for (name, cause) in causes {
+        let [before, after] = compensated(&dataset(Unit::Volt, wander, cause, sigma, 7));
+        assert!(before > 2.0 * sigma, "{name}: {before}");
+        assert!(after < 1.15 * sigma, "{name}: {before} -> {after}");
+    }
+    // Cycles of an angle that begins anew after each turn.
+    let angle = |t: f64| (1.7 * t).rem_euclid(360.0);
+    let error = |course: &[f64], row: usize| {
+        (course[row] + 0.8 * (2.0 * course[row].to_radians()).sin()).rem_euclid(360.0)
+    };
+    let [before, after] = compensated(&dataset(Unit::Degree, angle, error, 0.1, 7));
+    assert!(before > 0.5 && after < 0.115, "{before} -> {after}");
+}
+
+#[test]
+fn what_comes_late_is_led_as_far_as_its_noise_lets_it() {
+    // 2 s behind what wanders with periods of minutes; led, the noise of the slope comes on top.
+    let late = |course: &[f64], row: usize| course[row.saturating_sub(2)];
+    let [before, after] = compensated(&dataset(Unit::Volt, wander, late, 0.01, 5));
+    assert!(before > 0.15 && after < 0.25 * before, "{before} -> {after}");
+}
+
 #[test]
 fn noise_of_a_sensor_is_noise() {
     for seed in 0..6 {

@@ -3,6 +3,7 @@
 use super::Plan;
 use super::formula::formula;
 use super::hint::proposal;
+use super::identify::Source;
 use super::message::Send;
 use super::name::ParameterName;
 use super::property::{Kind, Property, Stated};
@@ -82,7 +83,12 @@ impl<'a> Subject<'a> {
             let message = format!("`{name}` is for a device of your own");
             return Err(at.fault(&[], message, Some(help.to_owned())));
         }
-        if !self.has_robot && !of_testers && !COMMON.contains(&name) {
+        let of_sensor = match action {
+            Action::Identify(identify) => identify.from == Source::Sensor,
+            Action::UseModel(_) => true,
+            _ => false,
+        };
+        if !self.has_robot && !of_testers && !of_sensor && !COMMON.contains(&name) {
             let known = [OF_TESTERS, COMMON].concat();
             let message = format!("`{name}` is for a gyro on a robot or a table");
             return Err(at.fault(&[], message, Some(proposal("", &known))));
