@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
-use identification::finding::Verdict;
+use identification::finding::{Effect, Verdict};
 use identification::identify::{Identified, Options, identify, predict};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -168,6 +168,28 @@ fn what_comes_late_is_led_as_far_as_its_noise_lets_it() {
     let late = |course: &[f64], row: usize| course[row.saturating_sub(2)];
     let [before, after] = compensated(&dataset(Unit::Volt, wander, late, 0.01, 5));
     assert!(before > 0.15 && after < 0.25 * before, "{before} -> {after}");
+}
+
+#[test]
+fn a_slow_probe_and_one_that_clips_have_their_terms() {
+    let slow = |course: &[f64], row: usize| {
+        let keep = (-1.0_f64 / 12.0).exp();
+        course[..=row].iter().fold(course[0], |state, value| keep * state + (1.0 - keep) * value)
+    };
+    let of = |cause: fn(&[f64], usize) -> f64| {
+        let found = found(&dataset(Unit::Celsius, wander, cause, 0.02, 11));
+        let effect = found.finding.effects.first().cloned();
+        effect.unwrap_or_else(|| panic!("nothing: {:?}", found.finding.left))
+    };
+    let number = |effect: &Effect, name: &str| {
+        effect.parameters.iter().find(|one| one.name == name).map(|one| one.value).unwrap()
+    };
+    let lag = of(slow);
+    assert_eq!((&*lag.name, &*lag.term), ("bandwidth", "delay"));
+    assert!((number(&lag, "time_constant") - 12.0).abs() < 1.0, "{lag:?}");
+    let clipped = of(|course, row| course[row].clamp(-3.5, 3.5));
+    assert_eq!((&*clipped.name, &*clipped.term), ("saturation", "saturation"));
+    assert!((number(&clipped, "limit") - 3.5).abs() < 0.05, "{clipped:?}");
 }
 
 #[test]

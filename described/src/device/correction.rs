@@ -14,14 +14,11 @@ impl Device {
     pub fn correct(&mut self, signal: &str, steps: Option<&Steps>) -> Result<(), String> {
         let (sending, place) =
             self.place_of(signal).ok_or_else(|| format!("the device sends no `{signal}`"))?;
-        let correction = match steps {
-            None => None,
-            Some(steps) => {
-                let steps = steps.read(|name| self.seen(name))?;
-                Some(Correction { steps, memory: Memory::default() })
-            }
-        };
-        self.senders[sending].corrections[place] = correction;
+        let steps = steps.map(|steps| steps.read(|name| self.seen(name))).transpose()?;
+        let corrections = &mut self.senders[sending].corrections;
+        corrections.retain(|(known, _)| *known != place);
+        corrections
+            .extend(steps.map(|steps| (place, Correction { steps, memory: Memory::default() })));
         Ok(())
     }
 

@@ -28,8 +28,8 @@ pub(super) struct Sending {
     noise: Vec<RandomStream>,
     /// One a signal: what the sensor remembers that it is read from.
     pub(super) sensors: Vec<Memory>,
-    /// One a signal: how errors are taken off what is sent.
-    pub(super) corrections: Vec<Option<Correction>>,
+    /// How errors are taken off what is sent: of which signals.
+    pub(super) corrections: Vec<(usize, Correction)>,
 }
 
 /// How errors are taken off a signal before it is sent.
@@ -64,7 +64,7 @@ impl Sending {
             multiplexers: message.multiplexers().collect(),
             noise: message.signals.iter().map(|signal| stream(&signal.name)).collect(),
             sensors: vec![Memory::default(); message.signals.len()],
-            corrections: message.signals.iter().map(|_| None).collect(),
+            corrections: Vec::new(),
         }
     }
 
@@ -73,7 +73,7 @@ impl Sending {
         self.due = sent.period.map_or(NEVER, |period| now + period);
         self.pages.fill(0);
         self.sensors.fill(Memory::default());
-        for correction in self.corrections.iter_mut().flatten() {
+        for (_, correction) in &mut self.corrections {
             correction.memory = Memory::default();
         }
         let signals = &description.layout().messages()[sent.message].signals;
@@ -272,13 +272,12 @@ impl Device {
             }
             *into = shown;
         }
-        for (value, correction) in values.iter_mut().zip(&mut corrections) {
-            if let Some(Correction { steps, memory }) = correction {
-                *value = steps.next(memory, self.dynamics.get(TIME), *value, |seen| match *seen {
-                    Seen::Slot(slot) => self.dynamics.get(slot),
-                    Seen::Sent { sending, place } => self.senders[sending].last[place],
-                });
-            }
+        for (place, Correction { steps, memory }) in &mut corrections {
+            let (now, value) = (self.dynamics.get(TIME), values[*place]);
+            values[*place] = steps.next(memory, now, value, |seen| match *seen {
+                Seen::Slot(slot) => self.dynamics.get(slot),
+                Seen::Sent { sending, place } => self.senders[sending].last[place],
+            });
         }
         let sending = &mut self.senders[index];
         sending.corrections = corrections;

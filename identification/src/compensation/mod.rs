@@ -63,6 +63,10 @@ pub(crate) fn compensation(
         return None;
     }
     let reading = dataset.column(Role::Measured)?;
+    let width: usize = shapes.iter().map(Shape::width).sum();
+    if coefficients.len() != width || data.all_columns(&shapes).len() != width {
+        return None;
+    }
     let of_fold = data.trained(&shapes, noise, left_out);
     let with_fixed = |coefficients: &[f64]| -> Vec<f64> {
         fixed.iter().map(|(_, value)| *value).chain(coefficients.iter().copied()).collect()
