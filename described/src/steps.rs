@@ -11,7 +11,7 @@ pub struct Steps {
     pub inputs: Vec<(String, Input)>,
     /// The steps.
     pub steps: Vec<Step>,
-    /// The value comes in so late, s.
+    /// How late the late value is, s.
     pub delay_s: f64,
 }
 
@@ -20,6 +20,8 @@ pub struct Steps {
 pub enum Input {
     /// The value itself.
     Value,
+    /// What it was `delay_s` ago, straight between values; before the first one, that.
+    Late,
     /// Time since power-on, s.
     Time,
     /// Time since the value before, s.
@@ -52,6 +54,7 @@ pub(crate) struct Procedure<I> {
 #[derive(Debug, Clone)]
 enum Source<I> {
     Value,
+    Late,
     Time,
     Interval,
     From(I),
@@ -124,6 +127,7 @@ impl Steps {
         for (place, (_, input)) in self.inputs.iter().enumerate() {
             let source = match input {
                 Input::Value => Source::Value,
+                Input::Late => Source::Late,
                 Input::Time => Source::Time,
                 Input::Interval => Source::Interval,
                 Input::Named(name) => Source::From(find(name)?),
@@ -161,13 +165,14 @@ impl<I> Procedure<I> {
             return found;
         }
         let interval = memory.last.map_or(0.0, |(at, _)| time - at);
-        let value = memory.delayed(time, value, self.delay_s);
+        let late = memory.delayed(time, value, self.delay_s);
         memory.slots.resize(2 * self.names, f64::NAN);
         let (now, before) = memory.slots.split_at_mut(self.names);
         before.copy_from_slice(now);
         for (place, source) in &self.inputs {
             memory.slots[*place] = match source {
                 Source::Value => value,
+                Source::Late => late,
                 Source::Time => time,
                 Source::Interval => interval,
                 Source::From(from) => seen(from),
@@ -245,7 +250,11 @@ mod tests {
 
     #[test]
     fn what_is_late_was_so_then() {
-        let steps = Steps { delay_s: 0.75, ..Steps::default() };
+        let steps = Steps {
+            inputs: inputs(&[("late", Input::Late)]),
+            steps: vec![step("out", "late", None)],
+            delay_s: 0.75,
+        };
         assert_eq!(run(&steps, &[0.0, 1.0, 2.0, 4.0, 8.0]), [0.0, 0.0, 0.5, 1.5, 3.0]);
     }
 

@@ -9,7 +9,7 @@ use record::outcome::Outcome;
 use record::sink::NullSink;
 use tempfile::TempDir;
 
-/// Reads an angle 40 ms late, with two cycles a turn and an offset: in the emulator alone, as an expression.
+/// Reads an angle 120 ms late, with two cycles a turn and an offset: in the emulator alone, as an expression.
 const RESOLVER: &str = r#"
 name = "resolver"
 title = "A resolver that errs"
@@ -21,9 +21,9 @@ can_id = 0x100
 period_s = 0.05
 fields = [{ name = "Angle", type = "u16", scale = 0.01, maximum = 360, unit = "deg" }]
 [state.late]
-value = "t - 0.04"
+value = "t - 0.12"
 [state.shaft]
-value = "40 * late + 200 * sin(0.2 * late)"
+value = "40 * late + 120 * sin(0.2 * late) + 50 * sin(0.53 * late)"
 [state.read]
 value = "shaft + 0.3 + 0.8 * sin(2 * shaft * pi / 180 + 0.5)"
 [signal.Angle]
@@ -32,9 +32,9 @@ noise = 0.05
 "#;
 
 /// What is true: the same shaft.
-const TABLE: &str = r#"
-name = "table"
-title = "A table that knows its angle"
+const ENCODER: &str = r#"
+name = "encoder"
+title = "An encoder that knows the angle"
 step_s = 0.05
 [[message]]
 name = "Truth"
@@ -43,7 +43,7 @@ can_id = 0x101
 period_s = 0.05
 fields = [{ name = "Angle", type = "u16", scale = 0.01, maximum = 360, unit = "deg" }]
 [state.shaft]
-value = "40 * t + 200 * sin(0.2 * t)"
+value = "40 * t + 120 * sin(0.2 * t) + 50 * sin(0.53 * t)"
 [signal.Angle]
 expression = "shaft - 360 * floor(shaft / 360)"
 "#;
@@ -60,14 +60,14 @@ can_id = 0x100
 period_s = 0.05
 fields = [{ name = "Angle", type = "f32", unit = "deg" }]
 [state.shaft]
-value = "40 * t + 200 * sin(0.2 * t)"
+value = "40 * t + 120 * sin(0.2 * t) + 50 * sin(0.53 * t)"
 [signal.Angle]
 expression = "shaft"
 model = "found.model.toml"
 "#;
 
 const RIG: &str = r#"
-title = "A resolver on a table"
+title = "A resolver beside an encoder"
 [[line]]
 name = "can0"
 can = { bit_rate = 500_000 }
@@ -76,9 +76,9 @@ name = "resolver"
 at = "can0"
 emulate = "resolver"
 [[node]]
-name = "table"
+name = "encoder"
 at = "can0"
-emulate = "table"
+emulate = "encoder"
 "#;
 
 const LOOP: &str = r#"
@@ -88,7 +88,7 @@ rig = "bench"
 steps = [
     { wait = { duration_s = 2 } },
     { repeat = { times = 6, steps = [{ wait = { duration_s = 20 } }] }, label = "before" },
-    { identify = { from = "sensor", measured = "resolver.Angle", reference = "table.Angle", name = "shape", over = "before" } },
+    { identify = { from = "sensor", measured = "resolver.Angle", reference = "encoder.Angle", name = "shape", over = "before" } },
     { use_model = "shape" },
     { repeat = { times = 2, steps = [{ wait = { duration_s = 20 } }] }, label = "after" },
     { use_model = "none" },
@@ -117,7 +117,7 @@ check = { all_within = [-400, 1e6] }
 
 fn project(plan: &str, files: &[(&str, &str)]) -> TempDir {
     let folder = tempfile::tempdir().expect("a folder");
-    let fixed = [("rigs/bench.toml", RIG), ("devices/table.toml", TABLE), ("plan.toml", plan)];
+    let fixed = [("rigs/bench.toml", RIG), ("devices/encoder.toml", ENCODER), ("plan.toml", plan)];
     for (path, text) in fixed.iter().chain(files) {
         let path = folder.path().join(path);
         std::fs::create_dir_all(path.parent().expect("in the folder")).expect("a folder");
@@ -139,9 +139,9 @@ fn run(prepared: &Prepared, seed: u64) -> Simulated {
     simulate(prepared, seed, &Answers::default(), &mut NullSink, &mut |_| true)
 }
 
-/// The angle of the shaft that is read, deg.
+/// The angle of the shaft that is read, deg. A motion of one tone alone does not tell a delay from a period.
 fn shaft(t: f64) -> f64 {
-    40.0 * t + 200.0 * (0.2 * t).sin()
+    40.0 * t + 120.0 * (0.2 * t).sin() + 50.0 * (0.53 * t).sin()
 }
 
 /// Errors of the readings during a label, deg, with when they were.
@@ -176,7 +176,8 @@ fn an_error_that_nobody_declared_is_found_taken_off_and_emulated() {
 
     let [before, after, plain] =
         ["before", "after", "plain"].map(|label| errors(&done, Some(label)));
-    let [before, after, plain] = [before, after, plain].map(|errors| rms(&errors));
+    // A slope is known a few readings after the correction began.
+    let [before, after, plain] = [before, after, plain].map(|errors| rms(&errors[20..]));
     assert!(before > 1.0 && plain > 1.0, "{before} {plain}");
     // Noise of 0.05 deg, and what leading it by its slope adds.
     assert!(after < 0.15 * before, "{before} -> {after}");
@@ -190,7 +191,7 @@ fn an_error_that_nobody_declared_is_found_taken_off_and_emulated() {
     let learned = run(&load(&project(LISTEN, &files)), 1);
     let learned = errors(&learned, None);
     let truly = |at: f64| {
-        let late = shaft(at - 0.04);
+        let late = shaft(at - 0.12);
         late - shaft(at) + 0.3 + 0.8 * (2.0 * late.to_radians() + 0.5).sin()
     };
     let off: Vec<(f64, f64)> = learned
@@ -198,7 +199,8 @@ fn an_error_that_nobody_declared_is_found_taken_off_and_emulated() {
         .filter(|(at, _)| *at > 1.0)
         .map(|(at, error)| (*at, error - truly(*at)))
         .collect();
-    assert!(rms(&off) < 0.05, "{}", rms(&off));
+    // The model's cycles go with the angle now, those of the resolver with the angle then: 0.07 deg apart.
+    assert!(rms(&off) < 0.1, "{}", rms(&off));
 }
 
 #[test]
@@ -213,13 +215,13 @@ fn what_a_plan_says_of_a_sensor_is_checked_before_it_runs() {
         error.expect("a mistake").to_string()
     };
     for (from, to, said) in [
-        ("reference = \"table.Angle\", ", "", "missing field `reference`"),
-        ("\"table.Angle\"", "\"table.Speed\"", "no signal `Speed` in the layout of `table`"),
+        ("reference = \"encoder.Angle\", ", "", "missing field `reference`"),
+        ("\"encoder.Angle\"", "\"encoder.Speed\"", "no signal `Speed` in the layout of `encoder`"),
         ("\"sensor\", measured", "\"turns\", measured", "`measured` has no meaning from turns"),
         (
-            "\"table.Angle\"",
-            "\"period.table.Truth\"",
-            "`period.table.Truth` is no signal of a node",
+            "\"encoder.Angle\"",
+            "\"period.encoder.Truth\"",
+            "`period.encoder.Truth` is no signal of a node",
         ),
     ] {
         let found = refused(from, to);

@@ -20,7 +20,13 @@ const COMMON: &[&str] =
 /// Steps in which the plan itself speaks.
 const OF_TESTERS: &[&str] = &["send", "stop_sending"];
 /// Quantities that do not depend on what the plan is of.
-const COMMON_QUANTITIES: &[&str] = &["step.duration", "repeat.overrun"];
+const COMMON_QUANTITIES: &[&str] = &[
+    "step.duration",
+    "repeat.overrun",
+    "identification.error_kept",
+    "identification.effects",
+    "identification.structure_left",
+];
 
 /// What a plan is of.
 #[derive(Debug, Clone, Copy, Default)]

@@ -8,6 +8,8 @@ use crate::finding::{CompensationInput, CompensationStep};
 pub(super) enum Input {
     /// The reading, in the unit of its field.
     Reading,
+    /// The same as it was a latency ago.
+    Late,
     /// Time, s.
     Time,
     /// Time since the reading before, s.
@@ -46,6 +48,7 @@ impl Program {
         }
         let name = match &input {
             Input::Reading => "x".to_owned(),
+            Input::Late => "late".to_owned(),
             Input::Time => "t".to_owned(),
             Input::Interval => "dt".to_owned(),
             Input::Field(field) => self.free_name(field),
@@ -118,6 +121,7 @@ impl Program {
         let inputs = self.inputs.iter().map(|(input, name)| {
             let (of, unit) = match input {
                 Input::Reading => (reading.to_owned(), unit_of(reading)),
+                Input::Late => (format!("{reading}, late"), unit_of(reading)),
                 Input::Time => ("time".to_owned(), "s".to_owned()),
                 Input::Interval => ("time since the reading before".to_owned(), "s".to_owned()),
                 Input::Field(field) => (field.clone(), unit_of(field)),
@@ -154,7 +158,8 @@ impl<'a> Running<'a> {
         std::mem::swap(&mut self.before, &mut self.now);
         for (input, name) in &self.program.inputs {
             self.now[*name] = match input {
-                Input::Reading => reading,
+                // Only what is emulated is made late.
+                Input::Reading | Input::Late => reading,
                 Input::Time => time,
                 Input::Interval => self.at.map_or(0.0, |at| time - at),
                 Input::Field(name) => field(name),

@@ -9,14 +9,14 @@ use crate::model::{Acts, Form, Model, Shape, Wrap};
 use crate::problem::Channels;
 use std::collections::BTreeMap;
 
-/// How a sensor reads: steps over what is true, in its own unit.
+/// How a sensor reads: steps over what is true, in its own unit. As in the model, its other errors go with what is true now.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
     /// What the steps see: what is true as `x`, and what else the model sees by its field.
     pub inputs: Vec<CompensationInput>,
     /// The steps, as of a [`Compensation`](crate::finding::Compensation).
     pub steps: Vec<CompensationStep>,
-    /// What is true comes in so late, s.
+    /// So long ago was what `late` stands for true, s.
     pub delay_s: f64,
 }
 
@@ -64,12 +64,13 @@ pub fn reading(model: &Model, si: f64) -> Result<Reading, Vec<LeftOut>> {
         }
     }
     let mut program = Program::default();
-    let mut truth = program.input(Input::Reading) * number(si);
+    let truth = program.input(Input::Reading) * number(si);
+    let late = if delay_s > 0.0 { Input::Late } else { Input::Reading };
+    let mut sum = program.input(late) * number(si);
     if let Some(constant) = lag {
-        let level = program.step("truth", truth);
-        truth = lagged(&mut program, &level, constant);
+        let level = program.step("truth", sum);
+        sum = lagged(&mut program, &level, constant);
     }
-    let mut sum = truth.clone();
     for (shape, values) in &shapes {
         match adds(&mut program, (shape, values), &Estimate(truth.clone()), &fields) {
             Ok(error) => sum = sum + error,

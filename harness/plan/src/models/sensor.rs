@@ -79,6 +79,7 @@ fn steps(
     let input = |input: &CompensationInput| {
         let of = match input.name.as_str() {
             _ if input.of == value => Input::Value,
+            "late" => Input::Late,
             "t" => Input::Time,
             "dt" => Input::Interval,
             _ => Input::Named(named(&input.of)),
