@@ -161,8 +161,8 @@ pub(crate) struct SourceTable {
     pub(crate) interpolate: Option<bool>,
     /// From the beginning again once it has ended.
     pub(crate) repeat: Option<bool>,
-    /// File with a model that was identified, beside this one: how a sensor of a rate errs. The source is the
-    /// true rate then.
+    /// File with a model that was identified, beside this one: how a sensor errs. The source is what is
+    /// true then.
     pub(crate) model: Option<String>,
     /// The temperature that the model sees, degC.
     pub(crate) temperature: Option<Formula>,

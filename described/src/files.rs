@@ -1,6 +1,6 @@
 //! The files that a description names.
 
-use emulators::gyro::terms::SensorErrors;
+use crate::steps::Steps;
 
 /// Hands over the files that a description names, by the names in it.
 pub trait Files {
@@ -10,11 +10,12 @@ pub trait Files {
     /// With words for people.
     fn text(&mut self, name: &str) -> Result<String, String>;
 
-    /// How a rate sensor errs by the model in a file, or why that cannot be had.
+    /// How a sensor whose signal is in `unit` errs by the model in a file, or why that cannot be had. The model's
+    /// temperature and heading are its inputs of these names, in degC and deg.
     ///
     /// # Errors
     /// With words for people.
-    fn errors(&mut self, name: &str) -> Result<SensorErrors, String>;
+    fn errors(&mut self, name: &str, unit: &str) -> Result<Steps, String>;
 }
 
 /// Files of which there is the text, and no reader of models.
@@ -25,7 +26,7 @@ impl Files for Texts<'_> {
         (self.0)(name)
     }
 
-    fn errors(&mut self, _name: &str) -> Result<SensorErrors, String> {
+    fn errors(&mut self, _name: &str, _unit: &str) -> Result<Steps, String> {
         Err("nobody reads identified models here".to_owned())
     }
 }

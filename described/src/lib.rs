@@ -118,8 +118,9 @@
 //! temperature = "case"        # where the model sees one, degC; and `heading`, deg
 //! ```
 //!
-//! The signal is the true rate with the model's terms of bias and scale, its lag, dead zone and range, as of a gyro.
-//! A latency is refused. What is true is taken as constant from one message to the next.
+//! The signal is what is true with the model's terms, late by its lag and its latency, within its dead zone and range. A
+//! model of a gyro is for rates, one of kind `sensor` for what it was measured in; what else it sees is the variable of
+//! that name. What is true goes straight from one message to the next.
 //!
 //! # Expressions
 //!
@@ -161,6 +162,7 @@ mod layout;
 mod lookup;
 mod place;
 mod protection;
+mod steps;
 
 pub use description::Description;
 pub use device::Device;
@@ -172,6 +174,7 @@ pub use layout::{
     dbc_nodes, dbc_text,
 };
 pub use protection::{ProtectionTable, Verdict};
+pub use steps::{Input, Step, Steps};
 
 /// The JSON Schema of a description, in either of its forms, for editors.
 pub fn schema(generator: schemars::SchemaGenerator) -> schemars::Schema {

@@ -223,6 +223,7 @@ impl Identifier for Parrot {
             effects: if silent { Vec::new() } else { vec![effect] },
             path: Vec::new(),
             left: Vec::new(),
+            compensation: None,
             next_experiment: None,
             notices: Vec::new(),
         };

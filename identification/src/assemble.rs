@@ -1,9 +1,12 @@
 //! From the fits of all blocks to a finding and a model.
 
 use crate::align::Aligned;
+use crate::compensation::compensation;
 use crate::dataset::Dataset;
 use crate::experiment::{self, Doubt};
-use crate::finding::{Effect, Figure, Finding, HeldOut, Left, PathModel, SCHEMA, Verdict};
+use crate::finding::{
+    Compensation, Effect, Figure, Finding, HeldOut, Left, PathModel, SCHEMA, Verdict,
+};
 use crate::identify::{Identified, Options};
 use crate::judge::{Judge, Metric};
 use crate::model::{Acts, KNOT, Model, Term};
@@ -49,6 +52,16 @@ impl Done<'_> {
         let is_row = self.data.block.aggregate == Aggregate::Row;
         let error = self.errors().1.first()?.errors.rmse();
         (is_row && self.fit.floor > 0.0).then(|| error / self.fit.floor)
+    }
+
+    /// How a firmware takes off what was found.
+    fn compensation(&self, dataset: &Dataset, seed: u64) -> Option<Compensation> {
+        let all = || self.fit.base.iter().chain(&self.fit.effects);
+        let coefficients: Vec<f64> =
+            all().flat_map(|found| &found.coefficients).map(|(value, _)| *value).collect();
+        let fixed = self.aligned.as_ref().map(|aligned| (&aligned.shape, aligned.value));
+        let noise = (&self.fit.noise, &*self.fit.left_out);
+        compensation(dataset, self.data, (fixed, self.fit.shapes()), &coefficients, noise, seed)
     }
 
     /// Held-out errors without an effect.
@@ -182,6 +195,7 @@ pub(crate) fn assemble(
     let doubts: Vec<Doubt<'_>> =
         done.iter().map(|one| Doubt { data: one.data, fit: &one.fit }).collect();
     let experiment = experiment::next(dataset, problem, &doubts);
+    let compensation = done.first().and_then(|one| one.compensation(dataset, seed));
     let mut identified = Identified {
         finding: Finding {
             schema: SCHEMA,
@@ -201,6 +215,7 @@ pub(crate) fn assemble(
             effects,
             path: path(done),
             left,
+            compensation: compensation.clone(),
             next_experiment: None,
             notices,
         },
@@ -211,6 +226,7 @@ pub(crate) fn assemble(
             fields,
             counts_per_rad_per_s: problem.counts_per_unit,
             closing_lever_m: problem.closing_lever_m,
+            compensation,
             terms,
             plain,
         },

@@ -42,6 +42,9 @@ pub struct Finding {
     pub path: Vec<PathModel>,
     /// What is left and looks like something.
     pub left: Vec<Left>,
+    /// How a firmware takes what was found off the readings of a sensor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compensation: Option<Compensation>,
     /// What would decide between the rivals.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_experiment: Option<NextExperiment>,
@@ -88,7 +91,7 @@ pub struct Figure {
 }
 
 /// Error on runs that took no part in the fit, before and after.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HeldOut {
     /// Always `rmse`.
     pub metric: String,
@@ -105,6 +108,62 @@ pub struct HeldOut {
     pub ci95: [f64; 2],
     /// In how many folds.
     pub folds: usize,
+}
+
+/// Steps that a firmware does with every reading of a sensor, in order: what the last one comes to is the reading without
+/// the errors that were found. Expressions are those of described devices; `NAME_before` is what `NAME` was at the reading
+/// before.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Compensation {
+    /// The field that was measured.
+    pub of: String,
+    /// Its unit, and that of what comes out.
+    pub unit: String,
+    /// What the steps read.
+    pub inputs: Vec<CompensationInput>,
+    /// The steps.
+    pub steps: Vec<CompensationStep>,
+    /// Errors of the readings as they are, and with the steps, on runs that took no part in the fit of their numbers.
+    pub held_out: HeldOut,
+    /// Terms that nothing can be done about from readings alone.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<LeftOut>,
+}
+
+/// A name that stands for what comes from outside.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CompensationInput {
+    /// In expressions.
+    pub name: String,
+    /// The field, or what it is in words.
+    pub of: String,
+    /// Its unit.
+    pub unit: String,
+}
+
+/// One step.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CompensationStep {
+    /// What it comes to has this name.
+    pub name: String,
+    /// What it comes to.
+    pub expression: String,
+    /// At the first reading, where that is another one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first: Option<String>,
+}
+
+/// A term that is not compensated.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LeftOut {
+    /// Its name.
+    pub term: String,
+    /// Why.
+    pub why: String,
 }
 
 /// A model on the path from plain to rich.

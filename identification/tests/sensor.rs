@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
-use identification::finding::Verdict;
+use identification::finding::{Effect, Verdict};
 use identification::identify::{Identified, Options, identify, predict};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -118,6 +118,97 @@ fn nonlinearity_lag_delay_and_hysteresis_have_their_names() {
     for (name, cause) in causes {
         assert_names(&found(&dataset(Unit::Volt, wander, cause, 0.03, 5)), name);
     }
+}
+
+/// Root mean square before and after the compensation, on recordings that took no part.
+fn compensated(dataset: &Dataset) -> [f64; 2] {
+    let found = found(dataset);
+    let compensation = found.finding.compensation.clone();
+    let Some(compensation) = compensation else { panic!("none: {:?}", found.finding.effects) };
+    assert_eq!(found.model.compensation.as_ref(), Some(&compensation));
+    assert_eq!((&*compensation.of, compensation.held_out.folds), ("reads", 5));
+    assert_eq!(compensation.steps.last().map(|step| &*step.name), Some("corrected"));
+    [compensation.held_out.before, compensation.held_out.after]
+}
+
+#[test]
+fn what_a_sensor_shows_wrongly_is_taken_off_down_to_its_noise() {
+    let sigma = 0.03;
+    let play = |course: &[f64], row: usize| {
+        let mut at = course[0];
+        for value in &course[..=row] {
+            at = at.clamp(value - 0.4, value + 0.4);
+        }
+        at
+    };
+    type Cause = (&'static str, Box<dyn Fn(&[f64], usize) -> f64>);
+    let causes: [Cause; 4] = [
+        ("offset and scale", Box::new(|course, row| 1.03 * course[row] + 0.2)),
+        ("curve", Box::new(|course, row| course[row] + 0.01 * course[row].powi(2))),
+        ("reversed curve", Box::new(|course, row| -course[row] + 0.01 * course[row].powi(2))),
+        ("hysteresis", Box::new(move |course, row| 0.7 * course[row] + 0.3 * play(course, row))),
+    ];
+    for (name, cause) in causes {
+        let [before, after] = compensated(&dataset(Unit::Volt, wander, cause, sigma, 7));
+        assert!(before > 2.0 * sigma, "{name}: {before}");
+        assert!(after < 1.15 * sigma, "{name}: {before} -> {after}");
+    }
+    // Cycles of an angle that begins anew after each turn.
+    let angle = |t: f64| (1.7 * t).rem_euclid(360.0);
+    let error = |course: &[f64], row: usize| {
+        (course[row] + 0.8 * (2.0 * course[row].to_radians()).sin()).rem_euclid(360.0)
+    };
+    let [before, after] = compensated(&dataset(Unit::Degree, angle, error, 0.1, 7));
+    assert!(before > 0.5 && after < 0.115, "{before} -> {after}");
+}
+
+#[test]
+fn what_comes_late_is_led_as_far_as_its_noise_lets_it() {
+    // 2 s behind what wanders with periods of minutes; led, the noise of the slope comes on top.
+    let late = |course: &[f64], row: usize| course[row.saturating_sub(2)];
+    let [before, after] = compensated(&dataset(Unit::Volt, wander, late, 0.01, 5));
+    assert!(before > 0.15 && after < 0.25 * before, "{before} -> {after}");
+}
+
+#[test]
+fn a_slow_probe_and_one_that_clips_have_their_terms() {
+    let slow = |course: &[f64], row: usize| {
+        let keep = (-1.0_f64 / 12.0).exp();
+        course[..=row].iter().fold(course[0], |state, value| keep * state + (1.0 - keep) * value)
+    };
+    let of = |cause: fn(&[f64], usize) -> f64| {
+        let found = found(&dataset(Unit::Celsius, wander, cause, 0.02, 11));
+        let effect = found.finding.effects.first().cloned();
+        effect.unwrap_or_else(|| panic!("nothing: {:?}", found.finding.left))
+    };
+    let number = |effect: &Effect, name: &str| {
+        effect.parameters.iter().find(|one| one.name == name).map(|one| one.value).unwrap()
+    };
+    let lag = of(slow);
+    assert_eq!((&*lag.name, &*lag.term), ("bandwidth", "delay"));
+    assert!((number(&lag, "time_constant") - 12.0).abs() < 1.0, "{lag:?}");
+    let clipped = of(|course, row| course[row].clamp(-3.5, 3.5));
+    assert_eq!((&*clipped.name, &*clipped.term), ("saturation", "saturation"));
+    assert!((number(&clipped, "limit") - 3.5).abs() < 0.1, "{clipped:?}");
+}
+
+#[test]
+fn an_angle_that_comes_late_is_late() {
+    let angle =
+        |t: f64| (5.0 * t + 60.0 * (t / 41.0).sin() + 30.0 * (t / 17.0).sin()).rem_euclid(360.0);
+    let mut late = dataset(Unit::Degree, angle, |course, row| course[row], 0.1, 3);
+    // Runs that follow one another without a break; what is true was on its way before they began.
+    for row in 0..RUNS * ROWS {
+        let time = row as f64;
+        let noise = late.columns[1].values[row] - late.columns[2].values[row];
+        late.columns[0].values[row] = time;
+        late.columns[1].values[row] = angle(time - 1.4) + noise;
+        late.columns[2].values[row] = angle(time);
+    }
+    let found = found(&late);
+    let names: Vec<&str> = found.finding.effects.iter().map(|one| &*one.name).collect();
+    assert_eq!(names, ["delay"]);
+    assert!(found.finding.held_out.after < 0.11, "{:?}", found.finding.held_out);
 }
 
 #[test]

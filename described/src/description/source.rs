@@ -8,8 +8,7 @@ use crate::file::{Formula, SourceTable};
 use crate::files::Files;
 use crate::hint;
 use crate::place::Place;
-use emulators::gyro::terms::SensorErrors;
-use std::f64::consts::PI;
+use crate::steps::Procedure;
 
 /// The longest series. Assumption: sixteen hours at 17 Hz are enough of a trace.
 const SERIES_MAX: usize = 1_000_000;
@@ -31,7 +30,7 @@ pub(crate) enum Source {
     /// One a state of the machine whose state is in this slot.
     States(usize, Box<[Expression]>),
     Series(Series),
-    Sensor(Box<RateSensor>),
+    Sensor(Box<Sensor>),
 }
 
 /// Values over the time since power-on.
@@ -225,30 +224,13 @@ fn points(
     Ok(points)
 }
 
-/// Units of rates, as layouts write them, in rad/s.
-const UNITS: [(&str, f64); 8] = [
-    ("rad/s", 1.0),
-    ("mrad/s", 1e-3),
-    ("deg/s", PI / 180.0),
-    ("°/s", PI / 180.0),
-    ("dps", PI / 180.0),
-    ("mdeg/s", PI / 180e3),
-    ("deg/h", PI / 648e3),
-    ("°/h", PI / 648e3),
-];
-
-/// A sensor of a rate.
+/// A sensor that errs.
 #[derive(Debug, Clone)]
-pub(crate) struct RateSensor {
-    pub(crate) errors: SensorErrors,
-    /// What one of the signal's unit is, rad/s.
-    pub(crate) unit: f64,
-    /// The true rate, in the signal's unit.
+pub(crate) struct Sensor {
+    /// What is true, in the signal's unit.
     pub(crate) truth: Source,
-    /// degC
-    pub(crate) temperature: Expression,
-    /// deg
-    pub(crate) heading: Expression,
+    /// What the sensor makes of it.
+    pub(crate) errs: Procedure<Expression>,
 }
 
 /// The sensor that a `[signal.NAME]` with a `model` describes: that of `truth`, with the model's file and the signal's
@@ -260,27 +242,41 @@ pub(super) fn sensor(
     scope: &Local<'_>,
     place: &Place,
     files: &mut dyn Files,
-) -> Result<RateSensor, Mistake> {
-    let Some((_, unit)) = UNITS.into_iter().find(|(known, _)| *known == unit) else {
-        let known = UNITS.map(|(known, _)| known).join(", ");
-        let message = format!("a model is of a rate, and the unit of this signal is `{unit}`");
-        return Err(Mistake::new(place.key("model"), message).help(format!("one of {known}")));
-    };
-    let errors = files.errors(file).map_err(|error| {
+) -> Result<Sensor, Mistake> {
+    let unfit = |error: String| {
         Mistake::new(place.key("model"), format!("failed to use `{file}`: {error}"))
-    })?;
-    let seen = |key: &str, given: &Option<Formula>, needed: bool| match given {
-        Some(given) => formula(given, scope, &place.key(key)),
-        None if needed => {
-            let message = format!("the model sees a {key}, and there is none");
-            Err(Mistake::new(place.key("model"), message)
-                .help(format!("add `{key} = \"...\"` to the signal")))
-        }
-        None => Ok(Expression::constant(0.0)),
     };
-    let temperature = seen("temperature", &table.temperature, errors.see_temperature())?;
-    let heading = seen("heading", &table.heading, errors.see_heading())?;
-    Ok(RateSensor { errors, unit, truth, temperature, heading })
+    let steps = files.errors(file, unit).map_err(unfit)?;
+    // What is wrong with an expression of a file is said in its place, and not in that of the model.
+    let mut wrong = None;
+    let given = |key: &str, given: &Option<Formula>| match given {
+        Some(given) => formula(given, scope, &place.key(key)),
+        None => Err(Mistake::new(
+            place.key("model"),
+            format!("the model sees a {key}, and there is none"),
+        )
+        .help(format!("add `{key} = \"...\"` to the signal"))),
+    };
+    let read = steps.read(|name| {
+        let seen = match name {
+            "temperature" => given(name, &table.temperature),
+            "heading" => given(name, &table.heading),
+            other => Expression::parse(other, scope).map_err(|error| {
+                let message = format!("the model sees `{other}`: {}", error.message);
+                Mistake { help: error.help, ..Mistake::new(place.key("model"), message) }
+            }),
+        };
+        seen.map_err(|mistake| {
+            let message = mistake.message.clone();
+            wrong = Some(mistake);
+            message
+        })
+    });
+    match (read, wrong) {
+        (_, Some(mistake)) => Err(mistake),
+        (Ok(errs), None) => Ok(Sensor { truth, errs }),
+        (Err(error), None) => Err(unfit(error)),
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The emulator of a described device.
 
 mod answers;
+mod correction;
 mod dynamics;
 mod laws;
 mod machines;

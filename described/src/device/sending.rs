@@ -5,7 +5,7 @@ use super::occasion::Occasion;
 use super::{Device, NEVER, QUEUE_MAX};
 use crate::description::{Description, Model, PART, Sent, SignalSource, Source, TIME};
 use crate::layout::SendKind;
-use emulators::gyro::terms::{Seen, Sensor};
+use crate::steps::{Memory, Procedure};
 use emulators::random::RandomStream;
 use wire::time::Timestamp;
 
@@ -26,8 +26,26 @@ pub(super) struct Sending {
     multiplexers: Box<[usize]>,
     /// One a signal, so that none shifts the numbers of another.
     noise: Vec<RandomStream>,
-    /// One a signal that is read from a sensor, since its first reading.
-    pub(super) sensors: Vec<Option<Sensor>>,
+    /// One a signal: what the sensor remembers that it is read from.
+    pub(super) sensors: Vec<Memory>,
+    /// How errors are taken off what is sent: of which signals.
+    pub(super) corrections: Vec<(usize, Correction)>,
+}
+
+/// How errors are taken off a signal before it is sent.
+#[derive(Debug)]
+pub(super) struct Correction {
+    pub(super) steps: Procedure<Seen>,
+    pub(super) memory: Memory,
+}
+
+/// Where a correction finds what it sees.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Seen {
+    /// The variable in this slot.
+    Slot(usize),
+    /// A signal of another message or this one, as it was sent last.
+    Sent { sending: usize, place: usize },
 }
 
 impl Sending {
@@ -45,7 +63,8 @@ impl Sending {
             limits: message.signals.iter().map(|one| (one.minimum, one.maximum)).collect(),
             multiplexers: message.multiplexers().collect(),
             noise: message.signals.iter().map(|signal| stream(&signal.name)).collect(),
-            sensors: vec![None; message.signals.len()],
+            sensors: vec![Memory::default(); message.signals.len()],
+            corrections: Vec::new(),
         }
     }
 
@@ -53,7 +72,10 @@ impl Sending {
     pub(super) fn start(&mut self, description: &Description, sent: &Sent, now: Timestamp) {
         self.due = sent.period.map_or(NEVER, |period| now + period);
         self.pages.fill(0);
-        self.sensors.fill(None);
+        self.sensors.fill(Memory::default());
+        for (_, correction) in &mut self.corrections {
+            correction.memory = Memory::default();
+        }
         let signals = &description.layout().messages()[sent.message].signals;
         for (last, signal) in self.last.iter_mut().zip(signals) {
             *last = signal.start;
@@ -210,8 +232,8 @@ impl Device {
                 return None;
             }
             // To look is not to read: the sensor stays as it was.
-            let mut sensor = self.senders[index].sensors[place].clone();
-            let value = from.source.value(self.dynamics.values(), &mut sensor);
+            let mut memory = self.senders[index].sensors[place].clone();
+            let value = from.source.value(self.dynamics.values(), &mut memory);
             let (least, greatest) = (signals[place].minimum, signals[place].maximum);
             if value.is_nan() {
                 None
@@ -225,12 +247,13 @@ impl Device {
 
     fn send(&mut self, model: &Model, index: usize) {
         let sent = &model.sent[index];
+        // Out of the device, so that it sees what else was sent.
+        let mut corrections = std::mem::take(&mut self.senders[index].corrections);
         let sending = &mut self.senders[index];
         let message = &self.description.layout().messages()[sent.message];
         let mut values = std::mem::take(&mut self.agenda.values);
         values.resize(sent.signals.len(), 0.0);
-        let signals = sent.signals.iter().zip(&sending.limits).zip(&mut values);
-        for (place, ((from, (least, greatest)), into)) in signals.enumerate() {
+        for (place, (from, into)) in sent.signals.iter().zip(&mut values).enumerate() {
             let value = match &from.source {
                 Source::Expression(expression) => expression.value(self.dynamics.values()),
                 Source::Unsaid => {
@@ -247,9 +270,21 @@ impl Device {
             if from.noise > 0.0 {
                 shown += from.noise * sending.noise[place].standard_normal();
             }
-            let inside = shown.clamp(*least, *greatest);
-            self.clipped += u64::from(inside != shown);
-            *into = inside;
+            *into = shown;
+        }
+        for (place, Correction { steps, memory }) in &mut corrections {
+            let (now, value) = (self.dynamics.get(TIME), values[*place]);
+            values[*place] = steps.next(memory, now, value, |seen| match *seen {
+                Seen::Slot(slot) => self.dynamics.get(slot),
+                Seen::Sent { sending, place } => self.senders[sending].last[place],
+            });
+        }
+        let sending = &mut self.senders[index];
+        sending.corrections = corrections;
+        for (value, (least, greatest)) in values.iter_mut().zip(&sending.limits) {
+            let inside = value.clamp(*least, *greatest);
+            self.clipped += u64::from(inside != *value);
+            *value = inside;
         }
         // One below another goes on when it has been sent, so that all of its pages are.
         for place in &sending.multiplexers {
@@ -270,8 +305,8 @@ impl Device {
 }
 
 impl Source {
-    /// The value with these variables; of nothing, not a number. `sensor` is its memory, where it is one.
-    pub(super) fn value(&self, variables: &[f64], sensor: &mut Option<Sensor>) -> f64 {
+    /// The value with these variables; of nothing, not a number. `memory` is that of the sensor, where it is one.
+    pub(super) fn value(&self, variables: &[f64], memory: &mut Memory) -> f64 {
         match self {
             Self::Unsaid => f64::NAN,
             Self::Expression(expression) => expression.value(variables),
@@ -280,15 +315,10 @@ impl Source {
                 each.get(state).map_or(f64::NAN, |expression| expression.value(variables))
             }
             Self::Series(series) => series.value(variables.get(TIME).copied().unwrap_or(f64::NAN)),
-            Self::Sensor(rate) => {
-                let seen = Seen {
-                    rate: rate.truth.value(variables, &mut None) * rate.unit,
-                    heading: rate.heading.value(variables).to_radians(),
-                    celsius: rate.temperature.value(variables),
-                    time_s: variables.get(TIME).copied().unwrap_or(f64::NAN),
-                };
-                let sensor = sensor.get_or_insert_with(|| Sensor::new(&rate.errors, &seen));
-                sensor.read(&rate.errors, &seen) / rate.unit
+            Self::Sensor(sensor) => {
+                let truth = sensor.truth.value(variables, &mut Memory::default());
+                let time = variables.get(TIME).copied().unwrap_or(f64::NAN);
+                sensor.errs.next(memory, time, truth, |seen| seen.value(variables))
             }
         }
     }

@@ -12,12 +12,10 @@
 //! ```
 
 mod form;
-mod sensor;
 mod sums;
 
 use crate::parameters::{Domain, ParameterError, ParameterInfo, Parameters};
 use schemars::JsonSchema;
-pub use sensor::{Seen, Sensor, SensorErrors};
 use serde::{Deserialize, Serialize};
 pub(super) use sums::{Memory, Moment, Sums};
 

@@ -11,10 +11,12 @@ mod driver;
 mod form;
 mod learned;
 mod numbers;
+mod sensor;
 #[cfg(test)]
 mod tests;
 
 pub use learned::learned;
+pub use sensor::{correction, reading, unit_of};
 
 use crate::library::{Kind, Library, LibraryError};
 use crate::{Action, Plan, Step};
@@ -84,7 +86,9 @@ pub fn load(
             loaded.insert(name, model.clone());
         } else if !identified.contains(&name) {
             let (origin, model) = read(library, &name)?;
-            corrections(&model).map_err(|refused| ModelError::Refused { origin, refused })?;
+            if model.kind != identification::dataset::Kind::Sensor {
+                corrections(&model).map_err(|refused| ModelError::Refused { origin, refused })?;
+            }
             loaded.insert(name, model);
         }
     }
@@ -121,6 +125,7 @@ pub const fn empty() -> Model {
         fields: BTreeMap::new(),
         counts_per_rad_per_s: None,
         closing_lever_m: None,
+        compensation: None,
         terms: Vec::new(),
         plain: Vec::new(),
     }

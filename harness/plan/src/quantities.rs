@@ -197,6 +197,9 @@ quantities! {
     IDENTIFICATION_RATE_BEFORE: "identification.rate_before", "deg/s", [], "identify";
     /// The same by the model that was identified.
     IDENTIFICATION_RATE_AFTER: "identification.rate_after", "deg/s", [], "identify";
+    /// Of a sensor: its error with what was found taken off over its error as it reads, root mean squares over runs that
+    /// took no part in the fit.
+    IDENTIFICATION_KEPT: "identification.error_kept", "1", [], "identify";
     /// Effects that were found beyond the plain model.
     IDENTIFICATION_EFFECTS: "identification.effects", "1", [], "identify";
     /// 1 where something remains that no effect explains, 0 where nothing does.

@@ -3,6 +3,7 @@
 use super::Plan;
 use super::formula::formula;
 use super::hint::proposal;
+use super::identify::Source;
 use super::message::Send;
 use super::name::ParameterName;
 use super::property::{Kind, Property, Stated};
@@ -19,7 +20,13 @@ const COMMON: &[&str] =
 /// Steps in which the plan itself speaks.
 const OF_TESTERS: &[&str] = &["send", "stop_sending"];
 /// Quantities that do not depend on what the plan is of.
-const COMMON_QUANTITIES: &[&str] = &["step.duration", "repeat.overrun"];
+const COMMON_QUANTITIES: &[&str] = &[
+    "step.duration",
+    "repeat.overrun",
+    "identification.error_kept",
+    "identification.effects",
+    "identification.structure_left",
+];
 
 /// What a plan is of.
 #[derive(Debug, Clone, Copy, Default)]
@@ -82,7 +89,12 @@ impl<'a> Subject<'a> {
             let message = format!("`{name}` is for a device of your own");
             return Err(at.fault(&[], message, Some(help.to_owned())));
         }
-        if !self.has_robot && !of_testers && !COMMON.contains(&name) {
+        let of_sensor = match action {
+            Action::Identify(identify) => identify.from == Source::Sensor,
+            Action::UseModel(_) => true,
+            _ => false,
+        };
+        if !self.has_robot && !of_testers && !of_sensor && !COMMON.contains(&name) {
             let known = [OF_TESTERS, COMMON].concat();
             let message = format!("`{name}` is for a gyro on a robot or a table");
             return Err(at.fault(&[], message, Some(proposal("", &known))));

@@ -4,11 +4,11 @@ use super::check::Check;
 use super::contradiction::contradictions;
 use super::fit::Fit;
 use super::hint::proposal;
-use super::identify::Identify;
+use super::identify::{Identify, Source};
 use super::measurement::Declared;
 use super::property::Property;
 use super::quantities::{COMMON_TAGS, DURING_PREFIX, find_tag};
-use super::quantity::{Filter, QuantityName};
+use super::quantity::{Filter, OfMessage, QuantityName};
 use super::reaction::{self, Reaction};
 use super::rest::LOG_INTERVAL_MIN;
 use super::rig::Rig;
@@ -201,8 +201,10 @@ impl<'a> Survey<'a> {
 
     /// The steps that it is made from come before it, and no two models share a name.
     fn identify(&mut self, identify: &'a Identify, at: &Place<'_>) -> Checked {
-        let step = identify.from.step();
-        if !self.phases.contains(&step) {
+        self.of_sensor(identify, at)?;
+        if let Some(step) = identify.from.step()
+            && !self.phases.contains(&step)
+        {
             let message =
                 format!("no `{step}` before this step, of which {} are", identify.from.name());
             return Err(at.fault(&[Segment::Key("from")], message, None));
@@ -220,6 +222,54 @@ impl<'a> Survey<'a> {
         }
         self.models.push(identify.name.as_str());
         Ok(())
+    }
+
+    /// A sensor has a signal and another that is true, in one unit; nothing else has.
+    fn of_sensor(&self, identify: &Identify, at: &Place<'_>) -> Checked {
+        let keys = [("measured", &identify.measured), ("reference", &identify.reference)];
+        if identify.from != Source::Sensor {
+            let given = keys.iter().find(|(_, given)| given.is_some()).map(|(key, _)| *key);
+            let given = given.or((!identify.beside.is_empty()).then_some("beside"));
+            let Some(key) = given else { return Ok(()) };
+            let message = format!("`{key}` has no meaning from {}", identify.from.name());
+            return Err(at.fault(&[Segment::Key(key)], message, None));
+        }
+        let mut units = Vec::new();
+        for (key, given) in keys {
+            let Some(quantity) = given else {
+                let message = format!("missing field `{key}`");
+                let help = "`measured` is what the sensor says, `reference` what is true: signals of nodes";
+                return Err(at.fault(&[], message, Some(help.to_owned())));
+            };
+            units.push(self.signal_unit(quantity, at, &[Segment::Key(key)])?);
+        }
+        for (index, quantity) in identify.beside.iter().enumerate() {
+            self.signal_unit(quantity, at, &[Segment::Key("beside"), Segment::Index(index)])?;
+        }
+        match &units[..] {
+            [Some(measured), Some(reference)] if measured != reference => {
+                let message = format!("in {reference}, and what is measured in {measured}");
+                Err(at.fault(&[Segment::Key("reference")], message, None))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The unit of a signal of a node.
+    fn signal_unit(
+        &self,
+        quantity: &QuantityName,
+        at: &Place<'_>,
+        here: &[Segment],
+    ) -> Result<Option<String>, Fault> {
+        self.subject.quantity(quantity, at, here)?;
+        match quantity.of_message() {
+            Some(of @ OfMessage::Signal { .. }) => self.subject.unit(of, at, here),
+            _ => {
+                let message = format!("`{quantity}` is no signal of a node");
+                Err(at.fault(here, message, None))
+            }
+        }
     }
 
     fn measurement(&self, declared: &Declared, at: &Place<'_>) -> Checked {

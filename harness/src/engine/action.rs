@@ -5,6 +5,7 @@ use crate::plan::{Answer, PhaseEvent, Send};
 use crate::record::{Device, RecordKind};
 use controller::calibration::Calibration;
 use controller::mission::Mission;
+use identification::finding::Compensation;
 use wire::table;
 use wire::time::Span;
 use wire::units::Pose;
@@ -30,6 +31,16 @@ pub enum Action {
         parameter: String,
         /// Its new value.
         value: f64,
+    },
+    /// Have a node take errors off a signal before it sends it, or no longer; answer with `Engine::answered` or
+    /// `Engine::broke`.
+    Correct {
+        /// The node.
+        node: String,
+        /// Its signal.
+        signal: String,
+        /// By which steps.
+        compensation: Option<Box<Compensation>>,
     },
     /// Switch a device off and on again; answer with `Engine::answered` once it is on.
     PowerCycle {

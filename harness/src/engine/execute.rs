@@ -192,7 +192,7 @@ impl Engine {
         }
     }
 
-    fn ask(&mut self, action: Action) {
+    pub(super) fn ask(&mut self, action: Action) {
         self.waiting = Waiting::Answer(None);
         self.actions.push_back(action);
     }

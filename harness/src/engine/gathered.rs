@@ -32,6 +32,8 @@ pub(super) fn is_of(source: Source, quantity: &str) -> bool {
         Source::Turns => quantity == turns::QUANTITY.name,
         Source::Laps => laps::is_of_lap(quantity),
         Source::Series => quantity == q::GYRO_RATE.name,
+        // What a step names itself.
+        Source::Sensor => false,
     }
 }
 
@@ -63,6 +65,7 @@ pub(super) fn dataset(
             (Kind::Laps, laps::columns(&with_source))
         }
         Source::Series => (Kind::Series, at_rest(&observed)),
+        Source::Sensor => return Err("signals of nodes are gathered by themselves".to_owned()),
     };
     if columns.is_empty() {
         let source = selection.source.name();

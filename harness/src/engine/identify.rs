@@ -1,15 +1,17 @@
-//! Identifies what a gyro does beyond its calibration, and has the controller correct by it.
+//! Identifies what a gyro does beyond its calibration or a sensor of a node beside what is true, and has the controller or
+//! the node correct by it.
 
 use super::gathered::{self, Selection};
-use super::{Action, Engine, StepAction};
+use super::{Action, Engine, StepAction, of_nodes};
 use crate::made::Found;
 use crate::models;
 use crate::outcome::Outcome;
 use crate::plan::quantities as q;
-use crate::plan::{Identify, Source, Step};
+use crate::plan::{Identify, QuantityName, Source, Step};
 use crate::record::RecordKind;
 use controller::mission::Command;
-use identification::finding::{Finding, Verdict};
+use identification::dataset::Kind;
+use identification::finding::{Compensation, Finding, Verdict};
 use identification::identify::{Options, identify};
 use identification::model::Model;
 use identification::units::si_factor;
@@ -28,9 +30,7 @@ impl Engine {
                 self.record(RecordKind::Note(note));
                 self.observe_finding(now, step.from, &found.finding);
                 let name = step.name.as_str().to_owned();
-                if let Some(robot) = &mut self.robot {
-                    robot.models.insert(name.clone(), found.model.clone());
-                }
+                self.models.insert(name.clone(), found.model.clone());
                 self.actions.push_back(Action::KeepFound { name, found: Box::new(found) });
             }
             Err(why) => {
@@ -41,6 +41,9 @@ impl Engine {
     }
 
     fn found(&self, step: &Identify) -> Result<Found, String> {
+        if step.from == Source::Sensor {
+            return self.found_of_sensor(step);
+        }
         let robot = self.robot.as_ref().ok_or("there is no robot here")?;
         let selection = Selection {
             source: step.from,
@@ -56,26 +59,54 @@ impl Engine {
         Ok(Found { finding: found.finding, model: on_top(robot.model.as_ref(), found.model) })
     }
 
+    fn found_of_sensor(&self, step: &Identify) -> Result<Found, String> {
+        let (Some(measured), Some(reference)) = (&step.measured, &step.reference) else {
+            return Err("nothing is measured".to_owned());
+        };
+        if self.corrected.contains(measured) {
+            let why = "errors are taken off it already: what is left is no model of it";
+            return Err(format!("`{measured}`: {why}"));
+        }
+        let column = |quantity| of_nodes::Field {
+            quantity,
+            unit: models::unit_of(self.signals.unit(quantity)),
+        };
+        let beside: Vec<_> = step.beside.iter().map(column).collect();
+        let over = step.over.as_ref().map(|over| over.as_str());
+        let name = format!("{}-{}", self.plan.name, step.name);
+        let fields = (&column(measured), &column(reference), &beside[..]);
+        let dataset = of_nodes::dataset(&self.observations, fields, over, &name)?;
+        let found = identify(&dataset, None, &Options::default(), &mut |_, _| {})
+            .map_err(|error| error.to_string())?;
+        Ok(Found { finding: found.finding, model: found.model })
+    }
+
     fn observe_finding(&mut self, now: Timestamp, source: Source, finding: &Finding) {
-        let Some(factor) = si_factor(&finding.held_out.unit) else { return };
-        let degrees = |value: f64| Angle::from_rad(value * factor).deg();
-        let (before, after) = match source {
-            Source::Turns | Source::Laps => (&q::IDENTIFICATION_BEFORE, &q::IDENTIFICATION_AFTER),
-            Source::Series => (&q::IDENTIFICATION_RATE_BEFORE, &q::IDENTIFICATION_RATE_AFTER),
+        let figures = match (source, &finding.compensation) {
+            (Source::Sensor, compensation) => {
+                let held_out = compensation.as_ref().map(|steps| &steps.held_out);
+                held_out.map(|error| [(&q::IDENTIFICATION_KEPT, error.after / error.before)].into())
+            }
+            (Source::Turns | Source::Laps, _) => {
+                degrees(finding, &q::IDENTIFICATION_BEFORE, &q::IDENTIFICATION_AFTER)
+            }
+            (Source::Series, _) => {
+                degrees(finding, &q::IDENTIFICATION_RATE_BEFORE, &q::IDENTIFICATION_RATE_AFTER)
+            }
         };
         let left = f64::from(u8::from(finding.verdict == Verdict::StructureLeft));
         self.observe(now, |collector| {
-            collector.add(before, degrees(finding.held_out.before), 0.0, &[]);
-            collector.add(after, degrees(finding.held_out.after), 0.0, &[]);
+            for (quantity, value) in figures.unwrap_or_default() {
+                collector.add(quantity, value, 0.0, &[]);
+            }
             collector.add(&q::IDENTIFICATION_EFFECTS, finding.effects.len() as f64, 0.0, &[]);
             collector.add(&q::IDENTIFICATION_LEFT, left, 0.0, &[]);
         });
     }
 
-    /// Has the controller correct by the model of that name, or by none any more.
+    /// Has the controller or a node correct by the model of that name, or all of them by none any more.
     pub(super) fn use_model(&mut self, now: Timestamp, name: Option<&str>) {
-        let Some(robot) = &self.robot else { return };
-        let model = match name.map(|name| (name, robot.models.get(name))) {
+        let model = match name.map(|name| (name, self.models.get(name))) {
             None => None,
             Some((_, Some(model))) => Some(model.clone()),
             Some((name, None)) => {
@@ -84,6 +115,22 @@ impl Engine {
                 self.end(now, Outcome::Error, Some(reason));
                 return;
             }
+        };
+        if let Some(Model { kind: Kind::Sensor, compensation, .. }) = &model {
+            self.correct(now, compensation.as_ref());
+            return;
+        }
+        if model.is_none() {
+            for quantity in std::mem::take(&mut self.corrected) {
+                self.ask_to_correct(&quantity, None);
+            }
+        }
+        let Some(robot) = &self.robot else {
+            if model.is_some() {
+                let reason = format!("{}: no controller takes a model here", self.place());
+                self.end(now, Outcome::Failed, Some(reason));
+            }
+            return;
         };
         let mut calibration = robot.calibration.clone();
         calibration.corrections.clear();
@@ -106,6 +153,41 @@ impl Engine {
     }
 }
 
+impl Engine {
+    /// Has the node whose signal it is of take errors off.
+    fn correct(&mut self, now: Timestamp, compensation: Option<&Compensation>) {
+        let of = compensation.and_then(|steps| Some((steps, QuantityName::new(&steps.of)?)));
+        let Some((steps, quantity)) = of.filter(|(_, quantity)| quantity.of_message().is_some())
+        else {
+            let why = "the model says nothing that could be taken off a signal of a node";
+            let reason = format!("{}: {why}", self.place());
+            self.end(now, Outcome::Failed, Some(reason));
+            return;
+        };
+        self.ask_to_correct(&quantity, Some(steps));
+        self.corrected.insert(quantity);
+    }
+
+    fn ask_to_correct(&mut self, quantity: &QuantityName, steps: Option<&Compensation>) {
+        let Some(of) = quantity.of_message() else { return };
+        let (node, signal) = (of.node().to_owned(), of.name().to_owned());
+        let compensation = steps.cloned().map(Box::new);
+        self.ask(Action::Correct { node, signal, compensation });
+    }
+}
+
+/// Held-out errors of a gyro, in degrees.
+fn degrees(
+    finding: &Finding,
+    before: &'static q::Quantity,
+    after: &'static q::Quantity,
+) -> Option<Vec<(&'static q::Quantity, f64)>> {
+    let factor = si_factor(&finding.held_out.unit)?;
+    let degrees = |value: f64| Angle::from_rad(value * factor).deg();
+    let held_out = &finding.held_out;
+    Some(vec![(before, degrees(held_out.before)), (after, degrees(held_out.after))])
+}
+
 /// What was read under a model shows what that leaves: the whole model is both. Two scales that
 /// follow each other are taken as their sum, which is off by their product.
 fn on_top(in_force: Option<&Model>, mut found: Model) -> Model {
@@ -125,6 +207,7 @@ pub(super) fn needed(steps: &[Step], names: &mut BTreeSet<String>) {
             let all = q::QUANTITIES.iter().map(|quantity| quantity.name);
             let made_of = all.filter(|name| gathered::is_of(identify.from, name));
             names.extend(made_of.map(str::to_owned));
+            names.extend(identify.of_nodes().map(|quantity| quantity.as_str().to_owned()));
         }
         needed(step.action.steps(), names);
     }

@@ -11,6 +11,7 @@ mod fit;
 mod gathered;
 mod identify;
 pub mod observe;
+mod of_nodes;
 mod op;
 mod phases;
 pub mod program;
@@ -26,11 +27,14 @@ pub use segment::Look;
 
 use crate::observation::Observation;
 use crate::outcome::Outcome;
-use crate::plan::{Action as StepAction, Answer, Plan, Speaker, Step, quantities as q};
+use crate::plan::{
+    Action as StepAction, Answer, Plan, QuantityName, Speaker, Step, quantities as q,
+};
 use crate::record::{Device, RecordKind};
 use controller::mission::MissionId;
 use described::Decoded;
 use execute::holds;
+use identification::model::Model;
 use observe::{Collector, Tags};
 use op::Op;
 use phases::Phases;
@@ -120,6 +124,10 @@ pub struct Engine {
     robot: Option<Box<Robot>>,
     /// Nodes that are under test, but for the robot's controller.
     under_test: Vec<String>,
+    /// Models that can be used by name.
+    models: BTreeMap<String, Model>,
+    /// The signals off which errors are taken.
+    corrected: BTreeSet<QuantityName>,
     tags: Tags,
     /// Rounds of the innermost repeats and sweeps begun, and whether one has begun since the last step.
     rounds: u64,
@@ -151,6 +159,8 @@ impl Engine {
             reactions: Reactions::default(),
             robot: None,
             under_test: Vec::new(),
+            models: BTreeMap::new(),
+            corrected: BTreeSet::new(),
             tags: Tags::new(),
             rounds: 0,
             round_begun: false,
@@ -165,6 +175,13 @@ impl Engine {
     pub fn hearing(mut self, speakers: &[Speaker]) -> Self {
         self.signals = Signals::of(&self.plan, speakers);
         self.reactions = Reactions::of(&self.plan, speakers);
+        self
+    }
+
+    /// With models that can be used by name.
+    #[must_use]
+    pub fn with_models(mut self, models: BTreeMap<String, Model>) -> Self {
+        self.models = models;
         self
     }
 

@@ -68,7 +68,7 @@ pub(super) enum Op {
     SaveCalibration,
     /// Identify a model: the step's.
     Identify,
-    /// Have the controller correct by a model, or by none.
+    /// Have the controller or a node correct by a model, or by none.
     UseModel(Option<String>),
 }
 

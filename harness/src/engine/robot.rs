@@ -45,8 +45,7 @@ pub(super) struct Robot {
     /// Calibrations that can be used by name.
     pub(super) calibrations: BTreeMap<String, Calibration>,
     pub(super) fits: BTreeMap<String, Fitted>,
-    /// Models that can be used by name, and the one in force.
-    pub(super) models: BTreeMap<String, Model>,
+    /// The model in force.
     pub(super) model: Option<Model>,
     times_degraded: u32,
     times_fault: u32,
@@ -70,13 +69,12 @@ impl Robot {
 }
 
 impl Engine {
-    /// With a robot, whose calibrations and models can be used by name.
+    /// With a robot, whose calibrations can be used by name.
     #[must_use]
     pub fn with_robot(
         mut self,
         facts: BenchFacts,
         calibrations: BTreeMap<String, Calibration>,
-        models: BTreeMap<String, Model>,
     ) -> Self {
         self.robot = Some(Box::new(Robot {
             facts,
@@ -91,7 +89,6 @@ impl Engine {
             heading_source: HeadingSource::default(),
             calibrations,
             fits: BTreeMap::new(),
-            models,
             model: None,
             times_degraded: 0,
             times_fault: 0,

@@ -1,6 +1,8 @@
 //! What nodes say: observations of their signals, and conditions to wait for.
 
-use crate::plan::{Action, Condition, MessagePlace, Plan, QuantityName, Speaker, Step, resolve};
+use crate::plan::{
+    Action, Condition, MessagePlace, Plan, QuantityName, Speaker, Step, resolve, unit,
+};
 use std::collections::{BTreeMap, VecDeque};
 use wire::time::{Span, Timestamp};
 
@@ -15,6 +17,8 @@ pub(super) struct Signals {
     last: BTreeMap<(usize, usize), Timestamp>,
     /// The recent past of what conditions are about, as far back as they look.
     past: BTreeMap<String, Past>,
+    /// Units of signals, as layouts write them.
+    units: BTreeMap<String, String>,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -34,6 +38,9 @@ impl Signals {
             past.span = past.span.max(condition.window());
             signals.want(condition.quantity(), speakers);
         }
+        let mut identified = Vec::new();
+        identified_of(&plan.steps, &mut identified);
+        identified.into_iter().for_each(|quantity| signals.want(quantity, speakers));
         for declared in &plan.measurements {
             signals.want(&declared.quantity, speakers);
             declared
@@ -50,6 +57,7 @@ impl Signals {
         let Some(place) = place else { return };
         let names = self.wanted.entry(place).or_default();
         let name = quantity.as_str();
+        self.units.entry(name.to_owned()).or_insert_with(|| unit(speakers, place));
         if names.iter().all(|known| known != name) {
             names.push(name.to_owned());
         }
@@ -83,6 +91,11 @@ impl Signals {
         brought
     }
 
+    /// The unit of a signal that is wanted.
+    pub(super) fn unit(&self, quantity: &QuantityName) -> &str {
+        self.units.get(quantity.as_str()).map_or("1", String::as_str)
+    }
+
     /// Does the condition hold at the last value of its signal?
     pub(super) fn holds(&self, condition: &Condition) -> bool {
         let Some(past) = self.past.get(condition.quantity().as_str()) else { return false };
@@ -111,6 +124,15 @@ impl Past {
         let recent = self.values.iter().rev().take_while(|(at, _)| *at >= from);
         let ends = (f64::INFINITY, f64::NEG_INFINITY);
         Some(recent.fold(ends, |(low, high), (_, value)| (low.min(*value), high.max(*value))))
+    }
+}
+
+fn identified_of<'a>(steps: &'a [Step], quantities: &mut Vec<&'a QuantityName>) {
+    for step in steps {
+        if let Action::Identify(identify) = &step.action {
+            quantities.extend(identify.of_nodes());
+        }
+        identified_of(step.action.steps(), quantities);
     }
 }
 

@@ -96,8 +96,7 @@ mod tests {
     fn a_base_that_nobody_saw_at_rest_is_said_in_the_reason_and_in_the_record() {
         let plan = Arc::new(Plan::parse("still.toml", PLAN).expect("a plan"));
         let (facts, none) = (BenchFacts::default(), BTreeMap::new());
-        let mut engine =
-            Engine::new(plan, Timestamp::ZERO).with_robot(facts, none, BTreeMap::new());
+        let mut engine = Engine::new(plan, Timestamp::ZERO).with_robot(facts, none);
         engine.abort(Timestamp::ZERO);
         assert_eq!(engine.ending(), None, "the base may still move");
         engine.wake(Timestamp::ZERO + REST_WAIT);

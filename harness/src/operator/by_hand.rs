@@ -3,6 +3,7 @@
 
 use crate::bench_file::{BenchFile, Role};
 use crate::plan::{Action, Answer, Band, Name, ParameterName};
+use identification::finding::Compensation;
 use wire::time::Span;
 use wire::units::{Angle, Length, Pose};
 
@@ -102,6 +103,20 @@ pub fn set_parameter(device: &str, parameter: &str, value: f64) -> String {
 /// Asks to switch a device off and on again.
 pub fn power_cycle(device: &str, off: Span) -> String {
     format!("Switch the {device} off, for {} s, and on again", off.as_secs_f64())
+}
+
+/// Asks to have a firmware take errors off a signal, or no longer.
+pub fn correct(node: &str, signal: &str, compensation: Option<&Compensation>) -> String {
+    let Some(compensation) = compensation else {
+        return format!("Have {node} send its {signal} without the correction");
+    };
+    let steps: Vec<String> = compensation
+        .steps
+        .iter()
+        .map(|step| format!("{} = {}", step.name, step.expression))
+        .collect();
+    let name = compensation.steps.last().map_or("", |step| &step.name);
+    format!("Have {node} send `{name}` in the place of its {signal}: {}", steps.join("; "))
 }
 
 /// The questions of one absolute measurement, in their order.

@@ -4,12 +4,14 @@ use super::Rig;
 use super::node::Part;
 use super::slips::Slips;
 use crate::engine::{Action, Engine};
+use crate::models;
 use crate::operator::by_hand::{self, Survey};
 use crate::operator::{Asked, Operator, RealRoles};
 use crate::plan::{Answer, Send};
 use crate::record::sink::{Level, RecordSink};
 use crate::record::{Device, Record, RecordKind};
 use controller::mission::{Activity, Mission, Report};
+use identification::finding::Compensation;
 use wire::device::{PortId, Transmit};
 use wire::table::AnswerDecoder;
 use wire::time::{Span, Timestamp};
@@ -81,6 +83,10 @@ impl Director {
                 let text = by_hand::set_parameter(&device, &parameter, value);
                 self.ask(now, sink, &text, None);
             }
+            Action::Correct { node, signal, compensation } if self.real.has(&node) => {
+                let text = by_hand::correct(&node, &signal, compensation.as_deref());
+                self.ask(now, sink, &text, None);
+            }
             Action::PowerCycle { device, off } if self.real.has(&device) => {
                 self.ask(now, sink, &by_hand::power_cycle(&device, off), None);
             }
@@ -115,6 +121,12 @@ impl Director {
             }
             Action::SetParameter { device, parameter, value } => {
                 match set_parameter(rig, now, &device, &parameter, value) {
+                    Ok(()) => self.engine.answered(now),
+                    Err(why) => self.engine.broke(now, &why),
+                }
+            }
+            Action::Correct { node, signal, compensation } => {
+                match correct(rig, &node, &signal, compensation.as_deref()) {
                     Ok(()) => self.engine.answered(now),
                     Err(why) => self.engine.broke(now, &why),
                 }
@@ -272,6 +284,23 @@ fn set_parameter(
         Some(robot) => robot.bench.set_parameter(now, device, parameter, value),
         None => Err(format!("this bench has no device \"{device}\"")),
     }
+}
+
+/// The node's emulator takes the errors off its signal, as its firmware would.
+fn correct(
+    rig: &mut Rig,
+    node: &str,
+    signal: &str,
+    compensation: Option<&Compensation>,
+) -> Result<(), String> {
+    let part = rig.find(node).and_then(|place| rig.nodes.get_mut(place)).map(|node| &mut node.part);
+    let Some(Part::Described(described)) = part else {
+        return Err(format!(
+            "`{node}` is no emulated node that a file describes: its own firmware takes the errors off, by the steps in \
+             the finding"
+        ));
+    };
+    described.device.correct(signal, compensation.map(models::correction).as_ref())
 }
 
 /// The node as which it is sent puts it on its line at once.

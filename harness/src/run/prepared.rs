@@ -195,9 +195,9 @@ impl Prepared {
     fn engine(&self, bench: Option<&Bench>) -> Engine {
         let engine =
             Engine::new(Arc::clone(&self.plan), Timestamp::ZERO).hearing(&self.rig.speakers);
+        let engine = engine.with_models(self.models.clone());
         if let Some(bench) = bench {
-            let (calibrations, models) = (self.calibrations.clone(), self.models.clone());
-            return engine.with_robot(bench.facts(), calibrations, models);
+            return engine.with_robot(bench.facts(), self.calibrations.clone());
         }
         // What does not happen in time does not happen: in a log as under test.
         let awaited =

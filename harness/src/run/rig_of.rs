@@ -2,14 +2,13 @@
 
 use super::{PrepareError, load_plan};
 use crate::library::{Kind, Library, LibraryError, PLAN, Source, names};
-use crate::models::learned;
+use crate::models;
 use crate::plan::replayed::Logged;
 use crate::plan::{Plan, Rig, rig_build};
 use crate::record::header::Header;
 use crate::world::bench::{DevicesError, load_devices};
-use described::{Description, DescriptionError, Files, Layout};
+use described::{Description, DescriptionError, Files, Layout, Steps};
 use emulators::device_file::Devices;
-use emulators::gyro::terms::SensorErrors;
 use identification::finding::SCHEMA;
 use identification::model::Model;
 #[cfg(feature = "logs")]
@@ -194,12 +193,12 @@ impl Files for Beside<'_> {
         opened.map(|opened| opened.text).map_err(|error| error.to_string())
     }
 
-    fn errors(&mut self, name: &str) -> Result<SensorErrors, String> {
+    fn errors(&mut self, name: &str, unit: &str) -> Result<Steps, String> {
         let text = self.text(name)?;
         let model = Model::from_toml(&text).map_err(|error| error.message().to_owned())?;
         if model.schema != SCHEMA {
             return Err(format!("schema {}, expected {SCHEMA}", model.schema));
         }
-        SensorErrors::of(learned(&model).map_err(|refused| refused.to_string())?)
+        models::reading(&model, unit)
     }
 }

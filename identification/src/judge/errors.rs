@@ -23,7 +23,7 @@ impl Errors {
         if count > 0.0 { (sum / count).sqrt() } else { 0.0 }
     }
 
-    pub(super) fn add(&mut self, run: usize, square: f64, fold: usize) {
+    pub(crate) fn add(&mut self, run: usize, square: f64, fold: usize) {
         match self.runs.iter_mut().find(|(index, _, _)| *index == run) {
             Some((_, sum, count)) => {
                 *sum += square;

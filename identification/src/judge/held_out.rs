@@ -105,6 +105,20 @@ impl Data<'_> {
         errors
     }
 
+    /// The folds, each with the coefficients of `terms` from the observations that it does not hold out.
+    pub(crate) fn trained(
+        &self,
+        terms: &[Shape],
+        noise: &NoiseModel,
+        left_out: &[bool],
+    ) -> Vec<(Fold, Vec<f64>)> {
+        let folds = folds(&self.layout.run);
+        let train: Vec<Vec<bool>> = folds.iter().map(|fold| fold.train.clone()).collect();
+        let white = White::new(*self, &self.all_columns(terms), noise, left_out, &train);
+        let coefficients: Vec<Vec<f64>> = (0..folds.len()).map(|fold| white.train(fold)).collect();
+        folds.into_iter().zip(coefficients).collect()
+    }
+
     /// Errors of `terms` over held-out observations.
     pub(crate) fn held_out(
         &self,

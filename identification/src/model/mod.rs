@@ -14,7 +14,7 @@ mod tests;
 mod unit;
 
 use crate::dataset::{Axis, Kind, Role};
-use crate::finding::Parameter;
+use crate::finding::{Compensation, Parameter};
 use crate::problem::Known;
 pub use driver::{Driver, Wrap};
 pub use range::{is_physical, range};
@@ -22,7 +22,7 @@ use schemars::JsonSchema;
 pub use see::{Field, field, see};
 use serde::{Deserialize, Serialize};
 pub use shape::{Shape, exposure};
-pub use spline::{REACH as SPLINE_REACH, quantile_knots};
+pub use spline::{REACH as SPLINE_REACH, pieces as spline_pieces, quantile_knots};
 use std::collections::BTreeMap;
 pub use term::{Fitted, KNOT};
 pub(crate) use unit::place_unit;
@@ -161,6 +161,9 @@ pub struct Model {
     /// Half a side of the square that the laps were, m, where their ends lie as a square's do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub closing_lever_m: Option<f64>,
+    /// How a firmware takes its terms off a reading, of a sensor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compensation: Option<Compensation>,
     /// Its terms.
     #[serde(rename = "terms", default)]
     pub terms: Vec<Term>,

@@ -46,6 +46,10 @@ pub fn is_physical(
     if shape.acts == Acts::Bias && !channels.of_sensor {
         return bears_acceleration(shape, channels, columns, coefficients);
     }
+    if shape.acts == Acts::Delay && channels.of_sensor {
+        // A probe in a thick wall is minutes late.
+        return true;
+    }
     let Some([low, high]) = range(shape.acts) else { return true };
     let inside = |value: f64| value >= low && value <= high;
     if matches!(shape.form, Form::Delay) || shape.acts == Acts::Axis {
@@ -99,9 +103,12 @@ mod tests {
         // 0.2 deg/s/g, and 5 of them.
         assert!(is_physical(&line, &channels, &column, &[3.6e-4]));
         assert!(!is_physical(&line, &channels, &column, &[-9e-3]));
-        // A pressure sensor is no gyro.
+        let late = Shape::new("bandwidth", Acts::Delay, Driver::plain("jolt"), Form::Delay);
+        assert!(!is_physical(&late, &channels, &column, &[20.0]));
+        // A pressure sensor is no gyro, and a thermometer is slow.
         channels.of_sensor = true;
         assert!(is_physical(&line, &channels, &column, &[-9e-3]));
+        assert!(is_physical(&late, &channels, &column, &[20.0]));
     }
 
     #[test]

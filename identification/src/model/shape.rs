@@ -127,6 +127,12 @@ impl Shape {
             && other.drivers.iter().any(same)
     }
 
+    /// Does what it adds depend on what was before?
+    pub fn remembers(&self) -> bool {
+        let wraps = [Wrap::RateOf, Wrap::LagOf, Wrap::BranchOf];
+        self.form == Form::Delay || self.drivers.iter().any(|driver| wraps.contains(&driver.wrap))
+    }
+
     /// Does it say the same as `other`, up to its numbers?
     pub fn says(&self, other: &Self) -> bool {
         self.acts == other.acts && self.form == other.form && self.drivers == other.drivers

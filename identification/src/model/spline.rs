@@ -22,6 +22,30 @@ pub fn cardinal(knots: &[f64], at: &[f64]) -> Vec<Vec<f64>> {
     columns
 }
 
+/// The spline through `values` at `knots` as a straight line from the first knot on, of that slope, and what each knot
+/// adds: `bend (x - knot)^3` beyond it.
+pub fn pieces(knots: &[f64], values: &[f64]) -> (f64, Vec<f64>) {
+    let k = knots.len();
+    if k < 2 {
+        return (0.0, Vec::new());
+    }
+    let mut second = vec![0.0; k];
+    for (which, value) in values.iter().enumerate().take(k) {
+        for (sum, one) in second.iter_mut().zip(second_derivatives(knots, which)) {
+            *sum += value * one;
+        }
+    }
+    let first = knots[1] - knots[0];
+    let slope = (values[1] - values[0]) / first - first / 6.0 * second[1];
+    let third = |i: usize| (second[i + 1] - second[i]) / (knots[i + 1] - knots[i]);
+    let bends = (0..k).map(|i| {
+        let before = if i == 0 { 0.0 } else { third(i - 1) };
+        let after = if i + 1 == k { 0.0 } else { third(i) };
+        (after - before) / 6.0
+    });
+    (slope, bends.collect())
+}
+
 /// How far a spline goes on beyond its ends, as a share of its length.
 pub const REACH: f64 = 0.1;
 
@@ -137,7 +161,7 @@ pub fn quantile_knots(values: &[f64], count: usize) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::cardinal;
+    use super::{cardinal, pieces};
 
     #[test]
     fn a_straight_line_stays_one_and_knots_are_met() {
@@ -155,6 +179,21 @@ mod tests {
             for (j, value) in column.iter().enumerate() {
                 assert!((value - f64::from(u8::from(i == j))).abs() < 1e-12);
             }
+        }
+    }
+
+    #[test]
+    fn pieces_are_the_same_spline() {
+        let knots = [0.0, 1.0, 2.5, 4.0, 7.0];
+        let values = [0.3, -1.0, 2.0, 0.5, 4.0];
+        let (slope, bends) = pieces(&knots, &values);
+        let at: Vec<f64> = (-7..77).map(|i| f64::from(i) * 0.1).collect();
+        let columns = cardinal(&knots, &at);
+        for (row, x) in at.iter().enumerate() {
+            let whole: f64 = values.iter().zip(&columns).map(|(v, c)| v * c[row]).sum();
+            let bent = bends.iter().zip(&knots).map(|(b, k)| b * (x - k).max(0.0).powi(3));
+            let found = values[0] + slope * (x - knots[0]) + bent.sum::<f64>();
+            assert!((found - whole).abs() < 1e-9, "{x}: {found} {whole}");
         }
     }
 }

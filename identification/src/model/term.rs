@@ -69,7 +69,7 @@ impl Term {
                 value: fitted.value / written.si,
                 standard_error: fitted.error.is_finite().then_some(fitted.error / written.si),
                 unit: written.text.clone(),
-                range: told_by_itself(shape)
+                range: (told_by_itself(shape) && !channels.of_sensor)
                     .then(|| range(shape.acts))
                     .flatten()
                     .map(|range| range.map(|end| end / written.si)),

@@ -131,7 +131,8 @@ impl Channels {
         self.channels.push(Channel { name: name.to_owned(), role, unit, values, smooth, range });
     }
 
-    fn unwrap_angle(&self, values: &mut [f64]) {
+    /// An angle that goes on beyond a turn, stretch by stretch.
+    pub(super) fn unwrap_angle(&self, values: &mut [f64]) {
         for range in &self.segments {
             let mut last: Option<f64> = None;
             for value in &mut values[range.clone()] {

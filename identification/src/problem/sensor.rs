@@ -21,7 +21,8 @@ pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Proble
     let values: Vec<f64> = measured.si().collect();
     let mut truth: Vec<f64> = reference.si().collect();
     if turns {
-        unwrap(&mut truth, &channels);
+        // Runs that follow one another without a break are one motion: a jump between them would look like one that is late.
+        channels.unwrap_angle(&mut truth);
     }
     channels.rotation = bridged(&channels, &truth, &values);
     channels.rotation_name.clone_from(&reference.name);
@@ -30,7 +31,9 @@ pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Proble
         let error = values[row] - truth[row];
         if turns { wrap(error) } else { error }
     };
-    let rows: Vec<usize> = (0..values.len()).filter(|&row| error(row).is_finite()).collect();
+    let inner = inner(&channels);
+    let rows: Vec<usize> =
+        (0..values.len()).filter(|&row| inner[row] && error(row).is_finite()).collect();
     if rows.len() < 8 {
         return Err(missing("reference in enough rows"));
     }
@@ -84,18 +87,17 @@ fn spread(values: &[f64]) -> f64 {
     high - low
 }
 
-/// An angle that goes on beyond a turn, run by run.
-fn unwrap(values: &mut [f64], channels: &Channels) {
-    let mut last: Option<(usize, f64)> = None;
-    for (value, &run) in values.iter_mut().zip(&channels.run) {
-        if !value.is_finite() {
-            continue;
-        }
-        if let Some((of, before)) = last
-            && of == run
-        {
-            *value = before + wrap(*value - before);
-        }
-        last = Some((run, *value));
+/// Rows at either end of a stretch that say nothing of what comes late: what was true before it, nobody has recorded.
+const ENDS: usize = 4;
+/// Shorter stretches have no row to spare.
+const SPARES_FROM: usize = 50;
+
+/// Rows whose surroundings are known.
+fn inner(channels: &Channels) -> Vec<bool> {
+    let mut inner = vec![true; channels.time.len()];
+    for range in channels.segments.iter().filter(|range| range.len() >= SPARES_FROM) {
+        inner[range.start..range.start + ENDS].fill(false);
+        inner[range.end - ENDS..range.end].fill(false);
     }
+    inner
 }

@@ -2,8 +2,7 @@
 
 use super::{at, listed, run};
 use crate::description::tests::shown;
-use crate::{Description, Device, Files};
-use emulators::gyro::terms::{Acts, Driver, Form, SensorErrors, Term};
+use crate::{Description, Device, Files, Input, Step, Steps};
 use std::sync::Arc;
 
 const TEXT: &str = r#"
@@ -35,20 +34,20 @@ impl Files for Drifts {
         Err(format!("no {name}"))
     }
 
-    fn errors(&mut self, name: &str) -> Result<SensorErrors, String> {
+    fn errors(&mut self, name: &str, unit: &str) -> Result<Steps, String> {
         if name != "gyro.model.toml" {
-            return self.text(name).map(|_| SensorErrors::default());
+            return self.text(name).map(|_| Steps::default());
         }
-        let slope = 0.1_f64.to_radians();
-        let terms = vec![
-            Term {
-                acts: Acts::Bias,
-                driver: Driver::Temperature,
-                form: Form::Linear { slope, origin: 20.0 },
-            },
-            Term { acts: Acts::Scale, driver: Driver::None, form: Form::Constant { value: 0.01 } },
-        ];
-        Ok(SensorErrors { terms, range: 15_f64.to_radians(), ..SensorErrors::default() })
+        if unit != "deg/s" {
+            return Err(format!("it is of a rate, not of {unit}"));
+        }
+        let input = |name: &str, input| (name.to_owned(), input);
+        let expression = "clamp(1.01 * x + 0.1 * (T - 20), -15, 15)".to_owned();
+        Ok(Steps {
+            inputs: vec![input("x", Input::Value), input("T", Input::Named("temperature".into()))],
+            steps: vec![Step { name: "read".to_owned(), expression, first: None }],
+            delay_s: 0.0,
+        })
     }
 }
 
@@ -92,4 +91,27 @@ fn what_is_missing_or_has_no_meaning_is_said_in_its_place() {
         format!("{from} -> {to}\n{}", shown(&error))
     });
     insta::assert_snapshot!(refused.join("\n"));
+}
+
+#[test]
+fn what_is_sent_is_corrected_by_what_the_device_knows() {
+    let description = Description::parse_with("sensor.toml", TEXT, &mut Drifts).unwrap();
+    let mut device = Device::new(Arc::new(description.clone()), 1);
+    run(&mut device, 1.0);
+    let named = |name: &str| Input::Named(name.to_owned());
+    let expression = "(x - 0.1 * (case - 20)) / 1.01".to_owned();
+    let steps = Steps {
+        inputs: vec![("x".to_owned(), Input::Value), ("case".to_owned(), named("case"))],
+        steps: vec![Step { name: "corrected".to_owned(), expression, first: None }],
+        delay_s: 0.0,
+    };
+    device.correct("Rate", Some(&steps)).unwrap();
+    let mut sent = run(&mut device, 3.0);
+    device.correct("Rate", None).unwrap();
+    sent.extend(run(&mut device, 4.0));
+    let read = ["2 Reading [10.0]", "3 Reading [10.0]", "4 Reading [10.5]"];
+    assert_eq!(listed(description.layout(), &sent), read);
+    let unknown = Steps { inputs: vec![("y".to_owned(), named("oil"))], ..steps.clone() };
+    assert_eq!(device.correct("Rate", Some(&unknown)).unwrap_err(), "the device knows no `oil`");
+    assert_eq!(device.correct("Speed", Some(&steps)).unwrap_err(), "the device sends no `Speed`");
 }

@@ -40,6 +40,15 @@ pub(super) fn summary(finding: &Finding) -> String {
             );
         }
     }
+    if let Some(compensation) = &finding.compensation {
+        let HeldOut { unit, before, after, .. } = &compensation.held_out;
+        let (before, after) = (number(*before), number(*after));
+        let of = &compensation.of;
+        line(&mut out, &format!("compensation of {of}: error {before} -> {after} {unit}, by"));
+        for step in &compensation.steps {
+            line(&mut out, &format!("  {} = {}", step.name, step.expression));
+        }
+    }
     for left in &finding.left {
         let percent = 100.0 * left.share_of_residual_variance;
         // A memory has its time in its name.

@@ -96,11 +96,11 @@ fn a_signal_errs_as_its_model_says() {
     assert!(ran.out.contains("cold"), "{}", ran.out);
 
     // What a signal has no place for is refused by name, before anything runs.
-    let late = "[[terms]]\nname = \"late\"\nterm = \"delay\"\nform = \"delay\"\n\
-                parameters = [{ name = \"delay\", value = 0.2, unit = \"s\" }]\n";
-    fs::write(hil.path("devices/gyro.model.toml"), format!("{MODEL}{late}")).unwrap();
+    let leak = "[[terms]]\nname = \"leak\"\nterm = \"axis\"\ndrivers = [\"rate_y\"]\nform = \"linear\"\n\
+                parameters = [{ name = \"slope\", value = 0.01, unit = \"1\" }]\n";
+    fs::write(hil.path("devices/gyro.model.toml"), format!("{MODEL}{leak}")).unwrap();
     let ran = hil.run(&["run", "./turns.toml"]).exits(2);
-    assert!(ran.err.contains("latency_s"), "{}", ran.err);
+    assert!(ran.err.contains("term `leak` cannot be carried"), "{}", ran.err);
     fs::write(hil.path("devices/gyro.model.toml"), MODEL.replace("schema = 1", "schema = 9"))
         .unwrap();
     let ran = hil.run(&["run", "./turns.toml"]).exits(2);

@@ -132,13 +132,14 @@ fn a_time_limit_is_a_timeout() {
 #[test]
 fn a_full_disk_breaks_the_bench() {
     let hil = Hil::with_plan(TURN);
-    hil.run(&["run", "turn.toml", "--out", "run"]).exits(0);
-    let record = hil.path("run/record.hilrec");
-    fs::remove_file(&record).unwrap();
-    std::os::unix::fs::symlink("/dev/full", &record).unwrap();
     for level in ["events", "full"] {
+        hil.run(&["run", "turn.toml", "--out", "run"]).exits(0);
+        let record = hil.path("run/record.hilrec");
+        fs::remove_file(&record).unwrap();
+        std::os::unix::fs::symlink("/dev/full", &record).unwrap();
         let ran = hil.run(&["run", "turn.toml", "--out", "run", "--record", level]).exits(3);
         assert!(ran.err.contains("run/record.hilrec: No space left on device"), "{}", ran.err);
+        fs::remove_dir_all(hil.path("run")).unwrap();
     }
 }
 

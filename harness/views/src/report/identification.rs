@@ -6,6 +6,7 @@
 
 mod by_run;
 mod cloud;
+mod compensation;
 mod curves;
 mod draw;
 mod effects;
@@ -40,6 +41,7 @@ pub fn page(finding: &Finding, model: &Model, diagnostics: &Diagnostics) -> Stri
         (heading::heading(finding))
         (section("From plain to rich", path::figure(finding)))
         (section("What was found", Some(effects::cards(finding, diagnostics))))
+        (section("What a firmware can take over", compensation::steps(finding)))
         (section("What is left", Some(remains::left(finding, diagnostics))))
         (section("What to do next", remains::next(finding)))
         (figures(diagnostics))

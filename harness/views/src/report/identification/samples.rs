@@ -86,6 +86,7 @@ pub(super) fn finding() -> Finding {
             shape: "bias_ageing".into(),
             share_of_residual_variance: 0.1,
         }],
+        compensation: None,
         next_experiment: Some(NextExperiment {
             plan: "next-experiment.toml".into(),
             separates: vec!["shupe".into(), "bias_over_temperature".into()],
@@ -124,6 +125,7 @@ pub(super) fn model() -> Model {
         fields: BTreeMap::new(),
         counts_per_rad_per_s: None,
         closing_lever_m: None,
+        compensation: None,
         terms: vec![scale, term],
         plain: vec![given],
     }

@@ -128,6 +128,7 @@ fn nothing_found_in_nothing_is_a_page_too() {
         verdict: Verdict::NothingMissing,
         effects: Vec::new(),
         left: Vec::new(),
+        compensation: None,
         next_experiment: None,
         path: Vec::new(),
         ..finding()

@@ -1,0 +1,285 @@
+//! What a firmware does with the readings of a sensor so that they err less: a model of its errors, turned round.
+//!
+//! What is measured is `r + e(r, ...)`, with `r` the truth. From a reading `x` the truth is found by taking off what the
+//! errors are at the estimate so far, a few times over. What comes late is led by its slope, low-passed as far as that
+//! pays: the slope of noise is noise.
+
+mod formula;
+mod program;
+mod reading;
+mod terms;
+
+use crate::dataset::{Column, Dataset, Dimension, Kind, Role};
+use crate::finding::{Compensation, LeftOut};
+use crate::judge::{Errors, Metric};
+use crate::model::{Acts, Form, Shape};
+use crate::noise::NoiseModel;
+use crate::problem::{Channels, wrap};
+use crate::select::{Data, Fold};
+use formula::{call, number};
+use program::{Input, Program, Running};
+pub use reading::{Reading, reading};
+use std::f64::consts::{PI, TAU};
+use terms::{Estimate, Fields, adds, sees_reference, slope, within_half};
+
+/// Slopes are low-passed over so many readings, as far as that pays.
+const SMOOTHINGS: [f64; 5] = [0.0, 2.0, 5.0, 12.0, 30.0];
+/// How often errors are taken off at the estimate so far.
+const PASSES_MAX: usize = 3;
+/// A shorter way is taken where its error is larger by no more than this share.
+const AS_GOOD: f64 = 1e-3;
+
+/// A model of a sensor with what is needed to turn it round.
+struct Sensor<'a> {
+    dataset: &'a Dataset,
+    channels: &'a Channels,
+    reading: &'a Column,
+    truth: &'a Column,
+    /// The shapes of its terms.
+    shapes: Vec<Shape>,
+    /// The least angle that it reads, where its angle begins anew after a turn; SI.
+    wraps_at: Option<f64>,
+}
+
+/// How a model is turned round.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Way {
+    /// Whether what is late is led, and by slopes over how many readings.
+    led_over: Option<f64>,
+    passes: usize,
+}
+
+/// The compensation of a sensor of these terms and coefficients, where it makes readings better. The first of `shapes`
+/// that `fixed` has a value for was set right before anything was fitted.
+pub(crate) fn compensation(
+    dataset: &Dataset,
+    data: Data<'_>,
+    (fixed, shapes): (Option<(&Shape, f64)>, Vec<Shape>),
+    coefficients: &[f64],
+    (noise, left_out): (&NoiseModel, &[bool]),
+    seed: u64,
+) -> Option<Compensation> {
+    if dataset.kind != Kind::Sensor {
+        return None;
+    }
+    let reading = dataset.column(Role::Measured)?;
+    let width: usize = shapes.iter().map(Shape::width).sum();
+    if coefficients.len() != width || data.all_columns(&shapes).len() != width {
+        return None;
+    }
+    let of_fold = data.trained(&shapes, noise, left_out);
+    let with_fixed = |coefficients: &[f64]| -> Vec<f64> {
+        fixed.iter().map(|(_, value)| *value).chain(coefficients.iter().copied()).collect()
+    };
+    let sensor = Sensor {
+        dataset,
+        channels: data.channels,
+        reading,
+        truth: dataset.column(Role::Reference)?,
+        shapes: fixed.iter().map(|(shape, _)| (*shape).clone()).chain(shapes).collect(),
+        wraps_at: wraps_at(reading, &data.channels.run),
+    };
+    let [mut before, mut after] = [Errors::default(), Errors::default()];
+    for (number, (Fold { test, train }, coefficients)) in of_fold.iter().enumerate() {
+        let rows = |uses: &[bool]| -> Vec<bool> {
+            let mut rows = vec![false; dataset.rows()];
+            data.block.rows.iter().zip(uses).for_each(|(&row, uses)| rows[row] = *uses);
+            rows
+        };
+        let (test, train) = (rows(test), rows(train));
+        let (program, _) = sensor.best(&with_fixed(coefficients), &train);
+        let plain = Program::default();
+        for (program, errors) in [(&plain, &mut before), (&program, &mut after)] {
+            errors.folds = of_fold.len();
+            for (row, error) in sensor.errors(program).into_iter().enumerate() {
+                let alone = dataset.run_labels.len() < 2;
+                let run = if alone { number } else { data.channels.run[row] };
+                if test[row] && error.is_finite() {
+                    errors.add(run, error.powi(2), number);
+                }
+            }
+        }
+    }
+    if !(after.rmse() < before.rmse()) {
+        return None;
+    }
+    let (program, left_out) = sensor.best(&with_fixed(coefficients), &vec![true; dataset.rows()]);
+    let unit = data.block.unit.clone();
+    let metric = |errors| Metric { name: reading.name.clone(), unit: unit.clone(), errors };
+    let held_out = metric(after).held_out(&metric(before), false, seed);
+    let unit_of =
+        |name: &str| dataset.named(name).map_or_else(String::new, |one| one.unit.text().to_owned());
+    let (inputs, steps) = program.written(&reading.name, unit_of);
+    let unit = reading.unit.text().to_owned();
+    Some(Compensation { of: reading.name.clone(), unit, inputs, steps, held_out, left_out })
+}
+
+/// Where an angle that is read begins anew: at zero or at minus half a turn. None where it goes on.
+fn wraps_at(reading: &Column, run: &[usize]) -> Option<f64> {
+    let values: Vec<f64> = reading.si().collect();
+    let jumps = (1..values.len())
+        .any(|row| run[row] == run[row - 1] && (values[row] - values[row - 1]).abs() > PI);
+    let least = values.iter().copied().filter(|value| value.is_finite()).fold(0.0, f64::min);
+    let turns = reading.unit.dimension() == Dimension::Angle && jumps;
+    turns.then_some(if least < -0.5 * PI { -PI } else { 0.0 })
+}
+
+impl Sensor<'_> {
+    /// The shortest way that is as good as any on these rows, and what it leaves out.
+    fn best(&self, coefficients: &[f64], rows: &[bool]) -> (Program, Vec<LeftOut>) {
+        let made = |way| {
+            let (program, left_out) = self.program(coefficients, way);
+            let errors = self.errors(&program);
+            let used = errors.iter().zip(rows).filter(|(error, uses)| **uses && error.is_finite());
+            let (sum, count) = used
+                .fold((0.0, 0.0), |(sum, count), (error, _)| (sum + error * error, count + 1.0));
+            ((sum / f64::max(count, 1.0)).sqrt(), program, left_out)
+        };
+        let remembers = self.shapes.iter().any(Shape::remembers);
+        let smoothings = if remembers { &SMOOTHINGS[..] } else { &SMOOTHINGS[..1] };
+        let led = smoothings.iter().copied().map(Some).rev();
+        let mut best = made(Way { led_over: None, passes: PASSES_MAX });
+        let mut over = None;
+        for led_over in led {
+            let one = made(Way { led_over, passes: PASSES_MAX });
+            if one.0 < best.0 * (1.0 - AS_GOOD) {
+                (best, over) = (one, led_over);
+            }
+        }
+        for passes in 1..PASSES_MAX {
+            let shorter = made(Way { led_over: over, passes });
+            if shorter.0 <= best.0 * (1.0 + AS_GOOD) {
+                return (shorter.1, shorter.2);
+            }
+        }
+        (best.1, best.2)
+    }
+
+    /// Coefficients of each shape.
+    fn terms<'a>(
+        &'a self,
+        coefficients: &'a [f64],
+    ) -> impl Iterator<Item = (&'a Shape, &'a [f64])> {
+        let mut at = 0;
+        self.shapes.iter().map(move |shape| {
+            let mine = coefficients.get(at..at + shape.width()).unwrap_or_default();
+            at += shape.width();
+            (shape, mine)
+        })
+    }
+
+    /// The model turned round.
+    fn program(&self, coefficients: &[f64], way: Way) -> (Program, Vec<LeftOut>) {
+        let mut program = Program::default();
+        let mut left_out = Vec::new();
+        let (mut bias, mut scale, mut late) = (0.0, 1.0, 0.0);
+        let mut others = Vec::new();
+        for (shape, mine) in self.terms(coefficients) {
+            let value = mine.first().copied().unwrap_or(0.0);
+            let refused = |why: &str| LeftOut { term: shape.name.clone(), why: why.to_owned() };
+            match (shape.acts, shape.form) {
+                (Acts::Bias, Form::Constant) => bias += value,
+                (Acts::Scale, Form::Constant) => scale += value,
+                (Acts::Delay, Form::Delay) if way.led_over.is_some() => late += value,
+                (Acts::Delay, Form::Delay) => {
+                    left_out.push(refused("its noise would be more than what leading it brings"));
+                }
+                (Acts::Clock, _) => {
+                    left_out
+                        .push(refused("time stamps that run wrong are mended where they are made"));
+                }
+                (Acts::DeadZone, _) => {
+                    left_out.push(refused("what a dead zone holds back is not in the readings"));
+                }
+                (Acts::Saturation, _) => {
+                    left_out.push(refused("what was clipped is not in the readings"));
+                }
+                _ => others.push((shape, mine)),
+            }
+        }
+        let si_of = |field: &str| self.dataset.named(field).map_or(1.0, |one| one.unit.si());
+        let fields = Fields {
+            reference: &self.channels.rotation_name,
+            time: &self.channels.time_name,
+            si: &si_of,
+            smoothing: way.led_over.unwrap_or(SMOOTHINGS[0]),
+        };
+        let si = self.reading.unit.si();
+        let mut reading = program.input(Input::Reading) * number(si);
+        let remembers = late != 0.0 || others.iter().any(|(shape, _)| shape.remembers());
+        let unwrapped = self.wraps_at.is_some() && remembers;
+        if unwrapped {
+            let now = reading.clone();
+            reading = program.remembering("turned", reading, |before| {
+                let rise = within_half(now - before.clone(), TAU);
+                before + rise
+            });
+        }
+        let mut led = (reading - number(bias)) / number(scale);
+        if late != 0.0 {
+            let level = program.step("level", led);
+            led = level.clone() + number(late) * slope(&mut program, &level, fields.smoothing);
+        }
+        let sees = others.iter().any(|(shape, _)| sees_reference(shape, &fields));
+        let mut estimate = if others.is_empty() { led } else { program.step("estimate", led) };
+        let led = estimate.clone();
+        for pass in 0..if sees { way.passes } else { 1 } {
+            let mut sum = number(0.0);
+            for term in &others {
+                match adds(&mut program, *term, &Estimate(estimate.clone()), &fields) {
+                    Ok(error) => sum = sum + error,
+                    Err(why) if pass == 0 => {
+                        left_out.push(LeftOut { term: term.0.name.clone(), why });
+                    }
+                    Err(_) => {}
+                }
+            }
+            if sum.is_zero() {
+                break;
+            }
+            estimate = program.step("estimate", led.clone() - sum / number(scale));
+        }
+        let mut result = estimate / number(si);
+        if let Some(least) = self.wraps_at {
+            let (turn, least) = (TAU / si, least / si);
+            let angle = program.step("angle", result);
+            let turns = call("floor", [(angle.clone() - number(least)) / number(turn)]);
+            result = angle - number(turn) * turns;
+        }
+        program.step("corrected", result);
+        (program, left_out)
+    }
+
+    /// What it comes to with `program`, less what is true, SI; not a number where one of them is missing.
+    fn errors(&self, program: &Program) -> Vec<f64> {
+        let mut errors = vec![f64::NAN; self.dataset.rows()];
+        let fields: Vec<(&str, &[f64])> = program
+            .fields()
+            .filter_map(|name| Some((name, &*self.dataset.named(name)?.values)))
+            .collect();
+        let (si, truth_si) = (self.reading.unit.si(), self.truth.unit.si());
+        let turns = self.reading.unit.dimension() == Dimension::Angle;
+        for range in &self.channels.segments {
+            let mut running = Running::new(program);
+            // A field that says nothing says what it did.
+            let mut last = vec![f64::NAN; fields.len()];
+            for row in range.clone() {
+                for (last, (_, values)) in last.iter_mut().zip(&fields) {
+                    *last = if values[row].is_finite() { values[row] } else { *last };
+                }
+                let reading = self.reading.values[row];
+                if !reading.is_finite() {
+                    continue;
+                }
+                let field = |name: &str| {
+                    let place = fields.iter().position(|(known, _)| *known == name);
+                    place.map_or(f64::NAN, |place| last[place])
+                };
+                let found = running.next(self.channels.time[row], reading, field);
+                let error = found * si - self.truth.values[row] * truth_si;
+                errors[row] = if turns { wrap(error) } else { error };
+            }
+        }
+        errors
+    }
+}

@@ -1,0 +1,177 @@
+//! Steps that a firmware does with every reading, in order.
+
+use super::formula::Formula;
+use crate::finding::{CompensationInput, CompensationStep};
+
+/// What a name stands for that comes from outside.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Input {
+    /// The reading, in the unit of its field.
+    Reading,
+    /// The same as it was a latency ago.
+    Late,
+    /// Time, s.
+    Time,
+    /// Time since the reading before, s.
+    Interval,
+    /// A field, in its own unit.
+    Field(String),
+}
+
+/// One step.
+#[derive(Debug, Clone, PartialEq)]
+struct Step {
+    name: usize,
+    /// At the first reading of all, where that is another one.
+    first: Option<Formula>,
+    always: Formula,
+}
+
+/// Steps over inputs; what it comes to is the last one.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Program {
+    names: Vec<String>,
+    inputs: Vec<(Input, usize)>,
+    steps: Vec<Step>,
+}
+
+impl Program {
+    fn named(&mut self, name: &str) -> usize {
+        self.names.push(name.to_owned());
+        self.names.len() - 1
+    }
+
+    /// What an input stands for.
+    pub(super) fn input(&mut self, input: Input) -> Formula {
+        if let Some((_, name)) = self.inputs.iter().find(|(known, _)| *known == input) {
+            return Formula::Now(*name);
+        }
+        let name = match &input {
+            Input::Reading => "x".to_owned(),
+            Input::Late => "late".to_owned(),
+            Input::Time => "t".to_owned(),
+            Input::Interval => "dt".to_owned(),
+            Input::Field(field) => self.free_name(field),
+        };
+        let name = self.named(&name);
+        self.inputs.push((input, name));
+        Formula::Now(name)
+    }
+
+    /// A name made of letters, digits and underscores that nothing has yet.
+    fn free_name(&self, field: &str) -> String {
+        let last = field.rsplit('.').next().unwrap_or(field);
+        let name: String =
+            last.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+        let begins = name.starts_with(|c: char| c.is_ascii_alphabetic());
+        let mut name = if begins && name.len() > 2 { name } else { format!("field_{name}") };
+        while self.names.contains(&name) {
+            name.push('_');
+        }
+        name
+    }
+
+    /// Adds a step, which stands under its name; numbered where there is one of that name.
+    pub(super) fn step(&mut self, name: &str, always: Formula) -> Formula {
+        self.add(name, None, |_| always)
+    }
+
+    /// Adds a step that is another one at the first reading, and may look at itself as it was before.
+    pub(super) fn remembering(
+        &mut self,
+        name: &str,
+        first: Formula,
+        always: impl FnOnce(Formula) -> Formula,
+    ) -> Formula {
+        self.add(name, Some(first), always)
+    }
+
+    fn add(
+        &mut self,
+        name: &str,
+        first: Option<Formula>,
+        always: impl FnOnce(Formula) -> Formula,
+    ) -> Formula {
+        let mut free = name.to_owned();
+        let mut number = 2;
+        while self.names.contains(&free) {
+            free = format!("{name}_{number}");
+            number += 1;
+        }
+        let name = self.named(&free);
+        let always = always(Formula::Before(name));
+        self.steps.push(Step { name, first, always });
+        Formula::Now(name)
+    }
+
+    /// The fields that it reads.
+    pub(super) fn fields(&self) -> impl Iterator<Item = &str> {
+        self.inputs.iter().filter_map(|(input, _)| match input {
+            Input::Field(field) => Some(field.as_str()),
+            _ => None,
+        })
+    }
+
+    /// As the contract writes it; `unit_of` says the unit of the reading and of fields.
+    pub(super) fn written(
+        &self,
+        reading: &str,
+        unit_of: impl Fn(&str) -> String,
+    ) -> (Vec<CompensationInput>, Vec<CompensationStep>) {
+        let inputs = self.inputs.iter().map(|(input, name)| {
+            let (of, unit) = match input {
+                Input::Reading => (reading.to_owned(), unit_of(reading)),
+                Input::Late => (format!("{reading}, late"), unit_of(reading)),
+                Input::Time => ("time".to_owned(), "s".to_owned()),
+                Input::Interval => ("time since the reading before".to_owned(), "s".to_owned()),
+                Input::Field(field) => (field.clone(), unit_of(field)),
+            };
+            CompensationInput { name: self.names[*name].clone(), of, unit }
+        });
+        let steps = self.steps.iter().map(|step| CompensationStep {
+            name: self.names[step.name].clone(),
+            expression: step.always.text(&self.names),
+            first: step.first.as_ref().map(|first| first.text(&self.names)),
+        });
+        (inputs.collect(), steps.collect())
+    }
+}
+
+/// A program at work.
+pub(super) struct Running<'a> {
+    program: &'a Program,
+    now: Vec<f64>,
+    before: Vec<f64>,
+    /// When the reading before was.
+    at: Option<f64>,
+}
+
+impl<'a> Running<'a> {
+    pub(super) fn new(program: &'a Program) -> Self {
+        let none = vec![f64::NAN; program.names.len()];
+        Self { program, now: none.clone(), before: none, at: None }
+    }
+
+    /// What it comes to with the next reading. `field` is asked for what a field says.
+    pub(super) fn next(&mut self, time: f64, reading: f64, field: impl Fn(&str) -> f64) -> f64 {
+        let is_first = self.at.is_none();
+        std::mem::swap(&mut self.before, &mut self.now);
+        for (input, name) in &self.program.inputs {
+            self.now[*name] = match input {
+                // Only what is emulated is made late.
+                Input::Reading | Input::Late => reading,
+                Input::Time => time,
+                Input::Interval => self.at.map_or(0.0, |at| time - at),
+                Input::Field(name) => field(name),
+            };
+        }
+        self.at = Some(time);
+        let mut last = reading;
+        for step in &self.program.steps {
+            let formula = step.first.as_ref().filter(|_| is_first).unwrap_or(&step.always);
+            last = formula.value(&self.now, &self.before);
+            self.now[step.name] = last;
+        }
+        last
+    }
+}

@@ -1,0 +1,104 @@
+//! A model of a sensor as steps that make readings of what is true: for one that is emulated.
+
+use super::formula::number;
+use super::program::{Input, Program};
+use super::terms::{Estimate, Fields, adds, lagged};
+use crate::dataset::{Dataset, Role};
+use crate::finding::{CompensationInput, CompensationStep, LeftOut};
+use crate::model::{Acts, Form, Model, Shape, Wrap};
+use crate::problem::Channels;
+use std::collections::BTreeMap;
+
+/// How a sensor reads: steps over what is true, in its own unit. As in the model, its other errors go with what is true now.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// What the steps see: what is true as `x`, and what else the model sees by its field.
+    pub inputs: Vec<CompensationInput>,
+    /// The steps, as of a [`Compensation`](crate::finding::Compensation).
+    pub steps: Vec<CompensationStep>,
+    /// So long ago was what `late` stands for true, s.
+    pub delay_s: f64,
+}
+
+/// How a sensor reads by `model`, where one of its unit is `si`. Temperatures come in degC, headings in deg, and other
+/// fields in SI.
+///
+/// # Errors
+///
+/// The terms that say nothing of how it reads.
+pub fn reading(model: &Model, si: f64) -> Result<Reading, Vec<LeftOut>> {
+    let named = |role: Role, otherwise: &'static str| {
+        let found = model.fields.iter().find(|(_, known)| **known == role);
+        found.map_or(otherwise, |(name, _)| name)
+    };
+    let heading = named(Role::Heading, "heading");
+    let degree = crate::dataset::Unit::Degree.si();
+    let si_of = |field: &str| if field == heading { degree } else { 1.0 };
+    let reference =
+        match model.fields.iter().find(|(_, role)| {
+            matches!(role, Role::Reference | Role::ReferenceRate | Role::TableRate)
+        }) {
+            Some((name, _)) => name,
+            None => crate::problem::ROTATION,
+        };
+    let time = named(Role::Time, "time");
+    let fields = Fields { reference, time, si: &si_of, smoothing: 0.0 };
+    let (mut refused, mut delay_s, mut lag) = (Vec::new(), 0.0, None);
+    let mut shapes = Vec::new();
+    let nothing = nothing(model);
+    for term in &model.terms {
+        let refuse = |why: &str| LeftOut { term: term.name.clone(), why: why.to_owned() };
+        let (shape, values) = match term.to_shape(&nothing) {
+            Ok(read) => read,
+            Err(why) => {
+                refused.push(refuse(&why));
+                continue;
+            }
+        };
+        let value = values.first().copied().unwrap_or(0.0);
+        match (shape.acts, shape.form) {
+            (Acts::Delay, Form::Delay) if is_lag(&shape) && value > 0.0 => lag = Some(value),
+            (Acts::Delay, Form::Delay) if value >= 0.0 => delay_s += value,
+            (Acts::Delay, Form::Delay) => refused.push(refuse("nothing reads what is to come")),
+            _ => shapes.push((shape, values)),
+        }
+    }
+    let mut program = Program::default();
+    let truth = program.input(Input::Reading) * number(si);
+    let late = if delay_s > 0.0 { Input::Late } else { Input::Reading };
+    let mut sum = program.input(late) * number(si);
+    if let Some(constant) = lag {
+        let level = program.step("truth", sum);
+        sum = lagged(&mut program, &level, constant);
+    }
+    for (shape, values) in &shapes {
+        match adds(&mut program, (shape, values), &Estimate(truth.clone()), &fields) {
+            Ok(error) => sum = sum + error,
+            Err(why) => refused.push(LeftOut { term: shape.name.clone(), why }),
+        }
+    }
+    if !refused.is_empty() {
+        return Err(refused);
+    }
+    program.step("reading", sum / number(si));
+    let (inputs, steps) = program.written("truth", |_| String::new());
+    Ok(Reading { inputs, steps, delay_s })
+}
+
+fn is_lag(shape: &Shape) -> bool {
+    shape.drivers.first().is_some_and(|driver| driver.wrap == Wrap::LagOf)
+}
+
+/// No data: units of what a term says are in its text.
+fn nothing(model: &Model) -> Channels {
+    Channels::new(&Dataset {
+        name: String::new(),
+        kind: model.kind,
+        drive: None,
+        constants: BTreeMap::new(),
+        columns: Vec::new(),
+        run_labels: Vec::new(),
+        run_of_row: Vec::new(),
+        notices: Vec::new(),
+    })
+}
