@@ -160,7 +160,8 @@ impl Session {
 impl Drop for Session {
     fn drop(&mut self) {
         for (_, child) in &mut self.others {
-            let _ = child.kill();
+            // Killed outright, it would leave behind what it started.
+            let _ = kill_process(Pid::from_child(child), Signal::TERM);
             let _ = child.wait();
         }
     }
