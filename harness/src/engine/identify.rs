@@ -7,7 +7,7 @@ use crate::made::Found;
 use crate::models;
 use crate::outcome::Outcome;
 use crate::plan::quantities as q;
-use crate::plan::{Identify, QuantityName, Source, Step};
+use crate::plan::{Identify, Plan, QuantityName, Source, Step};
 use crate::record::RecordKind;
 use controller::mission::Command;
 use identification::dataset::Kind;
@@ -15,11 +15,18 @@ use identification::finding::{Compensation, Finding, Verdict};
 use identification::identify::{Options, identify};
 use identification::model::Model;
 use identification::units::si_factor;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use wire::time::Timestamp;
 use wire::units::Angle;
 
 impl Engine {
+    /// With models that can be used by name.
+    #[must_use]
+    pub fn with_models(mut self, models: BTreeMap<String, Model>) -> Self {
+        self.models = models;
+        self
+    }
+
     /// The step's identification.
     pub(super) fn identify(&mut self, now: Timestamp) {
         let Some((StepAction::Identify(step), _)) = &self.step else { return };
@@ -201,7 +208,7 @@ fn on_top(in_force: Option<&Model>, mut found: Model) -> Model {
 }
 
 /// Quantities that the plan's identifications are made from.
-pub(super) fn needed(steps: &[Step], names: &mut BTreeSet<String>) {
+fn needed(steps: &[Step], names: &mut BTreeSet<String>) {
     for step in steps {
         if let StepAction::Identify(identify) = &step.action {
             let all = q::QUANTITIES.iter().map(|quantity| quantity.name);
@@ -234,4 +241,27 @@ fn in_words(finding: &Finding) -> String {
         "{effects}; held-out error {:.4} {unit}, before {:.4} {unit}",
         held_out.after, held_out.before
     )
+}
+
+/// Quantities that the plan judges, fits or identifies from, and those of turns and laps: a later
+/// identification reads them whatever the plan makes of them.
+pub(super) fn wanted(plan: &Plan) -> BTreeSet<String> {
+    fn fitted(steps: &[Step], names: &mut BTreeSet<String>) {
+        for step in steps {
+            if let StepAction::Fit(fit) = &step.action {
+                names.insert(fit.quantity.as_str().to_owned());
+            }
+            fitted(step.action.steps(), names);
+        }
+    }
+    let by_turn_or_lap = |made_by| matches!(made_by, "table_turn" | "lap");
+    let always = q::QUANTITIES.iter().filter(|quantity| by_turn_or_lap(quantity.made_by));
+    let mut names: BTreeSet<String> = always.map(|quantity| quantity.name.to_owned()).collect();
+    for declared in &plan.measurements {
+        names.insert(declared.quantity.as_str().to_owned());
+        names.extend(declared.check.second_quantity().map(|(_, name)| name.as_str().to_owned()));
+    }
+    fitted(&plan.steps, &mut names);
+    needed(&plan.steps, &mut names);
+    names
 }

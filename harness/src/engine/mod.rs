@@ -27,9 +27,7 @@ pub use segment::Look;
 
 use crate::observation::Observation;
 use crate::outcome::Outcome;
-use crate::plan::{
-    Action as StepAction, Answer, Plan, QuantityName, Speaker, Step, quantities as q,
-};
+use crate::plan::{Action as StepAction, Answer, Plan, QuantityName, Speaker, quantities as q};
 use crate::record::{Device, RecordKind};
 use controller::mission::MissionId;
 use described::Decoded;
@@ -146,7 +144,7 @@ impl Engine {
         let plan_deadline = now + plan.time_limit();
         Self {
             program: Program::new(Arc::clone(&plan), now, plan_deadline),
-            wanted: wanted(&plan),
+            wanted: identify::wanted(&plan),
             phases: Phases::new(!plan.faults.is_empty()),
             plan,
             ops: VecDeque::new(),
@@ -175,13 +173,6 @@ impl Engine {
     pub fn hearing(mut self, speakers: &[Speaker]) -> Self {
         self.signals = Signals::of(&self.plan, speakers);
         self.reactions = Reactions::of(&self.plan, speakers);
-        self
-    }
-
-    /// With models that can be used by name.
-    #[must_use]
-    pub fn with_models(mut self, models: BTreeMap<String, Model>) -> Self {
-        self.models = models;
         self
     }
 
@@ -396,27 +387,4 @@ impl Engine {
         self.actions.extend(self.plan.finally.iter().cloned().map(Action::Send));
         self.begin_teardown(now);
     }
-}
-
-/// Quantities that the plan judges, fits or identifies from, and those of turns and laps: a later
-/// identification reads them whatever the plan makes of them.
-fn wanted(plan: &Plan) -> BTreeSet<String> {
-    fn fitted(steps: &[Step], names: &mut BTreeSet<String>) {
-        for step in steps {
-            if let StepAction::Fit(fit) = &step.action {
-                names.insert(fit.quantity.as_str().to_owned());
-            }
-            fitted(step.action.steps(), names);
-        }
-    }
-    let by_turn_or_lap = |made_by| matches!(made_by, "table_turn" | "lap");
-    let always = q::QUANTITIES.iter().filter(|quantity| by_turn_or_lap(quantity.made_by));
-    let mut names: BTreeSet<String> = always.map(|quantity| quantity.name.to_owned()).collect();
-    for declared in &plan.measurements {
-        names.insert(declared.quantity.as_str().to_owned());
-        names.extend(declared.check.second_quantity().map(|(_, name)| name.as_str().to_owned()));
-    }
-    fitted(&plan.steps, &mut names);
-    identify::needed(&plan.steps, &mut names);
-    names
 }

@@ -34,7 +34,7 @@ pub(super) fn call<const N: usize>(name: &'static str, arguments: [Formula; N]) 
 }
 
 impl Formula {
-    pub(super) fn to_the(self, power: i32) -> Self {
+    pub(super) fn power(self, power: i32) -> Self {
         if power == 1 { self } else { Self::Power(Box::new(self), power) }
     }
 
@@ -213,7 +213,7 @@ mod tests {
             (x.clone() - (y.clone() - number(2.0)), "x - (y_before - 2)", 3.0 - (5.0 - 2.0)),
             ((x.clone() + y.clone()) * number(-0.5), "(x + y_before) * (-0.5)", -4.0),
             (x.clone() / (y.clone() * number(4.0)), "x / (y_before * 4)", 0.15),
-            ((x.clone() - number(-1.0)).to_the(2), "(x + 1)^2", 16.0),
+            ((x.clone() - number(-1.0)).power(2), "(x + 1)^2", 16.0),
             (number(0.0) * x.clone() + number(1.0) * y.clone(), "y_before", 5.0),
             (number(1.0 / 3.0) + number(1e-7), "0.333333333 + 1e-7", 0.333_333_433),
             (call("clamp", [x.clone(), number(4.0), y.clone()]), "clamp(x, 4, y_before)", 4.0),

@@ -156,8 +156,8 @@ fn form(
     Ok(match shape.form {
         Form::Constant => one()?,
         Form::Linear => one()? * (x - origin),
-        Form::Quadratic => one()? * (x - origin).to_the(2),
-        Form::Cubic => one()? * (x - origin).to_the(3),
+        Form::Quadratic => one()? * (x - origin).power(2),
+        Form::Cubic => one()? * (x - origin).power(3),
         Form::Exponential => {
             one()? * call("exp", [x * number(-1.0 / fixed(shape, "time_constant")?)])
         }
@@ -173,7 +173,7 @@ fn form(
         Form::Hinge => one()? * call("max", [number(0.0), x - get("at")?]),
         Form::Bump => {
             let from = (x - get("centre")?) / get("width")?;
-            one()? * call("exp", [number(-0.5) * from.to_the(2)])
+            one()? * call("exp", [number(-0.5) * from.power(2)])
         }
         Form::Tanh => one()? * call("tanh", [(x - get("centre")?) / get("width")?]),
         Form::Spline => spline(program, shape, coefficients, x),
@@ -212,6 +212,6 @@ fn spline(program: &mut Program, shape: &Shape, values: &[f64], x: Formula) -> F
     let line = number(values[0]) + number(slope) * place.clone();
     bends.iter().zip(&places).fold(line, |sum, (bend, at)| {
         let beyond = call("max", [number(0.0), place.clone() - number(*at)]);
-        sum + number(*bend) * beyond.to_the(3)
+        sum + number(*bend) * beyond.power(3)
     })
 }
