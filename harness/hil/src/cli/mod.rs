@@ -255,6 +255,7 @@ mod tests {
             "show",
             "list",
             "doctor",
+            "draw",
             "emulate",
             "export",
             "import",
