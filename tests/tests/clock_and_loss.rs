@@ -213,7 +213,7 @@ fn a_doubled_sample_is_counted_once() {
         let mut number = 0;
         rig.tap(Direction::GyroToController, move |_, piece| {
             number += 1;
-            if number == 700 { vec![piece.clone(), piece] } else { vec![piece] }
+            if number == 700 { vec![piece, piece] } else { vec![piece] }
         });
         let error = turn(&mut rig, 360);
         let bound = quantisation_deg(stream, 360) + relock_deg(stream);

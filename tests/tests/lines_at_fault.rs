@@ -63,7 +63,7 @@ fn apply(rig: &mut Rig, fault: &Fault) {
         match (harm, piece) {
             (Harm::Cut, _) => Vec::new(),
             (Harm::Drop, _) if hit => Vec::new(),
-            (Harm::Repeat, piece) if hit => vec![piece.clone(), piece],
+            (Harm::Repeat, piece) if hit => vec![piece, piece],
             (Harm::Flip, Transmit::Bytes(packet)) if hit => {
                 let mut flipped = packet.as_slice().to_vec();
                 let at = count % flipped.len();
