@@ -1,6 +1,5 @@
 //! A bus of CAN FD: long messages out of a DBC and out of a device's file, judged, struck by faults and written down.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use harness::Trial;
 use harness::run::Prepared;

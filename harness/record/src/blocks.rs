@@ -1,14 +1,14 @@
 //! Records in blocks with a check, so that no bit of a file changes unnoticed.
 //!
 //! Behind the [`header`](super::header) a file holds records, each a length and a payload
-//! ([`encoding`](super::encoding)). A length of zero is a mark:
+//! (`encoding.rs`). A length of zero is a mark:
 //!
 //! | bytes | what |
 //! |---|---|
 //! | 1 | 0: no record follows |
 //! | 1 | 0: the next block follows; 1: this was the last |
 //! | 4 | check of the block, this mark included, little-endian |
-//! | 8 | [`TRAILER`], behind the last block; the end of the file |
+//! | 8 | `TRAILER`, behind the last block; the end of the file |
 //!
 //! A check is the CRC-32C of the check before, four zeros for the first, and of the bytes since then: a block that is missing or
 //! stands in another place is noticed by the next. Where a block ends depends on its length alone and never on a clock: the same run has the same file.
