@@ -1,6 +1,5 @@
 //! A bus of CAN FD: long messages out of a DBC and out of a device's file, judged, struck by faults and written down.
 
-
 use harness::Trial;
 use harness::run::Prepared;
 use plan::made::Made;
