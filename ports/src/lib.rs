@@ -13,7 +13,7 @@
 //!   and is counted.
 //! * Nothing is lost silently where the system tells of it: [`Counters`].
 //!
-//! [`spec`]: how a port is named. [`pty`], [`serial`], [`can_socket`]: the media.
+//! [`spec`]: how a port is named. [`pty`], [`serial`], [`can_socket`]: the media. [`unix_socket`]: where requests come from, not traffic.
 
 mod any;
 mod backoff;
@@ -26,6 +26,7 @@ pub mod pty;
 pub mod serial;
 pub mod slcan;
 pub mod spec;
+pub mod unix_socket;
 mod watch;
 
 pub use any::AnyPort;

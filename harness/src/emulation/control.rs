@@ -1,8 +1,8 @@
 //! Requests from outside: lines on the standard input, and on a socket for those who want another way.
 
 use super::request::LINE_BYTES_MAX;
+use ports::unix_socket;
 use std::io::{self, Read as _, Write as _};
-use std::os::unix::fs::FileTypeExt as _;
 use std::os::unix::net::UnixStream as StdUnixStream;
 use std::path::{Path, PathBuf};
 use std::thread;
@@ -66,7 +66,7 @@ impl Control {
         let mut control = Self { requests, socket: None };
         if let Some(path) = socket {
             let error = |source| ControlError::Listen { path: path.to_owned(), source };
-            let listener = listen(path).map_err(error)?;
+            let listener = unix_socket::listen(path).map_err(error)?;
             control.socket = Some(path.to_owned());
             tokio::spawn(accept(listener, sender.clone()));
         }
@@ -95,31 +95,7 @@ impl Control {
 
 impl Drop for Control {
     fn drop(&mut self) {
-        if let Some(socket) = self.socket.as_deref().filter(|path| is_socket(path)) {
-            // Gone already is as good.
-            let _ = std::fs::remove_file(socket);
-        }
-    }
-}
-
-/// A file of somebody's is never in the way: it refuses a connection as a socket does that is left over.
-fn is_socket(path: &Path) -> bool {
-    std::fs::symlink_metadata(path).is_ok_and(|about| about.file_type().is_socket())
-}
-
-/// A socket at `path`, in place of one that nobody listens to any more.
-fn listen(path: &Path) -> io::Result<UnixListener> {
-    match UnixListener::bind(path) {
-        Err(error) if error.kind() == io::ErrorKind::AddrInUse && is_socket(path) => {
-            match StdUnixStream::connect(path) {
-                Err(left) if left.kind() == io::ErrorKind::ConnectionRefused => {
-                    std::fs::remove_file(path)?;
-                    UnixListener::bind(path)
-                }
-                _ => Err(error),
-            }
-        }
-        result => result,
+        self.socket.as_deref().into_iter().for_each(unix_socket::remove);
     }
 }
 
@@ -206,8 +182,7 @@ fn stdin() -> io::Result<UnixStream> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Control, LINE_BYTES_MAX, StdUnixStream, listen, next_line};
-    use std::os::unix::net::UnixListener;
+    use super::{Control, LINE_BYTES_MAX, next_line};
     use tokio::io::BufReader;
 
     fn within<T>(what: impl FnOnce() -> T) -> T {
@@ -224,17 +199,6 @@ mod tests {
         let error = within(|| Control::open(Some(&path))).unwrap_err();
         assert!(error.to_string().contains("notes.txt"), "{error}");
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "mine");
-    }
-
-    #[test]
-    fn a_socket_that_is_left_over_is_replaced_and_one_in_use_is_not() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("control");
-        drop(UnixListener::bind(&path).unwrap());
-        let here = within(|| listen(&path)).unwrap();
-        assert!(StdUnixStream::connect(&path).is_ok());
-        assert!(within(|| listen(&path)).is_err());
-        drop(here);
     }
 
     #[test]

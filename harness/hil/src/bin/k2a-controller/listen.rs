@@ -5,6 +5,8 @@
 
 use crate::orders::{self, Orders};
 use crate::outlet::Outlet;
+#[cfg(unix)]
+use ports::unix_socket;
 use std::io::{self, BufReader, Read, Write};
 use std::net::{Shutdown, TcpStream as StdTcpStream};
 #[cfg(unix)]
@@ -59,7 +61,7 @@ impl Listener {
     pub(crate) async fn bind(place: ListenPlace) -> io::Result<Self> {
         Ok(match place {
             #[cfg(unix)]
-            ListenPlace::Unix(path) => Self::Unix(bind_unix(&path)?, path),
+            ListenPlace::Unix(path) => Self::Unix(unix_socket::listen(&path)?, path),
             ListenPlace::Tcp(address) => Self::Tcp(TcpListener::bind(address).await?),
         })
     }
@@ -96,36 +98,9 @@ impl Listener {
 impl Drop for Listener {
     fn drop(&mut self) {
         #[cfg(unix)]
-        if let Self::Unix(_, path) = self
-            && is_socket(path)
-        {
-            // Gone already is as good.
-            let _ = std::fs::remove_file(path);
+        if let Self::Unix(_, path) = self {
+            unix_socket::remove(path);
         }
-    }
-}
-
-/// A file of somebody's is never in the way: it refuses a connection as a socket does that is left over.
-#[cfg(unix)]
-fn is_socket(path: &std::path::Path) -> bool {
-    use std::os::unix::fs::FileTypeExt as _;
-    std::fs::symlink_metadata(path).is_ok_and(|about| about.file_type().is_socket())
-}
-
-/// A socket at `path`, in place of one that nobody listens to any more.
-#[cfg(unix)]
-fn bind_unix(path: &std::path::Path) -> io::Result<UnixListener> {
-    match UnixListener::bind(path) {
-        Err(cause) if cause.kind() == io::ErrorKind::AddrInUse && is_socket(path) => {
-            match StdUnixStream::connect(path) {
-                Err(left) if left.kind() == io::ErrorKind::ConnectionRefused => {
-                    std::fs::remove_file(path)?;
-                    UnixListener::bind(path)
-                }
-                _ => Err(cause),
-            }
-        }
-        result => result,
     }
 }
 

@@ -78,7 +78,7 @@ enum LineEnd {
     Overlong,
 }
 
-/// Reads the next line, of which the end of the input is an end too; `None` where there is none.
+/// Reads the next line, of which the end of the input is an end too; `None` at the end.
 fn next_line(source: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option<LineEnd>> {
     line.clear();
     let limit = LINE_BYTES_MAX as u64 + 1;
