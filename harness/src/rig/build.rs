@@ -23,7 +23,7 @@ pub(crate) fn end(node: usize, port: PortId, who: Device, name: &str) -> End {
     End { node, port, who, name: name.into() }
 }
 
-/// The paper's robot or table, with its controller; where there is none, it is away.
+/// The paper's robot or table, with its controller, which is away where it is not in this process.
 pub(crate) fn paper(bench: Bench, controller: Option<Hosted>) -> Rig {
     let (stream, transport) = (bench.gyro_stream(), bench.base_transport());
     let mut rig = Rig::default();

@@ -158,7 +158,7 @@ impl ByHand {
     /// The code under test.
     pub fn controller(&self) -> Option<&Controller> {
         self.simulation.rig.nodes.iter().find_map(|node| match &node.part {
-            Part::Controller(machine) => match &machine.controller {
+            Part::Controller(machine) => match &machine.host.guest {
                 Hosted::Ours(controller) => Some(controller),
                 Hosted::Own(_) => None,
             },

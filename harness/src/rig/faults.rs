@@ -125,7 +125,7 @@ impl Faults {
         match kind {
             FaultKind::SchedulerStall { .. } | FaultKind::ClockStep { .. } => {
                 rig.nodes.iter_mut().for_each(|node| node.begin_fault(&kind));
-                here.into_iter().for_each(|machine| machine.begin_fault(&kind));
+                here.into_iter().for_each(|machine| machine.host.begin_fault(&kind));
             }
             FaultKind::WrongUnit { .. } | FaultKind::WrongSign { .. } => {
                 director.slips.begin(index, kind, Chance::new(self.seed, &index.to_string()));
@@ -146,7 +146,7 @@ impl Faults {
         let kind = fault.what;
         match kind {
             FaultKind::SchedulerStall { .. } | FaultKind::ClockStep { .. } => {
-                let here = here.map_or(0, |machine| machine.end_fault(now, &kind));
+                let here = here.map_or(0, |machine| machine.host.end_fault(now, &kind));
                 rig.nodes.iter_mut().map(|node| node.end_fault(now, &kind)).sum::<u64>() + here
             }
             FaultKind::WrongUnit { .. } | FaultKind::WrongSign { .. } => director.slips.end(index),

@@ -3,6 +3,7 @@
 use crate::faults::FaultKind;
 use controller::mission::Mission;
 use std::collections::VecDeque;
+use std::fmt;
 use wire::device::{PortId, Transmit};
 use wire::time::{Span, Timestamp};
 
@@ -27,7 +28,7 @@ enum Held {
 
 /// A machine with faults.
 #[derive(Debug, Default)]
-pub(crate) struct Host {
+struct Host {
     /// How many stalls are on.
     stalls: usize,
     held: VecDeque<Held>,
@@ -37,24 +38,96 @@ pub(crate) struct Host {
     ahead: Span,
 }
 
-impl Host {
+/// A guest, and the machine that it runs on. Times are those of the bench.
+pub(crate) struct OnHost<G> {
+    pub(crate) guest: G,
+    /// Only where faults can strike it.
+    host: Option<Host>,
+}
+
+impl<G: Guest> OnHost<G> {
+    pub(crate) const fn new(guest: G) -> Self {
+        Self { guest, host: None }
+    }
+
+    /// Faults can strike it from now on.
+    pub(crate) fn with_faults(&mut self) {
+        self.host = Some(Host::default());
+    }
+
+    /// Its machine begins to err.
+    pub(crate) fn begin_fault(&mut self, kind: &FaultKind) {
+        if let Some(host) = &mut self.host {
+            host.begin(kind);
+        }
+    }
+
+    /// Its machine errs no longer; how often it did.
+    pub(crate) fn end_fault(&mut self, now: Timestamp, kind: &FaultKind) -> u64 {
+        let Self { guest, host: Some(host) } = self else { return 0 };
+        host.end(now, kind, guest)
+    }
+
+    #[inline]
+    pub(crate) fn receive(&mut self, now: Timestamp, port: PortId, what: &Transmit) {
+        match &mut self.host {
+            None => self.guest.hear(now, port, what),
+            Some(host) => host.hear(now, port, *what, &mut self.guest),
+        }
+    }
+
+    pub(crate) fn command(&mut self, now: Timestamp, mission: Mission) {
+        match &mut self.host {
+            None => self.guest.order(now, mission),
+            Some(host) => host.mission(now, mission, &mut self.guest),
+        }
+    }
+
     /// It does not run now.
-    pub(crate) const fn is_stalled(&self) -> bool {
-        self.stalls > 0
+    pub(crate) fn is_stalled(&self) -> bool {
+        self.host.as_ref().is_some_and(Host::is_stalled)
     }
 
     /// What its clock says.
     pub(crate) fn told(&self, now: Timestamp) -> Timestamp {
-        now + self.ahead
+        self.host.as_ref().map_or(now, |host| host.told(now))
     }
 
     /// When its clock says `told`.
     pub(crate) fn when(&self, told: Timestamp) -> Timestamp {
+        self.host.as_ref().map_or(told, |host| host.when(told))
+    }
+
+    /// What found no room while it stood still.
+    pub(crate) fn dropped(&self) -> u64 {
+        self.host.as_ref().map_or(0, |host| host.dropped)
+    }
+}
+
+impl<G> fmt::Debug for OnHost<G> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("OnHost").field("host", &self.host).finish_non_exhaustive()
+    }
+}
+
+impl Host {
+    /// It does not run now.
+    const fn is_stalled(&self) -> bool {
+        self.stalls > 0
+    }
+
+    /// What its clock says.
+    fn told(&self, now: Timestamp) -> Timestamp {
+        now + self.ahead
+    }
+
+    /// When its clock says `told`.
+    fn when(&self, told: Timestamp) -> Timestamp {
         if told == Timestamp::MAX { told } else { told - self.ahead }
     }
 
     /// A fault of a machine begins; others are none of its business.
-    pub(crate) fn begin(&mut self, kind: &FaultKind) {
+    fn begin(&mut self, kind: &FaultKind) {
         match kind {
             FaultKind::SchedulerStall { .. } => self.stalls += 1,
             FaultKind::ClockStep { step_s } => self.ahead += Span::from_secs_f64(*step_s),
@@ -63,7 +136,7 @@ impl Host {
     }
 
     /// It ends; how often it has acted. A machine that goes on hears all at once what was held.
-    pub(crate) fn end(&mut self, now: Timestamp, kind: &FaultKind, guest: &mut impl Guest) -> u64 {
+    fn end(&mut self, now: Timestamp, kind: &FaultKind, guest: &mut impl Guest) -> u64 {
         match kind {
             FaultKind::SchedulerStall { .. } => {
                 self.go_on(now, guest);
@@ -104,19 +177,8 @@ impl Host {
         }
     }
 
-    /// What found no room.
-    pub(crate) const fn dropped(&self) -> u64 {
-        self.dropped
-    }
-
     /// The guest is to hear bytes or a frame.
-    pub(crate) fn hear(
-        &mut self,
-        now: Timestamp,
-        port: PortId,
-        what: Transmit,
-        guest: &mut impl Guest,
-    ) {
+    fn hear(&mut self, now: Timestamp, port: PortId, what: Transmit, guest: &mut impl Guest) {
         if self.is_stalled() {
             self.hold(Held::Crossed(port, what));
         } else {
@@ -125,7 +187,7 @@ impl Host {
     }
 
     /// The guest is given a mission.
-    pub(crate) fn mission(&mut self, now: Timestamp, mission: Mission, guest: &mut impl Guest) {
+    fn mission(&mut self, now: Timestamp, mission: Mission, guest: &mut impl Guest) {
         if self.is_stalled() {
             self.hold(Held::Mission(Box::new(mission)));
         } else {

@@ -1,6 +1,6 @@
 //! A node: who is at the lines of a rig.
 
-use super::host::{Guest, Host};
+use super::host::{Guest, OnHost};
 use super::own::Own;
 use super::replayed::Replaying;
 use super::robot::Robot;
@@ -11,7 +11,6 @@ use crate::plan::DEVICE;
 use controller::mission::Mission;
 use controller::{Input, Output, Port};
 use described::Description;
-use std::fmt;
 use std::sync::Arc;
 use wire::device::{PortId, Transmit};
 use wire::time::Timestamp;
@@ -70,10 +69,10 @@ impl Node {
     #[inline]
     pub(super) fn receive(&mut self, now: Timestamp, port: PortId, what: &Transmit) {
         match &mut self.part {
-            Part::Controller(machine) => machine.receive(now, port, what),
+            Part::Controller(machine) => machine.host.receive(now, port, what),
             Part::Robot(robot) => robot.receive(now, port, what),
             Part::Described(described) => described.receive(now, what),
-            Part::Own(device) => device.receive(now, port, what),
+            Part::Own(own) => own.host.receive(now, port, what),
             // They read what crosses the line with everybody else's words.
             Part::Tester(_) | Part::Replayed(_) | Part::Plan | Part::Away => {}
         }
@@ -85,7 +84,7 @@ impl Node {
             Part::Controller(machine) => machine.next_wakeup(),
             Part::Robot(robot) => robot.next_wakeup(),
             Part::Described(described) => described.next_wakeup(),
-            Part::Own(device) => device.next_wakeup(),
+            Part::Own(own) => own.next_wakeup(),
             Part::Tester(tester) => tester.next_wakeup(),
             Part::Replayed(replaying) => replaying.next_wakeup(),
             Part::Plan | Part::Away => Timestamp::MAX,
@@ -95,8 +94,8 @@ impl Node {
     /// Faults of its machine can strike it from now on.
     pub(super) fn with_faults(&mut self) {
         match &mut self.part {
-            Part::Controller(machine) => machine.with_faults(),
-            Part::Own(own) => own.with_faults(),
+            Part::Controller(machine) => machine.host.with_faults(),
+            Part::Own(own) => own.host.with_faults(),
             _ => {}
         }
     }
@@ -104,8 +103,8 @@ impl Node {
     /// Its machine begins to err, where it is under test.
     pub(super) fn begin_fault(&mut self, kind: &FaultKind) {
         match &mut self.part {
-            Part::Controller(machine) => machine.begin_fault(kind),
-            Part::Own(own) => own.begin_fault(kind),
+            Part::Controller(machine) => machine.host.begin_fault(kind),
+            Part::Own(own) => own.host.begin_fault(kind),
             _ => {}
         }
     }
@@ -113,8 +112,8 @@ impl Node {
     /// Its machine errs no longer; how often it did.
     pub(super) fn end_fault(&mut self, now: Timestamp, kind: &FaultKind) -> u64 {
         match &mut self.part {
-            Part::Controller(machine) => machine.end_fault(now, kind),
-            Part::Own(own) => own.end_fault(now, kind),
+            Part::Controller(machine) => machine.host.end_fault(now, kind),
+            Part::Own(own) => own.host.end_fault(now, kind),
             _ => 0,
         }
     }
@@ -122,9 +121,9 @@ impl Node {
     /// What it or its buffers had no room for.
     pub(super) fn dropped(&self) -> u64 {
         match &self.part {
-            Part::Controller(machine) => machine.dropped(),
+            Part::Controller(machine) => machine.host.dropped(),
             Part::Described(described) => described.device.dropped(),
-            Part::Own(own) => own.dropped(),
+            Part::Own(own) => own.host.dropped(),
             _ => 0,
         }
     }
@@ -184,92 +183,37 @@ pub(crate) const GYRO: PortId = PortId(0);
 pub(crate) const BASE: PortId = PortId(1);
 
 /// A controller and the machine that it runs on.
+#[derive(Debug)]
 pub(crate) struct Machine {
-    pub(crate) controller: Hosted,
-    /// Only where faults can strike it.
-    pub(super) host: Option<Host>,
+    pub(crate) host: OnHost<Hosted>,
     /// When it wants to be woken; asked again when something has reached it.
-    pub(super) due: Timestamp,
+    due: Timestamp,
 }
 
 impl Machine {
     pub(crate) const fn new(controller: Hosted) -> Self {
-        Self { controller, host: None, due: Timestamp::ZERO }
-    }
-
-    #[inline]
-    pub(crate) fn receive(&mut self, now: Timestamp, port: PortId, what: &Transmit) {
-        match &mut self.host {
-            None => self.controller.hear(now, port, what),
-            Some(host) => host.hear(now, port, *what, &mut self.controller),
-        }
-    }
-
-    pub(crate) fn command(&mut self, now: Timestamp, mission: Mission) {
-        match &mut self.host {
-            None => self.controller.command(now, mission),
-            Some(host) => host.mission(now, mission, &mut self.controller),
-        }
+        Self { host: OnHost::new(controller), due: Timestamp::ZERO }
     }
 
     /// It wants to be woken by now, and its machine runs.
     #[inline]
     pub(crate) fn is_due(&self, now: Timestamp) -> bool {
-        self.due <= now && !self.is_stalled()
+        self.due <= now && !self.host.is_stalled()
     }
 
     #[inline]
     pub(crate) fn wake(&mut self, now: Timestamp) {
-        self.controller.wake(self.told(now));
+        self.host.guest.wake(self.host.told(now));
     }
 
     /// Never while its machine stands still: what is due then is due when that goes on.
     pub(crate) fn next_wakeup(&self) -> Timestamp {
-        if self.is_stalled() { Timestamp::MAX } else { self.due }
+        if self.host.is_stalled() { Timestamp::MAX } else { self.due }
     }
 
-    /// When it wants to be woken, by its own clock.
+    /// When it wants to be woken, by the clock of the bench.
     pub(crate) fn ask_due(&mut self) {
-        let due = self.controller.next_wakeup();
-        self.due = self.host.as_ref().map_or(due, |host| host.when(due));
-    }
-
-    pub(crate) fn is_stalled(&self) -> bool {
-        self.host.as_ref().is_some_and(Host::is_stalled)
-    }
-
-    /// Faults can strike it from now on.
-    pub(crate) fn with_faults(&mut self) {
-        self.host = Some(Host::default());
-    }
-
-    /// What found no room while it stood still.
-    pub(crate) fn dropped(&self) -> u64 {
-        self.host.as_ref().map_or(0, Host::dropped)
-    }
-
-    /// What its clock says.
-    pub(crate) fn told(&self, now: Timestamp) -> Timestamp {
-        self.host.as_ref().map_or(now, |host| host.told(now))
-    }
-
-    /// Its machine begins to err.
-    pub(crate) fn begin_fault(&mut self, kind: &FaultKind) {
-        if let Some(host) = &mut self.host {
-            host.begin(kind);
-        }
-    }
-
-    /// Its machine errs no longer; how often it did.
-    pub(crate) fn end_fault(&mut self, now: Timestamp, kind: &FaultKind) -> u64 {
-        let Self { host: Some(host), controller, .. } = self else { return 0 };
-        host.end(now, kind, controller)
-    }
-}
-
-impl fmt::Debug for Machine {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Machine").field("host", &self.host).finish_non_exhaustive()
+        self.due = self.host.when(self.host.guest.next_wakeup());
     }
 }
 

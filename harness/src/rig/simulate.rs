@@ -350,23 +350,23 @@ impl<C: Crossing> Simulation<C> {
 
     fn ask_controller(&mut self, place: usize, sink: &mut impl RecordSink) {
         let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
-        if machine.is_stalled() {
+        if machine.host.is_stalled() {
             // It is touched again when its machine goes on.
             return;
         }
-        let told = machine.told(self.now);
+        let told = machine.host.told(self.now);
         loop {
             let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
-            let Some(sent) = machine.controller.transmit(told) else { break };
+            let Some(sent) = machine.host.guest.transmit(told) else { break };
             self.show(&Seen::Sent(&sent));
             let (port, what) = output(sent);
             self.rig.send(self.now, place, port, what);
         }
         loop {
             let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
-            let Some(report) = machine.controller.report() else {
+            let Some(report) = machine.host.guest.report() else {
                 machine.ask_due();
-                let news = machine.controller.news();
+                let news = machine.host.guest.news();
                 return news.into_iter().for_each(|news| self.hear_news(sink, place, news));
             };
             self.hear_report(sink, &report);
@@ -452,7 +452,7 @@ impl<C: Crossing> Simulation<C> {
             _ => None,
         });
         if let Some(machine) = machine {
-            machine.command(self.now, mission);
+            machine.host.command(self.now, mission);
         }
     }
 

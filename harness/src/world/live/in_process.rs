@@ -73,7 +73,7 @@ impl InProcess {
         };
         let mut machine = Machine::new(Hosting::default().start(&config, &Programs::default()));
         if with_faults {
-            machine.with_faults();
+            machine.host.with_faults();
         }
         Ok(Self {
             machine,
@@ -88,7 +88,7 @@ impl InProcess {
 
     pub(super) fn command(&mut self, clock: &Clock, mission: Mission) {
         let now = clock.now();
-        self.machine.command(now, mission);
+        self.machine.host.command(now, mission);
         self.send(clock, now);
     }
 
@@ -111,13 +111,13 @@ impl InProcess {
 
     /// On the clock of the bench.
     pub(super) fn next_wakeup(&self) -> Timestamp {
-        if self.machine.is_stalled() { Timestamp::MAX } else { self.machine.next_wakeup() }
+        self.machine.next_wakeup()
     }
 
     /// Waits for what comes next. May be called off without losing anything.
     pub(super) async fn heard(&mut self, clock: &Clock) -> InProcessEvent {
-        if !self.machine.is_stalled()
-            && let Some(report) = self.machine.controller.report()
+        if !self.machine.host.is_stalled()
+            && let Some(report) = self.machine.host.guest.report()
         {
             return InProcessEvent::Report(report);
         }
@@ -132,7 +132,7 @@ impl InProcess {
             event => return InProcessEvent::Port(role, event),
         };
         self.keep(role, device(role), what);
-        self.machine.receive(now, port, &what);
+        self.machine.host.receive(now, port, &what);
         self.heard_at = Some(now);
         self.send(clock, now);
         InProcessEvent::Taken
@@ -140,11 +140,11 @@ impl InProcess {
 
     /// Puts what the controller has to say on its lines.
     fn send(&mut self, clock: &Clock, now: Timestamp) {
-        if self.machine.is_stalled() {
+        if self.machine.host.is_stalled() {
             return;
         }
-        let told = self.machine.told(now);
-        while let Some(sent) = self.machine.controller.transmit(told) {
+        let told = self.machine.host.told(now);
+        while let Some(sent) = self.machine.host.guest.transmit(told) {
             let (port, crossed) = node::output(sent);
             let role = if port == node::GYRO { GYRO } else { BASE };
             self.keep(role, Device::Controller, crossed);
@@ -176,7 +176,7 @@ impl InProcess {
 
     /// What found no room: in its machine, or to be told.
     pub(super) fn dropped(&self) -> u64 {
-        self.dropped + self.machine.dropped()
+        self.dropped + self.machine.host.dropped()
     }
 
     /// Its port for a role.
