@@ -5,36 +5,31 @@ use std::fmt::Write as _;
 
 /// The same text with control characters written out, but for ends of lines, tabs and colours: tables have colours of their own.
 pub(super) fn tamed(text: &str) -> Cow<'_, str> {
+    written_out(text, colour_bytes)
+}
+
+/// The same without colours too: for a text that should not have any.
+pub(super) fn plain(text: &str) -> Cow<'_, str> {
+    written_out(text, |_| 0)
+}
+
+/// What stands where `passing` says that bytes pass is kept as it is.
+fn written_out(text: &str, passing: impl Fn(&str) -> usize) -> Cow<'_, str> {
     if !text.chars().any(is_wild) {
         return Cow::Borrowed(text);
     }
     let mut out = String::with_capacity(text.len() + 16);
     let mut rest = text;
     while let Some(next) = rest.chars().next() {
-        let colour = colour_bytes(rest);
-        let (head, tail) = rest.split_at(if colour > 0 { colour } else { next.len_utf8() });
-        if colour == 0 && is_wild(next) {
+        let kept = passing(rest);
+        let (head, tail) = rest.split_at(if kept > 0 { kept } else { next.len_utf8() });
+        if kept == 0 && is_wild(next) {
             // Writing to a string cannot fail.
             let _ = write!(out, "{}", next.escape_default());
         } else {
             out.push_str(head);
         }
         rest = tail;
-    }
-    Cow::Owned(out)
-}
-
-/// The same without colours either: for a text that has none of its own.
-pub(super) fn plain(text: &str) -> Cow<'_, str> {
-    if !text.chars().any(is_wild) {
-        return Cow::Borrowed(text);
-    }
-    let mut out = String::with_capacity(text.len() + 16);
-    for next in text.chars() {
-        match is_wild(next) {
-            true => _ = write!(out, "{}", next.escape_default()),
-            false => out.push(next),
-        }
     }
     Cow::Owned(out)
 }
