@@ -241,7 +241,7 @@ impl Devices {
     /// Sets a parameter of one of the devices, as a step of a plan would; none where this bench has no such device.
     ///
     /// # Errors
-    /// When the device has none of that name, or it may not have that value.
+    /// When the device has nothing by that name, or the value is out of range.
     pub fn set(
         &mut self,
         device: &str,

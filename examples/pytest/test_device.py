@@ -1,4 +1,4 @@
-"""A program of one's own beside the emulated device, in real time. Here the program is a few lines of python-can."""
+"""Your own program beside the emulated device, in real time. Here the program is a few lines of python-can."""
 
 import time
 from pathlib import Path

@@ -1,5 +1,5 @@
-//! The loop of a sensor of one's own: it errs in a way that nobody told anybody, is identified beside what another node says is
-//! true, and its errors are taken off.
+//! The loop closed on a user's own sensor: it has an undeclared error, another node's readings are the reference, `hil identify`
+//! finds the error, and the readings are compensated.
 
 use harness::operator::Answers;
 use harness::run::{Prepared, Simulated, simulate};

@@ -253,7 +253,7 @@ pub(super) fn sensor(
         Some(given) => formula(given, scope, &place.key(key)),
         None => Err(Mistake::new(
             place.key("model"),
-            format!("the model sees a {key}, and there is none"),
+            format!("the model reads a {key}, and the signal does not give one"),
         )
         .help(format!("add `{key} = \"...\"` to the signal"))),
     };

@@ -148,7 +148,7 @@ const ROUND: u64 = 20;
 const Z_ROUND: f64 = 2.575_829_303_548_901;
 
 /// Measures the envelope of `fault` with one executor: no fault, a ladder over the whole range of its severity, tenths below
-/// it where the least is too much, then halves between the last step that is tolerated and the next. `pulse` is told of each
+/// it where the least is too much, then halves between the last step that is tolerated and the next. `pulse` hears of each
 /// level; false stops.
 pub fn envelope(
     executor: &impl Executor,
@@ -308,7 +308,7 @@ fn ended(result: &CaseResult) -> Ended {
     }
 }
 
-/// The property that breaks where a word of it came too late.
+/// The property that fails when a word of it arrives too late.
 const NO_SILENT_WRONG: &str = "no_silent_wrong";
 
 #[cfg(test)]

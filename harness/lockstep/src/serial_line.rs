@@ -26,7 +26,7 @@ pub(crate) struct SerialLine {
     ways: Vec<UnixStream>,
     is_cooked: bool,
     is_marked: bool,
-    /// Bytes of a write that was not told yet: they were taken when the program came to wait in the midst of it.
+    /// Bytes of a write that the program has not reported yet: they were taken while it waited in the middle of the call.
     early: usize,
     lost: u64,
 }
@@ -83,7 +83,7 @@ impl SerialLine {
             put(bytes, lost, |rest| Ok(rustix::io::write(&*master, rest)?));
             return true;
         }
-        // As termios(3) says of PARMRK: what could be a mark is told from one.
+        // PARMRK in termios(3): a byte that could be taken for a mark is doubled.
         let marked: Vec<u8>;
         let mut bytes = bytes;
         if self.is_marked && bytes.contains(&MARK) {

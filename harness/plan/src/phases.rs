@@ -68,7 +68,7 @@ impl Plan {
     }
 }
 
-/// What the controller is told, each by its first occurrence.
+/// The missions that the controller gets, each by its first occurrence.
 fn first_told(steps: &[Step], order: &mut Vec<&'static str>) {
     for step in steps {
         for (name, _) in told(&step.action) {

@@ -8,7 +8,7 @@
 //! | … | the block: [`Header`] as JSON, ended by a line feed |
 //! | 4 | check of all that, since format 3 |
 //!
-//! What follows is told in [`blocks`](super::blocks).
+//! What follows: [`blocks`](super::blocks).
 //!
 //! `head -2` shows a person whose record it is; a program need not know this crate to read that.
 

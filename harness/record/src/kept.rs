@@ -58,7 +58,7 @@ impl KeptSink {
     fn stop(&mut self) {
         self.stop = None;
         if let Some(keeper) = self.keeper.take() {
-            // It ends by itself; a panic there is none of the run.
+            // It ends by itself; a panic there does not fail the run.
             let _ = keeper.join();
         }
     }

@@ -39,7 +39,7 @@ impl Outlet {
                 self.dropped += 1;
                 self.dropped > 1
             }
-            // Why nobody reads any more is told by `broken`.
+            // `broken` says why nobody reads any more.
             Ok(()) | Err(TrySendError::Closed(_)) => true,
         }
     }

@@ -53,7 +53,7 @@ pub enum EmulationError {
 
 /// Emulates devices until SIGINT or SIGTERM. Each line of JSON goes to `out`: one for each port when all
 /// are open, the answers to requests on the standard input, and the counters at the end. Who does not read them stops nothing:
-/// beyond [`LINES_MAX`] lines answers are dropped. `warn` is told of that, and of ports that are lost or come back.
+/// beyond [`LINES_MAX`] lines answers are dropped. `warn` gets a line for that, and for ports that are lost or come back.
 ///
 /// # Errors
 /// When a port cannot be opened or is lost for good, or `out` is closed.

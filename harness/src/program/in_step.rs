@@ -98,7 +98,7 @@ fn port(rig: &Rig, line: usize) -> String {
     }
 }
 
-/// What a program is told of a line.
+/// What a program learns about a line.
 fn place(rig: &Rig, line: usize, name: &str) -> Place {
     let declared = declared(rig, line);
     match declared.map(|line| line.medium) {

@@ -25,7 +25,7 @@ class HilBus:
                 options.setdefault("fd", True)
             return can.Bus(interface="socketcan", channel=line.path, ignore_config=True, **options)
         if line.kind == "slcan":
-            # Others have no command of their own in SLCAN; the line has its rate whatever an adapter is told.
+            # SLCAN has no command for other rates; the line keeps its own rate, whatever the client sets.
             if line.bit_rate in slcanBus._BITRATES:
                 options.setdefault("bitrate", line.bit_rate)
             # A pty has no bootloader that it could wait for.

@@ -1,7 +1,7 @@
 """Where the lines of running rigs are.
 
-A program under test is told by the variable ``HIL_LINES`` of its environment; anybody else finds the lines of what runs on
-this machine in the files that running commands keep, one a rig, locked for as long as it runs.
+A program under test reads them from the variable ``HIL_LINES`` of its environment. Any other program finds them in the files that
+running commands keep on this machine, one for each rig, locked for as long as it runs.
 """
 
 import fcntl

@@ -10,7 +10,7 @@ pub enum TablesError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Folder(#[from] RunFolderError),
-    /// The folder holds a package that is none of ours, or a table without one.
+    /// The folder holds a package that we did not write, or a table without a package.
     #[error("refused to replace {}: it is of no package of tables", path.display())]
     #[diagnostic(help("choose another folder: hil export RUN --tables DIR"))]
     Foreign {

@@ -341,7 +341,7 @@ impl CampaignArguments {
         if outcome == Outcome::Error {
             let cases = done.tally.cases;
             screen.note(&format!(
-                "none of {cases} cases came to a verdict: nothing is known of what holds"
+                "no verdict in any of {cases} cases: the campaign has shown nothing"
             ));
         }
         Ok(outcome)
@@ -368,7 +368,7 @@ fn states(properties: &[Property]) -> BTreeSet<String> {
         .collect()
 }
 
-/// A campaign in which no case came to a verdict has shown nothing.
+/// A campaign without a verdict in any of its cases has shown nothing.
 fn outcome(done: &Campaign) -> Outcome {
     let tally = &done.tally;
     let unjudged = ["error", "worker_lost"].map(|name| tally.outcomes.get(name).unwrap_or(&0));

@@ -49,7 +49,7 @@ const TICKS_TO_REST: u64 = 150;
 #[cfg(target_os = "linux")]
 const TICKS_PER_MOTION: u64 = 27;
 
-/// Drives as it is told, takes a while to stop, and keeps a list.
+/// Drives as commanded, takes a while to stop, and keeps a list.
 #[derive(Default)]
 struct Base {
     speed_m_per_s: f64,

@@ -1,4 +1,4 @@
-// Says every line that it is told again, behind the time in milliseconds.
+// Echoes every line that it reads, behind the time in milliseconds.
 #include <stdio.h>
 #include <time.h>
 

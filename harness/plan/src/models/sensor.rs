@@ -42,7 +42,7 @@ fn si_of(signal: &str) -> (Dimension, f64) {
 ///
 /// # Errors
 ///
-/// When the model is of something else, or says what is none of readings.
+/// When the model is of another quantity, or has an effect that readings cannot show.
 pub fn reading(model: &Model, unit: &str) -> Result<Steps, String> {
     let (dimension, si) = si_of(unit);
     if model.kind != Kind::Sensor && dimension != Dimension::AngularRate {

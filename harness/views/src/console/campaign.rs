@@ -222,7 +222,7 @@ pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> 
     format!("{}\n{tolerated}\n{silent}", lines(&table))
 }
 
-/// A number of runs; nothing where there is none.
+/// A number of runs; nothing for zero.
 fn some(runs: u64) -> String {
     if runs > 0 { runs.to_string() } else { String::new() }
 }
