@@ -10,6 +10,7 @@ pub const STEP_EXAMPLES: &[(&str, &str)] = &[
         "wait_until",
         "{ wait_until = { steady = { quantity = \"gyro.temperature\", change_at_most = 0.5, over_s = 600 } } }",
     ),
+    ("reaction", "{ reaction = \"opening\", time_limit_s = 2 }"),
     ("turn", "{ turn = { angle_deg = 90, rate_deg_per_s = 30 } }"),
     ("straight", "{ straight = { distance_m = 4, speed_m_per_s = 0.4 } }"),
     ("lap", "{ lap = { direction = \"cw\", side_m = 4 } }"),

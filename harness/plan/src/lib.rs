@@ -94,7 +94,7 @@ pub use name::{Name, ParameterName};
 pub use phases::PhaseEvent;
 pub use property::{Always, Kind, Property, Sometimes, Stated};
 pub use quantity::{Filter, OfMessage, QuantityName, TagMatch};
-pub use reaction::Reaction;
+pub use reaction::{AwaitReaction, Reaction};
 pub use rest::{BiasResidual, BiasTest, Condition, Log, PowerCycle, SetParameter, Wait};
 pub use rig::Rig;
 pub use speakers::{DEVICE, MessagePlace, Speaker, resolve, signal, unit, unit_of};

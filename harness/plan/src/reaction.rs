@@ -10,6 +10,8 @@
 //! Each time `from` becomes true, the time to the next moment at which `to` holds is an observation of the quantity
 //! `reaction.opening`, in s, which measurements judge. What was not answered when the run ended has taken as long as the run
 //! lasted from there: it counts, and is never shorter than it was.
+//!
+//! The step `reaction = "opening"` waits for one: until `from` has become true after the step began, and `to` has held since.
 
 use super::formula::formula;
 use super::hint::proposal;
@@ -30,6 +32,14 @@ pub struct Reaction {
     pub from: String,
     /// A formula over signals: the time ends when it holds.
     pub to: String,
+}
+
+/// The step that waits for a reaction: `reaction = "opening"`.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(transparent)]
+pub struct AwaitReaction {
+    /// That of a `[[reaction]]` of the plan.
+    pub name: Name,
 }
 
 /// The first mistake in `reactions`; formulas are read where the rig is at hand.

@@ -9,6 +9,7 @@ use super::message::{Send, StopSending};
 use super::motion::{Lap, MeasurePose, Place, Straight, TableTurn, Turn};
 use super::name::Name;
 use super::number;
+use super::reaction::AwaitReaction;
 use super::rest::{BiasResidual, BiasTest, Condition, Log, PowerCycle, SetParameter, Wait};
 use controller::mission::{BiasMethod, Estimator, HeadingSource};
 use schemars::{Schema, SchemaGenerator};
@@ -83,6 +84,8 @@ actions! {
     Wait(Wait) = "wait",
     /// Nothing, until a condition holds.
     WaitUntil(Condition) = "wait_until",
+    /// Nothing, until a reaction was asked for and came.
+    Reaction(AwaitReaction) = "reaction",
     /// A turn of the robot on the spot.
     Turn(Turn) = "turn",
     /// A straight line of the robot.

@@ -15,8 +15,16 @@ use super::validate::{Fault, Place, Segment};
 use described::{Message, Sender};
 
 /// Steps that do not depend on what the plan is of.
-const COMMON: &[&str] =
-    &["wait", "wait_until", "set_parameter", "power_cycle", "operator_prompt", "repeat", "sweep"];
+const COMMON: &[&str] = &[
+    "wait",
+    "wait_until",
+    "reaction",
+    "set_parameter",
+    "power_cycle",
+    "operator_prompt",
+    "repeat",
+    "sweep",
+];
 /// Steps in which the plan itself speaks.
 const OF_TESTERS: &[&str] = &["send", "stop_sending"];
 /// Quantities that do not depend on what the plan is of.

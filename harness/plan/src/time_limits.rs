@@ -6,6 +6,7 @@
 //! | motion | [`MOTION_FACTOR`] x nominal time + [`SLACK`] |
 //! | lap | the same for each of its eight motions, + two absolute measurements |
 //! | waiting for a condition | [`CONDITION_LIMIT`] |
+//! | waiting for a reaction | [`REACTION_LIMIT`] |
 //! | what a person does on a bench, each value of a sweep included | [`PERSON_LIMIT`] |
 //! | settings and fits | [`SLACK`] |
 //! | repeat, sweep | the repetitions' limits, or their period where that is longer, + [`SLACK`] |
@@ -22,6 +23,8 @@ pub const SLACK: Span = Span::from_secs(10);
 pub const MOTION_FACTOR: i64 = 3;
 /// Waiting for a condition. Assumption: twice the two hours of the paper's warm-up.
 pub const CONDITION_LIMIT: Span = Span::from_secs(4 * 3_600);
+/// Waiting for a reaction. Assumption: nodes that react at all do so within seconds.
+pub const REACTION_LIMIT: Span = Span::from_secs(60);
 /// What a person does: placing a robot, measuring a pose, answering. Assumption.
 pub const PERSON_LIMIT: Span = Span::from_secs(3_600);
 /// Ramps of speed. Assumption: 0.4 m/s^2 with 15 deg/s^2 give the paper's lap of 64 s.
@@ -71,6 +74,7 @@ pub fn default_limit(action: &Action) -> Span {
         Action::Log(a) => a.duration + SLACK,
         Action::Wait(a) => a.duration + SLACK,
         Action::WaitUntil(_) => CONDITION_LIMIT,
+        Action::Reaction(_) => REACTION_LIMIT,
         Action::Turn(_) | Action::Straight(_) | Action::TableTurn(_) => {
             nominal_motion(action) * MOTION_FACTOR + SLACK
         }

@@ -19,6 +19,7 @@ impl fmt::Display for Action {
             ),
             Self::Wait(a) => write!(f, "wait {} s", a.duration.as_secs_f64()),
             Self::WaitUntil(condition) => write!(f, "wait until {condition}"),
+            Self::Reaction(awaited) => write!(f, "wait for the reaction {}", awaited.name),
             Self::Turn(a) => {
                 write!(f, "turn by {:.1} deg at {:.1} deg/s", a.angle.deg(), a.rate.deg_per_s())
             }

@@ -155,6 +155,9 @@ impl<'a> Survey<'a> {
                 let help = "a controller at rest tells its rate once a second".to_owned();
                 return Err(at.fault(&[Segment::Key("interval_s")], message, Some(help)));
             }
+            Action::Reaction(awaited) => {
+                reaction::find(self.reactions, awaited.name.as_str(), at, &[])?;
+            }
             Action::OperatorPrompt(prompt) => {
                 if let Some(answer) = &prompt.answer {
                     self.answers.insert(answer.name.as_str(), answer);

@@ -147,6 +147,12 @@ impl Engine {
                 self.waiting = Waiting::Residual(now + duration);
             }
             Op::Condition => self.waiting = Waiting::Condition,
+            Op::Reaction => {
+                if let Some((StepAction::Reaction(awaited), _)) = &self.step {
+                    self.reactions.await_one(awaited.name.as_str(), now);
+                    self.waiting = Waiting::Reaction;
+                }
+            }
             Op::Send(send) => self.actions.push_back(Action::Send(send)),
             Op::StopSending(message) => self.actions.push_back(Action::StopSending(message)),
             Op::Rest => {

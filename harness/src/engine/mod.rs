@@ -88,6 +88,8 @@ enum Waiting {
     Residual(Timestamp),
     /// The step's condition.
     Condition,
+    /// The step's reaction.
+    Reaction,
     /// A state in which nothing moves.
     Rest,
     /// The absolute measurement.
@@ -266,12 +268,20 @@ impl Engine {
         } else if now >= self.step_deadline {
             let why = match self.waiting {
                 Waiting::Rest => ": the controller does not report rest",
+                Waiting::Reaction if self.reactions.is_asked() => {
+                    ": what it waits for did not come"
+                }
+                Waiting::Reaction => ": nothing asked for it",
                 _ => "",
             };
             let reason = format!("{} took longer than its limit{why}", self.place());
             // What a node under test does not do in time, it does not do.
-            let awaited = self.waiting == Waiting::Condition && !self.under_test.is_empty();
-            let outcome = if awaited { Outcome::Failed } else { Outcome::Timeout };
+            let awaited = matches!(self.waiting, Waiting::Condition | Waiting::Reaction);
+            let outcome = if awaited && !self.under_test.is_empty() {
+                Outcome::Failed
+            } else {
+                Outcome::Timeout
+            };
             self.end(now, outcome, Some(reason));
         }
     }
@@ -307,9 +317,13 @@ impl Engine {
 
     /// The condition that is waited for holds, so that nothing is waited for any more.
     fn ends_wait(&mut self) -> bool {
-        let holds = self.waiting == Waiting::Condition
-            && matches!(&self.step, Some((StepAction::WaitUntil(condition), _))
-                if holds(&self.signals, self.robot.as_deref(), condition));
+        let holds = match (&self.waiting, &self.step) {
+            (Waiting::Condition, Some((StepAction::WaitUntil(condition), _))) => {
+                holds(&self.signals, self.robot.as_deref(), condition)
+            }
+            (Waiting::Reaction, _) => self.reactions.has_come(),
+            _ => false,
+        };
         if holds {
             self.waiting = Waiting::Nothing;
         }

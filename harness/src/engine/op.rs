@@ -40,6 +40,8 @@ pub(super) enum Op {
     Residual(Span),
     /// Wait until the step's condition holds.
     Condition,
+    /// Wait until the step's reaction was asked for and came.
+    Reaction,
     /// Wait until the controller reports that nothing moves: it takes no calibration up before.
     Rest,
     /// Send the table a command and wait for its word.
@@ -90,6 +92,7 @@ pub(super) fn expand(step: &Step, robot: Option<&Robot>) -> Result<Vec<Op>, Stri
         Action::Log(log) => vec![Op::Log { duration: log.duration, interval: log.interval }],
         Action::Wait(wait) => vec![Op::Pause(wait.duration)],
         Action::WaitUntil(_) => vec![Op::Condition],
+        Action::Reaction(_) => vec![Op::Reaction],
         Action::Turn(turn) => turn_ops(mission::Turn { angle: turn.angle, rate: turn.rate }).into(),
         Action::Straight(straight) => {
             let (distance, speed) = (straight.distance, straight.speed);

@@ -15,6 +15,16 @@ pub(super) struct Reactions {
     /// Each with its quantity.
     each: Vec<(String, Reaction)>,
     reads: Reads,
+    awaited: Option<Awaited>,
+}
+
+/// The reaction that a step waits for.
+#[derive(Debug, Clone)]
+struct Awaited {
+    quantity: String,
+    /// Questions from before are of no interest.
+    since: Timestamp,
+    has_come: bool,
 }
 
 impl Reactions {
@@ -31,7 +41,25 @@ impl Reactions {
             each.push((quantity, Reaction::new(&from, &to, WAITING_MAX)));
             formulas.extend([from, to]);
         }
-        Self { each, reads: Reads::of(&formulas, speakers) }
+        Self { each, reads: Reads::of(&formulas, speakers), awaited: None }
+    }
+
+    /// From now on the first answer to a question of the reaction `name` is waited for.
+    pub(super) fn await_one(&mut self, name: &str, now: Timestamp) {
+        let quantity = format!("{REACTION_PREFIX}{name}");
+        self.awaited = Some(Awaited { quantity, since: now, has_come: false });
+    }
+
+    /// What is waited for has come.
+    pub(super) fn has_come(&self) -> bool {
+        self.awaited.as_ref().is_some_and(|awaited| awaited.has_come)
+    }
+
+    /// The question that is waited for was asked, and has no answer so far.
+    pub(super) fn is_asked(&self) -> bool {
+        let Some(awaited) = &self.awaited else { return false };
+        let reaction = self.each.iter().find(|(quantity, _)| *quantity == awaited.quantity);
+        reaction.is_some_and(|(_, one)| one.waiting().any(|asked| asked >= awaited.since))
     }
 
     /// Takes a message of a speaker. What it answers, by quantity, in s.
@@ -63,6 +91,10 @@ impl Reactions {
         let mut answers = Vec::new();
         for (quantity, reaction) in &mut self.each {
             while let Some(answer) = reaction.take() {
+                if let Some(awaited) = &mut self.awaited {
+                    let is_it = *quantity == awaited.quantity && answer.asked >= awaited.since;
+                    awaited.has_come |= is_it;
+                }
                 answers.push((quantity.clone(), answer.after.as_secs_f64()));
             }
         }

@@ -130,3 +130,12 @@ fn what_is_of_a_device_is_of_no_robot() {
     let error = Plan::parse("p.toml", &robot).unwrap_err();
     assert_eq!(error.to_string(), "`send` is for a device of your own");
 }
+
+#[test]
+fn a_reaction_that_is_waited_for_is_one_of_the_plans() {
+    let waits = "{ wait = { duration_s = 120 }, label = \"holding\" }";
+    let said = refused(waits, "{ reaction = \"warmng\", label = \"holding\" }");
+    assert!(said.contains("no [[reaction]] `warmng` in this plan"), "{said}");
+    assert!(said.contains("did you mean `warming`?"), "{said}");
+    assert!(said.contains("{ reaction = \"warmng\""), "{said}");
+}
