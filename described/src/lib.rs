@@ -163,18 +163,20 @@ mod lookup;
 mod place;
 mod protection;
 mod steps;
+mod transport;
 
 pub use description::Description;
 pub use device::Device;
 pub use error::DescriptionError;
 pub use files::Files;
 pub use layout::{
-    ByteOrder, Carried, DbcNode, Decoded, Decoder, EncodeError, Encoder, Layout, Medium, Message,
-    NOBODY, Note, SIGNAL_BITS_MAX, Selection, SendKind, SendRule, Sender, Signal, SignalName,
-    dbc_nodes, dbc_text,
+    ByteOrder, Carried, DbcNode, Decoded, Decoder, EncodeError, Encoded, Encoder, Layout, Medium,
+    Message, NOBODY, Note, SIGNAL_BITS_MAX, Selection, SendKind, SendRule, Sender, Signal,
+    SignalName, dbc_nodes, dbc_text,
 };
 pub use protection::{ProtectionTable, Verdict};
 pub use steps::{Input, Step, Steps};
+pub use transport::{InParts, Transport};
 
 /// The JSON Schema of a description, in either of its forms, for editors.
 pub fn schema(generator: schemars::SchemaGenerator) -> schemars::Schema {

@@ -143,6 +143,7 @@ fn compare(line: &str, row: &Row<'_>, layout: &Layout) {
     // The counter is that of the row.
     let is_own = |signal: usize| signals[signal].name == "Alive";
     let wired = Encoder::new(layout.clone()).encode(0, &values, is_own).expect("all in range");
+    let wired = wired.whole().expect("one frame or packet");
     let mut verdict = None;
     let bytes = match &wired {
         Transmit::Frame(frame) => {

@@ -44,7 +44,12 @@ fn the_example_of_counters_and_checksums_is_taken() {
     let mut encoder = Encoder::new(layout.clone());
     let mut sent = |name: &str| {
         let message = layout.find(name).expect("it is in the DBC");
-        match encoder.encode(message, &[0.0, 0.0], |_| false).expect("in range") {
+        match encoder
+            .encode(message, &[0.0, 0.0], |_| false)
+            .expect("in range")
+            .whole()
+            .expect("one frame")
+        {
             Transmit::Frame(frame) => frame.data().to_vec(),
             Transmit::Bytes(_) => panic!("on CAN"),
         }

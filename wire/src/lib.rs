@@ -4,6 +4,7 @@
 //! * [`units`]: SI newtypes; degrees and counts enter and leave only through named constructors.
 //! * [`can`]: classic CAN frames. [`can_error`]: what a controller says of its bus. [`packet`]: a bounded run of serial bytes.
 //! * [`gyro`]: four byte streams of fibre-optic gyros, each an encoder and a resynchronising decoder.
+//! * [`j1939`]: identifiers of 29 bits, and messages longer than a frame.
 //! * [`base`]: the command set of a K2A-style mobile base, once, on two transports (CAN and serial).
 //! * [`table`]: the line protocol of a stepper-driven rotary table.
 //! * [`slcan`]: CAN frames as ASCII lines, the host's end and the adapter's.
@@ -22,6 +23,7 @@ pub mod can;
 pub mod can_error;
 pub mod device;
 pub mod gyro;
+pub mod j1939;
 pub mod packet;
 pub mod serial;
 pub mod slcan;

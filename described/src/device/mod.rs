@@ -12,6 +12,7 @@ mod tests;
 
 use crate::description::{Description, Model, Source};
 use crate::layout::{Decoder, Encoder, Sender};
+use crate::transport::Transport;
 use answers::Answers;
 use dynamics::{Dynamics, finite};
 use sending::{Agenda, Sending};
@@ -47,6 +48,8 @@ pub struct Device {
     /// Of the message that is being heard, one a signal.
     heard: Vec<Option<f64>>,
     queue: VecDeque<Transmit>,
+    /// Where messages go in parts.
+    transport: Option<Box<Transport>>,
     dropped: u64,
     clipped: u64,
     not_finite: u64,
@@ -73,6 +76,7 @@ impl Device {
             answers: Answers::default(),
             heard: Vec::new(),
             queue: VecDeque::with_capacity(QUEUE_MAX),
+            transport: Transport::of(layout, Sender::Device),
             dropped: 0,
             clipped: 0,
             not_finite: 0,
@@ -94,6 +98,9 @@ impl Device {
     pub fn receive_frame(&mut self, now: Timestamp, frame: &CanFrame) {
         if !self.on {
             return;
+        }
+        if let Some(transport) = &mut self.transport {
+            transport.receive(now, frame);
         }
         let Some(heard) = self.decoder.frame(frame) else { return };
         if !heard.is_sound() {
@@ -133,11 +140,15 @@ impl Device {
         self.pass(&description.model, now);
         self.dynamics.advance(&description.model, now);
         self.do_what_is_due(&description.model, now);
+        if let Some(transport) = &mut self.transport {
+            transport.wake(now);
+        }
     }
 
     /// What it sends next.
     pub fn transmit(&mut self) -> Option<Transmit> {
-        self.queue.pop_front()
+        let whole = self.queue.pop_front();
+        whole.or_else(|| self.transport.as_mut()?.transmit().map(Transmit::Frame))
     }
 
     /// When to be woken, if nothing arrives before.
@@ -147,7 +158,8 @@ impl Device {
         }
         let lost = self.lost.iter().copied().min().unwrap_or(NEVER);
         let answer = self.answers.times().min().unwrap_or(NEVER);
-        self.agenda.first().min(answer).min(lost).min(self.dynamics.deadline())
+        let parts = self.transport.as_ref().map_or(NEVER, |transport| transport.next_wakeup());
+        self.agenda.first().min(answer).min(lost).min(parts).min(self.dynamics.deadline())
     }
 
     /// Changes a parameter, or all of an array of them; `false`, and nothing changed, where [`Description::check_parameter`] refuses.
@@ -181,6 +193,9 @@ impl Device {
         self.on = on;
         self.queue.clear();
         self.answers.clear();
+        if let Some(transport) = &mut self.transport {
+            transport.reset();
+        }
         self.decoder.reset();
         self.encoder.reset();
         self.lost.fill(NEVER);
@@ -227,9 +242,9 @@ impl Device {
         Some(if value.is_finite() { value } else { last })
     }
 
-    /// Messages that were not sent because too many waited.
-    pub const fn dropped(&self) -> u64 {
-        self.dropped
+    /// Messages that were not sent because too many waited, or in parts because nobody answered.
+    pub fn dropped(&self) -> u64 {
+        self.dropped + self.transport.as_ref().map_or(0, |transport| transport.given_up())
     }
 
     /// Values that were sent as the end of their signal's range, because they were beyond it.

@@ -4,7 +4,7 @@ use super::dynamics::finite;
 use super::occasion::Occasion;
 use super::{Device, NEVER, QUEUE_MAX};
 use crate::description::{Description, Model, PART, Sent, SignalSource, Source, TIME};
-use crate::layout::SendKind;
+use crate::layout::{Encoded, SendKind};
 use crate::steps::{Memory, Procedure};
 use emulators::random::RandomStream;
 use wire::time::Timestamp;
@@ -195,7 +195,7 @@ impl Device {
     fn sent(&mut self, model: &Model, index: usize, now: Timestamp) {
         self.dynamics.reach(model, now);
         self.senders[index].occasion.sent(&model.sent[index].send, now);
-        self.send(model, index);
+        self.send(model, index, now);
     }
 
     /// Looks at all messages that a change has sent.
@@ -245,7 +245,7 @@ impl Device {
         numbers.extend(sent.signals.iter().enumerate().map(number));
     }
 
-    fn send(&mut self, model: &Model, index: usize) {
+    fn send(&mut self, model: &Model, index: usize, now: Timestamp) {
         let sent = &model.sent[index];
         // Out of the device, so that it sees what else was sent.
         let mut corrections = std::mem::take(&mut self.senders[index].corrections);
@@ -294,8 +294,15 @@ impl Device {
         }
         let is_own = |signal: usize| !matches!(sent.signals[signal].source, Source::Unsaid);
         match self.encoder.encode(sent.message, &values, is_own) {
-            Ok(wired) if self.queue.len() < QUEUE_MAX.max(2 * self.senders.len()) => {
+            Ok(Encoded::Whole(wired))
+                if self.queue.len() < QUEUE_MAX.max(2 * self.senders.len()) =>
+            {
                 self.queue.push_back(wired);
+            }
+            Ok(Encoded::InParts(message)) => {
+                if let Some(transport) = &mut self.transport {
+                    transport.send(now, message);
+                }
             }
             // A line can be longer than what is sent at once; else the values are in range.
             Ok(_) | Err(_) => self.dropped += 1,

@@ -71,7 +71,7 @@ impl Message {
                 true => Some(of.nearest(value)),
                 false => self.value(what, place),
             });
-            return self.encode(&all.collect::<Option<Vec<f64>>>()?, None).ok();
+            return self.encode(&all.collect::<Option<Vec<f64>>>()?, None).ok()?.whole();
         }
         let raw = of.bits_nearest(if value.is_nan() { before } else { value })?;
         let Storage::Bits { field, .. } = of.storage else { return None };
@@ -214,6 +214,7 @@ mod tests {
                 values[4] = f64::from(page);
             }
             let sent = Encoder::new(layout.clone()).encode(message, &values, |_| false).unwrap();
+            let sent = sent.whole().unwrap();
             let (before, _) = heard(&mut layout.decoder(), &sent);
             let Some(changed) = of.with_value(&sent, signal, value) else {
                 prop_assert!(before[signal].is_none());
@@ -238,7 +239,7 @@ mod tests {
             let of = &layout.messages()[message];
             let values: Vec<f64> = of.signals.iter().map(|signal| signal.start).collect();
             let mut encoder = Encoder::new(layout.clone());
-            let mut next = || encoder.encode(message, &values, |_| false).unwrap();
+            let mut next = || encoder.encode(message, &values, |_| false).unwrap().whole().unwrap();
             let (first, second, third) = (next(), next(), next());
             let mut decoder = layout.decoder();
             let mut verdict = |what: &Transmit| heard(&mut decoder, what).1.unwrap();

@@ -3,7 +3,9 @@
 use super::message::{Carrier, Found, Message};
 use super::{Decoded, Layout, Sender};
 use crate::protection::{Received, Verdict};
+use crate::transport::{Heard, Reassembly};
 use wire::can::{CanFrame, Id};
+use wire::j1939::{self, Identifier};
 use wire::packet::BYTES_MAX;
 
 /// Finds messages in what is received.
@@ -20,6 +22,8 @@ pub struct Decoder {
     values: Vec<Option<f64>>,
     /// One a message.
     received: Vec<Received>,
+    /// What is under way in parts, where there are messages that go so.
+    reassembly: Option<Box<Reassembly>>,
     /// What comes next is not the middle of a line of text.
     line_begins: bool,
     damaged: u64,
@@ -32,6 +36,7 @@ impl Decoder {
             buffer: Vec::with_capacity(BYTES_MAX),
             values: Vec::new(),
             received: vec![Received::default(); layout.messages.len()],
+            reassembly: layout.messages.iter().any(Message::is_in_parts).then(Box::default),
             line_begins: true,
             damaged: 0,
             checksum_failures: 0,
@@ -50,17 +55,30 @@ impl Decoder {
         self.sender
     }
 
-    /// A frame of this identifier is a message that is heard.
+    /// A frame of this identifier is a message that is heard, or a part of one.
     pub fn takes(&self, id: Id) -> bool {
-        let index = self.layout.identifiers.find(id);
-        index.is_some_and(|index| hears(self.sender, &self.layout.messages[index]))
+        match self.layout.identifiers.find(id) {
+            Some(index) => hears(self.sender, &self.layout.messages[index]),
+            None => self.reassembly.is_some() && self.is_of_transport(id),
+        }
     }
 
-    /// The message in a CAN frame; `None` where no message has its identifier, for a remote request,
+    /// Somebody who is heard sends frames of J1939's transport protocol with this identifier.
+    fn is_of_transport(&self, id: Id) -> bool {
+        let Id::Extended(id) = id else { return false };
+        let from = Identifier::from(id);
+        let mut groups = self.layout.messages.iter().filter(|one| hears(self.sender, one));
+        j1939::is_transport(from)
+            && groups.any(|one| one.group.is_some_and(|of| of.source == from.source))
+    }
+
+    /// The message in a CAN frame, or that it completes; `None` where no message has its identifier, for a remote request,
     /// and where the frame has fewer bytes than the message.
     #[inline]
     pub fn frame(&mut self, frame: &CanFrame) -> Option<Decoded<'_>> {
-        let index = self.layout.identifiers.find(frame.id())?;
+        let Some(index) = self.layout.identifiers.find(frame.id()) else {
+            return self.part(frame);
+        };
         let message = &self.layout.messages[index];
         let Carrier::Frame { length, .. } = message.carrier else { return None };
         if frame.is_remote() || !hears(self.sender, message) {
@@ -72,6 +90,37 @@ impl Decoder {
         }
         self.layout.frames[index].read(message, frame.data(), &mut self.values);
         let verdict = judge(message, frame.data(), &mut self.received[index]);
+        Some(Decoded { message: index, values: &self.values, verdict })
+    }
+
+    /// The message in parts that a frame completes.
+    #[cold]
+    fn part(&mut self, frame: &CanFrame) -> Option<Decoded<'_>> {
+        let (messages, sender) = (&self.layout.messages, self.sender);
+        let find = |heard: Identifier| {
+            messages.iter().position(|message| {
+                message.is_in_parts()
+                    && hears(sender, message)
+                    && message.group.is_some_and(|group| group.means(heard))
+            })
+        };
+        let heard = self.reassembly.as_mut()?.frame(frame, |heard| find(heard).is_some());
+        let (about, data) = match heard {
+            Heard::Whole(about, data) => (about, data),
+            heard => {
+                self.damaged += u64::from(matches!(heard, Heard::Stray));
+                return None;
+            }
+        };
+        let index = find(about)?;
+        let message = &messages[index];
+        let Carrier::Parts { length, .. } = message.carrier else { return None };
+        if data.len() < length {
+            self.damaged += 1;
+            return None;
+        }
+        message.read(&data, &mut self.values);
+        let verdict = judge(message, &data, &mut self.received[index]);
         Some(Decoded { message: index, values: &self.values, verdict })
     }
 
@@ -93,6 +142,9 @@ impl Decoder {
     /// Forgets what was begun, as a device does that loses its power.
     pub fn reset(&mut self) {
         self.buffer.clear();
+        if let Some(reassembly) = &mut self.reassembly {
+            reassembly.reset();
+        }
         self.line_begins = true;
         self.received.fill(Received::default());
     }

@@ -2,7 +2,27 @@
 
 use super::{EncodeError, Layout};
 use crate::protection::{Own, Sent};
+use crate::transport::InParts;
 use wire::device::Transmit;
+
+/// A message that is ready to be sent.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Encoded {
+    /// At once.
+    Whole(Transmit),
+    /// By a [`Transport`](crate::Transport).
+    InParts(InParts),
+}
+
+impl Encoded {
+    /// What is sent at once; `None` where it goes in parts.
+    pub fn whole(self) -> Option<Transmit> {
+        match self {
+            Self::Whole(what) => Some(what),
+            Self::InParts(_) => None,
+        }
+    }
+}
 
 /// Encodes the messages of one sender: puts in counters and checksums, and remembers how far the counters are.
 #[derive(Debug, Clone)]
@@ -39,10 +59,10 @@ impl Encoder {
         message: usize,
         values: &[f64],
         is_own: impl Fn(usize) -> bool,
-    ) -> Result<Transmit, EncodeError> {
+    ) -> Result<Encoded, EncodeError> {
         let found = self.layout.messages().get(message);
         let found = found.ok_or(EncodeError::NoMessage(message))?;
-        let Some(protected) = &found.protected else { return self.layout.encode(message, values) };
+        let Some(protected) = &found.protected else { return self.layout.encoded(message, values) };
         let own = Own {
             counter: protected.counter.is_some_and(&is_own),
             checksum: protected.checksum.is_some_and(&is_own),

@@ -77,7 +77,9 @@ pub(super) struct FrameWriter {
 impl FrameWriter {
     /// `None` for a message that is no frame of at most eight bytes, or whose frames differ in what they carry.
     pub(super) fn of(message: &Message) -> Option<Self> {
-        message.can_id()?;
+        if message.can_id().is_none() || message.is_in_parts() {
+            return None;
+        }
         let fields: Option<Vec<Field>> = message.signals.iter().map(Field::of).collect();
         Some(Self { fields: fields?.into() })
     }
@@ -103,7 +105,7 @@ impl FrameWriter {
 #[cfg(test)]
 mod tests {
     use super::{FrameWriter, WHOLE_FROM, rounded};
-    use crate::layout::Layout;
+    use crate::layout::{Encoded, Layout};
     use proptest::prelude::*;
     use wire::device::Transmit;
 
@@ -135,8 +137,9 @@ mod tests {
                     signal.minimum * (1.0 - share) + signal.maximum * share
                 };
                 let values: Vec<f64> = message.signals.iter().zip(shares.iter().cycle()).map(value).collect();
-                let expected = match message.encode(&values, None) {
-                    Ok(Transmit::Frame(frame)) => Some(frame.data().to_vec()),
+                let encoded = message.encode(&values, None).map(Encoded::whole);
+                let expected = match encoded {
+                    Ok(Some(Transmit::Frame(frame))) => Some(frame.data().to_vec()),
                     _ => None,
                 };
                 let found = writer.write(&values);

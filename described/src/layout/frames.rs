@@ -6,6 +6,7 @@ use super::number::{Coding, Scale};
 use super::selection::Selection;
 use super::signal::{Signal, Storage};
 use wire::can::{DATA_BYTES_MAX, Id};
+use wire::j1939::Identifier;
 
 /// Identifiers of 11 bits.
 const STANDARD_IDS: usize = 1 << 11;
@@ -20,13 +21,20 @@ pub(super) struct Identifiers {
     standard: Box<[u32]>,
     /// In ascending order.
     extended: Box<[(u32, u32)]>,
+    /// Parameter groups of J1939 that one frame carries: by what they mean, since others may send them too.
+    groups: Box<[(Identifier, u32)]>,
 }
 
 impl Identifiers {
     pub(super) fn of(messages: &[Message]) -> Self {
         let mut standard = Vec::new();
         let mut extended = Vec::new();
+        let mut groups = Vec::new();
         for (index, message) in (0..).zip(messages) {
+            if message.is_in_parts() {
+                continue;
+            }
+            groups.extend(message.group().map(|group| (group, index)));
             match message.can_id() {
                 Some(Id::Standard(id)) => {
                     standard.resize(STANDARD_IDS, NONE);
@@ -37,7 +45,7 @@ impl Identifiers {
             }
         }
         extended.sort_unstable();
-        Self { standard: standard.into(), extended: extended.into() }
+        Self { standard: standard.into(), extended: extended.into(), groups: groups.into() }
     }
 
     /// The place of the message.
@@ -45,8 +53,13 @@ impl Identifiers {
         let place = match id {
             Id::Standard(id) => *self.standard.get(usize::from(id.as_raw()))?,
             Id::Extended(id) => {
-                let place = self.extended.binary_search_by_key(&id.as_raw(), |(id, _)| *id);
-                self.extended[place.ok()?].1
+                match self.extended.binary_search_by_key(&id.as_raw(), |(id, _)| *id) {
+                    Ok(place) => self.extended[place].1,
+                    Err(_) => {
+                        let heard = Identifier::from(id);
+                        self.groups.iter().find(|(group, _)| group.means(heard))?.1
+                    }
+                }
             }
         };
         (place != NONE).then_some(place as usize)

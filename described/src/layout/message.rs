@@ -2,6 +2,7 @@
 
 use super::EncodeError;
 use super::checksum::Trailer;
+use super::encoder::Encoded;
 use super::printed::Match;
 use super::protected::Protected;
 use super::selection::{self, Selection};
@@ -9,10 +10,12 @@ use super::send_rule::SendRule;
 use super::signal::Signal;
 use super::text::Pattern;
 use crate::protection::{Own, Sent};
+use crate::transport::InParts;
 use std::collections::BTreeSet;
 use std::ops::Range;
-use wire::can::{CanFrame, FD_BYTES_MAX, FdFlags, Id};
+use wire::can::{CanFrame, ExtendedId, FD_BYTES_MAX, FdFlags, Id};
 use wire::device::Transmit;
+use wire::j1939::{Identifier, PACKET_BYTES};
 use wire::packet::{BYTES_MAX, Packet};
 use wire::time::Span;
 
@@ -42,6 +45,8 @@ pub struct Message {
     /// What the file says of it.
     pub doc: String,
     pub(super) carrier: Carrier,
+    /// What its identifier says, where it is a parameter group of J1939.
+    pub(super) group: Option<Identifier>,
     /// Its counter and its checksum among the signals, where it has any.
     pub(crate) protected: Option<Protected>,
 }
@@ -51,6 +56,8 @@ pub struct Message {
 pub(super) enum Carrier {
     /// A CAN frame with so many bytes, of CAN FD where that has flags.
     Frame { id: Id, length: usize, fd: Option<FdFlags> },
+    /// So many bytes in the packets of J1939's transport protocol: more than a frame has.
+    Parts { id: ExtendedId, length: usize },
     /// Bytes with a start of their own, and a checksum at the end.
     Packet { start: Vec<u8>, length: usize, trailer: Option<Trailer> },
     /// A line of text.
@@ -72,11 +79,30 @@ impl Message {
         selection::needs(&self.signals, signal)
     }
 
-    /// Its identifier, on CAN.
+    /// Its identifier, on CAN; where it goes [in parts](Self::is_in_parts), the one that a frame of it would have.
     pub const fn can_id(&self) -> Option<Id> {
         match self.carrier {
             Carrier::Frame { id, .. } => Some(id),
+            Carrier::Parts { id, .. } => Some(Id::Extended(id)),
             Carrier::Packet { .. } | Carrier::Line(_) => None,
+        }
+    }
+
+    /// What its identifier says, where it is a parameter group of J1939.
+    pub const fn group(&self) -> Option<Identifier> {
+        self.group
+    }
+
+    /// It is longer than a frame: J1939's transport protocol carries it.
+    pub const fn is_in_parts(&self) -> bool {
+        matches!(self.carrier, Carrier::Parts { .. })
+    }
+
+    /// How many frames carry it, in parts with the one that announces it.
+    pub fn frames(&self) -> i64 {
+        match self.carrier {
+            Carrier::Parts { length, .. } => 1 + length.div_ceil(PACKET_BYTES) as i64,
+            _ => 1,
         }
     }
 
@@ -101,7 +127,7 @@ impl Message {
     /// The bytes whose counter and checksum may be among its signals: but for start bytes and a checksum at the end.
     pub(super) fn payload(&self) -> Range<usize> {
         match &self.carrier {
-            Carrier::Frame { length, .. } => 0..*length,
+            Carrier::Frame { length, .. } | Carrier::Parts { length, .. } => 0..*length,
             Carrier::Packet { start, length, trailer } => {
                 let sealed = trailer.map_or(0, |trailer| trailer.checksum.length());
                 start.len()..length - sealed
@@ -125,7 +151,7 @@ impl Message {
         &self,
         values: &[f64],
         sent: Option<(&mut Sent, Own)>,
-    ) -> Result<Transmit, EncodeError> {
+    ) -> Result<Encoded, EncodeError> {
         if values.len() != self.signals.len() {
             return Err(EncodeError::Count {
                 message: self.name.clone(),
@@ -138,7 +164,16 @@ impl Message {
                 let mut data = [0; FD_BYTES_MAX];
                 self.put(values, &mut data)?;
                 self.seal(&mut data, sent);
-                self.frame(&data).map(Transmit::Frame).ok_or_else(|| self.too_long())
+                let frame = self.frame(&data).map(|frame| Encoded::Whole(Transmit::Frame(frame)));
+                frame.ok_or_else(|| self.too_long())
+            }
+            Carrier::Parts { id, length } => {
+                // As the packets are filled up.
+                let mut data = vec![0xFF; *length];
+                self.put(values, &mut data)?;
+                self.seal(&mut data, sent);
+                let about = self.group.unwrap_or_else(|| (*id).into());
+                Ok(Encoded::InParts(InParts { about, data: data.into() }))
             }
             Carrier::Packet { start, length, trailer } => {
                 let mut data = [0; BYTES_MAX];
@@ -151,7 +186,8 @@ impl Message {
                 if let Some(trailer) = trailer {
                     trailer.seal(data);
                 }
-                Packet::from_slice(data).map(Transmit::Bytes).ok_or_else(|| self.too_long())
+                let packet = Packet::from_slice(data).map(Transmit::Bytes).map(Encoded::Whole);
+                packet.ok_or_else(|| self.too_long())
             }
             Carrier::Line(pattern) => {
                 let mut printed = Vec::with_capacity(values.len());
@@ -160,7 +196,7 @@ impl Message {
                     printed.push(number.ok_or_else(|| self.out_of_range(signal, *value))?);
                 }
                 let line = pattern.write(|index| printed[index]);
-                line.map(Transmit::Bytes).ok_or_else(|| self.too_long())
+                line.map(Transmit::Bytes).map(Encoded::Whole).ok_or_else(|| self.too_long())
             }
         }
     }
@@ -195,7 +231,7 @@ impl Message {
     /// What the first bytes of a serial line are to this message. Where it is whole, its values are put into `values`.
     pub(super) fn find(&self, data: &[u8], values: &mut Vec<Option<f64>>) -> Found {
         match &self.carrier {
-            Carrier::Frame { .. } => Found::Nothing,
+            Carrier::Frame { .. } | Carrier::Parts { .. } => Found::Nothing,
             Carrier::Packet { start, length, trailer } => {
                 let known = start.len().min(data.len());
                 if data[..known] != start[..known] {

@@ -26,7 +26,7 @@ pub(crate) use bits::BitField;
 pub use bits::{ByteOrder, SIGNAL_BITS_MAX};
 pub use dbc::{DbcNode, NOBODY, dbc_nodes, dbc_text};
 pub use decoder::Decoder;
-pub use encoder::Encoder;
+pub use encoder::{Encoded, Encoder};
 use frame_writer::FrameWriter;
 use frames::{FrameReader, Identifiers};
 pub use message::{Message, Sender};
@@ -118,6 +118,12 @@ pub enum EncodeError {
         maximum: f64,
         /// Unit of all three.
         unit: String,
+    },
+    /// It has no frame of its own.
+    #[error("`{message}` is longer than a frame: it goes in parts")]
+    InParts {
+        /// The message.
+        message: String,
     },
     /// A line of text that is longer than what is sent at once.
     #[error("failed to encode `{message}`: it is longer than {} bytes", wire::packet::BYTES_MAX)]
@@ -285,11 +291,19 @@ impl Layout {
     /// The message with these values, one a signal and in its unit. Values of signals that a
     /// multiplexed frame does not carry are not looked at. A counter and a checksum among the signals are their values
     /// here; an [`Encoder`] puts in what they have to be.
+    ///
+    /// # Errors
+    /// As [`EncodeError`] says; of a message that goes in parts too.
     pub fn encode(&self, message: usize, values: &[f64]) -> Result<Transmit, EncodeError> {
+        let whole = self.encoded(message, values)?.whole();
+        whole.ok_or_else(|| EncodeError::InParts { message: self.messages[message].name.clone() })
+    }
+
+    fn encoded(&self, message: usize, values: &[f64]) -> Result<Encoded, EncodeError> {
         let found = self.messages.get(message).ok_or(EncodeError::NoMessage(message))?;
         let data = self.writers[message].as_ref().and_then(|writer| writer.write(values));
         match data.and_then(|data| found.frame(&data)) {
-            Some(frame) => Ok(Transmit::Frame(frame)),
+            Some(frame) => Ok(Encoded::Whole(Transmit::Frame(frame))),
             // It is none, or says why it is none.
             None => found.encode(values, None),
         }

@@ -67,6 +67,7 @@ fn message(table: &MessageTable, serial: bool, place: &Place) -> Result<Message,
         signals,
         doc: table.doc.clone(),
         carrier,
+        group: None,
         protected: None,
     })
 }

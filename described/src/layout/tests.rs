@@ -210,6 +210,7 @@ fn any_layout() -> impl Strategy<Value = Layout> {
             doc: String::new(),
             send: super::SendRule::default(),
             carrier: Carrier::Frame { id, length: 8, fd: None },
+            group: None,
             protected: None,
         };
         Layout::new(Medium::Can, vec![message])

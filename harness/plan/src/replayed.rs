@@ -5,7 +5,6 @@ use crate::speakers::Speaker;
 use described::{Layout, Medium, Sender};
 use std::collections::BTreeSet;
 use std::sync::Arc;
-use wire::can::Id;
 use wire::device::Transmit;
 use wire::time::Span;
 
@@ -85,16 +84,13 @@ fn said_on<'a>(
     channel: &'a str,
     words: Words<'_>,
 ) -> impl Iterator<Item = (Span, Transmit)> + 'a {
-    let ids: Option<BTreeSet<Id>> = match words {
-        Words::Of(layout, sender) => {
-            let sent = layout.messages().iter().filter(|message| message.sender == sender);
-            Some(sent.filter_map(|message| message.can_id()).collect())
-        }
+    let of_node = match words {
+        Words::Of(layout, sender) => Some(layout.decoder_for(sender)),
         Words::All | Words::None => None,
     };
     let is_any = !matches!(words, Words::None);
-    let is_said = move |what: &Transmit| match (what, &ids) {
-        (Transmit::Frame(frame), Some(ids)) => ids.contains(&frame.id()),
+    let is_said = move |what: &Transmit| match (what, &of_node) {
+        (Transmit::Frame(frame), Some(of_node)) => of_node.takes(frame.id()),
         _ => is_any,
     };
     let of_channel = log.iter().filter(move |one| &*one.channel == channel);

@@ -73,8 +73,9 @@ impl Node {
             Part::Robot(robot) => robot.receive(now, port, what),
             Part::Described(described) => described.receive(now, what),
             Part::Own(own) => own.host.receive(now, port, what),
+            Part::Tester(tester) => tester.receive(now, what),
             // They read what crosses the line with everybody else's words.
-            Part::Tester(_) | Part::Replayed(_) | Part::Plan | Part::Away => {}
+            Part::Replayed(_) | Part::Plan | Part::Away => {}
         }
     }
 

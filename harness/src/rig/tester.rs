@@ -1,7 +1,7 @@
 //! A node as which the plan speaks: it sends what the plan orders, again and again where it is to.
 
 use crate::plan::Send;
-use described::{Encoder, Layout, Message, Sender};
+use described::{Encoded, Encoder, Layout, Message, Sender, Transport};
 use std::collections::VecDeque;
 use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
@@ -19,6 +19,8 @@ pub(crate) struct Tester {
     own: Vec<Vec<usize>>,
     repeats: Vec<Repeat>,
     outgoing: VecDeque<Transmit>,
+    /// Where messages go in parts.
+    transport: Option<Box<Transport>>,
 }
 
 /// A message that is sent again.
@@ -39,6 +41,7 @@ impl Tester {
             own: vec![Vec::new(); layout.messages().len()],
             repeats: Vec::new(),
             outgoing: VecDeque::new(),
+            transport: Transport::of(&layout, sender),
             encoder: Encoder::new(layout),
             sender,
         }
@@ -89,7 +92,7 @@ impl Tester {
         self.repeats.extend(every.map(|period| repeat(period, None)));
         let least = form.send.min_delay;
         self.repeats.extend(fast.map(|(period, times)| repeat(period.max(least), Some(times))));
-        self.encode(message)
+        self.encode(now, message)
     }
 
     /// This message is no longer sent again.
@@ -100,7 +103,16 @@ impl Tester {
 
     /// When a message is to be sent again.
     pub(super) fn next_wakeup(&self) -> Timestamp {
-        self.repeats.iter().map(|repeat| repeat.due).min().unwrap_or(Timestamp::MAX)
+        let repeats = self.repeats.iter().map(|repeat| repeat.due);
+        let parts = self.transport.as_ref().map(|transport| transport.next_wakeup());
+        repeats.chain(parts).min().unwrap_or(Timestamp::MAX)
+    }
+
+    /// A frame was on its line: of use to it where messages go in parts, and somebody answers.
+    pub(super) fn receive(&mut self, now: Timestamp, what: &Transmit) {
+        if let (Some(transport), Transmit::Frame(frame)) = (&mut self.transport, what) {
+            transport.receive(now, frame);
+        }
     }
 
     /// Sends again what is due.
@@ -124,20 +136,31 @@ impl Tester {
         }
         self.repeats.retain(|repeat| repeat.left != Some(0));
         for message in due {
-            self.encode(message)?;
+            self.encode(now, message)?;
+        }
+        if let Some(transport) = &mut self.transport {
+            transport.wake(now);
         }
         Ok(())
     }
 
     /// The next thing for the line.
     pub(super) fn transmit(&mut self) -> Option<Transmit> {
-        self.outgoing.pop_front()
+        let whole = self.outgoing.pop_front();
+        whole.or_else(|| self.transport.as_mut()?.transmit().map(Transmit::Frame))
     }
 
-    fn encode(&mut self, message: usize) -> Result<(), String> {
+    fn encode(&mut self, now: Timestamp, message: usize) -> Result<(), String> {
         let (values, own) = (&self.values[message], &self.own[message]);
         let encoded = self.encoder.encode(message, values, |signal| own.contains(&signal));
-        self.outgoing.push_back(encoded.map_err(|error| error.to_string())?);
+        match encoded.map_err(|error| error.to_string())? {
+            Encoded::Whole(what) => self.outgoing.push_back(what),
+            Encoded::InParts(parts) => {
+                if let Some(transport) = &mut self.transport {
+                    transport.send(now, parts);
+                }
+            }
+        }
         Ok(())
     }
 }

@@ -65,6 +65,7 @@ fn a_device_does_not_use_what_is_not_right_and_counts_it() {
     let mut hear = |device: &mut Device, limit: f64, own: Option<usize>| {
         let values = [limit, 0.0, 0.0];
         let wired = encoder.encode(request, &values, |signal| own == Some(signal)).unwrap();
+        let wired = wired.whole().unwrap();
         let Transmit::Frame(frame) = wired else { panic!("on CAN") };
         device.receive_frame(at(0.01), &frame);
         device.receive_frame(at(0.01), &frame);

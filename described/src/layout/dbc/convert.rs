@@ -3,8 +3,8 @@
 use super::multiplexing::{Multiplexed, multiplexed};
 use super::sending::sending;
 use super::syntax::{
-    BIT_RATE_SWITCH, FRAME_FORMAT, LONG_MESSAGE, LONG_SIGNAL, MessageLine, Of, SIGNAL_TYPE,
-    START_VALUE, SignalLine, Syntax, Value,
+    ADDRESS, BIT_RATE_SWITCH, FRAME_FORMAT, LONG_MESSAGE, LONG_SIGNAL, MessageLine, Of,
+    SIGNAL_TYPE, START_VALUE, SignalLine, Syntax, Value,
 };
 use super::{Note, ORPHANS, line, long_node, senders};
 use crate::layout::bits::{BitField, ByteOrder};
@@ -16,6 +16,7 @@ use crate::place::Place;
 use crate::protection::ProtectionTable;
 use std::ops::Range;
 use wire::can::{DATA_BYTES_MAX, ExtendedId, FdFlags, Id, StandardId, fd_length};
+use wire::j1939::{self, Identifier};
 
 /// In an identifier: it is one of 29 bits.
 const EXTENDED: u64 = 1 << 31;
@@ -93,8 +94,13 @@ impl Converter<'_> {
         if let Some(other) = later.iter().find(|other| self.message_name(other) == name) {
             return Err(format!("line {} has the name again", line(self.text, &other.at)));
         }
-        let id = self.identifier(message)?;
-        let (length, fd) = self.length(message)?;
+        let mut id = self.identifier(message)?;
+        let group = self.group(message, &mut id);
+        let carrier = self.carrier(message, id, group.is_some())?;
+        let length = match carrier {
+            Carrier::Parts { length, .. } | Carrier::Frame { length, .. } => length,
+            _ => 0,
+        };
         let is_ours =
             senders(self.syntax, message).any(|of| (self.is_ours)(long_node(self.syntax, of)));
         let of = Of::Message(message.id);
@@ -112,7 +118,8 @@ impl Converter<'_> {
             sender: if is_ours { Sender::Device } else { Sender::Host },
             period,
             doc: self.syntax.comments.get(&of).cloned().unwrap_or_default(),
-            carrier: Carrier::Frame { id, length, fd },
+            carrier,
+            group,
             protected: None,
             name,
         };
@@ -127,24 +134,46 @@ impl Converter<'_> {
         Ok(converted)
     }
 
-    /// Bytes of its frames, and what those of CAN FD say beside them.
-    fn length(&self, message: &MessageLine) -> Result<(usize, Option<FdFlags>), String> {
+    /// What carries it: a frame, of CAN FD where it has more bytes or the file says so, or the packets of J1939.
+    fn carrier(&self, message: &MessageLine, id: Id, is_group: bool) -> Result<Carrier, String> {
         let of = Of::Message(message.id);
-        let format = self.syntax.choice(of.clone(), FRAME_FORMAT);
         let bytes = usize::try_from(message.bytes).unwrap_or(usize::MAX);
-        if let Some(format) = format.filter(|_| bytes > DATA_BYTES_MAX)
-            && format.starts_with("J1939")
-        {
-            return Err(format!("its {bytes} bytes need the transport protocol of J1939"));
+        if let (Id::Extended(id), true) = (id, is_group && bytes > DATA_BYTES_MAX) {
+            return match bytes <= j1939::BYTES_MAX {
+                true => Ok(Carrier::Parts { id, length: bytes }),
+                false => Err(format!("it has {bytes} bytes, and J1939 1785 at most")),
+            };
         }
+        let format = self.syntax.choice(of.clone(), FRAME_FORMAT);
         if bytes <= DATA_BYTES_MAX && !format.is_some_and(|format| format.ends_with("_FD")) {
-            return Ok((bytes, None));
+            return Ok(Carrier::Frame { id, length: bytes, fd: None });
         }
         let length = fd_length(bytes)
             .ok_or_else(|| format!("it has {bytes} bytes, and a CAN FD frame 64 at most"))?;
         // As Vector's files have it where they say nothing.
         let bit_rate_switch = self.syntax.choice(of, BIT_RATE_SWITCH) != Some("0");
-        Ok((length, Some(FdFlags { bit_rate_switch, error_state: false })))
+        let fd = Some(FdFlags { bit_rate_switch, error_state: false });
+        Ok(Carrier::Frame { id, length, fd })
+    }
+
+    /// What the identifier says where it is one of J1939. Where the file leaves the source open, it is the sender's address.
+    fn group(&self, message: &MessageLine, id: &mut Id) -> Option<Identifier> {
+        let format = self.syntax.choice(Of::Message(message.id), FRAME_FORMAT);
+        let Id::Extended(extended) = id else { return None };
+        if !format.is_some_and(|format| format.starts_with("J1939")) {
+            return None;
+        }
+        let mut group = Identifier::from(*extended);
+        let of = Of::Node(message.sender.clone());
+        let address = self.syntax.attribute(of, ADDRESS).and_then(Value::number);
+        if let Some(address) =
+            address.filter(|address| (0.0..f64::from(j1939::NULL)).contains(address))
+            && group.source == j1939::NULL
+        {
+            group.source = address as u8;
+            *extended = group.id();
+        }
+        Some(group)
     }
 
     fn identifier(&mut self, message: &MessageLine) -> Result<Id, String> {

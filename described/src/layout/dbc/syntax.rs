@@ -26,8 +26,10 @@ pub(super) const SIGNAL_TYPE: &str = "SigType";
 /// Classic or FD, and whether the data of the latter goes at the faster rate.
 pub(super) const FRAME_FORMAT: &str = "VFrameFormat";
 pub(super) const BIT_RATE_SWITCH: &str = "CANFD_BRS";
+/// Address of a node, in files for J1939.
+pub(super) const ADDRESS: &str = "NmStationAddress";
 
-const USED: [&str; 13] = [
+const USED: [&str; 14] = [
     CYCLE_TIME_MS,
     START_VALUE,
     LONG_NODE,
@@ -41,6 +43,7 @@ const USED: [&str; 13] = [
     SIGNAL_TYPE,
     FRAME_FORMAT,
     BIT_RATE_SWITCH,
+    ADDRESS,
 ];
 
 /// The value of an attribute.

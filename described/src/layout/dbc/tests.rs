@@ -110,13 +110,13 @@ BO_ 2 Short: 8 ECU
 BO_ 3 Long: 64 ECU
  SG_ A : 500|12@1+ (1,0) [0|0] "" TOOL
 BO_ 4 Slow: 10 ECU
-BO_ 5 Group: 20 ECU
+BO_ 2147483653 Group: 1786 ECU
 BA_DEF_ BO_ "VFrameFormat" ENUM "StandardCAN","ExtendedCAN","J1939PG","StandardCAN_FD";
 BA_DEF_ BO_ "CANFD_BRS" ENUM "0","1";
 BA_DEF_DEF_ "VFrameFormat" "StandardCAN";
 BA_DEF_DEF_ "CANFD_BRS" "1";
 BA_ "VFrameFormat" BO_ 2 3;
-BA_ "VFrameFormat" BO_ 5 2;
+BA_ "VFrameFormat" BO_ 2147483653 2;
 BA_ "CANFD_BRS" BO_ 4 0;
 "#,
     );
@@ -131,7 +131,7 @@ BA_ "CANFD_BRS" BO_ 4 0;
         [(8, None), (8, Some(1)), (64, Some(1)), (12, Some(0))]
     );
     let why = layout.left_out("Group").unwrap().to_string();
-    assert!(why.contains("transport protocol of J1939"), "{why}");
+    assert!(why.contains("it has 1786 bytes, and J1939 1785 at most"), "{why}");
 }
 
 #[test]
@@ -292,7 +292,10 @@ fn a_counter_that_is_marked_counts() {
     assert_eq!(layout.messages()[0].counter_signal(), Some(0));
     let mut encoder = crate::Encoder::new(layout.clone());
     let counts: Vec<_> = (0..5)
-        .map(|_| layout.messages()[0].count(&encoder.encode(0, &[0.0, 7.0], |_| false).unwrap()))
+        .map(|_| {
+            layout.messages()[0]
+                .count(&encoder.encode(0, &[0.0, 7.0], |_| false).unwrap().whole().unwrap())
+        })
         .collect();
     assert_eq!(counts, [0, 1, 2, 3, 0].map(Some));
     let unmarked = Layout::from_dbc("a.dbc", &text.replace("Count 2", "Count 1"), "A").unwrap();

@@ -37,7 +37,7 @@ fn layout(rest: &str) -> Layout {
 
 fn frame(encoder: &mut Encoder, message: &str, values: &[f64]) -> CanFrame {
     let message = encoder.layout().find(message).unwrap();
-    match encoder.encode(message, values, |_| false).unwrap() {
+    match encoder.encode(message, values, |_| false).unwrap().whole().unwrap() {
         Transmit::Frame(frame) => frame,
         Transmit::Bytes(_) => panic!("on CAN"),
     }
@@ -113,7 +113,8 @@ fn a_packet_has_its_header_behind_its_start() {
          { name = \"Value\", type = \"u32\" }]\n",
     );
     let mut encoder = Encoder::new(description.layout().clone());
-    let Ok(Transmit::Bytes(packet)) = encoder.encode(0, &[0.0; 5], |_| false) else { panic!() };
+    let sent = encoder.encode(0, &[0.0; 5], |_| false).unwrap().whole();
+    let Some(Transmit::Bytes(packet)) = sent else { panic!() };
     // The published example of profile 4, between the start byte and the sum.
     let example = [0, 0x10, 0, 0, 0x0a, 0x0b, 0x0c, 0x0d, 0x86, 0x2b, 0x05, 0x56, 0, 0, 0, 0];
     assert_eq!(packet.as_slice()[1..17], example);

@@ -108,6 +108,14 @@ pub(super) fn of(layout: &Layout, sender: Sender) -> impl Iterator<Item = &Messa
     layout.messages().iter().filter(move |message| message.sender == sender)
 }
 
+/// How often a message is sent. One in parts takes 50 ms a packet, and twice that is assumed where the file says nothing.
+fn period(message: &Message, assumed: Span) -> Span {
+    message.period.unwrap_or_else(|| match message.frames() {
+        1 => assumed,
+        frames => assumed.max(Span::from_millis(100) * frames),
+    })
+}
+
 /// The share of the bus that these messages take, with this period where they have none.
 fn load<'a>(messages: impl Iterator<Item = &'a Message>, assumed: Span) -> f64 {
     let bits_per_s = messages.map(|message| {
@@ -115,7 +123,7 @@ fn load<'a>(messages: impl Iterator<Item = &'a Message>, assumed: Span) -> f64 {
             Some(Id::Extended(_)) => BITS_EXTENDED,
             _ => BITS_STANDARD,
         };
-        bits / message.period.unwrap_or(assumed).as_secs_f64()
+        bits * message.frames() as f64 / period(message, assumed).as_secs_f64()
     });
     bits_per_s.sum::<f64>() / BIT_RATE
 }
@@ -133,7 +141,7 @@ pub(super) fn assumed_period(layout: &Layout) -> Span {
 fn told(layout: &Layout, assumed: Span) -> Vec<&Message> {
     let mut room = LOAD_MAX - load(of(layout, Sender::Device), assumed);
     let mut slowest_first: Vec<&Message> = of(layout, Sender::Host).collect();
-    slowest_first.sort_by_key(|message| std::cmp::Reverse(message.period.unwrap_or(assumed)));
+    slowest_first.sort_by_key(|message| std::cmp::Reverse(period(message, assumed)));
     let fits = |message: &&Message| {
         room -= load(std::iter::once(*message), assumed);
         room >= 0.0
@@ -191,7 +199,7 @@ pub(super) fn description(
             );
         }
         let _ = writeln!(text_of, "[message.{}]", key(&message.name));
-        let period = message.period.unwrap_or(assumed).as_secs_f64();
+        let period = period(message, assumed).as_secs_f64();
         let said = if message.period.is_some() { "" } else { "    # assumed: the DBC has none" };
         let _ = writeln!(text_of, "period_s = {period}{said}");
     }
@@ -242,7 +250,7 @@ fn plan(name: &Name, layout: &Layout, assumed: Span) -> String {
             "    {{ send = {{ message = {}, set = {{ {} }}, every_s = {} }} }},",
             text(&message.name),
             set.collect::<Vec<_>>().join(", "),
-            message.period.unwrap_or(assumed).as_secs_f64()
+            period(message, assumed).as_secs_f64()
         );
     }
     let duration_s = listening_s(layout, assumed);
@@ -252,7 +260,7 @@ fn plan(name: &Name, layout: &Layout, assumed: Span) -> String {
     );
     let mut names = BTreeSet::new();
     for message in of(layout, Sender::Device) {
-        let period = message.period.unwrap_or(assumed);
+        let period = period(message, assumed);
         measure(&mut text_of, (None, layout), message, period, &mut names);
     }
     text_of
@@ -279,7 +287,7 @@ pub(super) fn listening_s(layout: &Layout, assumed: Span) -> f64 {
         each.fold(1.0, f64::max)
     };
     let rounds = of(layout, Sender::Device)
-        .map(|message| ROUNDS * frames(message) * message.period.unwrap_or(assumed).as_secs_f64());
+        .map(|message| ROUNDS * frames(message) * period(message, assumed).as_secs_f64());
     rounds.fold(LISTENING_S_MIN, f64::max).ceil()
 }
 

@@ -185,6 +185,10 @@ fn message(fault: &Fault, lines: &Lines) -> Checked {
             return target(message, hint::proposal(name, &known));
         }
     };
+    if said.in_parts {
+        let message = format!("`{}` goes in parts: no fault strikes it alone", said.message);
+        return target(message, format!("strike its node `{}` or the line", said.node));
+    }
     if fault.toward != Toward::Both {
         let message = format!("`{name}` has no direction: its node sends it");
         return Err((vec!["toward"], message, Some("leave `toward` out".to_owned())));

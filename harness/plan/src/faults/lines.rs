@@ -59,6 +59,8 @@ pub struct Said {
     pub counter: bool,
     /// It has a checksum.
     pub checksum: bool,
+    /// Several frames carry it, so that no fault strikes it alone.
+    pub in_parts: bool,
 }
 
 impl Lines {
@@ -143,6 +145,7 @@ impl Said {
             signals: message.signals.iter().map(|signal| signal.name.clone()).collect(),
             counter: message.has_counter(),
             checksum: message.has_checksum(),
+            in_parts: message.is_in_parts(),
         })
     }
 
@@ -151,6 +154,9 @@ impl Said {
     }
 
     fn targets(&self, share: Share) -> Vec<Target> {
+        if self.in_parts {
+            return Vec::new();
+        }
         let whole = format!("{}.{}", self.node, self.message);
         let names = match share {
             Share::Signal => {

@@ -1,0 +1,157 @@
+//! J1939 before somebody else's stack: the Python package can-j1939 hears what an emulated node tells everybody in parts, and
+//! sends it a message in parts, in virtual time.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use harness::TrialRun;
+use std::process::Command;
+use tempfile::TempDir;
+use tests::project;
+
+const DBC: &str = r#"
+BU_: Engine Display
+BO_ 2566834942 Dm1: 20 Engine
+ SG_ Lamp : 0|8@1+ (1,0) [0|255] "" Display
+ SG_ Last : 152|8@1+ (1,0) [0|250] "" Display
+BO_ 2565799976 Answer: 20 Display
+ SG_ Key : 152|8@1+ (1,0) [0|255] "" Engine
+BO_ 2566849022 Echo: 8 Engine
+ SG_ Heard : 0|8@1+ (1,0) [0|255] "" Display
+BA_DEF_ BO_ "VFrameFormat" ENUM "StandardCAN","ExtendedCAN","reserved","J1939PG";
+BA_DEF_ BU_ "NmStationAddress" INT 0 255;
+BA_DEF_DEF_ "VFrameFormat" "J1939PG";
+BA_DEF_DEF_ "NmStationAddress" 254;
+BA_ "NmStationAddress" BU_ Engine 0;
+BA_ "NmStationAddress" BU_ Display 40;
+"#;
+
+/// It counts the seconds, and says what it was answered.
+const ENGINE: &str = r#"
+name = "engine"
+title = "An engine"
+dbc = "engine.dbc"
+node = "Engine"
+[state.seconds]
+rate = "1"
+[signal.Lamp]
+expression = "4"
+[signal.Last]
+expression = "min(floor(seconds), 250)"
+[signal.Heard]
+expression = "Key"
+[message.Dm1]
+period_s = 1
+[message.Echo]
+period_s = 0.1
+[message.Answer]
+"#;
+
+const PLAN: &str = r#"
+name = "codes"
+title = "The display tells the engine its own fault codes"
+rig = "vehicle"
+steps = [
+    { wait_until = { above = { quantity = "engine.Heard", limit = 2.5 } }, time_limit_s = 30 },
+    { wait = { duration_s = 6 }, label = "both" },
+]
+[[measurement]]
+name = "tells"
+doc = "The display has them from the engine"
+quantity = "display.Key"
+where = { "during.both" = 1 }
+unit = "1"
+check = { all_within = [3, 12] }
+observations_min = 5
+[[measurement]]
+name = "hears"
+doc = "The engine has them from the display"
+quantity = "engine.Heard"
+where = { "during.both" = 1 }
+unit = "1"
+check = { all_within = [3, 12] }
+observations_min = 50
+[[measurement]]
+name = "period"
+doc = "What is told to everybody comes each second, in parts"
+quantity = "period.engine.Dm1"
+unit = "s"
+check = { all_within = [0.99, 1.01] }
+observations_min = 5
+[[property]]
+name = "answers within a second"
+always = "rises(engine.Last > 4.5) -> within 1 s: engine.Heard > 4.5"
+"#;
+
+/// What of Python has can-j1939; nothing where it has not.
+fn python() -> Option<String> {
+    let python = std::env::var("HIL_TESTS_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let loaded = Command::new(&python).args(["-c", "import can, j1939"]).output();
+    if loaded.is_ok_and(|loaded| loaded.status.success()) {
+        return Some(python);
+    }
+    let why = format!("{python} has no can-j1939");
+    let how = "tests/interop/README.md says how to install it";
+    skips::skip_unless("HIL_TESTS_NEED_PYTHON", why, how);
+    None
+}
+
+fn folder(display: &str, plan: &str) -> TempDir {
+    let rig = format!(
+        r#"
+title = "An engine and a display"
+[[line]]
+name = "can0"
+can = {{ bit_rate = 250_000, dbc = "../devices/engine.dbc" }}
+[[node]]
+name = "engine"
+at = "can0"
+emulate = "engine"
+[[node]]
+name = "display"
+at = "can0"
+{display}
+"#
+    );
+    project::of([
+        ("rigs/vehicle.toml", rig.as_str()),
+        ("devices/engine.dbc", DBC),
+        ("devices/engine.toml", ENGINE),
+        ("codes.toml", plan),
+    ])
+}
+
+fn run(display: &str, plan: &str) -> TrialRun {
+    project::load(&folder(display, plan), "codes.toml").unwrap().run().unwrap()
+}
+
+#[test]
+fn a_stack_of_somebody_else_hears_and_is_heard() {
+    let Some(python) = python() else { return };
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/interop/j1939_display.py");
+    let command =
+        format!("under_test = {{ command = [\"{python}\", \"{script}\", \"{{can0}}\"] }}");
+    let run = run(&command, PLAN);
+    assert!(run.passed(), "{run}");
+}
+
+/// Likewise where the plan is the display.
+#[test]
+fn a_tester_sends_in_parts() {
+    let steps = PLAN.find("steps").unwrap()..PLAN.find("[[measurement]]").unwrap();
+    let sends = "steps = [{ send = { message = \"Answer\", set = { Key = 7 }, every_s = 0.5 } }, \
+                 { wait = { duration_s = 1 } }, { wait = { duration_s = 6 }, label = \"both\" }]\n";
+    let plan = PLAN.replace(&PLAN[steps], sends);
+    let (before, property) = plan.split_at(plan.find("[[property]]").unwrap());
+    assert!(!property.is_empty());
+    let run = run("tester = true", before);
+    assert!(run.passed(), "{run}");
+}
+
+#[test]
+fn no_fault_strikes_a_message_in_parts_alone() {
+    let fault = "[[fault]]\ntarget = \"engine.Dm1\"\nwhat = { drop = { loss_percent = 50 } }\nwhen = { at_s = 1 }\n";
+    let folder = folder("tester = true", &format!("{PLAN}{fault}"));
+    let error = project::load(&folder, "codes.toml").unwrap_err();
+    let error = std::error::Error::source(&error).map_or(error.to_string(), ToString::to_string);
+    assert!(error.contains("`Dm1` goes in parts: no fault strikes it alone"), "{error}");
+}
