@@ -1,6 +1,7 @@
 //! Tables for a terminal: paper against measured, how the seeds came out, what a machine lacks.
 
 mod campaign;
+mod comparison;
 mod markdown;
 mod seeds;
 
@@ -9,6 +10,7 @@ pub(crate) use campaign::tests::example;
 pub use campaign::{
     Again, campaign_json, campaign_table, envelope_table, envelopes_json, level_line,
 };
+pub use comparison::comparison;
 pub use markdown::{campaign_markdown, envelopes_markdown, runs_markdown};
 pub use seeds::{seeds_markdown, seeds_table};
 

@@ -36,7 +36,10 @@ pub(super) fn verify(
 }
 
 /// The first difference between two records, in words.
-fn difference(one: &RunFolder, other: &RunFolder) -> Result<Option<String>, RunFolderError> {
+pub(super) fn difference(
+    one: &RunFolder,
+    other: &RunFolder,
+) -> Result<Option<String>, RunFolderError> {
     let (one, other) = (one.records()?, other.records()?);
     let header = one.header().clone();
     Ok(first(&header, one, other))

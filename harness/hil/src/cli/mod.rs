@@ -14,6 +14,7 @@ mod check;
 mod completions;
 mod crossing;
 mod determinism;
+mod diff;
 mod doctor;
 mod draw;
 mod emulate;
@@ -105,6 +106,7 @@ enum Command {
     Report(report::ReportArguments),
     Show(show::ShowArguments),
     List(list::ListArguments),
+    Diff(diff::DiffArguments),
     Doctor(doctor::DoctorArguments),
     Draw(draw::DrawArguments),
     Emulate(emulate::EmulateArguments),
@@ -147,6 +149,7 @@ impl Cli {
             Some(Command::Report(arguments)) => arguments.execute(screen),
             Some(Command::Show(arguments)) => arguments.execute(),
             Some(Command::List(arguments)) => arguments.execute(),
+            Some(Command::Diff(arguments)) => arguments.execute(),
             Some(Command::Doctor(arguments)) => arguments.execute(),
             Some(Command::Draw(arguments)) => arguments.execute(),
             Some(Command::Emulate(arguments)) => arguments.execute(screen),
