@@ -4,9 +4,6 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-#[path = "bus_log/can_utils.rs"]
 mod can_utils;
-#[path = "bus_log/python.rs"]
 mod python;
-#[path = "bus_log/rows.rs"]
 mod rows;

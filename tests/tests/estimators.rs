@@ -1,7 +1,7 @@
 //! The Kalman filter beside the paper's way, on the paper's robot: what a lap adds to the error of heading and position,
 //! and whether the filter knows it.
 //!
-//! `cargo test --release -p tests --test estimators -- --ignored --nocapture` prints the table of 3,000 laps.
+//! `cargo test --release -p tests --test scenarios estimators -- --ignored --nocapture` prints the table of 3,000 laps.
 
 use controller::calibration::{Calibration, Factor};
 use controller::health::Level;

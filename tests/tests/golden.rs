@@ -1,7 +1,7 @@
 //! Golden records: what every shipped plan, the plans of a new project and three campaigns come to, to the byte. A change
 //! that is to change nothing changes none of these lines; one that is to change something changes the lines that it means.
 //!
-//! `HIL_GOLDEN=write cargo test -p tests --test golden` writes the tables anew, in `tests/tests/golden`.
+//! `HIL_GOLDEN=write cargo test -p tests --test scenarios golden` writes the tables anew, in `tests/tests/golden`.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 

@@ -1,6 +1,6 @@
 //! can-utils as referees: `log2asc` and `asc2log` on files, `canplayer` and `candump` on a bus.
 
-use crate::rows::{read, row, rows, sample, write};
+use super::rows::{read, row, rows, sample, write};
 use bus_log::{Channel, Entry, Payload};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -52,7 +52,7 @@ fn can_utils_convert_as_it_is_done_here() {
 #[test]
 fn a_log_is_played_onto_a_bus_and_logged_again() {
     if !Path::new("/sys/class/net/vcan0").exists() {
-        let how = format!("{} -p tests --test bus_log -- a_log_is_played", skips::IN_GUEST);
+        let how = format!("{} -p tests --test scenarios -- a_log_is_played", skips::IN_GUEST);
         skips::skip("no CAN interface vcan0", how);
         return;
     }

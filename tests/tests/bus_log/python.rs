@@ -1,6 +1,6 @@
 //! python-can and python-pcapng as referees, by the scripts in `tests/interop`.
 
-use crate::rows::{read, row, rows, sample, write};
+use super::rows::{read, row, rows, sample, write};
 use bus_log::{Entry, Payload};
 use std::ffi::OsString;
 use std::io::Write;

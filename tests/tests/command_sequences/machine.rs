@@ -1,6 +1,6 @@
 //! The controller on an ideal bench, carried through the steps of the reference.
 
-use crate::model::{Expected, Line, Model, Step};
+use super::model::{Expected, Line, Model, Step};
 use controller::Mutant;
 use controller::health::Level;
 use controller::mission::{Activity, MissionId};

@@ -1,6 +1,6 @@
 //! A bias test is ordered while the base still turns.
 
-use crate::scenario::{caught, on_can};
+use super::scenario::{caught, on_can};
 use controller::Mutant;
 use controller::mission::Command;
 use tests::rig::Rig;

@@ -1,6 +1,6 @@
 //! The paper's laps, whose calibration takes some degrees off each turn.
 
-use crate::scenario::caught;
+use super::scenario::caught;
 use controller::Mutant;
 use harness::operator::Answers;
 use harness::run::{Prepared, simulate_watched};

@@ -1,6 +1,6 @@
 //! Sixty milliseconds of the gyro's samples are lost in a turn: too few to be silent.
 
-use crate::scenario::{caught, on_can};
+use super::scenario::{caught, on_can};
 use controller::Mutant;
 use tests::rig::{Direction, Rig};
 use wire::time::Span;

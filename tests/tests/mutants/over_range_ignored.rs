@@ -1,6 +1,6 @@
 //! A turn faster than the gyro can read.
 
-use crate::scenario::{caught, rig};
+use super::scenario::{caught, rig};
 use controller::Mutant;
 use emulators::base::Transport;
 use tests::devices::ideal;

@@ -1,6 +1,6 @@
 //! Sixty laps the same way round, as far as the heading goes.
 
-use crate::scenario::{caught, on_can};
+use super::scenario::{caught, on_can};
 use controller::Mutant;
 use tests::rig::Rig;
 

@@ -1,6 +1,6 @@
 //! A straight, at whose end the pose is written.
 
-use crate::scenario::{caught, rig};
+use super::scenario::{caught, rig};
 use controller::Mutant;
 use tests::devices::{TRANSPORTS, ideal};
 use tests::rig::Rig;

@@ -1,6 +1,6 @@
 //! A host hands every packet of the gyro over twice for a while.
 
-use crate::scenario::{caught, on_can};
+use super::scenario::{caught, on_can};
 use controller::Mutant;
 use tests::rig::{Direction, Rig};
 use wire::time::Span;

@@ -1,6 +1,6 @@
 //! The gyro's line is cut on a straight.
 
-use crate::scenario::{caught, rig};
+use super::scenario::{caught, rig};
 use controller::Mutant;
 use tests::devices::{TRANSPORTS, ideal};
 use tests::rig::{Direction, Rig};

@@ -1,6 +1,6 @@
 //! Inputs that go wrong in a way that only a comparison shows.
 
-use crate::scenario::{caught, on_can};
+use super::scenario::{caught, on_can};
 use controller::Mutant;
 use emulators::base::BaseFault;
 use emulators::gyro::GyroFault;

@@ -1,6 +1,6 @@
 //! The base's messages are cut in motion.
 
-use crate::scenario::{caught, on_can};
+use super::scenario::{caught, on_can};
 use controller::Mutant;
 use tests::rig::{Direction, Rig};
 use wire::time::Span;

@@ -1,6 +1,6 @@
 //! Four corners, either way round.
 
-use crate::scenario::{caught, on_can};
+use super::scenario::{caught, on_can};
 use controller::Mutant;
 use tests::rig::Rig;
 

@@ -1,0 +1,31 @@
+//! The scenarios, one file a subject. One program: what they all stand on is linked once, and they share the processor.
+
+mod arrows;
+mod bad_bytes;
+mod bus_log;
+mod calibration;
+mod campaign;
+mod can_fd;
+mod clock_and_loss;
+mod closing;
+mod command_sequences;
+mod determinism;
+mod engine;
+mod estimators;
+mod golden;
+mod identify;
+mod j1939;
+mod learned_gyro;
+mod lines_at_fault;
+mod message_faults;
+mod motion;
+mod mutants;
+mod noticing;
+mod programs;
+mod properties;
+mod protected;
+mod reactions;
+mod refusals;
+mod rigs;
+mod seeds;
+mod silence;
