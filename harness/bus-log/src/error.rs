@@ -21,7 +21,7 @@ pub enum LogError {
     },
     /// What is in it is not of the format.
     #[error("failed to read {} as {}: {place}: {defect}", path.display(), format.name())]
-    #[diagnostic(help("--from candump, --from asc or --from pcapng says what the file is"))]
+    #[diagnostic(help("--from {} says what the file is", Format::any_name()))]
     Malformed {
         /// The file.
         path: PathBuf,

@@ -47,21 +47,25 @@ pub(super) fn decimal(digits: &[u8]) -> Option<u64> {
 
 /// `seconds.fraction` as nanoseconds; of the fraction nine digits count.
 pub(super) fn seconds(text: &[u8]) -> Option<i64> {
-    const NANOS: u64 = 1_000_000_000;
-    let point = text.iter().position(|byte| *byte == b'.')?;
-    let (whole, fraction) = (&text[..point], &text[point + 1..]);
-    let mut nanos = 0;
-    let mut unit = NANOS;
-    for byte in fraction {
-        let value = byte.wrapping_sub(b'0');
-        if value > 9 {
-            return None;
+    text.contains(&b'.').then(|| scaled(text, 1_000_000_000)).flatten()
+}
+
+/// A number with or without a fraction, in units of so many nanoseconds, as nanoseconds. What is less than
+/// one is cut off, and so is what a fraction has beyond 18 digits.
+pub(super) fn scaled(text: &[u8], unit: u64) -> Option<i64> {
+    let point = text.iter().position(|byte| *byte == b'.').unwrap_or(text.len());
+    let whole = decimal(&text[..point])?.checked_mul(unit)?;
+    let part = match text.get(point + 1..) {
+        None => 0,
+        Some(digits) if digits.iter().all(u8::is_ascii_digit) => {
+            let digits = &digits[..digits.len().min(18)];
+            let fraction = u128::from(decimal(digits)?);
+            // Less than the unit.
+            (fraction * u128::from(unit) / 10u128.pow(digits.len() as u32)) as u64
         }
-        unit /= 10;
-        nanos += u64::from(value) * unit;
-    }
-    let all = decimal(whole)?.checked_mul(NANOS)?.checked_add(nanos)?;
-    (!fraction.is_empty()).then(|| i64::try_from(all).ok()).flatten()
+        Some(_) => return None,
+    };
+    i64::try_from(whole.checked_add(part)?).ok()
 }
 
 /// Appends two digits for each byte.
@@ -88,7 +92,7 @@ pub(super) fn word(text: &[u8]) -> (&[u8], &[u8]) {
 
 #[cfg(test)]
 mod tests {
-    use super::{decimal, number, push_bytes, push_number, seconds, word};
+    use super::{decimal, number, push_bytes, push_number, scaled, seconds, word};
     use proptest::prelude::*;
 
     #[test]
@@ -112,6 +116,17 @@ mod tests {
         assert_eq!(seconds(b"9223372036.854775807"), Some(i64::MAX));
         for text in [&b"9223372036.854775808"[..], b"1", b"1.", b".1", b"1.x", b"-1.0", b""] {
             assert_eq!(seconds(text), None, "{}", String::from_utf8_lossy(text));
+        }
+    }
+
+    #[test]
+    fn a_number_in_a_unit_of_its_own() {
+        assert_eq!(scaled(b"1841", 1_000_000), Some(1_841_000_000));
+        assert_eq!(scaled(b"17535.4", 1_000_000), Some(17_535_400_000));
+        assert_eq!(scaled(b"0.0000019", 1_000_000), Some(1));
+        assert_eq!(scaled(b"1.0000000000000000009", 1), Some(1));
+        for text in [&b""[..], b".5", b"1.", b"1.5.2", b"-1", b"99999999999999"] {
+            assert_eq!(scaled(text, 1_000_000_000), None, "{}", String::from_utf8_lossy(text));
         }
     }
 

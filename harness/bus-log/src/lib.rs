@@ -5,6 +5,7 @@
 //! | [`candump`] | `.log` | `candump -L`, `canplayer`, `log2asc`, python-can | 1 us | no |
 //! | [`asc`] | `.asc` | Vector's tools, `asc2log`, python-can | 1 us | no |
 //! | [`pcapng`] | `.pcapng` | Wireshark, tshark | 1 ns | as `LINKTYPE_USER0` |
+//! | [`trc`] | `.trc` | PEAK's tools, python-can | 1 us | no |
 //!
 //! A reader is an iterator over [`Entry`]; after an error there are no more. Neither a reader nor a
 //! writer holds more than one line, or one block, and the names of the channels. What a format has no
@@ -20,12 +21,14 @@ mod entry;
 mod error;
 mod hex;
 mod lines;
+mod numbers;
 pub mod pcapng;
 pub mod playable;
 pub mod recorded;
 pub mod replay;
 #[cfg(test)]
 mod tests;
+pub mod trc;
 
 pub use entry::{CHANNEL_BYTES_MAX, Channel, Direction, Entry, ErrorFrame, Payload};
 pub use error::{Defect, LogError, Place};
@@ -47,11 +50,13 @@ pub enum Format {
     Asc,
     /// pcapng with `LINKTYPE_CAN_SOCKETCAN`.
     Pcapng,
+    /// PEAK TRC.
+    Trc,
 }
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 3] = [Self::Candump, Self::Asc, Self::Pcapng];
+    pub const ALL: [Self; 4] = [Self::Candump, Self::Asc, Self::Pcapng, Self::Trc];
 
     /// Its name, as in messages and arguments.
     pub const fn name(self) -> &'static str {
@@ -59,6 +64,7 @@ impl Format {
             Self::Candump => "candump",
             Self::Asc => "asc",
             Self::Pcapng => "pcapng",
+            Self::Trc => "trc",
         }
     }
 
@@ -68,7 +74,20 @@ impl Format {
             Self::Candump => "log",
             Self::Asc => "asc",
             Self::Pcapng => "pcapng",
+            Self::Trc => "trc",
         }
+    }
+
+    /// The names of all, as a choice.
+    pub fn any_name() -> String {
+        let [others @ .., last] = Self::ALL.map(Self::name);
+        format!("{} or {last}", others.join(", "))
+    }
+
+    /// How files of all of them end, as a choice.
+    pub fn any_end() -> String {
+        let [others @ .., last] = Self::ALL.map(Self::extension);
+        format!(".{} or .{last}", others.join(", ."))
     }
 
     /// The format that the end of a file's name stands for, whatever its case.
@@ -97,6 +116,8 @@ pub enum LogReader {
     Asc(Box<asc::Reader<TellingFile>>),
     /// Of a pcapng file.
     Pcapng(Box<pcapng::Reader<TellingFile>>),
+    /// Of a TRC file.
+    Trc(Box<trc::Reader<TellingFile>>),
 }
 
 impl LogReader {
@@ -119,6 +140,7 @@ impl LogReader {
             Format::Candump => Self::Candump(candump::Reader::new(path, file)),
             Format::Asc => Self::Asc(Box::new(asc::Reader::new(path, file))),
             Format::Pcapng => Self::Pcapng(Box::new(pcapng::Reader::new(path, file)?)),
+            Format::Trc => Self::Trc(Box::new(trc::Reader::new(path, file))),
         })
     }
 
@@ -129,6 +151,7 @@ impl LogReader {
             Self::Candump(_) => 0,
             Self::Asc(reader) => reader.passed_over(),
             Self::Pcapng(reader) => reader.passed_over(),
+            Self::Trc(reader) => reader.passed_over(),
         }
     }
 }
@@ -141,6 +164,7 @@ impl Iterator for LogReader {
             Self::Candump(reader) => reader.next(),
             Self::Asc(reader) => reader.next(),
             Self::Pcapng(reader) => reader.next(),
+            Self::Trc(reader) => reader.next(),
         }
     }
 }
@@ -154,6 +178,8 @@ pub enum LogWriter<W: Write = BufWriter<File>> {
     Asc(asc::Writer<W>),
     /// A pcapng file.
     Pcapng(pcapng::Writer<W>),
+    /// A TRC file.
+    Trc(trc::Writer<W>),
 }
 
 impl LogWriter {
@@ -177,6 +203,7 @@ impl<W: Write> LogWriter<W> {
             Format::Candump => Self::Candump(candump::Writer::new(path, out)),
             Format::Asc => Self::Asc(asc::Writer::new(path, out)),
             Format::Pcapng => Self::Pcapng(pcapng::Writer::new(path, out)?),
+            Format::Trc => Self::Trc(trc::Writer::new(path, out)),
         })
     }
 
@@ -189,6 +216,7 @@ impl<W: Write> LogWriter<W> {
             Self::Candump(writer) => writer.write(entry),
             Self::Asc(writer) => writer.write(entry),
             Self::Pcapng(writer) => writer.write(entry),
+            Self::Trc(writer) => writer.write(entry),
         }
     }
 
@@ -201,6 +229,7 @@ impl<W: Write> LogWriter<W> {
             Self::Candump(writer) => writer.finish(),
             Self::Asc(writer) => writer.finish(),
             Self::Pcapng(writer) => writer.finish(),
+            Self::Trc(writer) => writer.finish(),
         }
     }
 }

@@ -40,7 +40,7 @@ pub enum RigError {
     #[diagnostic(transparent)]
     Log(#[from] bus_log::LogError),
     /// A bus log in a format that a rig does not take.
-    #[error("{origin} is no candump log (.log) and no Vector ASC (.asc)")]
+    #[error("{origin} is no candump log (.log), no Vector ASC (.asc) and no PEAK TRC (.trc)")]
     #[diagnostic(help("hil log convert {origin} drive.log"))]
     LogFormat {
         /// The file.
@@ -124,12 +124,13 @@ impl rig_build::Parts for Reader<'_> {
 
     #[cfg(feature = "logs")]
     fn log(&mut self, file: &Source) -> Result<Vec<Logged>, RigError> {
-        use bus_log::{Format, asc, candump};
+        use bus_log::{Format, asc, candump, trc};
         let path = std::path::Path::new(&file.origin);
         let text = file.text.as_bytes();
         match Format::of_path(path) {
             Some(Format::Candump) => Ok(logged(candump::Reader::new(path, text))?),
             Some(Format::Asc) => Ok(logged(asc::Reader::new(path, text))?),
+            Some(Format::Trc) => Ok(logged(trc::Reader::new(path, text))?),
             _ => Err(RigError::LogFormat { origin: file.origin.clone() }),
         }
     }

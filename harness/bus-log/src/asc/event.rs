@@ -2,7 +2,7 @@
 
 use super::super::entry::{Channel, Direction, ErrorFrame, Payload};
 use super::super::error::Defect;
-use super::super::hex;
+use super::super::{hex, numbers};
 use super::{EDL, RTR};
 use embedded_can::Frame as _;
 use wire::can::{
@@ -69,10 +69,9 @@ fn is_error_frame(word: &[u8]) -> bool {
     word.eq_ignore_ascii_case(b"ErrorFrame")
 }
 
-/// Number 1 is `can0`.
 fn channel(word: &[u8]) -> Option<Channel> {
     let number = hex::decimal(word).and_then(|number| u32::try_from(number).ok())?;
-    Some(Channel::numbered(number.checked_sub(1)?))
+    numbers::channel(number)
 }
 
 /// `TxRq`, a frame that is still to be sent, is none.

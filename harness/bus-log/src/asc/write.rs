@@ -1,7 +1,8 @@
 //! Writes an ASC file: `base hex  timestamps absolute`.
 
-use super::super::entry::{Channel, Direction, Entry, Payload};
+use super::super::entry::{Direction, Entry, Payload};
 use super::super::error::LogError;
+use super::super::numbers::{CHANNELS_MAX, Numbers};
 use super::super::{Format, Kept, hex};
 use super::{BRS, EDL, ESI, date};
 use embedded_can::Frame as _;
@@ -10,33 +11,29 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use wire::can::{CanFrame, FdFlags, Id};
 
-/// Channels of one file; frames of more are left out. Assumption: as many as a mask of 32 bits names, as
-/// in Vector's driver; the logs of one bench have a few.
-pub const CHANNELS_MAX: usize = 32;
-
 const NANOS_A_MILLISECOND: i64 = 1_000_000;
 
 /// Writes an ASC file.
 ///
 /// The date in its head is that of the first entry, to the millisecond; entries before the first are put
-/// at zero. `canN` gets the channel N + 1 where it is free, any other name the lowest that is free.
-/// An entry whose direction is not known counts as received: the format has no word for it.
+/// at zero. `canN` gets the channel N + 1 where it is free, any other name the lowest that is free; beyond
+/// 32 channels entries are left out. An entry whose direction is not known counts as received: the format
+/// has no word for it.
 #[derive(Debug)]
 pub struct Writer<W: Write> {
     path: PathBuf,
     out: W,
     /// The instant of the date in the head, ns; none before the first entry.
     began: Option<i64>,
-    /// By number less one; always [`CHANNELS_MAX`] places.
-    channels: Vec<Option<Channel>>,
+    numbers: Numbers,
     line: Vec<u8>,
 }
 
 impl<W: Write> Writer<W> {
     /// Writes to `out`; `path` is named in errors.
     pub fn new(path: &Path, out: W) -> Self {
-        let channels = vec![None; CHANNELS_MAX];
-        Self { path: path.to_owned(), out, began: None, channels, line: Vec::new() }
+        let numbers = Numbers::up_to(CHANNELS_MAX);
+        Self { path: path.to_owned(), out, began: None, numbers, line: Vec::new() }
     }
 
     /// Appends an entry. Bytes of serial lines are left out, and of an error frame everything but that it
@@ -52,7 +49,7 @@ impl<W: Write> Writer<W> {
         if at < 0 {
             return Err(LogError::before_1970(&self.path, Format::Asc));
         }
-        let Some(number) = self.number(entry.channel) else { return Ok(Kept::LeftOut) };
+        let Some(number) = self.numbers.of(entry.channel) else { return Ok(Kept::LeftOut) };
         let began = match self.began {
             Some(began) => began,
             None => self.head(at)?,
@@ -108,18 +105,6 @@ impl<W: Write> Writer<W> {
             .write_all(head.as_bytes())
             .map_err(|source| LogError::unwritable(&self.path, source))?;
         Ok(began)
-    }
-
-    /// The number of a channel, from 1; `None` where there are too many.
-    fn number(&mut self, channel: Channel) -> Option<usize> {
-        if let Some(known) = self.channels.iter().position(|known| *known == Some(channel)) {
-            return Some(known + 1);
-        }
-        let own = channel.as_str().strip_prefix("can").and_then(|number| number.parse().ok());
-        let free = |index: &usize| self.channels.get(*index).is_some_and(Option::is_none);
-        let index = own.filter(free).or_else(|| (0..CHANNELS_MAX).find(free))?;
-        self.channels[index] = Some(channel);
-        Some(index + 1)
     }
 }
 

@@ -28,6 +28,40 @@ fn message(format: Format, text: &str) -> String {
     format!("{}{}{help}\n", &message[..from], &message[to..])
 }
 
+/// Every kind of line that a version has, after the description of the format.
+const TRC_1_0: &str = ";   Start time: 11.09.2002 16:00:20.682\r\n\
+    ;----+- ---+--- ----+--- + -+ -- -- ...\r\n\
+    1)    1841     0001 8 00 00 00 00 00 00 00 00\r\n\
+    2)    1842     0008 4 ERROR 00 19 08 08\r\n\
+    3)    1843 FFFFFFFF 4 00 00 00 04 -- -- -- -- BUSLIGHT\r\n\
+    4)    1844 00000100 3 RTR\r\n";
+const TRC_1_1: &str = ";$FILEVERSION=1.1\n;$STARTTIME=44548.6028595139\n\
+    1)  1059.9  Rx         0300  7  00 00 00 00 04 00 00\n\
+    5)  1346.8  Warng  FFFFFFFF  4  00 00 00 04  BUSLIGHT\n\
+    6)  1349.2  Error      0008  4  00 19 08 08\n\
+    7)  1352.7  Tx         0100  3  RTR\n";
+const TRC_1_3: &str = ";$FILEVERSION=1.3\n;$STARTTIME=44548.6028595139\n\
+    1)      6357.213 2  Rx        0401 -  8    00 00 00 00 00 00 00 00\n\
+    3)      6357.682 1  Warng FFFFFFFF -  4    00 00 00 04 BUSLIGHT\n\
+    4)      6377.180 1  Tx    000004A1 -  0\n";
+const TRC_2_0: &str = ";$FILEVERSION=2.0\n;$STARTTIME=44548.6028595139\n;$COLUMNS=N,O,T,I,d,l,D\n\
+    1      1059.900 DT     0300 Rx 7  00 00 00 00 04 00 00\n\
+    5      1334.416 FD     0500 Tx 12 01 02 03 04 05 06 07 08 09 0A 0B 0C\n\
+    6      1334.522 ER          Rx    04 00 02 00 00\n\
+    7      1334.531 ST          Rx    00 00 00 08\n\
+    8      1334.643 EC          Rx    02 02\n\
+    9      1335.156 DT 18EFC034 Tx 8  01 02 03 04 05 06 07 08\n\
+   10      1336.543 RR     0100 Rx 3\n";
+const TRC_2_1: &str = ";$FILEVERSION=2.1\n;$STARTTIME=44548.6028595139\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n\
+    1      1059.900 DT 1      0300 Rx -  7    00 00 00 00 04 00 00\n\
+    5      1334.416 FB 2      0500 Tx -  12   01 02 03 04 05 06 07 08 09 0A 0B 0C\n\
+    5      1334.417 FE 2  00000500 Tx -  9    01 02 03 04 05 06 07 08 09 0A 0B 0C\n\
+    6      1334.522 ER 1         - Rx -  5    04 00 02 00 00\n\
+    7      1334.524 EV 1  User-defined event for bus 1\n\
+    8      1334.525 EV -  User-defined event for all busses\n\
+   12      1335.156 DT 1  18EFC034 Tx -  12   01 02 03 04 05 06 07 08\n\
+   13      1336.543 RR 1      0100 Rx -  3\n";
+
 #[test]
 fn what_other_tools_write_is_read() {
     let candump = "(1436509052.249713) vcan0 044#2A366C2BBA\r\n\
@@ -59,7 +93,16 @@ fn what_other_tools_write_is_read() {
            0.100000 1  100             TxRq d 0\n\
         End TriggerBlock\n";
     let mut text = String::new();
-    for (format, log) in [(Format::Candump, candump), (Format::Asc, asc)] {
+    let logs = [
+        (Format::Candump, candump),
+        (Format::Asc, asc),
+        (Format::Trc, TRC_1_0),
+        (Format::Trc, TRC_1_1),
+        (Format::Trc, TRC_1_3),
+        (Format::Trc, TRC_2_0),
+        (Format::Trc, TRC_2_1),
+    ];
+    for (format, log) in logs {
         let (entries, error) = read(format, log.as_bytes());
         assert!(error.is_none(), "{error:?}");
         write!(text, "{}\n{}", format.name(), table(&entries)).unwrap();
@@ -96,6 +139,21 @@ fn what_is_not_understood_has_its_message() {
         (Format::Asc, "0.5 CANFD 1 Rx 100 0 0 9 13 00"),
         (Format::Asc, "0.5 CANFD 0 Rx 100 0 0 1 1 00"),
         (Format::Pcapng, "(1.0) can0 123#00"),
+        (Format::Trc, ";$FILEVERSION=3.0"),
+        (Format::Trc, ";$STARTTIME=noon"),
+        (Format::Trc, ";$COLUMNS=N,O,T,B,I,d,R,D,L"),
+        (Format::Trc, ";$FILEVERSION=2.1\n1 5.0 DT 1 0300 Rx - 0"),
+        (Format::Trc, "1) 5 0800 1 00"),
+        (Format::Trc, "1) 5 0123 2 00"),
+        (Format::Trc, "1) 5 0123 x 00"),
+        (Format::Trc, "1) soon 0123 1 00"),
+        (Format::Trc, ";$FILEVERSION=1.1\n1) 5.0 Xx 0123 1 00"),
+        (Format::Trc, ";$COLUMNS=O,T,B,I,d,l,D\n5.0 DT 0 0123 Rx 1 00"),
+        (Format::Trc, ";$COLUMNS=O,T,B,I,d,l,D\n5.0 DT 1 0123 Zx 1 00"),
+        (Format::Trc, ";$COLUMNS=O,T,B,I,d,l,D\n5.0 RR 1 0123 Rx 9"),
+        (Format::Trc, ";$COLUMNS=O,T,B,I,d,l,D\n5.0 FD 1 0123 Rx 9 00 01 02 03 04 05 06 07 08"),
+        (Format::Trc, ";$COLUMNS=O,T,B,I,d,l,D\n9300000000000.0 DT 1 0123 Rx 1 00"),
+        (Format::Trc, ";$STARTTIME=132300\n1) 9000000000 0123 1 00"),
     ]
     .into_iter()
     .map(|(format, text)| message(format, text))

@@ -14,6 +14,26 @@ fn is_serial(entry: &Entry) -> bool {
     matches!(entry.payload, Payload::Serial(_))
 }
 
+/// Frames on numbered channels, each so many microseconds after the one before.
+fn numbered(mut micros: i64, frames: Vec<(Payload, i64, u32, bool)>) -> Vec<Entry> {
+    let entry = |(payload, later, channel, sent)| {
+        let at = Timestamp::from_nanos(micros * 1_000);
+        let direction = Some(if sent { Direction::Tx } else { Direction::Rx });
+        micros += later;
+        Entry { at, channel: Channel::numbered(channel), direction, payload }
+    };
+    frames.into_iter().map(entry).collect()
+}
+
+/// As it comes back where the format knows of an error frame only that it was.
+fn bare_error(entry: Entry) -> Entry {
+    let payload = Payload::Error(ErrorFrame::BUS_ERROR);
+    match entry.payload {
+        Payload::Error(_) => Entry { payload, direction: None, ..entry },
+        _ => entry,
+    }
+}
+
 proptest! {
     #[test]
     fn a_candump_log_comes_back(entries in prop::collection::vec(any_entry(), 0..20)) {
@@ -37,27 +57,23 @@ proptest! {
         frames in prop::collection::vec(
             (any_frame(), 0i64..10_000_000_000, 0u32..4, any::<bool>()), 0..20),
     ) {
-        let mut micros = began_ms * 1_000;
-        let entries: Vec<_> = frames.into_iter().map(|(payload, later, channel, sent)| {
-            let entry = Entry {
-                at: Timestamp::from_nanos(micros * 1_000),
-                channel: Channel::numbered(channel),
-                direction: Some(if sent { Direction::Tx } else { Direction::Rx }),
-                payload,
-            };
-            micros += later;
-            entry
-        }).collect();
+        let entries = numbered(began_ms * 1_000, frames);
         let (again, error) = read(Format::Asc, &written(Format::Asc, &entries));
         prop_assert!(error.is_none(), "{:?}", error);
-        let expected: Vec<_> = entries.into_iter().map(|entry| match entry.payload {
-            Payload::Error(_) => Entry {
-                payload: Payload::Error(ErrorFrame::BUS_ERROR),
-                direction: None,
-                ..entry
-            },
-            _ => entry,
-        }).collect();
+        let expected: Vec<_> = entries.into_iter().map(bare_error).collect();
+        prop_assert_eq!(again, expected);
+    }
+
+    #[test]
+    fn a_trc_file_comes_back(
+        began in 0i64..4_000_000_000_000_000,
+        frames in prop::collection::vec(
+            (any_frame(), 0i64..10_000_000_000, 0u32..4, any::<bool>()), 0..20),
+    ) {
+        let entries = numbered(began, frames);
+        let (again, error) = read(Format::Trc, &written(Format::Trc, &entries));
+        prop_assert!(error.is_none(), "{:?}", error);
+        let expected: Vec<_> = entries.into_iter().map(bare_error).collect();
         prop_assert_eq!(again, expected);
     }
 
@@ -69,6 +85,7 @@ proptest! {
                 "(1.5) can0 ", "123#", "R", "##3", "12345678#", "00", "F", " T", "_9", "\n",
                 "base dec", "base hex  timestamps relative", "date Sat Sep 30 15:06:13 2017",
                 "0.5 1 ", "CANFD 1 Rx ", "7FFx ", " Rx ", "d 8 ", "r 9 ", "0 1 f 64 ", "ErrorFrame",
+                ";$FILEVERSION=2.1", ";$STARTTIME=44548.6", ";$COLUMNS=N,O,T,B,I,d,R,L,D", "1 5.5 FD 1 ",
             ]), 0..60),
         cut in 0usize..400,
         flipped in prop::option::of((0usize..400, any::<u8>())),
@@ -93,7 +110,7 @@ proptest! {
 fn a_channel_too_many_is_left_out() {
     use crate::{Kept, LogWriter};
     let path = std::path::Path::new("bus.log");
-    for (format, most) in [(Format::Asc, 32), (Format::Pcapng, 256)] {
+    for (format, most) in [(Format::Asc, 32), (Format::Pcapng, 256), (Format::Trc, 16)] {
         let mut writer = LogWriter::new(path, Vec::new(), format).unwrap();
         for number in 0..=most {
             let entry = Entry {

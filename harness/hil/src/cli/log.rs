@@ -11,7 +11,7 @@ use clap::{Args, Subcommand};
 use record::outcome::Outcome;
 use std::path::{Path, PathBuf};
 
-/// Reads, writes and plays bus logs: candump (.log), Vector ASC (.asc), pcapng (.pcapng).
+/// Reads, writes and plays bus logs: candump (.log), Vector ASC (.asc), pcapng (.pcapng), PEAK TRC (.trc).
 #[derive(Debug, Args)]
 pub(super) struct LogArguments {
     #[command(subcommand)]
@@ -33,8 +33,8 @@ enum Command {
 
 /// Writes a log in another format.
 ///
-/// Candump and ASC keep microseconds and no serial lines; ASC calls channels by numbers from 1 (can0 is 1)
-/// and knows of an error frame only that it was. What is left out is counted.
+/// Candump, ASC and TRC keep microseconds and no serial lines; ASC and TRC call channels by numbers from 1 (can0 is 1)
+/// and know of an error frame only that it was. What is left out is counted.
 #[derive(Debug, Args)]
 struct ConvertArguments {
     /// The log.

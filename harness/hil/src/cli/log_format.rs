@@ -21,8 +21,8 @@ pub(super) fn format_of(
     said.or_else(|| Format::of_path(path)).ok_or_else(|| {
         let message = format!("the name {} ends as no bus log does", path.display());
         let help = match argument {
-            "--from" | "--to" => format!("say what it is: {argument} candump, asc or pcapng"),
-            _ => format!("give {argument} a name that ends in .log, .asc or .pcapng"),
+            "--from" | "--to" => format!("say what it is: {argument} {}", Format::any_name()),
+            _ => format!("give {argument} a name that ends in {}", Format::any_end()),
         };
         Failure::arguments(message, help)
     })

@@ -99,7 +99,7 @@ pub struct NodeTable {
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReplayTable {
-    /// The log, beside the rig file: candump (`.log`) or Vector ASC (`.asc`).
+    /// The log, beside the rig file: candump (`.log`), Vector ASC (`.asc`) or PEAK TRC (`.trc`).
     pub log: String,
     /// Its channel in the log; the one of the line's name, or the only one, where it says nothing.
     #[serde(default)]

@@ -1,0 +1,82 @@
+//! Reads a TRC file.
+
+use super::super::Format;
+use super::super::entry::Entry;
+use super::super::error::{Defect, LogError};
+use super::super::lines::Lines;
+use super::head::Head;
+use super::message;
+use std::io::Read;
+use std::path::Path;
+use wire::time::Timestamp;
+
+/// The entries of a TRC file.
+#[derive(Debug)]
+pub struct Reader<R: Read> {
+    lines: Lines<R>,
+    head: Head,
+    passed_over: u64,
+    ended: bool,
+}
+
+impl<R: Read> Reader<R> {
+    /// Reads from `input`; `path` is named in errors.
+    pub fn new(path: &Path, input: R) -> Self {
+        let lines = Lines::new(path, input, Format::Trc);
+        Self { lines, head: Head::default(), passed_over: 0, ended: false }
+    }
+
+    /// Messages so far that are no frames of a CAN bus.
+    pub const fn passed_over(&self) -> u64 {
+        self.passed_over
+    }
+
+    fn read(&mut self) -> Result<Option<Entry>, LogError> {
+        while self.lines.advance()? {
+            match self.line() {
+                Ok(Some(entry)) => return Ok(Some(entry)),
+                Ok(None) => {}
+                Err(defect) => return Err(self.lines.malformed(defect)),
+            }
+        }
+        Ok(None)
+    }
+
+    fn line(&mut self) -> Result<Option<Entry>, Defect> {
+        let line = self.lines.text();
+        if line.is_empty() {
+            return Ok(None);
+        }
+        if let Some(comment) = line.strip_prefix(b";") {
+            self.head.take(comment)?;
+            return Ok(None);
+        }
+        let columns = self.head.columns.as_deref();
+        let columns = columns.ok_or_else(|| Defect::new("`;$COLUMNS=` before messages", line))?;
+        let Some(message) = message::parse(line, columns)? else {
+            self.passed_over += 1;
+            return Ok(None);
+        };
+        let at = self.head.began.checked_add(message.since_start);
+        let at = at.ok_or_else(|| Defect::new("a time before 2262", line))?;
+        Ok(Some(Entry {
+            at: Timestamp::from_nanos(at),
+            channel: message.channel,
+            direction: message.direction,
+            payload: message.payload,
+        }))
+    }
+}
+
+impl<R: Read> Iterator for Reader<R> {
+    type Item = Result<Entry, LogError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.ended {
+            return None;
+        }
+        let read = self.read().transpose();
+        self.ended = !matches!(read, Some(Ok(_)));
+        read
+    }
+}
