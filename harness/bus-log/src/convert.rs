@@ -2,7 +2,7 @@
 
 use super::{Entry, Kept, LogError, LogWriter, Payload};
 use std::fmt;
-use std::io::Write;
+use std::io::{Seek, Write};
 
 /// What went from log to log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -40,7 +40,7 @@ impl fmt::Display for Converted {
 ///
 /// # Errors
 /// The first that a reader or the writer has; what came before it is in the file then.
-pub fn convert<E: From<LogError>, W: Write>(
+pub fn convert<E: From<LogError>, W: Write + Seek>(
     entries: impl IntoIterator<Item = Result<Entry, E>>,
     mut writer: LogWriter<W>,
 ) -> Result<Converted, E> {

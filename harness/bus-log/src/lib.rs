@@ -5,6 +5,7 @@
 //! | [`candump`] | `.log` | `candump -L`, `canplayer`, `log2asc`, python-can | 1 us | no |
 //! | [`asc`] | `.asc` | Vector's tools, `asc2log`, python-can | 1 us | no |
 //! | [`pcapng`] | `.pcapng` | Wireshark, tshark | 1 ns | as `LINKTYPE_USER0` |
+//! | [`blf`] | `.blf` | Vector's tools, python-can | 1 ns | no |
 //! | [`trc`] | `.trc` | PEAK's tools, python-can | 1 us | no |
 //!
 //! A reader is an iterator over [`Entry`]; after an error there are no more. Neither a reader nor a
@@ -15,6 +16,7 @@
 //! entries to due times; [`playable`] are those that a port can send.
 
 pub mod asc;
+pub mod blf;
 pub mod candump;
 pub mod convert;
 mod entry;
@@ -35,7 +37,7 @@ pub use error::{Defect, LogError, Place};
 
 use record::reading::{Teller, TellingFile};
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, Seek, Write};
 use std::path::Path;
 
 /// Bytes gathered before a file sees them.
@@ -52,11 +54,13 @@ pub enum Format {
     Pcapng,
     /// PEAK TRC.
     Trc,
+    /// Vector BLF.
+    Blf,
 }
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 4] = [Self::Candump, Self::Asc, Self::Pcapng, Self::Trc];
+    pub const ALL: [Self; 5] = [Self::Candump, Self::Asc, Self::Pcapng, Self::Trc, Self::Blf];
 
     /// Its name, as in messages and arguments.
     pub const fn name(self) -> &'static str {
@@ -65,6 +69,7 @@ impl Format {
             Self::Asc => "asc",
             Self::Pcapng => "pcapng",
             Self::Trc => "trc",
+            Self::Blf => "blf",
         }
     }
 
@@ -75,6 +80,7 @@ impl Format {
             Self::Asc => "asc",
             Self::Pcapng => "pcapng",
             Self::Trc => "trc",
+            Self::Blf => "blf",
         }
     }
 
@@ -118,6 +124,8 @@ pub enum LogReader {
     Pcapng(Box<pcapng::Reader<TellingFile>>),
     /// Of a TRC file.
     Trc(Box<trc::Reader<TellingFile>>),
+    /// Of a BLF file.
+    Blf(Box<blf::Reader<TellingFile>>),
 }
 
 impl LogReader {
@@ -141,10 +149,11 @@ impl LogReader {
             Format::Asc => Self::Asc(Box::new(asc::Reader::new(path, file))),
             Format::Pcapng => Self::Pcapng(Box::new(pcapng::Reader::new(path, file)?)),
             Format::Trc => Self::Trc(Box::new(trc::Reader::new(path, file))),
+            Format::Blf => Self::Blf(Box::new(blf::Reader::new(path, file)?)),
         })
     }
 
-    /// Lines or blocks so far that are neither frames nor packets of a serial line: statistics, status,
+    /// Lines, blocks or objects so far that are neither frames nor packets of a serial line: statistics, status,
     /// other buses, other link types.
     pub const fn passed_over(&self) -> u64 {
         match self {
@@ -152,6 +161,7 @@ impl LogReader {
             Self::Asc(reader) => reader.passed_over(),
             Self::Pcapng(reader) => reader.passed_over(),
             Self::Trc(reader) => reader.passed_over(),
+            Self::Blf(reader) => reader.passed_over(),
         }
     }
 }
@@ -165,13 +175,14 @@ impl Iterator for LogReader {
             Self::Asc(reader) => reader.next(),
             Self::Pcapng(reader) => reader.next(),
             Self::Trc(reader) => reader.next(),
+            Self::Blf(reader) => reader.next(),
         }
     }
 }
 
 /// Writes a file of one of the formats. [`finish`](Self::finish) gives everything to the file.
 #[derive(Debug)]
-pub enum LogWriter<W: Write = BufWriter<File>> {
+pub enum LogWriter<W: Write + Seek = BufWriter<File>> {
     /// A candump log.
     Candump(candump::Writer<W>),
     /// An ASC file.
@@ -180,6 +191,8 @@ pub enum LogWriter<W: Write = BufWriter<File>> {
     Pcapng(pcapng::Writer<W>),
     /// A TRC file.
     Trc(trc::Writer<W>),
+    /// A BLF file.
+    Blf(blf::Writer<W>),
 }
 
 impl LogWriter {
@@ -193,7 +206,7 @@ impl LogWriter {
     }
 }
 
-impl<W: Write> LogWriter<W> {
+impl<W: Write + Seek> LogWriter<W> {
     /// Writes to `out`; `path` is named in errors.
     ///
     /// # Errors
@@ -204,6 +217,7 @@ impl<W: Write> LogWriter<W> {
             Format::Asc => Self::Asc(asc::Writer::new(path, out)),
             Format::Pcapng => Self::Pcapng(pcapng::Writer::new(path, out)?),
             Format::Trc => Self::Trc(trc::Writer::new(path, out)),
+            Format::Blf => Self::Blf(blf::Writer::new(path, out)?),
         })
     }
 
@@ -217,6 +231,7 @@ impl<W: Write> LogWriter<W> {
             Self::Asc(writer) => writer.write(entry),
             Self::Pcapng(writer) => writer.write(entry),
             Self::Trc(writer) => writer.write(entry),
+            Self::Blf(writer) => writer.write(entry),
         }
     }
 
@@ -230,6 +245,7 @@ impl<W: Write> LogWriter<W> {
             Self::Asc(writer) => writer.finish(),
             Self::Pcapng(writer) => writer.finish(),
             Self::Trc(writer) => writer.finish(),
+            Self::Blf(writer) => writer.finish(),
         }
     }
 }

@@ -139,6 +139,7 @@ fn what_is_not_understood_has_its_message() {
         (Format::Asc, "0.5 CANFD 1 Rx 100 0 0 9 13 00"),
         (Format::Asc, "0.5 CANFD 0 Rx 100 0 0 1 1 00"),
         (Format::Pcapng, "(1.0) can0 123#00"),
+        (Format::Blf, "(1.0) can0 123#00"),
         (Format::Trc, ";$FILEVERSION=3.0"),
         (Format::Trc, ";$STARTTIME=noon"),
         (Format::Trc, ";$COLUMNS=N,O,T,B,I,d,R,D,L"),
@@ -185,7 +186,8 @@ fn there_is_nothing_before_1970() {
     let entry = Entry { at, channel, direction: None, payload };
     for format in Format::ALL {
         let path = std::path::Path::new("bus.log");
-        let mut writer = crate::LogWriter::new(path, Vec::new(), format).unwrap();
+        let mut writer =
+            crate::LogWriter::new(path, std::io::Cursor::new(Vec::new()), format).unwrap();
         let message = writer.write(&entry).unwrap_err().to_string();
         let end = format!("an entry before 1970 has no place in {}", format.name());
         assert!(message.ends_with(&end), "{message}");

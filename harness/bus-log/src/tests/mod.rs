@@ -1,3 +1,5 @@
+mod blf;
+mod damaged;
 mod messages;
 mod round_trip;
 mod samples;

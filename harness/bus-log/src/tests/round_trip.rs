@@ -3,6 +3,7 @@
 use super::samples::{any_entry, any_frame, read, written};
 use crate::{Channel, Direction, Entry, ErrorFrame, Format, Payload};
 use proptest::prelude::*;
+use std::io::Cursor;
 use wire::time::Timestamp;
 
 /// In whole microseconds.
@@ -78,6 +79,23 @@ proptest! {
     }
 
     #[test]
+    fn a_blf_file_comes_back_to_the_nanosecond(
+        began_ms in 0i64..4_000_000_000_000,
+        frames in prop::collection::vec(
+            (any_frame(), 0i64..10_000_000_000, 0u32..4, any::<bool>()), 0..20),
+        part in 0i64..1_000,
+    ) {
+        let mut entries = numbered(began_ms * 1_000, frames);
+        for entry in &mut entries {
+            entry.at = Timestamp::from_nanos(entry.at.as_nanos() + part);
+        }
+        let (again, error) = read(Format::Blf, &written(Format::Blf, &entries));
+        prop_assert!(error.is_none(), "{:?}", error);
+        let expected: Vec<_> = entries.into_iter().map(bare_error).collect();
+        prop_assert_eq!(again, expected);
+    }
+
+    #[test]
     fn no_bytes_make_a_reader_panic(
         bytes in prop::collection::vec(any::<u8>(), 0..300),
         lines in prop::collection::vec(
@@ -110,8 +128,9 @@ proptest! {
 fn a_channel_too_many_is_left_out() {
     use crate::{Kept, LogWriter};
     let path = std::path::Path::new("bus.log");
-    for (format, most) in [(Format::Asc, 32), (Format::Pcapng, 256), (Format::Trc, 16)] {
-        let mut writer = LogWriter::new(path, Vec::new(), format).unwrap();
+    let limits = [(Format::Asc, 32), (Format::Pcapng, 256), (Format::Trc, 16), (Format::Blf, 32)];
+    for (format, most) in limits {
+        let mut writer = LogWriter::new(path, Cursor::new(Vec::new()), format).unwrap();
         for number in 0..=most {
             let entry = Entry {
                 at: Timestamp::ZERO,

@@ -5,6 +5,7 @@ use crate::{
 };
 use embedded_can::Frame as _;
 use proptest::prelude::*;
+use std::io::Cursor;
 use std::path::Path;
 use wire::can::{CanFrame, ExtendedId, FdFlags, Id, StandardId};
 use wire::packet::Packet;
@@ -31,13 +32,13 @@ pub(super) fn read(format: Format, bytes: &[u8]) -> (Vec<Entry>, Option<LogError
 
 /// A whole file.
 pub(super) fn written(format: Format, entries: &[Entry]) -> Vec<u8> {
-    let mut bytes = Vec::new();
+    let mut bytes = Cursor::new(Vec::new());
     let mut writer = LogWriter::new(Path::new("bus.log"), &mut bytes, format).unwrap();
     for entry in entries {
         let _ = writer.write(entry).unwrap();
     }
     writer.finish().unwrap();
-    bytes
+    bytes.into_inner()
 }
 
 fn any_id() -> impl Strategy<Value = Id> {

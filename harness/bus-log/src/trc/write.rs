@@ -5,7 +5,6 @@ use super::super::error::LogError;
 use super::super::numbers::Numbers;
 use super::super::{Format, Kept, hex};
 use super::{DAYS_TO_1970, NANOS_A_DAY};
-use embedded_can::Frame as _;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use wire::can::{CanFrame, Id};

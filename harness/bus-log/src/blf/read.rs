@@ -1,0 +1,146 @@
+//! Reads a BLF file.
+
+use super::super::BUFFER_BYTES;
+use super::super::entry::Entry;
+use super::super::error::{Defect, LogError};
+use super::containers::{Containers, PADDING_MAX};
+use super::object::{self, OBJECT_BYTES_MAX};
+use super::{BEGAN_AT, OBJECT_BASE_BYTES, OBJECT_MARK, date};
+use std::io::Read;
+use std::path::Path;
+use wire::time::Timestamp;
+
+/// The entries of a BLF file.
+#[derive(Debug)]
+pub struct Reader<R: Read> {
+    containers: Containers<R>,
+    /// What the containers held and was not looked at yet: `buffer[start..end]`.
+    buffer: Vec<u8>,
+    start: usize,
+    end: usize,
+    /// Nanoseconds since 1970.
+    began: i64,
+    passed_over: u64,
+    ended: bool,
+}
+
+impl<R: Read> Reader<R> {
+    /// Reads from `input`; `path` is named in errors.
+    ///
+    /// # Errors
+    /// When it does not begin as such a file does.
+    pub fn new(path: &Path, input: R) -> Result<Self, LogError> {
+        let (containers, head) = Containers::new(path, input)?;
+        let began = head[BEGAN_AT..].first_chunk().and_then(date::parse).unwrap_or(0);
+        let buffer = vec![0; BUFFER_BYTES];
+        Ok(Self { containers, buffer, start: 0, end: 0, began, passed_over: 0, ended: false })
+    }
+
+    /// Objects so far that are no frames of a CAN bus.
+    pub const fn passed_over(&self) -> u64 {
+        self.passed_over + self.containers.passed_over()
+    }
+
+    fn read(&mut self) -> Result<Option<Entry>, LogError> {
+        while self.find()? {
+            let base = &self.buffer[self.start..self.start + OBJECT_BASE_BYTES];
+            let word = |place: usize| base[place..].first_chunk().copied().map(u32::from_le_bytes);
+            let (Some(length), Some(kind)) = (word(8), word(12)) else { return Ok(None) };
+            if (length as usize) < OBJECT_BASE_BYTES {
+                let found = format!("{length} bytes");
+                let defect = Defect::new("an object of at least 16 bytes", found.as_bytes());
+                return Err(self.containers.malformed(defect));
+            }
+            if !object::is_of_can(kind) {
+                self.passed_over += 1;
+                self.skip(length as usize)?;
+                continue;
+            }
+            let known = (length as usize).min(OBJECT_BYTES_MAX);
+            if !self.has(known)? {
+                return Err(self.cut());
+            }
+            let object = object::parse(kind, &self.buffer[self.start..self.start + known]);
+            let object = object.map_err(|defect| self.containers.malformed(defect))?;
+            self.skip(length as usize)?;
+            let Some(object) = object else {
+                self.passed_over += 1;
+                continue;
+            };
+            let at = self.began.checked_add_unsigned(object.since_begin).ok_or_else(|| {
+                let found = format!("{} ns since the begin", object.since_begin);
+                self.containers.malformed(Defect::new("a time before 2262", found.as_bytes()))
+            })?;
+            return Ok(Some(Entry {
+                at: Timestamp::from_nanos(at),
+                channel: object.channel,
+                direction: object.direction,
+                payload: object.payload,
+            }));
+        }
+        Ok(None)
+    }
+
+    /// Goes to the next object, of which the base is in the buffer; false at the end of the last container.
+    fn find(&mut self) -> Result<bool, LogError> {
+        let whole = self.has(OBJECT_BASE_BYTES + PADDING_MAX)?;
+        let rest = &self.buffer[self.start..self.end];
+        let near = &rest[..rest.len().min(OBJECT_MARK.len() + PADDING_MAX)];
+        if let Some(padding) = near.windows(OBJECT_MARK.len()).position(|near| near == OBJECT_MARK)
+        {
+            self.start += padding;
+            return if self.has(OBJECT_BASE_BYTES)? { Ok(true) } else { Err(self.cut()) };
+        }
+        if !whole && rest.len() <= PADDING_MAX && !rest.contains(&OBJECT_MARK[0]) {
+            return Ok(false);
+        }
+        let defect = Defect::new("an object that begins with `LOBJ`", near);
+        Err(self.containers.malformed(defect))
+    }
+
+    /// Whether the buffer holds so many bytes now, which are no more than it can.
+    fn has(&mut self, count: usize) -> Result<bool, LogError> {
+        while self.end - self.start < count {
+            self.buffer.copy_within(self.start..self.end, 0);
+            self.end -= self.start;
+            self.start = 0;
+            match self.containers.read(&mut self.buffer[self.end..])? {
+                0 => return Ok(false),
+                more => self.end += more,
+            }
+        }
+        Ok(true)
+    }
+
+    fn skip(&mut self, count: usize) -> Result<(), LogError> {
+        let mut left = count;
+        loop {
+            let now = left.min(self.end - self.start);
+            self.start += now;
+            left -= now;
+            if left == 0 {
+                return Ok(());
+            }
+            if !self.has(1)? {
+                return Err(self.cut());
+            }
+        }
+    }
+
+    fn cut(&self) -> LogError {
+        self.containers.malformed(Defect::new("a whole object", b"the end of the last container"))
+    }
+}
+
+impl<R: Read> Iterator for Reader<R> {
+    type Item = Result<Entry, LogError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.ended {
+            return None;
+        }
+        let read = self.read().transpose();
+        self.ended = !matches!(read, Some(Ok(_)));
+        read
+    }
+}

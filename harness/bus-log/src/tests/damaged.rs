@@ -1,0 +1,59 @@
+//! Files that are cut at every byte, or of which every byte is another: what comes before is good, and nothing panics.
+
+use super::samples::{read, written};
+use crate::{Channel, Direction, Entry, ErrorFrame, Format, Payload};
+use wire::can::{CanFrame, ExtendedId, FdFlags, StandardId};
+use wire::time::Timestamp;
+
+fn entries() -> Vec<Entry> {
+    let standard = StandardId::new(0x123).unwrap();
+    let extended = ExtendedId::new(0x123_4567).unwrap();
+    let payloads = [
+        Payload::Frame(CanFrame::new(standard, &[1, 2, 3]).unwrap()),
+        Payload::Frame(CanFrame::fd(extended, FdFlags::from_bits(1), &[7; 20]).unwrap()),
+        Payload::Frame(CanFrame::of_word(0x4000_0123, None, 4, &[]).unwrap()),
+        Payload::Error(ErrorFrame::BUS_ERROR),
+        Payload::Frame(CanFrame::new(extended, &[9; 8]).unwrap()),
+    ];
+    let entry = |(index, payload): (usize, Payload)| Entry {
+        at: Timestamp::from_nanos(1_506_783_973_191_000_000 + index as i64 * 250_000),
+        channel: Channel::numbered(index as u32 % 2),
+        direction: (!matches!(payload, Payload::Error(_))).then_some(Direction::Rx),
+        payload,
+    };
+    payloads.into_iter().enumerate().map(entry).collect()
+}
+
+#[test]
+fn a_file_that_is_cut_is_good_up_to_there() {
+    let entries = entries();
+    for format in [Format::Trc, Format::Blf] {
+        let whole = written(format, &entries);
+        let (found, error) = read(format, &whole);
+        assert!(error.is_none() && found == entries, "{error:?}");
+        let mut told = 0;
+        for length in 0..whole.len() {
+            let (found, error) = read(format, &whole[..length]);
+            // Of a line that is cut something else may be left.
+            let good = found.len().saturating_sub(usize::from(format == Format::Trc));
+            assert_eq!(found[..good], entries[..good], "{format:?} of {length} bytes");
+            told += usize::from(error.is_some());
+        }
+        assert!(format == Format::Trc || told > whole.len() - 10, "{told} of {}", whole.len());
+    }
+}
+
+#[test]
+fn a_byte_that_is_another_makes_nothing_panic() {
+    for format in [Format::Trc, Format::Blf] {
+        let whole = written(format, &entries());
+        for place in 0..whole.len() {
+            for other in [0, 1, 0x7f, 0x80, 0xff] {
+                let mut bytes = whole.clone();
+                bytes[place] ^= other;
+                let (found, _) = read(format, &bytes);
+                assert!(found.len() <= whole.len(), "{format:?} at {place}");
+            }
+        }
+    }
+}
