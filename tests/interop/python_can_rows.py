@@ -4,22 +4,43 @@ A row is `micros channel kind identifier flags dlc data direction`; an error fra
 """
 
 import sys
+from pathlib import Path
 
 from can import Message
-from can.io import ASCReader, ASCWriter, CanutilsLogReader, CanutilsLogWriter
+from can.io import (
+    ASCReader,
+    ASCWriter,
+    BLFReader,
+    BLFWriter,
+    CanutilsLogReader,
+    CanutilsLogWriter,
+    TRCReader,
+    TRCWriter,
+)
+
+# With the date in the head of an ASC file; python-can takes it as local time.
+READERS = {
+    ".asc": lambda path: ASCReader(path, relative_timestamp=False),
+    ".blf": BLFReader,
+    ".log": CanutilsLogReader,
+    ".trc": TRCReader,
+}
+WRITERS = {".asc": ASCWriter, ".blf": BLFWriter, ".log": CanutilsLogWriter, ".trc": TRCWriter}
 
 
-def row(message):
+def row(message, first):
     micros = round(message.timestamp * 1e6)
     if message.is_error_frame:
         return f"{micros} - error - 0 0 - -"
-    channel = message.channel if isinstance(message.channel, str) else f"can{message.channel}"
+    channel = message.channel if isinstance(message.channel, str) else f"can{message.channel - first}"
     kind = "fd" if message.is_fd else "remote" if message.is_remote_frame else "data"
     identifier = f"{message.arbitration_id:X}" + ("x" if message.is_extended_id else "")
     flags = message.bitrate_switch | message.error_state_indicator << 1
     data = message.data.hex() or "-"
     direction = "Rx" if message.is_rx else "Tx"
-    return f"{micros} {channel} {kind} {identifier} {flags:d} {message.dlc} {data} {direction}"
+    # Of a CAN FD frame in a TRC file python-can has the code there.
+    dlc = len(message.data) if message.is_fd else message.dlc
+    return f"{micros} {channel} {kind} {identifier} {flags:d} {dlc} {data} {direction}"
 
 
 def message(row):
@@ -45,14 +66,14 @@ def message(row):
 
 def main():
     what, path = sys.argv[1:]
-    is_asc = path.endswith(".asc")
+    end = Path(path).suffix
     if what == "read":
-        # With the date in the head; python-can takes it as local time.
-        log = ASCReader(path, relative_timestamp=False) if is_asc else CanutilsLogReader(path)
-        for entry in log:
-            print(row(entry))
+        # Buses of a TRC file stay as they are there, from 1.
+        first = 1 if end == ".trc" else 0
+        for entry in READERS[end](path):
+            print(row(entry, first))
     else:
-        with (ASCWriter if is_asc else CanutilsLogWriter)(path) as log:
+        with WRITERS[end](path) as log:
             for line in sys.stdin:
                 log.on_message_received(message(line))
 

@@ -6,10 +6,11 @@
 //! | [`asc`] | `.asc` | Vector's tools, `asc2log`, python-can | 1 us | no |
 //! | [`pcapng`] | `.pcapng` | Wireshark, tshark | 1 ns | as `LINKTYPE_USER0` |
 //! | [`blf`] | `.blf` | Vector's tools, python-can | 1 ns | no |
+//! | [`mdf4`] | `.mf4` | asammdf, loggers and Vector's tools | 1 ns | no |
 //! | [`trc`] | `.trc` | PEAK's tools, python-can | 1 us | no |
 //!
 //! A reader is an iterator over [`Entry`]; after an error there are no more. Neither a reader nor a
-//! writer holds more than one line, or one block, and the names of the channels. What a format has no
+//! writer holds more than one line, or a few blocks, and the names of the channels. What a format has no
 //! place for is left out, and the writer says so ([`Kept`]).
 //!
 //! [`convert`] goes from file to file, [`recorded`] from the record of a run to entries, [`replay`] from
@@ -23,6 +24,7 @@ mod entry;
 mod error;
 mod hex;
 mod lines;
+pub mod mdf4;
 mod numbers;
 pub mod pcapng;
 pub mod playable;
@@ -31,13 +33,14 @@ pub mod replay;
 #[cfg(test)]
 mod tests;
 pub mod trc;
+mod window;
 
 pub use entry::{CHANNEL_BYTES_MAX, Channel, Direction, Entry, ErrorFrame, Payload};
 pub use error::{Defect, LogError, Place};
 
 use record::reading::{Teller, TellingFile};
 use std::fs::File;
-use std::io::{BufWriter, Seek, Write};
+use std::io::{BufWriter, Read, Seek, Write};
 use std::path::Path;
 
 /// Bytes gathered before a file sees them.
@@ -56,11 +59,14 @@ pub enum Format {
     Trc,
     /// Vector BLF.
     Blf,
+    /// ASAM MDF 4 with bus logging.
+    Mdf4,
 }
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 5] = [Self::Candump, Self::Asc, Self::Pcapng, Self::Trc, Self::Blf];
+    pub const ALL: [Self; 6] =
+        [Self::Candump, Self::Asc, Self::Pcapng, Self::Trc, Self::Blf, Self::Mdf4];
 
     /// Its name, as in messages and arguments.
     pub const fn name(self) -> &'static str {
@@ -70,6 +76,7 @@ impl Format {
             Self::Pcapng => "pcapng",
             Self::Trc => "trc",
             Self::Blf => "blf",
+            Self::Mdf4 => "mdf4",
         }
     }
 
@@ -81,6 +88,7 @@ impl Format {
             Self::Pcapng => "pcapng",
             Self::Trc => "trc",
             Self::Blf => "blf",
+            Self::Mdf4 => "mf4",
         }
     }
 
@@ -115,17 +123,19 @@ pub enum Kept {
 
 /// The entries of a file, in its order.
 #[derive(Debug)]
-pub enum LogReader {
+pub enum LogReader<R: Read + Seek = TellingFile> {
     /// Of a candump log.
-    Candump(candump::Reader<TellingFile>),
-    /// Of an ASC file. Boxed: it keeps more than the others.
-    Asc(Box<asc::Reader<TellingFile>>),
+    Candump(candump::Reader<R>),
+    /// Of an ASC file. Boxed, as others that keep more than a line.
+    Asc(Box<asc::Reader<R>>),
     /// Of a pcapng file.
-    Pcapng(Box<pcapng::Reader<TellingFile>>),
+    Pcapng(Box<pcapng::Reader<R>>),
     /// Of a TRC file.
-    Trc(Box<trc::Reader<TellingFile>>),
+    Trc(Box<trc::Reader<R>>),
     /// Of a BLF file.
-    Blf(Box<blf::Reader<TellingFile>>),
+    Blf(Box<blf::Reader<R>>),
+    /// Of an MDF file.
+    Mdf4(Box<mdf4::Reader<R>>),
 }
 
 impl LogReader {
@@ -144,29 +154,41 @@ impl LogReader {
     pub fn open_telling(path: &Path, format: Format, teller: Teller) -> Result<Self, LogError> {
         let file = TellingFile::open(path, teller);
         let file = file.map_err(|source| LogError::unreadable(path, source))?;
+        Self::new(path, file, format)
+    }
+}
+
+impl<R: Read + Seek> LogReader<R> {
+    /// Reads from `input`; `path` is named in errors.
+    ///
+    /// # Errors
+    /// When it does not begin as such a file does.
+    pub fn new(path: &Path, input: R, format: Format) -> Result<Self, LogError> {
         Ok(match format {
-            Format::Candump => Self::Candump(candump::Reader::new(path, file)),
-            Format::Asc => Self::Asc(Box::new(asc::Reader::new(path, file))),
-            Format::Pcapng => Self::Pcapng(Box::new(pcapng::Reader::new(path, file)?)),
-            Format::Trc => Self::Trc(Box::new(trc::Reader::new(path, file))),
-            Format::Blf => Self::Blf(Box::new(blf::Reader::new(path, file)?)),
+            Format::Candump => Self::Candump(candump::Reader::new(path, input)),
+            Format::Asc => Self::Asc(Box::new(asc::Reader::new(path, input))),
+            Format::Pcapng => Self::Pcapng(Box::new(pcapng::Reader::new(path, input)?)),
+            Format::Trc => Self::Trc(Box::new(trc::Reader::new(path, input))),
+            Format::Blf => Self::Blf(Box::new(blf::Reader::new(path, input)?)),
+            Format::Mdf4 => Self::Mdf4(Box::new(mdf4::Reader::new(path, input)?)),
         })
     }
 
-    /// Lines, blocks or objects so far that are neither frames nor packets of a serial line: statistics, status,
+    /// Lines, blocks, objects or records so far that are neither frames nor packets of a serial line: statistics, status,
     /// other buses, other link types.
-    pub const fn passed_over(&self) -> u64 {
+    pub fn passed_over(&self) -> u64 {
         match self {
             Self::Candump(_) => 0,
             Self::Asc(reader) => reader.passed_over(),
             Self::Pcapng(reader) => reader.passed_over(),
             Self::Trc(reader) => reader.passed_over(),
             Self::Blf(reader) => reader.passed_over(),
+            Self::Mdf4(reader) => reader.passed_over(),
         }
     }
 }
 
-impl Iterator for LogReader {
+impl<R: Read + Seek> Iterator for LogReader<R> {
     type Item = Result<Entry, LogError>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -176,6 +198,7 @@ impl Iterator for LogReader {
             Self::Pcapng(reader) => reader.next(),
             Self::Trc(reader) => reader.next(),
             Self::Blf(reader) => reader.next(),
+            Self::Mdf4(reader) => reader.next(),
         }
     }
 }
@@ -193,6 +216,8 @@ pub enum LogWriter<W: Write + Seek = BufWriter<File>> {
     Trc(trc::Writer<W>),
     /// A BLF file.
     Blf(blf::Writer<W>),
+    /// An MDF file.
+    Mdf4(mdf4::Writer<W>),
 }
 
 impl LogWriter {
@@ -218,6 +243,7 @@ impl<W: Write + Seek> LogWriter<W> {
             Format::Pcapng => Self::Pcapng(pcapng::Writer::new(path, out)?),
             Format::Trc => Self::Trc(trc::Writer::new(path, out)),
             Format::Blf => Self::Blf(blf::Writer::new(path, out)?),
+            Format::Mdf4 => Self::Mdf4(mdf4::Writer::new(path, out)?),
         })
     }
 
@@ -232,6 +258,7 @@ impl<W: Write + Seek> LogWriter<W> {
             Self::Pcapng(writer) => writer.write(entry),
             Self::Trc(writer) => writer.write(entry),
             Self::Blf(writer) => writer.write(entry),
+            Self::Mdf4(writer) => writer.write(entry),
         }
     }
 
@@ -246,6 +273,7 @@ impl<W: Write + Seek> LogWriter<W> {
             Self::Pcapng(writer) => writer.finish(),
             Self::Trc(writer) => writer.finish(),
             Self::Blf(writer) => writer.finish(),
+            Self::Mdf4(writer) => writer.finish(),
         }
     }
 }

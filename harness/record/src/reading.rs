@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -59,6 +59,12 @@ impl TellingFile {
     }
 }
 
+impl Seek for TellingFile {
+    fn seek(&mut self, place: SeekFrom) -> io::Result<u64> {
+        self.file.seek(place)
+    }
+}
+
 impl Read for TellingFile {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = self.file.read(buffer)?;
@@ -68,7 +74,8 @@ impl Read for TellingFile {
             && self.length > 0
         {
             self.next = self.read + self.length / PARTS;
-            tell(self.read as f64 / self.length as f64);
+            // Who goes back and forth reads some of it twice.
+            tell((self.read as f64 / self.length as f64).min(1.0));
         }
         Ok(count)
     }

@@ -124,13 +124,14 @@ impl rig_build::Parts for Reader<'_> {
 
     #[cfg(feature = "logs")]
     fn log(&mut self, file: &Source) -> Result<Vec<Logged>, RigError> {
-        use bus_log::{Format, asc, candump, trc};
+        use bus_log::{Format, LogReader};
         let path = std::path::Path::new(&file.origin);
-        let text = file.text.as_bytes();
         match Format::of_path(path) {
-            Some(Format::Candump) => Ok(logged(candump::Reader::new(path, text))?),
-            Some(Format::Asc) => Ok(logged(asc::Reader::new(path, text))?),
-            Some(Format::Trc) => Ok(logged(trc::Reader::new(path, text))?),
+            // What a rig names is text.
+            Some(format @ (Format::Candump | Format::Asc | Format::Trc)) => {
+                let text = std::io::Cursor::new(file.text.as_bytes());
+                Ok(logged(LogReader::new(path, text, format)?)?)
+            }
             _ => Err(RigError::LogFormat { origin: file.origin.clone() }),
         }
     }

@@ -1,4 +1,4 @@
-//! python-can and python-pcapng as referees, by the scripts in `tests/interop`.
+//! python-can, python-pcapng and asammdf as referees, by the scripts in `tests/interop`.
 
 use super::rows::{read, row, rows, sample, write};
 use bus_log::{Entry, Payload};
@@ -16,14 +16,14 @@ fn script(name: &str) -> PathBuf {
     root().join("tests/interop").join(name)
 }
 
-/// Both referees are there.
+/// All referees are there.
 fn is_there() -> bool {
     let loaded = Command::new(python()).arg(script("load.py")).output();
     if loaded.is_ok_and(|loaded| loaded.status.success()) {
         return true;
     }
     let python = python();
-    let why = format!("{} has no python-can or no python-pcapng", python.to_string_lossy());
+    let why = format!("{} has no python-can, python-pcapng or asammdf", python.to_string_lossy());
     skips::skip(why, "tests/interop/README.md says how to install them");
     false
 }
@@ -46,8 +46,30 @@ fn run(name: &str, what: &str, path: &Path, input: &str) -> String {
 }
 
 /// Who reads and writes which format, by the end of its files.
-const REFEREES: [(&str, &str); 3] =
-    [("python_can_rows.py", "log"), ("python_can_rows.py", "asc"), ("pcapng_rows.py", "pcapng")];
+const REFEREES: [(&str, &str); 6] = [
+    ("python_can_rows.py", "log"),
+    ("python_can_rows.py", "asc"),
+    ("python_can_rows.py", "trc"),
+    ("python_can_rows.py", "blf"),
+    ("pcapng_rows.py", "pcapng"),
+    ("mdf4_rows.py", "mf4"),
+];
+
+/// The row of an entry as python-can has it after reading a TRC file; `None` of an error frame, which it passes over.
+fn row_of_trc(entry: &Entry) -> Option<String> {
+    let Payload::Frame(frame) = &entry.payload else { return None };
+    let row = row(entry);
+    let mut words: Vec<_> = row.split(' ').collect();
+    if frame.fd_flags().is_some() {
+        // PEAK has `FE` for ESI alone and `BI` for both flags; python-can 4.6 has it the other way round, without BRS.
+        words[4] = match words[4] {
+            "2" => "3",
+            "3" => "2",
+            other => other,
+        };
+    }
+    Some(words.join(" ") + "\n")
+}
 
 /// Each referee reads what is written here.
 #[test]
@@ -60,7 +82,11 @@ fn what_is_written_here_python_reads() {
     for (script, end) in REFEREES {
         let path = dir.path().join("bus").with_extension(end);
         write(&path, &entries);
-        assert_eq!(run(script, "read", &path, ""), rows(&entries), "{end}");
+        let expected = match end {
+            "trc" => entries.iter().filter_map(row_of_trc).collect(),
+            _ => rows(&entries),
+        };
+        assert_eq!(run(script, "read", &path, ""), expected, "{end}");
     }
 }
 
@@ -71,9 +97,17 @@ fn what_python_writes_is_read_here() {
         return;
     }
     let dir = tempfile::tempdir().unwrap();
-    let entries = sample();
     for (script, end) in REFEREES {
         let path = dir.path().join("bus").with_extension(end);
+        let mut entries = sample();
+        if end == "trc" {
+            // python-can writes neither remote requests nor CAN FD nor error frames there.
+            let is_plain = |entry: &Entry| match &entry.payload {
+                Payload::Frame(frame) => frame.fd_flags().is_none() && !frame.is_remote(),
+                _ => false,
+            };
+            entries.retain(is_plain);
+        }
         run(script, "write", &path, &rows(&entries));
         let kept = |entry: &Entry| match (&entry.payload, end) {
             // The length of a remote request is not in the candump logs of python-can.
@@ -88,5 +122,22 @@ fn what_python_writes_is_read_here() {
         let expected: Vec<_> = entries.iter().map(kept).collect();
         let found: Vec<_> = read(&path).iter().map(row).collect();
         assert_eq!(found, expected, "{end}");
+    }
+}
+
+/// asammdf lays out an MDF file in several ways.
+#[test]
+fn mdf_files_of_asammdf_are_read_however_they_are_compressed() {
+    if !is_there() {
+        return;
+    }
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("bus.mf4");
+    let entries = sample();
+    for way in ["write-plain", "write-transposed"] {
+        run("mdf4_rows.py", way, &path, &rows(&entries));
+        let found: Vec<_> = read(&path).iter().map(row).collect();
+        let expected: Vec<_> = entries.iter().map(row).collect();
+        assert_eq!(found, expected, "{way}");
     }
 }

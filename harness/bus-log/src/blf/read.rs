@@ -1,8 +1,8 @@
 //! Reads a BLF file.
 
-use super::super::BUFFER_BYTES;
 use super::super::entry::Entry;
 use super::super::error::{Defect, LogError};
+use super::super::window::Window;
 use super::containers::{Containers, PADDING_MAX};
 use super::object::{self, OBJECT_BYTES_MAX};
 use super::{BEGAN_AT, OBJECT_BASE_BYTES, OBJECT_MARK, date};
@@ -14,10 +14,7 @@ use wire::time::Timestamp;
 #[derive(Debug)]
 pub struct Reader<R: Read> {
     containers: Containers<R>,
-    /// What the containers held and was not looked at yet: `buffer[start..end]`.
-    buffer: Vec<u8>,
-    start: usize,
-    end: usize,
+    window: Window,
     /// Nanoseconds since 1970.
     began: i64,
     passed_over: u64,
@@ -32,8 +29,7 @@ impl<R: Read> Reader<R> {
     pub fn new(path: &Path, input: R) -> Result<Self, LogError> {
         let (containers, head) = Containers::new(path, input)?;
         let began = head[BEGAN_AT..].first_chunk().and_then(date::parse).unwrap_or(0);
-        let buffer = vec![0; BUFFER_BYTES];
-        Ok(Self { containers, buffer, start: 0, end: 0, began, passed_over: 0, ended: false })
+        Ok(Self { containers, window: Window::new(), began, passed_over: 0, ended: false })
     }
 
     /// Objects so far that are no frames of a CAN bus.
@@ -43,7 +39,7 @@ impl<R: Read> Reader<R> {
 
     fn read(&mut self) -> Result<Option<Entry>, LogError> {
         while self.find()? {
-            let base = &self.buffer[self.start..self.start + OBJECT_BASE_BYTES];
+            let base = self.window.bytes();
             let word = |place: usize| base[place..].first_chunk().copied().map(u32::from_le_bytes);
             let (Some(length), Some(kind)) = (word(8), word(12)) else { return Ok(None) };
             if (length as usize) < OBJECT_BASE_BYTES {
@@ -53,16 +49,16 @@ impl<R: Read> Reader<R> {
             }
             if !object::is_of_can(kind) {
                 self.passed_over += 1;
-                self.skip(length as usize)?;
+                self.skip(length)?;
                 continue;
             }
             let known = (length as usize).min(OBJECT_BYTES_MAX);
             if !self.has(known)? {
                 return Err(self.cut());
             }
-            let object = object::parse(kind, &self.buffer[self.start..self.start + known]);
+            let object = object::parse(kind, &self.window.bytes()[..known]);
             let object = object.map_err(|defect| self.containers.malformed(defect))?;
-            self.skip(length as usize)?;
+            self.skip(length)?;
             let Some(object) = object else {
                 self.passed_over += 1;
                 continue;
@@ -84,11 +80,11 @@ impl<R: Read> Reader<R> {
     /// Goes to the next object, of which the base is in the buffer; false at the end of the last container.
     fn find(&mut self) -> Result<bool, LogError> {
         let whole = self.has(OBJECT_BASE_BYTES + PADDING_MAX)?;
-        let rest = &self.buffer[self.start..self.end];
+        let rest = self.window.bytes();
         let near = &rest[..rest.len().min(OBJECT_MARK.len() + PADDING_MAX)];
         if let Some(padding) = near.windows(OBJECT_MARK.len()).position(|near| near == OBJECT_MARK)
         {
-            self.start += padding;
+            self.skip(padding as u32)?;
             return if self.has(OBJECT_BASE_BYTES)? { Ok(true) } else { Err(self.cut()) };
         }
         if !whole && rest.len() <= PADDING_MAX && !rest.contains(&OBJECT_MARK[0]) {
@@ -98,33 +94,13 @@ impl<R: Read> Reader<R> {
         Err(self.containers.malformed(defect))
     }
 
-    /// Whether the buffer holds so many bytes now, which are no more than it can.
     fn has(&mut self, count: usize) -> Result<bool, LogError> {
-        while self.end - self.start < count {
-            self.buffer.copy_within(self.start..self.end, 0);
-            self.end -= self.start;
-            self.start = 0;
-            match self.containers.read(&mut self.buffer[self.end..])? {
-                0 => return Ok(false),
-                more => self.end += more,
-            }
-        }
-        Ok(true)
+        self.window.has(count, |out| self.containers.read(out))
     }
 
-    fn skip(&mut self, count: usize) -> Result<(), LogError> {
-        let mut left = count;
-        loop {
-            let now = left.min(self.end - self.start);
-            self.start += now;
-            left -= now;
-            if left == 0 {
-                return Ok(());
-            }
-            if !self.has(1)? {
-                return Err(self.cut());
-            }
-        }
+    fn skip(&mut self, count: u32) -> Result<(), LogError> {
+        let skipped = self.window.skip(u64::from(count), |out| self.containers.read(out))?;
+        if skipped { Ok(()) } else { Err(self.cut()) }
     }
 
     fn cut(&self) -> LogError {

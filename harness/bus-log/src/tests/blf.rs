@@ -129,13 +129,12 @@ fn objects_of_vectors_tools_are_read_whichever_containers_they_cross() {
 
 #[test]
 fn what_other_objects_there_are_is_counted() {
-    let dir = tempfile::tempdir().unwrap();
-    let path = dir.path().join("bus.blf");
     let mut bytes = file(&objects(), 100);
     // Beside the containers, too.
     bytes.extend(object(65, 32, 2, 0, &[0; 8]));
-    std::fs::write(&path, bytes).unwrap();
-    let mut reader = crate::LogReader::open(&path, Format::Blf).unwrap();
+    let path = std::path::Path::new("bus.blf");
+    let input = std::io::Cursor::new(bytes);
+    let mut reader = crate::LogReader::new(path, input, Format::Blf).unwrap();
     assert!(reader.by_ref().all(|entry| entry.is_ok()));
     // An event, a frame that is still to be sent, and that.
     assert_eq!(reader.passed_over(), 3);

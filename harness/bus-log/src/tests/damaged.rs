@@ -27,7 +27,7 @@ fn entries() -> Vec<Entry> {
 #[test]
 fn a_file_that_is_cut_is_good_up_to_there() {
     let entries = entries();
-    for format in [Format::Trc, Format::Blf] {
+    for format in [Format::Trc, Format::Blf, Format::Mdf4] {
         let whole = written(format, &entries);
         let (found, error) = read(format, &whole);
         assert!(error.is_none() && found == entries, "{error:?}");
@@ -45,7 +45,7 @@ fn a_file_that_is_cut_is_good_up_to_there() {
 
 #[test]
 fn a_byte_that_is_another_makes_nothing_panic() {
-    for format in [Format::Trc, Format::Blf] {
+    for format in [Format::Trc, Format::Blf, Format::Mdf4] {
         let whole = written(format, &entries());
         for place in 0..whole.len() {
             for other in [0, 1, 0x7f, 0x80, 0xff] {

@@ -79,7 +79,7 @@ proptest! {
     }
 
     #[test]
-    fn a_blf_file_comes_back_to_the_nanosecond(
+    fn blf_and_mdf4_files_come_back_to_the_nanosecond(
         began_ms in 0i64..4_000_000_000_000,
         frames in prop::collection::vec(
             (any_frame(), 0i64..10_000_000_000, 0u32..4, any::<bool>()), 0..20),
@@ -91,7 +91,15 @@ proptest! {
         }
         let (again, error) = read(Format::Blf, &written(Format::Blf, &entries));
         prop_assert!(error.is_none(), "{:?}", error);
-        let expected: Vec<_> = entries.into_iter().map(bare_error).collect();
+        let mut expected: Vec<_> = entries.iter().copied().map(bare_error).collect();
+        prop_assert_eq!(&again, &expected);
+        let (again, error) = read(Format::Mdf4, &written(Format::Mdf4, &entries));
+        prop_assert!(error.is_none(), "{:?}", error);
+        // Groups of one kind each: at one instant frames come before remote requests, and those before errors.
+        expected.sort_by_key(|entry| (entry.at, match entry.payload {
+            Payload::Frame(frame) => u8::from(frame.is_remote()),
+            _ => 2,
+        }));
         prop_assert_eq!(again, expected);
     }
 
@@ -128,7 +136,13 @@ proptest! {
 fn a_channel_too_many_is_left_out() {
     use crate::{Kept, LogWriter};
     let path = std::path::Path::new("bus.log");
-    let limits = [(Format::Asc, 32), (Format::Pcapng, 256), (Format::Trc, 16), (Format::Blf, 32)];
+    let limits = [
+        (Format::Asc, 32),
+        (Format::Pcapng, 256),
+        (Format::Trc, 16),
+        (Format::Blf, 32),
+        (Format::Mdf4, 32),
+    ];
     for (format, most) in limits {
         let mut writer = LogWriter::new(path, Cursor::new(Vec::new()), format).unwrap();
         for number in 0..=most {

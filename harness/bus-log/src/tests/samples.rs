@@ -13,11 +13,8 @@ use wire::time::Timestamp;
 
 /// What a file with these bytes holds, as far as it can be read, and how it ends.
 pub(super) fn read(format: Format, bytes: &[u8]) -> (Vec<Entry>, Option<LogError>) {
-    let dir = tempfile::tempdir().unwrap();
-    let path = dir.path().join("bus.log");
-    std::fs::write(&path, bytes).unwrap();
     let mut entries = Vec::new();
-    let reader = match LogReader::open(&path, format) {
+    let reader = match LogReader::new(Path::new("bus.log"), Cursor::new(bytes), format) {
         Ok(reader) => reader,
         Err(error) => return (entries, Some(error)),
     };

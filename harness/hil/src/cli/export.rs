@@ -62,8 +62,8 @@ pub(super) struct ExportArguments {
     /// Compress the table.
     #[arg(long)]
     gzip: bool,
-    /// A bus log to write instead: FILE.log (candump), FILE.asc or FILE.blf (Vector), FILE.trc (PEAK) or
-    /// FILE.pcapng (Wireshark, with the serial lines). The run must have been recorded with --record full.
+    /// A bus log to write instead: FILE.log (candump), FILE.asc or FILE.blf (Vector), FILE.trc (PEAK), FILE.mf4
+    /// (MDF 4) or FILE.pcapng (Wireshark, with the serial lines). The run must have been recorded with --record full.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip"])]
     bus: Option<PathBuf>,
     /// A folder for the run's tables instead: states, observations, events, measurements and more.

@@ -26,7 +26,7 @@ use views::console::{self, Style};
 #[derive(Debug, Args)]
 #[command(after_help = EXIT_STATUSES)]
 pub(super) struct ImportArguments {
-    /// The log: candump (.log), Vector ASC (.asc) or BLF (.blf), pcapng (.pcapng) or PEAK TRC (.trc).
+    /// The log: candump (.log), Vector ASC (.asc) or BLF (.blf), pcapng (.pcapng), PEAK TRC (.trc) or MDF 4 (.mf4).
     #[arg(value_name = "LOG")]
     log: PathBuf,
     /// Plan that the bench carried out, name or path.

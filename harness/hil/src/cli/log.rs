@@ -12,7 +12,7 @@ use record::outcome::Outcome;
 use std::path::{Path, PathBuf};
 
 /// Reads, writes and plays bus logs: candump (.log), Vector ASC (.asc) and BLF (.blf), pcapng (.pcapng), PEAK TRC
-/// (.trc).
+/// (.trc), MDF 4 (.mf4).
 #[derive(Debug, Args)]
 pub(super) struct LogArguments {
     #[command(subcommand)]
@@ -34,8 +34,8 @@ enum Command {
 
 /// Writes a log in another format.
 ///
-/// Candump, ASC and TRC keep microseconds. Only pcapng keeps serial lines. ASC, BLF and TRC call channels by numbers from 1
-/// (can0 is 1) and know of an error frame only that it was. What is left out is counted.
+/// Candump, ASC and TRC keep microseconds. Only pcapng keeps serial lines. ASC, BLF, MDF and TRC call channels by numbers
+/// from 1 (can0 is 1) and know of an error frame only that it was. What is left out is counted.
 #[derive(Debug, Args)]
 struct ConvertArguments {
     /// The log.

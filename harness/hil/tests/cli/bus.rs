@@ -67,11 +67,12 @@ fn figures(hil: &Hil, run: &str) -> Vec<(String, Option<f64>, u64)> {
 #[test]
 fn a_log_of_a_run_is_judged_as_the_run_was() {
     let hil = recorded();
-    for log in ["bus.log", "bus.asc", "bus.pcapng", "bus.trc", "bus.blf"] {
+    for end in ["log", "asc", "pcapng", "trc", "blf", "mf4"] {
+        let log = &format!("bus.{end}");
         let exported = hil.run(&["export", "run", "--bus", log]).exits(0);
         assert!(exported.out.starts_with(&format!("{log}: ")), "{}", exported.out);
         let only_pcapng = exported.out.contains("packets of serial lines left out");
-        assert_eq!(only_pcapng, log != "bus.pcapng", "{}", exported.out);
+        assert_eq!(only_pcapng, end != "pcapng", "{}", exported.out);
         let arguments = ["import", log, "--plan", "lines.toml", "--out", "again"];
         let imported = hil.run(&arguments).exits(0);
         assert!(imported.err.contains("can0: ") && imported.err.contains(" 6 moves"));
@@ -98,7 +99,8 @@ fn logs_are_converted_there_and_back() {
     convert("b.pcapng", "c.asc");
     convert("c.asc", "f.trc");
     convert("f.trc", "g.blf");
-    convert("g.blf", "d.log");
+    convert("g.blf", "h.mf4");
+    convert("h.mf4", "d.log");
     let read = |name| fs::read_to_string(hil.path(name)).unwrap();
     assert_eq!(read("a.log"), read("d.log"));
     assert!(read("a.log").lines().count() > 1_000);
@@ -138,5 +140,5 @@ fn a_run_without_frames_has_no_log() {
     assert!(none.err.contains("--record full"), "{}", none.err);
     assert!(!hil.path("bus.log").exists());
     let name = hil.run(&["export", "run", "--bus", "bus.txt"]).exits(2);
-    assert!(name.err.contains(".log, .asc, .pcapng, .trc or .blf"), "{}", name.err);
+    assert!(name.err.contains(".log, .asc, .pcapng, .trc, .blf or .mf4"), "{}", name.err);
 }

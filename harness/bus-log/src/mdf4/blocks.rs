@@ -1,0 +1,168 @@
+//! Blocks of an MDF file by their addresses.
+
+use super::super::Format;
+use super::super::error::{Defect, LogError, Place};
+use super::BLOCK_HEAD_BYTES;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+/// Links of a block that are looked at.
+const LINKS_MAX: usize = 8;
+/// Bytes of a block behind its links that are looked at.
+const DATA_MAX: usize = 256;
+
+/// A file whose parts are read by their places.
+#[derive(Debug)]
+pub(super) struct Source<R> {
+    path: PathBuf,
+    input: R,
+    length: u64,
+}
+
+/// A block, as far as it matters.
+pub(super) struct Block {
+    pub(super) address: u64,
+    pub(super) length: u64,
+    pub(super) link_count: u64,
+    mark: [u8; 4],
+    links: [u64; LINKS_MAX],
+    data: [u8; DATA_MAX],
+    known: usize,
+}
+
+impl<R: Read + Seek> Source<R> {
+    pub(super) fn new(path: &Path, mut input: R) -> Result<Self, LogError> {
+        let length = input.seek(SeekFrom::End(0));
+        let length = length.map_err(|source| LogError::unreadable(path, source))?;
+        Ok(Self { path: path.to_owned(), input, length })
+    }
+
+    /// Bytes of the file.
+    pub(super) const fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// A defect in what begins at that byte.
+    pub(super) fn malformed(&self, address: u64, defect: Defect) -> LogError {
+        LogError::malformed(&self.path, Format::Mdf4, Place::Byte(address), defect)
+    }
+
+    /// Fills `out` as far as the file goes.
+    pub(super) fn at(&mut self, place: u64, out: &mut [u8]) -> Result<usize, LogError> {
+        if place >= self.length {
+            return Ok(0);
+        }
+        let mut read = || -> io::Result<usize> {
+            self.input.seek(SeekFrom::Start(place))?;
+            let mut count = 0;
+            while count < out.len() {
+                match self.input.read(&mut out[count..]) {
+                    Ok(0) => break,
+                    Ok(more) => count += more,
+                    Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                    Err(error) => return Err(error),
+                }
+            }
+            Ok(count)
+        };
+        read().map_err(|source| LogError::unreadable(&self.path, source))
+    }
+
+    /// The block at that address.
+    pub(super) fn any_block(&mut self, address: u64) -> Result<Block, LogError> {
+        let mut head = [0; BLOCK_HEAD_BYTES];
+        if self.at(address, &mut head)? < head.len() {
+            return Err(self.malformed(address, Defect::new("a block", b"the end of the file")));
+        }
+        let word = |place: usize| {
+            head[place..].first_chunk().map_or(0, |bytes| u64::from_le_bytes(*bytes))
+        };
+        let (length, link_count) = (word(8), word(16));
+        let links_bytes = link_count.checked_mul(8).and_then(|l| l.checked_add(head.len() as u64));
+        let Some(data_bytes) = links_bytes.and_then(|bytes| length.checked_sub(bytes)) else {
+            let found = format!("{length} bytes, {link_count} links");
+            let defect = Defect::new("a block that has room for its links", found.as_bytes());
+            return Err(self.malformed(address, defect));
+        };
+        let mut links = [0; LINKS_MAX];
+        let mut bytes = [0; 8 * LINKS_MAX];
+        let count = link_count.min(LINKS_MAX as u64) as usize;
+        let behind = address + head.len() as u64;
+        if self.at(behind, &mut bytes[..8 * count])? < 8 * count {
+            return Err(self.cut(address));
+        }
+        for (link, bytes) in links.iter_mut().zip(bytes.as_chunks().0) {
+            *link = u64::from_le_bytes(*bytes);
+        }
+        let mut data = [0; DATA_MAX];
+        let most = data_bytes.min(DATA_MAX as u64) as usize;
+        let known = self.at(behind.saturating_add(8 * link_count), &mut data[..most])?;
+        let mark = *head.first_chunk().unwrap_or(&[0; 4]);
+        Ok(Block { address, length, link_count, mark, links, data, known })
+    }
+
+    /// The block at that address, which must have that mark.
+    pub(super) fn block(&mut self, address: u64, mark: &'static str) -> Result<Block, LogError> {
+        let block = self.any_block(address)?;
+        if block.mark == mark.as_bytes() {
+            return Ok(block);
+        }
+        let defect = Defect::new(mark, &block.mark);
+        Err(self.malformed(address, defect))
+    }
+
+    /// The text at that address; none where there is none.
+    pub(super) fn text(&mut self, address: u64) -> Result<String, LogError> {
+        if address == 0 {
+            return Ok(String::new());
+        }
+        let block = self.block(address, "##TX")?;
+        let text = block.data[..block.known].split(|byte| *byte == 0).next().unwrap_or_default();
+        Ok(String::from_utf8_lossy(text).into_owned())
+    }
+
+    pub(super) fn cut(&self, address: u64) -> LogError {
+        self.malformed(address, Defect::new("a whole block", b"the end of the file"))
+    }
+}
+
+impl Block {
+    pub(super) const fn mark(&self) -> &[u8; 4] {
+        &self.mark
+    }
+
+    /// The link of that number from 0; zero where it has not as many.
+    pub(super) fn link(&self, number: usize) -> u64 {
+        self.links.get(number).copied().unwrap_or(0)
+    }
+
+    /// Bytes behind its links; zeros where it has not as many, as a block of an earlier version.
+    pub(super) fn bytes<const N: usize>(&self, place: usize) -> [u8; N] {
+        let mut bytes = [0; N];
+        let given = self.data[..self.known].get(place..).unwrap_or_default();
+        let count = given.len().min(N);
+        bytes[..count].copy_from_slice(&given[..count]);
+        bytes
+    }
+
+    pub(super) fn u8(&self, place: usize) -> u8 {
+        let [byte] = self.bytes(place);
+        byte
+    }
+
+    pub(super) fn u16(&self, place: usize) -> u16 {
+        u16::from_le_bytes(self.bytes(place))
+    }
+
+    pub(super) fn u32(&self, place: usize) -> u32 {
+        u32::from_le_bytes(self.bytes(place))
+    }
+
+    pub(super) fn u64(&self, place: usize) -> u64 {
+        u64::from_le_bytes(self.bytes(place))
+    }
+
+    pub(super) fn f64(&self, place: usize) -> f64 {
+        f64::from_le_bytes(self.bytes(place))
+    }
+}

@@ -1,0 +1,242 @@
+//! The data of a group or of a channel, whichever blocks they are in.
+
+use super::super::BUFFER_BYTES;
+use super::super::error::{Defect, LogError};
+use super::BLOCK_HEAD_BYTES;
+use super::blocks::{Block, Source};
+use flate2::{Decompress, FlushDecompress, Status};
+use std::io::{Read, Seek};
+
+/// The most bytes of a transposed block, which is in memory as a whole; the standard recommends 4 MB.
+const TRANSPOSED_BYTES_MAX: u64 = 64 << 20;
+/// Bytes of a `DZ` block before its data.
+const DZ_HEAD_BYTES: u64 = 48;
+
+/// Data blocks one after another.
+#[derive(Debug)]
+pub(super) struct Chain {
+    /// Of the block that is read now.
+    began: u64,
+    list: List,
+    piece: Piece,
+    /// Data blocks and lists so far: a file that leads in a circle has more than it has room for.
+    blocks: u64,
+    /// The last block of a file that was not finished goes to its end.
+    unfinished: bool,
+}
+
+/// Which blocks are still to come.
+#[derive(Debug, Default)]
+struct List {
+    /// Where the next link to a block is.
+    links_at: u64,
+    left: u64,
+    next: u64,
+}
+
+/// The block that is read now.
+#[derive(Debug)]
+enum Piece {
+    None,
+    Stored { at: u64, left: u64, to_end: bool },
+    Deflated(Box<Deflated>),
+    Transposed { bytes: Vec<u8>, taken: usize },
+}
+
+#[derive(Debug)]
+struct Deflated {
+    inflate: Decompress,
+    at: u64,
+    left: u64,
+    length: u64,
+    input: Vec<u8>,
+    start: usize,
+    end: usize,
+}
+
+impl Chain {
+    /// The data at that address; none where it is zero.
+    pub(super) fn new(address: u64, unfinished: bool) -> Self {
+        let list = List { next: address, ..List::default() };
+        Self { began: address, list, piece: Piece::None, blocks: 0, unfinished }
+    }
+
+    /// Where the block begins that is read now.
+    pub(super) const fn began(&self) -> u64 {
+        self.began
+    }
+
+    /// Some bytes; none at the end.
+    pub(super) fn read<R: Read + Seek>(
+        &mut self,
+        source: &mut Source<R>,
+        out: &mut [u8],
+    ) -> Result<usize, LogError> {
+        loop {
+            let count = match &mut self.piece {
+                Piece::None => 0,
+                Piece::Stored { at, left, to_end } => {
+                    let most = out.len().min(usize::try_from(*left).unwrap_or(usize::MAX));
+                    let count = source.at(*at, &mut out[..most])?;
+                    if count < most && !*to_end {
+                        return Err(source.cut(self.began));
+                    }
+                    *at += count as u64;
+                    *left -= count as u64;
+                    count
+                }
+                Piece::Deflated(deflated) => deflated.read(self.began, source, out)?,
+                Piece::Transposed { bytes, taken } => {
+                    let count = out.len().min(bytes.len() - *taken);
+                    out[..count].copy_from_slice(&bytes[*taken..*taken + count]);
+                    *taken += count;
+                    count
+                }
+            };
+            if count > 0 {
+                return Ok(count);
+            }
+            self.piece = Piece::None;
+            if !self.open(source)? {
+                return Ok(0);
+            }
+        }
+    }
+
+    /// Goes to the next block; false where there is none.
+    fn open<R: Read + Seek>(&mut self, source: &mut Source<R>) -> Result<bool, LogError> {
+        let address = if self.list.left > 0 {
+            let mut link = [0; 8];
+            if source.at(self.list.links_at, &mut link)? < link.len() {
+                return Err(source.cut(self.list.links_at));
+            }
+            self.list.links_at += link.len() as u64;
+            self.list.left -= 1;
+            u64::from_le_bytes(link)
+        } else {
+            std::mem::take(&mut self.list.next)
+        };
+        if address == 0 {
+            return Ok(self.list.left > 0 || self.list.next > 0);
+        }
+        self.began = address;
+        self.blocks += 1;
+        if self.blocks > source.length() / BLOCK_HEAD_BYTES as u64 {
+            let defect = Defect::new("blocks that lead to an end", b"a circle of links");
+            return Err(source.malformed(address, defect));
+        }
+        let block = source.any_block(address)?;
+        match block.mark() {
+            b"##DT" | b"##SD" => {
+                let length = block.length - BLOCK_HEAD_BYTES as u64;
+                let to_end = self.unfinished && length == 0;
+                let left = if to_end { u64::MAX } else { length };
+                self.piece = Piece::Stored { at: address + BLOCK_HEAD_BYTES as u64, left, to_end };
+            }
+            b"##DZ" => self.piece = compressed(&block, source)?,
+            // An entry of a list is no list.
+            b"##HL" if self.list.left == 0 => self.list.next = block.link(0),
+            b"##DL" if self.list.left == 0 => {
+                self.list = List {
+                    links_at: address + BLOCK_HEAD_BYTES as u64 + 8,
+                    left: block.link_count.saturating_sub(1),
+                    next: block.link(0),
+                };
+            }
+            other => {
+                let defect = Defect::new("data: `##DT`, `##SD`, `##DZ`, `##DL` or `##HL`", other);
+                return Err(source.malformed(address, defect));
+            }
+        }
+        Ok(true)
+    }
+}
+
+/// The contents of a `DZ` block.
+fn compressed<R: Read + Seek>(block: &Block, source: &mut Source<R>) -> Result<Piece, LogError> {
+    let (method, columns) = (block.u8(2), u64::from(block.u32(4)));
+    let (length, left) = (block.u64(8), block.u64(16));
+    if block.length.checked_sub(DZ_HEAD_BYTES).is_none_or(|room| room < left) {
+        let found = format!("{left} bytes");
+        let defect = Defect::new("compressed data within their block", found.as_bytes());
+        return Err(source.malformed(block.address, defect));
+    }
+    let mut deflated = Deflated {
+        inflate: Decompress::new(true),
+        at: block.address + DZ_HEAD_BYTES,
+        left,
+        length,
+        input: vec![0; BUFFER_BYTES],
+        start: 0,
+        end: 0,
+    };
+    match method {
+        0 => Ok(Piece::Deflated(Box::new(deflated))),
+        1 if length <= TRANSPOSED_BYTES_MAX && columns > 0 => {
+            let mut stored = Vec::new();
+            let mut part = vec![0; BUFFER_BYTES];
+            loop {
+                match deflated.read(block.address, source, &mut part)? {
+                    0 => break,
+                    // `read` gives no more than the length says.
+                    count => stored.extend_from_slice(&part[..count]),
+                }
+            }
+            let columns = columns.min(length.max(1)) as usize;
+            let rows = stored.len() / columns;
+            let mut bytes = Vec::with_capacity(stored.len());
+            for row in 0..rows {
+                bytes.extend((0..columns).map(|column| stored[column * rows + row]));
+            }
+            bytes.extend_from_slice(&stored[rows * columns..]);
+            Ok(Piece::Transposed { bytes, taken: 0 })
+        }
+        other => {
+            let found = format!("method {other}, {length} bytes in {columns} columns");
+            let expected = "deflate, transposed at most 64 MB of it";
+            Err(source.malformed(block.address, Defect::new(expected, found.as_bytes())))
+        }
+    }
+}
+
+impl Deflated {
+    fn read<R: Read + Seek>(
+        &mut self,
+        began: u64,
+        source: &mut Source<R>,
+        out: &mut [u8],
+    ) -> Result<usize, LogError> {
+        loop {
+            let done = self.inflate.total_out();
+            if done == self.length {
+                return Ok(0);
+            }
+            if self.start == self.end && self.left > 0 {
+                let most = self.input.len().min(usize::try_from(self.left).unwrap_or(usize::MAX));
+                self.end = source.at(self.at, &mut self.input[..most])?;
+                self.start = 0;
+                if self.end < most {
+                    return Err(source.cut(began));
+                }
+                self.at += most as u64;
+                self.left -= most as u64;
+            }
+            let most = usize::try_from(self.length - done).unwrap_or(usize::MAX).min(out.len());
+            let before = self.inflate.total_in();
+            let given = &self.input[self.start..self.end];
+            let status = self.inflate.decompress(given, &mut out[..most], FlushDecompress::None);
+            // It takes no more than it was given.
+            let taken = (self.inflate.total_in() - before) as usize;
+            self.start += taken;
+            let count = (self.inflate.total_out() - done) as usize;
+            if count > 0 {
+                return Ok(count);
+            }
+            if taken == 0 || !matches!(status, Ok(Status::Ok | Status::BufError)) {
+                let found = format!("{done} bytes of {}", self.length);
+                let defect = Defect::new("data as long as their block says", found.as_bytes());
+                return Err(source.malformed(began, defect));
+            }
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! Data bytes that are beside the records which they belong to.
+
+use super::super::error::{Defect, LogError};
+use super::super::window::Window;
+use super::blocks::Source;
+use super::chain::Chain;
+use std::collections::VecDeque;
+use std::io::{Read, Seek};
+use wire::can::FD_BYTES_MAX;
+
+/// How far apart a record and its data may be.
+pub(super) const WAITING_MAX: usize = 1_024;
+
+/// Data bytes, as many as a frame has.
+pub(super) type Bytes = Vec<u8>;
+
+/// Signal data (`SD`): lengths and bytes one after another, to which records lead in ascending order.
+#[derive(Debug)]
+pub(super) struct SignalData {
+    chain: Chain,
+    window: Window,
+    /// Where the window begins.
+    at: u64,
+    /// The last that was asked for, and where it was.
+    last: Option<(u64, Bytes)>,
+}
+
+impl SignalData {
+    pub(super) fn new(address: u64, unfinished: bool) -> Self {
+        Self { chain: Chain::new(address, unfinished), window: Window::new(), at: 0, last: None }
+    }
+
+    /// The bytes at that place.
+    pub(super) fn get<R: Read + Seek>(
+        &mut self,
+        place: u64,
+        source: &mut Source<R>,
+    ) -> Result<Bytes, LogError> {
+        if let Some((last, bytes)) = &self.last
+            && *last == place
+        {
+            return Ok(bytes.clone());
+        }
+        let Some(between) = place.checked_sub(self.at) else {
+            let found = format!("{place} behind {}", self.at);
+            let defect = Defect::new("places of signal data that ascend", found.as_bytes());
+            return Err(source.malformed(self.chain.began(), defect));
+        };
+        let Self { chain, window, .. } = self;
+        let mut read = |out: &mut [u8]| chain.read(source, out);
+        let mut bytes = None;
+        if window.skip(between, &mut read)?
+            && window.has(4, &mut read)?
+            && let Some(length) = window.bytes().first_chunk().copied()
+        {
+            let length = u64::from(u32::from_le_bytes(length));
+            let known = length.min(FD_BYTES_MAX as u64) as usize;
+            if window.has(4 + known, &mut read)? {
+                let given = window.bytes()[4..4 + known].to_vec();
+                if window.skip(4 + length, &mut read)? {
+                    self.at = place + 4 + length;
+                    bytes = Some(given);
+                }
+            }
+        }
+        let Some(bytes) = bytes else {
+            let found = format!("their end before {place}");
+            let defect = Defect::new("signal data", found.as_bytes());
+            return Err(source.malformed(self.chain.began(), defect));
+        };
+        self.last = Some((place, bytes.clone()));
+        Ok(bytes)
+    }
+}
+
+/// Records of a group of variable length, which are among those that lead to them.
+#[derive(Debug, Default)]
+pub(super) struct Among {
+    /// The last of them by their places.
+    waiting: VecDeque<(u64, Bytes)>,
+    /// Where the next is.
+    next: u64,
+}
+
+impl Among {
+    /// Takes the next, of that length.
+    pub(super) fn push(&mut self, length: u32, bytes: &[u8]) {
+        if self.waiting.len() == WAITING_MAX {
+            self.waiting.pop_front();
+        }
+        self.waiting.push_back((self.next, bytes.to_vec()));
+        self.next = self.next.saturating_add(4 + u64::from(length));
+    }
+
+    /// The bytes at that place; `None` where they did not come yet.
+    pub(super) fn get(&self, place: u64) -> Option<&Bytes> {
+        let found = self.waiting.iter().rev().find(|(at, _)| *at == place);
+        found.map(|(_, bytes)| bytes)
+    }
+}
