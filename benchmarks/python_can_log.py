@@ -3,8 +3,9 @@
 
 Usage: python_can_log.py FOLDER
 
-FOLDER holds rows.log and rows.asc of `cargo bench -p exchange --bench bus_log -- FOLDER`. The same files are
-read, and what was read is written again. Each figure is the median of RUNS runs.
+FOLDER holds rows.log, rows.asc, rows.blf and rows.trc of `cargo bench -p bus-log --bench bus_log -- FOLDER`. The same files
+are read, and what was read is written again; into a TRC file
+python-can writes neither remote requests nor CAN FD frames, and none is measured. Each figure is the median of RUNS runs.
 """
 
 import statistics
@@ -13,12 +14,22 @@ import time
 from pathlib import Path
 
 import can
-from can.io import ASCReader, ASCWriter, CanutilsLogReader, CanutilsLogWriter
+from can.io import (
+    ASCReader,
+    ASCWriter,
+    BLFReader,
+    BLFWriter,
+    CanutilsLogReader,
+    CanutilsLogWriter,
+    TRCReader,
+)
 
 RUNS = 3
 FORMATS = [
     ("candump", "log", CanutilsLogReader, CanutilsLogWriter),
     ("asc", "asc", ASCReader, ASCWriter),
+    ("blf", "blf", BLFReader, BLFWriter),
+    ("trc", "trc", TRCReader, None),
 ]
 
 
@@ -46,11 +57,11 @@ def main():
     folder = Path(sys.argv[1])
     for name, end, reader, writer in FORMATS:
         path = folder / f"rows.{end}"
-        messages = list(reader(path))
-        for what, run in [
-            ("write", lambda: write(writer, folder / f"python.{end}", messages)),
-            ("read", lambda: read(reader, path)),
-        ]:
+        runs = [("read", lambda: read(reader, path))]
+        if writer:
+            messages = list(reader(path))
+            runs.insert(0, ("write", lambda: write(writer, folder / f"python.{end}", messages)))
+        for what, run in runs:
             who = "python-can"
             print(f"{who:<12} {name:<8} {what:<6} {rows_per_s(run):>12.0f} rows/s of processor time", flush=True)
 

@@ -1,7 +1,7 @@
 //! How many rows of a bus log are read and written in a second of processor time.
 //!
 //! `benchmarks/run` runs this and the same on python-can, and says how they compare;
-//! `cargo bench -p exchange --bench bus_log -- FOLDER` leaves the logs in FOLDER for it. Each figure is the
+//! `cargo bench -p bus-log --bench bus_log -- FOLDER` leaves the logs in FOLDER for it. Each figure is the
 //! median of [`RUNS`](processor::RUNS) runs, reading the file included.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot go on fails")]

@@ -10,7 +10,8 @@ use wire::time::Timestamp;
 
 /// The row of an entry.
 pub fn row(entry: &Entry) -> String {
-    let micros = entry.at.as_nanos() / 1_000;
+    // Programs that count in floating-point seconds miss the nanosecond.
+    let micros = (entry.at.as_nanos() + 500) / 1_000;
     let (kind, id, flags, dlc, data) = match &entry.payload {
         Payload::Frame(frame) => match frame.fd_flags() {
             Some(flags) => ("fd", frame.id(), flags.bits(), frame.data().len(), frame.data()),

@@ -40,7 +40,7 @@ impl Field {
         let field = Self { byte: byte as usize, bit, bits, kind };
         let fits = match kind {
             Number::Unsigned { .. } | Number::Signed { .. } => {
-                bits > 0 && bit < 8 && bit + bits <= 64
+                bit < 8 && (1..=64 - bit).contains(&bits)
             }
             Number::Float { .. } => bit == 0 && matches!(bits, 32 | 64),
             Number::Bytes => bit == 0 && bits.is_multiple_of(8),
