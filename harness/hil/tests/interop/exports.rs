@@ -1,11 +1,12 @@
-//! Exports of a run, read by pandas, pyarrow and the official reader of MCAP, and by the examples that we ship.
+//! Exports of a run, read by pandas, pyarrow, asammdf and the official reader of MCAP, and by the examples that we ship.
 
 use super::rig::{file, number, python_with, told};
 use plan::observation::Observation;
-use record::RecordKind;
 use record::run_folder::RunFolder;
+use record::{Record, RecordKind};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use wire::can::{Id, StandardId};
 
 const LAPS: &str = r#"
 name = "two-laps"
@@ -80,6 +81,31 @@ fn pandas_and_the_official_reader_find_what_was_recorded() {
     assert_eq!(read["units"]["states"]["heading_deg"], "deg");
     assert_eq!(read["facts"]["hil"]["outcome"], "passed");
     assert!(number(&read["attached"]["summary.json"]) > 100.0, "{read}");
+}
+
+/// MOTION of `wire/dbc/k2a.dbc`.
+const MOTION: u16 = 0x181;
+
+#[test]
+fn asammdf_decodes_the_frames_of_a_run_by_a_dbc() {
+    let Some(python) = python_with("import asammdf, canmatrix", "asammdf") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let run = exported(folder.path());
+    hil(folder.path(), &["export", "run", "--bus", "run.mf4"]);
+    let mut command = Command::new(&python);
+    command.arg(file("tests/interop/read_bus_logging.py"));
+    command.arg("run.mf4").arg(file("wire/dbc/k2a.dbc")).current_dir(folder.path());
+    let signals = told(&mut command);
+    let motion = Id::from(StandardId::new(MOTION).unwrap());
+    let is_motion = |record: &Record| match &record.kind {
+        RecordKind::Frame(frame) => frame.id() == motion,
+        _ => false,
+    };
+    let frames = run.records().unwrap().filter(|record| is_motion(record.as_ref().unwrap()));
+    let count = frames.count() as f64;
+    assert!(count > 100.0, "{count} frames of motion");
+    assert_eq!(number(&signals["DISPLACEMENT"]["values"]), count, "{signals}");
+    assert_eq!(signals["DISPLACEMENT"]["unit"], "m");
 }
 
 #[test]

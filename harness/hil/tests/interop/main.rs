@@ -1,5 +1,6 @@
 //! Somebody else's programs prove the emulated devices: pyserial, python-can, cantools and can-utils, and
-//! a controller in Python that shares no code with ours (`tests/interop/`). pandas and the reader of MCAP prove the exports.
+//! a controller in Python that shares no code with ours (`tests/interop/`). pandas, asammdf and the reader of MCAP prove the
+//! exports.
 //!
 //! The Python packages are looked for in the interpreter that `HIL_TESTS_PYTHON` names, else in `python3`.
 //! With `HIL_TESTS_NEED_PYTHON` or `HIL_TESTS_NEED_CAN` set, what would be skipped fails.
