@@ -48,8 +48,9 @@ impl Timestamp {
     }
 
     /// The time from `earlier` to `self`.
+    #[inline]
     pub const fn since(self, earlier: Self) -> Span {
-        Span(self.0.saturating_sub(earlier.0))
+        Span(difference(self.0, earlier.0))
     }
 }
 
@@ -95,10 +96,33 @@ impl Span {
     }
 }
 
+/// The sum, saturated. What saturates stands aside: times are added all the time, and do not overflow.
+#[inline]
+const fn sum(a: i64, b: i64) -> i64 {
+    match a.checked_add(b) {
+        Some(sum) => sum,
+        None => end_of_range(b > 0),
+    }
+}
+
+/// The difference; see [`sum`].
+#[inline]
+const fn difference(a: i64, b: i64) -> i64 {
+    match a.checked_sub(b) {
+        Some(difference) => difference,
+        None => end_of_range(b < 0),
+    }
+}
+
+#[cold]
+const fn end_of_range(is_upper: bool) -> i64 {
+    if is_upper { i64::MAX } else { i64::MIN }
+}
+
 impl Add<Span> for Timestamp {
     type Output = Self;
     fn add(self, span: Span) -> Self {
-        Self(self.0.saturating_add(span.0))
+        Self(sum(self.0, span.0))
     }
 }
 
@@ -111,7 +135,7 @@ impl AddAssign<Span> for Timestamp {
 impl Sub<Span> for Timestamp {
     type Output = Self;
     fn sub(self, span: Span) -> Self {
-        Self(self.0.saturating_sub(span.0))
+        Self(difference(self.0, span.0))
     }
 }
 
@@ -125,7 +149,7 @@ impl Sub for Timestamp {
 impl Add for Span {
     type Output = Self;
     fn add(self, other: Self) -> Self {
-        Self(self.0.saturating_add(other.0))
+        Self(sum(self.0, other.0))
     }
 }
 
@@ -138,7 +162,7 @@ impl AddAssign for Span {
 impl Sub for Span {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
-        Self(self.0.saturating_sub(other.0))
+        Self(difference(self.0, other.0))
     }
 }
 
