@@ -109,9 +109,17 @@ impl Kinematics {
 
     /// The turret's true heading at `now`, not before the last [`advance`](Self::advance).
     pub(super) fn heading_at(&self, now: Timestamp) -> f64 {
+        let (drives, steers) = (!self.drive.is_at_rest(), !self.steer.is_at_rest());
+        let from = &self.at_start.truth;
+        if !drives && !steers {
+            return from.heading();
+        }
         let elapsed = now - self.phase_start;
-        let done = elapsed.as_nanos() / PIECE_NS;
-        if self.is_steered_on_the_way() && done <= self.pieces {
+        if !steers {
+            let path = self.drive.integral(elapsed.as_secs_f64());
+            return from.heading_after_arc(&self.phase_model, path);
+        }
+        if drives && elapsed.as_nanos() / PIECE_NS <= self.pieces {
             let piece = self.piece(piece_start(self.pieces), elapsed.as_secs_f64());
             return self.at_piece.truth.heading_after_piece(&self.phase_model, &piece);
         }

@@ -107,8 +107,8 @@ impl Track {
 
     /// Moved along an arc: the steering stands still and the odometer counts `path`. Exact.
     pub(super) fn after_arc(&self, model: &TrackModel, path: f64) -> Self {
+        let half_turn = self.half_turn(model, path);
         let path = path * model.path_scale;
-        let half_turn = 0.5 * model.curvature(self.steer) * path;
         let chord = path
             * if half_turn.abs() < SMALL_ANGLE {
                 1.0 - half_turn * half_turn / 6.0
@@ -122,6 +122,16 @@ impl Track {
             body: self.body + 2.0 * half_turn,
             steer: self.steer,
         }
+    }
+
+    /// The heading after the same arc.
+    pub(super) fn heading_after_arc(&self, model: &TrackModel, path: f64) -> f64 {
+        self.body + 2.0 * self.half_turn(model, path) + self.steer
+    }
+
+    /// Half of what the body turns by along an arc.
+    fn half_turn(&self, model: &TrackModel, path: f64) -> f64 {
+        0.5 * model.curvature(self.steer) * (path * model.path_scale)
     }
 
     /// Steered on the spot by `turn` of the odometer. Exact.
