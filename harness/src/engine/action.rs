@@ -14,7 +14,7 @@ use wire::units::Pose;
 #[derive(Debug, Clone, PartialEq)]
 pub enum Action {
     /// Give the controller a mission.
-    Mission(Mission),
+    Mission(Box<Mission>),
     /// Send the table a command.
     Table(table::Command),
     /// Measure the pose by the absolute measurement; answer with `Engine::absolute`.
@@ -66,7 +66,7 @@ pub enum Action {
         /// Its name.
         name: String,
         /// What it holds.
-        calibration: Calibration,
+        calibration: Box<Calibration>,
     },
     /// Keep a model that was identified in the run folder and for later plans.
     KeepFound {
@@ -86,7 +86,7 @@ impl Action {
     pub fn keep_in(&self, made: &mut Made) {
         match self {
             Self::SaveCalibration { name, calibration } => {
-                made.calibrations.insert(name.clone(), calibration.clone());
+                made.calibrations.insert(name.clone(), (**calibration).clone());
             }
             Self::KeepFound { name, found } => {
                 made.models.insert(name.clone(), found.model.clone());

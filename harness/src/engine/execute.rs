@@ -224,7 +224,7 @@ impl Engine {
         }
         self.record(RecordKind::Command(Box::new(command.clone())));
         self.phases.mission_began(&command, &mut self.actions);
-        self.actions.push_back(Action::Mission(Mission { id, command }));
+        self.actions.push_back(Action::Mission(Box::new(Mission { id, command })));
         self.waiting = Waiting::Mission(id);
     }
 
@@ -282,7 +282,10 @@ impl Engine {
             Ok(calibration) => {
                 let name = step.name.as_str().to_owned();
                 robot.calibrations.insert(name.clone(), calibration.clone());
-                self.actions.push_back(Action::SaveCalibration { name, calibration });
+                self.actions.push_back(Action::SaveCalibration {
+                    name,
+                    calibration: Box::new(calibration),
+                });
             }
             Err(why) => {
                 let reason = format!("{}: {why}", self.place());

@@ -59,7 +59,7 @@ impl Teardown {
         let mut send = |command| {
             let mission = Mission { id: *next_id, command };
             *next_id = next_id.wrapping_add(1);
-            actions.push_back(Action::Mission(mission));
+            actions.push_back(Action::Mission(Box::new(mission)));
         };
         if self.told_at.is_none() {
             self.told_at = Some(now);

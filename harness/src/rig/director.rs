@@ -66,7 +66,7 @@ impl Director {
         action: Action,
     ) -> Option<Mission> {
         match action {
-            Action::Mission(mission) => return Some(mission),
+            Action::Mission(mission) => return Some(*mission),
             Action::Table(command) => {
                 if let Some(plan) = place_of_plan(rig) {
                     rig.send(now, plan, PortId(0), Transmit::Bytes(command.encode()));
