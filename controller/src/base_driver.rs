@@ -177,6 +177,16 @@ impl BaseDriver {
         }
     }
 
+    /// [`Self::transmit`] has nothing; false where that is not certain.
+    #[inline]
+    pub(crate) fn has_nothing_to_send(&self, now: Timestamp) -> bool {
+        let is_quiet = match &self.line {
+            Line::Can => true,
+            Line::Serial(line) => line.repeat.is_none() && now < line.poll_at,
+        };
+        is_quiet && self.velocity.is_none() && self.requests.is_empty()
+    }
+
     /// What goes out next, if the line is free.
     pub(crate) fn transmit(&mut self, now: Timestamp) -> Option<Outgoing> {
         let mut serial_turn = None;

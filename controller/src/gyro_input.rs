@@ -1,13 +1,12 @@
-//! The gyro's port: bytes to samples, what is wrong with them, and how long it has been so.
+//! What the gyro says: sample by sample, what is wrong with them, and how long it has been so.
 
 use crate::config::{GyroConfig, IntegrationClock};
 use crate::heading::{HeadingIntegrator, Reading};
 use crate::jump_gate::JumpGate;
 use crate::mutant::{Mutant, Planted};
 use crate::stuck_watch::{Neighbours, StuckWatch};
-use wire::gyro::{GyroDecoder, GyroOutput, GyroStream};
+use wire::gyro::{GyroOutput, GyroSample, GyroStream};
 use wire::time::{Span, Timestamp};
-use wire::units::Angle;
 
 /// How far a gyro's clock may be off: a DSP-3000's by 3 % from unit to unit, and by 0.2 % with temperature (its manual).
 const CLOCK_ERROR_MAX: f64 = 0.032;
@@ -22,11 +21,10 @@ pub(crate) struct GyroTrouble {
     pub(crate) temperature: bool,
 }
 
-/// Decoder, integrator and watches of one gyro.
+/// Integrator and watches of one gyro.
 #[derive(Debug, Clone)]
 pub(crate) struct GyroInput {
     config: GyroConfig,
-    decoder: GyroDecoder,
     integrator: HeadingIntegrator,
     heard: Option<Timestamp>,
     good: Option<Timestamp>,
@@ -48,7 +46,6 @@ impl GyroInput {
         let GyroStream { format, mode, .. } = config.stream;
         Self {
             config,
-            decoder: GyroDecoder::new(config.stream),
             integrator: HeadingIntegrator::new(&config),
             heard: None,
             good: None,
@@ -142,61 +139,62 @@ impl GyroInput {
         self.silent_for_at(self.config.timeout)
     }
 
-    /// Takes bytes and hands each good reading, with the angle it added, to `deliver`.
-    pub(crate) fn receive(
-        &mut self,
-        now: Timestamp,
-        bytes: &[u8],
-        mut deliver: impl FnMut(Reading, Angle),
-    ) {
-        let Self { decoder, integrator, heard, good, skipped, gate, trouble, planted, .. } = self;
-        let (stuck, neighbours) = (&mut self.stuck, &mut self.neighbours);
-        decoder.feed(bytes, |sample| {
-            if let Some(gate) = gate
-                && heard.is_none_or(|heard| now - heard > self.config.timeout)
-            {
-                gate.restart();
+    /// Takes a sample; a reading, if it is good.
+    // A reading is large: it is not handed from function to function.
+    #[inline(always)]
+    pub(crate) fn take(&mut self, now: Timestamp, sample: &GyroSample) -> Option<Reading> {
+        if let Some(gate) = &mut self.gate
+            && self.heard.is_none_or(|heard| now - heard > self.config.timeout)
+        {
+            gate.restart();
+        }
+        self.heard = Some(now);
+        let whole = sample.valid && !sample.status.built_in_test_failed;
+        let usable = whole
+            && is_finite(sample.output)
+            && (self.gate.as_mut().is_none_or(|gate| gate.believes(now, sample.output))
+                || self.planted.is(Mutant::JumpBelieved));
+        if !usable {
+            self.trouble.invalid = true;
+            self.skipped = self.skipped.saturating_add(1);
+            return None;
+        }
+        self.trouble.over_range |=
+            sample.status.over_range && !self.planted.is(Mutant::OverRangeIgnored);
+        self.good = Some(now);
+        let reading = self.integrator.sample(now, sample, core::mem::take(&mut self.skipped));
+        if reading.after_silence {
+            self.stuck.restart();
+        }
+        if let Some(rate) = reading.measured {
+            self.neighbours.add(self.stuck.sample(rate));
+        }
+        self.trouble.lost |= reading.lost > 0 || reading.missing || reading.after_silence;
+        self.trouble.temperature |= reading.temperature_doubtful;
+        self.temperature_doubtful = reading.temperature_doubtful;
+        if let Some(ratio) = reading.clock_ratio {
+            self.compare_clocks(ratio, sample.output);
+        }
+        Some(reading)
+    }
+
+    fn compare_clocks(&mut self, ratio: f64, output: GyroOutput) {
+        let first = *self.clock_ratio.get_or_insert(ratio);
+        self.trouble.clock_mismatch = match (output, self.config.clock) {
+            (GyroOutput::Rate(_), IntegrationClock::Samples) => {
+                (ratio - 1.0).abs() > self.config.clock_mismatch_max
             }
-            *heard = Some(now);
-            let whole = sample.valid && !sample.status.built_in_test_failed;
-            let usable = whole
-                && is_finite(sample.output)
-                && (gate.as_mut().is_none_or(|gate| gate.believes(now, sample.output))
-                    || planted.is(Mutant::JumpBelieved));
-            if !usable {
-                trouble.invalid = true;
-                *skipped = skipped.saturating_add(1);
-                return;
+            // Nothing is spoilt by a clock as the manual allows it. One that changes is something else: samples that nobody
+            // counted, say.
+            _ => {
+                (ratio - 1.0).abs() > CLOCK_ERROR_MAX
+                    || (ratio - first).abs() > self.config.clock_mismatch_max
             }
-            trouble.over_range |= sample.status.over_range && !planted.is(Mutant::OverRangeIgnored);
-            *good = Some(now);
-            let before = integrator.heading();
-            let reading = integrator.sample(now, &sample, core::mem::take(skipped));
-            if reading.after_silence {
-                stuck.restart();
-            }
-            if let Some(rate) = reading.measured {
-                neighbours.add(stuck.sample(rate));
-            }
-            trouble.lost |= reading.lost > 0 || reading.missing || reading.after_silence;
-            trouble.temperature |= reading.temperature_doubtful;
-            self.temperature_doubtful = reading.temperature_doubtful;
-            if let Some(ratio) = reading.clock_ratio {
-                let first = *self.clock_ratio.get_or_insert(ratio);
-                trouble.clock_mismatch = match (sample.output, self.config.clock) {
-                    (GyroOutput::Rate(_), IntegrationClock::Samples) => {
-                        (ratio - 1.0).abs() > self.config.clock_mismatch_max
-                    }
-                    // Nothing is spoilt by a clock as the manual allows it. One that changes is something else: samples
-                    // that nobody counted, say.
-                    _ => {
-                        (ratio - 1.0).abs() > CLOCK_ERROR_MAX
-                            || (ratio - first).abs() > self.config.clock_mismatch_max
-                    }
-                };
-            }
-            deliver(reading, integrator.heading() - before);
-        });
+        };
+    }
+
+    /// All samples that came at once have been taken.
+    pub(crate) fn took(&mut self) {
         self.trouble.invalid |= self.is_stuck();
     }
 }

@@ -191,6 +191,7 @@ impl HeadingIntegrator {
 
     /// Takes one valid sample that arrived `now`. `skipped` samples before it were invalid: where
     /// the stream has no sequence they count as lost.
+    #[inline(always)]
     pub(crate) fn sample(&mut self, now: Timestamp, sample: &GyroSample, skipped: u16) -> Reading {
         let after_silence = self.last_arrival.is_some_and(|last| now - last > self.silence_max);
         let stalled = after_silence && self.was_late(now, sample.sequence);
@@ -206,7 +207,7 @@ impl HeadingIntegrator {
             (Some(_), Some(_)) if self.planted.is(Mutant::MissedSequenceGap) => 0,
             (Some(this), Some(last)) => {
                 let lost = this.lost_since(last);
-                if self.has_room_for(now, lost) {
+                if lost == 0 || self.has_room_for(now, lost) {
                     lost
                 } else if this == last && !self.planted.is(Mutant::RepeatedSampleCounted) {
                     return Reading { raw_rate: self.last_rate, ..Reading::default() };

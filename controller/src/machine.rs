@@ -14,18 +14,19 @@ use crate::config::Config;
 use crate::dead_reckoning::DeadReckoning;
 use crate::drive::{Drive, Sight};
 use crate::gyro_input::GyroInput;
+use crate::heading::Reading;
 use crate::heading_watch::{HeadingWatch, Heard};
-use crate::health::Health;
+use crate::health::{Health, Level};
 use crate::mission::{BiasMethod, HeadingSource, MissionId, Report};
 use crate::mutant::Mutant;
 use crate::pose_download::PoseDownload;
-use crate::standstill::Standstill;
+use crate::standstill::{Rest, Standstill};
 use estimating::Estimating;
 use heapless::Deque;
 use wire::base::payload::{COUNTS_PER_DEG, COUNTS_PER_M};
 use wire::base::{Motion, Request};
 use wire::can::CanFrame;
-use wire::gyro::{GyroFormat, dsp3000_command};
+use wire::gyro::{GyroDecoder, GyroFormat, GyroSample, dsp3000_command};
 use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Speed};
@@ -81,10 +82,22 @@ enum Task {
     PoseDownload(PoseDownload),
 }
 
+/// What the samples have told that came at once.
+#[derive(Debug, Default)]
+struct GyroNews {
+    /// The base was pushed.
+    pushed: bool,
+    /// A piece of a rest.
+    rest: Option<Rest>,
+    /// The first after a silence.
+    returned: Option<Reading>,
+}
+
 /// The code under test: one gyro, at most one base, one mission at a time.
 #[derive(Debug, Clone)]
 pub struct Controller {
     config: Config,
+    decoder: GyroDecoder,
     gyro: GyroInput,
     base: Option<BaseDriver>,
     reckoning: DeadReckoning,
@@ -130,6 +143,7 @@ impl Controller {
         let mut gyro = GyroInput::new(config.gyro, config.base.is_some());
         gyro.plant(config.planted());
         Self {
+            decoder: GyroDecoder::new(config.gyro.stream),
             gyro,
             base: config.base.map(BaseDriver::new),
             config,
@@ -238,34 +252,28 @@ impl Controller {
         self.reports.pop_front()
     }
 
+    /// Neither [`Self::transmit`] nor [`Self::report`] has anything `now`; false where that is not certain.
+    #[inline]
+    pub fn has_nothing_to_say(&self, now: Timestamp) -> bool {
+        self.gyro_command.is_none()
+            && self.reports.is_empty()
+            && self.base.as_ref().is_none_or(|base| base.has_nothing_to_send(now))
+    }
+
     /// How far it can be believed, and why.
     pub const fn health(&self) -> Health {
         self.health
     }
 
     fn receive_gyro(&mut self, now: Timestamp, bytes: &[u8]) {
-        let Self { gyro, raw_rate, task, standstill, stands, estimating, .. } = self;
-        let (mut pushed, mut rest, mut returned) = (false, None, None);
-        let period = self.config.gyro.stream.format.period();
-        let held = gyro.integrator().is_held();
-        gyro.receive(now, bytes, |reading, _| {
-            raw_rate.add(reading.raw_rate.rad_per_s());
-            pushed |= reading.pushed;
-            if reading.after_silence || reading.stalled {
-                returned = Some(reading);
-            }
-            Self::estimate_passed(estimating, period * (1 + i64::from(reading.lost)), held);
-            if reading.after_silence || reading.pushed {
-                standstill.is_broken_off();
-            } else if *stands {
-                rest = standstill.reading(now, reading.raw_rate).or(rest);
-            }
-            if let Task::BiasTest { half, until, average, .. } = task
-                && now <= *until
-            {
-                average.add(reading.raw_rate, reading.temperature, now < *half);
-            }
-        });
+        let held = self.gyro.integrator().is_held();
+        let mut news = GyroNews::default();
+        // A copy, so that what it finds can be taken by the whole.
+        let mut decoder = self.decoder.clone();
+        decoder.feed(bytes, |sample| self.take_sample(now, &sample, held, &mut news));
+        self.decoder = decoder;
+        self.gyro.took();
+        let GyroNews { pushed, rest, returned } = news;
         if let Some(reading) = returned {
             self.end_bridge(now, reading.stalled, reading.raw_rate);
         }
@@ -275,8 +283,38 @@ impl Controller {
         let pushed = pushed && self.tested_bias.is_some() && !self.moved_at_rest && !blind;
         self.moved_at_rest |= pushed;
         let silent = self.health.causes.gyro_silent;
-        if silent || pushed || self.health.level == crate::health::Level::Starting {
+        if silent || pushed || self.health.level == Level::Starting {
             self.update_health(now);
+        }
+    }
+
+    fn take_sample(
+        &mut self,
+        now: Timestamp,
+        sample: &GyroSample,
+        held: bool,
+        news: &mut GyroNews,
+    ) {
+        let Some(reading) = self.gyro.take(now, sample) else { return };
+        self.raw_rate.add(reading.raw_rate.rad_per_s());
+        news.pushed |= reading.pushed;
+        let period = self.config.gyro.stream.format.period();
+        let passed = period * (1 + i64::from(reading.lost));
+        Self::estimate_passed(&mut self.estimating, passed, held);
+        if reading.after_silence || reading.pushed {
+            self.standstill.is_broken_off();
+        } else if self.stands
+            && let Some(rest) = self.standstill.reading(now, reading.raw_rate)
+        {
+            news.rest = Some(rest);
+        }
+        if let Task::BiasTest { half, until, average, .. } = &mut self.task
+            && now <= *until
+        {
+            average.add(reading.raw_rate, reading.temperature, now < *half);
+        }
+        if reading.after_silence || reading.stalled {
+            news.returned = Some(reading);
         }
     }
 
