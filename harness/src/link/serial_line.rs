@@ -47,6 +47,17 @@ impl SerialLine {
         self.under_way.push_back((self.busy_until, packet));
     }
 
+    /// The line is idle at `at`, and busy until `until` with what need not wait on it; false, and nothing done, where it is
+    /// not idle or faulty.
+    #[inline]
+    pub(crate) fn passes(&mut self, at: Timestamp, until: Timestamp) -> bool {
+        let is_idle = self.busy_until <= at && self.under_way.is_empty() && self.faulty.is_none();
+        if is_idle {
+            self.busy_until = until;
+        }
+        is_idle
+    }
+
     /// How long so many bytes take.
     pub fn time_for(&self, bytes: usize) -> Span {
         self.settings.time_for(bytes)

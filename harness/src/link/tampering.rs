@@ -74,6 +74,12 @@ impl<Node: PartialEq> Tampering<Node> {
         acted
     }
 
+    /// Nothing is struck.
+    #[inline]
+    pub const fn is_empty(&self) -> bool {
+        self.layers.is_empty()
+    }
+
     /// What becomes of something that `from` sends.
     #[inline]
     pub fn pass(&mut self, from: Node, what: Transmit) -> Transmit {

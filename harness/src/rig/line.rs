@@ -167,6 +167,15 @@ impl Line {
         self.look_ahead();
     }
 
+    /// What that end sends at `at` and takes until `now` goes through by itself: it need not be put on the line and taken off
+    /// again. False, and nothing done, where something else is on the line, or a fault.
+    #[inline]
+    pub(super) fn passes(&mut self, at: Timestamp, now: Timestamp, from: EndId) -> bool {
+        let Wire::Serial(ways) = &mut self.wire else { return false };
+        let is_idle = self.next_arrival == Timestamp::MAX && self.tampering.is_empty();
+        is_idle && ways.get_mut(from.place()).is_some_and(|way| way.passes(at, now))
+    }
+
     /// Something that is through by `now`, and who sent it.
     #[inline]
     pub(crate) fn arrived(&mut self, now: Timestamp) -> Option<(EndId, Transmit)> {

@@ -29,6 +29,7 @@ mod replayed;
 pub(crate) mod robot;
 pub mod simulate;
 mod slips;
+mod stream;
 mod tester;
 mod touched;
 
@@ -108,6 +109,11 @@ impl Rig {
         judged: bool,
     ) {
         self.ears.push(Ear { line, end, speaker, decoder, judged });
+    }
+
+    /// Somebody reads what crosses that line.
+    fn is_read(&self, line: usize) -> bool {
+        self.ears.iter().any(|ear| ear.line == line)
     }
 
     /// When something is through next, on any line.

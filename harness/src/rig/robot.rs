@@ -15,7 +15,7 @@ pub(crate) const CARRIER: PortId = PortId(1);
 pub(crate) struct Robot {
     pub(crate) bench: Bench,
     /// When the carrier wants to be woken; asked again when something has reached it.
-    carrier_due: Timestamp,
+    pub(super) carrier_due: Timestamp,
     /// A real gyro, or a real carrier, is in the place of the emulated one, which only follows: it says nothing.
     pub(crate) gyro_is_real: bool,
     /// See `gyro_is_real`.

@@ -9,6 +9,7 @@ use super::director::Director;
 use super::faults::Faults;
 use super::line::EndId;
 use super::node::{Part, output};
+use super::stream::Stream;
 use super::touched::Touched;
 use crate::engine::{Action, Ending, Engine};
 use crate::hosted::{HostedController as _, News};
@@ -27,7 +28,7 @@ const ROUNDS_MAX: u32 = 1_000;
 /// Events at one instant; more means that somebody wants to be woken again and again for nothing.
 const EVENTS_AT_ONCE_MAX: u32 = 10_000;
 /// Events between two looks beyond the loop.
-const EVENTS_PER_PULSE: u64 = 50_000;
+pub(super) const EVENTS_PER_PULSE: u64 = 50_000;
 /// What is sent last has so long to get through. Assumption: the longest queue of a bus is over in a tenth of it.
 const LAST_WORDS: Span = Span::from_secs(1);
 
@@ -55,18 +56,20 @@ pub(crate) struct Simulation<C> {
     pub(crate) director: Director,
     pub(super) crossing: C,
     pub(super) watch: Option<Box<Watch>>,
-    touched: Touched,
+    pub(super) touched: Touched,
     /// The emulated nodes, and the others: a bit each.
     emulated: u64,
     others: u64,
     /// What goes wrong on purpose; none where the plan has no faults.
     faults: Option<Box<Faults>>,
     /// When the plan wants to be woken.
-    plan_due: Timestamp,
-    events: u64,
+    pub(super) plan_due: Timestamp,
+    pub(super) events: u64,
     events_at_once: u32,
     /// See [`Rig::wake_gyros_late`].
     gyros_are_late: bool,
+    /// What is carried on without the questions of the loop.
+    stream: Option<Stream>,
 }
 
 /// How a run in virtual time ended.
@@ -103,6 +106,7 @@ impl<C: Crossing> Simulation<C> {
             events: 0,
             events_at_once: 0,
             gyros_are_late: false,
+            stream: None,
         }
     }
 
@@ -153,6 +157,7 @@ impl<C: Crossing> Simulation<C> {
         self.gyros_are_late = self.faults.is_none() && self.watch.is_none();
         if self.gyros_are_late {
             self.rig.wake_gyros_late();
+            self.stream = Stream::of(&self.rig);
         }
         loop {
             if let Some(ending) = self.director.engine.ending() {
@@ -160,6 +165,10 @@ impl<C: Crossing> Simulation<C> {
             }
             if self.events.is_multiple_of(EVENTS_PER_PULSE) {
                 self.look_up(sink, pulse);
+            } else if let Some(stream) = self.stream
+                && self.stream_alone(stream, sink, keep)
+            {
+                continue;
             }
             let mut next = self.next_event();
             if next == Timestamp::MAX {
@@ -179,8 +188,7 @@ impl<C: Crossing> Simulation<C> {
         sink: &mut impl RecordSink,
         keep: &mut impl FnMut(&Action),
     ) -> Option<Ending> {
-        self.events_at_once = if next > self.now { 0 } else { self.events_at_once + 1 };
-        self.now = self.now.max(next);
+        self.begin_event(next);
         if self.events_at_once == EVENTS_AT_ONCE_MAX {
             // Nothing that takes time can happen any more, a tear-down neither.
             let reason = format!("time stands still at {} s", self.now.as_secs_f64());
@@ -203,6 +211,12 @@ impl<C: Crossing> Simulation<C> {
         }
         self.transmit(sink, keep);
         None
+    }
+
+    #[inline]
+    pub(super) fn begin_event(&mut self, next: Timestamp) {
+        self.events_at_once = if next > self.now { 0 } else { self.events_at_once + 1 };
+        self.now = self.now.max(next);
     }
 
     /// Looks beyond the run; who is stopped may have something to say.
@@ -250,22 +264,36 @@ impl<C: Crossing> Simulation<C> {
     }
 
     /// What has come through the lines is delivered, after whatever is crossed.
-    fn deliver(&mut self, sink: &mut impl RecordSink) {
+    pub(super) fn deliver(&mut self, sink: &mut impl RecordSink) {
         let now = self.now;
         for line in 0..self.rig.lines.len() {
             if self.rig.lines[line].next_arrival() > now {
                 continue;
             }
             while let Some((from, mut what)) = self.rig.lines[line].arrived(now) {
-                let mut came = self.crossing.carry(now, line, from.place(), &mut what);
-                while came {
-                    self.delivered(sink, line, from, &what);
-                    came = self.crossing.more().map(|more| what = more).is_some();
-                }
+                self.carried(line, from, &mut what, |simulation, what| {
+                    simulation.delivered(sink, line, from, what);
+                });
             }
-            if let Some(failure) = self.crossing.failure() {
-                self.broke(&failure.to_string());
-            }
+        }
+    }
+
+    /// What has come through a line is delivered as it is after it was crossed.
+    #[inline]
+    pub(super) fn carried(
+        &mut self,
+        line: usize,
+        from: EndId,
+        what: &mut Transmit,
+        mut deliver: impl FnMut(&mut Self, &Transmit),
+    ) {
+        let mut came = self.crossing.carry(self.now, line, from.place(), what);
+        while came {
+            deliver(self, what);
+            came = self.crossing.more().map(|more| *what = more).is_some();
+        }
+        if let Some(failure) = self.crossing.failure() {
+            self.broke(&failure.to_string());
         }
     }
 
@@ -309,7 +337,7 @@ impl<C: Crossing> Simulation<C> {
         }
     }
 
-    fn wake(&mut self) {
+    pub(super) fn wake(&mut self) {
         let Self { now, rig, director, touched, .. } = self;
         let now = *now;
         let engine = &mut director.engine;
@@ -346,6 +374,7 @@ impl<C: Crossing> Simulation<C> {
                 self.rig.empty(self.now, place);
             }
         }
+        self.touched = Touched::default();
     }
 
     fn ask_controller(&mut self, place: usize, sink: &mut impl RecordSink) {
