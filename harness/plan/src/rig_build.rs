@@ -1,5 +1,6 @@
 //! A rig from its file: what is wrong is said with its place.
 
+mod place;
 mod replayed;
 mod words;
 
@@ -83,28 +84,11 @@ impl Builder<'_> {
     /// A mistake at the `number`-th table of this name; at its `key` where it has that.
     fn mistake(
         &self,
-        (table, number, key): (&str, usize, &str),
+        at: (&str, usize, &str),
         message: String,
         help: Option<String>,
     ) -> LibraryError {
-        let text = &self.source.text;
-        let head = format!("[[{table}]]");
-        let begin = text.match_indices(&head).nth(number).map_or(0, |(at, _)| at);
-        let rest = &text[begin..];
-        let end = rest[1..].find("\n[[").map_or(rest.len(), |at| at + 1);
-        let mut at = begin;
-        let mut found = None;
-        for line in rest[..end].split_inclusive('\n') {
-            let written = line.trim_start();
-            let is_key =
-                written.strip_prefix(key).is_some_and(|after| after.trim_start().starts_with('='));
-            if is_key {
-                found = Some(at..at + line.trim_end().len());
-                break;
-            }
-            at += line.len();
-        }
-        let place = found.unwrap_or(begin..(begin + head.len()).min(text.len()));
+        let place = place::place(&self.source.text, at);
         self.source.mistake(place, message, help)
     }
 
