@@ -2,6 +2,7 @@
 
 use crate::hint;
 use crate::place::Place;
+use crate::toml_mistake::toml_mistake;
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use std::ops::Range;
 use std::sync::Arc;
@@ -53,12 +54,9 @@ impl DescriptionError {
     }
 
     pub(crate) fn from_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
-        // What is missing at the end is shown at the last letter there is.
-        let last = text.trim_end().char_indices().next_back().map_or(0, |(index, _)| index);
-        let at = error.span().unwrap_or(0..1);
-        let at = at.start.min(last)..at.end.min(text.len());
-        let (message, help) = hint::explain(error.message());
-        Self::new(file, text, at, message).with_help(help)
+        let (at, message) = toml_mistake(text, error);
+        let (message, help) = hint::explain(&message);
+        Self::new(file, text, at.unwrap_or(0..text.len().min(1)), message).with_help(help)
     }
 }
 

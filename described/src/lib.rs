@@ -163,6 +163,7 @@ mod lookup;
 mod place;
 mod protection;
 mod steps;
+mod toml_mistake;
 mod transport;
 
 pub use description::Description;
@@ -176,6 +177,7 @@ pub use layout::{
 };
 pub use protection::{ProtectionTable, Verdict};
 pub use steps::{Input, Step, Steps};
+pub use toml_mistake::toml_mistake;
 pub use transport::{InParts, Transport};
 
 /// The JSON Schema of a description, in either of its forms, for editors.

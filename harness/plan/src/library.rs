@@ -9,7 +9,7 @@ mod pack;
 pub use pack::{PLAN, Pack, PackedFile};
 
 use crate::hint;
-use described::dbc_text;
+use described::{dbc_text, toml_mistake};
 use include_dir::{Dir, include_dir};
 use miette::{Diagnostic as _, NamedSource, SourceSpan};
 use serde::de::DeserializeOwned;
@@ -300,9 +300,9 @@ impl Source {
     /// When it is not right.
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T, LibraryError> {
         toml::from_str(&self.text).map_err(|error| {
-            let (message, help) = hint::explain(error.message());
-            let at = error.span().map(SourceSpan::from);
-            LibraryError::Toml { message, at, file: self.named(), help }
+            let (at, message) = toml_mistake(&self.text, &error);
+            let (message, help) = hint::explain(&message);
+            LibraryError::Toml { message, at: at.map(SourceSpan::from), file: self.named(), help }
         })
     }
 

@@ -37,9 +37,10 @@ impl Failure {
         Cause::Model(error).into()
     }
 
-    /// The data cannot be identified.
-    pub(super) fn identify(dataset: &str, source: IdentifyError) -> Self {
-        Cause::Identify { dataset: dataset.to_owned(), source }.into()
+    /// The data cannot be identified, by the model of this file where there is one.
+    pub(super) fn identify(dataset: &str, model: Option<&Path>, source: IdentifyError) -> Self {
+        let model = model.map(Path::to_owned);
+        Cause::Identify { dataset: dataset.to_owned(), model, source }.into()
     }
 
     /// What was found cannot be written down.

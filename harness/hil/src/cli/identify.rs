@@ -68,7 +68,8 @@ impl IdentifyArguments {
         let mut show = |share: f64, doing: &str| progress.show(share, doing);
         let found = identify(&dataset, model.as_ref(), &options, &mut show);
         progress.finish();
-        let found = found.map_err(|error| Failure::identify(&dataset.name, error))?;
+        let found = found
+            .map_err(|error| Failure::identify(&dataset.name, self.model.as_deref(), error))?;
         let folder = findings_folder(self.out.as_deref(), &dataset.name);
         put(&folder, &files(&found)?)?;
         if self.json {

@@ -35,8 +35,8 @@ impl PredictArguments {
         let model = model(&self.model)?;
         let dataset = load(&self.data, Some(model.kind), screen)?;
         tell(&dataset, screen);
-        let prediction =
-            predict(&dataset, &model).map_err(|error| Failure::identify(&dataset.name, error))?;
+        let prediction = predict(&dataset, &model)
+            .map_err(|error| Failure::identify(&dataset.name, Some(&self.model), error))?;
         let folder = findings_folder(self.out.as_deref(), &dataset.name);
         put(&folder, &[("prediction.json".to_owned(), measured::json(&prediction)?)])?;
         if self.json {

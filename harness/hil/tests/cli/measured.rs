@@ -131,3 +131,18 @@ fn the_plan_that_would_decide_lies_beside_the_finding() {
     let plan = plan::Plan::parse(&next.plan, &plan).unwrap();
     assert_eq!(format!("{}.toml", plan.name), next.plan);
 }
+
+#[test]
+fn a_model_that_lacks_something_is_named_by_its_file() {
+    let hil = Hil::new();
+    let gyro = shipped("gyro-at-rest-over-temperature");
+    let model = "schema = 1\nkind = \"series\"\n[fields]\n[[terms]]\nname = \"bias\"\nterm = \"bias\"\n\
+        form = \"constant\"\nparameters = []\n";
+    fs::write(hil.path("m.toml"), model).unwrap();
+    let ran = hil.run(&["predict", gyro.to_str().unwrap(), "--model", "m.toml"]).exits(2);
+    assert!(
+        ran.err.contains(" by m.toml") && ran.err.contains("lacks its parameter"),
+        "{}",
+        ran.err
+    );
+}

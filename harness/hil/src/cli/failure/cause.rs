@@ -22,7 +22,7 @@ use ports::PortError;
 use record::outcome::{EXIT_BAD_INPUT, Outcome};
 use record::run_folder::RunFolderError;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, thiserror::Error, Diagnostic)]
 pub(super) enum Cause {
@@ -100,10 +100,12 @@ pub(super) enum Cause {
     #[diagnostic(transparent)]
     Model(LibraryError),
     /// The data and the model are what they should be, but not for each other.
-    #[error("failed to identify {dataset}")]
+    #[error("failed to identify {dataset}{}", by(model.as_deref()))]
     Identify {
         /// Name of the data set.
         dataset: String,
+        /// The file of the model, where one is given.
+        model: Option<PathBuf>,
         /// Why.
         source: IdentifyError,
     },
@@ -153,6 +155,10 @@ pub(super) enum Cause {
     /// Ctrl-C cannot be taken over, and without it no run could be stopped in good order.
     #[error("failed to take over Ctrl-C")]
     Signals(#[source] ctrlc::Error),
+}
+
+fn by(model: Option<&Path>) -> String {
+    model.map_or_else(String::new, |model| format!(" by {}", model.display()))
 }
 
 impl Cause {
