@@ -28,6 +28,9 @@ const WIDTH_ELSEWHERE: u16 = 120;
 /// The narrowest table that is tried; narrower terminals break the lines themselves.
 const WIDTH_MIN: u16 = 60;
 
+/// Characters of a cell; laying out a table takes as long as the square of the longest word in it.
+const CELL_CHARS_MAX: usize = 1_000;
+
 /// Room that the other columns need before names may be kept whole.
 const WIDTH_OF_OTHERS_MIN: u16 = 30;
 
@@ -116,12 +119,12 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
     let mut table = style.table(&header);
     for summary in summaries {
         for (index, measurement) in summary.measurements.iter().enumerate() {
-            let procedure = if index == 0 { printable(&summary.plan) } else { String::new() };
+            let procedure = if index == 0 { in_cell(&summary.plan) } else { String::new() };
             table.add_row(row(procedure, measurement, style));
         }
         for (index, property) in summary.properties.iter().enumerate() {
             let is_first = index == 0 && summary.measurements.is_empty();
-            let procedure = if is_first { printable(&summary.plan) } else { String::new() };
+            let procedure = if is_first { in_cell(&summary.plan) } else { String::new() };
             table.add_row(property_row(procedure, property, style));
         }
     }
@@ -159,14 +162,14 @@ fn row(procedure: String, measurement: &Measurement, style: Style) -> Row {
         Some(value) => figures::quantity(value, measurement.uncertainty, unit),
         None => "-".to_owned(),
     };
-    let paper = measurement.paper.as_deref().map_or_else(|| "-".to_owned(), printable);
+    let paper = measurement.paper.as_deref().map_or_else(|| "-".to_owned(), in_cell);
     Row::from([
         Cell::new(procedure),
-        Cell::new(printable(&measurement.name)),
+        Cell::new(in_cell(&measurement.name)),
         Cell::new(measurement.proves.map_or("-", Proves::short)),
         Cell::new(paper),
-        Cell::new(printable(&measured)),
-        Cell::new(printable(&figures::band(*lower, *upper, unit))),
+        Cell::new(in_cell(&measured)),
+        Cell::new(in_cell(&figures::band(*lower, *upper, unit))),
         style.verdict(measurement.verdict),
     ])
 }
@@ -187,7 +190,7 @@ fn property_row(procedure: String, property: &PropertySummary, style: Style) -> 
     };
     Row::from([
         Cell::new(procedure),
-        Cell::new(printable(name)),
+        Cell::new(in_cell(name)),
         Cell::new("-"),
         Cell::new("-"),
         Cell::new(seen),
@@ -231,6 +234,16 @@ pub fn worst(summaries: &[Summary]) -> Outcome {
 /// Text from outside, without what would move the cursor or break the row.
 pub fn printable(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+}
+
+/// A text as a cell of a table shows it: [`printable`], and no longer than a table can be laid out with.
+pub fn in_cell(text: &str) -> String {
+    let mut shown = printable(text);
+    if let Some((end, _)) = shown.char_indices().nth(CELL_CHARS_MAX) {
+        shown.truncate(end);
+        shown += "...";
+    }
+    shown
 }
 
 /// Breaks no cell of these columns, if that leaves room for the others.

@@ -19,7 +19,7 @@ use plan::{Action, STEP_EXAMPLES};
 use record::outcome::Outcome;
 use serde_json::{Map, Value};
 use std::path::Path;
-use views::console::Style;
+use views::console::{Style, in_cell};
 
 /// What can be listed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -115,7 +115,12 @@ fn rows(table: &Table) -> Value {
     table.row_iter().map(object).collect()
 }
 
-fn lines(mut table: Table, style: Style) -> String {
+fn lines(whole: Table, style: Style) -> String {
+    let line = |text: &str| text.split('\n').map(in_cell).collect::<Vec<_>>().join("\n");
+    let shown = |row: &Row| Row::from(row.cell_iter().map(|cell| line(&cell.content())));
+    let mut table = Table::new();
+    table.set_header(whole.header().map(shown).unwrap_or_default());
+    table.add_rows(whole.row_iter().map(shown));
     table
         .load_style(presets::NOTHING)
         .set_content_arrangement(ContentArrangement::Dynamic)

@@ -2,7 +2,7 @@
 
 use super::{Finding, Status};
 use comfy_table::{Cell, Color};
-use views::console::{Style, keep_whole, lines, printable};
+use views::console::{Style, in_cell, keep_whole, lines};
 
 /// Subject and status: short, and ugly when broken.
 const WHOLE_COLUMNS: [usize; 2] = [0, 1];
@@ -18,7 +18,7 @@ pub fn findings_table(findings: &[Finding], style: Style) -> String {
         };
         let word = Cell::new(status.name());
         let word = if style.colour { word.fg(colour) } else { word };
-        table.add_row([Cell::new(printable(subject)), word, Cell::new(printable(what))]);
+        table.add_row([Cell::new(in_cell(subject)), word, Cell::new(in_cell(what))]);
     }
     keep_whole(&mut table, &WHOLE_COLUMNS, style);
     lines(&table)

@@ -119,3 +119,13 @@ fn the_doctor_sees_a_vcan() {
         assert!(finding["what"].as_str().unwrap().starts_with(what), "{finding}");
     }
 }
+
+#[test]
+fn a_title_without_end_is_cut_in_tables_and_whole_in_json() {
+    let title = "t".repeat(100_000);
+    let hil = Hil::with_plan(&TURN.replace("One turn", &title));
+    let listed = hil.run(&["list", "plans"]).exits(0).out;
+    assert!(listed.contains("turn.toml") || listed.contains("ttt"), "{}", listed.len());
+    assert!(listed.matches('t').count() < 10_000, "{}", listed.len());
+    assert!(hil.run(&["list", "plans", "--json"]).exits(0).out.contains(&title));
+}

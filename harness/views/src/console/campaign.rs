@@ -1,6 +1,6 @@
 //! What a campaign came to, and how much of a fault is tolerated.
 
-use super::{Style, lines, printable};
+use super::{Style, in_cell, lines, printable};
 use campaign::Measured;
 use campaign::{Campaign, Envelope, Level, Repeated};
 use comfy_table::Cell;
@@ -54,7 +54,7 @@ pub fn campaign_table(
         for (property, (margin, number)) in &tally.nearest {
             let times = tally.broken.get(property).map_or(0, |(times, _)| *times);
             let cells = [
-                printable(property),
+                in_cell(property),
                 format!("{times} of {}", tally.cases),
                 format!("{margin:.3}"),
                 number.to_string(),
@@ -64,7 +64,7 @@ pub fn campaign_table(
         for (property, (times, number)) in &tally.broken {
             if !tally.nearest.contains_key(property) {
                 let of = format!("{times} of {}", tally.cases);
-                let cells = [printable(property), of, "-".to_owned(), number.to_string()];
+                let cells = [in_cell(property), of, "-".to_owned(), number.to_string()];
                 table.add_row(cells.map(Cell::new));
             }
         }
@@ -75,7 +75,7 @@ pub fn campaign_table(
     let mut table = style.table(&["sometimes", "reached by"]);
     for (state, times) in reached.chain(never) {
         let times = if times == 0 { "no case".to_owned() } else { format!("{times} cases") };
-        table.add_row([printable(state), times].map(Cell::new));
+        table.add_row([in_cell(state), times].map(Cell::new));
     }
     text += "\n";
     text += &lines(&table);
@@ -85,12 +85,12 @@ pub fn campaign_table(
         let _ = write!(
             text,
             "\n{}: case {}, made small in {} runs: {faults} fault{}, seed {}\n  {}\n  {}\n",
-            printable(&found.property),
+            in_cell(&found.property),
             found.number,
             found.shrunk.executions,
             if faults == 1 { "" } else { "s" },
             found.shrunk.case.seed,
-            what.map_or(String::new(), |v| format!("at {:.3} s: {}", v.at_s, printable(&v.what))),
+            what.map_or(String::new(), |v| format!("at {:.3} s: {}", v.at_s, in_cell(&v.what))),
             path.display(),
         );
         if let Some(again) = again {

@@ -1,6 +1,6 @@
 //! How many seeds pass: what one run cannot tell.
 
-use super::{Style, lines, printable};
+use super::{Style, in_cell, lines};
 use campaign::seeds::SeedShare;
 use comfy_table::Cell;
 
@@ -16,11 +16,11 @@ fn cells(one: &SeedShare) -> [String; HEADER.len()] {
     };
     let (lower, upper) = one.interval;
     [
-        printable(&one.plan),
-        printable(&one.measurement),
+        in_cell(&one.plan),
+        in_cell(&one.measurement),
         share,
         format!("{:.1} % to {:.1} %", 100.0 * lower, 100.0 * upper),
-        printable(one.paper.as_deref().unwrap_or("-")),
+        in_cell(one.paper.as_deref().unwrap_or("-")),
     ]
 }
 
