@@ -24,8 +24,8 @@ fn written_out(text: &str, passing: impl Fn(&str) -> usize) -> Cow<'_, str> {
         let kept = passing(rest);
         let (head, tail) = rest.split_at(if kept > 0 { kept } else { next.len_utf8() });
         if kept == 0 && is_wild(next) {
-            // Writing to a string cannot fail.
-            let _ = write!(out, "{}", next.escape_default());
+            // As JSON writes it, so that a document stays one. Writing to a string cannot fail.
+            let _ = write!(out, "\\u{:04x}", u32::from(next));
         } else {
             out.push_str(head);
         }
@@ -55,9 +55,11 @@ mod tests {
         let own = "\u{1b}[1;31mfail\u{1b}[0m\ta\n";
         assert_eq!(tamed(own), own);
         let theirs = "a\u{1b}[2Jb\u{1b}]0;title\u{7}c\rd\u{9b}e\u{1b}";
-        let shown = r"a\u{1b}[2Jb\u{1b}]0;title\u{7}c\rd\u{9b}e\u{1b}";
+        let shown = r"a\u001b[2Jb\u001b]0;title\u0007c\u000dd\u009be\u001b";
         assert_eq!(tamed(theirs), shown);
+        let quoted = serde_json::to_string(theirs).unwrap();
+        assert_eq!(serde_json::from_str::<String>(&tamed(&quoted)).unwrap(), theirs);
         assert_eq!(plain(theirs), shown);
-        assert_eq!(plain("\u{1b}[31mred\n"), "\\u{1b}[31mred\n");
+        assert_eq!(plain("\u{1b}[31mred\n"), "\\u001b[31mred\n");
     }
 }
