@@ -7,6 +7,9 @@ mod text;
 use crate::random::Random;
 use std::collections::BTreeMap;
 
+/// Longer files are read for longer than a run is waited for.
+const BYTES_MAX: usize = 2_000_000;
+
 /// What files say: where a mutation takes something from elsewhere.
 #[derive(Debug, Default)]
 pub struct Words {
@@ -43,7 +46,10 @@ impl Words {
 pub fn mutated(random: &mut Random, path: &str, file: &[u8], words: &Words) -> Vec<u8> {
     let mut file = file.to_vec();
     loop {
-        file = once(random, path, &file, words);
+        let next = once(random, path, &file, words);
+        if next.len() <= BYTES_MAX {
+            file = next;
+        }
         if !random.once_in(3) {
             return file;
         }
