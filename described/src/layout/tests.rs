@@ -1,7 +1,7 @@
 //! Whole layouts: round trips, damage, and the hand-written codec of the same messages.
 
 use super::bits::BitField;
-use super::message::{Carrier, Message, Sender};
+use super::message::{Carrier, Found, Message, Sender};
 use super::number::{Coding, Scale};
 use super::selection::Carried;
 use super::signal::{Signal, Storage};
@@ -250,7 +250,8 @@ proptest! {
         prop_assert_eq!((whole, decoder.damaged()), (data.len() == 8, u64::from(data.len() < 8)));
     }
 
-    /// Whatever comes before, a good packet is found when at most a packet more has come.
+    /// Whatever comes before, a good packet is found when at most a packet more has come; unless what comes before is a
+    /// good packet of another message together with the first bytes of it, as a checksum of eight bits may have it.
     #[test]
     fn behind_garbage_the_next_packet_is_found(
         garbage in prop::collection::vec(prop_oneof![
@@ -267,7 +268,15 @@ proptest! {
         for piece in data.chunks(pieces) {
             decoder.bytes(piece, &mut |decoded| found.push(read(decoded)));
         }
-        prop_assert_eq!(found.last().map(|last| last.0), Some(expected.0));
+        let is_message = |at: usize| {
+            layout.messages().iter().any(|message| {
+                let found = message.find(&data[at..], &mut Vec::new());
+                matches!(found, Found::Whole(length) if at + length > garbage.len())
+            })
+        };
+        if !(0..garbage.len()).any(is_message) {
+            prop_assert_eq!(found.last().map(|last| last.0), Some(expected.0));
+        }
         let (whole, damaged) = heard(&layout, &data);
         prop_assert_eq!((whole, damaged), (found, decoder.damaged()));
     }
