@@ -17,6 +17,7 @@ pub(crate) mod build;
 #[cfg(feature = "live")]
 pub(crate) mod build_live;
 pub mod by_hand;
+mod conversation;
 pub(crate) mod director;
 pub(crate) mod faults;
 mod host;

@@ -6,6 +6,7 @@
 mod fit;
 mod innovations;
 mod layout;
+mod search;
 mod whiten;
 
 pub use fit::{TIME_CAUTION, evidence, fit, priced, retune};

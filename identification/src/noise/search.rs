@@ -1,0 +1,330 @@
+//! The search for the parts of a noise: correlation times are proposed by views of the record, and judged on all of it.
+
+use super::fit::evidence;
+use super::whiten::COLOURED_MAX;
+use super::{Coloured, Layout, NoiseModel};
+use std::borrow::Cow;
+use std::cell::RefCell;
+
+/// Coloured parts beyond this explain nothing that fewer do not.
+const PARTS_MAX: usize = 3;
+/// What a coloured part has to add to the logarithm of the likelihood (two parameters).
+const PART_GAIN_MIN: f64 = 3.0;
+/// Longest correlation time, as a share of the longest stretch: what is slower is a constant, and constants are
+/// causes, not noise.
+const CORRELATION_MAX: f64 = 0.5;
+/// Observations above which the search looks at means of several, and at a stretch of single ones.
+const WHOLE_MAX: usize = 5000;
+/// Observations of a thinned record.
+const THINNED: usize = 2500;
+/// A correlation time this many times the distance of the thinned record shows in it.
+const SHOWS_FROM: f64 = 4.0;
+
+/// The record, as a search for correlation times of one order looks at it.
+struct View<'a> {
+    layout: Cow<'a, Layout>,
+    residual: Cow<'a, [f64]>,
+    columns: Cow<'a, [Vec<f64>]>,
+    left_out: Cow<'a, [bool]>,
+    /// Variance of its white noise over that of a single observation.
+    white: f64,
+    /// By how much the whole says more than it.
+    weight: f64,
+}
+
+impl View<'_> {
+    fn value(&self, noise: &NoiseModel) -> f64 {
+        let mut noise = noise.clone();
+        noise.white *= self.white;
+        self.weight
+            * evidence(&self.layout, &self.residual, &self.columns, &noise, &self.left_out)
+                .log_likelihood
+    }
+}
+
+/// Looks for the coloured parts and the walk of a noise.
+pub(super) struct Search<'a> {
+    /// The record itself: the views only propose.
+    whole: View<'a>,
+    /// What is known of its likelihood already.
+    known: RefCell<Vec<(NoiseModel, f64)>>,
+    /// For short correlation times.
+    fine: View<'a>,
+    /// For long ones, where the record is too long to look at whole.
+    coarse: Option<(View<'a>, f64)>,
+    correlations: Vec<f64>,
+    unit: f64,
+    is_level: bool,
+    span: f64,
+    mean_activity: f64,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(
+        layout: &'a Layout,
+        residual: &'a [f64],
+        columns: &'a [Vec<f64>],
+        left_out: &'a [bool],
+    ) -> Self {
+        let n = layout.len();
+        let whole = || View {
+            layout: Cow::Borrowed(layout),
+            residual: Cow::Borrowed(residual),
+            columns: Cow::Borrowed(columns),
+            left_out: Cow::Borrowed(left_out),
+            white: 1.0,
+            weight: 1.0,
+        };
+        // On levels a coloured part is a rate: its variance is stated so that 1 brings much in one step.
+        let unit = if layout.is_level() { layout.interval().powi(-2) * 1e-2 } else { 1.0 };
+        let mut search = Self {
+            whole: whole(),
+            known: RefCell::default(),
+            fine: whole(),
+            coarse: None,
+            correlations: correlations(layout),
+            unit,
+            is_level: layout.is_level(),
+            span: layout.span(),
+            mean_activity: layout.mean_activity().max(f64::MIN_POSITIVE),
+        };
+        if n > WHOLE_MAX && !layout.is_level() {
+            let block = n.div_ceil(THINNED);
+            let (thin, groups) = layout.thinned(block);
+            let mean = |values: &[f64]| -> Vec<f64> {
+                groups
+                    .iter()
+                    .map(|range| {
+                        let (sum, count) = range
+                            .clone()
+                            .filter(|&i| !left_out[i])
+                            .fold((0.0, 0.0), |(s, c), i| (s + values[i], c + 1.0));
+                        if count > 0.0 { sum / count } else { 0.0 }
+                    })
+                    .collect()
+            };
+            let coarse = View {
+                residual: Cow::Owned(mean(residual)),
+                columns: Cow::Owned(columns.iter().map(|column| mean(column)).collect()),
+                left_out: Cow::Owned(
+                    groups.iter().map(|range| range.clone().all(|i| left_out[i])).collect(),
+                ),
+                white: 1.0 / block as f64,
+                weight: 1.0,
+                layout: Cow::Owned(thin),
+            };
+            let shows_from = SHOWS_FROM * block as f64 * layout.interval();
+            // Single observations, in the middle of the record.
+            let from = (n - WHOLE_MAX) / 2;
+            let range = from..from + WHOLE_MAX;
+            search.fine = View {
+                layout: Cow::Owned(layout.part(range.clone())),
+                residual: Cow::Owned(residual[range.clone()].to_vec()),
+                columns: Cow::Owned(
+                    columns.iter().map(|column| column[range.clone()].to_vec()).collect(),
+                ),
+                left_out: Cow::Owned(left_out[range].to_vec()),
+                white: 1.0,
+                weight: n as f64 / WHOLE_MAX as f64,
+            };
+            search.coarse = Some((coarse, shows_from));
+        }
+        search
+    }
+
+    /// The record is too long to be looked at whole but for a verdict.
+    pub(super) const fn proposes_by_views(&self) -> bool {
+        self.coarse.is_some()
+    }
+
+    /// The logarithm of the likelihood of the whole record.
+    pub(super) fn on_whole(&self, noise: &NoiseModel) -> f64 {
+        if let Some((_, value)) = self.known.borrow().iter().find(|(known, _)| known == noise) {
+            return *value;
+        }
+        let value = self.whole.value(noise);
+        self.known.borrow_mut().push((noise.clone(), value));
+        value
+    }
+
+    /// The view in which a correlation time shows.
+    fn view(&self, correlation_s: f64) -> &View<'a> {
+        match &self.coarse {
+            Some((coarse, from)) if correlation_s >= *from => coarse,
+            _ => &self.fine,
+        }
+    }
+
+    /// The best positive factor for a parameter, from a coarse search over decades and a fine one.
+    fn best(
+        &self,
+        view: &View<'_>,
+        (from, to): (i32, i32),
+        set: impl Fn(f64) -> NoiseModel,
+    ) -> (f64, f64) {
+        let at = |exponent: f64| {
+            let value = 10_f64.powf(exponent);
+            (view.value(&set(value)), exponent)
+        };
+        let mut best = (from..=to)
+            .map(|exponent| at(f64::from(exponent)))
+            .fold((f64::NEG_INFINITY, 0.0), |a, b| if b.0 > a.0 { b } else { a });
+        for step in [0.5, 0.25, 0.12] {
+            for side in [best.1 - step, best.1 + step] {
+                let tried = at(side);
+                if tried.0 > best.0 {
+                    best = tried;
+                }
+            }
+        }
+        (best.0, 10_f64.powf(best.1))
+    }
+
+    pub(super) fn walk(&self, noise: &mut NoiseModel) {
+        let unit = 1.0 / self.mean_activity;
+        let set = |ratio: f64| NoiseModel { walk: ratio * unit, ..noise.clone() };
+        let (_, ratio) = self.best(&self.fine, (-8, 5), set);
+        noise.walk = ratio * unit;
+    }
+
+    /// Adds coloured parts while they pay, then tunes all and drops what no longer pays.
+    pub(super) fn parts(&self, noise: &mut NoiseModel) {
+        self.tune(noise, PART_GAIN_MIN);
+        let most = if self.is_level { 1 } else { PARTS_MAX.min(COLOURED_MAX) };
+        while noise.coloured.len() < most {
+            let Some(part) = self.proposals(noise).into_iter().find(|part| self.pays(noise, *part))
+            else {
+                break;
+            };
+            let count = noise.coloured.len();
+            noise.coloured.push(part);
+            self.tune(noise, PART_GAIN_MIN);
+            if noise.coloured.len() <= count {
+                break;
+            }
+        }
+        noise.coloured.sort_by(|a, b| a.correlation_s.total_cmp(&b.correlation_s));
+    }
+
+    /// A part of each correlation time that pays where it shows, the best first.
+    fn proposals(&self, noise: &NoiseModel) -> Vec<Coloured> {
+        let fine_now = self.fine.value(noise);
+        let coarse_now = self.coarse.as_ref().map(|(view, _)| view.value(noise));
+        let mut found: Vec<(f64, Coloured)> = Vec::new();
+        for &correlation_s in &self.correlations {
+            let view = self.view(correlation_s);
+            let now = match coarse_now {
+                Some(value) if !std::ptr::eq(view, &self.fine) => value,
+                _ => fine_now,
+            };
+            let with = |variance: f64| {
+                let mut noise = noise.clone();
+                noise.coloured.push(Coloured { correlation_s, variance: variance * self.unit });
+                noise
+            };
+            // A quick look first: most correlation times have nothing to give.
+            let quick = [0.0005, 0.005, 0.05, 0.5, 5.0].map(|variance| view.value(&with(variance)));
+            if quick.iter().all(|value| *value < now + 0.5) {
+                continue;
+            }
+            let (value, variance) = self.best(view, (-5, 3), with);
+            let part = Coloured { correlation_s, variance: variance * self.unit };
+            if value - now > PART_GAIN_MIN {
+                found.push((value - now, part));
+            }
+        }
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        found.into_iter().map(|(_, part)| part).collect()
+    }
+
+    /// Does a part pay on the whole record? What a stretch of it shows may be chance.
+    fn pays(&self, noise: &NoiseModel, part: Coloured) -> bool {
+        if self.coarse.is_none() {
+            return true;
+        }
+        let mut with = noise.clone();
+        with.coloured.push(part);
+        self.on_whole(&with) - self.on_whole(noise) > PART_GAIN_MIN
+    }
+
+    /// Much smaller parts are tried first: an effect may take all that a part stood for.
+    pub(super) fn shrink(&self, noise: &mut NoiseModel) {
+        for k in 0..noise.coloured.len() {
+            let view = self.view(noise.coloured[k].correlation_s);
+            let mut now = view.value(noise);
+            for factor in [0.3, 0.1, 0.03, 0.01] {
+                let mut tried = noise.clone();
+                tried.coloured[k].variance *= factor;
+                let value = view.value(&tried);
+                if value > now {
+                    (*noise, now) = (tried, value);
+                }
+            }
+        }
+    }
+
+    /// Brings the parts to their best values; what pays less than `price` goes.
+    pub(super) fn tune(&self, noise: &mut NoiseModel, price: f64) {
+        let before = noise.clone();
+        for step in [3.0, 1.8, 1.3] {
+            for k in 0..noise.coloured.len() {
+                let view = self.view(noise.coloured[k].correlation_s);
+                let mut now = view.value(noise);
+                for factor in [step, 1.0 / step] {
+                    for which in 0..2 {
+                        let mut tried = noise.clone();
+                        if which == 0 {
+                            tried.coloured[k].variance *= factor;
+                        } else {
+                            tried.coloured[k].correlation_s *= factor;
+                            let now = tried.coloured[k].correlation_s;
+                            if now.is_finite() && now > CORRELATION_MAX * self.span {
+                                continue;
+                            }
+                        }
+                        let value = view.value(&tried);
+                        if value > now {
+                            (*noise, now) = (tried, value);
+                        }
+                    }
+                }
+            }
+        }
+        if noise.coloured.is_empty() {
+            return;
+        }
+        let mut now = self.on_whole(noise);
+        if self.coarse.is_some() && *noise != before {
+            let untuned = self.on_whole(&before);
+            if now < untuned {
+                (*noise, now) = (before, untuned);
+            }
+        }
+        let mut k = 0;
+        while k < noise.coloured.len() {
+            let mut without = noise.clone();
+            without.coloured.remove(k);
+            let value = self.on_whole(&without);
+            if value > now - price {
+                (*noise, now) = (without, value);
+            } else {
+                k += 1;
+            }
+        }
+    }
+}
+
+/// Correlation times that are tried.
+fn correlations(layout: &Layout) -> Vec<f64> {
+    let (interval, span) = (layout.interval(), layout.span());
+    let mut found = Vec::new();
+    let mut at = if layout.is_level() { 10.0 * interval } else { 2.0 * interval };
+    while at < CORRELATION_MAX * span {
+        found.push(at);
+        at *= if layout.is_level() { 10.0 } else { 10_f64.sqrt() };
+    }
+    if !layout.is_level() && layout.runs() >= 4 {
+        found.push(f64::INFINITY);
+    }
+    found
+}
