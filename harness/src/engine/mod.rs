@@ -44,25 +44,12 @@ use signals::Signals;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use wire::time::{Span, Timestamp};
-use wire::units::Angle;
 
 /// A quantity is kept at most this often; a plan that makes more of one is cut off there, and the
 /// record says so. 16 hours of 1 Hz are 57,600; the heading errors of 80 laps 130,000.
 pub const OBSERVATIONS_MAX: usize = 1_000_000;
+pub use robot::BenchFacts;
 pub(crate) use robot::FIRST_MISSION;
-
-/// What the engine must know of the bench.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct BenchFacts {
-    /// Standard uncertainty of a position by the absolute measurement, m.
-    pub absolute_position_u_m: f64,
-    /// Standard uncertainty of a heading by the absolute measurement, deg.
-    pub absolute_heading_u_deg: f64,
-    /// Standard uncertainty of the table's angle at rest, deg.
-    pub table_u_deg: f64,
-    /// What one step of the table's motor turns the table by.
-    pub table_step: Angle,
-}
 
 /// How a run ended, and why if it did not simply end.
 #[derive(Debug, Clone, PartialEq, Eq)]

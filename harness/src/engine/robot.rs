@@ -7,7 +7,7 @@ use super::op::Op;
 use super::rest_watch::RestWatch;
 use super::segment::Look;
 use super::teardown::Teardown;
-use super::{Action, BenchFacts, Engine, Waiting};
+use super::{Action, Engine, Waiting};
 use crate::outcome::Outcome;
 use crate::plan::quantities as q;
 use crate::record::{Device, RecordKind};
@@ -26,6 +26,19 @@ pub(crate) const FIRST_MISSION: MissionId = 1;
 
 /// What is said of a run after whose end nobody could see the base at rest.
 pub(super) const NO_REST: &str = "the controller never confirmed that the base stands still";
+
+/// What the engine must know of the bench.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BenchFacts {
+    /// Standard uncertainty of a position by the absolute measurement, m.
+    pub absolute_position_u_m: f64,
+    /// Standard uncertainty of a heading by the absolute measurement, deg.
+    pub absolute_heading_u_deg: f64,
+    /// Standard uncertainty of the table's angle at rest, deg.
+    pub table_u_deg: f64,
+    /// What one step of the table's motor turns the table by.
+    pub table_step: Angle,
+}
 
 /// What is known of the robot and its controller.
 #[derive(Debug)]

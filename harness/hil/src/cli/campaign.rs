@@ -340,9 +340,7 @@ impl CampaignArguments {
         let outcome = outcome(done);
         if outcome == Outcome::Error {
             let cases = done.tally.cases;
-            screen.note(&format!(
-                "no verdict in any of {cases} cases: the campaign has shown nothing"
-            ));
+            screen.note(&format!("no verdict in any of {cases} cases: nothing was shown"));
         }
         Ok(outcome)
     }
