@@ -7,6 +7,9 @@ A row is as in python_can_rows.py. `write` compresses by deflate, `write-transpo
 import datetime
 import sys
 
+# Apart from the other packages: python-can imports it where it finds it.
+sys.path.append(sys.prefix + "/apart")
+
 import numpy as np
 from asammdf import MDF, Signal
 from asammdf.blocks.source_utils import Source

@@ -6,6 +6,9 @@ Prints one line of JSON: the unit of each signal, and how many values it has.
 import json
 import sys
 
+# Apart from the other packages: python-can imports it where it finds it.
+sys.path.append(sys.prefix + "/apart")
+
 from asammdf import MDF
 
 path, dbc = sys.argv[1:]

@@ -86,9 +86,13 @@ fn pandas_and_the_official_reader_find_what_was_recorded() {
 /// MOTION of `wire/dbc/k2a.dbc`.
 const MOTION: u16 = 0x181;
 
+/// As the scripts in `tests/interop` find it.
+const ASAMMDF: &str =
+    "import sys; sys.path.append(sys.prefix + '/apart'); import asammdf, canmatrix";
+
 #[test]
 fn asammdf_decodes_the_frames_of_a_run_by_a_dbc() {
-    let Some(python) = python_with("import asammdf, canmatrix", "asammdf") else { return };
+    let Some(python) = python_with(ASAMMDF, "asammdf") else { return };
     let folder = tempfile::tempdir().unwrap();
     let run = exported(folder.path());
     hil(folder.path(), &["export", "run", "--bus", "run.mf4"]);
