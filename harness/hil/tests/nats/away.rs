@@ -3,13 +3,13 @@
 use crate::hil::{Hil, cases, wait_for};
 use crate::server::Server;
 use campaign::{Case, CaseResult, Executor};
-use campaign_nats::VERSION;
 use campaign_nats::{
     Credentials, Holder, News, Package, Place, Remote, RemoteSettings, Stopping, WorkerSettings,
     work,
 };
 use futures_util::StreamExt as _;
 use harness::operator::Answers;
+use record::VERSION;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};

@@ -83,11 +83,7 @@ pub(super) fn open<E: Executor>(
 ) -> Result<Remote<E>, Failure> {
     let (tell, stop) = (teller(screen), stop(interrupt));
     let remote = Remote::open(server, &package, settings, local, tell, stop)?;
-    screen.chat(&format!(
-        "campaign {} waits for workers of version {}",
-        remote.campaign(),
-        campaign_nats::VERSION
-    ));
+    screen.chat(&format!("campaign {} waits for workers", remote.campaign()));
     Ok(remote)
 }
 
