@@ -26,7 +26,7 @@ use heapless::Deque;
 use wire::base::payload::{COUNTS_PER_DEG, COUNTS_PER_M};
 use wire::base::{Motion, Request};
 use wire::can::CanFrame;
-use wire::gyro::{GyroDecoder, GyroFormat, GyroSample, dsp3000_command};
+use wire::gyro::{GyroDecoder, GyroSample, dsp3000_command};
 use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Speed};
@@ -138,7 +138,12 @@ pub struct Controller {
 impl Controller {
     /// A controller that starts `now`, having heard nothing.
     pub fn new(config: Config, now: Timestamp) -> Self {
-        let gyro_command = (config.gyro.stream.format == GyroFormat::Dsp3000Ascii)
+        let gyro_command = config
+            .gyro
+            .stream
+            .format
+            .facts()
+            .takes_commands
             .then(|| dsp3000_command::Command::Output(config.gyro.stream.mode).encode());
         let mut gyro = GyroInput::new(config.gyro, config.base.is_some());
         gyro.plant(config.planted());

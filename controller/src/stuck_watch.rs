@@ -5,9 +5,9 @@
 //! coarser than its noise, says the same when all is well: there the watch says nothing, and what is left is the
 //! comparison with the odometry.
 
-use wire::gyro::{GyroFormat, OutputMode, dsp3000_ascii, dsp3000_binary};
+use wire::gyro::{GyroFormat, OutputMode};
 use wire::time::Span;
-use wire::units::{Angle, AngularRate};
+use wire::units::AngularRate;
 
 /// A run of alike readings that begins with any one sample is a false alarm with this chance: at 100 Hz one in
 /// 30,000 h, at 1000 Hz one in 3,000 h.
@@ -43,7 +43,10 @@ impl StuckWatch {
         let period = format.period();
         let alike = match mode {
             OutputMode::Rate => AngularRate::ZERO,
-            OutputMode::Increment | OutputMode::Integrated => angle_step(format) * 1.5 / period,
+            // A format without angles puts none out.
+            OutputMode::Increment | OutputMode::Integrated => {
+                format.facts().angle_step.unwrap_or_default() * 1.5 / period
+            }
         };
         Self { period, alike, last: None, in_a_row: 0, too_many: None }
     }
@@ -94,14 +97,6 @@ impl Neighbours {
         let by_chance = 1.0 + libm::log(FALSE_ALARM) / libm::log(likeliest);
         let shortest = SPAN_MIN.as_secs_f64() / period.as_secs_f64();
         Some(libm::ceil(by_chance.max(shortest)) as u32)
-    }
-}
-
-/// One count of an angle; the DSP-3000 alone puts angles out.
-const fn angle_step(format: GyroFormat) -> Angle {
-    match format {
-        GyroFormat::Dsp3000Binary => dsp3000_binary::ANGLE_STEP,
-        _ => dsp3000_ascii::ANGLE_STEP,
     }
 }
 

@@ -39,7 +39,6 @@ use clock::OutputClock;
 use fault::Kept;
 use lag::RateLag;
 use noise::RateNoise;
-use sample::{has_modes, sequence_modulus};
 use slow::Slow;
 use slow_steps::SlowSteps;
 use std::collections::VecDeque;
@@ -110,7 +109,7 @@ impl GyroEmulator {
         let steps = slow_steps.steps(&clock);
         let mut gyro = Self {
             format: stream.format,
-            mode: if has_modes(stream.format) { stream.mode } else { OutputMode::Rate },
+            mode: if stream.format.carries(stream.mode) { stream.mode } else { OutputMode::Rate },
             encoder: GyroEncoder::new(stream),
             commands: CommandDecoder::new(),
             clock,
@@ -130,7 +129,11 @@ impl GyroEmulator {
             range: f64::INFINITY,
             warming_up: false,
             integrated: 0.0,
-            sequence: sequence_modulus(stream.format).map(|modulus| Sequence { value: 0, modulus }),
+            sequence: stream
+                .format
+                .facts()
+                .sequence_modulus
+                .map(|modulus| Sequence { value: 0, modulus }),
             pending: VecDeque::new(),
             dropped: 0,
             faults: Switches::new(),
@@ -143,7 +146,7 @@ impl GyroEmulator {
     /// Bytes from the host: the commands `R`, `A`, `P` (output mode) and `Z` (integrated angle to
     /// zero) of the DSP-3000's ASCII interface. The others listen to nobody.
     pub fn receive(&mut self, _now: Timestamp, bytes: &[u8]) {
-        if self.format != GyroFormat::Dsp3000Ascii {
+        if !self.format.facts().takes_commands {
             return;
         }
         let (mode, integrated) = (&mut self.mode, &mut self.integrated);

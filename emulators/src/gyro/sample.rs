@@ -1,9 +1,7 @@
 //! From a measured rate to what an output says.
 
 use super::GyroEmulator;
-use wire::gyro::{
-    GyroFormat, GyroOutput, GyroSample, GyroStatus, OutputMode, Sequence, dsp3000_binary, navigator,
-};
+use wire::gyro::{GyroOutput, GyroSample, GyroStatus, OutputMode, Sequence};
 use wire::units::{Angle, AngularRate, Temperature};
 
 impl GyroEmulator {
@@ -40,18 +38,4 @@ fn following(Sequence { value, modulus }: Sequence) -> Sequence {
     let next = u16::from(value) + 1;
     // Below the modulus, which is 256 at most.
     Sequence { value: if next < modulus { next as u8 } else { 0 }, modulus }
-}
-
-/// The DSP-3000 can be told what to put out.
-pub(super) const fn has_modes(format: GyroFormat) -> bool {
-    matches!(format, GyroFormat::Dsp3000Ascii | GyroFormat::Dsp3000Binary)
-}
-
-/// The streams' running numbers.
-pub(super) const fn sequence_modulus(format: GyroFormat) -> Option<u16> {
-    match format {
-        GyroFormat::Navigator => Some(navigator::SEQUENCE_MODULUS),
-        GyroFormat::Dsp3000Binary => Some(dsp3000_binary::SEQUENCE_MODULUS),
-        GyroFormat::Ecore2000 | GyroFormat::Dsp3000Ascii => None,
-    }
 }

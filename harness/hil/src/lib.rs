@@ -6,6 +6,7 @@
 
 pub mod cli;
 pub mod doctor;
+pub mod gyro_arguments;
 pub mod import;
 pub mod project;
 pub mod replay;

@@ -53,7 +53,7 @@ pub fn made_by(plan: &Plan) -> BTreeSet<String> {
 }
 
 fn collect(steps: &[Step], used: &mut BTreeSet<String>, saved: &mut BTreeSet<String>) {
-    for step in steps {
+    for step in Step::walk(steps) {
         match &step.action {
             Action::UseCalibration(wanted) => {
                 used.extend(wanted.name().map(|name| name.as_str().to_owned()));
@@ -61,7 +61,7 @@ fn collect(steps: &[Step], used: &mut BTreeSet<String>, saved: &mut BTreeSet<Str
             Action::SaveCalibration(save) => {
                 saved.insert(save.name.as_str().to_owned());
             }
-            action => collect(action.steps(), used, saved),
+            _ => {}
         }
     }
 }

@@ -38,7 +38,7 @@ struct Fastest {
 
 impl Fastest {
     fn of(&mut self, steps: &[Step]) {
-        for step in steps {
+        for step in Step::walk(steps) {
             match &step.action {
                 Action::Straight(straight) => self.speed = self.speed.max(straight.speed),
                 Action::Turn(turn) => self.rate = self.rate.max(turn.rate),
@@ -48,7 +48,6 @@ impl Fastest {
                 }
                 _ => {}
             }
-            self.of(step.action.steps());
         }
     }
 }

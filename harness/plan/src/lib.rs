@@ -43,20 +43,14 @@ pub mod confidence;
 mod contradiction;
 mod envelope;
 mod error;
-mod examples;
 pub mod faults;
-mod fit;
-mod flow;
 mod formula;
 pub mod hint;
-mod identify;
 pub mod library;
 mod locate;
 pub mod made;
 mod measurement;
-mod message;
 pub mod models;
-mod motion;
 mod name;
 pub(crate) mod number;
 pub mod observation;
@@ -67,7 +61,6 @@ pub mod quantities;
 mod quantity;
 mod reaction;
 pub mod replayed;
-mod rest;
 pub mod rig;
 pub mod rig_build;
 pub(crate) mod speakers;
@@ -75,30 +68,22 @@ mod step;
 mod subject;
 pub mod time_limits;
 pub(crate) mod timeline;
-mod title;
 mod validate;
 
 pub use band::Band;
 pub use check::{Check, PAPER_SIDE, UmbmarkFigure};
 pub use envelope::{DeclaredEnvelope, struck_by};
 pub use error::PlanError;
-pub use examples::STEP_EXAMPLES;
-pub use fit::{CalibrationPart, Fit, Model, NO_CALIBRATION, SaveCalibration, UseCalibration};
-pub use flow::{Answer, OperatorPrompt, REPEAT_TIMES_MAX, Repeat, SWEEP_VALUES_MAX, Sweep};
 pub use formula::{Origin, Reads, formula, origins};
-pub use identify::{Identify, Source, UseModel};
 pub use measurement::{Declared, Proves};
-pub use message::{Send, StopSending};
-pub use motion::{Direction, Lap, MeasurePose, Place, Straight, TableTurn, Turn};
 pub use name::{Name, ParameterName};
 pub use phases::PhaseEvent;
 pub use property::{Always, Kind, Property, Sometimes, Stated};
 pub use quantity::{Filter, OfMessage, QuantityName, TagMatch};
-pub use reaction::{AwaitReaction, Reaction};
-pub use rest::{BiasResidual, BiasTest, Condition, Log, PowerCycle, SetParameter, Wait};
+pub use reaction::Reaction;
 pub use rig::Rig;
 pub use speakers::{DEVICE, MessagePlace, Speaker, resolve, signal, unit, unit_of};
-pub use step::{Action, Step};
+pub use step::*;
 
 use crate::faults::{Lines, Schedule};
 use emulators::random::seed_of_run;
@@ -149,7 +134,7 @@ pub struct Plan {
     )]
     pub explicit_time_limit: Option<Span>,
     /// What is done, in order.
-    #[serde(deserialize_with = "flow::some_steps")]
+    #[serde(deserialize_with = "step::some_steps")]
     #[schemars(length(min = 1, max = STEPS_MAX))]
     pub steps: Vec<Step>,
     /// Messages that are sent to the device at the end, however it came about.

@@ -103,7 +103,7 @@ pub fn made_by(plan: &Plan) -> BTreeSet<String> {
 }
 
 fn collect(steps: &[Step], used: &mut BTreeSet<String>, identified: &mut BTreeSet<String>) {
-    for step in steps {
+    for step in Step::walk(steps) {
         match &step.action {
             Action::UseModel(wanted) => {
                 used.extend(wanted.name().map(|name| name.as_str().to_owned()));
@@ -111,7 +111,7 @@ fn collect(steps: &[Step], used: &mut BTreeSet<String>, identified: &mut BTreeSe
             Action::Identify(identify) => {
                 identified.insert(identify.name.as_str().to_owned());
             }
-            action => collect(action.steps(), used, identified),
+            _ => {}
         }
     }
 }

@@ -3,7 +3,7 @@
 //! A phase is a step, by its key or its label, or one round of a repeat or a sweep. Turns, straights and
 //! bias tests are counted by what the controller is told, so that a lap holds four turns.
 
-use super::step::{Action, Step};
+use super::step::Step;
 use super::{Name, Plan};
 use controller::mission::Command;
 use std::collections::BTreeMap;
@@ -27,21 +27,10 @@ pub const fn of_command(command: &Command) -> Option<&'static str> {
     }
 }
 
-/// The phases that the controller is told within a step, and how many.
-pub(super) const fn told(action: &Action) -> &'static [(&'static str, u64)] {
-    match action {
-        Action::Turn(_) => &[("turn", 1)],
-        Action::Straight(_) => &[("straight", 1)],
-        Action::BiasTest(_) => &[("bias_test", 1)],
-        Action::Lap(_) => &[("straight", 4), ("turn", 4)],
-        _ => &[],
-    }
-}
-
 /// The names of the phase that a step, or a round of it, is.
 pub fn names(step: &Step) -> impl Iterator<Item = &str> {
     let name = step.action.name();
-    let told_by_this_name = told(&step.action).iter().any(|(told, _)| *told == name);
+    let told_by_this_name = step.action.missions().iter().any(|(told, _)| *told == name);
     let own = (!told_by_this_name).then_some(name);
     own.into_iter().chain(step.label.as_ref().map(Name::as_str))
 }
@@ -60,23 +49,15 @@ impl Plan {
     /// each comes; none where a motion comes before any test.
     pub fn motions_after_bias_test(&self) -> Vec<(Name, u32)> {
         let mut order = Vec::new();
-        first_told(&self.steps, &mut order);
+        for (name, _) in Step::walk(&self.steps).flat_map(|step| step.action.missions()) {
+            if !order.contains(name) {
+                order.push(*name);
+            }
+        }
         let Some((&"bias_test", motions)) = order.split_first() else { return Vec::new() };
         let counts = self.phases();
         let times = |name: &str| u32::try_from(*counts.get(name)?).ok();
         motions.iter().filter_map(|name| Some((Name::new(name)?, times(name)?))).collect()
-    }
-}
-
-/// The missions that the controller gets, each by its first occurrence.
-fn first_told(steps: &[Step], order: &mut Vec<&'static str>) {
-    for step in steps {
-        for (name, _) in told(&step.action) {
-            if !order.contains(name) {
-                order.push(name);
-            }
-        }
-        first_told(step.action.steps(), order);
     }
 }
 
@@ -88,7 +69,7 @@ fn count<'a>(steps: &'a [Step], rounds: u64, counts: &mut BTreeMap<&'a str, u64>
             *sum = sum.saturating_add(rounds.saturating_mul(times));
         };
         names(step).for_each(|name| add(name, 1));
-        told(&step.action).iter().for_each(|(name, times)| add(name, *times));
+        step.action.missions().iter().for_each(|(name, times)| add(name, *times));
         count(step.action.steps(), rounds, counts);
     }
 }

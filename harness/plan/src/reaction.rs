@@ -34,14 +34,6 @@ pub struct Reaction {
     pub to: String,
 }
 
-/// The step that waits for a reaction: `reaction = "opening"`.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(transparent)]
-pub struct AwaitReaction {
-    /// That of a `[[reaction]]` of the plan.
-    pub name: Name,
-}
-
 /// The first mistake in `reactions`; formulas are read where the rig is at hand.
 pub(super) fn check(reactions: &[Reaction], rig: Option<&Rig>) -> Result<(), Fault> {
     let mut names = BTreeSet::new();

@@ -3,30 +3,15 @@
 use super::Plan;
 use super::formula::formula;
 use super::hint::proposal;
-use super::identify::Source;
-use super::message::Send;
 use super::name::ParameterName;
 use super::property::{Kind, Property, Stated};
 use super::quantity::{OfMessage, QuantityName};
 use super::rig::Rig;
 use super::speakers::{DEVICE, resolve, unit, whose};
-use super::step::Action;
-use super::validate::{Fault, Place, Segment};
+use super::step::{Action, Needs, Send};
+use super::validate::{Checked, Fault, Place, Segment};
 use described::{Message, Sender};
 
-/// Steps that do not depend on what the plan is of.
-const COMMON: &[&str] = &[
-    "wait",
-    "wait_until",
-    "reaction",
-    "set_parameter",
-    "power_cycle",
-    "operator_prompt",
-    "repeat",
-    "sweep",
-];
-/// Steps in which the plan itself speaks.
-const OF_TESTERS: &[&str] = &["send", "stop_sending"];
 /// Quantities that do not depend on what the plan is of.
 const COMMON_QUANTITIES: &[&str] = &[
     "step.duration",
@@ -46,8 +31,6 @@ pub(super) struct Subject<'a> {
     /// Where that is at hand.
     rig: Option<&'a Rig>,
 }
-
-type Checked = Result<(), Fault>;
 
 impl<'a> Subject<'a> {
     pub(super) fn of(plan: &Plan, rig: Option<&'a Rig>) -> Result<Self, Fault> {
@@ -87,42 +70,30 @@ impl<'a> Subject<'a> {
         self.has_robot && self.is_short
     }
 
-    /// Can this step be of such a plan, and does the rig have what it speaks of?
-    pub(super) fn action(&self, action: &Action, at: &Place<'_>) -> Checked {
-        let name = action.name();
-        let of_testers = OF_TESTERS.contains(&name);
-        if self.is_robot() && of_testers {
-            let help = "`device = \"...\"` instead of `devices` makes a plan of a device of your own, `rig = \"...\"` \
-                        one of several";
-            let message = format!("`{name}` is for a device of your own");
-            return Err(at.fault(&[], message, Some(help.to_owned())));
-        }
-        let of_sensor = match action {
-            Action::Identify(identify) => identify.from == Source::Sensor,
-            Action::UseModel(_) => true,
-            _ => false,
-        };
-        if !self.has_robot && !of_testers && !of_sensor && !COMMON.contains(&name) {
-            let known = [OF_TESTERS, COMMON].concat();
-            let message = format!("`{name}` is for a gyro on a robot or a table");
-            return Err(at.fault(&[], message, Some(proposal("", &known))));
-        }
-        match action {
-            Action::Send(send) => self.send(send, at),
-            Action::StopSending(stop) => self.message(&stop.message, at, &[]),
-            Action::WaitUntil(condition) => {
-                let here = [Segment::Key(condition.name()), Segment::Key("quantity")];
-                self.awaited(condition.quantity(), at, &here)
+    /// Can this step be of such a plan?
+    pub(super) fn admits(&self, action: &Action, at: &Place<'_>) -> Checked {
+        match action.needs() {
+            Needs::Tester if self.is_robot() => {
+                let help = "`device = \"...\"` instead of `devices` makes a plan of a device of your own, \
+                            `rig = \"...\"` one of several";
+                let message = format!("`{}` is for a device of your own", action.name());
+                Err(at.fault(&[], message, Some(help.to_owned())))
             }
-            Action::Repeat(repeat) => repeat.until.as_ref().map_or(Ok(()), |until| {
-                let keys = ["until", until.name(), "quantity"].map(Segment::Key);
-                self.awaited(until.quantity(), at, &keys)
-            }),
-            Action::SetParameter(set) => self.parameter(&set.parameter, &[set.value], at),
-            Action::Sweep(sweep) => self.parameter(&sweep.parameter, &sweep.values, at),
-            Action::PowerCycle(cycle) => self.role(cycle.device.as_str(), at, "device"),
+            Needs::Robot => self.needs_robot(action.name(), at),
             _ => Ok(()),
         }
+    }
+
+    /// The rig has a gyro on a robot or a table, as the step `name` needs.
+    pub(super) fn needs_robot(&self, name: &str, at: &Place<'_>) -> Checked {
+        if self.has_robot {
+            return Ok(());
+        }
+        let words = Action::words();
+        let others = words.iter().filter(|word| word.needs != Needs::Robot && word.name != name);
+        let known: Vec<&str> = others.map(|word| word.name).collect();
+        let message = format!("`{name}` is for a gyro on a robot or a table");
+        Err(at.fault(&[], message, Some(proposal("", &known))))
     }
 
     /// Can the plan send a message of this name, with these signals, and do the values fit in?
@@ -261,7 +232,12 @@ impl<'a> Subject<'a> {
     }
 
     /// Waiting needs a quantity that is reported while the plan runs.
-    fn awaited(&self, quantity: &QuantityName, at: &Place<'_>, here: &[Segment]) -> Checked {
+    pub(super) fn awaited(
+        &self,
+        quantity: &QuantityName,
+        at: &Place<'_>,
+        here: &[Segment],
+    ) -> Checked {
         self.quantity(quantity, at, here)?;
         match quantity.of_message() {
             Some(of_message) => self.unit(of_message, at, here).map(|_| ()),
@@ -283,7 +259,7 @@ impl<'a> Subject<'a> {
         testers.flat_map(sent).collect()
     }
 
-    fn message(&self, name: &str, at: &Place<'_>, here: &[Segment]) -> Checked {
+    pub(super) fn message(&self, name: &str, at: &Place<'_>, here: &[Segment]) -> Checked {
         let Some(rig) = self.rig else { return Ok(()) };
         let known: Vec<&str> = self.sent().iter().map(|message| message.name.as_str()).collect();
         if known.contains(&name) {
@@ -303,7 +279,12 @@ impl<'a> Subject<'a> {
         Err(at.fault(here, what, Some(help)))
     }
 
-    fn parameter(&self, name: &ParameterName, values: &[f64], at: &Place<'_>) -> Checked {
+    pub(super) fn parameter(
+        &self,
+        name: &ParameterName,
+        values: &[f64],
+        at: &Place<'_>,
+    ) -> Checked {
         self.role(name.device.as_str(), at, "parameter")?;
         let Some(rig) = self.rig else { return Ok(()) };
         let (device, parameter) = (name.device.as_str(), name.parameter.as_str());
@@ -320,7 +301,7 @@ impl<'a> Subject<'a> {
         values.iter().try_for_each(check).map_err(|message| at.fault(&here, message, None))
     }
 
-    fn role(&self, role: &str, at: &Place<'_>, key: &'static str) -> Checked {
+    pub(super) fn role(&self, role: &str, at: &Place<'_>, key: &'static str) -> Checked {
         // Parameters of the robot are known to its emulators.
         if self.has_robot {
             return Ok(());

@@ -12,8 +12,7 @@
 //! | repeat, sweep | the repetitions' limits, or their period where that is longer, + [`SLACK`] |
 
 use super::Plan;
-use super::motion::Lap;
-use super::step::{Action, Step};
+use super::step::Step;
 use wire::time::Span;
 use wire::units::{Acceleration, AngularAcceleration};
 
@@ -44,74 +43,15 @@ pub fn trapezoid(distance: f64, speed: f64, acceleration: f64) -> Span {
     Span::from_secs_f64(seconds)
 }
 
-/// Time of the motion alone, as it is prescribed; zero where nothing moves.
-pub fn nominal_motion(action: &Action) -> Span {
-    match action {
-        Action::Turn(a) => {
-            trapezoid(a.angle.abs().rad(), a.rate.rad_per_s(), TURN_RAMP.rad_per_s2())
-        }
-        Action::Straight(a) => trapezoid(a.distance.abs().m(), a.speed.m_per_s(), RAMP.m_per_s2()),
-        Action::Lap(lap) => nominal_lap(lap),
-        Action::TableTurn(a) => {
-            trapezoid(a.angle.abs().rad(), a.rate.rad_per_s(), a.acceleration.rad_per_s2())
-        }
-        _ => Span::ZERO,
-    }
-}
-
-fn nominal_lap(lap: &Lap) -> Span {
-    let quarter = std::f64::consts::FRAC_PI_2;
-    let side = trapezoid(lap.side.m(), lap.speed.m_per_s(), RAMP.m_per_s2());
-    let corner = trapezoid(quarter, lap.turn_rate.rad_per_s(), TURN_RAMP.rad_per_s2());
-    (side + corner) * 4
-}
-
-/// The limit of an action where its step does not say; see the [module](self).
-pub fn default_limit(action: &Action) -> Span {
-    match action {
-        Action::BiasTest(a) => a.duration + SLACK,
-        Action::BiasResidual(a) => a.duration + SLACK,
-        Action::Log(a) => a.duration + SLACK,
-        Action::Wait(a) => a.duration + SLACK,
-        Action::WaitUntil(_) => CONDITION_LIMIT,
-        Action::Reaction(_) => REACTION_LIMIT,
-        Action::Turn(_) | Action::Straight(_) | Action::TableTurn(_) => {
-            nominal_motion(action) * MOTION_FACTOR + SLACK
-        }
-        Action::Lap(lap) => nominal_lap(lap) * MOTION_FACTOR + SLACK * 8 + PERSON_LIMIT * 2,
-        Action::Place(_) | Action::MeasurePose(_) | Action::OperatorPrompt(_) => PERSON_LIMIT,
-        Action::SetParameter(_) => PERSON_LIMIT,
-        Action::PowerCycle(a) => a.off + PERSON_LIMIT,
-        Action::HeadingSource(_)
-        | Action::BiasMethod(_)
-        | Action::Estimator(_)
-        | Action::Fit(_)
-        | Action::SaveCalibration(_)
-        | Action::UseCalibration(_)
-        | Action::Identify(_)
-        | Action::UseModel(_)
-        | Action::Send(_)
-        | Action::StopSending(_) => SLACK,
-        Action::Repeat(repeat) => {
-            let steps = sum(&repeat.steps);
-            let once = repeat.period.map_or(steps, |period| period.max(steps));
-            once * i64::from(repeat.times) + SLACK
-        }
-        Action::Sweep(sweep) => {
-            let values = i64::try_from(sweep.values.len()).unwrap_or(i64::MAX);
-            (sum(&sweep.steps) + PERSON_LIMIT) * values + SLACK
-        }
-    }
-}
-
-fn sum(steps: &[Step]) -> Span {
+/// The limits of `steps`, one after another.
+pub(crate) fn sum(steps: &[Step]) -> Span {
     steps.iter().fold(Span::ZERO, |sum, step| sum + step.time_limit())
 }
 
 impl Step {
-    /// How long it may take: as written, or [`default_limit`].
+    /// How long it may take: as written, or as the [table](self) says.
     pub fn time_limit(&self) -> Span {
-        self.explicit_time_limit.unwrap_or_else(|| default_limit(&self.action))
+        self.explicit_time_limit.unwrap_or_else(|| self.action.default_limit())
     }
 }
 
@@ -124,7 +64,7 @@ impl Plan {
 
 #[cfg(test)]
 mod tests {
-    use super::{default_limit, nominal_motion, trapezoid};
+    use super::trapezoid;
     use crate::{Action, Step};
     use serde::Deserialize;
     use wire::time::Span;
@@ -147,9 +87,9 @@ mod tests {
     #[test]
     fn the_papers_motions_take_the_papers_times() {
         // 64 s of travel for a lap; 48 s for a table run of a 20 s bias test and two turns.
-        let lap = nominal_motion(&action("{ lap = { direction = \"cw\" } }"));
+        let lap = action("{ lap = { direction = \"cw\" } }").motion();
         assert_eq!(lap, Span::from_secs(64));
-        let turn = nominal_motion(&action("{ table_turn = { angle_deg = -360 } }"));
+        let turn = action("{ table_turn = { angle_deg = -360 } }").motion();
         assert_eq!(turn * 2 + Span::from_secs(20), Span::from_secs(48));
     }
 
@@ -165,7 +105,7 @@ mod tests {
             ("{ repeat = { times = 3, period_s = 60, steps = [{ bias_test = {} }] } }", 190),
             ("{ repeat = { times = 2, steps = [{ bias_test = {}, time_limit_s = 5 }] } }", 20),
         ] {
-            assert_eq!(default_limit(&action(text)), Span::from_secs(seconds), "{text}");
+            assert_eq!(action(text).default_limit(), Span::from_secs(seconds), "{text}");
         }
     }
 }

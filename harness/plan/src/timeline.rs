@@ -1,9 +1,8 @@
 //! When phases of a plan come, as far as that is known before it runs: their order is, their times lie between bounds.
 
 use super::Plan;
-use super::phases::{names, told};
+use super::phases::names;
 use super::step::{Action, Step};
-use super::time_limits::nominal_motion;
 use wire::time::Span;
 
 /// Begins and ends of phases that are walked through; of a plan with more of them nothing is known beyond.
@@ -47,21 +46,12 @@ pub(crate) fn stretches(plan: &Plan, wanted: &[(&str, u32)]) -> Vec<Option<Stret
 
 /// Can a phase of this name hold another of the same name? If not, they follow one another.
 pub(crate) fn nests(plan: &Plan, name: &str) -> bool {
-    fn is(step: &Step, name: &str) -> bool {
-        names(step).chain(told(&step.action).iter().map(|(told, _)| *told)).any(|one| one == name)
-    }
-    fn holds(steps: &[Step], name: &str) -> bool {
-        steps.iter().any(|step| is(step, name) || holds(step.action.steps(), name))
-    }
-    fn nested(steps: &[Step], name: &str) -> bool {
-        let in_itself = |step: &Step| {
-            let told = told(&step.action).iter().any(|(told, _)| *told == name);
-            let named = names(step).any(|one| one == name);
-            named && (told || holds(step.action.steps(), name))
-        };
-        steps.iter().any(|step| in_itself(step) || nested(step.action.steps(), name))
-    }
-    nested(&plan.steps, name)
+    let gives = |step: &Step| step.action.missions().iter().any(|(mission, _)| *mission == name);
+    let is = |step: &Step| names(step).any(|one| one == name);
+    let mut within = Step::walk(&plan.steps).filter(|step| is(step));
+    within.any(|step| {
+        gives(step) || Step::walk(step.action.steps()).any(|inner| is(inner) || gives(inner))
+    })
 }
 
 struct Walk<'a> {
@@ -129,9 +119,9 @@ impl Walk<'_> {
         let began = self.now;
         let names: Vec<&str> = names(step).collect();
         let open = self.enter(&names);
-        let pieces: u64 = told(&step.action).iter().map(|(_, times)| times).sum();
+        let pieces: u64 = step.action.missions().iter().map(|(_, times)| times).sum();
         let least = least(&step.action);
-        let kinds = told(&step.action);
+        let kinds = step.action.missions();
         // A lap tells a straight and a turn in turns; how long each takes is bounded by the lap alone.
         let rounds = kinds.first().map_or(0, |(_, times)| *times);
         for _ in 0..rounds {
@@ -178,13 +168,7 @@ impl Walk<'_> {
 
 /// The least time that a step takes in a run that goes on after it.
 fn least(action: &Action) -> Span {
-    match action {
-        Action::BiasTest(a) => a.duration,
-        Action::BiasResidual(a) => a.duration,
-        Action::Log(a) => a.duration,
-        Action::Wait(a) => a.duration,
-        action => Span::from_secs_f64(nominal_motion(action).as_secs_f64() * MOTION_LEAST),
-    }
+    action.rest() + Span::from_secs_f64(action.motion().as_secs_f64() * MOTION_LEAST)
 }
 
 #[cfg(test)]

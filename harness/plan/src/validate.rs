@@ -2,22 +2,18 @@
 
 use super::check::Check;
 use super::contradiction::contradictions;
-use super::fit::Fit;
 use super::hint::proposal;
-use super::identify::{Identify, Source};
 use super::measurement::Declared;
 use super::property::Property;
 use super::quantities::{COMMON_TAGS, DURING_PREFIX, find_tag};
-use super::quantity::{Filter, OfMessage, QuantityName};
+use super::quantity::{Filter, QuantityName};
 use super::reaction::{self, Reaction};
-use super::rest::LOG_INTERVAL_MIN;
 use super::rig::Rig;
-use super::step::{Action, Step};
+use super::step::{Answer, Fit, Step};
 use super::subject::Subject;
 use super::{DEPTH_MAX, Plan, STEPS_DONE_MAX, STEPS_MAX};
 use crate::faults::Unfit;
-use crate::flow::Answer;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// A step down into the document.
@@ -39,7 +35,7 @@ pub(super) struct Fault {
     pub(super) help: Option<String>,
 }
 
-type Checked = Result<(), Fault>;
+pub(super) type Checked = Result<(), Fault>;
 
 /// The first thing that is wrong; units and names of messages are checked where the rig is at hand.
 pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
@@ -98,15 +94,15 @@ impl Place<'_> {
 
 /// What the steps hold, for what refers to them.
 #[derive(Default)]
-struct Survey<'a> {
-    subject: Subject<'a>,
-    reactions: &'a [Reaction],
+pub(super) struct Survey<'a> {
+    pub(super) subject: Subject<'a>,
+    pub(super) reactions: &'a [Reaction],
     steps: usize,
-    fits: BTreeMap<&'a str, &'a Fit>,
-    models: Vec<&'a str>,
-    answers: BTreeMap<&'a str, &'a Answer>,
-    swept: Vec<String>,
-    phases: Vec<&'a str>,
+    pub(super) fits: BTreeMap<&'a str, &'a Fit>,
+    pub(super) models: Vec<&'a str>,
+    pub(super) answers: BTreeMap<&'a str, &'a Answer>,
+    pub(super) swept: Vec<String>,
+    pub(super) phases: Vec<&'a str>,
 }
 
 impl<'a> Survey<'a> {
@@ -132,10 +128,9 @@ impl<'a> Survey<'a> {
             }
             self.phases.push(name);
             self.phases.extend(step.label.as_ref().map(|label| label.as_str()));
-            if let Action::Sweep(sweep) = &step.action {
-                self.swept.push(sweep.parameter.to_string());
-            }
-            self.action(&step.action, &Place { root: path })?;
+            let at = Place { root: path };
+            self.subject.admits(&step.action, &at)?;
+            step.action.check(self, &at)?;
             path.push(Segment::Key("steps"));
             let within = step.action.steps();
             let once = if within.is_empty() { 0 } else { self.steps(within, path, depth + 1)? };
@@ -146,133 +141,9 @@ impl<'a> Survey<'a> {
         Ok(done)
     }
 
-    fn action(&mut self, action: &'a Action, at: &Place<'_>) -> Checked {
-        self.subject.action(action, at)?;
-        match action {
-            Action::Log(log) if log.interval < LOG_INTERVAL_MIN => {
-                let (found, least) = (log.interval.as_secs_f64(), LOG_INTERVAL_MIN.as_secs_f64());
-                let message = format!("interval_s = {found}, expected at least {least}");
-                let help = "a controller at rest tells its rate once a second".to_owned();
-                return Err(at.fault(&[Segment::Key("interval_s")], message, Some(help)));
-            }
-            Action::Reaction(awaited) => {
-                reaction::find(self.reactions, awaited.name.as_str(), at, &[])?;
-            }
-            Action::OperatorPrompt(prompt) => {
-                if let Some(answer) = &prompt.answer {
-                    self.answers.insert(answer.name.as_str(), answer);
-                }
-            }
-            Action::Fit(fit) => {
-                self.filter(&fit.quantity, &fit.filter, at)?;
-                if let Some(tag) = fit.model.against() {
-                    let key = Segment::Key(fit.model.name());
-                    self.tag(&fit.quantity, tag, at, &[Segment::Key("model"), key])?;
-                }
-                if self.fits.insert(fit.name.as_str(), fit).is_some() {
-                    let message = format!("fit name `{}` is used twice", fit.name);
-                    return Err(at.fault(&[Segment::Key("name")], message, None));
-                }
-            }
-            Action::Identify(identify) => self.identify(identify, at)?,
-            Action::SaveCalibration(save) => {
-                if save.from.is_empty() {
-                    let message =
-                        "a calibration from nothing, expected at least one fit".to_owned();
-                    return Err(at.fault(&[Segment::Key("from")], message, None));
-                }
-                for (index, name) in save.from.iter().enumerate() {
-                    let here = [Segment::Key("from"), Segment::Index(index)];
-                    let Some(fit) = self.fits.get(name.as_str()) else {
-                        let known: Vec<_> = self.fits.keys().copied().collect();
-                        let help = proposal(name.as_str(), &known);
-                        let message = format!("no fit `{name}` before this step");
-                        return Err(at.fault(&here, message, Some(help)));
-                    };
-                    if fit.becomes().is_none() {
-                        let model = fit.model.name();
-                        let message =
-                            format!("a calibration has no place for a {model} of {}", fit.quantity);
-                        return Err(at.fault(&here, message, None));
-                    }
-                }
-            }
-            _ => {}
-        }
-        Ok(())
-    }
-
-    /// The steps that it is made from come before it, and no two models share a name.
-    fn identify(&mut self, identify: &'a Identify, at: &Place<'_>) -> Checked {
-        self.of_sensor(identify, at)?;
-        if let Some(step) = identify.from.step()
-            && !self.phases.contains(&step)
-        {
-            let message =
-                format!("no `{step}` before this step, of which {} are", identify.from.name());
-            return Err(at.fault(&[Segment::Key("from")], message, None));
-        }
-        if let Some(over) = &identify.over
-            && !self.phases.contains(&over.as_str())
-        {
-            let help = proposal(over.as_str(), &unique(&self.phases));
-            let message = format!("no step or label `{over}` before this step");
-            return Err(at.fault(&[Segment::Key("over")], message, Some(help)));
-        }
-        if self.models.contains(&identify.name.as_str()) {
-            let message = format!("model name `{}` is used twice", identify.name);
-            return Err(at.fault(&[Segment::Key("name")], message, None));
-        }
-        self.models.push(identify.name.as_str());
-        Ok(())
-    }
-
-    /// A sensor has a signal and another that is true, in one unit; nothing else has.
-    fn of_sensor(&self, identify: &Identify, at: &Place<'_>) -> Checked {
-        let keys = [("measured", &identify.measured), ("reference", &identify.reference)];
-        if identify.from != Source::Sensor {
-            let given = keys.iter().find(|(_, given)| given.is_some()).map(|(key, _)| *key);
-            let given = given.or((!identify.beside.is_empty()).then_some("beside"));
-            let Some(key) = given else { return Ok(()) };
-            let message = format!("`{key}` has no meaning from {}", identify.from.name());
-            return Err(at.fault(&[Segment::Key(key)], message, None));
-        }
-        let mut units = Vec::new();
-        for (key, given) in keys {
-            let Some(quantity) = given else {
-                let message = format!("missing field `{key}`");
-                let help = "`measured` is what the sensor says, `reference` what is true: signals of nodes";
-                return Err(at.fault(&[], message, Some(help.to_owned())));
-            };
-            units.push(self.signal_unit(quantity, at, &[Segment::Key(key)])?);
-        }
-        for (index, quantity) in identify.beside.iter().enumerate() {
-            self.signal_unit(quantity, at, &[Segment::Key("beside"), Segment::Index(index)])?;
-        }
-        match &units[..] {
-            [Some(measured), Some(reference)] if measured != reference => {
-                let message = format!("in {reference}, and what is measured in {measured}");
-                Err(at.fault(&[Segment::Key("reference")], message, None))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    /// The unit of a signal of a node.
-    fn signal_unit(
-        &self,
-        quantity: &QuantityName,
-        at: &Place<'_>,
-        here: &[Segment],
-    ) -> Result<Option<String>, Fault> {
-        self.subject.quantity(quantity, at, here)?;
-        match quantity.of_message() {
-            Some(of @ OfMessage::Signal { .. }) => self.subject.unit(of, at, here),
-            _ => {
-                let message = format!("`{quantity}` is no signal of a node");
-                Err(at.fault(here, message, None))
-            }
-        }
+    /// Steps and labels so far, each once.
+    pub(super) fn phases(&self) -> Vec<&'a str> {
+        BTreeSet::from_iter(self.phases.iter().copied()).into_iter().collect()
     }
 
     fn measurement(&self, declared: &Declared, at: &Place<'_>) -> Checked {
@@ -303,7 +174,7 @@ impl<'a> Survey<'a> {
         if let Check::NeverOutside { during, .. } = &declared.check
             && !self.phases.contains(&during.as_str())
         {
-            let help = proposal(during, &unique(&self.phases));
+            let help = proposal(during, &self.phases());
             let message = format!("no step or label `{during}` in this plan");
             return Err(at.fault(&in_check("during"), message, Some(help)));
         }
@@ -351,11 +222,22 @@ impl<'a> Survey<'a> {
         })
     }
 
-    fn filter(&self, quantity: &QuantityName, filter: &Filter, at: &Place<'_>) -> Checked {
+    pub(super) fn filter(
+        &self,
+        quantity: &QuantityName,
+        filter: &Filter,
+        at: &Place<'_>,
+    ) -> Checked {
         filter.tags().try_for_each(|tag| self.tag(quantity, tag, at, &[Segment::Key("where")]))
     }
 
-    fn tag(&self, quantity: &QuantityName, tag: &str, at: &Place<'_>, here: &[Segment]) -> Checked {
+    pub(super) fn tag(
+        &self,
+        quantity: &QuantityName,
+        tag: &str,
+        at: &Place<'_>,
+        here: &[Segment],
+    ) -> Checked {
         let own = quantity.entry().map_or(&[][..], |entry| entry.tags);
         let known: Vec<&str> = own
             .iter()
@@ -370,11 +252,4 @@ impl<'a> Survey<'a> {
         let message = format!("`{quantity}` carries no tag `{tag}`");
         Err(at.fault(here, message, Some(proposal(tag, &known))))
     }
-}
-
-fn unique<'a>(names: &[&'a str]) -> Vec<&'a str> {
-    let mut names = names.to_vec();
-    names.sort_unstable();
-    names.dedup();
-    names
 }

@@ -1,14 +1,12 @@
 //! What the engine asks of the world.
 
 use crate::made::{Found, Made};
-use crate::plan::{Answer, PhaseEvent, Send};
+use crate::plan::{Order, PhaseEvent};
 use crate::record::{Device, RecordKind};
 use controller::calibration::Calibration;
 use controller::mission::Mission;
 use identification::finding::Compensation;
 use wire::table;
-use wire::time::Span;
-use wire::units::Pose;
 
 /// One thing to be done by the world, at once.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,17 +19,9 @@ pub enum Action {
     MeasureAbsolute,
     /// Look where the base is, and where it believes to be; answer with `Engine::looked`.
     Look,
-    /// Carry the robot to a pose; answer with `Engine::answered`.
-    Place(Pose),
-    /// Set a parameter of a device; answer with `Engine::answered` or `Engine::broke`.
-    SetParameter {
-        /// `gyro`, `base`, `table` or `absolute`.
-        device: String,
-        /// Its parameter, as in the device file.
-        parameter: String,
-        /// Its new value.
-        value: f64,
-    },
+    /// Have it done; answer with `Engine::answered` or `Engine::broke`, where a number is asked for with
+    /// `Engine::answered_with`. What is sent is not answered.
+    Order(Order),
     /// Have a node take errors off a signal before it sends it, or no longer; answer with `Engine::answered` or
     /// `Engine::broke`.
     Correct {
@@ -41,25 +31,6 @@ pub enum Action {
         signal: String,
         /// By which steps.
         compensation: Option<Box<Compensation>>,
-    },
-    /// Switch a device off and on again; answer with `Engine::answered` once it is on.
-    PowerCycle {
-        /// Its role.
-        device: String,
-        /// How long it stays off.
-        off: Span,
-    },
-    /// Send the device a message, and again as often as it says.
-    Send(Send),
-    /// No longer send this message again.
-    StopSending(String),
-    /// Tell a person something; answer with `Engine::answered`, or with `Engine::answered_with` where a
-    /// number is asked for.
-    Prompt {
-        /// What is said.
-        text: String,
-        /// What is asked for.
-        answer: Option<Answer>,
     },
     /// Keep a calibration in the run folder and for later plans.
     SaveCalibration {

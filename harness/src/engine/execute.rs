@@ -1,13 +1,12 @@
 //! Begins operations, and goes from step to step.
 
-use super::op::{Op, expand};
 use super::program::Next;
 use super::rest_watch::Window;
 use super::robot::Robot;
 use super::signals::Signals;
 use super::{Action, Engine, StepAction, Waiting, fit};
 use crate::outcome::Outcome;
-use crate::plan::{Condition, quantities as q};
+use crate::plan::{Condition, Fit, Known, Op, Order, SaveCalibration, quantities as q};
 use crate::record::{Device, RecordKind};
 use controller::mission::{Command, Mission};
 use wire::table;
@@ -83,9 +82,7 @@ impl Engine {
                 if not_before > now {
                     self.ops.push_back(Op::PauseUntil(not_before));
                 }
-                if let Some((device, parameter, value)) = set {
-                    self.ops.push_back(Op::SetParameter { device, parameter, value });
-                }
+                self.ops.extend(set.map(Op::Order));
             }
             Next::Step(step) => {
                 // A round that holds nothing but another repeat is none of its own.
@@ -99,8 +96,14 @@ impl Engine {
                 });
                 self.phases.step_began(&self.program, &mut self.actions);
                 self.step = Some((step.action.clone(), now));
-                let robot = self.robot.as_deref();
-                match expand(&step, robot) {
+                let known = match &self.robot {
+                    None => Known::default(),
+                    Some(robot) => Known {
+                        table_step: robot.facts.table_step,
+                        calibrations: &robot.calibrations,
+                    },
+                };
+                match step.action.script(&known) {
                     Ok(ops) => self.ops.extend(ops),
                     Err(why) => {
                         let reason = format!("{}: {why}", self.place());
@@ -146,15 +149,11 @@ impl Engine {
                 self.open_window();
                 self.waiting = Waiting::Residual(now + duration);
             }
-            Op::Condition => self.waiting = Waiting::Condition,
-            Op::Reaction => {
-                if let Some((StepAction::Reaction(awaited), _)) = &self.step {
-                    self.reactions.await_one(awaited.name.as_str(), now);
-                    self.waiting = Waiting::Reaction;
-                }
+            Op::Condition(condition) => self.waiting = Waiting::Condition(condition),
+            Op::Reaction(name) => {
+                self.reactions.await_one(&name, now);
+                self.waiting = Waiting::Reaction;
             }
-            Op::Send(send) => self.actions.push_back(Action::Send(send)),
-            Op::StopSending(message) => self.actions.push_back(Action::StopSending(message)),
             Op::Rest => {
                 let state = self.robot.as_ref().and_then(|robot| robot.state);
                 if state.is_some_and(|state| state.moving) {
@@ -182,25 +181,19 @@ impl Engine {
                     collector.table_turn(&ends, &turn, heading, &facts);
                 });
             }
-            Op::Place(pose) => self.ask(Action::Place(pose)),
-            Op::SetParameter { device, parameter, value } => {
-                self.ask(Action::SetParameter { device, parameter, value });
+            Op::Order(order) => {
+                match &order {
+                    Order::Send(_) | Order::StopSending(_) => {}
+                    Order::Prompt { answer, .. } => self.waiting = Waiting::Answer(answer.clone()),
+                    _ => self.waiting = Waiting::Answer(None),
+                }
+                self.actions.push_back(Action::Order(order));
             }
-            Op::PowerCycle { device, off } => self.ask(Action::PowerCycle { device, off }),
-            Op::Prompt { text, answer } => {
-                self.waiting = Waiting::Answer(answer.clone());
-                self.actions.push_back(Action::Prompt { text, answer });
-            }
-            Op::Fit => self.fit(now),
-            Op::SaveCalibration => self.save_calibration(now),
-            Op::Identify => self.identify(now),
+            Op::Fit(step) => self.fit(now, &step),
+            Op::SaveCalibration(step) => self.save_calibration(now, &step),
+            Op::Identify(step) => self.identify(now, &step),
             Op::UseModel(name) => self.use_model(now, name.as_deref()),
         }
-    }
-
-    pub(super) fn ask(&mut self, action: Action) {
-        self.waiting = Waiting::Answer(None);
-        self.actions.push_back(action);
     }
 
     pub(super) fn record(&mut self, kind: RecordKind) {
@@ -256,8 +249,7 @@ impl Engine {
         });
     }
 
-    fn fit(&mut self, now: Timestamp) {
-        let Some((StepAction::Fit(step), _)) = &self.step else { return };
+    fn fit(&mut self, now: Timestamp, step: &Fit) {
         let observed = self.observations.get(step.quantity.as_str()).map_or(&[][..], Vec::as_slice);
         match fit::fit(step, observed) {
             Ok(fitted) => {
@@ -274,8 +266,7 @@ impl Engine {
         }
     }
 
-    fn save_calibration(&mut self, now: Timestamp) {
-        let Some((StepAction::SaveCalibration(step), _)) = &self.step else { return };
+    fn save_calibration(&mut self, now: Timestamp, step: &SaveCalibration) {
         let Some(robot) = &mut self.robot else { return };
         let fits = step.from.iter().filter_map(|name| robot.fits.get(name.as_str()));
         match fit::calibration(fits) {

@@ -2,7 +2,7 @@
 //! the node correct by it.
 
 use super::gathered::{self, Selection};
-use super::{Action, Engine, StepAction, of_nodes};
+use super::{Action, Engine, StepAction, Waiting, of_nodes};
 use crate::made::Found;
 use crate::models;
 use crate::outcome::Outcome;
@@ -27,11 +27,9 @@ impl Engine {
         self
     }
 
-    /// The step's identification.
-    pub(super) fn identify(&mut self, now: Timestamp) {
-        let Some((StepAction::Identify(step), _)) = &self.step else { return };
-        let step = step.clone();
-        match self.found(&step) {
+    /// The finding and the model become known, and what they are good for is observed.
+    pub(super) fn identify(&mut self, now: Timestamp, step: &Identify) {
+        match self.found(step) {
             Ok(found) => {
                 let note = format!("identify {}: {}", step.name, in_words(&found.finding));
                 self.record(RecordKind::Note(note));
@@ -179,7 +177,8 @@ impl Engine {
         let Some(of) = quantity.of_message() else { return };
         let (node, signal) = (of.node().to_owned(), of.name().to_owned());
         let compensation = steps.cloned().map(Box::new);
-        self.ask(Action::Correct { node, signal, compensation });
+        self.waiting = Waiting::Answer(None);
+        self.actions.push_back(Action::Correct { node, signal, compensation });
     }
 }
 
@@ -207,29 +206,13 @@ fn on_top(in_force: Option<&Model>, mut found: Model) -> Model {
     found
 }
 
-/// Quantities that the plan's identifications are made from.
-fn needed(steps: &[Step], names: &mut BTreeSet<String>) {
-    for step in steps {
-        if let StepAction::Identify(identify) = &step.action {
-            let all = q::QUANTITIES.iter().map(|quantity| quantity.name);
-            let made_of = all.filter(|name| gathered::is_of(identify.from, name));
-            names.extend(made_of.map(str::to_owned));
-            names.extend(identify.of_nodes().map(|quantity| quantity.as_str().to_owned()));
-        }
-        needed(step.action.steps(), names);
-    }
-}
-
 /// The parameters that the plan sweeps.
 fn swept(steps: &[Step]) -> BTreeSet<String> {
-    let mut names = BTreeSet::new();
-    for step in steps {
-        if let StepAction::Sweep(sweep) = &step.action {
-            names.insert(sweep.parameter.to_string());
-        }
-        names.extend(swept(step.action.steps()));
-    }
-    names
+    let parameter = |step: &Step| match &step.action {
+        StepAction::Sweep(sweep) => Some(sweep.parameter.to_string()),
+        _ => None,
+    };
+    Step::walk(steps).filter_map(parameter).collect()
 }
 
 fn in_words(finding: &Finding) -> String {
@@ -246,22 +229,27 @@ fn in_words(finding: &Finding) -> String {
 /// Quantities that the plan judges, fits or identifies from, and those of turns and laps: a later
 /// identification reads them whatever the plan makes of them.
 pub(super) fn wanted(plan: &Plan) -> BTreeSet<String> {
-    fn fitted(steps: &[Step], names: &mut BTreeSet<String>) {
-        for step in steps {
-            if let StepAction::Fit(fit) = &step.action {
-                names.insert(fit.quantity.as_str().to_owned());
+    let mut names = BTreeSet::new();
+    let mut judged: Vec<&QuantityName> = Vec::new();
+    for declared in &plan.measurements {
+        judged.push(&declared.quantity);
+        judged.extend(declared.check.second_quantity().map(|(_, quantity)| quantity));
+    }
+    for step in Step::walk(&plan.steps) {
+        match &step.action {
+            StepAction::Fit(fit) => judged.push(&fit.quantity),
+            StepAction::Identify(identify) => {
+                let all = q::QUANTITIES.iter().map(|quantity| quantity.name);
+                let made_of = all.filter(|name| gathered::is_of(identify.from, name));
+                names.extend(made_of.map(str::to_owned));
+                judged.extend(identify.of_nodes());
             }
-            fitted(step.action.steps(), names);
+            _ => {}
         }
     }
+    names.extend(judged.iter().map(|quantity| quantity.as_str().to_owned()));
     let by_turn_or_lap = |made_by| matches!(made_by, "table_turn" | "lap");
     let always = q::QUANTITIES.iter().filter(|quantity| by_turn_or_lap(quantity.made_by));
-    let mut names: BTreeSet<String> = always.map(|quantity| quantity.name.to_owned()).collect();
-    for declared in &plan.measurements {
-        names.insert(declared.quantity.as_str().to_owned());
-        names.extend(declared.check.second_quantity().map(|(_, name)| name.as_str().to_owned()));
-    }
-    fitted(&plan.steps, &mut names);
-    needed(&plan.steps, &mut names);
+    names.extend(always.map(|quantity| quantity.name.to_owned()));
     names
 }

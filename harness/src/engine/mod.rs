@@ -12,7 +12,6 @@ mod gathered;
 mod identify;
 pub mod observe;
 mod of_nodes;
-mod op;
 mod phases;
 pub mod program;
 mod reactions;
@@ -27,19 +26,20 @@ pub use segment::Look;
 
 use crate::observation::Observation;
 use crate::outcome::Outcome;
-use crate::plan::{Action as StepAction, Answer, Plan, QuantityName, Speaker, quantities as q};
+use crate::plan::{
+    Action as StepAction, Answer, Condition, Op, Order, Plan, QuantityName, Segment, Speaker,
+    quantities as q,
+};
 use crate::record::{Device, RecordKind};
 use controller::mission::MissionId;
 use described::Decoded;
 use execute::holds;
 use identification::model::Model;
 use observe::{Collector, Tags};
-use op::Op;
 use phases::Phases;
 use program::Program;
 use reactions::Reactions;
 use robot::Robot;
-use segment::Segment;
 use signals::Signals;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -73,14 +73,14 @@ enum Waiting {
     Log { until: Timestamp, interval: Span, due: Timestamp },
     /// The end of a window at rest.
     Residual(Timestamp),
-    /// The step's condition.
-    Condition,
+    /// This condition.
+    Condition(Condition),
     /// The step's reaction.
     Reaction,
     /// A state in which nothing moves.
     Rest,
     /// The absolute measurement.
-    Absolute(op::Op),
+    Absolute(Op),
     /// A look at the base.
     Look(Option<Segment>),
     /// The world's confirmation, and a number if one is asked for.
@@ -263,7 +263,7 @@ impl Engine {
             };
             let reason = format!("{} took longer than its limit{why}", self.place());
             // What a node under test does not do in time, it does not do.
-            let awaited = matches!(self.waiting, Waiting::Condition | Waiting::Reaction);
+            let awaited = matches!(self.waiting, Waiting::Condition(_) | Waiting::Reaction);
             let outcome = if awaited && !self.under_test.is_empty() {
                 Outcome::Failed
             } else {
@@ -304,11 +304,9 @@ impl Engine {
 
     /// The condition that is waited for holds, so that nothing is waited for any more.
     fn ends_wait(&mut self) -> bool {
-        let holds = match (&self.waiting, &self.step) {
-            (Waiting::Condition, Some((StepAction::WaitUntil(condition), _))) => {
-                holds(&self.signals, self.robot.as_deref(), condition)
-            }
-            (Waiting::Reaction, _) => self.reactions.has_come(),
+        let holds = match &self.waiting {
+            Waiting::Condition(condition) => holds(&self.signals, self.robot.as_deref(), condition),
+            Waiting::Reaction => self.reactions.has_come(),
             _ => false,
         };
         if holds {
@@ -385,7 +383,8 @@ impl Engine {
         self.ops.clear();
         self.phases.all_ended(&mut self.actions);
         // What is sent last is what the plan says.
-        self.actions.extend(self.plan.finally.iter().cloned().map(Action::Send));
+        let last = self.plan.finally.iter().cloned().map(Order::Send);
+        self.actions.extend(last.map(Action::Order));
         self.begin_teardown(now);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::observe::Tags;
 use crate::plan::quantities::during_tag;
-use crate::plan::{Action, Plan, Step};
+use crate::plan::{Action, Order, Plan, Step};
 use std::sync::Arc;
 use wire::time::Timestamp;
 
@@ -23,10 +23,10 @@ struct Level {
 pub enum Next {
     /// This step, which holds no others.
     Step(Box<Step>),
-    /// A round begins; for a sweep, with this value of its parameter.
+    /// A round begins.
     Round {
-        /// Device and parameter, and the value to set, for a sweep.
-        set: Option<(String, String, f64)>,
+        /// What a sweep sets.
+        set: Option<Order>,
         /// Not before then.
         not_before: Timestamp,
         /// By how much the round before outlasted its period, s; for a repeat with a period.
@@ -202,11 +202,10 @@ impl Program {
     }
 }
 
-fn swept(action: &Action, round: u64) -> Option<(String, String, f64)> {
+/// What a sweep sets before that round.
+fn swept(action: &Action, round: u64) -> Option<Order> {
     let Action::Sweep(sweep) = action else { return None };
-    let value = *sweep.values.get(usize::try_from(round).ok()?)?;
-    let parameter = &sweep.parameter;
-    Some((parameter.device.to_string(), parameter.parameter.to_string(), value))
+    sweep.orders().nth(usize::try_from(round).ok()?)
 }
 
 /// Steps without steps in them, repetitions counted.

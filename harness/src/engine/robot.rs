@@ -3,12 +3,12 @@
 
 use super::fit::Fitted;
 use super::observe::Ends;
-use super::op::Op;
 use super::rest_watch::RestWatch;
 use super::segment::Look;
 use super::teardown::Teardown;
 use super::{Action, Engine, Waiting};
 use crate::outcome::Outcome;
+use crate::plan::Op;
 use crate::plan::quantities as q;
 use crate::record::{Device, RecordKind};
 use controller::calibration::Calibration;

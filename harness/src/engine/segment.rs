@@ -4,9 +4,9 @@
 //! else asks for it. Of a real base nobody knows the truth, and nothing is observed.
 
 use super::observe::{Collector, DISPLACEMENT_U_M, STEP_OVER_U};
-use crate::plan::quantities as q;
+use crate::plan::{Segment, quantities as q};
 use wire::base::payload::COUNTS_PER_DEG;
-use wire::units::{Angle, Length, Pose};
+use wire::units::Pose;
 
 /// Resolution of the heading in the base's pose, 0.01 deg on the wire, as a standard uncertainty in deg.
 pub(super) const BASE_HEADING_U_DEG: f64 = 1.0 / COUNTS_PER_DEG / STEP_OVER_U;
@@ -18,13 +18,6 @@ pub struct Look {
     pub truth: Pose,
     /// Where the base's own odometry says that it is, read back as a host would.
     pub odometry: Pose,
-}
-
-/// What was ordered.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Segment {
-    Straight(Length),
-    Turn(Angle),
 }
 
 impl Collector<'_> {
@@ -56,8 +49,9 @@ impl Collector<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Look, Segment};
+    use super::Look;
     use crate::engine::observe::{Collector, Tags};
+    use crate::plan::Segment;
     use wire::units::{Angle, Length, Pose};
 
     fn at(x: f64, y: f64, deg: f64) -> Pose {

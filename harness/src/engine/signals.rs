@@ -31,16 +31,23 @@ impl Signals {
     /// What `plan` wants of these speakers.
     pub(super) fn of(plan: &Plan, speakers: &[Speaker]) -> Self {
         let mut signals = Self::default();
-        let mut conditions = Vec::new();
-        conditions_of(&plan.steps, &mut conditions);
-        for condition in conditions {
+        let wait = |signals: &mut Self, condition: &Condition| {
             let past = signals.past.entry(condition.quantity().as_str().to_owned()).or_default();
             past.span = past.span.max(condition.window());
             signals.want(condition.quantity(), speakers);
+        };
+        for step in Step::walk(&plan.steps) {
+            match &step.action {
+                Action::WaitUntil(condition) => wait(&mut signals, condition),
+                Action::Repeat(repeat) => {
+                    repeat.until.iter().for_each(|until| wait(&mut signals, until));
+                }
+                Action::Identify(identify) => {
+                    identify.of_nodes().for_each(|quantity| signals.want(quantity, speakers));
+                }
+                _ => {}
+            }
         }
-        let mut identified = Vec::new();
-        identified_of(&plan.steps, &mut identified);
-        identified.into_iter().for_each(|quantity| signals.want(quantity, speakers));
         for declared in &plan.measurements {
             signals.want(&declared.quantity, speakers);
             declared
@@ -124,26 +131,6 @@ impl Past {
         let recent = self.values.iter().rev().take_while(|(at, _)| *at >= from);
         let ends = (f64::INFINITY, f64::NEG_INFINITY);
         Some(recent.fold(ends, |(low, high), (_, value)| (low.min(*value), high.max(*value))))
-    }
-}
-
-fn identified_of<'a>(steps: &'a [Step], quantities: &mut Vec<&'a QuantityName>) {
-    for step in steps {
-        if let Action::Identify(identify) = &step.action {
-            quantities.extend(identify.of_nodes());
-        }
-        identified_of(step.action.steps(), quantities);
-    }
-}
-
-fn conditions_of<'a>(steps: &'a [Step], conditions: &mut Vec<&'a Condition>) {
-    for step in steps {
-        match &step.action {
-            Action::WaitUntil(condition) => conditions.push(condition),
-            Action::Repeat(repeat) => conditions.extend(&repeat.until),
-            _ => {}
-        }
-        conditions_of(step.action.steps(), conditions);
     }
 }
 

@@ -3,15 +3,14 @@
 use super::attendance::{AnswersError, Attendance};
 use super::by_hand::{self, RealRoles};
 use super::number::in_unit;
-use crate::plan::{Action, Answer, Plan, Step};
-use std::borrow::Cow;
+use crate::plan::{Answer, Plan, Step};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A question of a plan.
 pub(super) struct Asking<'a> {
     pub(super) plan: &'a Plan,
-    pub(super) text: Cow<'a, str>,
-    pub(super) answer: Option<Cow<'a, Answer>>,
+    pub(super) text: String,
+    pub(super) answer: Option<Answer>,
     /// How often the plan asks it.
     pub(super) times: u64,
 }
@@ -33,20 +32,10 @@ pub(super) fn questions<'a>(
 ) {
     for step in steps {
         for ((text, answer), each_time) in by_hand::questions(&step.action, real) {
-            let (text, answer) = (Cow::Owned(text), answer.map(Cow::Owned));
             found.push(Asking { plan, text, answer, times: times.saturating_mul(each_time) });
         }
-        match &step.action {
-            Action::OperatorPrompt(prompt) => {
-                let text = Cow::Borrowed(prompt.text.as_str());
-                let answer = prompt.answer.as_ref().map(Cow::Borrowed);
-                found.push(Asking { plan, text, answer, times });
-            }
-            action => {
-                let times = times.saturating_mul(action.repetitions());
-                questions(plan, action.steps(), times, real, found);
-            }
-        }
+        let times = times.saturating_mul(step.action.repetitions());
+        questions(plan, step.action.steps(), times, real, found);
     }
 }
 
@@ -55,7 +44,7 @@ pub(super) fn asking_for<'a>(
     name: &'a str,
     asked: &'a [Asking<'a>],
 ) -> impl Iterator<Item = (&'a Plan, &'a Answer)> {
-    let answers = asked.iter().filter_map(|asking| Some((asking.plan, asking.answer.as_deref()?)));
+    let answers = asked.iter().filter_map(|asking| Some((asking.plan, asking.answer.as_ref()?)));
     answers.filter(move |(_, answer)| answer.name.as_str() == name)
 }
 
@@ -94,7 +83,7 @@ pub(super) fn tell(missing: &[&Asking<'_>], attendance: Attendance) -> AnswersEr
         let line = match answer {
             None => format!("plan {} asks to be done: {text}\n", plan.name),
             Some(answer) => {
-                let Answer { name, unit, .. } = answer.as_ref();
+                let Answer { name, unit, .. } = answer;
                 lines.insert(name.as_str(), format!("{name} = \"... {unit}\"\n"));
                 format!("plan {} asks for {}: {text}\n", plan.name, wanted(answer))
             }

@@ -2,9 +2,8 @@
 //! set and measured.
 
 use crate::bench_file::{BenchFile, Role};
-use crate::plan::{Action, Answer, Band, Name, ParameterName};
+use crate::plan::{Action, Answer, Band, Known, Name, Op, Order};
 use identification::finding::Compensation;
-use wire::time::Span;
 use wire::units::{Angle, Length, Pose};
 
 /// The most that a position is from the origin, m. Assumption: a larger hall is no bench, and a number beyond
@@ -58,51 +57,53 @@ impl RealRoles {
 /// What is asked, and for what number if for any.
 pub type Asked = (String, Option<Answer>);
 
+/// What a person is asked so that `order` is carried out; none where the rig does it by itself.
+pub fn question(order: &Order, real: RealRoles) -> Option<Asked> {
+    let text = match order {
+        Order::Prompt { text, answer } => return Some((text.clone(), answer.clone())),
+        Order::Place(pose) if real.base => place(*pose),
+        Order::SetParameter { device, parameter, value } if real.has(device) => {
+            format!("Set {device}.{parameter} to {value}, and wait until it holds")
+        }
+        Order::PowerCycle { device, off } if real.has(device) => {
+            format!("Switch the {device} off, for {} s, and on again", off.as_secs_f64())
+        }
+        _ => return None,
+    };
+    Some((text, None))
+}
+
 /// Every question that an action is on such a bench, and how often it is asked each time.
 pub(super) fn questions(action: &Action, real: RealRoles) -> Vec<(Asked, u64)> {
-    let poses = |times: u64| pose().into_iter().map(|asked| (asked, times)).collect();
-    let done = |text| vec![((text, None), 1)];
-    match action {
-        Action::Place(at) if real.base => {
-            done(place(Pose { x: at.x, y: at.y, heading: at.heading }))
-        }
-        Action::MeasurePose(_) if real.base => poses(1),
-        // Before and after.
-        Action::Lap(_) if real.base => poses(2),
-        Action::SetParameter(set) if real.has(set.parameter.device.as_str()) => {
-            done(set_named(&set.parameter, set.value))
-        }
-        Action::Sweep(sweep) if real.has(sweep.parameter.device.as_str()) => {
-            let texts = sweep.values.iter().map(|value| set_named(&sweep.parameter, *value));
-            texts.map(|text| ((text, None), 1)).collect()
-        }
-        Action::PowerCycle(cycle) if real.has(cycle.device.as_str()) => {
-            done(power_cycle(cycle.device.as_str(), cycle.off))
-        }
+    let swept = match action {
+        Action::Sweep(sweep) => sweep.orders().collect(),
         _ => Vec::new(),
+    };
+    // No question depends on what is not known before the run.
+    let ops = action.script(&Known::default()).unwrap_or_default();
+    let mut all: Vec<(Asked, u64)> = Vec::new();
+    for op in ops.into_iter().chain(swept.into_iter().map(Op::Order)) {
+        let asked = match op {
+            Op::Order(order) => question(&order, real).into_iter().collect(),
+            Op::AbsoluteBefore | Op::AbsoluteAfter | Op::AbsoluteNamed if real.base => pose(),
+            _ => Vec::new(),
+        };
+        for asked in asked {
+            match all.iter_mut().find(|(known, _)| *known == asked) {
+                Some((_, times)) => *times += 1,
+                None => all.push((asked, 1)),
+            }
+        }
     }
+    all
 }
 
 /// Asks to carry the robot.
-pub fn place(Pose { x, y, heading }: Pose) -> String {
+fn place(Pose { x, y, heading }: Pose) -> String {
     let (x, y, heading) = (x.m(), y.m(), heading.deg());
     format!(
         "Place the robot at x = {x} m, y = {y} m, with a heading of {heading} deg, and let go of it"
     )
-}
-
-fn set_named(ParameterName { device, parameter }: &ParameterName, value: f64) -> String {
-    set_parameter(device.as_str(), parameter.as_str(), value)
-}
-
-/// Asks to set a parameter.
-pub fn set_parameter(device: &str, parameter: &str, value: f64) -> String {
-    format!("Set {device}.{parameter} to {value}, and wait until it holds")
-}
-
-/// Asks to switch a device off and on again.
-pub fn power_cycle(device: &str, off: Span) -> String {
-    format!("Switch the {device} off, for {} s, and on again", off.as_secs_f64())
 }
 
 /// Asks to have a firmware take errors off a signal, or no longer.

@@ -7,7 +7,7 @@ use crate::engine::{Action, Engine};
 use crate::models;
 use crate::operator::by_hand::{self, Survey};
 use crate::operator::{Asked, Operator, RealRoles};
-use crate::plan::{Answer, Send};
+use crate::plan::{Answer, Order, Send};
 use crate::record::sink::{Level, RecordSink};
 use crate::record::{Device, Record, RecordKind};
 use controller::mission::{Activity, Mission, Report};
@@ -76,19 +76,9 @@ impl Director {
                 self.survey = Some(Survey::default());
                 self.go_on_measuring(now, sink);
             }
-            Action::Place(pose) if self.real.base => {
-                self.ask(now, sink, &by_hand::place(pose), None);
-            }
-            Action::SetParameter { device, parameter, value } if self.real.has(&device) => {
-                let text = by_hand::set_parameter(&device, &parameter, value);
-                self.ask(now, sink, &text, None);
-            }
             Action::Correct { node, signal, compensation } if self.real.has(&node) => {
                 let text = by_hand::correct(&node, &signal, compensation.as_deref());
                 self.ask(now, sink, &text, None);
-            }
-            Action::PowerCycle { device, off } if self.real.has(&device) => {
-                self.ask(now, sink, &by_hand::power_cycle(&device, off), None);
             }
             Action::MeasureAbsolute => {
                 let pose = rig.robot_mut().and_then(|robot| robot.bench.measure_absolute(now));
@@ -104,57 +94,11 @@ impl Director {
                 let look = robot.and_then(|robot| robot.bench.look(now));
                 self.engine.looked(now, look);
             }
-            Action::Place(pose) => {
-                let placed = match rig.robot_mut() {
-                    Some(robot) => robot.bench.place(now, pose),
-                    None => Err("this bench has no robot that could be carried"),
-                };
-                match placed {
-                    Ok(()) => self.engine.answered(now),
-                    Err(why) => self.engine.broke(now, why),
-                }
-            }
-            Action::SetParameter { device, .. } | Action::PowerCycle { device, .. }
-                if is_replayed(rig, &device) =>
-            {
-                self.engine.answered(now);
-            }
-            Action::SetParameter { device, parameter, value } => {
-                match set_parameter(rig, now, &device, &parameter, value) {
-                    Ok(()) => self.engine.answered(now),
-                    Err(why) => self.engine.broke(now, &why),
-                }
-            }
+            Action::Order(order) => self.carry_out(now, rig, sink, order),
             Action::Correct { node, signal, compensation } => {
                 match correct(rig, &node, &signal, compensation.as_deref()) {
                     Ok(()) => self.engine.answered(now),
                     Err(why) => self.engine.broke(now, &why),
-                }
-            }
-            Action::PowerCycle { device, off } => {
-                let place = rig.find(&device).and_then(|place| rig.nodes.get_mut(place));
-                match place.map(|node| &mut node.part) {
-                    Some(Part::Described(described)) => described.cycle(now, now + off),
-                    _ => {
-                        let why = format!("this bench cannot switch the power of \"{device}\"");
-                        self.engine.broke(now, &why);
-                    }
-                }
-            }
-            Action::Prompt { text, answer } => {
-                self.survey = None;
-                self.ask(now, sink, &text, answer.as_ref());
-            }
-            Action::Send(send) => {
-                if let Err(why) = send_message(rig, now, &send) {
-                    self.engine.broke(now, &why);
-                }
-            }
-            Action::StopSending(message) => {
-                for node in &mut rig.nodes {
-                    if let Part::Tester(tester) = &mut node.part {
-                        tester.stop(&message);
-                    }
                 }
             }
             Action::SaveCalibration { .. } | Action::KeepFound { .. } => keep(&action),
@@ -163,6 +107,58 @@ impl Director {
             Action::Record(device, kind) => sink.record(Record { at: now, device, kind }),
         }
         None
+    }
+
+    fn carry_out(
+        &mut self,
+        now: Timestamp,
+        rig: &mut Rig,
+        sink: &mut impl RecordSink,
+        order: Order,
+    ) {
+        if let Some((text, answer)) = by_hand::question(&order, self.real) {
+            self.survey = None;
+            return self.ask(now, sink, &text, answer.as_ref());
+        }
+        let done = match order {
+            Order::Place(pose) => match rig.robot_mut() {
+                Some(robot) => robot.bench.place(now, pose).map_err(str::to_owned),
+                None => Err("this bench has no robot that could be carried".to_owned()),
+            },
+            Order::SetParameter { device, .. } | Order::PowerCycle { device, .. }
+                if is_replayed(rig, &device) =>
+            {
+                Ok(())
+            }
+            Order::SetParameter { device, parameter, value } => {
+                set_parameter(rig, now, &device, &parameter, value)
+            }
+            Order::PowerCycle { device, off } => {
+                let place = rig.find(&device).and_then(|place| rig.nodes.get_mut(place));
+                match place.map(|node| &mut node.part) {
+                    // Whoever cycles answers once it is on.
+                    Some(Part::Described(described)) => return described.cycle(now, now + off),
+                    _ => Err(format!("this bench cannot switch the power of \"{device}\"")),
+                }
+            }
+            Order::Send(send) => match send_message(rig, now, &send) {
+                Ok(()) => return,
+                failed => failed,
+            },
+            Order::StopSending(message) => {
+                for node in &mut rig.nodes {
+                    if let Part::Tester(tester) = &mut node.part {
+                        tester.stop(&message);
+                    }
+                }
+                return;
+            }
+            Order::Prompt { .. } => return,
+        };
+        match done {
+            Ok(()) => self.engine.answered(now),
+            Err(why) => self.engine.broke(now, &why),
+        }
     }
 
     fn ask(

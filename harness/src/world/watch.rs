@@ -2,6 +2,7 @@
 
 use super::bench::Carrier;
 use crate::engine::Action;
+use crate::plan::Order;
 use crate::properties::{Monitor, Seen, TRUTH_PERIOD, Truth};
 use crate::record::RecordKind;
 use crate::record::sink::RecordSink;
@@ -38,7 +39,7 @@ impl Watch {
     pub(crate) fn see_action(&mut self, now: Timestamp, action: &Action) {
         match action {
             Action::Mission(mission) => self.see(now, &Seen::Told(mission)),
-            Action::Place(_) => {
+            Action::Order(Order::Place(_)) => {
                 self.see(now, &Seen::Placed);
                 self.looked = None;
             }

@@ -14,8 +14,10 @@
 //! byte is caught; a digit that became another digit, or a minus that became a space, is not.
 
 use super::tally::Tally;
-use super::{Counters, GyroOutput, GyroSample, GyroStatus, OutputMode, quantised};
+use super::{Counters, FormatFacts, GyroOutput, GyroSample, GyroStatus, OutputMode, quantised};
 use crate::packet::Packet;
+use crate::serial::SerialSettings;
+use crate::time::Span;
 use crate::units::{Angle, AngularRate};
 
 /// One step of a rate: the sixth decimal of deg/s.
@@ -29,6 +31,20 @@ pub const RESYNC_BYTES_MAX: usize = 2 * LINE_BYTES;
 
 /// Bytes of a line as public drivers record it.
 pub const LINE_BYTES: usize = 21;
+
+/// What holds of the format.
+pub const FORMAT: FormatFacts = FormatFacts {
+    name: "dsp3000-ascii",
+    title: "KVH DSP-3000, text, 38400 baud",
+    serial: SerialSettings::new_8n1(38_400),
+    period: Span::from_millis(10),
+    frame_bytes: LINE_BYTES,
+    rate_step: RATE_STEP,
+    angle_step: Some(ANGLE_STEP),
+    sequence_modulus: None,
+    takes_commands: true,
+    resync_bytes_max: RESYNC_BYTES_MAX,
+};
 
 const STEPS_PER_UNIT: f64 = 1e6;
 const STEPS_PER_RAD: f64 = 1.0 / ANGLE_STEP.rad();

@@ -21,8 +21,12 @@
 //! Neither shows an even number of changed bits among the rest.
 
 use super::tally::Tally;
-use super::{Counters, GyroOutput, GyroSample, GyroStatus, Sequence, quantised};
+use super::{
+    Counters, FormatFacts, GyroOutput, GyroSample, GyroStatus, OutputMode, Sequence, quantised,
+};
 use crate::packet::Packet;
+use crate::serial::SerialSettings;
+use crate::time::Span;
 use crate::units::{Angle, AngularRate};
 
 /// One step of a rate: 60 micro-deg/s (manual, section 3.1.2).
@@ -49,6 +53,20 @@ pub const RESYNC_BYTES_MAX: usize = (CHANCE_FRAMES_MAX + 2 + LOCK_FRAMES as usiz
 
 /// Windows at a wrong offset that pass in a row: more than ten happen once in 10^9 times.
 const CHANCE_FRAMES_MAX: usize = 10;
+
+/// What holds of the format.
+pub const FORMAT: FormatFacts = FormatFacts {
+    name: "dsp3000-binary",
+    title: "KVH DSP-3000, binary, 115200 baud",
+    serial: SerialSettings::new_8n1(115_200),
+    period: Span::from_millis(1),
+    frame_bytes: FRAME_BYTES,
+    rate_step: RATE_STEP,
+    angle_step: Some(ANGLE_STEP),
+    sequence_modulus: Some(SEQUENCE_MODULUS),
+    takes_commands: false,
+    resync_bytes_max: RESYNC_BYTES_MAX,
+};
 
 const STEPS_PER_RAD_PER_S: f64 = 1.0 / RATE_STEP.rad_per_s();
 const STEPS_PER_RAD: f64 = 1.0 / ANGLE_STEP.rad();
@@ -155,8 +173,8 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// A decoder that has seen nothing.
-    pub const fn new() -> Self {
+    /// A decoder that has seen nothing. Frames say themselves what they carry.
+    pub const fn new(_: OutputMode) -> Self {
         Self {
             tally: Tally::new(),
             window: 0,
@@ -273,7 +291,7 @@ impl Decoder {
 
 impl Default for Decoder {
     fn default() -> Self {
-        Self::new()
+        Self::new(OutputMode::Rate)
     }
 }
 

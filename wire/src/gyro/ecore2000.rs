@@ -11,8 +11,10 @@
 //! There is neither a validity bit nor a status: a sample without a rate is sent as zero.
 
 use super::kvh_frame::{self, Deframer, Payload};
-use super::{Counters, GyroOutput, GyroSample, GyroStatus, quantised};
+use super::{Counters, FormatFacts, GyroOutput, GyroSample, GyroStatus, OutputMode, quantised};
 use crate::packet::Packet;
+use crate::serial::SerialSettings;
+use crate::time::Span;
 use crate::units::AngularRate;
 
 /// Full range of the unit (`gyroread.c`: "60 degree/second max rate unit").
@@ -24,6 +26,20 @@ pub const RATE_STEP: AngularRate =
 
 /// A good frame is delivered however the bytes before it end.
 pub const RESYNC_BYTES_MAX: usize = kvh_frame::RESYNC_BYTES_MAX;
+
+/// What holds of the format.
+pub const FORMAT: FormatFacts = FormatFacts {
+    name: "ecore2000",
+    title: "KVH E-Core 2000, 9600 baud",
+    serial: SerialSettings::new_8n1(9_600),
+    period: Span::from_millis(10),
+    frame_bytes: kvh_frame::FRAME_BYTES,
+    rate_step: RATE_STEP,
+    angle_step: None,
+    sequence_modulus: None,
+    takes_commands: false,
+    resync_bytes_max: RESYNC_BYTES_MAX,
+};
 
 const STEPS_PER_RANGE: f64 = 32_768.0;
 const STEPS_PER_RAD_PER_S: f64 = 1.0 / RATE_STEP.rad_per_s();
@@ -60,8 +76,8 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// A decoder that has seen nothing.
-    pub const fn new() -> Self {
+    /// A decoder that has seen nothing. It carries rates alone, whatever it is asked for.
+    pub const fn new(_: OutputMode) -> Self {
         Self { deframer: Deframer::new() }
     }
 
@@ -84,7 +100,7 @@ impl Decoder {
 
 impl Default for Decoder {
     fn default() -> Self {
-        Self::new()
+        Self::new(OutputMode::Rate)
     }
 }
 

@@ -10,7 +10,7 @@
 //! [`GyroEncoder`] turns samples into bytes, [`GyroDecoder`] bytes into samples. A decoder never
 //! panics, counts what it throws away ([`Counters`]) and finds the next good frame within
 //! [`GyroFormat::resync_bytes_max`] bytes. The host's commands to a DSP-3000 are in
-//! [`dsp3000_command`].
+//! [`dsp3000_command`]. A format is the file of its codec, and a line of `formats!`.
 
 pub mod dsp3000_ascii;
 pub mod dsp3000_binary;
@@ -102,79 +102,136 @@ pub enum OutputMode {
     Integrated,
 }
 
-/// The four stream formats.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum GyroFormat {
-    /// See [`navigator`].
-    Navigator,
-    /// See [`ecore2000`].
-    Ecore2000,
-    /// See [`dsp3000_ascii`].
-    Dsp3000Ascii,
-    /// See [`dsp3000_binary`].
-    Dsp3000Binary,
+/// What holds of a format, whatever its frames carry; each codec has its own as `FORMAT`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FormatFacts {
+    /// Its name in files and on the command line.
+    pub name: &'static str,
+    /// What it is, in a few words.
+    pub title: &'static str,
+    /// The settings of the line.
+    pub serial: SerialSettings,
+    /// Nominal time between two outputs.
+    pub period: Span,
+    /// Length of one output on the wire, bytes.
+    pub frame_bytes: usize,
+    /// The step between two neighbouring rates.
+    pub rate_step: AngularRate,
+    /// The step between two neighbouring angles; none where it carries rates alone.
+    pub angle_step: Option<Angle>,
+    /// Its running number counts modulo this; none where it has none.
+    pub sequence_modulus: Option<u16>,
+    /// The gyro takes commands ([`dsp3000_command`]).
+    pub takes_commands: bool,
+    /// After any bytes at all, a decoder delivers one of the good frames that follow within this many bytes of them.
+    pub resync_bytes_max: usize,
+}
+
+/// One line a format: its name here, and the file of its codec.
+macro_rules! formats {
+    ($($format:ident = $codec:ident,)*) => {
+        /// The stream formats.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+        #[serde(rename_all = "kebab-case")]
+        pub enum GyroFormat {
+            $(#[doc = concat!("See [`", stringify!($codec), "`].")] $format,)*
+        }
+
+        impl GyroFormat {
+            /// All formats.
+            pub const ALL: [Self; [$(stringify!($format)),*].len()] = [$(Self::$format),*];
+
+            /// What holds of it.
+            pub const fn facts(self) -> FormatFacts {
+                match self {
+                    $(Self::$format => $codec::FORMAT,)*
+                }
+            }
+
+            #[inline]
+            fn encode(self, sample: &GyroSample) -> Packet {
+                match self {
+                    $(Self::$format => $codec::encode(sample),)*
+                }
+            }
+        }
+
+        #[derive(Debug, Clone)]
+        enum FormatDecoder {
+            $($format($codec::Decoder),)*
+        }
+
+        impl FormatDecoder {
+            const fn new(format: GyroFormat, mode: OutputMode) -> Self {
+                match format {
+                    $(GyroFormat::$format => Self::$format($codec::Decoder::new(mode)),)*
+                }
+            }
+
+            #[inline]
+            fn feed(&mut self, bytes: &[u8], deliver: &mut impl FnMut(GyroSample)) {
+                match self {
+                    $(Self::$format(decoder) => decoder.feed(bytes, deliver),)*
+                }
+            }
+
+            const fn counters(&self) -> Counters {
+                match self {
+                    $(Self::$format(decoder) => decoder.counters(),)*
+                }
+            }
+
+            const fn bytes_pending(&self) -> usize {
+                match self {
+                    $(Self::$format(decoder) => decoder.bytes_pending(),)*
+                }
+            }
+        }
+    };
+}
+
+formats! {
+    Navigator = navigator,
+    Ecore2000 = ecore2000,
+    Dsp3000Ascii = dsp3000_ascii,
+    Dsp3000Binary = dsp3000_binary,
 }
 
 impl GyroFormat {
-    /// All formats.
-    pub const ALL: [Self; 4] =
-        [Self::Navigator, Self::Ecore2000, Self::Dsp3000Ascii, Self::Dsp3000Binary];
+    /// That of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|format| format.facts().name == name)
+    }
 
     /// The settings of the line.
     pub const fn serial(self) -> SerialSettings {
-        match self {
-            Self::Navigator | Self::Ecore2000 => SerialSettings::new_8n1(9_600),
-            Self::Dsp3000Ascii => SerialSettings::new_8n1(38_400),
-            Self::Dsp3000Binary => SerialSettings::new_8n1(115_200),
-        }
+        self.facts().serial
     }
 
     /// Nominal time between two outputs.
     pub const fn period(self) -> Span {
-        match self {
-            Self::Navigator | Self::Ecore2000 | Self::Dsp3000Ascii => Span::from_millis(10),
-            Self::Dsp3000Binary => Span::from_millis(1),
-        }
+        self.facts().period
     }
 
     /// Length of one output on the wire, bytes.
     pub const fn frame_bytes(self) -> usize {
-        match self {
-            Self::Navigator | Self::Ecore2000 => kvh_frame::FRAME_BYTES,
-            Self::Dsp3000Ascii => dsp3000_ascii::LINE_BYTES,
-            Self::Dsp3000Binary => dsp3000_binary::FRAME_BYTES,
-        }
+        self.facts().frame_bytes
     }
 
-    /// The step between two neighbouring values on the wire, as a rate (or, for the DSP-3000 in an
-    /// angle mode, see its module).
+    /// The step between two neighbouring values on the wire, as a rate.
     pub const fn rate_step(self) -> AngularRate {
-        match self {
-            Self::Navigator => navigator::RATE_STEP,
-            Self::Ecore2000 => ecore2000::RATE_STEP,
-            Self::Dsp3000Ascii => dsp3000_ascii::RATE_STEP,
-            Self::Dsp3000Binary => dsp3000_binary::RATE_STEP,
-        }
+        self.facts().rate_step
     }
 
     /// The format can carry this output.
     pub const fn carries(self, mode: OutputMode) -> bool {
-        match self {
-            Self::Navigator | Self::Ecore2000 => matches!(mode, OutputMode::Rate),
-            Self::Dsp3000Ascii | Self::Dsp3000Binary => true,
-        }
+        matches!(mode, OutputMode::Rate) || self.facts().angle_step.is_some()
     }
 
     /// After any bytes at all, a decoder delivers one of the good frames that follow within this
     /// many bytes of them.
     pub const fn resync_bytes_max(self) -> usize {
-        match self {
-            Self::Navigator => navigator::RESYNC_BYTES_MAX,
-            Self::Ecore2000 => ecore2000::RESYNC_BYTES_MAX,
-            Self::Dsp3000Ascii => dsp3000_ascii::RESYNC_BYTES_MAX,
-            Self::Dsp3000Binary => dsp3000_binary::RESYNC_BYTES_MAX,
-        }
+        self.facts().resync_bytes_max
     }
 }
 
@@ -230,12 +287,7 @@ impl GyroEncoder {
         if self.stream.reversed {
             sample.output = negated(sample.output);
         }
-        match self.stream.format {
-            GyroFormat::Navigator => navigator::encode(&sample),
-            GyroFormat::Ecore2000 => ecore2000::encode(&sample),
-            GyroFormat::Dsp3000Ascii => dsp3000_ascii::encode(&sample),
-            GyroFormat::Dsp3000Binary => dsp3000_binary::encode(&sample),
-        }
+        self.stream.format.encode(&sample)
     }
 }
 
@@ -246,27 +298,10 @@ pub struct GyroDecoder {
     format: FormatDecoder,
 }
 
-#[derive(Debug, Clone)]
-enum FormatDecoder {
-    Navigator(navigator::Decoder),
-    Ecore2000(ecore2000::Decoder),
-    Dsp3000Ascii(dsp3000_ascii::Decoder),
-    Dsp3000Binary(dsp3000_binary::Decoder),
-}
-
 impl GyroDecoder {
     /// A decoder for `stream`, out of lock.
     pub const fn new(stream: GyroStream) -> Self {
-        let format = match stream.format {
-            GyroFormat::Navigator => FormatDecoder::Navigator(navigator::Decoder::new()),
-            GyroFormat::Ecore2000 => FormatDecoder::Ecore2000(ecore2000::Decoder::new()),
-            GyroFormat::Dsp3000Ascii => {
-                FormatDecoder::Dsp3000Ascii(dsp3000_ascii::Decoder::new(stream.mode))
-            }
-            GyroFormat::Dsp3000Binary => {
-                FormatDecoder::Dsp3000Binary(dsp3000_binary::Decoder::new())
-            }
-        };
+        let format = FormatDecoder::new(stream.format, stream.mode);
         Self { reversed: stream.reversed, format }
     }
 
@@ -280,32 +315,17 @@ impl GyroDecoder {
             }
             deliver(sample);
         };
-        match &mut self.format {
-            FormatDecoder::Navigator(decoder) => decoder.feed(bytes, &mut deliver),
-            FormatDecoder::Ecore2000(decoder) => decoder.feed(bytes, &mut deliver),
-            FormatDecoder::Dsp3000Ascii(decoder) => decoder.feed(bytes, &mut deliver),
-            FormatDecoder::Dsp3000Binary(decoder) => decoder.feed(bytes, &mut deliver),
-        }
+        self.format.feed(bytes, &mut deliver);
     }
 
     /// What has been seen so far.
     pub const fn counters(&self) -> Counters {
-        match &self.format {
-            FormatDecoder::Navigator(decoder) => decoder.counters(),
-            FormatDecoder::Ecore2000(decoder) => decoder.counters(),
-            FormatDecoder::Dsp3000Ascii(decoder) => decoder.counters(),
-            FormatDecoder::Dsp3000Binary(decoder) => decoder.counters(),
-        }
+        self.format.counters()
     }
 
     /// Bytes that came in and may still become part of a frame; at most one frame's.
     pub const fn bytes_pending(&self) -> usize {
-        match &self.format {
-            FormatDecoder::Navigator(decoder) => decoder.bytes_pending(),
-            FormatDecoder::Ecore2000(decoder) => decoder.bytes_pending(),
-            FormatDecoder::Dsp3000Ascii(decoder) => decoder.bytes_pending(),
-            FormatDecoder::Dsp3000Binary(decoder) => decoder.bytes_pending(),
-        }
+        self.format.bytes_pending()
     }
 }
 

@@ -16,8 +16,12 @@
 //! test failed.
 
 use super::kvh_frame::{self, Deframer, Payload};
-use super::{Counters, GyroOutput, GyroSample, GyroStatus, Sequence, quantised};
+use super::{
+    Counters, FormatFacts, GyroOutput, GyroSample, GyroStatus, OutputMode, Sequence, quantised,
+};
 use crate::packet::Packet;
+use crate::serial::SerialSettings;
+use crate::time::Span;
 use crate::units::{AngularRate, Temperature};
 
 /// Full range of the gyro (paper, data sheet: +-100 deg/s).
@@ -36,6 +40,20 @@ pub const SEQUENCE_MODULUS: u16 = 256;
 
 /// A good frame is delivered however the bytes before it end.
 pub const RESYNC_BYTES_MAX: usize = kvh_frame::RESYNC_BYTES_MAX;
+
+/// What holds of the format.
+pub const FORMAT: FormatFacts = FormatFacts {
+    name: "navigator",
+    title: "Autogyro Navigator, 9600 baud",
+    serial: SerialSettings::new_8n1(9_600),
+    period: Span::from_millis(10),
+    frame_bytes: kvh_frame::FRAME_BYTES,
+    rate_step: RATE_STEP,
+    angle_step: None,
+    sequence_modulus: Some(SEQUENCE_MODULUS),
+    takes_commands: false,
+    resync_bytes_max: RESYNC_BYTES_MAX,
+};
 
 const STEPS_PER_RANGE: f64 = 32_768.0;
 const STEPS_PER_RAD_PER_S: f64 = 1.0 / RATE_STEP.rad_per_s();
@@ -109,8 +127,8 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// A decoder that has seen nothing.
-    pub const fn new() -> Self {
+    /// A decoder that has seen nothing. It carries rates alone, whatever it is asked for.
+    pub const fn new(_: OutputMode) -> Self {
         Self { deframer: Deframer::new() }
     }
 
@@ -133,7 +151,7 @@ impl Decoder {
 
 impl Default for Decoder {
     fn default() -> Self {
-        Self::new()
+        Self::new(OutputMode::Rate)
     }
 }
 
@@ -223,7 +241,7 @@ mod tests {
     #[test]
     fn lock_found_again_is_counted_once() {
         let frame = encode(&sample(1.0));
-        let mut decoder = Decoder::new();
+        let mut decoder = Decoder::new(OutputMode::Rate);
         let mut samples = 0;
         for bytes in [&[0x11, 0x22][..], frame.as_slice(), &[0x33; 5], frame.as_slice()] {
             decoder.feed(bytes, &mut |_| samples += 1);

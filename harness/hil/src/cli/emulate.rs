@@ -3,9 +3,11 @@
 mod setup;
 
 use super::failure::Failure;
-use clap::{Args, Subcommand, ValueEnum};
+use crate::gyro_arguments::{self, Mode};
+use clap::{Args, Subcommand};
 use record::outcome::Outcome;
 use std::path::PathBuf;
+use wire::gyro::GyroFormat;
 
 const PORTS: &str = "\
 Ports:
@@ -41,8 +43,8 @@ enum What {
     /// A gyro alone; the request rate_deg_per_s turns it.
     Gyro {
         /// Stream format; without it that of the device file, else navigator.
-        #[arg(long, value_enum)]
-        stream: Option<Stream>,
+        #[arg(long, value_parser = gyro_arguments::format())]
+        stream: Option<GyroFormat>,
         /// Output mode; without it that of the device file, else rate.
         #[arg(long, value_enum)]
         mode: Option<Mode>,
@@ -138,21 +140,6 @@ struct CommonArguments {
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Stream {
-    Navigator,
-    Ecore2000,
-    Dsp3000Ascii,
-    Dsp3000Binary,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Mode {
-    Rate,
-    Increment,
-    Integrated,
 }
 
 fn socket(text: &str) -> Result<PathBuf, String> {

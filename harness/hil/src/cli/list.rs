@@ -10,12 +10,12 @@ use emulators::base::{BaseParameters, Wheel};
 use emulators::gyro::GyroParameters;
 use emulators::parameters::{Domain, ParameterInfo, Parameters};
 use emulators::table::TableParameters;
+use plan::Action;
 use plan::bench_file::{BenchFile, ROLES, Role};
 use plan::faults::{FaultKind, table as vocabulary};
 use plan::library::Kind;
 use plan::quantities::QUANTITIES;
 use plan::rig::RigFile;
-use plan::{Action, STEP_EXAMPLES};
 use record::outcome::Outcome;
 use serde_json::{Map, Value};
 use std::path::Path;
@@ -147,8 +147,8 @@ fn plans(project: &Path) -> Table {
 
 fn steps() -> Table {
     let mut table = table(["step", "what is done", "example"]);
-    for ((name, doc), (_, example)) in Action::DOCS.iter().zip(STEP_EXAMPLES) {
-        table.add_row([name, doc.trim(), example]);
+    for word in Action::words() {
+        table.add_row([word.name, word.doc.trim(), word.example]);
     }
     table
 }

@@ -5,55 +5,28 @@
 use super::moves::Move;
 use harness::engine::observe::Tags;
 use harness::engine::program::{Next, Program};
-use plan::{Action, Lap, Plan, Step};
+use plan::{Plan, Segment, Step};
 use std::collections::VecDeque;
-use std::fmt;
 use std::sync::Arc;
 use wire::time::Timestamp;
-use wire::units::{Angle, Length};
 
 /// A move is that of a step when its size is within this share of the step's. Assumption: half, so that a
 /// bad stop is judged and another mission is not taken for it.
 pub const SIZE_SHARE: f64 = 0.5;
 
-/// How the base is to move.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Expected {
-    /// Straight on; backward is negative.
-    Straight(Length),
-    /// On the spot; counter-clockwise is positive.
-    Turn(Angle),
+fn is(segment: Segment, seen: &Move) -> bool {
+    let (is_kind, size, nominal) = match segment {
+        Segment::Straight(distance) => (seen.is_straight(), seen.travelled.m(), distance.m()),
+        Segment::Turn(angle) => (!seen.is_straight(), seen.turned.rad(), angle.rad()),
+    };
+    is_kind && (size / nominal - 1.0).abs() <= SIZE_SHARE
 }
 
-impl Expected {
-    fn is(self, seen: &Move) -> bool {
-        let (is_kind, size, nominal) = match self {
-            Self::Straight(distance) => (seen.is_straight(), seen.travelled.m(), distance.m()),
-            Self::Turn(angle) => (!seen.is_straight(), seen.turned.rad(), angle.rad()),
-        };
-        is_kind && (size / nominal - 1.0).abs() <= SIZE_SHARE
-    }
-}
-
-impl fmt::Display for Expected {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Straight(distance) => write!(f, "a straight line of {:.4} m", distance.m()),
-            Self::Turn(angle) => write!(f, "a turn by {:.1} deg", angle.deg()),
-        }
-    }
-}
-
-/// As [`Expected`], of a move that was seen.
-pub(super) struct Words<'a>(pub(super) &'a Move);
-
-impl fmt::Display for Words<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let seen = self.0;
-        match seen.is_straight() {
-            true => Expected::Straight(seen.travelled).fmt(f),
-            false => Expected::Turn(seen.turned).fmt(f),
-        }
+/// A move that was seen, in the words for one that is expected.
+pub(super) fn in_words(seen: &Move) -> Segment {
+    match seen.is_straight() {
+        true => Segment::Straight(seen.travelled),
+        false => Segment::Turn(seen.turned),
     }
 }
 
@@ -61,7 +34,7 @@ impl fmt::Display for Words<'_> {
 #[derive(Debug, Clone)]
 pub struct Leg {
     /// How the base is to move.
-    pub expected: Expected,
+    pub expected: Segment,
     /// Where in the plan: `steps[2].repeat[1] (round 7 of 40)`.
     pub place: String,
     /// Tags of what is observed of it.
@@ -91,7 +64,7 @@ impl Legs {
         let tags = self.program.tags(&step.action, label, self.rounds);
         let place = self.program.place();
         let leg = |expected| Leg { expected, place: place.clone(), tags: tags.clone() };
-        self.waiting.extend(moves(&step.action).into_iter().map(leg));
+        self.waiting.extend(step.action.segments().map(leg));
         self.program.step_done();
     }
 }
@@ -114,26 +87,9 @@ impl Iterator for Legs {
     }
 }
 
-fn moves(action: &Action) -> Vec<Expected> {
-    match action {
-        Action::Straight(straight) => vec![Expected::Straight(straight.distance)],
-        Action::Turn(turn) => vec![Expected::Turn(turn.angle)],
-        Action::Lap(lap) => of_lap(lap),
-        _ => Vec::new(),
-    }
-}
-
-fn of_lap(lap: &Lap) -> Vec<Expected> {
-    let corner = Angle::from_deg(90.0 * lap.direction.sign());
-    [Expected::Straight(lap.side), Expected::Turn(corner)].repeat(4)
-}
-
 /// A step of the plan moves the base.
 pub fn moves_base(plan: &Plan) -> bool {
-    fn any(steps: &[Step]) -> bool {
-        steps.iter().any(|step| !moves(&step.action).is_empty() || any(step.action.steps()))
-    }
-    any(&plan.steps)
+    Step::walk(&plan.steps).any(|step| step.action.segments().next().is_some())
 }
 
 /// The leg that a move is.
@@ -142,13 +98,13 @@ pub fn moves_base(plan: &Plan) -> bool {
 /// Why it is another than the plan's next.
 pub(super) fn follow(legs: &mut Legs, seen: &Move) -> Result<Option<Leg>, String> {
     let Some(leg) = legs.next() else { return Ok(None) };
-    if leg.expected.is(seen) {
+    if is(leg.expected, seen) {
         return Ok(Some(leg));
     }
     Err(format!(
         "the log does not follow the plan: at {:.3} s it has {}, where {} is {}",
         seen.began.as_secs_f64(),
-        Words(seen),
+        in_words(seen),
         leg.place,
         leg.expected
     ))

@@ -1,6 +1,6 @@
 //! Writes the record of a log: the frames, what they say of the base, and what the plan observes.
 
-use super::follow::{Legs, Words, follow};
+use super::follow::{Legs, follow, in_words};
 use super::moves::{Move, MoveWatch};
 use bus_log::{Channel, Entry, Payload};
 use harness::engine::OBSERVATIONS_MAX;
@@ -201,7 +201,7 @@ impl Scribe {
         let (lasted, speed) =
             (done.ended.since(done.began).as_secs_f64(), done.speed_max.m_per_s());
         let began = done.began.as_secs_f64();
-        let what = format!("{} from {began:.3} s: {lasted:.2} s, {speed:.3} m/s", Words(done));
+        let what = format!("{} from {began:.3} s: {lasted:.2} s, {speed:.3} m/s", in_words(done));
         self.note(sink, Device::Base, what);
         if self.diverged.is_some() || self.plan_done || self.watch.missed_begin() {
             return;
@@ -210,7 +210,7 @@ impl Scribe {
             Ok(Some(mut leg)) => {
                 self.moves += 1;
                 leg.tags.insert("time".to_owned(), done.ended.as_secs_f64());
-                let super::follow::Expected::Straight(distance) = leg.expected else { return };
+                let plan::Segment::Straight(distance) = leg.expected else { return };
                 // Further than commanded is positive, whichever the direction.
                 let error = (done.travelled - distance).m() * 1f64.copysign(distance.m());
                 let stop = (&q::STRAIGHT_STOP_ERROR, error, DISPLACEMENT_U_M);

@@ -4,7 +4,7 @@ use super::FileKind;
 use crate::project::{Template, from_dbc};
 use jsonschema::Validator;
 use plan::faults::FaultKind;
-use plan::{Action, Name, Plan, STEP_EXAMPLES, quantities};
+use plan::{Action, Name, Plan, quantities};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -130,8 +130,8 @@ const WAIT: &str = "{ wait = { duration_s = 1 } }";
 #[test]
 fn every_step_and_quantity_is_known() {
     let validator = validator(FileKind::Plan);
-    for (name, step) in STEP_EXAMPLES {
-        assert_takes(&validator, &plan(step, "table.error"), name);
+    for word in Action::words() {
+        assert_takes(&validator, &plan(word.example, "table.error"), word.name);
     }
     let more = ["operator.gap", "signal.Status.Temperature", "period.Status"];
     for name in quantities::NAMES.iter().chain(&more) {
@@ -242,8 +242,8 @@ fn mistakes_in_other_files_are_refused() {
 fn what_an_editor_shows_says_what_things_are() {
     let schema = FileKind::Plan.schema();
     let step = schema.pointer("/$defs/Step/properties").unwrap();
-    for (name, doc) in Action::DOCS {
-        assert_eq!(step[name]["description"], doc.trim(), "{name}");
+    for word in Action::words() {
+        assert_eq!(step[word.name]["description"], word.doc.trim(), "{}", word.name);
     }
     let turn = schema.pointer("/$defs/Turn/properties").unwrap();
     insta::assert_snapshot!(format!("{turn:#}"));

@@ -6,62 +6,6 @@ use crate::number;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use std::borrow::Cow;
 
-/// The type whose schema is that of an action's data: itself, or what stands for a type of the controller, which knows of
-/// no schemas.
-macro_rules! written {
-    (HeadingSource) => {
-        crate::step::schema::HeadingSourceWord
-    };
-    (BiasMethod) => {
-        crate::step::schema::BiasMethodWord
-    };
-    (Estimator) => {
-        crate::step::schema::EstimatorWord
-    };
-    ($data:ident) => {
-        $data
-    };
-}
-pub(super) use written;
-
-/// [`controller::mission::HeadingSource`], as it is written.
-#[derive(JsonSchema)]
-#[schemars(rename = "HeadingSource", rename_all = "snake_case")]
-#[schemars(description = "Which heading closes the loops.")]
-#[expect(dead_code, reason = "it is only described")]
-pub(super) enum HeadingSourceWord {
-    /// The gyro's.
-    Gyro,
-    /// The base's own odometry.
-    Odometry,
-}
-
-/// [`controller::mission::BiasMethod`], as it is written.
-#[derive(JsonSchema)]
-#[schemars(rename = "BiasMethod", rename_all = "snake_case")]
-#[schemars(description = "Where the bias that is subtracted comes from.")]
-#[expect(dead_code, reason = "it is only described")]
-pub(super) enum BiasMethodWord {
-    /// The last static bias test.
-    StaticTest,
-    /// The calibration's table of bias against temperature, for comparison.
-    TemperatureTable,
-    /// None is subtracted, for comparison.
-    None,
-}
-
-/// [`controller::mission::Estimator`], as it is written.
-#[derive(JsonSchema)]
-#[schemars(rename = "Estimator", rename_all = "snake_case")]
-#[schemars(description = "What estimates heading, position and bias.")]
-#[expect(dead_code, reason = "it is only described")]
-pub(super) enum EstimatorWord {
-    /// As in the paper: samples less the bias of the last test, summed.
-    Paper,
-    /// A Kalman filter, which learns at every standstill.
-    Kalman,
-}
-
 impl JsonSchema for Step {
     fn schema_name() -> Cow<'static, str> {
         "Step".into()
@@ -85,9 +29,9 @@ impl JsonSchema for Step {
         });
         let data = Action::schemas(generator);
         if let Some(known) = schema.get_mut("properties").and_then(|it| it.as_object_mut()) {
-            for ((name, doc), data) in Action::DOCS.iter().zip(data) {
-                let action = json_schema!({ "description": doc.trim(), "anyOf": [data] });
-                known.insert((*name).to_owned(), action.into());
+            for (word, data) in Action::words().iter().zip(data) {
+                let action = json_schema!({ "description": word.doc.trim(), "anyOf": [data] });
+                known.insert(word.name.to_owned(), action.into());
             }
         }
         schema

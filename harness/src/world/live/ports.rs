@@ -245,8 +245,8 @@ impl Ports {
 
     /// What speaks for lines that are crossed or lead nowhere, where a run has not passed.
     pub(super) fn miswired(&self, gyro: Option<GyroFormat>) -> Option<String> {
-        // Only the digital gyros take commands.
-        let takes_none = matches!(gyro?, GyroFormat::Navigator | GyroFormat::Ecore2000);
+        // One that puts out angles, too, may be told which.
+        let takes_none = gyro?.facts().angle_step.is_none();
         let port = self.open.iter().find(|open| &*open.plan.role == GYRO)?;
         match port.port.counters().bytes_in {
             bytes @ 1.. if takes_none => Some(format!(

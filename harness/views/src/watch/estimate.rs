@@ -3,7 +3,6 @@
 //! Each step has a nominal duration: what it states, or what its motion takes as prescribed. What the steps so
 //! far have taken against it says how fast this run goes, and the rest is scaled by that.
 
-use plan::time_limits::nominal_motion;
 use plan::{Action, Plan, Step};
 use std::collections::BTreeMap;
 use wire::time::{Span, Timestamp};
@@ -40,7 +39,9 @@ impl Estimate {
             let action = &step.action;
             sum_s += match action.steps() {
                 [] => {
-                    let nominal_s = nominal(action).map_or(UNKNOWN_S, Span::as_secs_f64);
+                    let nominal = action.rest() + action.motion();
+                    let is_known = nominal > Span::ZERO;
+                    let nominal_s = if is_known { nominal.as_secs_f64() } else { UNKNOWN_S };
                     self.steps.insert(place, nominal_s);
                     nominal_s
                 }
@@ -93,17 +94,5 @@ impl Estimate {
         let left_s = self.left_s(now)?;
         let now_s = now.as_secs_f64();
         Some(if now_s + left_s > 0.0 { now_s / (now_s + left_s) } else { 0.0 })
-    }
-}
-
-/// What a step takes when all goes as it is written; none where nobody can know.
-fn nominal(action: &Action) -> Option<Span> {
-    match action {
-        Action::BiasTest(a) => Some(a.duration),
-        Action::BiasResidual(a) => Some(a.duration),
-        Action::Log(a) => Some(a.duration),
-        Action::Wait(a) => Some(a.duration),
-        Action::PowerCycle(a) => Some(a.off),
-        motion => Some(nominal_motion(motion)).filter(|span| *span > Span::ZERO),
     }
 }

@@ -1,3 +1,4 @@
+use super::super::OutputMode;
 use super::super::test_support::{hex_table, rate_sample};
 use super::{Decoder, FRAME_BYTES, LOCK_FRAMES, encode};
 use crate::gyro::{GyroOutput, GyroSample, Sequence};
@@ -61,7 +62,7 @@ fn known_frames() {
 
 #[test]
 fn the_tenth_good_frame_locks_and_is_delivered() {
-    let mut decoder = Decoder::new();
+    let mut decoder = Decoder::new(OutputMode::Rate);
     let bytes = ramp(LOCK + 3);
     assert!(delivered(&mut decoder, &bytes[..LOCK * FRAME_BYTES - 1]).is_empty());
     assert_eq!(delivered(&mut decoder, &bytes[LOCK * FRAME_BYTES - 1..]).len(), 4);
@@ -72,7 +73,7 @@ fn the_tenth_good_frame_locks_and_is_delivered() {
 
 #[test]
 fn one_miss_loses_lock_until_ten_more_are_good() {
-    let mut decoder = Decoder::new();
+    let mut decoder = Decoder::new(OutputMode::Rate);
     let mut bytes = ramp(40);
     bytes[20 * FRAME_BYTES + 2] ^= 1;
     assert_eq!(delivered(&mut decoder, &bytes).len(), (20 - 9) + (19 - 9));
@@ -82,7 +83,7 @@ fn one_miss_loses_lock_until_ten_more_are_good() {
 
 #[test]
 fn a_lost_frame_shows_in_the_counter() {
-    let mut decoder = Decoder::new();
+    let mut decoder = Decoder::new(OutputMode::Rate);
     let mut bytes = ramp(40);
     bytes.drain(20 * FRAME_BYTES..21 * FRAME_BYTES);
     // The frame after the gap is the first of the ten.
@@ -95,7 +96,7 @@ fn a_lost_frame_shows_in_the_counter() {
 fn a_rate_that_never_changes_is_found_at_the_right_offset() {
     let bytes = rates(&[0.0; 40]);
     for cut in 0..FRAME_BYTES {
-        let samples = delivered(&mut Decoder::new(), &bytes[cut..]);
+        let samples = delivered(&mut Decoder::new(OutputMode::Rate), &bytes[cut..]);
         assert_eq!(samples.len(), 40 - 9 - usize::from(cut > 0));
         assert!(samples.iter().all(|s| s.output == GyroOutput::Rate(AngularRate::ZERO)));
     }
@@ -103,7 +104,7 @@ fn a_rate_that_never_changes_is_found_at_the_right_offset() {
 
 #[test]
 fn a_type_that_is_not_defined_is_malformed_and_keeps_lock() {
-    let mut decoder = Decoder::new();
+    let mut decoder = Decoder::new(OutputMode::Rate);
     let mut bytes = ramp(30);
     // Both type bits: an even change, which parity cannot see.
     bytes[20 * FRAME_BYTES] ^= 0b0001_1000;
@@ -115,7 +116,7 @@ fn a_type_that_is_not_defined_is_malformed_and_keeps_lock() {
 #[test]
 fn without_numbers_there_is_no_lock() {
     let frame = encode(&rate_sample(1.0));
-    let mut decoder = Decoder::new();
+    let mut decoder = Decoder::new(OutputMode::Rate);
     for _ in 0..100 {
         assert!(delivered(&mut decoder, frame.as_slice()).is_empty());
     }
@@ -130,8 +131,8 @@ proptest! {
         let good = ramp(30);
         let mut bad = good.clone();
         bad[at] ^= change;
-        let samples = delivered(&mut Decoder::new(), &bad);
-        let originals = delivered(&mut Decoder::new(), &good);
+        let samples = delivered(&mut Decoder::new(OutputMode::Rate), &bad);
+        let originals = delivered(&mut Decoder::new(OutputMode::Rate), &good);
 
         let in_counter = at % FRAME_BYTES == 0 && change & 0b0110_0000 != 0;
         if change.count_ones() % 2 == 1 || in_counter {
@@ -144,7 +145,7 @@ proptest! {
 
     #[test]
     fn the_rate_is_within_half_a_step_of_what_was_sent(deg_per_s in -2_000.0f64..2_000.0) {
-        let samples = delivered(&mut Decoder::new(), &rates(&[deg_per_s; LOCK]));
+        let samples = delivered(&mut Decoder::new(OutputMode::Rate), &rates(&[deg_per_s; LOCK]));
         prop_assert_eq!(samples.len(), 1);
         match samples[0].output {
             GyroOutput::Rate(rate) => {

@@ -6,6 +6,7 @@ use clap::{Parser, ValueEnum};
 use controller::config::{
     BaseConfig, Config, GyroConfig, IntegrationClock, MotionConfig, Transport,
 };
+use hil::gyro_arguments::{self, Mode};
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 use wire::base::serial_link;
@@ -37,8 +38,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "PORT[:BAUD]")]
     gyro: SerialPort,
     /// Format of the gyro's stream
-    #[arg(long, value_enum, default_value = "navigator")]
-    stream: Stream,
+    #[arg(long, value_parser = gyro_arguments::format(), default_value = "navigator")]
+    stream: GyroFormat,
     /// What the gyro puts out; other than `rate` with the DSP-3000 only
     #[arg(long, value_enum, default_value = "rate")]
     mode: Mode,
@@ -57,31 +58,6 @@ pub(crate) struct Arguments {
     /// Nobody is asked who he is: on TCP, listen on 127.0.0.1 or where you trust everybody
     #[arg(long, value_name = "PLACE")]
     listen: Option<ListenPlace>,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Stream {
-    /// Autogyro Navigator, 9600 baud
-    Navigator,
-    /// KVH E-Core 2000, 9600 baud
-    #[value(name = "ecore2000")]
-    Ecore2000,
-    /// KVH DSP-3000, text, 38400 baud
-    #[value(name = "dsp3000-ascii")]
-    Dsp3000Ascii,
-    /// KVH DSP-3000, binary, 115200 baud
-    #[value(name = "dsp3000-binary")]
-    Dsp3000Binary,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
-enum Mode {
-    /// Mean rate since the last output
-    Rate,
-    /// Angle since the last output
-    Increment,
-    /// Angle modulo one turn
-    Integrated,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -190,21 +166,10 @@ pub(crate) struct Setup {
 impl Arguments {
     /// The setup; an error is one sentence.
     pub(crate) fn setup(self) -> Result<Setup, String> {
-        let format = match self.stream {
-            Stream::Navigator => GyroFormat::Navigator,
-            Stream::Ecore2000 => GyroFormat::Ecore2000,
-            Stream::Dsp3000Ascii => GyroFormat::Dsp3000Ascii,
-            Stream::Dsp3000Binary => GyroFormat::Dsp3000Binary,
-        };
-        let rate_only = matches!(format, GyroFormat::Navigator | GyroFormat::Ecore2000);
-        if rate_only && self.mode != Mode::Rate {
+        let (format, mode) = (self.stream, OutputMode::from(self.mode));
+        if !format.carries(mode) {
             return Err("--mode: this stream carries rates only; use --mode rate".to_owned());
         }
-        let mode = match self.mode {
-            Mode::Rate => OutputMode::Rate,
-            Mode::Increment => OutputMode::Increment,
-            Mode::Integrated => OutputMode::Integrated,
-        };
         let (base, transport) = match self.base {
             Base::None => (BasePlace::None, None),
             Base::Serial(port) => (

@@ -31,7 +31,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tokio::sync::mpsc;
 use tracing::info;
-use wire::gyro::{GyroFormat, dsp3000_command};
+use wire::gyro::dsp3000_command;
 
 /// The base was told to stop and did not say that it is at rest.
 const EXIT_NOT_AT_REST: u8 = 1;
@@ -76,7 +76,10 @@ async fn serve(setup: Setup, clock: Clock, reports: &Outlet) -> io::Result<u8> {
     let (sender, heard) = mpsc::channel(HEARD_MAX);
     let gyro_stream = setup.config.gyro.stream;
     // A DSP-3000 that lost its power has forgotten what it was told at the start.
-    let greeting = (gyro_stream.format == GyroFormat::Dsp3000Ascii)
+    let greeting = gyro_stream
+        .format
+        .facts()
+        .takes_commands
         .then(|| dsp3000_command::Command::Output(gyro_stream.mode).encode());
     let gyro = port::serial(Port::Gyro, setup.gyro, greeting, sender.clone(), clock);
     let base = match setup.base {

@@ -1,7 +1,8 @@
 //! What is emulated, from the arguments.
 
-use super::{CommonArguments, EmulateArguments, Mode, PortArguments, Stream, What};
+use super::{CommonArguments, EmulateArguments, PortArguments, What};
 use crate::cli::failure::Failure;
+use crate::gyro_arguments::Mode;
 use described::Medium;
 use emulators::base::{BaseParameters, Transport};
 use emulators::device_file::Devices;
@@ -217,24 +218,15 @@ fn missing(role: &str) -> Failure {
 
 fn gyro(
     described: Option<(GyroStream, GyroParameters)>,
-    stream: Option<Stream>,
+    format: Option<GyroFormat>,
     mode: Option<Mode>,
 ) -> Result<(GyroStream, GyroParameters), Failure> {
     let ideal =
         GyroStream { format: GyroFormat::Navigator, mode: OutputMode::Rate, reversed: false };
     let (mut set_up, parameters) = described.unwrap_or((ideal, GyroParameters::default()));
-    if let Some(stream) = stream {
-        set_up.format = match stream {
-            Stream::Navigator => GyroFormat::Navigator,
-            Stream::Ecore2000 => GyroFormat::Ecore2000,
-            Stream::Dsp3000Ascii => GyroFormat::Dsp3000Ascii,
-            Stream::Dsp3000Binary => GyroFormat::Dsp3000Binary,
-        };
-    }
+    set_up.format = format.unwrap_or(set_up.format);
     match mode {
-        Some(Mode::Rate) => set_up.mode = OutputMode::Rate,
-        Some(Mode::Increment) => set_up.mode = OutputMode::Increment,
-        Some(Mode::Integrated) => set_up.mode = OutputMode::Integrated,
+        Some(mode) => set_up.mode = mode.into(),
         None if !set_up.format.carries(set_up.mode) => set_up.mode = OutputMode::Rate,
         None => {}
     }

@@ -1,14 +1,14 @@
-//! Steps that make a calibration from what was observed, keep it and use it.
+//! A model of what was observed.
 
-use super::name::Name;
-use super::quantities;
-use super::quantity::{Filter, QuantityName};
+use super::{Known, Op, StepKind};
+use crate::name::Name;
+use crate::quantities;
+use crate::quantity::{Filter, QuantityName};
+use crate::validate::{Checked, Place, Segment, Survey};
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::fmt;
 use std::num::NonZeroU32;
-
-/// The name of no calibration at all: what is read is taken as it is.
-pub const NO_CALIBRATION: &str = "none";
 
 /// A model is fitted to what has been observed so far in this run.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
@@ -101,24 +101,37 @@ impl Fit {
     }
 }
 
-/// Fits become a calibration, which the run folder keeps and later steps and plans can use.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SaveCalibration {
-    /// Its name.
-    pub name: Name,
-    /// Fits that were made earlier in the plan, in the order in which their factors are applied.
-    pub from: Vec<Name>,
-}
+impl StepKind for Fit {
+    fn example() -> &'static str {
+        "{ fit = { name = \"line\", quantity = \"table.error\", model = { line = { against = \"temperature\" } } } }"
+    }
 
-/// A calibration is used from now on: one that this plan saved, one that an earlier plan saved, or `none`.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(transparent)]
-pub struct UseCalibration(pub Name);
+    fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let quantity = &self.quantity;
+        match &self.model {
+            Model::Mean => write!(f, "fit a mean to {quantity}"),
+            Model::ByDirection => write!(f, "fit a mean for each direction to {quantity}"),
+            Model::Line { against } => write!(f, "fit a line to {quantity} over {against}"),
+            Model::Table { against, points } => {
+                write!(f, "fit a table of {points} points to {quantity} over {against}")
+            }
+        }
+    }
 
-impl UseCalibration {
-    /// Its name; absent where it is [`NO_CALIBRATION`].
-    pub fn name(&self) -> Option<&Name> {
-        (self.0.as_str() != NO_CALIBRATION).then_some(&self.0)
+    fn script(&self, _: &Known<'_>) -> Result<Vec<Op>, String> {
+        Ok(vec![Op::Fit(self.clone())])
+    }
+
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+        survey.filter(&self.quantity, &self.filter, at)?;
+        if let Some(tag) = self.model.against() {
+            let here = [Segment::Key("model"), Segment::Key(self.model.name())];
+            survey.tag(&self.quantity, tag, at, &here)?;
+        }
+        if survey.fits.insert(self.name.as_str(), self).is_some() {
+            let message = format!("fit name `{}` is used twice", self.name);
+            return Err(at.fault(&[Segment::Key("name")], message, None));
+        }
+        Ok(())
     }
 }

@@ -1,42 +1,17 @@
-//! Steps that repeat other steps, and those that ask a person.
+//! Steps, once for each value of a parameter.
 
-use super::band::Band;
-use super::name::{Name, ParameterName};
-use super::number;
-use super::rest::Condition;
-use super::step::Step;
+use super::{Known, Needs, Op, Order, Step, StepKind, some_steps};
+use crate::name::ParameterName;
+use crate::number;
+use crate::time_limits::{PERSON_LIMIT, SLACK, sum};
+use crate::validate::{Checked, Place, Survey};
 use schemars::JsonSchema;
-use serde::de::{self, Unexpected};
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
+use std::fmt;
 use wire::time::Span;
 
-/// Most repetitions of one repeat.
-pub const REPEAT_TIMES_MAX: u32 = 100_000;
 /// Most values of one sweep.
 pub const SWEEP_VALUES_MAX: usize = 1_000;
-/// Longest text shown to an operator, in bytes.
-pub const PROMPT_LEN_MAX: usize = 500;
-
-/// Steps, again and again.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Repeat {
-    /// How often, at most.
-    #[serde(deserialize_with = "times")]
-    #[schemars(range(min = 1, max = REPEAT_TIMES_MAX))]
-    pub times: u32,
-    /// From the begin of one repetition to the begin of the next; one that takes longer is followed at once.
-    #[serde(rename = "period_s", default, deserialize_with = "number::duration_option")]
-    #[schemars(schema_with = "number::schema::duration_option")]
-    pub period: Option<Span>,
-    /// No further repetition begins once this holds.
-    #[serde(default)]
-    pub until: Option<Condition>,
-    /// What is repeated.
-    #[serde(deserialize_with = "some_steps")]
-    #[schemars(length(min = 1))]
-    pub steps: Vec<Step>,
-}
 
 /// Steps, once for each value of a parameter.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
@@ -122,67 +97,47 @@ fn evenly(from: f64, to: f64, count: usize) -> Vec<f64> {
     (0..count).map(value).collect()
 }
 
-/// Something that a person does or tells.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct OperatorPrompt {
-    /// What is shown.
-    #[serde(deserialize_with = "prompt")]
-    #[schemars(length(min = 1, max = PROMPT_LEN_MAX))]
-    pub text: String,
-    /// What is asked for; a key press where it is absent.
-    #[serde(default)]
-    pub answer: Option<Answer>,
-}
-
-/// A number that a person gives; observed as `operator.<name>`.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Answer {
-    /// Its name.
-    pub name: Name,
-    /// Its unit.
-    pub unit: String,
-    /// What is taken; anything else is asked for again.
-    pub range: Band,
-    /// Its standard uncertainty.
-    #[serde(default, deserialize_with = "uncertainty")]
-    #[schemars(range(min = 0))]
-    pub uncertainty: f64,
-}
-
-fn times<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
-    let times = i64::deserialize(deserializer)?;
-    u32::try_from(times).ok().filter(|times| (1..=REPEAT_TIMES_MAX).contains(times)).ok_or_else(
-        || de::Error::invalid_value(Unexpected::Signed(times), &"1 to 100000 repetitions"),
-    )
-}
-
-fn uncertainty<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-    let value = number::finite(deserializer)?;
-    if value < 0.0 {
-        return Err(de::Error::invalid_value(Unexpected::Float(value), &"0 or more"));
+impl StepKind for Sweep {
+    fn example() -> &'static str {
+        "{ sweep = { parameter = \"gyro.scale_ppm\", values = [0, 100], steps = [{ bias_test = {} }] } }"
     }
-    Ok(value)
+
+    fn needs() -> Needs {
+        Needs::Nothing
+    }
+
+    fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "sweep {} over {} values", self.parameter, self.values.len())
+    }
+
+    fn script(&self, _: &Known<'_>) -> Result<Vec<Op>, String> {
+        Ok(Vec::new())
+    }
+
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+        survey.swept.push(self.parameter.to_string());
+        survey.subject.parameter(&self.parameter, &self.values, at)
+    }
+
+    fn limit(&self) -> Span {
+        let values = i64::try_from(self.values.len()).unwrap_or(i64::MAX);
+        (sum(&self.steps) + PERSON_LIMIT) * values + SLACK
+    }
+
+    fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+
+    fn repetitions(&self) -> u64 {
+        self.values.len() as u64
+    }
 }
 
-fn prompt<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
-    let text = String::deserialize(deserializer)?;
-    if text.trim().is_empty() || text.len() > PROMPT_LEN_MAX {
-        return Err(de::Error::invalid_length(text.len(), &"a text of 1 to 500 bytes"));
+impl Sweep {
+    /// What is set before each round.
+    pub fn orders(&self) -> impl Iterator<Item = Order> {
+        self.values.iter().map(|value| Order::set(&self.parameter, *value))
     }
-    Ok(text)
-}
-
-/// Steps, at least one.
-pub(super) fn some_steps<'de, D: Deserializer<'de>>(
-    deserializer: D,
-) -> Result<Vec<Step>, D::Error> {
-    let steps = Vec::deserialize(deserializer)?;
-    if steps.is_empty() {
-        return Err(de::Error::custom("no steps, expected at least one"));
-    }
-    Ok(steps)
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
-//! Steps that send messages to a device of the user's own.
+//! A message that the plan sends.
 
-use super::number;
+use super::{Known, Needs, Op, Order, StepKind};
+use crate::number;
+use crate::validate::{Checked, Place, Survey};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -24,14 +26,6 @@ pub struct Send {
     pub every: Option<Span>,
 }
 
-/// A message is no longer sent again: `stop_sending = "Command"`.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(transparent)]
-pub struct StopSending {
-    /// Its name in the layout of the device.
-    pub message: String,
-}
-
 /// `Command with Setpoint = 60, every 0.1 s`.
 impl fmt::Display for Send {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -45,6 +39,28 @@ impl fmt::Display for Send {
             Some(every) => write!(f, ", every {} s", every.as_secs_f64()),
             None => Ok(()),
         }
+    }
+}
+
+impl StepKind for Send {
+    fn example() -> &'static str {
+        "{ send = { message = \"Command\", set = { Setpoint = 60 }, every_s = 0.1 } }"
+    }
+
+    fn needs() -> Needs {
+        Needs::Tester
+    }
+
+    fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "send {self}")
+    }
+
+    fn script(&self, _: &Known<'_>) -> Result<Vec<Op>, String> {
+        Ok(vec![Op::Order(Order::Send(self.clone()))])
+    }
+
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+        survey.subject.send(self, at)
     }
 }
 

@@ -1,0 +1,173 @@
+//! What a gyro, or any sensor, does that its model does not know.
+
+use super::{Known, Needs, Op, StepKind};
+use crate::hint::proposal;
+use crate::name::Name;
+use crate::quantity::{OfMessage, QuantityName};
+use crate::validate::{Checked, Fault, Place, Segment, Survey};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::fmt;
+
+/// What the gyro, or a sensor of a node, does beyond a plain model is identified from what has been observed so far in
+/// this run, under the calibration that is in force. The run folder keeps the finding and the model.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Identify {
+    /// From which observations.
+    pub from: Source,
+    /// By which `use_model` takes the model up, here or in a later plan.
+    pub name: Name,
+    /// Only what was observed during this step or label; all where it is absent.
+    #[serde(default)]
+    pub over: Option<Name>,
+    /// From a sensor: what it says, a signal of a node.
+    #[serde(default)]
+    pub measured: Option<QuantityName>,
+    /// From a sensor: what is true, in the same unit; a signal of any node.
+    #[serde(default)]
+    pub reference: Option<QuantityName>,
+    /// From a sensor: what may be a cause beside. Signals in degC are temperatures, in deg angles by which it turns.
+    #[serde(default)]
+    pub beside: Vec<QuantityName>,
+}
+
+impl Identify {
+    /// The quantities that it reads of nodes.
+    pub fn of_nodes(&self) -> impl Iterator<Item = &QuantityName> {
+        self.measured.iter().chain(&self.reference).chain(&self.beside)
+    }
+}
+
+/// What is identified from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// Turns of the table.
+    Turns,
+    /// Laps of the square path.
+    Laps,
+    /// Logs at rest.
+    Series,
+    /// A signal of a node beside another that is true.
+    Sensor,
+}
+
+impl Source {
+    /// As written in a plan.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Turns => "turns",
+            Self::Laps => "laps",
+            Self::Series => "series",
+            Self::Sensor => "sensor",
+        }
+    }
+
+    /// The step that such observations come from; none where they come of themselves.
+    pub const fn step(self) -> Option<&'static str> {
+        match self {
+            Self::Turns => Some("table_turn"),
+            Self::Laps => Some("lap"),
+            Self::Series => Some("log"),
+            Self::Sensor => None,
+        }
+    }
+}
+
+impl StepKind for Identify {
+    fn example() -> &'static str {
+        "{ identify = { from = \"turns\", name = \"loop\", over = \"before\" } }"
+    }
+
+    fn needs() -> Needs {
+        Needs::Nothing
+    }
+
+    fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "identify {} from {}", self.name, self.from.name())?;
+        self.over.iter().try_for_each(|over| write!(f, " of {over}"))
+    }
+
+    fn script(&self, _: &Known<'_>) -> Result<Vec<Op>, String> {
+        Ok(vec![Op::Identify(self.clone())])
+    }
+
+    /// The steps that it is made from come before it, and no two models share a name.
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+        if self.from != Source::Sensor {
+            survey.subject.needs_robot("identify", at)?;
+        }
+        self.of_sensor(survey, at)?;
+        if let Some(step) = self.from.step()
+            && !survey.phases.contains(&step)
+        {
+            let message =
+                format!("no `{step}` before this step, of which {} are", self.from.name());
+            return Err(at.fault(&[Segment::Key("from")], message, None));
+        }
+        if let Some(over) = &self.over
+            && !survey.phases.contains(&over.as_str())
+        {
+            let help = proposal(over.as_str(), &survey.phases());
+            let message = format!("no step or label `{over}` before this step");
+            return Err(at.fault(&[Segment::Key("over")], message, Some(help)));
+        }
+        if survey.models.contains(&self.name.as_str()) {
+            let message = format!("model name `{}` is used twice", self.name);
+            return Err(at.fault(&[Segment::Key("name")], message, None));
+        }
+        survey.models.push(self.name.as_str());
+        Ok(())
+    }
+}
+
+impl Identify {
+    /// A sensor has a signal and another that is true, in one unit; nothing else has.
+    fn of_sensor(&self, survey: &Survey<'_>, at: &Place<'_>) -> Checked {
+        let keys = [("measured", &self.measured), ("reference", &self.reference)];
+        if self.from != Source::Sensor {
+            let given = keys.iter().find(|(_, given)| given.is_some()).map(|(key, _)| *key);
+            let given = given.or((!self.beside.is_empty()).then_some("beside"));
+            let Some(key) = given else { return Ok(()) };
+            let message = format!("`{key}` has no meaning from {}", self.from.name());
+            return Err(at.fault(&[Segment::Key(key)], message, None));
+        }
+        let mut units = Vec::new();
+        for (key, given) in keys {
+            let Some(quantity) = given else {
+                let message = format!("missing field `{key}`");
+                let help = "`measured` is what the sensor says, `reference` what is true: signals of nodes";
+                return Err(at.fault(&[], message, Some(help.to_owned())));
+            };
+            units.push(signal_unit(survey, quantity, at, &[Segment::Key(key)])?);
+        }
+        for (index, quantity) in self.beside.iter().enumerate() {
+            signal_unit(survey, quantity, at, &[Segment::Key("beside"), Segment::Index(index)])?;
+        }
+        match &units[..] {
+            [Some(measured), Some(reference)] if measured != reference => {
+                let message = format!("in {reference}, and what is measured in {measured}");
+                Err(at.fault(&[Segment::Key("reference")], message, None))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The unit of a signal of a node.
+fn signal_unit(
+    survey: &Survey<'_>,
+    quantity: &QuantityName,
+    at: &Place<'_>,
+    here: &[Segment],
+) -> Result<Option<String>, Fault> {
+    survey.subject.quantity(quantity, at, here)?;
+    match quantity.of_message() {
+        Some(of @ OfMessage::Signal { .. }) => survey.subject.unit(of, at, here),
+        _ => {
+            let message = format!("`{quantity}` is no signal of a node");
+            Err(at.fault(here, message, None))
+        }
+    }
+}

@@ -1,0 +1,348 @@
+//! One step of a plan: a table with one key that names what is done, and a limit or a label if need be.
+
+mod bias_method;
+mod bias_residual;
+mod bias_test;
+mod estimator;
+mod fit;
+mod heading_source;
+mod identify;
+mod kind;
+mod lap;
+mod log;
+mod measure_pose;
+mod op;
+mod operator_prompt;
+mod place;
+mod power_cycle;
+mod reaction;
+mod read;
+mod repeat;
+mod save_calibration;
+mod schema;
+mod send;
+mod set_parameter;
+mod stop_sending;
+mod straight;
+mod sweep;
+mod table_turn;
+mod turn;
+mod use_calibration;
+mod use_model;
+mod wait;
+mod wait_until;
+
+pub use bias_residual::BiasResidual;
+pub use bias_test::BiasTest;
+pub use fit::{CalibrationPart, Fit, Model};
+pub use identify::{Identify, Source};
+pub use kind::{Known, Needs};
+pub use lap::{Direction, Lap};
+pub use log::Log;
+pub use measure_pose::MeasurePose;
+pub use op::{Op, Order, Segment};
+pub use operator_prompt::{Answer, OperatorPrompt};
+pub use place::Place;
+pub use power_cycle::PowerCycle;
+pub use reaction::AwaitReaction;
+pub use repeat::{REPEAT_TIMES_MAX, Repeat};
+pub use save_calibration::SaveCalibration;
+pub use send::Send;
+pub use set_parameter::SetParameter;
+pub use stop_sending::StopSending;
+pub use straight::Straight;
+pub use sweep::{SWEEP_VALUES_MAX, Sweep};
+pub use table_turn::TableTurn;
+pub use turn::Turn;
+pub use use_calibration::{NO_CALIBRATION, UseCalibration};
+pub use use_model::UseModel;
+pub use wait::Wait;
+pub use wait_until::Condition;
+
+use super::name::Name;
+use super::validate::{self, Checked, Survey};
+use controller::mission::{BiasMethod, Estimator, HeadingSource};
+use kind::StepKind;
+pub(crate) use read::some_steps;
+use schemars::{Schema, SchemaGenerator};
+use serde::de::{self, MapAccess};
+use std::fmt;
+use wire::time::Span;
+
+/// A step of a plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// What is done.
+    pub action: Action,
+    /// Name of what is observed during it, beside the action's own: the tag `during.<label>`.
+    pub label: Option<Name>,
+    /// As it is written; see [`Step::time_limit`] for what holds where it is not.
+    pub explicit_time_limit: Option<Span>,
+}
+
+const LABEL: &str = "label";
+const TIME_LIMIT: &str = "time_limit_s";
+
+/// A word of the language.
+#[derive(Debug, Clone, Copy)]
+pub struct Word {
+    /// The key that names the action.
+    pub name: &'static str,
+    /// What the action does.
+    pub doc: &'static str,
+    /// A step with it, as a plan may write it.
+    pub example: &'static str,
+    /// Where it may stand.
+    pub needs: Needs,
+}
+
+/// `Variant(Data) = "key"`; `as Type` where the data are of the controller, which knows of no schemas, and another type
+/// describes how they are written.
+macro_rules! actions {
+    ($($(#[doc = $doc:literal])+ $variant:ident($data:ident) = $name:literal $(as $written:ty)?,)*) => {
+        /// What a step does.
+        #[derive(Debug, Clone, PartialEq)]
+        pub enum Action {
+            $($(#[doc = $doc])+ $variant($data),)*
+        }
+
+        impl Action {
+            /// The keys that name the actions.
+            pub const NAMES: &[&str] = &[$($name),*];
+
+            /// Everything that a step can be.
+            pub fn words() -> [Word; Self::NAMES.len()] {
+                [$(Word {
+                    name: $name,
+                    doc: concat!($($doc),+),
+                    example: <$data as StepKind>::example(),
+                    needs: <$data as StepKind>::needs(),
+                }),*]
+            }
+
+            /// The key that names this action.
+            pub const fn name(&self) -> &'static str {
+                match self {
+                    $(Self::$variant(_) => $name,)*
+                }
+            }
+
+            /// Where it may stand.
+            pub fn needs(&self) -> Needs {
+                match self {
+                    $(Self::$variant(_) => <$data as StepKind>::needs(),)*
+                }
+            }
+
+            fn kind(&self) -> &dyn StepKind {
+                match self {
+                    $(Self::$variant(data) => data,)*
+                }
+            }
+
+            fn read<'de, A: MapAccess<'de>>(name: &str, map: &mut A) -> Result<Self, A::Error> {
+                match name {
+                    $($name => map.next_value::<$data>().map(Self::$variant),)*
+                    _ => Err(de::Error::unknown_field(name, KEYS)),
+                }
+            }
+
+            /// What stands behind each key, in the order of [`Self::words`].
+            fn schemas(generator: &mut SchemaGenerator) -> Vec<Schema> {
+                vec![$(generator.subschema_for::<written!($data $(, $written)?)>()),*]
+            }
+        }
+
+        const KEYS: &[&str] = &[$($name,)* LABEL, TIME_LIMIT];
+    };
+}
+
+macro_rules! written {
+    ($data:ident) => {
+        $data
+    };
+    ($data:ident, $written:ty) => {
+        $written
+    };
+}
+
+actions! {
+    /// A static bias test.
+    BiasTest(BiasTest) = "bias_test",
+    /// A window at rest, compared with each method of bias correction.
+    BiasResidual(BiasResidual) = "bias_residual",
+    /// A log of rate and temperature at rest.
+    Log(Log) = "log",
+    /// Nothing, for a time.
+    Wait(Wait) = "wait",
+    /// Nothing, until a condition holds.
+    WaitUntil(Condition) = "wait_until",
+    /// Nothing, until a reaction was asked for and came.
+    Reaction(AwaitReaction) = "reaction",
+    /// A turn of the robot on the spot.
+    Turn(Turn) = "turn",
+    /// A straight line of the robot.
+    Straight(Straight) = "straight",
+    /// A lap of the square path.
+    Lap(Lap) = "lap",
+    /// A turn of the rotary table.
+    TableTurn(TableTurn) = "table_turn",
+    /// The robot is brought to a pose.
+    Place(Place) = "place",
+    /// The absolute pose is measured.
+    MeasurePose(MeasurePose) = "measure_pose",
+    /// Which heading closes the loops from now on.
+    HeadingSource(HeadingSource) = "heading_source" as heading_source::Word,
+    /// Where the bias comes from, from now on.
+    BiasMethod(BiasMethod) = "bias_method" as bias_method::Word,
+    /// What estimates heading, position and bias, from now on.
+    Estimator(Estimator) = "estimator" as estimator::Word,
+    /// A model is fitted to what was observed.
+    Fit(Fit) = "fit",
+    /// Fits become a calibration.
+    SaveCalibration(SaveCalibration) = "save_calibration",
+    /// A calibration is used from now on.
+    UseCalibration(UseCalibration) = "use_calibration",
+    /// What the gyro does beyond a plain model is identified from what was observed.
+    Identify(Identify) = "identify",
+    /// An identified model is used from now on.
+    UseModel(UseModel) = "use_model",
+    /// A parameter of a device is set.
+    SetParameter(SetParameter) = "set_parameter",
+    /// A device is switched off and on again.
+    PowerCycle(PowerCycle) = "power_cycle",
+    /// A message is sent to the device, of the user's own.
+    Send(Send) = "send",
+    /// A message is no longer sent again and again.
+    StopSending(StopSending) = "stop_sending",
+    /// A person is asked for something.
+    OperatorPrompt(OperatorPrompt) = "operator_prompt",
+    /// Steps, again and again.
+    Repeat(Repeat) = "repeat",
+    /// Steps, once for each value of a parameter.
+    Sweep(Sweep) = "sweep",
+}
+
+impl Action {
+    /// What is done, one after another, or why it cannot be. Nothing for a step that holds others.
+    ///
+    /// # Errors
+    ///
+    /// When it needs a calibration that nobody has made.
+    pub fn script(&self, known: &Known<'_>) -> Result<Vec<Op>, String> {
+        self.kind().script(known)
+    }
+
+    /// The motions of the base, in their order.
+    pub fn segments(&self) -> impl Iterator<Item = Segment> {
+        // None of them depends on what a rig knows.
+        let ops = self.script(&Known::default()).unwrap_or_default();
+        ops.into_iter().filter_map(|op| match op {
+            Op::Look(segment) => segment,
+            _ => None,
+        })
+    }
+
+    /// The first mistake, beyond what each value satisfies by itself.
+    pub(super) fn check<'a>(
+        &'a self,
+        survey: &mut Survey<'a>,
+        at: &validate::Place<'_>,
+    ) -> Checked {
+        self.kind().check(survey, at)
+    }
+
+    /// The steps within; none where it is no repeat or sweep.
+    pub fn steps(&self) -> &[Step] {
+        self.kind().steps()
+    }
+
+    /// How often the steps within are done, at most; 1 where there are none.
+    pub fn repetitions(&self) -> u64 {
+        self.kind().repetitions()
+    }
+
+    /// Time at rest, as the plan prescribes it.
+    pub fn rest(&self) -> Span {
+        self.kind().rest()
+    }
+
+    /// Time of the motion alone, as the plan prescribes it; zero where nothing moves.
+    pub fn motion(&self) -> Span {
+        self.kind().motion()
+    }
+
+    /// How long it may take where its step does not say; the [table](crate::time_limits).
+    pub fn default_limit(&self) -> Span {
+        self.kind().limit()
+    }
+
+    /// Missions that the controller gets and that are phases of their own, and how many of each.
+    pub(crate) fn missions(&self) -> &'static [(&'static str, u64)] {
+        self.kind().missions()
+    }
+}
+
+impl Step {
+    /// `steps` and all that stand in them, in the order in which a plan writes them.
+    pub fn walk(steps: &[Self]) -> impl Iterator<Item = &Self> {
+        let mut lists = vec![steps.iter()];
+        std::iter::from_fn(move || {
+            while let Some(list) = lists.last_mut() {
+                match list.next() {
+                    Some(step) => {
+                        lists.push(step.action.steps().iter());
+                        return Some(step);
+                    }
+                    None => drop(lists.pop()),
+                }
+            }
+            None
+        })
+    }
+}
+
+impl fmt::Display for Action {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.kind().title(f)
+    }
+}
+
+impl fmt::Display for Step {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.label {
+            Some(label) => write!(f, "{label}: {}", self.action),
+            None => self.action.fmt(f),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Action, Step};
+    use serde::Deserialize;
+
+    #[derive(Deserialize)]
+    struct Holder {
+        step: Step,
+    }
+
+    #[test]
+    fn every_word_has_an_example_that_is_one() {
+        for word in Action::words() {
+            let text = format!("step = {}", word.example);
+            let step = toml::from_str::<Holder>(&text).map(|read| read.step);
+            let step = step.unwrap_or_else(|error| panic!("{text}: {error}"));
+            assert_eq!(step.action.name(), word.name);
+        }
+    }
+
+    #[test]
+    fn steps_are_walked_in_the_order_of_the_file() {
+        let text = "step = { repeat = { times = 2, steps = [{ wait = { duration_s = 1 } }, { repeat = { times = 3, \
+                    steps = [{ log = { duration_s = 2 } }] } }, { turn = { angle_deg = 90 } }] } }";
+        let steps = [toml::from_str::<Holder>(text).unwrap().step];
+        let names: Vec<_> = Step::walk(&steps).map(|step| step.action.name()).collect();
+        assert_eq!(names, ["repeat", "wait", "repeat", "log", "turn"]);
+    }
+}

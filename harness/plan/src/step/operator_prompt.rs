@@ -1,0 +1,90 @@
+//! What a person does or tells.
+
+use super::{Known, Needs, Op, Order, StepKind};
+use crate::band::Band;
+use crate::name::Name;
+use crate::number;
+use crate::time_limits::PERSON_LIMIT;
+use crate::validate::{Checked, Place, Survey};
+use schemars::JsonSchema;
+use serde::de::{self, Unexpected};
+use serde::{Deserialize, Deserializer};
+use std::fmt;
+use wire::time::Span;
+
+/// Longest text shown to an operator, in bytes.
+pub const PROMPT_LEN_MAX: usize = 500;
+
+/// Something that a person does or tells.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OperatorPrompt {
+    /// What is shown.
+    #[serde(deserialize_with = "prompt")]
+    #[schemars(length(min = 1, max = PROMPT_LEN_MAX))]
+    pub text: String,
+    /// What is asked for; a key press where it is absent.
+    #[serde(default)]
+    pub answer: Option<Answer>,
+}
+
+/// A number that a person gives; observed as `operator.<name>`.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Answer {
+    /// Its name.
+    pub name: Name,
+    /// Its unit.
+    pub unit: String,
+    /// What is taken; anything else is asked for again.
+    pub range: Band,
+    /// Its standard uncertainty.
+    #[serde(default, deserialize_with = "uncertainty")]
+    #[schemars(range(min = 0))]
+    pub uncertainty: f64,
+}
+
+impl StepKind for OperatorPrompt {
+    fn example() -> &'static str {
+        "{ operator_prompt = { text = \"Weigh it\", answer = { name = \"mass\", unit = \"kg\", range = [10, 90] } } }"
+    }
+
+    fn needs() -> Needs {
+        Needs::Nothing
+    }
+
+    fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "ask the operator: {}", self.text)
+    }
+
+    fn script(&self, _: &Known<'_>) -> Result<Vec<Op>, String> {
+        let (text, answer) = (self.text.clone(), self.answer.clone());
+        Ok(vec![Op::Order(Order::Prompt { text, answer })])
+    }
+
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, _: &Place<'_>) -> Checked {
+        let answer = self.answer.iter().map(|answer| (answer.name.as_str(), answer));
+        survey.answers.extend(answer);
+        Ok(())
+    }
+
+    fn limit(&self) -> Span {
+        PERSON_LIMIT
+    }
+}
+
+fn uncertainty<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    let value = number::finite(deserializer)?;
+    if value < 0.0 {
+        return Err(de::Error::invalid_value(Unexpected::Float(value), &"0 or more"));
+    }
+    Ok(value)
+}
+
+fn prompt<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
+    let text = String::deserialize(deserializer)?;
+    if text.trim().is_empty() || text.len() > PROMPT_LEN_MAX {
+        return Err(de::Error::invalid_length(text.len(), &"a text of 1 to 500 bytes"));
+    }
+    Ok(text)
+}

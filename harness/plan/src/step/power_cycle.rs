@@ -1,0 +1,54 @@
+//! The power of a device.
+
+use super::{Known, Needs, Op, Order, StepKind};
+use crate::name::Name;
+use crate::number;
+use crate::time_limits::PERSON_LIMIT;
+use crate::validate::{Checked, Place, Survey};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::fmt;
+use wire::time::Span;
+
+/// A device is switched off and on again: cold after a long pause, hot after a short one.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PowerCycle {
+    /// Role of the device.
+    pub device: Name,
+    /// How long it stays off.
+    #[serde(rename = "off_s", deserialize_with = "number::duration")]
+    #[schemars(schema_with = "number::schema::duration")]
+    pub off: Span,
+}
+
+impl StepKind for PowerCycle {
+    fn example() -> &'static str {
+        "{ power_cycle = { device = \"gyro\", off_s = 30 } }"
+    }
+
+    fn needs() -> Needs {
+        Needs::Nothing
+    }
+
+    fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "switch the {} off for {} s", self.device, self.off.as_secs_f64())
+    }
+
+    fn script(&self, _: &Known<'_>) -> Result<Vec<Op>, String> {
+        let device = self.device.as_str().to_owned();
+        Ok(vec![Op::Order(Order::PowerCycle { device, off: self.off })])
+    }
+
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+        survey.subject.role(self.device.as_str(), at, "device")
+    }
+
+    fn rest(&self) -> Span {
+        self.off
+    }
+
+    fn limit(&self) -> Span {
+        self.off + PERSON_LIMIT
+    }
+}

@@ -1,0 +1,45 @@
+//! Waiting for a reaction.
+
+use super::{Known, Needs, Op, StepKind};
+use crate::name::Name;
+use crate::reaction;
+use crate::time_limits::REACTION_LIMIT;
+use crate::validate::{Checked, Place, Survey};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::fmt;
+use wire::time::Span;
+
+/// The step that waits for a reaction: `reaction = "opening"`.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(transparent)]
+pub struct AwaitReaction {
+    /// That of a `[[reaction]]` of the plan.
+    pub name: Name,
+}
+
+impl StepKind for AwaitReaction {
+    fn example() -> &'static str {
+        "{ reaction = \"opening\", time_limit_s = 2 }"
+    }
+
+    fn needs() -> Needs {
+        Needs::Nothing
+    }
+
+    fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "wait for the reaction {}", self.name)
+    }
+
+    fn script(&self, _: &Known<'_>) -> Result<Vec<Op>, String> {
+        Ok(vec![Op::Reaction(self.name.as_str().to_owned())])
+    }
+
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+        reaction::find(survey.reactions, self.name.as_str(), at, &[])
+    }
+
+    fn limit(&self) -> Span {
+        REACTION_LIMIT
+    }
+}

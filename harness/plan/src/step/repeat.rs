@@ -1,0 +1,84 @@
+//! Steps, again and again.
+
+use super::wait_until::Condition;
+use super::{Known, Needs, Op, Step, StepKind, some_steps};
+use crate::number;
+use crate::time_limits::{SLACK, sum};
+use crate::validate::{Checked, Place, Segment, Survey};
+use schemars::JsonSchema;
+use serde::de::{self, Unexpected};
+use serde::{Deserialize, Deserializer};
+use std::fmt;
+use wire::time::Span;
+
+/// Most repetitions of one repeat.
+pub const REPEAT_TIMES_MAX: u32 = 100_000;
+
+/// Steps, again and again.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Repeat {
+    /// How often, at most.
+    #[serde(deserialize_with = "times")]
+    #[schemars(range(min = 1, max = REPEAT_TIMES_MAX))]
+    pub times: u32,
+    /// From the begin of one repetition to the begin of the next; one that takes longer is followed at once.
+    #[serde(rename = "period_s", default, deserialize_with = "number::duration_option")]
+    #[schemars(schema_with = "number::schema::duration_option")]
+    pub period: Option<Span>,
+    /// No further repetition begins once this holds.
+    #[serde(default)]
+    pub until: Option<Condition>,
+    /// What is repeated.
+    #[serde(deserialize_with = "some_steps")]
+    #[schemars(length(min = 1))]
+    pub steps: Vec<Step>,
+}
+
+impl StepKind for Repeat {
+    fn example() -> &'static str {
+        "{ repeat = { times = 20, steps = [{ wait = { duration_s = 60 } }] }, label = \"before\" }"
+    }
+
+    fn needs() -> Needs {
+        Needs::Nothing
+    }
+
+    fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.times {
+            1 => f.write_str("repeat once"),
+            times => write!(f, "repeat {times} times"),
+        }
+    }
+
+    fn script(&self, _: &Known<'_>) -> Result<Vec<Op>, String> {
+        Ok(Vec::new())
+    }
+
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+        let Some(until) = &self.until else { return Ok(()) };
+        let keys = ["until", until.name(), "quantity"].map(Segment::Key);
+        survey.subject.awaited(until.quantity(), at, &keys)
+    }
+
+    fn limit(&self) -> Span {
+        let steps = sum(&self.steps);
+        let once = self.period.map_or(steps, |period| period.max(steps));
+        once * i64::from(self.times) + SLACK
+    }
+
+    fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+
+    fn repetitions(&self) -> u64 {
+        u64::from(self.times)
+    }
+}
+
+fn times<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
+    let times = i64::deserialize(deserializer)?;
+    u32::try_from(times).ok().filter(|times| (1..=REPEAT_TIMES_MAX).contains(times)).ok_or_else(
+        || de::Error::invalid_value(Unexpected::Signed(times), &"1 to 100000 repetitions"),
+    )
+}

@@ -1,0 +1,55 @@
+//! Fits become a calibration.
+
+use super::{Known, Op, StepKind};
+use crate::hint::proposal;
+use crate::name::Name;
+use crate::validate::{Checked, Place, Segment, Survey};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::fmt;
+
+/// Fits become a calibration, which the run folder keeps and later steps and plans can use.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SaveCalibration {
+    /// Its name.
+    pub name: Name,
+    /// Fits that were made earlier in the plan, in the order in which their factors are applied.
+    pub from: Vec<Name>,
+}
+
+impl StepKind for SaveCalibration {
+    fn example() -> &'static str {
+        "{ save_calibration = { name = \"mine\", from = [\"line\"] } }"
+    }
+
+    fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "save calibration {}", self.name)
+    }
+
+    fn script(&self, _: &Known<'_>) -> Result<Vec<Op>, String> {
+        Ok(vec![Op::SaveCalibration(self.clone())])
+    }
+
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+        if self.from.is_empty() {
+            let message = "a calibration from nothing, expected at least one fit".to_owned();
+            return Err(at.fault(&[Segment::Key("from")], message, None));
+        }
+        for (index, name) in self.from.iter().enumerate() {
+            let here = [Segment::Key("from"), Segment::Index(index)];
+            let Some(fit) = survey.fits.get(name.as_str()) else {
+                let known: Vec<_> = survey.fits.keys().copied().collect();
+                let help = proposal(name.as_str(), &known);
+                let message = format!("no fit `{name}` before this step");
+                return Err(at.fault(&here, message, Some(help)));
+            };
+            if fit.becomes().is_none() {
+                let (model, quantity) = (fit.model.name(), &fit.quantity);
+                let message = format!("a calibration has no place for a {model} of {quantity}");
+                return Err(at.fault(&here, message, None));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,49 @@
+//! A calibration comes into force.
+
+use super::{Known, Op, StepKind};
+use crate::name::Name;
+use controller::calibration::Calibration;
+use controller::mission::Command;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::fmt;
+
+/// The name of no calibration at all: what is read is taken as it is.
+pub const NO_CALIBRATION: &str = "none";
+
+/// A calibration is used from now on: one that this plan saved, one that an earlier plan saved, or `none`.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(transparent)]
+pub struct UseCalibration(pub Name);
+
+impl UseCalibration {
+    /// Its name; absent where it is [`NO_CALIBRATION`].
+    pub fn name(&self) -> Option<&Name> {
+        (self.0.as_str() != NO_CALIBRATION).then_some(&self.0)
+    }
+}
+
+impl StepKind for UseCalibration {
+    fn example() -> &'static str {
+        "{ use_calibration = \"temperature\" }"
+    }
+
+    fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.name() {
+            Some(name) => write!(f, "use calibration {name}"),
+            None => f.write_str("use no calibration"),
+        }
+    }
+
+    fn script(&self, known: &Known<'_>) -> Result<Vec<Op>, String> {
+        let calibration = match self.name().map(Name::as_str) {
+            None => Calibration::default(),
+            Some(name) => known
+                .calibrations
+                .get(name)
+                .cloned()
+                .ok_or_else(|| format!("no calibration \"{name}\" has been made or found"))?,
+        };
+        Ok(Op::mission_at_rest(Command::SetCalibration(calibration)))
+    }
+}
