@@ -220,7 +220,7 @@ impl Server {
 
     async fn options(&self) -> Result<ConnectOptions, NatsError> {
         let mut options = ConnectOptions::new()
-            .name(format!("hil {}", record::VERSION))
+            .name(format!("hil {}", crate::VERSION))
             .connection_timeout(CONNECT)
             .ping_interval(PING)
             .client_capacity(CAPACITY)

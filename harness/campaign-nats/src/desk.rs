@@ -191,7 +191,7 @@ impl Desk {
         HandingOut {
             room: self.room.clone(),
             letter: Letter {
-                subject: self.place.case(&self.said.campaign, id),
+                subject: self.place.case(&self.said.version, &self.said.campaign, id),
                 name: format!("{}.{id}", self.said.campaign),
                 headers: self.said.headers(),
                 body: body.to_vec(),
@@ -207,8 +207,9 @@ impl Desk {
             return (self.tell)(&News::Away);
         }
         let (room, place, tell) = (self.room.clone(), self.place.clone(), Arc::clone(&self.tell));
+        let version = self.said.version.clone();
         tokio::spawn(async move {
-            if let Ok(consumer) = room.cases(&place).await {
+            if let Ok(consumer) = room.cases(&place, &version).await {
                 let info = consumer.cached_info();
                 let (queued, taken) = (info.num_pending, info.num_ack_pending as u64);
                 // A run in real time takes its time, and who carries it out is there.

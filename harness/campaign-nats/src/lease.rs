@@ -24,7 +24,7 @@ impl Holder {
     pub fn this_process() -> Self {
         let host = rustix::system::uname();
         let host = host.nodename().to_string_lossy().into_owned();
-        Self(format!("hil {} on {host}, process {}", record::VERSION, std::process::id()))
+        Self(format!("hil {} on {host}, process {}", crate::VERSION, std::process::id()))
     }
 
     /// By any name.

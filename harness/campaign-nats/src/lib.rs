@@ -44,3 +44,6 @@ pub use message::Place;
 pub use package::{NotHere, Package};
 pub use remote::{Remote, RemoteSettings};
 pub use worker::{Worked, WorkerSettings, work};
+
+/// Which build this is: its version and commit. Cases of one are carried out by no other.
+pub const VERSION: &str = env!("HIL_BUILD");

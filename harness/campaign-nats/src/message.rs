@@ -7,7 +7,7 @@ use std::fmt;
 use std::str::FromStr;
 
 /// Number of the format of all that is said here. Whoever says something else is refused by name.
-pub(super) const FORMAT: &str = "2";
+pub(super) const FORMAT: &str = "3";
 
 /// Stream of the cases that wait to be carried out.
 pub(super) const CASES: &str = "HIL_CASES";
@@ -44,19 +44,19 @@ impl Place {
             .then(|| Self::Bench(name.to_owned()))
     }
 
-    /// Subject of all cases that are carried out there.
-    pub(super) fn cases(&self) -> String {
-        format!("{}.>", self.subject())
+    /// Subject of all cases that are carried out there by workers of this version.
+    pub(super) fn cases(&self, version: &str) -> String {
+        format!("{}.{}.>", self.subject(), word(version))
     }
 
     /// Subject of one case.
-    pub(super) fn case(&self, campaign: &str, id: &str) -> String {
-        format!("{}.{campaign}.{id}", self.subject())
+    pub(super) fn case(&self, version: &str, campaign: &str, id: &str) -> String {
+        format!("{}.{}.{campaign}.{id}", self.subject(), word(version))
     }
 
     /// Subject of all cases of a campaign.
     pub(super) fn campaign(&self, campaign: &str) -> String {
-        format!("{}.{campaign}.>", self.subject())
+        format!("{}.*.{campaign}.>", self.subject())
     }
 
     fn subject(&self) -> String {
@@ -66,13 +66,18 @@ impl Place {
         }
     }
 
-    /// Name of the consumer from which all workers at this place take.
-    pub(super) fn consumer(&self) -> String {
+    /// Name of the consumer from which all workers of this version at this place take.
+    pub(super) fn consumer(&self, version: &str) -> String {
         match self {
-            Self::Virtual => "virtual".to_owned(),
-            Self::Bench(name) => format!("bench-{name}"),
+            Self::Virtual => format!("virtual-{}", word(version)),
+            Self::Bench(name) => format!("bench-{name}-{}", word(version)),
         }
     }
+}
+
+/// A version as one word of a subject.
+fn word(version: &str) -> String {
+    version.replace(|c: char| !c.is_ascii_alphanumeric(), "-")
 }
 
 impl fmt::Display for Place {
@@ -216,7 +221,7 @@ mod tests {
         let other = Said::of(Some(&headers), "0.2.0").unwrap_err();
         assert_eq!(
             (other.version.as_str(), other.campaign.as_str()),
-            ("0.1.0 (message format 2)", "c0ffee")
+            ("0.1.0 (message format 3)", "c0ffee")
         );
         let mut headers = said().headers();
         headers.insert("Hil-Format", "99");
@@ -224,16 +229,20 @@ mod tests {
         assert_eq!(other.version, "0.1.0 (message format 99)");
         let other = Said::of(None, "0.1.0").unwrap_err();
         assert_eq!(other.version, "unknown (message format unknown)");
-        assert_eq!(FORMAT, "2");
+        assert_eq!(FORMAT, "3");
     }
 
     #[test]
     fn subjects() {
         let bench = Place::bench("by-the-window").unwrap();
-        let subject = bench.case("c0ffee", "01ab");
-        assert_eq!(subject, "hil.cases.bench.by-the-window.c0ffee.01ab");
+        let subject = bench.case("0.1.0+ab12", "c0ffee", "01ab");
+        assert_eq!(subject, "hil.cases.bench.by-the-window.0-1-0-ab12.c0ffee.01ab");
+        assert_eq!(bench.consumer("0.1.0+ab12"), "bench-by-the-window-0-1-0-ab12");
         assert_eq!(id_of(&subject), "01ab");
-        assert_eq!(Place::Virtual.case("c0ffee", "01ab"), "hil.cases.virtual.c0ffee.01ab");
+        let subject = Place::Virtual.case("0.1.0", "c0ffee", "01ab");
+        assert_eq!(subject, "hil.cases.virtual.0-1-0.c0ffee.01ab");
+        assert_eq!(Place::Virtual.cases("0.1.0"), "hil.cases.virtual.0-1-0.>");
+        assert_eq!(Place::Virtual.campaign("c0ffee"), "hil.cases.virtual.*.c0ffee.>");
         for bad in ["", "a.b", "a b", "*", ">"] {
             assert!(bad.parse::<Place>().is_err(), "{bad}");
         }

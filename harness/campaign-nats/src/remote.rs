@@ -61,9 +61,9 @@ impl<E: Executor> Remote<E> {
         stop: impl Fn() -> bool + Send + 'static,
     ) -> Result<Self, NatsError> {
         let package_id = package.id();
-        let campaign = CaseId::of(&[record::VERSION, &settings.what, &package_id]).to_string();
+        let campaign = CaseId::of(&[crate::VERSION, &settings.what, &package_id]).to_string();
         let said = Said {
-            version: record::VERSION.to_owned(),
+            version: crate::VERSION.to_owned(),
             campaign: campaign.clone(),
             package: package_id.clone(),
             lease: 0,
@@ -208,7 +208,7 @@ impl Opening {
         let lease = Lease::take(&room, what, &key, &settings.holder, patience, &tell).await?;
         said.lease = lease.number;
         room.put(&package_object(&said.package), package.as_bytes()).await?;
-        room.cases(&settings.place).await?;
+        room.cases(&settings.place, &said.version).await?;
         Ok(Desk::new(room, said, settings.place, lease, tell, failure))
     }
 }

@@ -127,9 +127,13 @@ impl Room {
         NatsError::NoJetStream { server: self.link.server.clone(), cause: cause.to_string() }
     }
 
-    /// From which all workers at a place take cases.
-    pub(super) async fn cases(&self, place: &Place) -> Result<PullConsumer, NatsError> {
-        self.consumer(CASES, place.consumer(), place.cases(), ACK_WAIT).await
+    /// From which all workers of a version at a place take cases.
+    pub(super) async fn cases(
+        &self,
+        place: &Place,
+        version: &str,
+    ) -> Result<PullConsumer, NatsError> {
+        self.consumer(CASES, place.consumer(version), place.cases(version), ACK_WAIT).await
     }
 
     /// Is there a message under this subject? Asked until the server says so.
@@ -168,6 +172,8 @@ impl Room {
             ack_wait,
             max_ack_pending: OPEN_MAX,
             filter_subject: subject,
+            // Builds come and go; what waits for one is kept no longer either.
+            inactive_threshold: KEPT,
             ..pull::Config::default()
         };
         let made = self.context.create_consumer_on_stream(config, stream).await;

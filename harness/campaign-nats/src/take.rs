@@ -20,6 +20,9 @@ const REQUEST: Duration = Duration::from_secs(5);
 /// A case, and the room that it takes up until it is reported.
 pub(super) type Taken = (Message, OwnedSemaphorePermit);
 
+/// Of which place and version cases are taken.
+pub(super) type Queue = (Place, String);
+
 /// How a request ended.
 enum Ended {
     /// There may be more.
@@ -31,7 +34,7 @@ enum Ended {
 }
 
 /// Asks for cases as long as somebody wants them.
-pub(super) async fn take(room: Room, place: Place, slots: Arc<Semaphore>, taken: Sender<Taken>) {
+pub(super) async fn take(room: Room, queue: Queue, slots: Arc<Semaphore>, taken: Sender<Taken>) {
     let mut known: Option<PullConsumer> = None;
     loop {
         room.link.there().await;
@@ -41,7 +44,7 @@ pub(super) async fn take(room: Room, place: Place, slots: Arc<Semaphore>, taken:
             permits.push(more);
         }
         let times = room.link.up.borrow().times;
-        let ended = match request(&room, &place, &mut known, permits.len()).await {
+        let ended = match request(&room, &queue, &mut known, permits.len()).await {
             Ok(batch) => receive(&room, batch, permits, times, &taken).await,
             Err(error) => {
                 tracing::debug!("{error}");
@@ -62,14 +65,14 @@ pub(super) async fn take(room: Room, place: Place, slots: Arc<Semaphore>, taken:
 
 async fn request(
     room: &Room,
-    place: &Place,
+    (place, version): &Queue,
     known: &mut Option<PullConsumer>,
     count: usize,
 ) -> Result<Batch, NatsError> {
     if known.is_none() {
         // The server may have lost everything, or be another.
         room.furnish().await?;
-        *known = Some(room.cases(place).await?);
+        *known = Some(room.cases(place, version).await?);
     }
     let Some(consumer) = known else { return Err(NatsError::server("ask for cases", "no queue")) };
     let batch = consumer.batch().max_messages(count).expires(REQUEST).messages().await;

@@ -78,7 +78,7 @@ async fn until_stopped(
 ) -> Result<Worked, NatsError> {
     let room = Room::new(server.connect(tell).await?);
     room.furnish().await?;
-    room.cases(&settings.place).await?;
+    room.cases(&settings.place, &settings.version).await?;
     let lease = match &settings.place {
         Place::Virtual => None,
         Place::Bench(name) => {
@@ -107,8 +107,9 @@ async fn until_stopped(
         unreported: AtomicUsize::new(0),
     });
     let slots = Arc::new(Semaphore::new(settings.slots()));
+    let queue = (settings.place.clone(), settings.version.clone());
     let (send, mut taken) = mpsc::channel(1);
-    let taking = tokio::spawn(take(room, settings.place.clone(), slots, send));
+    let taking = tokio::spawn(take(room, queue, slots, send));
     let mut cases = JoinSet::new();
     let (mut listen, mut progress) = (interval(LISTEN), interval(TELL));
     progress.set_missed_tick_behavior(MissedTickBehavior::Delay);

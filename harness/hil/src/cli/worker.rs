@@ -80,7 +80,7 @@ impl WorkerArguments {
         let settings = WorkerSettings {
             threads,
             holder: Holder::this_process(),
-            version: record::VERSION.to_owned(),
+            version: campaign_nats::VERSION.to_owned(),
             patience: Duration::from_secs(self.wait.into()),
             place,
         };

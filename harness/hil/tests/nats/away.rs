@@ -1,15 +1,15 @@
 //! Servers, coordinators and workers that go away, seen from inside: how often a case is carried out.
 
 use crate::hil::{Hil, cases, wait_for};
-use crate::server::Server;
+use crate::server::{Server, say};
 use campaign::{Case, CaseResult, Executor};
+use campaign_nats::VERSION;
 use campaign_nats::{
     Credentials, Holder, News, Package, Place, Remote, RemoteSettings, Stopping, WorkerSettings,
     work,
 };
 use futures_util::StreamExt as _;
 use harness::operator::Answers;
-use record::VERSION;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -183,13 +183,15 @@ fn a_case_that_nobody_survives_is_given_up_by_name() {
             (poison, remote.execute(&Case { seed: 14, ..Case::default() }))
         });
         // Takes the case, and is never heard of again, eight times over.
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
-        runtime.block_on(async {
+        say(async {
             let jetstream = async_nats::jetstream::new(async_nats::connect(&url).await.unwrap());
+            let queue = format!("virtual-{}", VERSION.replace(['.', '+'], "-"));
             let mut taken = 0;
             while taken < 8 {
-                let found = jetstream.get_consumer_from_stream("virtual", "HIL_CASES").await;
+                let found = jetstream.get_consumer_from_stream(&queue, "HIL_CASES").await;
                 let Ok::<async_nats::jetstream::consumer::PullConsumer, _>(consumer) = found else {
+                    // The coordinator makes it.
+                    tokio::time::sleep(Duration::from_millis(20)).await;
                     continue;
                 };
                 let request = consumer.batch().max_messages(1).expires(Duration::from_secs(1));

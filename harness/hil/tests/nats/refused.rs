@@ -3,7 +3,7 @@
 use crate::hil::Hil;
 use crate::server::{Server, cases_waiting, say};
 use async_nats::jetstream::{self, stream};
-use record::VERSION;
+use campaign_nats::VERSION;
 
 #[test]
 fn without_a_server_it_ends_and_says_what_to_do() {
@@ -19,21 +19,16 @@ fn without_a_server_it_ends_and_says_what_to_do() {
     assert!(ran.err.contains("such as nats://localhost:4222"), "{}", ran.err);
 }
 
-#[test]
-fn a_worker_of_another_version_is_refused_by_name_and_leaves_the_case_to_others() {
-    let Some(server) = Server::start() else { return };
-    let hil = Hil::new();
-    let worker = hil.worker("worker", &server.url());
-    let url = server.url();
+/// Puts a case there that says that it is of version 9.9.9, when a worker has made the stream.
+fn put_foreign(url: &str, subject: &str) {
     say(async {
-        let jetstream = jetstream::new(async_nats::connect(&url).await.unwrap());
+        let jetstream = jetstream::new(async_nats::connect(url).await.unwrap());
         let mut headers = async_nats::HeaderMap::new();
-        headers.insert("Hil-Format", "2");
+        headers.insert("Hil-Format", "3");
         headers.insert("Hil-Version", "9.9.9");
         headers.insert("Hil-Campaign", "c0ffee");
-        // The stream is the worker's doing.
         loop {
-            let subject = "hil.cases.virtual.c0ffee.1";
+            let subject = subject.to_owned();
             let sent = jetstream.publish_with_headers(subject, headers.clone(), "{}".into()).await;
             if let Ok(sent) = sent
                 && sent.await.is_ok()
@@ -42,10 +37,34 @@ fn a_worker_of_another_version_is_refused_by_name_and_leaves_the_case_to_others(
             }
         }
     });
+}
+
+#[test]
+fn a_case_that_lies_about_its_version_is_refused_by_name_and_left_to_others() {
+    let Some(server) = Server::start() else { return };
+    let hil = Hil::new();
+    let worker = hil.worker("worker", &server.url());
+    let url = server.url();
+    put_foreign(&url, &format!("hil.cases.virtual.{}.c0ffee.1", VERSION.replace(['.', '+'], "-")));
     let ran = worker.ends().exits(2);
     let ours = format!("this worker is version {VERSION}");
-    assert!(ran.err.contains(&ours) && ran.err.contains("9.9.9 (message format 2)"), "{}", ran.err);
+    assert!(ran.err.contains(&ours) && ran.err.contains("9.9.9 (message format 3)"), "{}", ran.err);
     assert!(ran.err.contains("campaign c0ffee"), "{}", ran.err);
+    assert_eq!(cases_waiting(&url), 1);
+}
+
+#[test]
+fn a_case_of_another_build_keeps_no_worker_from_its_work() {
+    let Some(server) = Server::start() else { return };
+    let hil = Hil::new();
+    let url = server.url();
+    let worker = hil.worker("worker", &url);
+    put_foreign(&url, "hil.cases.virtual.9-9-9.c0ffee.1");
+    let over = ["campaign", "live-side", "--cases", "3", "--out", "over", "--nats", &url];
+    let over = hil.start("over", &over).ends().exits(0);
+    assert!(over.err.contains(&format!("workers of version {VERSION}")), "{}", over.err);
+    worker.interrupt();
+    worker.ends().exits(0);
     assert_eq!(cases_waiting(&url), 1);
 }
 

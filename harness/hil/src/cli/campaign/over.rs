@@ -83,7 +83,11 @@ pub(super) fn open<E: Executor>(
 ) -> Result<Remote<E>, Failure> {
     let (tell, stop) = (teller(screen), stop(interrupt));
     let remote = Remote::open(server, &package, settings, local, tell, stop)?;
-    screen.chat(&format!("campaign {} waits for workers", remote.campaign()));
+    screen.chat(&format!(
+        "campaign {} waits for workers of version {}",
+        remote.campaign(),
+        campaign_nats::VERSION
+    ));
     Ok(remote)
 }
 
