@@ -2,6 +2,7 @@
 
 use crate::config::{BaseConfig, Transport};
 use crate::displacement_watch::DisplacementWatch;
+use crate::mutant::Planted;
 use heapless::Deque;
 use wire::base::serial_link::{Host, HostEvent, quiet_time};
 use wire::base::{Motion, Reply, Request, can_link};
@@ -14,6 +15,10 @@ const REQUESTS_MAX: usize = 8;
 
 /// How often a request is tried on the serial line.
 const TRIES_MAX: u8 = 3;
+
+/// A base that moves and was not heard for so many exchanges is told no velocity: each would keep its own time-out from
+/// running, which is what stops it where nothing reaches it any more.
+const UNHEARD_EXCHANGES: i64 = 2;
 
 /// Polls within the time-out while the base moves of which nobody here is the cause.
 const POLLS_PER_TIMEOUT: i64 = 3;
@@ -55,10 +60,11 @@ pub(crate) struct BaseDriver {
     refused: u32,
     motion: Option<(Timestamp, Motion)>,
     path: DisplacementWatch,
+    planted: Planted,
 }
 
 impl BaseDriver {
-    pub(crate) fn new(config: BaseConfig) -> Self {
+    pub(crate) fn new(config: BaseConfig, planted: Planted) -> Self {
         let line = match config.transport {
             Transport::Can => Line::Can,
             Transport::Serial => Line::Serial(SerialLine {
@@ -78,6 +84,7 @@ impl BaseDriver {
             refused: 0,
             motion: None,
             path: DisplacementWatch::new(config.speed_max, config.timeout_moving),
+            planted,
         }
     }
 
@@ -187,8 +194,17 @@ impl BaseDriver {
         is_quiet && self.velocity.is_none() && self.requests.is_empty()
     }
 
+    /// It moves, and nobody knows what it does.
+    fn is_unheard(&self, now: Timestamp) -> bool {
+        let limit = self.config.exchange_timeout * UNHEARD_EXCHANGES;
+        self.motion.is_some_and(|(heard, motion)| motion.moving && now - heard > limit)
+    }
+
     /// What goes out next, if the line is free.
     pub(crate) fn transmit(&mut self, now: Timestamp) -> Option<Outgoing> {
+        if self.is_unheard(now) && !self.planted.blinds_second_looks() {
+            self.velocity = None;
+        }
         let mut serial_turn = None;
         match &mut self.line {
             Line::Can => {}
@@ -268,5 +284,35 @@ impl SerialLine {
         self.quiet_until = now + quiet_time();
         let repeatable = matches!(request, Request::SetAcceleration { .. } | Request::Stop);
         self.repeat = (repeatable && tries < TRIES_MAX).then_some((request, tries));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        BaseConfig, BaseDriver, Motion, Outgoing, Planted, Reply, Request, Transport, can_link,
+    };
+    use wire::time::{Span, Timestamp};
+    use wire::units::{AngularRate, Speed};
+
+    #[test]
+    fn a_base_that_moves_unheard_is_told_to_stop_and_nothing_else() {
+        let mut base = BaseDriver::new(BaseConfig::new(Transport::Can), Planted::default());
+        let moving = Motion { moving: true, ..Motion::default() };
+        let frame = can_link::reply_frame(&Reply::Motion(moving));
+        let heard = Timestamp::ZERO + Span::from_secs(1);
+        assert!(base.receive_frame(heard, &frame).is_some());
+        let drive = Speed::from_m_per_s(0.4);
+        let on = Request::SetVelocity { drive, steer: AngularRate::ZERO };
+        for (after_ms, is_sent) in [(119, true), (121, false)] {
+            base.request(on);
+            let sent = base.transmit(heard + Span::from_millis(after_ms));
+            assert_eq!(sent.is_some(), is_sent, "{after_ms} ms");
+        }
+        base.request(on);
+        base.request(Request::Stop);
+        let sent = base.transmit(heard + Span::from_millis(200));
+        let stop = can_link::request_frame(&Request::Stop).unwrap();
+        assert_eq!(sent, Some(Outgoing::Frame(stop)));
     }
 }

@@ -28,6 +28,8 @@ pub(crate) struct GyroInput {
     integrator: HeadingIntegrator,
     heard: Option<Timestamp>,
     good: Option<Timestamp>,
+    /// When the last silence ended. What came at that instant may have waited all the time.
+    returned: Timestamp,
     skipped: u16,
     /// On a base, which turns no faster than it can.
     gate: Option<JumpGate>,
@@ -49,6 +51,7 @@ impl GyroInput {
             integrator: HeadingIntegrator::new(&config),
             heard: None,
             good: None,
+            returned: Timestamp::ZERO,
             skipped: 0,
             gate: on_base.then(|| JumpGate::new(format.period())),
             stuck: StuckWatch::new(format, mode),
@@ -91,9 +94,12 @@ impl GyroInput {
         self.neighbours = Neighbours::default();
     }
 
-    /// It was passed.
-    pub(crate) fn learn_noise(&mut self) {
-        self.stuck.learn(self.neighbours);
+    /// A bias test at rest ends. Gives whether its readings were those of a gyro that works: not if it was stuck.
+    pub(crate) fn learn_noise(&mut self) -> bool {
+        let blind = self.planted.is(Mutant::StuckReadingsBelieved);
+        let was_stuck = self.stuck.learn(self.neighbours) && !blind;
+        self.trouble.invalid |= was_stuck;
+        !was_stuck
     }
 
     /// Has any sample been heard yet?
@@ -121,6 +127,12 @@ impl GyroInput {
         !self.is_silent_for(now, self.config.stream.format.period() * 2)
     }
 
+    /// A sample came that was not among those which ended a silence: a host that stood still hears at once what waited
+    /// for it, and knows no age of it.
+    pub(crate) fn is_current(&self) -> bool {
+        self.heard.is_some_and(|heard| heard > self.returned)
+    }
+
     /// Samples come, and none has been valid for too long, or all say the same.
     pub(crate) fn is_invalid(&self, now: Timestamp) -> bool {
         let none_valid = self.good.is_none_or(|good| now - good > self.config.invalid_max);
@@ -143,10 +155,11 @@ impl GyroInput {
     // A reading is large: it is not handed from function to function.
     #[inline(always)]
     pub(crate) fn take(&mut self, now: Timestamp, sample: &GyroSample) -> Option<Reading> {
-        if let Some(gate) = &mut self.gate
-            && self.heard.is_none_or(|heard| now - heard > self.config.timeout)
-        {
-            gate.restart();
+        if self.heard.is_none_or(|heard| now - heard > self.config.timeout) {
+            self.returned = now;
+            if let Some(gate) = &mut self.gate {
+                gate.restart();
+            }
         }
         self.heard = Some(now);
         let whole = sample.valid && !sample.status.built_in_test_failed;

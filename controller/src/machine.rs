@@ -150,7 +150,7 @@ impl Controller {
         Self {
             decoder: GyroDecoder::new(config.gyro.stream),
             gyro,
-            base: config.base.map(BaseDriver::new),
+            base: config.base.map(|base| BaseDriver::new(base, config.planted())),
             config,
             reckoning: DeadReckoning::default(),
             source: HeadingSource::Gyro,

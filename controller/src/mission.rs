@@ -215,7 +215,7 @@ pub enum Refusal {
 pub enum AbortReason {
     /// No gyro sample came in time.
     GyroSilent,
-    /// The gyro reports invalid data, a failed built-in test, or a rate beyond its range.
+    /// The gyro reports invalid data, a failed built-in test, or a rate beyond its range, or says the same again and again.
     GyroFault,
     /// No motion message of the base came in time.
     BaseSilent,

@@ -1,9 +1,9 @@
 //! Does the gyro say the same thing again and again?
 //!
 //! A sensor's own noise keeps its counts moving. How often two readings in a row are alike is counted in each bias
-//! test; from it follows how many in a row may be alike by chance. A gyro without noise, or one whose counts are
-//! coarser than its noise, says the same when all is well: there the watch says nothing, and what is left is the
-//! comparison with the odometry.
+//! test; from it follows how many in a row may be alike by chance. The longest row of a test is held against the rest
+//! of it: a gyro that stuck during the test shows. A gyro without noise, or one whose counts are coarser than its noise,
+//! says the same when all is well: there the watch says nothing, and what is left is the comparison with the odometry.
 
 use wire::gyro::{GyroFormat, OutputMode};
 use wire::time::Span;
@@ -36,6 +36,9 @@ pub(crate) struct StuckWatch {
 pub(crate) struct Neighbours {
     pairs: u32,
     alike: u32,
+    /// Alike pairs in a row: now, and at most.
+    row: u32,
+    longest: u32,
 }
 
 impl StuckWatch {
@@ -64,9 +67,11 @@ impl StuckWatch {
         self.too_many.is_some_and(|too_many| self.in_a_row >= too_many)
     }
 
-    /// A bias test was passed: this is what the noise does to neighbours.
-    pub(crate) fn learn(&mut self, neighbours: Neighbours) {
+    /// A bias test ends: this is what the noise does to neighbours. Gives whether the readings were stuck in it.
+    pub(crate) fn learn(&mut self, neighbours: Neighbours) -> bool {
         self.too_many = neighbours.too_many(self.period);
+        // A row of readings has one pair less.
+        self.too_many.is_some_and(|too_many| neighbours.longest + 1 >= too_many)
     }
 
     /// Starts a new run.
@@ -80,15 +85,19 @@ impl Neighbours {
     pub(crate) fn add(&mut self, alike: bool) {
         self.pairs = self.pairs.saturating_add(1);
         self.alike = self.alike.saturating_add(u32::from(alike));
+        self.row = if alike { self.row.saturating_add(1) } else { 0 };
+        self.longest = self.longest.max(self.row);
     }
 
+    /// By what stands outside the longest row, which may be no noise at all.
     fn too_many(self, period: Span) -> Option<u32> {
-        if self.pairs < PAIRS_MIN {
+        let pairs = self.pairs.saturating_sub(self.longest);
+        if pairs < PAIRS_MIN {
             return None;
         }
-        let alike = f64::from(self.alike);
+        let alike = f64::from(self.alike.saturating_sub(self.longest));
         // Two standard deviations more than were counted.
-        let share = (alike + 2.0 * libm::sqrt(alike + 1.0)) / f64::from(self.pairs);
+        let share = (alike + 2.0 * libm::sqrt(alike + 1.0)) / f64::from(pairs);
         if share > ALIKE_SHARE_MAX {
             return None;
         }
@@ -104,11 +113,16 @@ impl Neighbours {
 mod tests {
     use super::{AngularRate, GyroFormat, Neighbours, OutputMode, StuckWatch};
 
+    /// `alike` of `pairs`, evenly among the others.
+    fn noise(pairs: u32, alike: u32) -> Neighbours {
+        let mut neighbours = Neighbours::default();
+        (0..pairs).for_each(|n| neighbours.add(n * alike / pairs != (n + 1) * alike / pairs));
+        neighbours
+    }
+
     fn learnt(pairs: u32, alike: u32) -> StuckWatch {
         let mut watch = StuckWatch::new(GyroFormat::Navigator, OutputMode::Rate);
-        let mut neighbours = Neighbours::default();
-        (0..pairs).for_each(|n| neighbours.add(n < alike));
-        watch.learn(neighbours);
+        assert!(!watch.learn(noise(pairs, alike)));
         watch
     }
 
@@ -129,6 +143,17 @@ mod tests {
             Some(5),
             "50 ms, however fine the counts"
         );
+    }
+
+    #[test]
+    fn a_gyro_that_sticks_during_the_test_is_told_from_one_without_noise() {
+        let mut watch = StuckWatch::new(GyroFormat::Navigator, OutputMode::Rate);
+        for (alike, expected) in [(9, false), (11, true), (1_000, true)] {
+            let mut test = noise(1_000, 62);
+            (0..alike).for_each(|_| test.add(true));
+            assert_eq!(watch.learn(test), expected, "{alike} alike pairs at the end");
+        }
+        assert!(!watch.learn(noise(2_000, 2_000)), "without noise");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Why a description cannot be used: the place in the file, what is wrong there, and what would be right.
+//! Why a file that somebody wrote cannot be used: the place in it, what is wrong there, and what would be right.
 
 use crate::hint;
 use crate::place::Place;
@@ -8,11 +8,11 @@ use std::ops::Range;
 use std::sync::Arc;
 use thiserror::Error;
 
-/// A mistake in a description or in a file that it names. Rendered by `miette` it shows the line with the
-/// place marked.
+/// A mistake in a plan, a description or another file that people write. Rendered by `miette` it shows the line with
+/// the place marked.
 #[derive(Debug, Clone, Error, Diagnostic)]
 #[error("{message}")]
-pub struct DescriptionError {
+pub struct FileError {
     message: String,
     #[source_code]
     source_text: Arc<NamedSource<String>>,
@@ -22,7 +22,7 @@ pub struct DescriptionError {
     help: Option<String>,
 }
 
-impl DescriptionError {
+impl FileError {
     /// What is wrong, as a lower-case fragment.
     pub fn message(&self) -> &str {
         &self.message
@@ -43,17 +43,21 @@ impl DescriptionError {
         self.at.offset()..self.at.offset() + self.at.len()
     }
 
-    pub(crate) fn new(file: &str, text: &str, at: Range<usize>, message: String) -> Self {
+    /// A mistake `at` these bytes of `text`, which `file` names.
+    pub fn new(file: &str, text: &str, at: Range<usize>, message: String) -> Self {
         let source_text = Arc::new(NamedSource::new(file, text.to_owned()));
         Self { message, source_text, at: at.into(), help: None }
     }
 
-    pub(crate) fn with_help(mut self, help: Option<String>) -> Self {
+    /// With what to do about it.
+    #[must_use]
+    pub fn with_help(mut self, help: Option<String>) -> Self {
         self.help = help;
         self
     }
 
-    pub(crate) fn from_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
+    /// What `toml` found in `text`, in words for people.
+    pub fn from_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
         let (at, message) = toml_mistake(text, error);
         let (message, help) = hint::explain(&message);
         Self::new(file, text, at.unwrap_or(0..text.len().min(1)), message).with_help(help)
@@ -77,8 +81,8 @@ impl Mistake {
         Self { help: Some(help.into()), ..self }
     }
 
-    pub(crate) fn located(self, file: &str, text: &str) -> DescriptionError {
+    pub(crate) fn located(self, file: &str, text: &str) -> FileError {
         let at = self.place.locate(text);
-        DescriptionError::new(file, text, at, self.message).with_help(self.help)
+        FileError::new(file, text, at, self.message).with_help(self.help)
     }
 }

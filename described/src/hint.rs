@@ -1,14 +1,25 @@
-//! Turns the messages of serde and toml into ones for people, and proposes the nearest known name.
+//! Turns the messages of serde and toml into ones for people: what was expected moves to the help, and
+//! the nearest known name is proposed.
 
 /// Likeness (Jaro-Winkler, 0 to 1) from which on a name is proposed. Assumption: one or two slips of the
 /// finger are above it, another word is below.
 const LIKENESS_MIN: f64 = 0.8;
 
-/// So many names are listed where none is near; a DBC has hundreds.
-const LISTED_MAX: usize = 12;
+/// So many names are listed where none is near: all steps of a plan. A DBC has hundreds.
+const LISTED_MAX: usize = 30;
 
 /// The message for people, and the help.
-pub(crate) fn explain(message: &str) -> (String, Option<String>) {
+pub fn explain(message: &str) -> (String, Option<String>) {
+    if message.contains("wanted exactly 1 element") {
+        return ("expected a table with exactly one key here".to_owned(), None);
+    }
+    // The same mistake as an unknown field, in toml's words for tables that are variants.
+    let keys = message.strip_prefix("unexpected keys in table: ");
+    if let Some((wrong, known)) = keys.and_then(|keys| keys.split_once(", available keys: ")) {
+        let wrong = wrong.split(", ").next().unwrap_or_default();
+        let known: Vec<&str> = known.split(", ").filter(|name| !name.is_empty()).collect();
+        return (format!("unknown field `{wrong}`"), Some(proposal(wrong, &known)));
+    }
     let Some((what, expected)) = message.split_once(", expected ") else {
         return (message.to_owned(), None);
     };
@@ -21,7 +32,7 @@ pub(crate) fn explain(message: &str) -> (String, Option<String>) {
 }
 
 /// "did you mean ...?" where a name is near, and else those that are known.
-pub(crate) fn proposal<S: AsRef<str>>(wrong: &str, known: &[S]) -> String {
+pub fn proposal<S: AsRef<str>>(wrong: &str, known: &[S]) -> String {
     if let Some(name) = nearest(wrong, known) {
         return format!("did you mean `{name}`?");
     }
@@ -65,12 +76,21 @@ mod tests {
         assert_eq!(nearest("Setpoitn", &known), Some("Setpoint"));
         assert_eq!(nearest("voltage", &known), None);
         assert_eq!(nearest("", &known), None);
+        let known = ["turn", "table_turn", "straight", "bias_test", "repeat"];
+        for (wrong, expected) in [
+            ("trun", Some("turn")),
+            ("strait", Some("straight")),
+            ("bias_tets", Some("bias_test")),
+            ("jump", None),
+        ] {
+            assert_eq!(nearest(wrong, &known), expected, "{wrong}");
+        }
     }
 
     #[test]
     fn a_long_list_is_cut() {
-        let known: Vec<String> = (0..20).map(|index| format!("n{index}")).collect();
-        assert!(proposal("voltage", &known).ends_with("`n11` and 8 more"));
+        let known: Vec<String> = (0..38).map(|index| format!("n{index}")).collect();
+        assert!(proposal("voltage", &known).ends_with("`n29` and 8 more"));
     }
 
     #[test]

@@ -157,7 +157,7 @@ mod error;
 mod expression;
 mod file;
 mod files;
-mod hint;
+pub mod hint;
 mod layout;
 mod lookup;
 mod place;
@@ -168,7 +168,7 @@ mod transport;
 
 pub use description::Description;
 pub use device::Device;
-pub use error::DescriptionError;
+pub use error::FileError;
 pub use files::Files;
 pub use layout::{
     ByteOrder, Carried, DbcNode, Decoded, Decoder, EncodeError, Encoded, Encoder, Layout, Medium,
@@ -177,7 +177,6 @@ pub use layout::{
 };
 pub use protection::{ProtectionTable, Verdict};
 pub use steps::{Input, Step, Steps};
-pub use toml_mistake::toml_mistake;
 pub use transport::{InParts, Transport};
 
 /// The JSON Schema of a description, in either of its forms, for editors.

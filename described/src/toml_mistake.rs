@@ -6,7 +6,7 @@ use std::ops::Range;
 const TOO_DEEP: &str = "nested too deeply: more than 80 levels";
 
 /// The place, where there is one, and the message of a parser's error.
-pub fn toml_mistake(text: &str, error: &toml::de::Error) -> (Option<Range<usize>>, String) {
+pub(crate) fn toml_mistake(text: &str, error: &toml::de::Error) -> (Option<Range<usize>>, String) {
     let (at, message) = match error.message() {
         // The parser has no place for a key of too many parts.
         "recursion limit" => (longest_key(text), TOO_DEEP),

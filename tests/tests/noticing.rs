@@ -2,7 +2,7 @@
 
 use controller::config::IntegrationClock;
 use controller::health::Level;
-use controller::mission::{AbortReason, Command};
+use controller::mission::{AbortReason, BiasTest, Command};
 use emulators::base::{BaseFault, Transport};
 use emulators::device_file::{Devices, Mount};
 use emulators::gyro::GyroFault;
@@ -91,6 +91,27 @@ fn a_gyro_that_is_stuck_in_a_turn_stops_the_base_at_once() {
         rig.gyro().end_fault(0);
         rig.run_for(Span::from_secs(1));
         assert!(rig.health().causes.gyro_invalid, "what it did not see stays lost");
+    }
+}
+
+#[test]
+fn a_gyro_that_sticks_during_its_bias_test_fails_it() {
+    for devices in healthy() {
+        for ahead_s in [2, 10, 19] {
+            let mut rig = Rig::new(&devices, 1);
+            rig.run_for(Span::from_secs(2));
+            let test = Command::BiasTest(BiasTest { duration_s: 20.0 });
+            let id = rig.under_way(test, Span::from_secs(ahead_s));
+            rig.gyro().begin_fault(0, GyroFault::Stuck, chance());
+            let answer = rig.finish(id);
+            // The reading that it is stuck at may be far from the mean, too.
+            let reason = match answer {
+                Answer::Aborted(reason) => reason,
+                other => panic!("{:?}, after {ahead_s} s: {other:?}", devices.gyro.0),
+            };
+            assert!(matches!(reason, AbortReason::GyroFault | AbortReason::NotAtRest));
+            assert!(rig.health().level > Level::Ok);
+        }
     }
 }
 

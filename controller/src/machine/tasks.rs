@@ -173,6 +173,10 @@ impl Controller {
             self.abort(AbortReason::NotAtRest);
             return;
         }
+        if !self.gyro.learn_noise() {
+            self.abort(AbortReason::GyroFault);
+            return;
+        }
         let calibration = self.gyro.integrator().calibration();
         let table = average.temperature().and_then(|t| calibration.table_bias(t));
         let result = average.result(table);
@@ -180,7 +184,6 @@ impl Controller {
         self.tested_spread = result.spread;
         self.bias_test_failed = false;
         self.bias_moved = false;
-        self.gyro.learn_noise();
         self.estimate_with_test(now, &result);
         if self.config.planted().is(Mutant::BiasTestForgives) {
             self.gyro.forgive();
@@ -285,6 +288,10 @@ impl Controller {
     }
 
     pub(super) fn tick_drive(&mut self, now: Timestamp) {
+        let by_gyro = self.source == HeadingSource::Gyro;
+        if by_gyro && !self.gyro.is_current() && !self.gyro.integrator().is_held() {
+            return;
+        }
         let sight = self.sight(now);
         let Task::Drive(drive) = &mut self.task else { return };
         match drive.tick(&sight, &self.config.motion) {

@@ -24,7 +24,7 @@ pub(crate) use source::{SignalSource, Source};
 pub(crate) use states::{Law, State};
 pub(crate) use variables::{PART, TIME, Variables};
 
-use crate::error::{DescriptionError, Mistake};
+use crate::error::{FileError, Mistake};
 use crate::file::{File, MachineTable, MessageRules, ParameterTable, StateTable};
 use crate::files::{Files, Texts};
 use crate::layout::Layout;
@@ -87,7 +87,7 @@ impl Description {
         file: &str,
         text: &str,
         read: &mut dyn FnMut(&str) -> Result<String, String>,
-    ) -> Result<Self, DescriptionError> {
+    ) -> Result<Self, FileError> {
         Self::parse_with(file, text, &mut Texts(read))
     }
 
@@ -95,11 +95,7 @@ impl Description {
     ///
     /// # Errors
     /// With the place of the first mistake, in the description or in a file that it names.
-    pub fn parse_with(
-        file: &str,
-        text: &str,
-        files: &mut dyn Files,
-    ) -> Result<Self, DescriptionError> {
+    pub fn parse_with(file: &str, text: &str, files: &mut dyn Files) -> Result<Self, FileError> {
         let (said, tables) = read::split(file, text)?;
         let layout = read::layout(file, text, &said, tables.as_deref(), files)?;
         Self::build(said, layout, tables.is_some(), files)

@@ -1,6 +1,6 @@
 //! The forms that a description has, and the layout that it names or writes out.
 
-use crate::error::{DescriptionError, Mistake};
+use crate::error::{FileError, Mistake};
 use crate::file::{File, MessageRules, MessageTable};
 use crate::files::Files;
 use crate::layout::Layout;
@@ -12,8 +12,8 @@ use toml::de::DeTable;
 pub(super) type Split = (File<BTreeMap<String, MessageRules>>, Option<Vec<MessageTable>>);
 
 /// Reads the file in that of its two forms that it has.
-pub(super) fn split(file: &str, text: &str) -> Result<Split, DescriptionError> {
-    let wrong = |error: &toml::de::Error| DescriptionError::from_toml(file, text, error);
+pub(super) fn split(file: &str, text: &str) -> Result<Split, FileError> {
+    let wrong = |error: &toml::de::Error| FileError::from_toml(file, text, error);
     let document = DeTable::parse(text).map_err(|error| wrong(&error))?;
     let tables = document.get_ref().get("message").is_some_and(|value| value.get_ref().is_array());
     if !tables {
@@ -46,7 +46,7 @@ pub(super) fn layout<M>(
     said: &File<M>,
     tables: Option<&[MessageTable]>,
     files: &mut dyn Files,
-) -> Result<Layout, DescriptionError> {
+) -> Result<Layout, FileError> {
     let mistake = |key: &str, message: &str, help: &str| {
         Err(Mistake::new(Place::file().key(key), message).help(help).located(file, text))
     };

@@ -2,7 +2,7 @@
 
 mod states;
 
-use super::{Description, DescriptionError};
+use super::{Description, FileError};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use proptest::prelude::*;
 
@@ -30,7 +30,7 @@ fn refused(text: &str) -> String {
     shown(&error)
 }
 
-pub(crate) fn shown(error: &DescriptionError) -> String {
+pub(crate) fn shown(error: &FileError) -> String {
     let mut shown = String::new();
     GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor())
         .with_width(110)

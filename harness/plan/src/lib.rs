@@ -29,7 +29,7 @@
 //!
 //! A step is a table with one key, the [`Action`]; `label` and `time_limit_s` may stand beside it. A key
 //! carries its unit; the parsed plan is SI. Nothing is guessed: an unknown key, a value out of bounds or
-//! a reference to nothing is a [`PlanError`] that shows its place in the file.
+//! a reference to nothing is a [`FileError`](described::FileError) that shows its place in the file.
 //!
 //! Around it: what goes wrong on purpose ([`faults`]), which port plays which role ([`bench_file`]), what one plan makes
 //! and a later one uses ([`calibrations`], [`models`], [`made`]). [`library`] reads these files, and those that ship;
@@ -42,10 +42,8 @@ mod check;
 pub mod confidence;
 mod contradiction;
 mod envelope;
-mod error;
 pub mod faults;
 mod formula;
-pub mod hint;
 pub mod library;
 mod locate;
 pub mod made;
@@ -73,7 +71,6 @@ mod validate;
 pub use band::Band;
 pub use check::{Check, PAPER_SIDE, UmbmarkFigure};
 pub use envelope::{DeclaredEnvelope, struck_by};
-pub use error::PlanError;
 pub use formula::{Origin, Reads, formula, origins};
 pub use measurement::{Declared, Proves};
 pub use name::{Name, ParameterName};
@@ -86,6 +83,7 @@ pub use speakers::{DEVICE, MessagePlace, Speaker, resolve, signal, unit, unit_of
 pub use step::*;
 
 use crate::faults::{Lines, Schedule};
+use described::FileError;
 use emulators::random::seed_of_run;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -163,13 +161,13 @@ impl Plan {
     /// # Errors
     ///
     /// The first mistake, with its place.
-    pub fn parse(file: &str, text: &str) -> Result<Self, PlanError> {
+    pub fn parse(file: &str, text: &str) -> Result<Self, FileError> {
         if text.len() > FILE_LEN_MAX {
             let message = format!("{} bytes, expected at most {FILE_LEN_MAX}", text.len());
-            return Err(PlanError::new(file, "", 0..0, message));
+            return Err(FileError::new(file, "", 0..0, message));
         }
         let plan: Self =
-            toml::from_str(text).map_err(|error| PlanError::from_toml(file, text, &error))?;
+            toml::from_str(text).map_err(|error| FileError::from_toml(file, text, &error))?;
         plan.check(file, text)?;
         Ok(plan)
     }
@@ -185,7 +183,7 @@ impl Plan {
     /// # Errors
     ///
     /// The first mistake, with its place.
-    pub fn check(&self, file: &str, text: &str) -> Result<(), PlanError> {
+    pub fn check(&self, file: &str, text: &str) -> Result<(), FileError> {
         validate::validate(self, None).map_err(located(file, text))
     }
 
@@ -205,7 +203,7 @@ impl Plan {
     /// # Errors
     ///
     /// The first that it has not, with its place.
-    pub fn check_rig(&self, file: &str, text: &str, rig: &Rig) -> Result<(), PlanError> {
+    pub fn check_rig(&self, file: &str, text: &str, rig: &Rig) -> Result<(), FileError> {
         validate::validate(self, Some(rig)).map_err(located(file, text))?;
         let gyro = rig.robot.as_ref().map(|devices| devices.gyro.0);
         self.check_lines(file, text, &rig.struck(), gyro)
@@ -218,7 +216,7 @@ impl Plan {
         text: &str,
         lines: &Lines,
         gyro: Option<GyroStream>,
-    ) -> Result<(), PlanError> {
+    ) -> Result<(), FileError> {
         let faults = self.faults.check_bench(lines).map_err(validate::misplaced);
         let mut envelopes = self.envelopes.iter().enumerate();
         let envelopes = |()| envelopes.try_for_each(|(index, one)| one.check_bench(index, lines));
@@ -231,10 +229,10 @@ impl Plan {
 }
 
 /// The place of what is wrong, in the file.
-fn located(file: &str, text: &str) -> impl Fn(validate::Fault) -> PlanError {
+fn located(file: &str, text: &str) -> impl Fn(validate::Fault) -> FileError {
     move |fault| {
         let at = locate::locate(text, &fault.path);
-        PlanError::new(file, text, at, fault.message).with_help(fault.help)
+        FileError::new(file, text, at, fault.message).with_help(fault.help)
     }
 }
 

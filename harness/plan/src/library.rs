@@ -8,10 +8,9 @@ mod pack;
 
 pub use pack::{PLAN, Pack, PackedFile};
 
-use crate::hint;
-use described::{dbc_text, toml_mistake};
+use described::{FileError, dbc_text};
 use include_dir::{Dir, include_dir};
-use miette::{Diagnostic as _, NamedSource, SourceSpan};
+use miette::Diagnostic as _;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -66,20 +65,9 @@ pub enum LibraryError {
         cause: std::io::Error,
     },
     /// The file is not what it should be.
-    #[error("{message}")]
-    Toml {
-        /// What is wrong.
-        message: String,
-        /// The file.
-        #[source_code]
-        file: Arc<NamedSource<String>>,
-        /// The place.
-        #[label("here")]
-        at: Option<SourceSpan>,
-        /// What to do, where that is known.
-        #[help]
-        help: Option<String>,
-    },
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Mistake(#[from] FileError),
 }
 
 /// Kinds of files in the library.
@@ -299,16 +287,13 @@ impl Source {
     ///
     /// When it is not right.
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T, LibraryError> {
-        toml::from_str(&self.text).map_err(|error| {
-            let (at, message) = toml_mistake(&self.text, &error);
-            let (message, help) = hint::explain(&message);
-            LibraryError::Toml { message, at: at.map(SourceSpan::from), file: self.named(), help }
-        })
+        let read = toml::from_str(&self.text);
+        Ok(read.map_err(|error| FileError::from_toml(&self.origin, &self.text, &error))?)
     }
 
     /// Something that is wrong with the bytes `at`.
     pub fn mistake(&self, at: Range<usize>, message: String, help: Option<String>) -> LibraryError {
-        LibraryError::Toml { message, at: Some(at.into()), file: self.named(), help }
+        FileError::new(&self.origin, &self.text, at, message).with_help(help).into()
     }
 
     /// A name that nothing has, shown where this file says it; none for other mistakes, and for a name that is not said here.
@@ -318,10 +303,6 @@ impl Source {
         let begin = self.text.find(&said)?;
         let help = error.help().map(|help| help.to_string());
         Some(self.mistake(begin..begin + said.len(), error.to_string(), help))
-    }
-
-    fn named(&self) -> Arc<NamedSource<String>> {
-        Arc::new(NamedSource::new(&self.origin, self.text.clone()).with_language("TOML"))
     }
 }
 

@@ -14,10 +14,10 @@
 //! The step `reaction = "opening"` waits for one: until `from` has become true after the step began, and `to` has held since.
 
 use super::formula::formula;
-use super::hint::proposal;
 use super::name::Name;
 use super::rig::Rig;
 use super::validate::{Fault, Place, Segment};
+use described::hint::proposal;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeSet;

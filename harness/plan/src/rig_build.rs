@@ -5,12 +5,13 @@ mod replayed;
 mod words;
 
 use crate::library::{Kind, Library, LibraryError, Source};
+use crate::quantities;
 use crate::replayed::Logged;
 use crate::rig::{
     LINES_MAX, NODES_MAX, NodePart, NodeTable, Rig, RigFile, RigLine, RigNode, UnderTest,
 };
 use crate::speakers::{DEVICE, Speaker};
-use crate::{hint, quantities};
+use described::hint;
 use described::{Description, Layout, Medium, Sender};
 use emulators::device_file::Devices;
 use std::collections::BTreeMap;

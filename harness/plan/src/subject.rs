@@ -2,7 +2,6 @@
 
 use super::Plan;
 use super::formula::formula;
-use super::hint::proposal;
 use super::name::ParameterName;
 use super::property::{Kind, Property, Stated};
 use super::quantity::{OfMessage, QuantityName};
@@ -10,6 +9,7 @@ use super::rig::Rig;
 use super::speakers::{DEVICE, resolve, unit, whose};
 use super::step::{Action, Needs, Send};
 use super::validate::{Checked, Fault, Place, Segment};
+use described::hint::proposal;
 use described::{Message, Sender};
 
 /// Quantities that do not depend on what the plan is of.

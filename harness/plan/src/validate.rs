@@ -2,7 +2,6 @@
 
 use super::check::Check;
 use super::contradiction::contradictions;
-use super::hint::proposal;
 use super::measurement::Declared;
 use super::property::Property;
 use super::quantities::{COMMON_TAGS, DURING_PREFIX, find_tag};
@@ -13,6 +12,7 @@ use super::step::{Answer, Fit, Step};
 use super::subject::Subject;
 use super::{DEPTH_MAX, Plan, STEPS_DONE_MAX, STEPS_MAX};
 use crate::faults::Unfit;
+use described::hint::proposal;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 

@@ -10,6 +10,7 @@ use crate::faults::Chance;
 use crate::faults::{FaultKind, Schedule, Target, Toward};
 use crate::link::ErrorState;
 use crate::plan::PhaseEvent;
+use crate::properties::Seen;
 use crate::record::FaultSummary;
 use crate::record::sink::RecordSink;
 use crate::world::bench::Carrier;
@@ -46,9 +47,9 @@ impl Faults {
         self.ledger.phase(now, event);
     }
 
-    /// How many faults go on now.
-    pub(crate) fn active(&self) -> usize {
-        self.ledger.active()
+    /// What a monitor sees of them.
+    pub(crate) fn seen(&self) -> Seen<'static> {
+        Seen::Faults { active: self.ledger.active(), unseen: self.ledger.unseen() }
     }
 
     /// What is due begins and ends; true where anything did.

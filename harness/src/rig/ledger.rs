@@ -1,7 +1,7 @@
 //! What becomes of a schedule in a run: told in the record as it happens, and summed up at the end.
 
 use super::injector::{Change, Injector};
-use crate::faults::{Fault, Schedule};
+use crate::faults::{Fault, Schedule, no_input_shows};
 use crate::link::StateChange;
 use crate::plan::PhaseEvent;
 use crate::record::sink::RecordSink;
@@ -15,6 +15,8 @@ pub(crate) struct Ledger {
     injector: Injector,
     /// How often each has acted, once it is over.
     acted: Vec<u64>,
+    /// One that has begun and that no input of the controller shows.
+    unseen: Option<&'static str>,
 }
 
 impl Ledger {
@@ -23,6 +25,7 @@ impl Ledger {
         (!schedule.is_empty()).then(|| Self {
             injector: Injector::new(schedule, seed, Timestamp::ZERO),
             acted: vec![0; schedule.faults.len()],
+            unseen: None,
         })
     }
 
@@ -41,6 +44,11 @@ impl Ledger {
         self.injector.active()
     }
 
+    /// A kind that has begun and that no input of the controller shows.
+    pub(crate) const fn unseen(&self) -> Option<&'static str> {
+        self.unseen
+    }
+
     pub(crate) fn fault(&self, index: usize) -> &Fault {
         self.injector.fault(index)
     }
@@ -50,6 +58,7 @@ impl Ledger {
         let change = self.injector.change(now);
         if let Some(Change::Begins(index)) = change {
             self.tell(now, sink, index, FaultEvent::Began);
+            self.unseen = self.unseen.or(no_input_shows(self.fault(index).what.name()));
         }
         change
     }

@@ -248,7 +248,7 @@ impl<C: Crossing> Simulation<C> {
             return;
         };
         if faults.strike(*now, rig, director, None, sink) {
-            see(watch, *now, &Seen::Faults { active: faults.active() });
+            see(watch, *now, &faults.seen());
             *touched = Touched::ALL;
         }
     }

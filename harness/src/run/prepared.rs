@@ -12,7 +12,7 @@ use crate::models::{self, ModelError};
 use crate::operator::RealRoles;
 use crate::operator::{Answers, Operator};
 use crate::plan::rig::{NodePart, RigNode, UnderTest};
-use crate::plan::{Plan, PlanError, Rig, Speaker};
+use crate::plan::{Plan, Rig, Speaker};
 use crate::program::Programs;
 use crate::properties::{Limits, Monitor, Property};
 use crate::record::VERSION;
@@ -26,6 +26,7 @@ use crate::world::crossing::CrossedLine;
 #[cfg(feature = "live")]
 use crate::world::live::{PortPlans, Setting, Site};
 use controller::calibration::Calibration;
+use described::FileError;
 use emulators::device_file::Devices;
 use identification::model::Model;
 use std::collections::BTreeMap;
@@ -43,7 +44,7 @@ pub enum PrepareError {
     /// The plan is not right.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    Plan(#[from] PlanError),
+    Plan(#[from] FileError),
     /// The device file, or the description of a device, is not right.
     #[error(transparent)]
     #[diagnostic(transparent)]

@@ -2,11 +2,11 @@
 //! alone has seen: its verdict stays.
 
 use crate::engine::FIRST_MISSION;
+use crate::faults::no_input_shows;
 use crate::outcome::PropertySummary;
 use crate::plan::{Property, Rig, Speaker};
 use crate::properties::{Limits, Monitor, Seen, Sight, Unjudged, View};
-use crate::record::FaultEvent;
-use crate::record::{Device, Record, RecordKind};
+use crate::record::{Device, FaultEvent, FaultRecord, Record, RecordKind};
 use controller::mission::{Mission, MissionId};
 use controller::{Output, Port};
 use described::Decoder;
@@ -20,6 +20,7 @@ pub(super) struct Replayed {
     monitor: Monitor,
     mission: MissionId,
     faults: BTreeSet<u32>,
+    unseen: Option<&'static str>,
     /// Bytes or frames of the gyro and of the base.
     gyro: bool,
     base: bool,
@@ -54,6 +55,7 @@ impl Replayed {
             messages: false,
             mission: FIRST_MISSION,
             faults: BTreeSet::new(),
+            unseen: None,
             gyro: false,
             base: false,
             latest: Timestamp::ZERO,
@@ -94,7 +96,7 @@ impl Replayed {
                 self.base = true;
                 self.see(at, &Seen::BaseFrame(frame));
             }
-            (RecordKind::Fault(fault), _) => self.fault(at, fault.index, &fault.event),
+            (RecordKind::Fault(fault), _) => self.fault(at, fault),
             _ => {}
         }
     }
@@ -111,10 +113,14 @@ impl Replayed {
         });
     }
 
-    fn fault(&mut self, at: Timestamp, index: u32, event: &FaultEvent) {
-        match event {
-            FaultEvent::Began => _ = self.faults.insert(index),
-            FaultEvent::Ended { .. } => _ = self.faults.remove(&index),
+    fn fault(&mut self, at: Timestamp, fault: &FaultRecord) {
+        match &fault.event {
+            FaultEvent::Began => {
+                self.faults.insert(fault.index);
+                let kind = fault.name.split(' ').next().unwrap_or_default();
+                self.unseen = self.unseen.or(no_input_shows(kind));
+            }
+            FaultEvent::Ended { .. } => _ = self.faults.remove(&fault.index),
             FaultEvent::NeverHappened { .. } => return,
             FaultEvent::Confinement { state, .. } => {
                 if state == crate::link::ErrorState::Off.name() {
@@ -123,8 +129,8 @@ impl Replayed {
                 return;
             }
         }
-        let active = self.faults.len();
-        self.see(at, &Seen::Faults { active });
+        let (active, unseen) = (self.faults.len(), self.unseen);
+        self.see(at, &Seen::Faults { active, unseen });
     }
 
     fn see(&mut self, at: Timestamp, seen: &Seen<'_>) {

@@ -7,7 +7,7 @@ use crate::plan::replayed::Logged;
 use crate::plan::{Plan, Rig, rig_build};
 use crate::record::header::Header;
 use crate::world::bench::{DevicesError, load_devices};
-use described::{Description, DescriptionError, Files, Layout, Steps};
+use described::{Description, FileError, Files, Layout, Steps};
 use emulators::device_file::Devices;
 use identification::finding::SCHEMA;
 use identification::model::Model;
@@ -33,7 +33,7 @@ pub enum RigError {
     /// The description is not right.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    Description(#[from] Box<DescriptionError>),
+    Description(#[from] Box<FileError>),
     /// A bus log that plays a node's part is not right.
     #[cfg(feature = "logs")]
     #[error(transparent)]

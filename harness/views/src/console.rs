@@ -156,12 +156,37 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
     text + &closing_line(summaries) + "\n"
 }
 
+/// The figure of a measurement with its uncertainty.
+fn measured(measurement: &Measurement) -> String {
+    match measurement.value {
+        Some(value) => figures::quantity(value, measurement.uncertainty, &measurement.unit),
+        None => "-".to_owned(),
+    }
+}
+
+/// When a property broke, or how near it came.
+fn seen(property: &PropertySummary) -> String {
+    match (property.broken_s, property.margin) {
+        (Some(at_s), _) => format!("broken at {at_s:.3} s"),
+        // Of what is equal or not there is no more or less.
+        (None, Some(margin)) if margin >= 0.005 => format!("margin {:.0} %", margin * 100.0),
+        (None, _) => "-".to_owned(),
+    }
+}
+
+/// What came of a property; a word of its own where that is no verdict.
+const fn judged(property: &PropertySummary) -> Result<Verdict, &'static str> {
+    match (property.held, property.always) {
+        (Some(true), _) => Ok(Verdict::Pass),
+        (Some(false), true) => Ok(Verdict::Fail),
+        (Some(false), false) => Err("not reached"),
+        (None, _) => Err("not judged"),
+    }
+}
+
 fn row(procedure: String, measurement: &Measurement, style: Style) -> Row {
     let Measurement { unit, lower, upper, .. } = measurement;
-    let measured = match measurement.value {
-        Some(value) => figures::quantity(value, measurement.uncertainty, unit),
-        None => "-".to_owned(),
-    };
+    let measured = measured(measurement);
     let paper = measurement.paper.as_deref().map_or_else(|| "-".to_owned(), in_cell);
     Row::from([
         Cell::new(procedure),
@@ -175,26 +200,17 @@ fn row(procedure: String, measurement: &Measurement, style: Style) -> Row {
 }
 
 fn property_row(procedure: String, property: &PropertySummary, style: Style) -> Row {
-    let PropertySummary { name, always, held, margin, broken_s, .. } = property;
-    let seen = match (broken_s, margin) {
-        (Some(at_s), _) => format!("broken at {at_s:.3} s"),
-        // Of what is equal or not there is no more or less.
-        (None, Some(margin)) if *margin >= 0.005 => format!("margin {:.0} %", margin * 100.0),
-        (None, _) => "-".to_owned(),
-    };
-    let verdict = match (held, always) {
-        (Some(true), _) => style.verdict(Verdict::Pass),
-        (Some(false), true) => style.verdict(Verdict::Fail),
-        (Some(false), false) => Cell::new("not reached"),
-        (None, _) => Cell::new("not judged"),
+    let (seen, verdict) = match judged(property) {
+        Ok(verdict) => (seen(property), style.verdict(verdict)),
+        Err(word) => (seen(property), Cell::new(word)),
     };
     Row::from([
         Cell::new(procedure),
-        Cell::new(in_cell(name)),
+        Cell::new(in_cell(&property.name)),
         Cell::new("-"),
         Cell::new("-"),
         Cell::new(seen),
-        Cell::new(if *always { "always" } else { "sometimes" }),
+        Cell::new(if property.always { "always" } else { "sometimes" }),
         verdict,
     ])
 }

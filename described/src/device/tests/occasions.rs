@@ -30,7 +30,7 @@ fn attributes(message: usize, signal: usize) -> String {
     )
 }
 
-fn parsed(dbc: &str, rest: &str) -> Result<Description, crate::DescriptionError> {
+fn parsed(dbc: &str, rest: &str) -> Result<Description, crate::FileError> {
     let text = format!("name = \"panel\"\ndbc = \"panel.dbc\"\nnode = \"Panel\"\n{rest}");
     Description::parse("panel.toml", &text, &mut |_| Ok(dbc.to_owned()))
 }

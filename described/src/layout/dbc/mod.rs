@@ -15,7 +15,7 @@ pub use text::dbc_text;
 use super::message::Message;
 use super::signal::Signal;
 use super::{Layout, Medium, Note};
-use crate::error::DescriptionError;
+use crate::error::FileError;
 use crate::hint;
 use convert::convert;
 use cursor::Unexpected;
@@ -31,12 +31,12 @@ impl Layout {
     ///
     /// # Errors
     /// Where the text is no DBC, and where it has no such node.
-    pub fn from_dbc(file: &str, text: &str, node: &str) -> Result<Self, DescriptionError> {
+    pub fn from_dbc(file: &str, text: &str, node: &str) -> Result<Self, FileError> {
         let syntax = parsed(file, text)?;
         let known: Vec<String> = nodes(&syntax).into_iter().map(|known| known.name).collect();
         if !known.iter().any(|name| name == node) {
             let at = syntax.nodes_at.clone();
-            return Err(DescriptionError::new(file, text, at, format!("no node `{node}`"))
+            return Err(FileError::new(file, text, at, format!("no node `{node}`"))
                 .with_help(Some(hint::proposal(node, &known))));
         }
         let (messages, notes) = convert(file, text, &syntax, &|of| of == node);
@@ -52,7 +52,7 @@ impl Layout {
     pub fn from_dbcs(
         files: &[(&str, &str)],
         is_ours: &dyn Fn(&str) -> bool,
-    ) -> Result<Self, DescriptionError> {
+    ) -> Result<Self, FileError> {
         let mut messages: Vec<Message> = Vec::new();
         let mut origins = Vec::new();
         let mut notes = Vec::new();
@@ -74,7 +74,7 @@ impl Layout {
                     format!("`{name}` and `{known}` in {other}, line {line}, have {what}");
                 let help = "make the two the same, or take one out of a copy of its file";
                 return Err(
-                    DescriptionError::new(file, text, at, message).with_help(Some(help.to_owned()))
+                    FileError::new(file, text, at, message).with_help(Some(help.to_owned()))
                 );
             }
         }
@@ -96,7 +96,7 @@ pub struct DbcNode {
 ///
 /// # Errors
 /// Where the text is no DBC.
-pub fn dbc_nodes(file: &str, text: &str) -> Result<Vec<DbcNode>, DescriptionError> {
+pub fn dbc_nodes(file: &str, text: &str) -> Result<Vec<DbcNode>, FileError> {
     Ok(nodes(&parsed(file, text)?))
 }
 
@@ -136,13 +136,13 @@ fn long_node<'a>(syntax: &'a Syntax, name: &'a str) -> &'a str {
     long.and_then(Value::text).unwrap_or(name)
 }
 
-fn parsed(file: &str, text: &str) -> Result<Syntax, DescriptionError> {
+fn parsed(file: &str, text: &str) -> Result<Syntax, FileError> {
     Syntax::parse(text).map_err(|Unexpected { at, expected }| {
         // In some countries one writes `0,5`, which is one number too many.
         let is_comma = text.get(at.clone()) == Some(",") && expected.starts_with("`)`");
         let help = is_comma.then(|| "numbers have a decimal point: `0.5`".to_owned());
         let message = format!("failed to read the DBC: expected {expected}");
-        DescriptionError::new(file, text, at, message).with_help(help)
+        FileError::new(file, text, at, message).with_help(help)
     })
 }
 

@@ -7,7 +7,7 @@ pub(crate) mod tests;
 use super::message::{Carrier, Message};
 use super::signal::{Signal, Storage};
 use super::{BitField, Carried, Layout};
-use crate::error::{DescriptionError, Mistake};
+use crate::error::{FileError, Mistake};
 use crate::hint;
 use crate::place::Place;
 use crate::protection::{
@@ -35,7 +35,7 @@ impl Layout {
         self,
         (file, text, line): (&str, &str, usize),
         tables: &BTreeMap<String, ProtectionTable>,
-    ) -> Result<Self, DescriptionError> {
+    ) -> Result<Self, FileError> {
         let place = Place::file().key("line").index(line).key("message");
         let names: Vec<String> = self.messages().iter().map(|known| known.name.clone()).collect();
         if let Some(name) = tables.keys().find(|name| !names.contains(name)) {

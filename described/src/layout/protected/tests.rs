@@ -26,7 +26,7 @@ BO_ 512 Request: 8 Manager
 "#;
 
 /// The cells with these lines on their messages.
-pub(crate) fn cells(rest: &str) -> Result<Description, crate::DescriptionError> {
+pub(crate) fn cells(rest: &str) -> Result<Description, crate::FileError> {
     let text = format!("name = \"cells\"\ndbc = \"pack.dbc\"\nnode = \"Cells\"\n{rest}");
     Description::parse("cells.toml", &text, &mut |_| Ok(DBC.to_owned()))
 }

@@ -256,6 +256,7 @@ mod tests {
             "check",
             "report",
             "show",
+            "diff",
             "list",
             "doctor",
             "draw",

@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use clap::Args;
-use plan::hint;
+use described::hint;
 use record::Device;
 use record::header::Header;
 use record::outcome::Outcome;

@@ -4,7 +4,7 @@
 use super::written::{key, number, text};
 use super::{ProjectFile, Template, with_schemas};
 use described::{
-    DbcNode, DescriptionError, Layout, Message, NOBODY, Note, Sender, Signal, dbc_nodes, dbc_text,
+    DbcNode, FileError, Layout, Message, NOBODY, Note, Sender, Signal, dbc_nodes, dbc_text,
 };
 use plan::{Name, QuantityName, unit_of};
 use std::collections::BTreeSet;
@@ -46,7 +46,7 @@ pub struct FromDbc {
 pub enum FromDbcError {
     /// It cannot be read, or has no such node.
     #[error(transparent)]
-    Description(#[from] Box<DescriptionError>),
+    Description(#[from] Box<FileError>),
     /// Which node is the device has to be said.
     #[error("{file} has {} nodes that send messages", nodes.len())]
     Several {

@@ -16,6 +16,9 @@
 //! | `done_is_done` | a turn or straight that a well controller calls done was not done |
 //! | `no_silent_wrong` | heading or position leaves its band, and no word of it before the lap's end |
 //!
+//! What is violated from when a fault began that no input of the controller shows (wheels that slip; another sensor would
+//! see them) is named as such: it is no mistake of the controller.
+//!
 //! Heading-based ones are judged while the gyro closes the loops: by odometry a plan asks for worse. A
 //! lap is a step of the plan; without steps, the run.
 //!

@@ -87,7 +87,12 @@ impl Monitor {
     pub fn verdicts(mut self, end: Timestamp) -> Vec<PropertyVerdict> {
         if let Some(of_robot) = &mut self.of_robot {
             let OfRobot { senses, judges, .. } = &mut **of_robot;
-            judges.iter_mut().for_each(|judge| judge.judge(senses, &Fact::LapEnded));
+            for judge in judges {
+                judge.judge(senses, &Fact::LapEnded);
+                if let Some(fault) = senses.unseen {
+                    judge.judgement_mut().unseen(fault);
+                }
+            }
         }
         let mut judges = self.of_robot.iter().flat_map(|of_robot| &of_robot.judges);
         let mut stated = self.stated.into_iter();
@@ -131,7 +136,11 @@ impl OfRobot {
         self.senses.take(now, seen, &mut self.facts);
         for fact in &self.facts {
             for &judge in &self.hearers[fact.topic() as usize] {
-                self.judges[judge].judge(&self.senses, fact);
+                let judge = &mut self.judges[judge];
+                judge.judge(&self.senses, fact);
+                if let Some(fault) = self.senses.unseen {
+                    judge.judgement_mut().unseen(fault);
+                }
             }
             self.reached.judge(&self.senses, fact);
         }

@@ -112,6 +112,8 @@ pub(super) struct Senses {
     pub(super) health: Health,
     pub(super) source: HeadingSource,
     pub(super) faults: usize,
+    /// The first fault that has begun and that no input of the controller shows, and when.
+    pub(super) unseen: Option<(&'static str, Timestamp)>,
     gyro: GyroDecoder,
     base: BaseEars,
     orders: VecDeque<(MissionId, Order)>,
@@ -127,6 +129,7 @@ impl Senses {
             health: Health::default(),
             source: HeadingSource::default(),
             faults: 0,
+            unseen: None,
             gyro: GyroDecoder::new(limits.gyro),
             base: match limits.base.map(|base| base.transport) {
                 None => BaseEars::None,
@@ -191,8 +194,9 @@ impl Senses {
             Seen::LapBegan => facts.push(Fact::LapBegan),
             Seen::LapEnded => facts.push(Fact::LapEnded),
             Seen::Placed => facts.push(Fact::Placed),
-            Seen::Faults { active } => {
+            Seen::Faults { active, unseen } => {
                 self.faults = *active;
+                self.unseen = self.unseen.or(unseen.map(|fault| (fault, now)));
                 facts.push(Fact::Faults);
             }
             Seen::BusOff => facts.push(Fact::BusOff),

@@ -48,6 +48,8 @@ impl From<&PropertyVerdict> for PropertySummary {
 pub(super) struct Judgement {
     margin: Option<f64>,
     first_violation: Option<Violation>,
+    /// What the first violation is called by is complete.
+    is_named: bool,
 }
 
 impl Judgement {
@@ -58,6 +60,17 @@ impl Judgement {
             self.first_violation = Some(Violation { at, what: what() });
         }
         self.margin = Some(self.margin.map_or(margin, |least| least.min(margin)));
+    }
+
+    /// A fault has begun that no input of the controller shows: a violation from now on is named as such.
+    pub(super) fn unseen(&mut self, (fault, since): (&str, Timestamp)) {
+        if let Some(violation) = &mut self.first_violation
+            && !self.is_named
+            && violation.at >= since
+        {
+            violation.what += &format!("; under {fault}, which no input of the controller shows");
+            self.is_named = true;
+        }
     }
 
     /// Where it was first violated.

@@ -5,8 +5,9 @@ use super::{
     FAULTS_MAX, Fault, FaultKind, Lasts, LineKind, Lines, Reach, Ride, Schedule, Share, Target,
     Toward, When,
 };
+use crate::Plan;
 use crate::speakers::whose;
-use crate::{Plan, hint};
+use described::hint;
 use std::collections::BTreeMap;
 
 /// Why a schedule cannot apply, and where that stands: in the fault at `index`, below `keys`.

@@ -30,7 +30,9 @@ pub use chance::Chance;
 pub use check::Unfit;
 pub use fault::{Fault, Target, TargetName, Toward};
 pub(crate) use kind::schema::name as kind_name_schema;
-pub use kind::{FaultKind, KindInfo, KindParameter, Lasts, Reach, Share, UnknownKind};
+pub use kind::{
+    FaultKind, KindInfo, KindParameter, Lasts, Reach, Share, UnknownKind, no_input_shows,
+};
 pub use lines::{LineKind, Lines, Ride, Said};
 pub use schedule::{FAULTS_MAX, Schedule};
 pub use when::When;

@@ -1,9 +1,9 @@
 //! What a node says on its line, where no file describes it.
 
 use super::{Builder, Parts};
-use crate::hint;
 use crate::library::{LibraryError, Source};
 use crate::rig::{LineTable, RigFile};
+use described::hint;
 use described::{DbcNode, Layout, Sender, dbc_nodes};
 
 impl Builder<'_> {

@@ -1,10 +1,10 @@
 //! What a gyro, or any sensor, does that its model does not know.
 
 use super::{Known, Needs, Op, StepKind};
-use crate::hint::proposal;
 use crate::name::Name;
 use crate::quantity::{OfMessage, QuantityName};
 use crate::validate::{Checked, Fault, Place, Segment, Survey};
+use described::hint::proposal;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;

@@ -1,9 +1,9 @@
 //! Fits become a calibration.
 
 use super::{Known, Op, StepKind};
-use crate::hint::proposal;
 use crate::name::Name;
 use crate::validate::{Checked, Place, Segment, Survey};
+use described::hint::proposal;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;

@@ -1,6 +1,6 @@
 //! Every mistake in a plan points at its place.
 
-use crate::{DEPTH_MAX, FILE_LEN_MAX, Plan, PlanError, STEPS_MAX};
+use crate::{DEPTH_MAX, FILE_LEN_MAX, FileError, Plan, STEPS_MAX};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
 const HEAD: &str = "name = \"p\"\ntitle = \"a plan\"\ndevices = \"paper-table\"\n";
@@ -16,12 +16,12 @@ fn with_measurement(measurement: &str) -> String {
     format!("{HEAD}steps = [{steps}]\n\n[[measurement]]\n{measurement}\n")
 }
 
-fn error(text: &str) -> PlanError {
+fn error(text: &str) -> FileError {
     Plan::parse("p.toml", text).expect_err(text)
 }
 
 /// As a terminal without colours shows it.
-pub(super) fn rendered(error: &PlanError) -> String {
+pub(super) fn rendered(error: &FileError) -> String {
     let theme = GraphicalTheme::unicode_nocolor();
     let handler = GraphicalReportHandler::new_themed(theme).with_width(100);
     let mut shown = String::new();

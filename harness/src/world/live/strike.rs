@@ -33,8 +33,8 @@ impl LiveWorld {
         let machine = device.machine();
         if faults.strike(now, &mut self.rig, &mut self.director, machine, sink) {
             device.struck(clock, now);
-            let active = faults.active();
-            self.see(now, &Seen::Faults { active });
+            let seen = faults.seen();
+            self.see(now, &seen);
         }
     }
 

@@ -1,6 +1,6 @@
 //! Two runs beside each other: which verdicts are others, and how far the figures moved.
 
-use super::{Style, keep_whole, lines, printable};
+use super::{Style, in_cell, judged, keep_whole, lines, measured, seen};
 use comfy_table::{Cell, Row};
 use record::figures;
 use record::outcome::{Measurement, PropertySummary, Summary, Verdict};
@@ -29,27 +29,15 @@ impl Judged<'_> {
 
     fn figure(&self) -> String {
         match self {
-            Self::Measurement(one) => match one.value {
-                Some(value) => figures::quantity(value, one.uncertainty, &one.unit),
-                None => "-".to_owned(),
-            },
-            Self::Property(one) => match (one.broken_s, one.margin) {
-                (Some(at_s), _) => format!("broken at {at_s:.3} s"),
-                (None, Some(margin)) => format!("margin {:.0} %", margin * 100.0),
-                (None, None) => "-".to_owned(),
-            },
+            Self::Measurement(one) => measured(one),
+            Self::Property(one) => seen(one),
         }
     }
 
     fn verdict(&self) -> &'static str {
         match self {
             Self::Measurement(one) => one.verdict.name(),
-            Self::Property(one) => match (one.held, one.always) {
-                (Some(true), _) => Verdict::Pass.name(),
-                (Some(false), true) => Verdict::Fail.name(),
-                (Some(false), false) => "not reached",
-                (None, _) => "not judged",
-            },
+            Self::Property(one) => judged(one).map_or_else(|word| word, Verdict::name),
         }
     }
 
@@ -75,18 +63,18 @@ pub fn comparison(one: &Summary, other: &Summary, style: Style) -> (String, usiz
         let [first, second] = judged;
         let verdict = |judged: Option<&Judged<'_>>| judged.map_or("-", Judged::verdict);
         let figure = |judged: Option<&Judged<'_>>| {
-            Cell::new(printable(&judged.map_or_else(|| "-".to_owned(), Judged::figure)))
+            Cell::new(in_cell(&judged.map_or_else(|| "-".to_owned(), Judged::figure)))
         };
         let moved = first.zip(second).and_then(|(first, second)| first.moved(second));
         let differs = verdict(first) != verdict(second);
         differing += usize::from(differs);
         table.add_row(Row::from([
-            Cell::new(printable(name)),
+            Cell::new(in_cell(name)),
             figure(first),
             figure(second),
             Cell::new(verdict(first)),
             Cell::new(if differs { verdict(second) } else { "same" }),
-            Cell::new(printable(&moved.unwrap_or_default())),
+            Cell::new(in_cell(&moved.unwrap_or_default())),
         ]));
     };
     let of_other: Vec<Judged<'_>> = Judged::all(other).collect();

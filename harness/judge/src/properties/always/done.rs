@@ -76,4 +76,8 @@ impl Judge for DoneIsDone {
     fn judgement(&self) -> &Judgement {
         &self.judgement
     }
+
+    fn judgement_mut(&mut self) -> &mut Judgement {
+        &mut self.judgement
+    }
 }

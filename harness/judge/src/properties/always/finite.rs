@@ -30,6 +30,10 @@ impl Judge for FiniteOutputs {
     fn judgement(&self) -> &Judgement {
         &self.judgement
     }
+
+    fn judgement_mut(&mut self) -> &mut Judgement {
+        &mut self.judgement
+    }
 }
 
 fn state_is_finite(state: &State) -> bool {

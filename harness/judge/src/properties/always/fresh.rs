@@ -50,4 +50,8 @@ impl Judge for FreshHeading {
     fn judgement(&self) -> &Judgement {
         &self.judgement
     }
+
+    fn judgement_mut(&mut self) -> &mut Judgement {
+        &mut self.judgement
+    }
 }

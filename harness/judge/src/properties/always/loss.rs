@@ -138,4 +138,8 @@ impl Judge for StopsOnLoss {
     fn judgement(&self) -> &Judgement {
         &self.judgement
     }
+
+    fn judgement_mut(&mut self) -> &mut Judgement {
+        &mut self.judgement
+    }
 }

@@ -24,6 +24,9 @@ pub(super) trait Judge: Debug {
 
     /// What it has come to.
     fn judgement(&self) -> &Judgement;
+
+    /// The same, to be named.
+    fn judgement_mut(&mut self) -> &mut Judgement;
 }
 
 /// The judge of `property`; what it does not state is taken from `limits`.

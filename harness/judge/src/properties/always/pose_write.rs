@@ -44,4 +44,8 @@ impl Judge for PoseWrittenAtRest {
     fn judgement(&self) -> &Judgement {
         &self.judgement
     }
+
+    fn judgement_mut(&mut self) -> &mut Judgement {
+        &mut self.judgement
+    }
 }

@@ -137,6 +137,10 @@ impl Judge for NoSilentWrong {
     fn judgement(&self) -> &Judgement {
         &self.judgement
     }
+
+    fn judgement_mut(&mut self) -> &mut Judgement {
+        &mut self.judgement
+    }
 }
 
 /// `pose` in the frame of `start`.

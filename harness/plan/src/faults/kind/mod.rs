@@ -7,7 +7,7 @@ mod vocabulary;
 pub use vocabulary::FaultKind;
 
 use super::Target;
-use crate::hint::proposal;
+use described::hint::proposal;
 
 /// One kind of fault, as a table or a campaign sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,6 +28,14 @@ pub struct KindInfo {
     pub source: &'static str,
     /// The kind with a typical value of each parameter.
     pub typical: FaultKind,
+}
+
+/// Kinds that nothing shows which the paper's controller hears: wheels that slip alike turn as the encoders say.
+const NO_INPUT_SHOWS: &[&str] = &["wheel_slip"];
+
+/// The kind of this name, where no input of the paper's controller shows it.
+pub fn no_input_shows(name: &str) -> Option<&'static str> {
+    NO_INPUT_SHOWS.iter().copied().find(|kind| *kind == name)
 }
 
 /// One parameter of a kind.
