@@ -93,6 +93,11 @@ impl BaseDriver {
         self.motion
     }
 
+    /// What it says of its path from the last motion message on has nothing to do with what it said before.
+    pub(crate) const fn counts_anew(&self) -> bool {
+        self.path.counts_anew()
+    }
+
     /// Requests that found the queue full.
     pub(crate) const fn refused(&self) -> u32 {
         self.refused

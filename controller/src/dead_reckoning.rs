@@ -64,6 +64,11 @@ impl DeadReckoning {
         self.last_odometry = Some((motion.heading, write));
     }
 
+    /// The base's path begins anew with this message: nobody knows how far it went before.
+    pub(crate) const fn count_anew(&mut self, motion: &Motion) {
+        self.displacement = Some(motion.displacement);
+    }
+
     /// Goes along the path since the message before, on the mean of the headings at its ends.
     pub(crate) fn advance(&mut self, motion: &Motion, heading: Angle) {
         if let Some(before) = self.displacement {

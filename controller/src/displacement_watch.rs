@@ -16,11 +16,13 @@ pub(crate) struct DisplacementWatch {
     late_max: Span,
     credible: Option<(Timestamp, Length)>,
     doubtful: Option<(Timestamp, Length)>,
+    /// The last one believed was so because the one before bore it out.
+    anew: bool,
 }
 
 impl DisplacementWatch {
     pub(crate) const fn new(speed_max: Speed, late_max: Span) -> Self {
-        Self { speed_max, late_max, credible: None, doubtful: None }
+        Self { speed_max, late_max, credible: None, doubtful: None, anew: false }
     }
 
     /// Could a base have said so `now`?
@@ -29,7 +31,9 @@ impl DisplacementWatch {
         let near = |before: Option<(Timestamp, Length)>| {
             before.is_some_and(|before| self.could_follow(before, said))
         };
-        let believed = self.credible.is_none() || near(self.credible) || near(self.doubtful);
+        let follows = self.credible.is_none() || near(self.credible);
+        let believed = follows || near(self.doubtful);
+        self.anew = believed && !follows;
         if believed {
             self.credible = Some(said);
             self.doubtful = None;
@@ -37,6 +41,11 @@ impl DisplacementWatch {
             self.doubtful = Some(said);
         }
         believed
+    }
+
+    /// The base counts anew from what was believed last: how far it went between is not known.
+    pub(crate) const fn counts_anew(&self) -> bool {
+        self.anew
     }
 
     fn could_follow(
@@ -75,8 +84,9 @@ mod tests {
         assert!(!believes(&mut watch, 80, 17.0), "another one does not bear it out");
         assert!(believes(&mut watch, 100, 3.02));
         assert!(!believes(&mut watch, 120, 0.0));
-        assert!(believes(&mut watch, 140, 0.0), "counts anew");
-        assert!(believes(&mut watch, 160, 0.01));
+        assert!(!watch.counts_anew());
+        assert!(believes(&mut watch, 140, 0.0) && watch.counts_anew());
+        assert!(believes(&mut watch, 160, 0.01) && !watch.counts_anew());
     }
 
     proptest! {

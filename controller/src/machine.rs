@@ -325,6 +325,10 @@ impl Controller {
 
     fn hear_motion(&mut self, now: Timestamp, heard: Option<Motion>) {
         let Some(motion) = heard else { return };
+        if self.base.as_ref().is_some_and(BaseDriver::counts_anew) {
+            self.reckoning.count_anew(&motion);
+            self.odometry_doubtful = true;
+        }
         self.reckoning.odometry(&motion);
         let heading = self.heading();
         let heading = if self.plants(Mutant::MirroredReckoning) { -heading } else { heading };

@@ -56,13 +56,15 @@ pub fn for_each_seed<T: Send>(
 }
 
 /// What one plan came to under one seed, as small as a share needs it.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SeedVerdicts {
     /// Why the run did not go to its end: its outcome and a sentence.
     pub broke_off: Option<(Outcome, String)>,
     /// Measurement by measurement, in the order of the plan: was it acceptable? None of a run that
     /// broke off is: what it did not come to might have failed.
     pub accepted: Vec<bool>,
+    /// Its figure and the standard uncertainty of that, likewise; none where it has none.
+    pub figures: Vec<Option<(f64, f64)>>,
 }
 
 impl SeedVerdicts {
@@ -73,6 +75,10 @@ impl SeedVerdicts {
         Self {
             broke_off: (!complete).then(|| (ended, reason.unwrap_or_default().to_owned())),
             accepted: measurements.iter().map(accepted).collect(),
+            figures: measurements
+                .iter()
+                .map(|one| one.value.filter(|_| complete).map(|value| (value, one.uncertainty)))
+                .collect(),
         }
     }
 
@@ -94,8 +100,34 @@ pub struct SeedShare {
     pub seeds: u64,
     /// 95 % Wilson interval of the share, lower and upper end, from 0 to 1.
     pub interval: (f64, f64),
+    /// How often a run's stated 95 % interval held the mean over all seeds; none where a figure is no estimate from many
+    /// values, or comes out the same in every run.
+    pub coverage: Option<Coverage>,
     /// What the paper gives, with its place.
     pub paper: Option<String>,
+}
+
+/// How many of the intervals that runs state hold what they are of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Coverage {
+    /// Those that do.
+    pub held: u64,
+    /// All.
+    pub of: u64,
+}
+
+impl Coverage {
+    /// Of figures and their standard uncertainties. What they are of is their mean, which is known to a share of
+    /// `1 / sqrt(n)` of one run's spread.
+    fn of(figures: &[(f64, f64)]) -> Option<Self> {
+        let first = figures.first()?;
+        if figures.iter().all(|figure| figure == first) {
+            return None;
+        }
+        let mean = figures.iter().map(|(value, _)| value).sum::<f64>() / figures.len() as f64;
+        let held = figures.iter().filter(|(value, u)| (value - mean).abs() <= Z_95 * u).count();
+        Some(Self { held: held as u64, of: figures.len() as u64 })
+    }
 }
 
 /// Over how many seeds each measurement of `plan` was acceptable, with the 95 % Wilson interval.
@@ -104,6 +136,8 @@ pub fn shares(plan: &Plan, runs: &[(u64, &SeedVerdicts)]) -> Vec<SeedShare> {
         let accepted = |(_, run): &&(u64, &SeedVerdicts)| run.accepted.get(index) == Some(&true);
         let (passed, seeds) = (runs.iter().filter(accepted).count() as u64, runs.len() as u64);
         let interval = wilson(passed, seeds, Z_95);
+        let figures = runs.iter().filter_map(|(_, run)| *run.figures.get(index)?);
+        let figures: Vec<_> = figures.filter(|_| declared.check.estimates()).collect();
         SeedShare {
             plan: plan.name.as_str().to_owned(),
             measurement: declared.name.as_str().to_owned(),
@@ -111,6 +145,7 @@ pub fn shares(plan: &Plan, runs: &[(u64, &SeedVerdicts)]) -> Vec<SeedShare> {
             seeds,
             // No seed says nothing: the share may be anything.
             interval: interval.map_or((0.0, 1.0), |interval| (interval.lower, interval.upper)),
+            coverage: Coverage::of(&figures),
             paper: declared.paper.clone(),
         }
     };
@@ -124,7 +159,7 @@ pub fn not_passed<'a>(runs: &[(u64, &'a SeedVerdicts)]) -> Vec<(u64, &'a SeedVer
 
 #[cfg(test)]
 mod tests {
-    use super::{SeedVerdicts, for_each_seed, not_passed, shares};
+    use super::{Coverage, SeedVerdicts, for_each_seed, not_passed, shares};
     use plan::Plan;
     use proptest::prelude::*;
     use record::outcome::Outcome;
@@ -186,14 +221,22 @@ mod tests {
     }
 
     fn run(accepted: bool) -> SeedVerdicts {
-        SeedVerdicts { broke_off: None, accepted: vec![accepted] }
+        SeedVerdicts { broke_off: None, accepted: vec![accepted], figures: vec![None] }
+    }
+
+    #[test]
+    fn coverage_is_of_the_mean_over_the_seeds() {
+        let held = |figures: &[(f64, f64)]| Coverage::of(figures).map(|one| (one.held, one.of));
+        assert_eq!(held(&[(1.0, 0.1), (3.0, 0.1), (2.1, 0.1), (1.9, 0.01)]), Some((1, 4)));
+        assert_eq!(held(&[(1.0, 0.1), (1.0, 0.1)]), None, "nothing is random in it");
+        assert_eq!(held(&[]), None);
     }
 
     #[test]
     fn a_share_counts_the_acceptable() {
         let broke_off = Some((Outcome::Timeout, "too long".to_owned()));
         let (good, bad) = (run(true), run(false));
-        let broken = SeedVerdicts { broke_off, accepted: vec![false] };
+        let broken = SeedVerdicts { broke_off, accepted: vec![false], figures: vec![None] };
         let runs = [(3, &good), (4, &bad), (5, &broken), (6, &good)];
         let shares = shares(&plan(), &runs);
         assert_eq!(shares.len(), 1);

@@ -149,6 +149,21 @@ pub enum UmbmarkFigure {
 }
 
 impl Check {
+    /// The figure is estimated from many values, and its uncertainty says how far another run's would be from it. That of
+    /// a worst value is the reading's alone, and a count has none.
+    pub const fn estimates(&self) -> bool {
+        matches!(
+            self,
+            Self::MeanWithin(_)
+                | Self::RmsWithin(_)
+                | Self::RmsRatioWithin { .. }
+                | Self::SlopeWithin { .. }
+                | Self::InterceptWithin { .. }
+                | Self::CorrelationWithin { .. }
+                | Self::UmbmarkWithin { .. }
+        )
+    }
+
     /// The tag on the abscissa, where there is one.
     pub fn against(&self) -> Option<&str> {
         match self {

@@ -167,10 +167,10 @@ mod tests {
     #[test]
     fn seeds_that_did_not_pass_are_named() {
         let plan = load_plan(&Library::shipped(), "warm-up").unwrap();
-        let good = SeedVerdicts { broke_off: None, accepted: vec![true] };
-        let bad = SeedVerdicts { broke_off: None, accepted: vec![false] };
+        let good = SeedVerdicts { broke_off: None, accepted: vec![true], figures: Vec::new() };
+        let bad = SeedVerdicts { broke_off: None, accepted: vec![false], figures: Vec::new() };
         let broke_off = Some((Outcome::Timeout, "the plan took longer than its limit".to_owned()));
-        let broken = SeedVerdicts { broke_off, accepted: vec![false] };
+        let broken = SeedVerdicts { broke_off, accepted: vec![false], figures: Vec::new() };
         assert_eq!(remark(&plan, &[(1, &good)]), "");
         let runs: Vec<_> =
             (1..9).map(|seed| (seed, if seed == 3 { &broken } else { &bad })).collect();

@@ -4,7 +4,8 @@ use super::{Style, in_cell, lines};
 use campaign::seeds::SeedShare;
 use comfy_table::Cell;
 
-const HEADER: [&str; 5] = ["procedure", "measurement", "seeds that pass", "95 % interval", "paper"];
+const HEADER: [&str; 6] =
+    ["procedure", "measurement", "seeds that pass", "95 % interval", "intervals hold", "paper"];
 
 fn cells(one: &SeedShare) -> [String; HEADER.len()] {
     let share = match one.seeds {
@@ -20,6 +21,10 @@ fn cells(one: &SeedShare) -> [String; HEADER.len()] {
         in_cell(&one.measurement),
         share,
         format!("{:.1} % to {:.1} %", 100.0 * lower, 100.0 * upper),
+        one.coverage.map_or_else(
+            || "-".to_owned(),
+            |one| format!("{:.1} %", 100.0 * one.held as f64 / one.of as f64),
+        ),
         in_cell(one.paper.as_deref().unwrap_or("-")),
     ]
 }
@@ -50,6 +55,7 @@ fn markdown_row(cells: [String; HEADER.len()]) -> String {
 mod tests {
     use super::{SeedShare, seeds_markdown, seeds_table};
     use crate::console::Style;
+    use campaign::seeds::Coverage;
 
     fn shares() -> Vec<SeedShare> {
         let share = SeedShare {
@@ -58,10 +64,17 @@ mod tests {
             passed: 187,
             seeds: 200,
             interval: (0.892_2, 0.961_6),
+            coverage: Some(Coverage { held: 190, of: 200 }),
             paper: Some("±1.0 deg in 40 runs | Fig. 5".into()),
         };
-        let none =
-            SeedShare { passed: 0, seeds: 0, interval: (0.0, 1.0), paper: None, ..share.clone() };
+        let none = SeedShare {
+            passed: 0,
+            seeds: 0,
+            interval: (0.0, 1.0),
+            coverage: None,
+            paper: None,
+            ..share.clone()
+        };
         vec![share, none]
     }
 
