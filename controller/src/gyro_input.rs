@@ -28,7 +28,7 @@ pub(crate) struct GyroInput {
     integrator: HeadingIntegrator,
     heard: Option<Timestamp>,
     good: Option<Timestamp>,
-    /// When the last silence ended. What came at that instant may have waited all the time.
+    /// When the last pause ended. What came at that instant may have waited all the time.
     returned: Timestamp,
     skipped: u16,
     /// On a base, which turns no faster than it can.
@@ -127,7 +127,7 @@ impl GyroInput {
         !self.is_silent_for(now, self.config.stream.format.period() * 2)
     }
 
-    /// A sample came that was not among those which ended a silence: a host that stood still hears at once what waited
+    /// A sample came that was not among those which ended a pause: a host that stood still hears at once what waited
     /// for it, and knows no age of it.
     pub(crate) fn is_current(&self) -> bool {
         self.heard.is_some_and(|heard| heard > self.returned)
@@ -155,11 +155,14 @@ impl GyroInput {
     // A reading is large: it is not handed from function to function.
     #[inline(always)]
     pub(crate) fn take(&mut self, now: Timestamp, sample: &GyroSample) -> Option<Reading> {
-        if self.heard.is_none_or(|heard| now - heard > self.config.timeout) {
+        // What waited for less makes no heading older than one and a half time-outs.
+        if self.is_silent_for(now, self.config.timeout / 2) {
             self.returned = now;
-            if let Some(gate) = &mut self.gate {
-                gate.restart();
-            }
+        }
+        if let Some(gate) = &mut self.gate
+            && self.heard.is_none_or(|heard| now - heard > self.config.timeout)
+        {
+            gate.restart();
         }
         self.heard = Some(now);
         let whole = sample.valid && !sample.status.built_in_test_failed;

@@ -27,21 +27,21 @@ const ERROR_FLAG: u32 = 1 << 29;
 
 /// The entries of a candump log.
 #[derive(Debug)]
-pub struct Reader<R: Read> {
+pub(crate) struct Reader<R: Read> {
     lines: Lines<R>,
     /// Of the line before: mostly that of the next.
     channel: Channel,
-    ended: bool,
 }
 
 impl<R: Read> Reader<R> {
     /// Reads from `input`; `path` is named in errors.
-    pub fn new(path: &Path, input: R) -> Self {
+    pub(crate) fn new(path: &Path, input: R) -> Self {
         let lines = Lines::new(path, input, Format::Candump);
-        Self { lines, channel: Channel::CAN0, ended: false }
+        Self { lines, channel: Channel::CAN0 }
     }
 
-    fn read(&mut self) -> Result<Option<Entry>, LogError> {
+    /// The next entry; none at the end.
+    pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
         while self.lines.advance()? {
             let text = self.lines.text();
             if !text.is_empty() {
@@ -52,19 +52,6 @@ impl<R: Read> Reader<R> {
             }
         }
         Ok(None)
-    }
-}
-
-impl<R: Read> Iterator for Reader<R> {
-    type Item = Result<Entry, LogError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        if self.ended {
-            return None;
-        }
-        let read = self.read().transpose();
-        self.ended = !matches!(read, Some(Ok(_)));
-        read
     }
 }
 

@@ -121,20 +121,21 @@ pub enum Kept {
     LeftOut,
 }
 
-/// The entries of a file, in its order.
+/// The entries of a file, in its order; after an error there are none.
 #[derive(Debug)]
-pub enum LogReader<R: Read + Seek = TellingFile> {
-    /// Of a candump log.
+pub struct LogReader<R: Read + Seek = TellingFile> {
+    reader: Reader<R>,
+    ended: bool,
+}
+
+/// Boxed are those that keep more than a line.
+#[derive(Debug)]
+enum Reader<R: Read + Seek> {
     Candump(candump::Reader<R>),
-    /// Of an ASC file. Boxed, as others that keep more than a line.
     Asc(Box<asc::Reader<R>>),
-    /// Of a pcapng file.
     Pcapng(Box<pcapng::Reader<R>>),
-    /// Of a TRC file.
     Trc(Box<trc::Reader<R>>),
-    /// Of a BLF file.
     Blf(Box<blf::Reader<R>>),
-    /// Of an MDF file.
     Mdf4(Box<mdf4::Reader<R>>),
 }
 
@@ -164,26 +165,27 @@ impl<R: Read + Seek> LogReader<R> {
     /// # Errors
     /// When it does not begin as such a file does.
     pub fn new(path: &Path, input: R, format: Format) -> Result<Self, LogError> {
-        Ok(match format {
-            Format::Candump => Self::Candump(candump::Reader::new(path, input)),
-            Format::Asc => Self::Asc(Box::new(asc::Reader::new(path, input))),
-            Format::Pcapng => Self::Pcapng(Box::new(pcapng::Reader::new(path, input)?)),
-            Format::Trc => Self::Trc(Box::new(trc::Reader::new(path, input))),
-            Format::Blf => Self::Blf(Box::new(blf::Reader::new(path, input)?)),
-            Format::Mdf4 => Self::Mdf4(Box::new(mdf4::Reader::new(path, input)?)),
-        })
+        let reader = match format {
+            Format::Candump => Reader::Candump(candump::Reader::new(path, input)),
+            Format::Asc => Reader::Asc(Box::new(asc::Reader::new(path, input))),
+            Format::Pcapng => Reader::Pcapng(Box::new(pcapng::Reader::new(path, input)?)),
+            Format::Trc => Reader::Trc(Box::new(trc::Reader::new(path, input))),
+            Format::Blf => Reader::Blf(Box::new(blf::Reader::new(path, input)?)),
+            Format::Mdf4 => Reader::Mdf4(Box::new(mdf4::Reader::new(path, input)?)),
+        };
+        Ok(Self { reader, ended: false })
     }
 
     /// Lines, blocks, objects or records so far that are neither frames nor packets of a serial line: statistics, status,
     /// other buses, other link types.
     pub fn passed_over(&self) -> u64 {
-        match self {
-            Self::Candump(_) => 0,
-            Self::Asc(reader) => reader.passed_over(),
-            Self::Pcapng(reader) => reader.passed_over(),
-            Self::Trc(reader) => reader.passed_over(),
-            Self::Blf(reader) => reader.passed_over(),
-            Self::Mdf4(reader) => reader.passed_over(),
+        match &self.reader {
+            Reader::Candump(_) => 0,
+            Reader::Asc(reader) => reader.passed_over(),
+            Reader::Pcapng(reader) => reader.passed_over(),
+            Reader::Trc(reader) => reader.passed_over(),
+            Reader::Blf(reader) => reader.passed_over(),
+            Reader::Mdf4(reader) => reader.passed_over(),
         }
     }
 }
@@ -192,14 +194,20 @@ impl<R: Read + Seek> Iterator for LogReader<R> {
     type Item = Result<Entry, LogError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        match self {
-            Self::Candump(reader) => reader.next(),
-            Self::Asc(reader) => reader.next(),
-            Self::Pcapng(reader) => reader.next(),
-            Self::Trc(reader) => reader.next(),
-            Self::Blf(reader) => reader.next(),
-            Self::Mdf4(reader) => reader.next(),
+        if self.ended {
+            return None;
         }
+        let read = match &mut self.reader {
+            Reader::Candump(reader) => reader.read(),
+            Reader::Asc(reader) => reader.read(),
+            Reader::Pcapng(reader) => reader.read(),
+            Reader::Trc(reader) => reader.read(),
+            Reader::Blf(reader) => reader.read(),
+            Reader::Mdf4(reader) => reader.read(),
+        };
+        let read = read.transpose();
+        self.ended = !matches!(read, Some(Ok(_)));
+        read
     }
 }
 

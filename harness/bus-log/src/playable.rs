@@ -117,7 +117,8 @@ impl<I: Iterator<Item = Result<Entry, LogError>>> Iterator for Playable<I> {
 #[cfg(test)]
 mod tests {
     use super::{Channel, LeftOut, Playable};
-    use crate::candump;
+    use crate::{Format, LogReader};
+    use std::io::Cursor;
 
     const LOG: &str = "\
 (1.000000) can0 20000080#0000000000000000
@@ -128,7 +129,7 @@ mod tests {
 ";
 
     fn played(channel: Option<Channel>) -> (Vec<i64>, LeftOut, Option<Channel>) {
-        let reader = candump::Reader::new("x.log".as_ref(), LOG.as_bytes());
+        let reader = LogReader::new("x.log".as_ref(), Cursor::new(LOG), Format::Candump).unwrap();
         let mut frames = Playable::new(reader, channel, false);
         let times = frames.by_ref().map(|entry| entry.unwrap().at.as_nanos() / 1_000_000).collect();
         (times, frames.left_out(), frames.channel())
@@ -142,7 +143,7 @@ mod tests {
         let (times, left_out, _) = played(Some(Channel::CAN0));
         assert_eq!((times, left_out.total()), (vec![1_003], 4));
         assert_eq!(played(Channel::new("vcan7")).0, [0; 0]);
-        let with_fd = candump::Reader::new("x.log".as_ref(), LOG.as_bytes());
+        let with_fd = LogReader::new("x.log".as_ref(), Cursor::new(LOG), Format::Candump).unwrap();
         assert_eq!(Playable::new(with_fd, None, true).count(), 3);
         assert_eq!(LeftOut::default().to_string(), "0");
     }

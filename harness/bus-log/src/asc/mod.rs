@@ -30,7 +30,7 @@ mod event;
 mod read;
 mod write;
 
-pub use read::Reader;
+pub(crate) use read::Reader;
 pub use write::Writer;
 
 /// In the flags of a CANFD event: extended data length, that is, a CAN FD frame.

@@ -21,7 +21,7 @@ enum Times {
 
 /// The entries of an ASC file.
 #[derive(Debug)]
-pub struct Reader<R: Read> {
+pub(crate) struct Reader<R: Read> {
     lines: Lines<R>,
     base: Base,
     times: Times,
@@ -30,7 +30,6 @@ pub struct Reader<R: Read> {
     /// Time of the last event, since then.
     last: Span,
     passed_over: u64,
-    ended: bool,
 }
 
 /// What a line is.
@@ -46,7 +45,7 @@ enum Line<'a> {
 
 impl<R: Read> Reader<R> {
     /// Reads from `input`; `path` is named in errors.
-    pub fn new(path: &Path, input: R) -> Self {
+    pub(crate) fn new(path: &Path, input: R) -> Self {
         Self {
             lines: Lines::new(path, input, Format::Asc),
             base: Base::Hex,
@@ -54,16 +53,16 @@ impl<R: Read> Reader<R> {
             began: Timestamp::ZERO,
             last: Span::ZERO,
             passed_over: 0,
-            ended: false,
         }
     }
 
     /// Events so far that are no frames of a CAN bus, and lines that are not understood.
-    pub const fn passed_over(&self) -> u64 {
+    pub(crate) const fn passed_over(&self) -> u64 {
         self.passed_over
     }
 
-    fn read(&mut self) -> Result<Option<Entry>, LogError> {
+    /// The next entry; none at the end.
+    pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
         while self.lines.advance()? {
             let line = parse(self.lines.text()).map_err(|defect| self.lines.malformed(defect))?;
             match line {
@@ -93,19 +92,6 @@ impl<R: Read> Reader<R> {
             }
         }
         Ok(None)
-    }
-}
-
-impl<R: Read> Iterator for Reader<R> {
-    type Item = Result<Entry, LogError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        if self.ended {
-            return None;
-        }
-        let read = self.read().transpose();
-        self.ended = !matches!(read, Some(Ok(_)));
-        read
     }
 }
 

@@ -34,7 +34,7 @@ mod object;
 mod read;
 mod write;
 
-pub use read::Reader;
+pub(crate) use read::Reader;
 pub use write::Writer;
 
 /// The begin of a file.

@@ -12,13 +12,12 @@ use wire::time::Timestamp;
 
 /// The entries of a BLF file.
 #[derive(Debug)]
-pub struct Reader<R: Read> {
+pub(crate) struct Reader<R: Read> {
     containers: Containers<R>,
     window: Window,
     /// Nanoseconds since 1970.
     began: i64,
     passed_over: u64,
-    ended: bool,
 }
 
 impl<R: Read> Reader<R> {
@@ -26,18 +25,19 @@ impl<R: Read> Reader<R> {
     ///
     /// # Errors
     /// When it does not begin as such a file does.
-    pub fn new(path: &Path, input: R) -> Result<Self, LogError> {
+    pub(crate) fn new(path: &Path, input: R) -> Result<Self, LogError> {
         let (containers, head) = Containers::new(path, input)?;
         let began = head[BEGAN_AT..].first_chunk().and_then(date::parse).unwrap_or(0);
-        Ok(Self { containers, window: Window::new(), began, passed_over: 0, ended: false })
+        Ok(Self { containers, window: Window::new(), began, passed_over: 0 })
     }
 
     /// Objects so far that are no frames of a CAN bus.
-    pub const fn passed_over(&self) -> u64 {
+    pub(crate) const fn passed_over(&self) -> u64 {
         self.passed_over + self.containers.passed_over()
     }
 
-    fn read(&mut self) -> Result<Option<Entry>, LogError> {
+    /// The next entry; none at the end.
+    pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
         while self.find()? {
             let base = self.window.bytes();
             let word = |place: usize| base[place..].first_chunk().copied().map(u32::from_le_bytes);
@@ -105,18 +105,5 @@ impl<R: Read> Reader<R> {
 
     fn cut(&self) -> LogError {
         self.containers.malformed(Defect::new("a whole object", b"the end of the last container"))
-    }
-}
-
-impl<R: Read> Iterator for Reader<R> {
-    type Item = Result<Entry, LogError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        if self.ended {
-            return None;
-        }
-        let read = self.read().transpose();
-        self.ended = !matches!(read, Some(Ok(_)));
-        read
     }
 }

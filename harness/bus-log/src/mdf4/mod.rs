@@ -38,7 +38,7 @@ mod stream;
 mod variable;
 mod write;
 
-pub use read::Reader;
+pub(crate) use read::Reader;
 pub use write::Writer;
 
 /// The begin of a file, and of one that was not finished.

@@ -14,14 +14,13 @@ const UNFINISHED: u16 = 0x2f;
 
 /// The entries of an MDF file. It has as many buffers as there are data groups with frames.
 #[derive(Debug)]
-pub struct Reader<R: Read + Seek> {
+pub(crate) struct Reader<R: Read + Seek> {
     source: Source<R>,
     streams: Vec<Stream>,
     /// The next entry of each; none of one that has no more.
     heads: Vec<Option<Entry>>,
     /// The streams whose next entry is not known.
     unknown: Vec<usize>,
-    ended: bool,
 }
 
 impl<R: Read + Seek> Reader<R> {
@@ -29,7 +28,7 @@ impl<R: Read + Seek> Reader<R> {
     ///
     /// # Errors
     /// When it does not begin as such a file does.
-    pub fn new(path: &Path, input: R) -> Result<Self, LogError> {
+    pub(crate) fn new(path: &Path, input: R) -> Result<Self, LogError> {
         let mut source = Source::new(path, input)?;
         let mut head = [0; IDENTIFICATION_BYTES];
         source.at(0, &mut head)?;
@@ -58,15 +57,16 @@ impl<R: Read + Seek> Reader<R> {
             groups.into_iter().map(|group| Stream::new(group, began, !is_finished)).collect();
         let heads = streams.iter().map(|_| None).collect();
         let unknown = (0..streams.len()).collect();
-        Ok(Self { source, streams, heads, unknown, ended: false })
+        Ok(Self { source, streams, heads, unknown })
     }
 
     /// Records so far that are no frames, in groups that have frames, too.
-    pub fn passed_over(&self) -> u64 {
+    pub(crate) fn passed_over(&self) -> u64 {
         self.streams.iter().map(Stream::passed_over).sum()
     }
 
-    fn read(&mut self) -> Result<Option<Entry>, LogError> {
+    /// The next entry; none at the end.
+    pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
         for index in self.unknown.drain(..) {
             self.heads[index] = self.streams[index].next(&mut self.source)?;
         }
@@ -75,18 +75,5 @@ impl<R: Read + Seek> Reader<R> {
         let Some((_, index)) = times.min() else { return Ok(None) };
         self.unknown.push(index);
         Ok(self.heads[index].take())
-    }
-}
-
-impl<R: Read + Seek> Iterator for Reader<R> {
-    type Item = Result<Entry, LogError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        if self.ended {
-            return None;
-        }
-        let read = self.read().transpose();
-        self.ended = !matches!(read, Some(Ok(_)));
-        read
     }
 }

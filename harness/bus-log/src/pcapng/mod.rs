@@ -15,7 +15,7 @@ mod read;
 pub mod socketcan;
 mod write;
 
-pub use read::Reader;
+pub(crate) use read::Reader;
 pub use write::Writer;
 
 use pcap_parser::Linktype;

@@ -24,13 +24,12 @@ const BLOCK_BYTES_MAX: usize = 4 * BUFFER_BYTES;
 const NANOS_A_SECOND: i128 = 1_000_000_000;
 
 /// The entries of a pcapng file.
-pub struct Reader<R: Read> {
+pub(crate) struct Reader<R: Read> {
     path: PathBuf,
     blocks: PcapNGReader<Told<R>>,
     error: Error,
     section: Section,
     passed_over: u64,
-    ended: bool,
 }
 
 /// Keeps the error of its input: the parser only says that there was one.
@@ -108,7 +107,7 @@ impl<R: Read> Reader<R> {
     ///
     /// # Errors
     /// When it does not begin with the head of a section.
-    pub fn new(path: &Path, input: R) -> Result<Self, LogError> {
+    pub(crate) fn new(path: &Path, input: R) -> Result<Self, LogError> {
         let error = Error::default();
         let input = Told { input, error: Arc::clone(&error) };
         let blocks = PcapNGReader::new(BLOCK_BYTES_MAX, input).map_err(|failed| match failed {
@@ -116,16 +115,17 @@ impl<R: Read> Reader<R> {
             _ => malformed(path, 0, Defect::new("the head of a section of pcapng", b"other bytes")),
         })?;
         let section = Section::default();
-        Ok(Self { path: path.to_owned(), blocks, error, section, passed_over: 0, ended: false })
+        Ok(Self { path: path.to_owned(), blocks, error, section, passed_over: 0 })
     }
 
     /// Blocks so far that are neither packets of a CAN bus nor of a serial line of ours, heads of sections
     /// and interfaces apart.
-    pub const fn passed_over(&self) -> u64 {
+    pub(crate) const fn passed_over(&self) -> u64 {
         self.passed_over
     }
 
-    fn read(&mut self) -> Result<Option<Entry>, LogError> {
+    /// The next entry; none at the end.
+    pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
         loop {
             let begins_at = self.blocks.consumed() as u64;
             let at = |defect| malformed(&self.path, begins_at, defect);
@@ -160,19 +160,6 @@ impl<R: Read> Reader<R> {
 impl<R: Read> fmt::Debug for Reader<R> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Reader").field("path", &self.path).finish_non_exhaustive()
-    }
-}
-
-impl<R: Read> Iterator for Reader<R> {
-    type Item = Result<Entry, LogError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        if self.ended {
-            return None;
-        }
-        let read = self.read().transpose();
-        self.ended = !matches!(read, Some(Ok(_)));
-        read
     }
 }
 

@@ -38,7 +38,7 @@ mod message;
 mod read;
 mod write;
 
-pub use read::Reader;
+pub(crate) use read::Reader;
 pub use write::Writer;
 
 /// Nanoseconds of a day, the unit of the start.

@@ -12,26 +12,26 @@ use wire::time::Timestamp;
 
 /// The entries of a TRC file.
 #[derive(Debug)]
-pub struct Reader<R: Read> {
+pub(crate) struct Reader<R: Read> {
     lines: Lines<R>,
     head: Head,
     passed_over: u64,
-    ended: bool,
 }
 
 impl<R: Read> Reader<R> {
     /// Reads from `input`; `path` is named in errors.
-    pub fn new(path: &Path, input: R) -> Self {
+    pub(crate) fn new(path: &Path, input: R) -> Self {
         let lines = Lines::new(path, input, Format::Trc);
-        Self { lines, head: Head::default(), passed_over: 0, ended: false }
+        Self { lines, head: Head::default(), passed_over: 0 }
     }
 
     /// Messages so far that are no frames of a CAN bus.
-    pub const fn passed_over(&self) -> u64 {
+    pub(crate) const fn passed_over(&self) -> u64 {
         self.passed_over
     }
 
-    fn read(&mut self) -> Result<Option<Entry>, LogError> {
+    /// The next entry; none at the end.
+    pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
         while self.lines.advance()? {
             match self.line() {
                 Ok(Some(entry)) => return Ok(Some(entry)),
@@ -65,18 +65,5 @@ impl<R: Read> Reader<R> {
             direction: message.direction,
             payload: message.payload,
         }))
-    }
-}
-
-impl<R: Read> Iterator for Reader<R> {
-    type Item = Result<Entry, LogError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        if self.ended {
-            return None;
-        }
-        let read = self.read().transpose();
-        self.ended = !matches!(read, Some(Ok(_)));
-        read
     }
 }
