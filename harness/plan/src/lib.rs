@@ -29,7 +29,7 @@
 //!
 //! A step is a table with one key, the [`Action`]; `label` and `time_limit_s` may stand beside it. A key
 //! carries its unit; the parsed plan is SI. Nothing is guessed: an unknown key, a value out of bounds or
-//! a reference to nothing is a [`FileError`](described::FileError) that shows its place in the file.
+//! a reference to nothing is a [`FileError`] that shows its place in the file.
 //!
 //! Around it: what goes wrong on purpose ([`faults`]), which port plays which role ([`bench_file`]), what one plan makes
 //! and a later one uses ([`calibrations`], [`models`], [`made`]). [`library`] reads these files, and those that ship;
