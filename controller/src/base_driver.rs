@@ -16,8 +16,8 @@ const REQUESTS_MAX: usize = 8;
 /// How often a request is tried on the serial line.
 const TRIES_MAX: u8 = 3;
 
-/// A base that moves and was not heard for so many exchanges is told no velocity: each would keep its own time-out from
-/// running, which is what stops it where nothing reaches it any more.
+/// A base that moves and was not heard for so many exchanges gets no velocity: each would keep its own time-out from
+/// running, which stops it once nothing reaches it any more.
 const UNHEARD_EXCHANGES: i64 = 2;
 
 /// Polls within the time-out while the base moves of which nobody here is the cause.

@@ -159,8 +159,8 @@ impl GyroInput {
         if self.is_silent_for(now, self.config.timeout / 2) {
             self.returned = now;
         }
-        if let Some(gate) = &mut self.gate
-            && self.heard.is_none_or(|heard| now - heard > self.config.timeout)
+        if self.is_silent(now)
+            && let Some(gate) = &mut self.gate
         {
             gate.restart();
         }

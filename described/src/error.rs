@@ -56,7 +56,7 @@ impl FileError {
         self
     }
 
-    /// What `toml` found in `text`, in words for people.
+    /// What `toml` found in `text`, said for people.
     pub fn from_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
         let (at, message) = toml_mistake(text, error);
         let (message, help) = hint::explain(&message);

@@ -5,8 +5,8 @@
 /// finger are above it, another word is below.
 const LIKENESS_MIN: f64 = 0.8;
 
-/// So many names are listed where none is near: all steps of a plan. A DBC has hundreds.
-const LISTED_MAX: usize = 30;
+/// So many names are listed where none is near: all kinds of faults. A DBC has hundreds.
+const LISTED_MAX: usize = 50;
 
 /// The message for people, and the help.
 pub fn explain(message: &str) -> (String, Option<String>) {
@@ -89,8 +89,8 @@ mod tests {
 
     #[test]
     fn a_long_list_is_cut() {
-        let known: Vec<String> = (0..38).map(|index| format!("n{index}")).collect();
-        assert!(proposal("voltage", &known).ends_with("`n29` and 8 more"));
+        let known: Vec<String> = (0..58).map(|index| format!("n{index}")).collect();
+        assert!(proposal("voltage", &known).ends_with("`n49` and 8 more"));
     }
 
     #[test]

@@ -63,7 +63,7 @@ pub struct SeedVerdicts {
     /// Measurement by measurement, in the order of the plan: was it acceptable? None of a run that
     /// broke off is: what it did not come to might have failed.
     pub accepted: Vec<bool>,
-    /// Its figure and the standard uncertainty of that, likewise; none where it has none.
+    /// Likewise each figure with its standard uncertainty; `None` for what was not measured.
     pub figures: Vec<Option<(f64, f64)>>,
 }
 

@@ -150,7 +150,7 @@ pub enum UmbmarkFigure {
 
 impl Check {
     /// The figure is estimated from many values, and its uncertainty says how far another run's would be from it. That of
-    /// a worst value is the reading's alone, and a count has none.
+    /// a worst value is the reading's alone, and counts are exact.
     pub const fn estimates(&self) -> bool {
         matches!(
             self,

@@ -205,7 +205,7 @@ impl Program {
 /// What a sweep sets before that round.
 fn swept(action: &Action, round: u64) -> Option<Order> {
     let Action::Sweep(sweep) = action else { return None };
-    sweep.orders().nth(usize::try_from(round).ok()?)
+    sweep.order(usize::try_from(round).ok()?)
 }
 
 /// Steps without steps in them, repetitions counted.

@@ -100,15 +100,20 @@ impl Injector {
 
     /// How many go on now.
     pub(crate) fn active(&self) -> usize {
-        self.entries.iter().filter(|entry| matches!(entry.state, State::On(_))).count()
+        self.on().count()
+    }
+
+    /// Those that go on now.
+    pub(crate) fn on(&self) -> impl Iterator<Item = usize> {
+        let entries = self.entries.iter().enumerate();
+        entries.filter(|(_, entry)| matches!(entry.state, State::On(_))).map(|(index, _)| index)
     }
 
     /// The run is over: those that still go on.
     pub(crate) fn still_on(&mut self) -> Vec<usize> {
-        let on = |entry: &Entry| matches!(entry.state, State::On(_));
-        let found = (0..self.entries.len()).filter(|&index| on(&self.entries[index])).collect();
-        for entry in self.entries.iter_mut().filter(|entry| on(entry)) {
-            entry.state = State::Over;
+        let found: Vec<usize> = self.on().collect();
+        for index in &found {
+            self.entries[*index].state = State::Over;
         }
         self.due = Timestamp::MAX;
         found

@@ -15,8 +15,6 @@ pub(crate) struct Ledger {
     injector: Injector,
     /// How often each has acted, once it is over.
     acted: Vec<u64>,
-    /// One that has begun and that no input of the controller shows.
-    unseen: Option<&'static str>,
 }
 
 impl Ledger {
@@ -25,7 +23,6 @@ impl Ledger {
         (!schedule.is_empty()).then(|| Self {
             injector: Injector::new(schedule, seed, Timestamp::ZERO),
             acted: vec![0; schedule.faults.len()],
-            unseen: None,
         })
     }
 
@@ -44,9 +41,9 @@ impl Ledger {
         self.injector.active()
     }
 
-    /// A kind that has begun and that no input of the controller shows.
-    pub(crate) const fn unseen(&self) -> Option<&'static str> {
-        self.unseen
+    /// A kind that goes on now and that no input of the controller shows.
+    pub(crate) fn unseen(&self) -> Option<&'static str> {
+        self.injector.on().find_map(|index| no_input_shows(self.fault(index).what.name()))
     }
 
     pub(crate) fn fault(&self, index: usize) -> &Fault {
@@ -58,7 +55,6 @@ impl Ledger {
         let change = self.injector.change(now);
         if let Some(Change::Begins(index)) = change {
             self.tell(now, sink, index, FaultEvent::Began);
-            self.unseen = self.unseen.or(no_input_shows(self.fault(index).what.name()));
         }
         change
     }

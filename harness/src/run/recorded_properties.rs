@@ -10,7 +10,7 @@ use crate::record::{Device, FaultEvent, FaultRecord, Record, RecordKind};
 use controller::mission::{Mission, MissionId};
 use controller::{Output, Port};
 use described::Decoder;
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use wire::packet::Packet;
 use wire::time::Timestamp;
 
@@ -19,8 +19,8 @@ use wire::time::Timestamp;
 pub(super) struct Replayed {
     monitor: Monitor,
     mission: MissionId,
-    faults: BTreeSet<u32>,
-    unseen: Option<&'static str>,
+    /// Those that go on, each with its kind where no input of the controller shows it.
+    faults: BTreeMap<u32, Option<&'static str>>,
     /// Bytes or frames of the gyro and of the base.
     gyro: bool,
     base: bool,
@@ -54,8 +54,7 @@ impl Replayed {
             ears: rig.speakers.iter().enumerate().filter_map(ear).collect(),
             messages: false,
             mission: FIRST_MISSION,
-            faults: BTreeSet::new(),
-            unseen: None,
+            faults: BTreeMap::new(),
             gyro: false,
             base: false,
             latest: Timestamp::ZERO,
@@ -116,9 +115,8 @@ impl Replayed {
     fn fault(&mut self, at: Timestamp, fault: &FaultRecord) {
         match &fault.event {
             FaultEvent::Began => {
-                self.faults.insert(fault.index);
                 let kind = fault.name.split(' ').next().unwrap_or_default();
-                self.unseen = self.unseen.or(no_input_shows(kind));
+                self.faults.insert(fault.index, no_input_shows(kind));
             }
             FaultEvent::Ended { .. } => _ = self.faults.remove(&fault.index),
             FaultEvent::NeverHappened { .. } => return,
@@ -129,7 +127,8 @@ impl Replayed {
                 return;
             }
         }
-        let (active, unseen) = (self.faults.len(), self.unseen);
+        let active = self.faults.len();
+        let unseen = self.faults.values().find_map(|kind| *kind);
         self.see(at, &Seen::Faults { active, unseen });
     }
 

@@ -117,9 +117,9 @@ pub struct FormatFacts {
     pub frame_bytes: usize,
     /// The step between two neighbouring rates.
     pub rate_step: AngularRate,
-    /// The step between two neighbouring angles; none where it carries rates alone.
+    /// The step between two neighbouring angles; `None` for a stream that carries rates alone.
     pub angle_step: Option<Angle>,
-    /// Its running number counts modulo this; none where it has none.
+    /// The running number counts modulo this; `None` for a stream without one.
     pub sequence_modulus: Option<u16>,
     /// The gyro takes commands ([`dsp3000_command`]).
     pub takes_commands: bool,

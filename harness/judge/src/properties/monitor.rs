@@ -87,12 +87,7 @@ impl Monitor {
     pub fn verdicts(mut self, end: Timestamp) -> Vec<PropertyVerdict> {
         if let Some(of_robot) = &mut self.of_robot {
             let OfRobot { senses, judges, .. } = &mut **of_robot;
-            for judge in judges {
-                judge.judge(senses, &Fact::LapEnded);
-                if let Some(fault) = senses.unseen {
-                    judge.judgement_mut().unseen(fault);
-                }
-            }
+            judges.iter_mut().for_each(|judge| judge.hear(senses, &Fact::LapEnded));
         }
         let mut judges = self.of_robot.iter().flat_map(|of_robot| &of_robot.judges);
         let mut stated = self.stated.into_iter();
@@ -136,11 +131,7 @@ impl OfRobot {
         self.senses.take(now, seen, &mut self.facts);
         for fact in &self.facts {
             for &judge in &self.hearers[fact.topic() as usize] {
-                let judge = &mut self.judges[judge];
-                judge.judge(&self.senses, fact);
-                if let Some(fault) = self.senses.unseen {
-                    judge.judgement_mut().unseen(fault);
-                }
+                self.judges[judge].hear(&self.senses, fact);
             }
             self.reached.judge(&self.senses, fact);
         }

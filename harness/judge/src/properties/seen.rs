@@ -44,7 +44,7 @@ pub enum Seen<'a> {
     Faults {
         /// How many.
         active: usize,
-        /// One that has begun and that no input of the controller shows.
+        /// One of them that no input of the controller shows.
         unseen: Option<&'static str>,
     },
     /// A node left the bus for too many errors.

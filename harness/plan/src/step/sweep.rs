@@ -134,9 +134,14 @@ impl StepKind for Sweep {
 }
 
 impl Sweep {
+    /// What is set before the round of this number, from 0.
+    pub fn order(&self, round: usize) -> Option<Order> {
+        self.values.get(round).map(|value| Order::set(&self.parameter, *value))
+    }
+
     /// What is set before each round.
     pub fn orders(&self) -> impl Iterator<Item = Order> {
-        self.values.iter().map(|value| Order::set(&self.parameter, *value))
+        (0..self.values.len()).filter_map(|round| self.order(round))
     }
 }
 

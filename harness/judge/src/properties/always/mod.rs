@@ -22,6 +22,14 @@ pub(super) trait Judge: Debug {
     /// Takes what happened.
     fn judge(&mut self, senses: &Senses, fact: &Fact);
 
+    /// Takes what happened; a violation under a fault that no input of the controller shows is named as such.
+    fn hear(&mut self, senses: &Senses, fact: &Fact) {
+        self.judge(senses, fact);
+        if let Some(fault) = senses.unseen {
+            self.judgement_mut().unseen(fault);
+        }
+    }
+
     /// What it has come to.
     fn judgement(&self) -> &Judgement;
 
