@@ -6,7 +6,7 @@ use plan::made::Made;
 use record::RecordKind;
 use tempfile::TempDir;
 use tests::project;
-use wire::can::CanFrame;
+use wire::can::{BitRates, CanFrame};
 use wire::time::Timestamp;
 
 const DBC: &str = r#"VERSION ""
@@ -116,9 +116,13 @@ fn long_messages_are_sent_judged_and_written_down() {
         long.len() >= 100
             && long.iter().all(|(_, frame)| frame.fd_flags().unwrap().bit_rate_switch)
     );
-    // 29 bits of arbitration, 550 of the data.
-    let first = long.first().unwrap().0.as_nanos();
-    assert_eq!(first % 10_000_000, 29 * 2_000 + 550 * 500);
+    // 29 bits of arbitration, 550 of the data, and what is stuffed into these by what they are.
+    let (at, frame) = long.first().unwrap();
+    let first = at.as_nanos() % 10_000_000;
+    let stuffed = first - (29 * 2_000 + 550 * 500);
+    assert!(stuffed % 500 == 0 && (0..=500 * 517 / 4).contains(&stuffed), "{first}");
+    let rates = BitRates { nominal: 500_000, data: Some(2_000_000) };
+    assert_eq!(first, frame.duration(rates).as_nanos());
 }
 
 #[test]

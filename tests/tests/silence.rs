@@ -31,7 +31,7 @@ const SLACK: f64 = 1e-3;
 /// The longest a stop waits for its line and takes on it, while the base answers.
 fn line_s(transport: Transport) -> f64 {
     match transport {
-        // Behind one frame of 111 bits, 55 bits of its own, at 500 kbit/s.
+        // Behind one frame of at most 135 bits, at most 65 bits of its own, at 500 kbit/s.
         Transport::Can => 0.000_4,
         // Behind one exchange of 21 characters, 14 characters of its own, at 19200 baud.
         Transport::Serial => 0.018_3,

@@ -1,12 +1,12 @@
 //! CAN frames, classic and FD (ISO 11898-1:2015).
 
+mod bits;
 mod rates;
 mod written;
 
 pub use embedded_can::{ExtendedId, Id, StandardId};
 pub use rates::BitRates;
 
-use crate::time::Span;
 use core::fmt;
 
 /// The most data a classic frame carries.
@@ -127,43 +127,6 @@ impl CanFrame {
             Kind::Data | Kind::Remote => None,
         }
     }
-
-    /// Bits before the data's rate, at it, and behind it; without stuff bits that depend on what the frame says
-    /// (ISO 11898-1:2015).
-    fn parts(&self) -> [u32; 3] {
-        let data = 8 * self.data().len() as u32;
-        let extended = matches!(self.id, Id::Extended(_));
-        match self.kind {
-            Kind::Data | Kind::Remote => [0, 0, if extended { 67 } else { 47 } + data],
-            Kind::Fd(_) => {
-                // Start, identifier, RRS, IDE, FDF, reserved, BRS.
-                let head = if extended { 36 } else { 17 };
-                // Stuff bit count and CRC, with a fixed stuff bit before each four of them.
-                let checked = if data <= 128 { 4 + 17 + 6 } else { 4 + 21 + 7 };
-                // ESI and length before the data, the delimiter of the CRC behind; then ACK, end and intermission.
-                [head, 5 + data + checked + 1, 12]
-            }
-        }
-    }
-
-    /// Bits on the wire from start of frame to the end of the intermission, before bit stuffing.
-    pub fn bits_unstuffed(&self) -> u32 {
-        self.parts().iter().sum()
-    }
-
-    /// How long the first `bits` of the frame take. A frame that switches has the faster rate from ESI to the
-    /// delimiter of the CRC.
-    pub fn time_of(&self, bits: u32, rates: BitRates) -> Span {
-        let [head, data, _] = self.parts();
-        let switches = self.fd_flags().is_some_and(|flags| flags.bit_rate_switch);
-        let fast = if switches { bits.saturating_sub(head).min(data) } else { 0 };
-        rates.bit() * i64::from(bits - fast) + rates.data_bit() * i64::from(fast)
-    }
-
-    /// How long the frame takes on the wire, before bit stuffing.
-    pub fn duration(&self, rates: BitRates) -> Span {
-        self.time_of(self.bits_unstuffed(), rates)
-    }
 }
 
 impl fmt::Debug for CanFrame {
@@ -248,7 +211,7 @@ impl CanFrame {
 
 #[cfg(test)]
 mod tests {
-    use super::{BitRates, CanFrame, ExtendedId, FD_LENGTHS, FdFlags, Id, Span, StandardId};
+    use super::{CanFrame, ExtendedId, FD_LENGTHS, FdFlags, Id, StandardId};
     use embedded_can::Frame as _;
     use proptest::prelude::*;
 
@@ -259,7 +222,7 @@ mod tests {
         ]
     }
 
-    fn any_frame() -> impl Strategy<Value = CanFrame> {
+    pub(super) fn any_frame() -> impl Strategy<Value = CanFrame> {
         let data = |length: usize| prop::collection::vec(any::<u8>(), length);
         prop_oneof![
             (any_id(), (0..=8usize).prop_flat_map(data))
@@ -312,31 +275,6 @@ mod tests {
         assert!(frames().map(|frame| frame.data().len()).eq(FD_LENGTHS.map(usize::from)));
         assert!(frames().map(|frame| frame.dlc()).eq(0..16));
         assert_eq!([super::fd_length(9), super::fd_length(65)], [Some(12), None]);
-    }
-
-    #[test]
-    fn a_frame_takes_its_bits() {
-        let short = Id::Standard(StandardId::ZERO);
-        let long = Id::Extended(ExtendedId::ZERO);
-        let fd = |id, length| CanFrame::fd(id, FdFlags::default(), &[0; 64][..length]).unwrap();
-        assert_eq!(CanFrame::full(short, [0; 8]).bits_unstuffed(), 111);
-        assert_eq!(CanFrame::full(long, [0; 8]).bits_unstuffed(), 131);
-        assert_eq!([0, 16, 20].map(|length| fd(short, length).bits_unstuffed()), [62, 190, 227]);
-        assert_eq!([0, 64].map(|length| fd(long, length).bits_unstuffed()), [81, 598]);
-    }
-
-    #[test]
-    fn only_a_frame_that_switches_is_faster() {
-        let rates = BitRates { nominal: 500_000, data: Some(2_000_000) };
-        let fd = |bit_rate_switch| {
-            let flags = FdFlags { bit_rate_switch, error_state: false };
-            CanFrame::fd(StandardId::ZERO, flags, &[0; 64]).unwrap()
-        };
-        // 29 bits of arbitration; 5 + 512 + 32 + 1 of data.
-        assert_eq!(fd(false).duration(rates), Span::from_micros(2 * 579));
-        assert_eq!(fd(true).duration(rates), Span::from_nanos(29 * 2_000 + 550 * 500));
-        assert_eq!(fd(true).time_of(17, rates), Span::from_nanos(17 * 2_000));
-        assert_eq!(fd(true).time_of(19, rates), Span::from_nanos(17 * 2_000 + 2 * 500));
     }
 
     #[test]

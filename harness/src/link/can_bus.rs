@@ -130,16 +130,21 @@ mod tests {
     }
 
     #[test]
-    fn eight_bytes_take_111_bit_times() {
-        let mut bus = CanBus::new();
-        bus.send(Timestamp::ZERO, (), frame(1));
-        assert_eq!(bus.next_arrival().as_nanos(), 111 * 2_000);
+    fn a_frame_takes_its_bits_and_those_that_are_stuffed() {
+        let takes = |id: u16, byte: u8| {
+            let mut bus = CanBus::new();
+            let id = StandardId::new(id).unwrap();
+            bus.send(Timestamp::ZERO, (), CanFrame::new(id, &[byte; 8]).unwrap());
+            bus.next_arrival().as_nanos() / 2_000
+        };
+        // Start, 63 zeros of the data and more make 17 bits longer what has 111 without.
+        assert_eq!([takes(0x2aa, 0x55), takes(1, 0)], [111, 128]);
     }
 
     #[test]
     fn sixty_four_bytes_of_fd_take_their_two_rates_and_no_classic_bus() {
         let flags = FdFlags { bit_rate_switch: true, error_state: false };
-        let frame = CanFrame::fd(StandardId::ZERO, flags, &[0; 64]).unwrap();
+        let frame = CanFrame::fd(StandardId::new(0x555).unwrap(), flags, &[0x55; 64]).unwrap();
         let mut bus = CanBus::at(BitRates { nominal: 500_000, data: Some(2_000_000) });
         bus.send(Timestamp::ZERO, (), frame);
         assert_eq!(bus.next_arrival().as_nanos(), 29 * 2_000 + 550 * 500);

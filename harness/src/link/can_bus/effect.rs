@@ -13,8 +13,8 @@ const RIVALS: (u16, u16) = (0x001, 0x0ff);
 /// Those of other traffic, three in four of them below a base.
 const OTHERS: (u16, u16) = (0x200, 0x7ff);
 const OTHERS_BELOW: f64 = 0.75;
-/// Bits of the mean frame of other traffic: 0 to 8 bytes, each as likely.
-const MEAN_BITS: f64 = 47.0 + 8.0 * 4.0;
+/// Bits of the mean frame of other traffic: 0 to 8 bytes, each as likely, and 1.4 stuff bits, the mean over its identifiers.
+const MEAN_BITS: f64 = 47.0 + 8.0 * 4.0 + 1.4;
 
 #[derive(Debug)]
 pub(super) enum Effect<Node> {
@@ -121,7 +121,7 @@ impl<Node: Copy + PartialEq> Effect<Node> {
         chance: &mut Chance,
     ) -> Option<u32> {
         let Self::BitErrors(rate) = self else { return None };
-        let bits = frame.bits_unstuffed();
+        let bits = frame.bits();
         // The first wrong bit: geometric.
         let first = (1.0 - chance.uniform()).ln() / (1.0 - *rate).ln();
         (first < f64::from(bits)).then_some(first as u32 + 1)

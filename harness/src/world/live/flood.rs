@@ -34,7 +34,7 @@ impl FloodWatch {
     pub(super) fn take(&mut self, now: Timestamp, frame: &CanFrame) {
         self.frames += 1;
         let window = self.window.get_or_insert(Window { began: now, bits: 0 });
-        window.bits += i64::from(frame.bits_unstuffed());
+        window.bits += i64::from(frame.bits());
         let window = *window;
         self.look(now, window);
         if now - window.began >= WINDOW {
@@ -79,8 +79,8 @@ mod tests {
 
     /// Frames of 8 bytes, 111 bits each, evenly over two seconds.
     fn watched(frames_per_s: i64) -> FloodWatch {
-        let id = Id::Standard(StandardId::new(0x7ff).unwrap());
-        let frame = CanFrame::new(id, &[0; 8]).unwrap();
+        let id = Id::Standard(StandardId::new(0x2aa).unwrap());
+        let frame = CanFrame::new(id, &[0x55; 8]).unwrap();
         let mut watch = FloodWatch::default();
         for index in 0..2 * frames_per_s {
             let at = Timestamp::from_nanos(index * 1_000_000_000 / frames_per_s);

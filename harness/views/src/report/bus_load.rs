@@ -27,7 +27,7 @@ type Seconds = Vec<u32>;
 /// What crossed each line.
 #[derive(Debug, Default)]
 pub(super) struct BusLoad {
-    /// By the place of the bus: nanoseconds in which frames were on it, before stuffing.
+    /// By the place of the bus: nanoseconds in which frames were on it.
     busy_ns: BTreeMap<usize, Seconds>,
     /// Bytes by whoever sent them.
     bytes: BTreeMap<Device, Seconds>,
@@ -101,7 +101,7 @@ fn bus(header: &Header, place: usize, busy_ns: &[u32]) -> Markup {
     let fast =
         rates.data.map(|rate| format!(" and {} kbit/s for the data of CAN FD", rate / 1_000));
     let note = format!(
-        "Without stuff bits, of {} kbit/s{}, the rate of the emulated bus.",
+        "Of {} kbit/s{}, the rate of the emulated bus.",
         rates.nominal / 1_000,
         fast.unwrap_or_default()
     );
@@ -179,7 +179,7 @@ mod tests {
 
     #[test]
     fn what_crosses_is_counted_in_its_second() {
-        let frame = CanFrame::new(StandardId::new(1).unwrap(), &[0; 8]).unwrap();
+        let frame = CanFrame::new(StandardId::new(0x2aa).unwrap(), &[0x55; 8]).unwrap();
         let mut load = BusLoad::default();
         let mut header = Header::default();
         assert!(load.plots(&header).into_string().contains("--record full"));
@@ -198,7 +198,7 @@ mod tests {
         let (line, bit_rate) = ("can0".to_owned(), 250_000);
         header.buses = vec![Bus { line, bit_rate, data_bit_rate: Some(2_000_000) }];
         let text = load.plots(&header).into_string();
-        assert!(text.contains("CAN bus can0") && text.contains("of 250 kbit/s and 2000"), "{text}");
+        assert!(text.contains("CAN bus can0") && text.contains("Of 250 kbit/s and 2000"), "{text}");
         assert!(text.contains("At most 16 bytes/s, of 960 at 9600 baud."), "{text}");
     }
 }

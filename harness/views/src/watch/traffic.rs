@@ -34,7 +34,7 @@ pub struct Way {
 pub struct Traffic {
     ways: [Way; Device::ALL.len()],
     since: Timestamp,
-    /// Of the CAN bus without stuff bits, 0 to 1, in the last whole second.
+    /// Of the CAN bus, 0 to 1, in the last whole second.
     pub bus_load: Option<f64>,
 }
 
@@ -64,7 +64,7 @@ impl Traffic {
         let Some(way) = self.way(from) else { return over };
         way.frames += 1;
         way.frames_now += 1;
-        way.bits_now += u64::from(frame.bits_unstuffed());
+        way.bits_now += u64::from(frame.bits());
         over
     }
 

@@ -138,9 +138,9 @@ fn a_babbler_that_wants_the_whole_bus_has_it() {
     bus.send(Timestamp::ZERO, Node::Base, frame(1));
     let heard = drain(&mut bus, at_ms(100));
     assert!(of(&heard, Node::Base).len() <= 1, "identifier 0 wins every arbitration");
-    // 100 ms hold 450 frames of 111 bits at 500 kbit/s.
-    assert!((448..=450).contains(&heard.len()), "{}", heard.len());
-    assert!(bus.end_fault(at_ms(100), 5) >= 449);
+    // 100 ms hold 393 frames of 127 bits at 500 kbit/s.
+    assert!((391..=393).contains(&heard.len()), "{}", heard.len());
+    assert!(bus.end_fault(at_ms(100), 5) >= 392);
 }
 
 #[test]

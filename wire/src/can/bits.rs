@@ -1,0 +1,266 @@
+//! How many bits a frame is on the wire, and how long they take (ISO 11898-1:2015).
+//!
+//! Behind five equal bits the sender stuffs one of the other value: so many bits longer is a frame by what it says. In a
+//! classic frame that goes up to the end of the checksum, which is therefore worked out; in a CAN FD frame up to the end
+//! of the data, and behind it stuff bits have fixed places.
+
+use super::{BitRates, CanFrame, Id, Kind};
+use crate::time::Span;
+
+/// Delimiter of the checksum, acknowledgement and its delimiter, end of frame, intermission.
+const CLASSIC_END: u32 = 1 + 2 + 7 + 3;
+/// The same in a CAN FD frame behind the delimiter of the checksum.
+const FD_END: u32 = CLASSIC_END - 1;
+const CHECKSUM_BITS: u32 = 15;
+/// From ESI to the length.
+const FD_CONTROL_BITS: u32 = 5;
+
+impl CanFrame {
+    /// Bits on the wire from start of frame to the end of the intermission, stuff bits included.
+    pub fn bits(&self) -> u32 {
+        self.parts().iter().sum()
+    }
+
+    /// How long the first `bits` of the frame take. A frame that switches has the faster rate from ESI to the
+    /// delimiter of the CRC.
+    pub fn time_of(&self, bits: u32, rates: BitRates) -> Span {
+        let switches = self.fd_flags().is_some_and(|flags| flags.bit_rate_switch);
+        if !switches {
+            return rates.bit() * i64::from(bits);
+        }
+        let [head, data, _] = self.parts();
+        let fast = bits.saturating_sub(head).min(data);
+        rates.bit() * i64::from(bits - fast) + rates.data_bit() * i64::from(fast)
+    }
+
+    /// How long the frame takes on the wire.
+    pub fn duration(&self, rates: BitRates) -> Span {
+        self.time_of(self.bits(), rates)
+    }
+
+    /// Bits before the data's rate, at it, and behind it.
+    fn parts(&self) -> [u32; 3] {
+        let Kind::Fd(flags) = self.kind else {
+            let (checked, length) = self.checked();
+            let checked = checked << CHECKSUM_BITS | u128::from(checksum(checked));
+            let length = length + CHECKSUM_BITS;
+            return [0, 0, length + stuff_bits(checked, length) + CLASSIC_END];
+        };
+        let mut line = Line::default();
+        let (head, length) = match self.id {
+            // Start and identifier; RRS, IDE and FDF; reserved.
+            Id::Standard(id) => (u64::from(id.as_raw()) << 4 | 0b0010, 16),
+            // Start and the first of the identifier, SRR and IDE, the rest of it; RRS and FDF; reserved.
+            Id::Extended(id) => (extended(id.as_raw()) << 3 | 0b010, 35),
+        };
+        line.send(head << 1 | u64::from(flags.bit_rate_switch), length + 1);
+        let head = length + 1 + line.stuffed;
+        // A stuff bit behind the last of them goes at the data's rate already.
+        line.stuffed = 0;
+        let code = embedded_can::Frame::dlc(self) as u64;
+        line.send(u64::from(flags.error_state) << 4 | code, FD_CONTROL_BITS);
+        for byte in self.data() {
+            line.send(u64::from(*byte), u8::BITS);
+        }
+        let data = 8 * self.data().len() as u32;
+        // Count of stuff bits and checksum, a stuff bit before each four of them; the delimiter.
+        let behind = if data <= 128 { 4 + 17 + 6 } else { 4 + 21 + 7 } + 1;
+        [head, FD_CONTROL_BITS + data + line.stuffed + behind, FD_END]
+    }
+
+    /// What the checksum of a classic frame is of, the last bit lowest, and how many bits.
+    fn checked(&self) -> (u128, u32) {
+        let control = u64::from(self.is_remote()) << 6 | u64::from(self.length);
+        let (head, length) = match self.id {
+            Id::Standard(id) => (u64::from(id.as_raw()) << 7 | control, 19),
+            Id::Extended(id) => (extended(id.as_raw()) << 7 | control, 39),
+        };
+        let bits = 8 * self.data().len() as u32;
+        let mut eight = [0; 8];
+        eight.copy_from_slice(&self.data[..8]);
+        let data = u128::from(u64::from_be_bytes(eight)) >> (u64::BITS - bits);
+        (u128::from(head) << bits | data, length + bits)
+    }
+}
+
+/// The identifier with SRR and IDE between its two parts.
+fn extended(id: u32) -> u64 {
+    let (first, rest) = (u64::from(id >> 18), u64::from(id & 0x3_ffff));
+    first << 20 | 0b11 << 18 | rest
+}
+
+/// Polynomial of the classic frame's checksum, CRC-15/CAN.
+const POLYNOMIAL: u16 = 0x4599;
+/// Most bytes that the checksum is of: 103 bits.
+const CHECKED_BYTES: usize = 13;
+
+/// Of each byte by its place, the last first. The checksum begins at zero: that of a frame is the sum of those of its bytes.
+static CHECKSUMS: [[u16; 256]; CHECKED_BYTES] = checksums();
+
+const fn checksums() -> [[u16; 256]; CHECKED_BYTES] {
+    let mut table = [[0; 256]; CHECKED_BYTES];
+    let mut place = 0;
+    while place < CHECKED_BYTES {
+        let mut byte = 0;
+        while byte < 256 {
+            let mut sum = if place == 0 { (byte as u16) << 7 } else { table[place - 1][byte] };
+            let mut bit = 0;
+            while bit < 8 {
+                let carried = sum & 1 << 14 != 0;
+                sum = (sum << 1 & 0x7fff) ^ if carried { POLYNOMIAL } else { 0 };
+                bit += 1;
+            }
+            table[place][byte] = sum;
+            byte += 1;
+        }
+        place += 1;
+    }
+    table
+}
+
+fn checksum(checked: u128) -> u16 {
+    let bytes = checked.to_le_bytes();
+    CHECKSUMS.iter().zip(bytes).fold(0, |sum, (table, byte)| sum ^ table[usize::from(byte)])
+}
+
+/// How many bits are stuffed into the lowest `length` of `bits`, one behind the last included.
+fn stuff_bits(bits: u128, length: u32) -> u32 {
+    // From here on the first bit is the highest, and a place is counted from it.
+    let bits = bits << (u128::BITS - length);
+    let alike = !(bits ^ bits << 1) & u128::MAX << (u128::BITS + 1 - length);
+    let four = alike & alike << 1 & alike << 2;
+    let mut five = four & alike << 3;
+    let is_set = |mask: u128, place: u32| mask << place >> (u128::BITS - 1) != 0;
+    let mut count = 0;
+    while five != 0 {
+        let mut last = five.leading_zeros() + 4;
+        count += 1;
+        // A stuff bit is the first of five where four like it follow.
+        while last + 4 < length && !is_set(alike, last) && is_set(four, last + 1) {
+            last += 4;
+            count += 1;
+        }
+        five &= (u128::MAX >> 1) >> last;
+    }
+    count
+}
+
+/// A line on which bit follows bit.
+#[derive(Debug, Default)]
+struct Line {
+    last: Option<bool>,
+    /// How many of the last bits are alike.
+    alike: u32,
+    stuffed: u32,
+}
+
+impl Line {
+    /// The lowest `length` of `bits`, the highest first. A bit is stuffed when the next one comes.
+    fn send(&mut self, bits: u64, length: u32) {
+        for place in (0..length).rev() {
+            if self.alike == 5 {
+                (self.last, self.alike) = (self.last.map(|last| !last), 1);
+                self.stuffed += 1;
+            }
+            let bit = Some(bits >> place & 1 != 0);
+            self.alike = if bit == self.last { self.alike + 1 } else { 1 };
+            self.last = bit;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{FdFlags, StandardId, tests::any_frame};
+    use super::{BitRates, CHECKSUM_BITS, CanFrame, Line, POLYNOMIAL, Span, checksum};
+    use proptest::prelude::*;
+
+    /// Bit by bit, as the standard describes it.
+    fn checksum_of(bits: u128, length: u32) -> u16 {
+        (0..length).rev().fold(0, |sum, place| {
+            let next = bits >> place & 1 != 0;
+            let differs = next != (sum & 1 << 14 != 0);
+            (sum << 1 & 0x7fff) ^ if differs { POLYNOMIAL } else { 0 }
+        })
+    }
+
+    #[test]
+    fn the_checksum_is_that_of_the_catalogue() {
+        let digits = b"123456789".iter().fold(0, |bits, byte| bits << 8 | u128::from(*byte));
+        assert_eq!((checksum(digits), checksum_of(digits, 72)), (0x059e, 0x059e));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(5_000))]
+
+        #[test]
+        fn a_classic_frame_has_the_stuff_bits_of_its_line(frame in any_frame(), bits: u128, few: u128, length in 5u32..=118) {
+            if frame.fd_flags().is_none() {
+                let (checked, length) = frame.checked();
+                let sum = checksum_of(checked, length);
+                prop_assert_eq!(sum, checksum(checked));
+                let mut line = Line::default();
+                for place in (0..length).rev() {
+                    line.send((checked >> place) as u64, 1);
+                }
+                line.send(sum.into(), CHECKSUM_BITS);
+                let behind = u32::from(line.alike == 5);
+                let plain = length + CHECKSUM_BITS + 13;
+                prop_assert_eq!(frame.bits(), plain + line.stuffed + behind);
+            }
+            // Bits that are rare make long runs.
+            for bits in [bits, bits & few, bits & few & few.rotate_left(7), bits | few, !0, 0] {
+                let bits = bits & u128::MAX >> (128 - length);
+                let mut line = Line::default();
+                (0..length).rev().for_each(|place| line.send((bits >> place) as u64, 1));
+                let expected = line.stuffed + u32::from(line.alike == 5);
+                prop_assert_eq!(super::stuff_bits(bits, length), expected, "{:#b}, {}", bits, length);
+            }
+        }
+    }
+
+    /// K. Tindell, A. Burns, A. Wellings, "Calculating Controller Area Network (CAN) message response times", 1995: at most a
+    /// stuff bit for each four of 34 bits and the data, less one.
+    #[test]
+    fn frames_reach_the_most_stuff_bits_and_none() {
+        let frame =
+            |id: u16, data: &[u8]| CanFrame::new(StandardId::new(id).unwrap(), data).unwrap();
+        let (mut least, mut most) = (u32::MAX, 0);
+        for id in 0..0x800 {
+            for byte in [0x0f, 0x3c, 0x87, 0xf0, 0x78, 0x1e, 0x55] {
+                let stuffed = frame(id, &[byte; 8]).bits() - 111;
+                (least, most) = (least.min(stuffed), most.max(stuffed));
+            }
+        }
+        assert_eq!(least, 0);
+        assert!((20..=(34 + 64 - 1) / 4).contains(&most), "{most}");
+    }
+
+    #[test]
+    fn a_fd_frame_has_none_behind_its_data() {
+        let fd = |byte: u8, length: usize| {
+            CanFrame::fd(StandardId::new(0x555).unwrap(), FdFlags::default(), &[byte; 64][..length])
+                .unwrap()
+                .bits()
+        };
+        // Without data seven zeros stand at the end: one bit is stuffed.
+        assert_eq!([0, 16, 20].map(|length| fd(0x55, length)), [63, 190, 227]);
+        // Each five are followed by a stuff bit, but not the last: 64 ones, and 384 zeros with one of the length before them.
+        let stuffed = |byte: u8, length: usize| fd(byte, length) - fd(0x55, length);
+        assert_eq!([stuffed(0xff, 8), stuffed(0, 48)], [12, 76]);
+    }
+
+    #[test]
+    fn only_a_frame_that_switches_is_faster() {
+        let rates = BitRates { nominal: 500_000, data: Some(2_000_000) };
+        let fd = |bit_rate_switch| {
+            let flags = FdFlags { bit_rate_switch, error_state: false };
+            CanFrame::fd(StandardId::new(0x555).unwrap(), flags, &[0x55; 64]).unwrap()
+        };
+        // 29 bits of arbitration; 5 + 512 + 32 + 1 of data.
+        assert_eq!(fd(false).duration(rates), Span::from_micros(2 * 579));
+        assert_eq!(fd(true).duration(rates), Span::from_nanos(29 * 2_000 + 550 * 500));
+        assert_eq!(fd(true).time_of(17, rates), Span::from_nanos(17 * 2_000));
+        assert_eq!(fd(true).time_of(19, rates), Span::from_nanos(17 * 2_000 + 2 * 500));
+    }
+}
