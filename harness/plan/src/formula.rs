@@ -121,7 +121,12 @@ impl Signals for Sent<'_> {
         let found = signal(self.0, place).zip(self.number(Origin::Signal(place)));
         let (found, index) = found.ok_or_else(|| self.unknown(name))?;
         let names = found.names().map(|(name, value)| (name.to_owned(), value));
-        Ok(Signal { index, unit: found.unit.clone(), names: names.collect() })
+        Ok(Signal {
+            index,
+            unit: found.unit.clone(),
+            names: names.collect(),
+            range: Some((found.minimum, found.maximum)),
+        })
     }
 
     fn protecting(&self, name: &str, how: Protecting) -> Result<Signal, NotFound> {

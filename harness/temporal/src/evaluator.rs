@@ -146,6 +146,11 @@ impl Evaluator {
         Span::from_nanos(self.horizon)
     }
 
+    /// How far the comparison that decides is from changing, in its unit.
+    pub(crate) fn distance(&self, truth: Truth) -> Option<f64> {
+        self.network.distance(truth)
+    }
+
     /// Whether the formula reads any of these signals.
     pub(crate) fn reads(&self, values: &[(usize, f64)]) -> bool {
         values.iter().any(|(index, _)| self.slot(*index).is_some())

@@ -27,10 +27,10 @@ pub struct Used {
 /// True or false at a moment.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Condition {
-    Compare(Comparator, Number, Number),
+    Compare(Comparator, Number, Number, Width),
     /// Apart by no more than the last; with `false` by more.
-    Near(bool, Number, Number, Number),
-    Changes(Number),
+    Near(bool, Number, Number, Number, Width),
+    Changes(Number, Width),
     Rises(Box<Condition>),
     Not(Box<Condition>),
     And(Box<Condition>, Box<Condition>),
@@ -52,6 +52,11 @@ pub(crate) enum Comparator {
     Equal,
     NotEqual,
 }
+
+/// How far what is compared can be apart, in the unit of the comparison: what its robustness is a share of. 1 where nobody
+/// knows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Width(pub(crate) f64);
 
 /// Nanoseconds from now, before or after; without an end it is to the start of the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -89,7 +94,7 @@ impl Formula {
 impl Condition {
     pub(crate) fn horizon(&self) -> i64 {
         match self {
-            Self::Compare(..) | Self::Near(..) | Self::Changes(_) => 0,
+            Self::Compare(..) | Self::Near(..) | Self::Changes(..) => 0,
             Self::Rises(of) | Self::Not(of) => of.horizon(),
             Self::Once(_, of) | Self::Historically(_, of) => of.horizon(),
             Self::And(a, b) | Self::Or(a, b) | Self::Since(_, a, b) => a.horizon().max(b.horizon()),
@@ -110,7 +115,7 @@ impl Interval {
 }
 
 impl Comparator {
-    pub(crate) fn truth(self, left: f64, right: f64) -> Truth {
+    pub(crate) fn truth(self, left: f64, right: f64, width: Width) -> Truth {
         let holds = match self {
             Self::Less => left < right,
             Self::LessOrEqual => left <= right,
@@ -119,7 +124,7 @@ impl Comparator {
             Self::Equal => left == right,
             Self::NotEqual => left != right,
         };
-        Truth::new(holds, distance(left, right))
+        Truth::new(holds, distance(left, right) / width.0)
     }
 }
 

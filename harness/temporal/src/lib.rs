@@ -52,9 +52,10 @@
 //! # What it means
 //!
 //! A formula is true or false at every moment, with a robustness: how far the signals could move before that
-//! changes. `x > c` is `x - c`, `==` is `-|x - c|`, `and` and `always` take the least, `or` and `eventually`
-//! the greatest, `not` changes the sign. Truth is decided beside it: at a robustness of zero `x >= c` holds and
-//! `x > c` does not.
+//! changes. `x > c` is `x - c`, `==` is `-|x - c|`, each as a share of how far the two can be apart by the ranges of their
+//! signals ([`Signal::range`]; without one in their unit), so that volts and revolutions are weighed alike. `and` and
+//! `always` take the least, `or` and `eventually` the greatest, `not` changes the sign. Truth is decided beside it: at a
+//! robustness of zero `x >= c` holds and `x > c` does not.
 //!
 //! * **Time** is whole nanoseconds. A signal keeps its value until the next update; of several at one moment the
 //!   last counts. Windows are closed: `within 100 ms` includes the moment 100 ms later. `rises(p)` is true at

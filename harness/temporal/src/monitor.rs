@@ -19,7 +19,7 @@ use wire::time::{Span, Timestamp};
 ///         let index = known.iter().position(|known| *known == name);
 ///         let index = index.ok_or_else(|| NotFound::unknown(name, &known))?;
 ///         let unit = ["V", ""][index].to_owned();
-///         Ok(Signal { index, unit, names: Vec::new() })
+///         Ok(Signal { index, unit, ..Signal::default() })
 ///     }
 /// }
 ///
@@ -131,7 +131,7 @@ impl Monitor {
             self.verdict.first_violation = Some(Violation {
                 at: stretch.from,
                 known: self.evaluator.end().map_or(known, |end| end.min(known)),
-                robustness,
+                distance: self.evaluator.distance(stretch.truth).unwrap_or(robustness),
                 values: names.zip(history.at(stretch.from.as_nanos())).collect(),
             });
         }

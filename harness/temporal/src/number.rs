@@ -37,6 +37,29 @@ impl Number {
         }
     }
 
+    /// The least and the greatest that it can be, by the ranges of the signals, as if each were there by itself; `None`
+    /// where one has none.
+    pub(crate) fn range(&self, of: &dyn Fn(usize) -> Option<(f64, f64)>) -> Option<(f64, f64)> {
+        Some(match self {
+            Self::Constant(value) => (*value, *value),
+            Self::Slot(slot) => of(*slot)?,
+            Self::Negate(number) => {
+                let (least, greatest) = number.range(of)?;
+                (-greatest, -least)
+            }
+            Self::Abs(number) => {
+                let (least, greatest) = number.range(of)?;
+                (least.max(-greatest).max(0.0), greatest.max(-least))
+            }
+            Self::Scale(number, factor, tens) => {
+                let (least, greatest) = number.range(of)?;
+                let ends = [least, greatest].map(|end| scale(end, *factor, *tens));
+                (ends[0].min(ends[1]), ends[0].max(ends[1]))
+            }
+            Self::Binary(binary, left, right) => binary.range(left.range(of)?, right.range(of)?),
+        })
+    }
+
     pub(crate) fn binary(binary: Binary, left: Self, right: Self) -> Self {
         match (&left, &right) {
             (Self::Constant(a), Self::Constant(b)) => Self::Constant(binary.apply(*a, *b)),
@@ -61,6 +84,17 @@ impl Number {
 }
 
 impl Binary {
+    /// What it can be, of operands that can be so much. Over a range with zero in it there is no bound.
+    pub(crate) fn range(self, (a, b): (f64, f64), (c, d): (f64, f64)) -> (f64, f64) {
+        let corners = [(a, c), (a, d), (b, c), (b, d)].map(|(left, right)| self.apply(left, right));
+        let is_unbounded = self == Self::Divide && c <= 0.0 && d >= 0.0;
+        if is_unbounded {
+            return (f64::NEG_INFINITY, f64::INFINITY);
+        }
+        let least = corners.iter().copied().fold(f64::INFINITY, f64::min);
+        (least, corners.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+    }
+
     fn apply(self, a: f64, b: f64) -> f64 {
         match self {
             Self::Add => a + b,

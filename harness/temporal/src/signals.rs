@@ -49,6 +49,8 @@ pub struct Signal {
     pub unit: String,
     /// Values that have a name, as the value table of a DBC gives them.
     pub names: Vec<(String, f64)>,
+    /// The least and the greatest value that it can have, if that is known: a robustness is a share of that.
+    pub range: Option<(f64, f64)>,
 }
 
 /// Why a name is no signal's.

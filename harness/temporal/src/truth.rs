@@ -1,27 +1,36 @@
 //! Whether a formula holds and by how much, in one ordered number.
 
+use std::cmp::Ordering;
 use std::fmt;
 use std::ops::Neg;
 
 /// What a formula is at one moment: false, unknown or true, and by which margin.
 ///
 /// The margin is the robustness of Donzé & Maler (2010): how far the signals could move before the
-/// formula changes. It has the unit of the compared signals. Truths are ordered: false by much, false by
+/// formula changes, as a share of the range of what is compared. Truths are ordered: false by much, false by
 /// little, unknown, true by little, true by much. `and` is the least, `or` the greatest, `not` the mirror
 /// image. So a formula whose margin is zero is still either true (`x >= 4` at 4) or false (`x > 4` at 4).
 ///
 /// Where one operand is unknown and the other decides, the margin is that of the one that decides: a bound
 /// that the unknown one could only make larger.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Truth(i64);
+#[derive(Clone, Copy)]
+pub struct Truth {
+    rank: i64,
+    /// The comparison that decides. Of equals it may be either.
+    comparison: u32,
+}
 
 impl Truth {
     /// Neither true nor false: a signal has no value.
-    pub const UNKNOWN: Self = Self(0);
+    pub const UNKNOWN: Self = Self::ranked(0);
     /// True whatever the signals do: "all" of nothing.
-    pub const TRUE: Self = Self(f64::INFINITY.to_bits() as i64 + 1);
+    pub const TRUE: Self = Self::ranked(f64::INFINITY.to_bits() as i64 + 1);
     /// False whatever the signals do: "one" of nothing.
-    pub const FALSE: Self = Self(-(f64::INFINITY.to_bits() as i64 + 1));
+    pub const FALSE: Self = Self::ranked(-(f64::INFINITY.to_bits() as i64 + 1));
+
+    const fn ranked(rank: i64) -> Self {
+        Self { rank, comparison: 0 }
+    }
 
     /// True or false by `distance`, which counts without its sign; unknown where it is not a number.
     pub fn new(holds: bool, distance: f64) -> Self {
@@ -30,18 +39,28 @@ impl Truth {
         }
         // The bits of positive floats are ordered as the floats are.
         let rank = distance.abs().to_bits() as i64 + 1;
-        Self(if holds { rank } else { -rank })
+        Self::ranked(if holds { rank } else { -rank })
+    }
+
+    /// The same, decided by this comparison.
+    pub(crate) const fn by(self, comparison: u32) -> Self {
+        Self { comparison, ..self }
+    }
+
+    /// The comparison that decides.
+    pub(crate) const fn comparison(self) -> u32 {
+        self.comparison
     }
 
     /// Whether it holds; `None` while it is unknown.
     pub fn holds(self) -> Option<bool> {
-        (self != Self::UNKNOWN).then_some(self.0 > 0)
+        (self != Self::UNKNOWN).then_some(self.rank > 0)
     }
 
     /// The robustness: positive or zero where it holds, negative or zero where it does not.
     pub fn robustness(self) -> Option<f64> {
         let holds = self.holds()?;
-        let distance = f64::from_bits(self.0.unsigned_abs() - 1);
+        let distance = f64::from_bits(self.rank.unsigned_abs() - 1);
         // Zero has no sign for who reads it.
         Some(if holds || distance == 0.0 { distance } else { -distance })
     }
@@ -54,7 +73,27 @@ impl Truth {
 impl Neg for Truth {
     type Output = Self;
     fn neg(self) -> Self {
-        Self(-self.0)
+        Self { rank: -self.rank, ..self }
+    }
+}
+
+impl PartialEq for Truth {
+    fn eq(&self, other: &Self) -> bool {
+        self.rank == other.rank
+    }
+}
+
+impl Eq for Truth {}
+
+impl PartialOrd for Truth {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Truth {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.rank.cmp(&other.rank)
     }
 }
 

@@ -7,8 +7,8 @@ use wire::time::{Span, Timestamp};
 pub struct Verdict {
     /// At no moment was it false. With nothing judged this is true too: look at `judged`.
     pub holds: bool,
-    /// The least robustness of all judged moments, in the unit of the signals that are compared there;
-    /// positive infinity where nothing was judged.
+    /// The least robustness of all judged moments, as a share of the range of what is compared there, or in its unit
+    /// where no range is known; positive infinity where nothing was judged.
     pub robustness: f64,
     /// The first moment of that robustness.
     pub worst: Option<Timestamp>,
@@ -35,8 +35,8 @@ pub struct Violation {
     /// When everything was over that the formula looks at from there: `at` and its horizon, or the end of
     /// the run.
     pub known: Timestamp,
-    /// By how much, zero or negative.
-    pub robustness: f64,
+    /// By how much, in the unit of the comparison that decides; zero or negative.
+    pub distance: f64,
     /// The signals of the formula at `at`, as the formula names them; not a number is no value.
     pub values: Vec<(String, f64)>,
 }

@@ -3,7 +3,7 @@
 use super::Kind;
 use super::verdict::PropertyVerdict;
 use described::Decoded;
-use plan::{Origin, Reads, Speaker, Stated};
+use plan::{Reads, Speaker, Stated};
 use record::Violation;
 use std::collections::BTreeMap;
 use temporal::Monitor;
@@ -19,8 +19,6 @@ pub(super) struct Statement {
     reads: Reads,
     /// Signals that had no value yet, by their numbers.
     unseen: BTreeMap<usize, String>,
-    /// The largest range of its signals: what a margin is a share of.
-    range: f64,
     violation: Option<Violation>,
 }
 
@@ -32,25 +30,14 @@ impl Statement {
             Kind::Sometimes => format!("not ({})", stated.formula),
         };
         let formula = plan::formula(&text, speakers).ok();
-        let origins: Vec<Origin> = plan::origins(speakers).collect();
-        let mut range: f64 = 0.0;
-        let mut unseen = BTreeMap::new();
-        for used in formula.iter().flat_map(temporal::Formula::signals) {
-            unseen.insert(used.index, used.name.clone());
-            range = range.max(match origins.get(used.index) {
-                Some(Origin::Signal(place)) => plan::signal(speakers, *place)
-                    .map_or(0.0, |signal| signal.maximum - signal.minimum),
-                Some(Origin::Protecting(..)) => 1.0,
-                None => 0.0,
-            });
-        }
+        let signals = formula.iter().flat_map(temporal::Formula::signals);
+        let unseen = signals.map(|used| (used.index, used.name.clone())).collect();
         Self {
             name: stated.name.clone(),
             kind: stated.kind,
             reads: Reads::of(&formula, speakers),
             monitor: formula.map(Monitor::new),
             unseen,
-            range,
             violation: None,
         }
     }
@@ -81,7 +68,7 @@ impl Statement {
 
     /// What became of it in a run that ended at `end`.
     pub(super) fn verdict(self, end: Timestamp) -> PropertyVerdict {
-        let Self { name, kind, monitor, unseen, range, .. } = self;
+        let Self { name, kind, monitor, unseen, .. } = self;
         let verdict = monitor.map(|monitor| monitor.finish(end));
         let violation = verdict.as_ref().and_then(|verdict| verdict.first_violation.as_ref());
         if kind == Kind::Sometimes {
@@ -97,17 +84,13 @@ impl Statement {
             let (held, first_violation, margin) = (false, None, None);
             return PropertyVerdict { name, kind, held, first_violation, never_judged, margin };
         }
-        let share = |robustness: f64| match range > 0.0 {
-            true => (robustness / range).clamp(-1.0, 1.0),
-            false => robustness.clamp(-1.0, 1.0),
-        };
         PropertyVerdict {
             name,
             kind,
             held: violation.is_none(),
             first_violation: violation.map(told),
             never_judged: None,
-            margin: judged.map(|verdict| share(verdict.robustness)),
+            margin: judged.map(|verdict| verdict.robustness.clamp(-1.0, 1.0)),
         }
     }
 }
@@ -121,6 +104,6 @@ fn told(violation: &temporal::Violation) -> Violation {
     let values: Vec<String> = violation.values.iter().map(value).collect();
     let after = (violation.known - violation.at).as_secs_f64();
     let known = if after > 0.0 { format!(", certain {after:.3} s later") } else { String::new() };
-    let what = format!("{}: false by {:.6}{known}", values.join(", "), violation.robustness.abs());
+    let what = format!("{}: false by {:.6}{known}", values.join(", "), violation.distance.abs());
     Violation { at: violation.at, what }
 }

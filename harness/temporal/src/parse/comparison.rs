@@ -3,9 +3,9 @@
 use super::lexer::Token;
 use super::quantity::Quantity;
 use super::{Parser, Part, What};
-use crate::formula::{Comparator, Condition};
+use crate::formula::{self, Comparator, Condition};
 use crate::mistake::Mistake;
-use crate::number::Number;
+use crate::number::{Binary, Number};
 use std::ops::Range;
 
 impl Parser<'_> {
@@ -75,7 +75,19 @@ impl Parser<'_> {
             let mistake = Mistake::new(at, "no signal is compared here: it never changes");
             return Err(mistake.help("put a signal on one side"));
         }
-        Ok(Condition::Compare(comparator, left.number, right.number))
+        let range = self.range(&left.number, &right.number);
+        Ok(Condition::Compare(comparator, left.number, right.number, range))
+    }
+
+    /// How far the two can be apart.
+    pub(super) fn range(&self, left: &Number, right: &Number) -> formula::Width {
+        let of = |slot: usize| self.found.get(slot).and_then(|(_, signal)| signal.range);
+        let apart = left.range(&of).zip(right.range(&of)).map(|(left, right)| {
+            let (least, greatest) = Binary::Subtract.range(left, right);
+            greatest - least
+        });
+        let is_share = |range: &f64| *range > 0.0 && range.is_finite();
+        formula::Width(apart.filter(is_share).unwrap_or(1.0))
     }
 
     /// `x == 5 +- 0.1`.
@@ -108,7 +120,8 @@ impl Parser<'_> {
                 Mistake::new(operator_at.clone(), "no signal is compared here: it never changes");
             return Err(mistake.help("put a signal on one side"));
         }
-        Ok(Condition::Near(is_near, left.number, right.number, tolerance.number))
+        let range = self.range(&left.number, &right.number);
+        Ok(Condition::Near(is_near, left.number, right.number, tolerance.number, range))
     }
 }
 

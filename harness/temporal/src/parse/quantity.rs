@@ -193,7 +193,8 @@ impl Parser<'_> {
         }
         let of = self.quantity(part, name)?;
         if name == "changes" {
-            return Ok(Part::condition(Condition::Changes(of.number), at));
+            let range = self.range(&of.number, &Number::Constant(0.0));
+            return Ok(Part::condition(Condition::Changes(of.number, range), at));
         }
         let number = if name == "abs" { Number::Abs(Box::new(of.number)) } else { of.number };
         Ok(Part::quantity(Quantity { number, measure: of.measure, at: at.clone() }, at))

@@ -2,7 +2,7 @@
 
 use super::quantity::{Measure, Quantity};
 use super::{Parser, Part, What};
-use crate::formula::{Comparator, Condition, Used};
+use crate::formula::{Comparator, Condition, Used, Width};
 use crate::mistake::Mistake;
 use crate::number::Number;
 use crate::parse::lexer::{KEYWORDS, Token};
@@ -61,6 +61,7 @@ impl Parser<'_> {
                 Comparator::Greater,
                 Number::Slot(slot),
                 Number::Constant(WRONG_OR_RIGHT),
+                Width(1.0),
             );
             return Ok(Part::condition(right, at.start..self.end));
         }

@@ -4,6 +4,7 @@ mod mistakes;
 mod monitors;
 mod reactions;
 mod readings;
+mod shares;
 
 use crate::{Formula, Mistake, NotFound, Signal, Signals};
 use wire::time::Timestamp;
@@ -32,7 +33,7 @@ impl Signals for Car {
         let index = index.ok_or_else(|| NotFound::unknown(name, &NAMES))?;
         let names =
             if index == 2 { vec![("Idle".into(), 0.0), ("Ready".into(), 3.0)] } else { vec![] };
-        Ok(Signal { index, unit: UNITS[index].to_owned(), names })
+        Ok(Signal { index, unit: UNITS[index].to_owned(), names, ..Signal::default() })
     }
 }
 

@@ -45,7 +45,7 @@ fn a_violation_is_told_with_its_moment_and_its_values() {
     let violation = verdict.first_violation.expect("the second answer is late");
     assert_eq!((violation.at, violation.known), (at(60), at(70)));
     // It was 1 before it rose: of the three margins the least.
-    assert_eq!((violation.robustness, verdict.robustness), (-1.0, -1.0));
+    assert_eq!((violation.distance, verdict.robustness), (-1.0, -1.0));
     assert_eq!(violation.values, [("Speed".to_owned(), 7.0), ("Count".to_owned(), 0.0)]);
 }
 
