@@ -31,6 +31,14 @@ impl Band {
         Self { lower: Some(lower), upper: None }
     }
 
+    /// The same without ends that no figure between `least` and `greatest` can pass: there is nothing to stay clear of.
+    pub fn of_figures_within(self, least: f64, greatest: f64) -> Self {
+        Self {
+            lower: self.lower.filter(|lower| *lower > least),
+            upper: self.upper.filter(|upper| *upper < greatest),
+        }
+    }
+
     /// Lower end, included.
     pub const fn lower(self) -> Option<f64> {
         self.lower

@@ -5,7 +5,7 @@ use super::select::Sample;
 use plan::Band;
 use record::outcome::Verdict;
 
-/// The worst value: first by verdict, then by its distance to the band's nearer end.
+/// The worst value: by verdict, then by its distance to the band's nearer end, then by its size.
 pub(super) fn worst(samples: &[Sample], band: Band, what: &str) -> Result<Figure, Refusal> {
     let rank = |sample: &Sample| {
         let verdict = verdict(sample.value, sample.uncertainty, band);
@@ -18,7 +18,9 @@ pub(super) fn worst(samples: &[Sample], band: Band, what: &str) -> Result<Figure
     };
     let worst = samples.iter().max_by(|a, b| {
         let ((a_badness, a_depth), (b_badness, b_depth)) = (rank(a), rank(b));
-        a_badness.cmp(&b_badness).then(a_depth.total_cmp(&b_depth))
+        let by_depth = a_badness.cmp(&b_badness).then(a_depth.total_cmp(&b_depth));
+        // Of equals the greater, whichever came first.
+        by_depth.then(a.value.total_cmp(&b.value))
     });
     let Some(worst) = worst else {
         return Err(Refusal::Unset("no observation".to_owned()));

@@ -1,6 +1,7 @@
 //! Least squares over a tag: slope, intercept, correlation.
 
 use super::figure::{Figure, Refusal};
+use super::jackknife::{self, Together, widening};
 use super::select::Point;
 use plan::Band;
 
@@ -56,25 +57,54 @@ impl Line {
 pub(super) fn slope_within(points: &[Point], band: Band) -> Result<Figure, Refusal> {
     let line = fit(points, 2)?;
     let statistic = format!("slope of {} points", points.len());
-    Figure::in_band(line.slope, line.slope_uncertainty, band, statistic)
+    Figure::in_band(line.slope, line.slope_uncertainty * of_few(points, &line), band, statistic)
 }
 
 pub(super) fn intercept_within(points: &[Point], band: Band) -> Result<Figure, Refusal> {
     let line = fit(points, 2)?;
     let statistic = format!("intercept of {} points", points.len());
-    Figure::in_band(line.intercept, line.intercept_uncertainty, band, statistic)
+    Figure::in_band(
+        line.intercept,
+        line.intercept_uncertainty * of_few(points, &line),
+        band,
+        statistic,
+    )
+}
+
+/// What few points widen the uncertainties of their line by, where these are of the scatter about it.
+fn of_few(points: &[Point], line: &Line) -> f64 {
+    if line.scatter == 0.0 {
+        return 1.0;
+    }
+    let own = points.iter().map(|point| point.sample.uncertainty.powi(2)).sum::<f64>();
+    let own = own / points.len() as f64;
+    let scatter = line.scatter.powi(2);
+    let wide = scatter * widening(points.len() - 2).powi(2);
+    (wide.max(own) / scatter.max(own)).sqrt()
 }
 
 /// Fewest points for a correlation: two are always on a line.
 const CORRELATION_POINTS_MIN: usize = 3;
 
-pub(super) fn correlation_within(points: &[Point], band: Band) -> Result<Figure, Refusal> {
+/// `points` in the order of time.
+pub(super) fn correlation_within(
+    points: &[Point],
+    together: Together,
+    band: Band,
+) -> Result<Figure, Refusal> {
+    let count = points.len();
     let r = fit(points, CORRELATION_POINTS_MIN)?.correlation;
     if r.is_nan() {
-        return Err(Refusal::Unset(format!("{} points of the same value", points.len())));
+        return Err(Refusal::Unset(format!("{count} points of the same value")));
     }
-    let uncertainty = (1.0 - r * r) / (points.len() as f64 - 1.0).sqrt();
-    Figure::in_band(r, uncertainty, band, format!("correlation of {} points", points.len()))
+    let without = jackknife::uncertainty(count, together, |left_out| {
+        let rest: Vec<Point> = jackknife::rest(points, left_out).copied().collect();
+        fit(&rest, 2).ok().map(|line| line.correlation).filter(|r| !r.is_nan())
+    });
+    // Without a block there may be no correlation: then nobody knows how far off it is.
+    let uncertainty = without.unwrap_or(1.0);
+    let band = band.of_figures_within(-1.0, 1.0);
+    Figure::in_band(r, uncertainty, band, format!("correlation of {count} points"))
 }
 
 fn fit(points: &[Point], least: usize) -> Result<Line, Refusal> {

@@ -6,11 +6,12 @@
 //! | figure | its standard uncertainty |
 //! |---|---|
 //! | worst value | that observation's own |
-//! | mean, root mean square | from the scatter of the values, or from their own uncertainties where that is larger, over sqrt(n) |
-//! | ratio | of both root mean squares |
+//! | mean, root mean square | from the scatter of the values, in blocks of neighbours in time, or from their own uncertainties over sqrt(n) where that is larger |
+//! | ratio, correlation | from the same blocks |
 //! | slope, intercept | of least squares, from the scatter about the line or the values' own, whichever is larger |
-//! | correlation | (1 - r^2) / sqrt(n - 1) |
 //! | share, count, time | half of what it moves by when every band moves by one standard uncertainty |
+//!
+//! What comes of a scatter is widened by Student's t, so that k = 2 covers 95 % of few values too.
 //!
 //! Shares, counts and times are marginal where they pass with the band as it is and fail with the band
 //! shrunk by each observation's expanded uncertainty.
@@ -19,10 +20,12 @@
 //! as exact: their uncertainty is in the band already. The figure is shown with its uncertainty all the same.
 //!
 //! An observation that is not finite fails every check that it belongs to, and a figure that cannot be
-//! formed is [`Verdict::Unset`]; the statistic says why. The order of observations is of no importance.
+//! formed is [`Verdict::Unset`]; the statistic says why. The order of observations is of no importance: they are
+//! put in that of their times, as far as they have one.
 
 mod each;
 mod figure;
+mod jackknife;
 pub mod line;
 mod moments;
 mod position;
@@ -80,6 +83,7 @@ pub fn judge(declared: &Declared, observations: &[Observation]) -> Measurement {
 
 fn figure(check: &Check, selection: &Selection<'_>) -> Result<Figure, Refusal> {
     let samples = || selection.samples();
+    let together = selection.together();
     match check {
         Check::AllWithin(band) => each::worst(&samples(), *band, "worst"),
         Check::NeverOutside { band, during } => {
@@ -90,10 +94,11 @@ fn figure(check: &Check, selection: &Selection<'_>) -> Result<Figure, Refusal> {
         Check::AllButInSquare { count, side, centre, .. } => {
             position::outside_square(&selection.positions()?, *count, *side, *centre)
         }
-        Check::MeanWithin(band) => moments::mean_within(&samples(), *band),
-        Check::RmsWithin(band) => moments::rms_within(&samples(), *band),
+        Check::MeanWithin(band) => moments::mean_within(&samples(), together, *band),
+        Check::RmsWithin(band) => moments::rms_within(&samples(), together, *band),
         Check::RmsRatioWithin { band, .. } => {
-            moments::ratio_within(&samples(), &selection.second_samples(), *band)
+            let second = selection.second_samples();
+            moments::ratio_within(&samples(), &second, together, *band)
         }
         Check::SlopeWithin { against, band } => {
             line::slope_within(&selection.points(against)?, *band)
@@ -102,7 +107,7 @@ fn figure(check: &Check, selection: &Selection<'_>) -> Result<Figure, Refusal> {
             line::intercept_within(&selection.points(against)?, *band)
         }
         Check::CorrelationWithin { against, band } => {
-            line::correlation_within(&selection.points(against)?, *band)
+            line::correlation_within(&selection.points_in_time(against)?, together, *band)
         }
         Check::EventuallyWithin { band, within } => {
             settling::eventually_within(&selection.points("time")?, *band, *within)

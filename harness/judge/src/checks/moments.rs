@@ -1,6 +1,7 @@
 //! Checks on the mean and the root mean square of all values.
 
 use super::figure::{Figure, Refusal};
+use super::jackknife::{self, Together};
 use super::select::Sample;
 use plan::Band;
 
@@ -11,66 +12,91 @@ pub(super) struct Estimate {
     pub(super) uncertainty: f64,
 }
 
-/// The mean. Its uncertainty is that of n independent values: their scatter, which holds their own
-/// uncertainties already, or those alone where they are larger. Zero values have no mean.
-pub(super) fn mean(samples: &[Sample]) -> Option<Estimate> {
-    let count = samples.len() as f64;
-    if samples.is_empty() {
-        return None;
-    }
-    let value = samples.iter().map(|s| s.value).sum::<f64>() / count;
-    let own = samples.iter().map(|s| s.uncertainty.powi(2)).sum::<f64>() / count;
-    let scatter = match samples.len() {
-        1 => 0.0,
-        _ => samples.iter().map(|s| (s.value - value).powi(2)).sum::<f64>() / (count - 1.0),
-    };
-    Some(Estimate { value, uncertainty: (own.max(scatter) / count).sqrt() })
+/// The mean; none of no values.
+pub(super) fn mean(samples: &[Sample], together: Together) -> Option<Estimate> {
+    estimate(samples, together, |_| 1.0, mean_of)
 }
 
-/// The root mean square: the root of the mean of the squares, each with the uncertainty that its value
-/// gives it to first order.
-pub(super) fn rms(samples: &[Sample]) -> Option<Estimate> {
-    let squares: Vec<_> = samples
-        .iter()
-        .map(|s| Sample {
-            value: s.value.powi(2),
-            uncertainty: 2.0 * s.value.abs() * s.uncertainty,
-        })
-        .collect();
-    let square = mean(&squares)?;
-    let value = square.value.sqrt();
-    if value > 0.0 {
-        return Some(Estimate { value, uncertainty: square.uncertainty / (2.0 * value) });
-    }
-    // Every value is zero: the first order says nothing, the values' own uncertainties bound it.
-    let own = samples.iter().map(|s| s.uncertainty.powi(2)).sum::<f64>();
-    Some(Estimate { value, uncertainty: (own / samples.len() as f64).sqrt() })
+/// The root mean square; none of no values.
+pub(super) fn rms(samples: &[Sample], together: Together) -> Option<Estimate> {
+    let value = root_mean_square_of(&mut samples.iter())?;
+    // Where every value is zero the first order says nothing: the values' own uncertainties bound it.
+    let of_zero = (samples.len() as f64).sqrt();
+    let weight = |sample: &Sample| if value > 0.0 { sample.value / value } else { of_zero };
+    estimate(samples, together, weight, root_mean_square_of)
 }
 
-pub(super) fn mean_within(samples: &[Sample], band: Band) -> Result<Figure, Refusal> {
-    within(mean(samples), band, format!("mean of {}", samples.len()))
+/// The figure, as uncertain as the scatter of the values, which holds their own uncertainties already, or those where they are
+/// larger: `weight` is what the figure moves by with a value, times their number.
+fn estimate(
+    samples: &[Sample],
+    together: Together,
+    weight: impl Fn(&Sample) -> f64,
+    figure: Statistic,
+) -> Option<Estimate> {
+    let value = figure(&mut samples.iter())?;
+    let own = samples.iter().map(|sample| (weight(sample) * sample.uncertainty).powi(2));
+    let own = own.sum::<f64>().sqrt() / samples.len() as f64;
+    let scatter = jackknife::uncertainty(samples.len(), together, |left_out| {
+        figure(&mut jackknife::rest(samples, left_out))
+    })?;
+    Some(Estimate { value, uncertainty: own.max(scatter) })
 }
 
-pub(super) fn rms_within(samples: &[Sample], band: Band) -> Result<Figure, Refusal> {
-    within(rms(samples), band, format!("root mean square of {}", samples.len()))
+type Statistic = fn(&mut dyn Iterator<Item = &Sample>) -> Option<f64>;
+
+fn mean_of(samples: &mut dyn Iterator<Item = &Sample>) -> Option<f64> {
+    let (count, sum) = samples.fold((0.0, 0.0), |(count, sum), one| (count + 1.0, sum + one.value));
+    (count > 0.0).then(|| sum / count)
 }
 
-/// The root mean square of `ours` over that of `theirs`, taken as independent.
+fn root_mean_square_of(samples: &mut dyn Iterator<Item = &Sample>) -> Option<f64> {
+    let add = |(count, sum), one: &Sample| (count + 1.0, sum + one.value * one.value);
+    let (count, sum) = samples.fold((0.0, 0.0), add);
+    (count > 0.0).then(|| f64::sqrt(sum / count))
+}
+
+pub(super) fn mean_within(
+    samples: &[Sample],
+    together: Together,
+    band: Band,
+) -> Result<Figure, Refusal> {
+    within(mean(samples, together), band, format!("mean of {}", samples.len()))
+}
+
+pub(super) fn rms_within(
+    samples: &[Sample],
+    together: Together,
+    band: Band,
+) -> Result<Figure, Refusal> {
+    within(rms(samples, together), band, format!("root mean square of {}", samples.len()))
+}
+
+/// The root mean square of `ours` over that of `theirs`, each in the order of time: what one drift does to both is in both.
 pub(super) fn ratio_within(
     ours: &[Sample],
     theirs: &[Sample],
+    together: Together,
     band: Band,
 ) -> Result<Figure, Refusal> {
-    let ratio = match (rms(ours), rms(theirs)) {
+    let statistic = format!("rms of {} over rms of {}", ours.len(), theirs.len());
+    let ratio = match (rms(ours, together), rms(theirs, together)) {
         (Some(a), Some(b)) => {
-            let relative = b.uncertainty / b.value;
             let value = a.value / b.value;
-            let uncertainty = (a.uncertainty / b.value).hypot(value * relative);
-            Some(Estimate { value, uncertainty })
+            let own = (a.uncertainty / b.value).hypot(value * b.uncertainty / b.value);
+            let is_paired = together == Together::InTime && ours.len() == theirs.len();
+            let both = is_paired.then(|| {
+                jackknife::uncertainty(ours.len(), together, |left_out| {
+                    let theirs = &mut jackknife::rest(theirs, left_out.clone());
+                    let ours = &mut jackknife::rest(ours, left_out);
+                    Some(root_mean_square_of(ours)? / root_mean_square_of(theirs)?)
+                })
+            });
+            Some(Estimate { value, uncertainty: both.flatten().unwrap_or(own) })
         }
         _ => None,
     };
-    within(ratio, band, format!("rms of {} over rms of {}", ours.len(), theirs.len()))
+    within(ratio, band, statistic)
 }
 
 fn within(estimate: Option<Estimate>, band: Band, statistic: String) -> Result<Figure, Refusal> {
@@ -82,35 +108,53 @@ fn within(estimate: Option<Estimate>, band: Band, statistic: String) -> Result<F
 
 #[cfg(test)]
 mod tests {
-    use super::{Sample, mean, rms};
+    use super::Together::{Alone, InTime};
+    use super::{Sample, mean, ratio_within, rms};
 
     fn samples(values: &[f64], uncertainty: f64) -> Vec<Sample> {
         values.iter().map(|&value| Sample { value, uncertainty }).collect()
     }
 
+    /// Student's t of 95 % over that of the normal distribution: of one and of two degrees of freedom.
+    const WIDE: [f64; 2] = [12.706 / 1.959_964, 4.303 / 1.959_964];
+
     #[test]
     fn the_mean_is_as_uncertain_as_scatter_or_readings_make_it() {
         // 1, 2, 3: standard deviation 1, over sqrt(3).
-        let scattered = mean(&samples(&[1.0, 2.0, 3.0], 0.1)).unwrap();
+        let scattered = mean(&samples(&[1.0, 2.0, 3.0], 0.1), Alone).unwrap();
         assert_eq!(scattered.value, 2.0);
-        assert!((scattered.uncertainty - 1.0 / 3f64.sqrt()).abs() < 1e-15);
+        assert!((scattered.uncertainty - WIDE[1] / 3f64.sqrt()).abs() < 1e-12);
         // Readings worse than what they scatter.
-        let poor = mean(&samples(&[1.0, 1.0, 1.0, 1.0], 0.2)).unwrap();
+        let poor = mean(&samples(&[1.0, 1.0, 1.0, 1.0], 0.2), Alone).unwrap();
         assert!((poor.uncertainty - 0.1).abs() < 1e-15);
-        assert_eq!(mean(&samples(&[5.0], 0.3)).unwrap().uncertainty, 0.3);
-        assert_eq!(mean(&[]), None);
+        assert_eq!(mean(&samples(&[5.0], 0.3), Alone).unwrap().uncertainty, 0.3);
+        assert_eq!(mean(&[], Alone), None);
     }
 
     #[test]
     fn the_rms_is_propagated_to_first_order() {
-        // Squares 9 and 16: mean 12.5, own sqrt((6u)^2 + (8u)^2) / 2 = 5u; u = 1 gives 5 / sqrt(50).
-        let poor = rms(&samples(&[3.0, -4.0], 1.0)).unwrap();
+        // Squares 9 and 16: mean 12.5, own sqrt((6u)^2 + (8u)^2) / 2 = 5u; u = 5 gives 25 / sqrt(50).
+        let poor = rms(&samples(&[3.0, -4.0], 5.0), Alone).unwrap();
         assert!((poor.value - 12.5f64.sqrt()).abs() < 1e-15);
-        assert!((poor.uncertainty - 5.0 / 50f64.sqrt()).abs() < 1e-15);
-        // Scatter of the squares: 7 / sqrt(2), over sqrt(2), over 2 x rms.
-        let scattered = rms(&samples(&[3.0, -4.0], 0.0)).unwrap();
-        assert!((scattered.uncertainty - 3.5 / 50f64.sqrt()).abs() < 1e-15);
-        let zero = rms(&samples(&[0.0, 0.0], 0.1)).unwrap();
-        assert_eq!((zero.value, zero.uncertainty), (0.0, 0.1));
+        assert!((poor.uncertainty - 25.0 / 50f64.sqrt()).abs() < 1e-12);
+        // Without either it is that of the other: 4 and 3, half of what is between them.
+        let scattered = rms(&samples(&[3.0, -4.0], 0.0), Alone).unwrap();
+        assert!((scattered.uncertainty - WIDE[0] / 2.0).abs() < 1e-12);
+        let zero = rms(&samples(&[0.0, 0.0], 0.1), Alone).unwrap();
+        assert_eq!(zero.value, 0.0);
+        assert!((zero.uncertainty - 0.1).abs() < 1e-15);
+    }
+
+    /// Both follow one drift: the ratio is as certain as what is left of each.
+    #[test]
+    fn a_ratio_of_two_that_drift_together_is_exact() {
+        let ours: Vec<f64> = (0..40).map(|i| 1.0 + f64::from(i)).collect();
+        let theirs: Vec<f64> = ours.iter().map(|value| 2.0 * value).collect();
+        let ratio = |together| {
+            let band = plan::Band::at_most(1.0);
+            ratio_within(&samples(&ours, 0.0), &samples(&theirs, 0.0), together, band).unwrap()
+        };
+        assert!(ratio(InTime).uncertainty < 1e-12);
+        assert!(ratio(Alone).uncertainty > 0.05);
     }
 }

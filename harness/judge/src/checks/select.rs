@@ -1,7 +1,8 @@
-//! The observations that a measurement is about, in an order of their own.
+//! The observations that a measurement is about, in the order of their times.
 
 use super::figure::Refusal;
 use super::is_during;
+use super::jackknife::Together;
 use plan::observation::Observation;
 use plan::{Check, Declared, QuantityName};
 use std::cmp::Ordering;
@@ -100,8 +101,22 @@ impl<'a> Selection<'a> {
         self.second.iter().map(|o| self.sample(o)).collect()
     }
 
+    /// Whether the order of the values says which are near one another.
+    pub(super) fn together(&self) -> Together {
+        let is_timed = self.first.iter().all(|o| o.tags.contains_key("time"));
+        if is_timed { Together::InTime } else { Together::Alone }
+    }
+
     /// The values over a tag, by rising tag.
     pub(super) fn points(&self, tag: &str) -> Result<Vec<Point>, Refusal> {
+        let mut points = self.points_in_time(tag)?;
+        // Stable: points of the same abscissa stay in the order of their times.
+        points.sort_by(|a, b| a.at.total_cmp(&b.at));
+        Ok(points)
+    }
+
+    /// The values over a tag.
+    pub(super) fn points_in_time(&self, tag: &str) -> Result<Vec<Point>, Refusal> {
         let points: Vec<_> = self
             .first
             .iter()
@@ -115,9 +130,6 @@ impl<'a> Selection<'a> {
             let all = self.first.len();
             return Err(Refusal::Fail(format!("{lost} of {all} observations without `{tag}`")));
         }
-        let mut points = points;
-        // Stable: points of the same abscissa stay in the order of their values.
-        points.sort_by(|a, b| a.at.total_cmp(&b.at));
         Ok(points)
     }
 
@@ -146,10 +158,10 @@ fn is_usable(observation: &Observation) -> bool {
         && observation.uncertainty >= 0.0
 }
 
-/// By value, so that sums come out the same whatever the order of arrival.
+/// By time and value, so that sums come out the same whatever the order of arrival.
 fn order(a: &Observation, b: &Observation) -> Ordering {
-    a.value
-        .total_cmp(&b.value)
+    order_of_tag(a, b, "time")
+        .then_with(|| a.value.total_cmp(&b.value))
         .then_with(|| a.uncertainty.total_cmp(&b.uncertainty))
         .then_with(|| order_of_tags(a, b))
 }

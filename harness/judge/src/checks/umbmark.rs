@@ -6,6 +6,7 @@
 //! beta = (x_cw - x_ccw) / (-4 L) the effective change of heading along one side.
 
 use super::figure::{Figure, Refusal};
+use super::jackknife::Together;
 use super::moments::{Estimate, mean};
 use super::select::{Position, Sample};
 use plan::{Band, UmbmarkFigure};
@@ -42,8 +43,9 @@ pub struct ReturnError {
 impl Centre {
     /// `None` where there is no lap.
     pub fn of(laps: &[ReturnError]) -> Option<Self> {
-        let axis =
-            |read: fn(&ReturnError) -> Sample| mean(&laps.iter().map(read).collect::<Vec<_>>());
+        let axis = |read: fn(&ReturnError) -> Sample| {
+            mean(&laps.iter().map(read).collect::<Vec<_>>(), Together::Alone)
+        };
         let x = axis(|lap| Sample { value: lap.x_m, uncertainty: lap.x_uncertainty_m })?;
         let y = axis(|lap| Sample { value: lap.y_m, uncertainty: lap.y_uncertainty_m })?;
         Some(Self {
@@ -181,8 +183,9 @@ mod tests {
         assert!((umbmark.e_max_syst_m() - 0.13).abs() < 1e-12);
         assert!((umbmark.alpha().rad() - 0.005).abs() < 1e-12);
         assert!((umbmark.beta().rad() - 0.01).abs() < 1e-12);
-        // x scatters by 0.003, y by less than its readings' 0.002; three laps each.
-        let (ux, uy) = (0.003 / 3f64.sqrt(), 0.002 / 3f64.sqrt());
+        // x scatters by 0.003, y by 0.001; three laps each, of which Student's t is 4.303.
+        let ux = 0.003 / 3f64.sqrt() * 4.303 / 1.959_964;
+        let uy = ux / 3.0;
         assert!((umbmark.cw.x_uncertainty_m - ux).abs() < 1e-15);
         assert!((umbmark.cw.y_uncertainty_m - uy).abs() < 1e-15);
         let expected = (0.12 * ux).hypot(0.05 * uy) / 0.13;

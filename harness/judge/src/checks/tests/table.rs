@@ -44,7 +44,7 @@ fn verdicts_on_single_values_and_shares() {
 
 #[test]
 fn verdicts_on_moments_and_lines() {
-    // Mean 2, standard uncertainty 1 / sqrt(3) = 0.577.
+    // Mean 2, standard uncertainty 1 / sqrt(3) = 0.577, of three values widened by 2.195.
     let three = [1.0, 2.0, 3.0];
     // Exactly -0.52 T + 19.23; readings of +-0.1: u(slope) = 0.1 / sqrt(sum (T - Tm)^2) = 0.1 / sqrt(10).
     let line: Vec<f64> = (0..5).map(|i| 19.23 - 0.52 * (20.0 + f64::from(i))).collect();
@@ -52,7 +52,7 @@ fn verdicts_on_moments_and_lines() {
     let intercept = "{ intercept_within = { against = \"temperature\", band = [18, 20] } }";
     let tracks = "{ correlation_within = { against = \"temperature\", band = [-1, -0.9] } }";
     for (check, values, uncertainty, expected) in [
-        ("{ mean_within = [0.5, 3.5] }", &three[..], 0.1, Pass),
+        ("{ mean_within = [-0.6, 4.6] }", &three[..], 0.1, Pass),
         ("{ mean_within = [1.0, 3.0] }", &three, 0.1, Marginal),
         ("{ mean_within = [0, 1.9] }", &three, 0.1, Fail),
         ("{ rms_within = { at_most = 2.1 } }", &three, 0.0, Fail),
