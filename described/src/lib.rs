@@ -90,7 +90,7 @@
 //! checksum = { signal = "Sum", crc = "crc8-sae-j1850", bytes = [0, 6], prepend = [], append = [0x02, 0x00] }
 //! ```
 //!
-//! Both are signals of the message. [`Encoder`] puts them in, and a [`Decoder`] says what it thinks of them
+//! Both are signals of the message. [`Outbox`] puts them in, and a [`Decoder`] says what it thinks of them
 //! ([`Verdict`]). A [`Device`] does not use what is not right, and [`Device::refused`] counts it. A counter or a checksum
 //! with a `[signal.NAME]` of its own is sent as that says, and the other covers it.
 //!
@@ -160,6 +160,7 @@ mod files;
 pub mod hint;
 mod layout;
 mod lookup;
+mod outbox;
 mod place;
 mod protection;
 mod steps;
@@ -171,13 +172,13 @@ pub use device::Device;
 pub use error::FileError;
 pub use files::Files;
 pub use layout::{
-    ByteOrder, Carried, DbcNode, Decoded, Decoder, EncodeError, Encoded, Encoder, Layout, Medium,
-    Message, NOBODY, Note, SIGNAL_BITS_MAX, Selection, SendKind, SendRule, Sender, Signal,
-    SignalName, dbc_nodes, dbc_text,
+    ByteOrder, Carried, DbcNode, Decoded, Decoder, EncodeError, Layout, Medium, Message, NOBODY,
+    Note, SIGNAL_BITS_MAX, Selection, SendKind, SendRule, Sender, Signal, SignalName, dbc_nodes,
+    dbc_text,
 };
+pub use outbox::Outbox;
 pub use protection::{ProtectionTable, Verdict};
 pub use steps::{Input, Step, Steps};
-pub use transport::{InParts, Transport};
 
 /// The JSON Schema of a description, in either of its forms, for editors.
 pub fn schema(generator: schemars::SchemaGenerator) -> schemars::Schema {

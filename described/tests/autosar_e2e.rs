@@ -1,9 +1,10 @@
 //! Somebody else's end-to-end protection: random messages that the Python package autosar-e2e protected.
 //! `data/protect_with_autosar_e2e.py` wrote the file (autosar-e2e 1.0.0).
 
-use described::{Description, Encoder, Layout, Verdict};
+use described::{Description, Layout, Outbox, Verdict};
 use wire::can::CanFrame;
 use wire::device::Transmit;
+use wire::time::Timestamp;
 
 const MESSAGES: &str = include_str!("data/autosar_e2e.csv");
 
@@ -142,8 +143,9 @@ fn compare(line: &str, row: &Row<'_>, layout: &Layout) {
     let values: Vec<f64> = signals.iter().map(|signal| row.value(&signal.name)).collect();
     // The counter is that of the row.
     let is_own = |signal: usize| signals[signal].name == "Alive";
-    let wired = Encoder::new(layout.clone()).encode(0, &values, is_own).expect("all in range");
-    let wired = wired.whole().expect("one frame or packet");
+    let mut outbox = Outbox::new(layout.clone(), layout.messages()[0].sender, 1);
+    outbox.send(Timestamp::ZERO, 0, &values, is_own).expect("all in range");
+    let wired = outbox.transmit().expect("one frame or packet");
     let mut verdict = None;
     let bytes = match &wired {
         Transmit::Frame(frame) => {

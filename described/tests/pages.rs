@@ -1,6 +1,6 @@
 //! The pages on devices of one's own: what they write is taken, and the messages are sent so.
 
-use described::{Description, Device, Encoder, SendKind};
+use described::{Description, Device, Outbox, SendKind};
 use std::sync::Arc;
 use wire::can::CanFrame;
 use wire::device::Transmit;
@@ -41,15 +41,11 @@ fn the_example_of_counters_and_checksums_is_taken() {
     let text = format!("name = \"a\"\ndbc = \"a.dbc\"\nnode = \"Cells\"\n{}", block.expect("TOML"));
     let description = Description::parse("a.toml", &text, &mut |_| Ok(DBC.to_owned()));
     let layout = description.unwrap_or_else(|error| panic!("{error}")).layout().clone();
-    let mut encoder = Encoder::new(layout.clone());
+    let mut outbox = Outbox::new(layout.clone(), layout.messages()[0].sender, 1);
     let mut sent = |name: &str| {
         let message = layout.find(name).expect("it is in the DBC");
-        match encoder
-            .encode(message, &[0.0, 0.0], |_| false)
-            .expect("in range")
-            .whole()
-            .expect("one frame")
-        {
+        outbox.send(Timestamp::ZERO, message, &[0.0, 0.0], |_| false).expect("in range");
+        match outbox.transmit().expect("one frame") {
             Transmit::Frame(frame) => frame.data().to_vec(),
             Transmit::Bytes(_) => panic!("on CAN"),
         }

@@ -30,6 +30,8 @@ pub(super) struct Answers {
     questions: VecDeque<(usize, Vec<Option<f64>>)>,
     /// Questions that were refused because another was being answered.
     pub(super) refused: u64,
+    /// Answers that had no room.
+    pub(super) dropped: u64,
 }
 
 impl Answers {
@@ -107,7 +109,7 @@ impl Device {
             let Some(answer) = rule.answers.as_ref().filter(is_meant) else { continue };
             let Some(parts) = self.parts(answer) else { continue };
             if self.answers.waiting.len() >= ANSWERS_MAX {
-                self.dropped += 1;
+                self.answers.dropped += 1;
                 continue;
             }
             let at = now + answer.delay;

@@ -11,12 +11,11 @@ mod sending;
 mod tests;
 
 use crate::description::{Description, Model, Source};
-use crate::layout::{Decoder, Encoder, Sender};
-use crate::transport::Transport;
+use crate::layout::{Decoder, Sender};
+use crate::outbox::Outbox;
 use answers::Answers;
 use dynamics::{Dynamics, finite};
 use sending::{Agenda, Sending};
-use std::collections::VecDeque;
 use std::sync::Arc;
 use wire::can::CanFrame;
 use wire::device::Transmit;
@@ -37,7 +36,7 @@ const NEVER: Timestamp = Timestamp::MAX;
 pub struct Device {
     description: Arc<Description>,
     decoder: Decoder,
-    encoder: Encoder,
+    outbox: Outbox,
     dynamics: Dynamics,
     on: bool,
     senders: Vec<Sending>,
@@ -47,10 +46,6 @@ pub struct Device {
     answers: Answers,
     /// Of the message that is being heard, one a signal.
     heard: Vec<Option<f64>>,
-    queue: VecDeque<Transmit>,
-    /// Where messages go in parts.
-    transport: Option<Box<Transport>>,
-    dropped: u64,
     clipped: u64,
     not_finite: u64,
     /// Messages whose counter or checksum was not right.
@@ -66,7 +61,11 @@ impl Device {
         let sending = |sent| Sending::new(&description, sent, seed);
         let mut device = Self {
             decoder: layout.decoder_for(Sender::Host),
-            encoder: Encoder::new(layout.clone()),
+            outbox: Outbox::new(
+                layout.clone(),
+                Sender::Device,
+                QUEUE_MAX.max(2 * model.sent.len()),
+            ),
             refused: 0,
             dynamics: Dynamics::new(model),
             on: false,
@@ -75,9 +74,6 @@ impl Device {
             lost: vec![NEVER; model.heard.len()],
             answers: Answers::default(),
             heard: Vec::new(),
-            queue: VecDeque::with_capacity(QUEUE_MAX),
-            transport: Transport::of(layout, Sender::Device),
-            dropped: 0,
             clipped: 0,
             not_finite: 0,
             description: Arc::clone(&description),
@@ -99,9 +95,7 @@ impl Device {
         if !self.on {
             return;
         }
-        if let Some(transport) = &mut self.transport {
-            transport.receive(now, frame);
-        }
+        self.outbox.receive(now, frame);
         let Some(heard) = self.decoder.frame(frame) else { return };
         if !heard.is_sound() {
             self.refused += 1;
@@ -140,15 +134,12 @@ impl Device {
         self.pass(&description.model, now);
         self.dynamics.advance(&description.model, now);
         self.do_what_is_due(&description.model, now);
-        if let Some(transport) = &mut self.transport {
-            transport.wake(now);
-        }
+        self.outbox.wake(now);
     }
 
     /// What it sends next.
     pub fn transmit(&mut self) -> Option<Transmit> {
-        let whole = self.queue.pop_front();
-        whole.or_else(|| self.transport.as_mut()?.transmit().map(Transmit::Frame))
+        self.outbox.transmit()
     }
 
     /// When to be woken, if nothing arrives before.
@@ -158,7 +149,7 @@ impl Device {
         }
         let lost = self.lost.iter().copied().min().unwrap_or(NEVER);
         let answer = self.answers.times().min().unwrap_or(NEVER);
-        let parts = self.transport.as_ref().map_or(NEVER, |transport| transport.next_wakeup());
+        let parts = self.outbox.next_wakeup();
         self.agenda.first().min(answer).min(lost).min(parts).min(self.dynamics.deadline())
     }
 
@@ -191,13 +182,9 @@ impl Device {
             return;
         }
         self.on = on;
-        self.queue.clear();
         self.answers.clear();
-        if let Some(transport) = &mut self.transport {
-            transport.reset();
-        }
         self.decoder.reset();
-        self.encoder.reset();
+        self.outbox.reset();
         self.lost.fill(NEVER);
         if !on {
             return;
@@ -244,7 +231,7 @@ impl Device {
 
     /// Messages that were not sent because too many waited, or in parts because nobody answered.
     pub fn dropped(&self) -> u64 {
-        self.dropped + self.transport.as_ref().map_or(0, |transport| transport.given_up())
+        self.outbox.dropped() + self.answers.dropped
     }
 
     /// Values that were sent as the end of their signal's range, because they were beyond it.

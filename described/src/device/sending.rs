@@ -2,9 +2,9 @@
 
 use super::dynamics::finite;
 use super::occasion::Occasion;
-use super::{Device, NEVER, QUEUE_MAX};
+use super::{Device, NEVER};
 use crate::description::{Description, Model, PART, Sent, SignalSource, Source, TIME};
-use crate::layout::{Encoded, SendKind};
+use crate::layout::SendKind;
 use crate::steps::{Memory, Procedure};
 use emulators::random::RandomStream;
 use wire::time::Timestamp;
@@ -293,20 +293,8 @@ impl Device {
             }
         }
         let is_own = |signal: usize| !matches!(sent.signals[signal].source, Source::Unsaid);
-        match self.encoder.encode(sent.message, &values, is_own) {
-            Ok(Encoded::Whole(wired))
-                if self.queue.len() < QUEUE_MAX.max(2 * self.senders.len()) =>
-            {
-                self.queue.push_back(wired);
-            }
-            Ok(Encoded::InParts(message)) => {
-                if let Some(transport) = &mut self.transport {
-                    transport.send(now, message);
-                }
-            }
-            // A line can be longer than what is sent at once; else the values are in range.
-            Ok(_) | Err(_) => self.dropped += 1,
-        }
+        // Values are in range by now; what has no room is counted.
+        let _ = self.outbox.send(now, sent.message, &values, is_own);
         self.agenda.values = values;
     }
 }

@@ -173,9 +173,10 @@ fn again(what: &Transmit, data: &[u8]) -> Option<Transmit> {
 
 #[cfg(test)]
 mod tests {
+    use crate::layout::Encoder;
     use crate::layout::protected::tests::{E2E, PLAIN, cells};
     use crate::layout::tests::described;
-    use crate::{Decoder, Encoder, Layout, Sender, Verdict};
+    use crate::{Decoder, Layout, Sender, Verdict};
     use proptest::prelude::*;
     use wire::device::Transmit;
 

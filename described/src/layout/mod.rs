@@ -290,7 +290,7 @@ impl Layout {
 
     /// The message with these values, one a signal and in its unit. Values of signals that a
     /// multiplexed frame does not carry are not looked at. A counter and a checksum among the signals are their values
-    /// here; an [`Encoder`] puts in what they have to be.
+    /// here; an [`Outbox`](crate::Outbox) puts in what they have to be.
     ///
     /// # Errors
     /// As [`EncodeError`] says; of a message that goes in parts too.

@@ -1,16 +1,14 @@
 //! A node as which the plan speaks: it sends what the plan orders, again and again where it is to.
 
 use crate::plan::Send;
-use described::{Encoded, Encoder, Layout, Message, Sender, Transport};
-use std::collections::VecDeque;
+use described::{Layout, Message, Outbox, Sender};
 use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
 
 /// Somebody on a line who says what the plan orders.
 #[derive(Debug)]
 pub(crate) struct Tester {
-    /// Its counters go on from one message to the next, whoever orders them.
-    encoder: Encoder,
+    outbox: Outbox,
     /// Whose messages of the layout it sends.
     sender: Sender,
     /// Of each message, what its signals were set to last.
@@ -18,9 +16,6 @@ pub(crate) struct Tester {
     /// Of each message, the signals that the last order set: a counter and a checksum among them are not put in.
     own: Vec<Vec<usize>>,
     repeats: Vec<Repeat>,
-    outgoing: VecDeque<Transmit>,
-    /// Where messages go in parts.
-    transport: Option<Box<Transport>>,
 }
 
 /// A message that is sent again.
@@ -40,16 +35,14 @@ impl Tester {
             values: layout.messages().iter().map(start).collect(),
             own: vec![Vec::new(); layout.messages().len()],
             repeats: Vec::new(),
-            outgoing: VecDeque::new(),
-            transport: Transport::of(&layout, sender),
-            encoder: Encoder::new(layout),
+            outbox: Outbox::new(layout, sender, usize::MAX),
             sender,
         }
     }
 
     /// It can send a message of this name.
     pub(super) fn knows(&self, message: &str) -> bool {
-        let layout = self.encoder.layout();
+        let layout = self.outbox.layout();
         let place = layout.find(message);
         place.is_some_and(|place| layout.messages()[place].sender == self.sender)
     }
@@ -61,7 +54,7 @@ impl Tester {
     ///
     /// When the layout has no such message or signal, or a value does not fit in.
     pub(super) fn send(&mut self, now: Timestamp, send: &Send) -> Result<(), String> {
-        let layout = self.encoder.layout();
+        let layout = self.outbox.layout();
         let Some(message) = layout.find(&send.message) else {
             return Err(format!("no message `{}` in the layout of the device", send.message));
         };
@@ -97,21 +90,20 @@ impl Tester {
 
     /// This message is no longer sent again.
     pub(super) fn stop(&mut self, message: &str) {
-        let message = self.encoder.layout().find(message);
+        let message = self.outbox.layout().find(message);
         self.repeats.retain(|repeat| Some(repeat.message) != message);
     }
 
     /// When a message is to be sent again.
     pub(super) fn next_wakeup(&self) -> Timestamp {
         let repeats = self.repeats.iter().map(|repeat| repeat.due);
-        let parts = self.transport.as_ref().map(|transport| transport.next_wakeup());
-        repeats.chain(parts).min().unwrap_or(Timestamp::MAX)
+        repeats.min().unwrap_or(Timestamp::MAX).min(self.outbox.next_wakeup())
     }
 
     /// A frame was on its line: of use to it where messages go in parts, and somebody answers.
     pub(super) fn receive(&mut self, now: Timestamp, what: &Transmit) {
-        if let (Some(transport), Transmit::Frame(frame)) = (&mut self.transport, what) {
-            transport.receive(now, frame);
+        if let Transmit::Frame(frame) = what {
+            self.outbox.receive(now, frame);
         }
     }
 
@@ -138,30 +130,19 @@ impl Tester {
         for message in due {
             self.encode(now, message)?;
         }
-        if let Some(transport) = &mut self.transport {
-            transport.wake(now);
-        }
+        self.outbox.wake(now);
         Ok(())
     }
 
     /// The next thing for the line.
     pub(super) fn transmit(&mut self) -> Option<Transmit> {
-        let whole = self.outgoing.pop_front();
-        whole.or_else(|| self.transport.as_mut()?.transmit().map(Transmit::Frame))
+        self.outbox.transmit()
     }
 
     fn encode(&mut self, now: Timestamp, message: usize) -> Result<(), String> {
         let (values, own) = (&self.values[message], &self.own[message]);
-        let encoded = self.encoder.encode(message, values, |signal| own.contains(&signal));
-        match encoded.map_err(|error| error.to_string())? {
-            Encoded::Whole(what) => self.outgoing.push_back(what),
-            Encoded::InParts(parts) => {
-                if let Some(transport) = &mut self.transport {
-                    transport.send(now, parts);
-                }
-            }
-        }
-        Ok(())
+        let sent = self.outbox.send(now, message, values, |signal| own.contains(&signal));
+        sent.map_err(|error| error.to_string())
     }
 }
 

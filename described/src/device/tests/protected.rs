@@ -1,8 +1,9 @@
 //! Messages with counters and checksums: what a device sends, and what it hears.
 
 use super::{at, run};
+use crate::Device;
+use crate::layout::Encoder;
 use crate::layout::cells;
-use crate::{Device, Encoder};
 use std::sync::Arc;
 use wire::device::Transmit;
 

@@ -290,7 +290,7 @@ fn a_counter_that_is_marked_counts() {
         BA_DEF_DEF_ \"SigType\" \"Default\";\nBA_ \"SigType\" SG_ 1 Count 2;\n";
     let layout = Layout::from_dbc("a.dbc", text, "A").unwrap();
     assert_eq!(layout.messages()[0].counter_signal(), Some(0));
-    let mut encoder = crate::Encoder::new(layout.clone());
+    let mut encoder = crate::layout::Encoder::new(layout.clone());
     let counts: Vec<_> = (0..5)
         .map(|_| {
             layout.messages()[0]

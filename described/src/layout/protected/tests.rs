@@ -1,7 +1,8 @@
 //! Counters and checksums of descriptions: what stands in the frames, and each mistake at its place.
 
+use crate::layout::Encoder;
 use crate::layout::tests::described;
-use crate::{Decoder, Description, Encoder, Layout, Verdict};
+use crate::{Decoder, Description, Layout, Verdict};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use wire::can::CanFrame;
 use wire::device::Transmit;
