@@ -120,7 +120,8 @@ const fn checksums() -> [[u16; 256]; CHECKED_BYTES] {
 
 fn checksum(checked: u128) -> u16 {
     let bytes = checked.to_le_bytes();
-    CHECKSUMS.iter().zip(bytes).fold(0, |sum, (table, byte)| sum ^ table[usize::from(byte)])
+    let of = |(table, byte): (&[u16; 256], u8)| table[usize::from(byte)];
+    CHECKSUMS.iter().zip(bytes).map(of).fold(0, |sum, one| sum ^ one)
 }
 
 /// How many bits are stuffed into the lowest `length` of `bits`, one behind the last included.
@@ -128,19 +129,22 @@ fn stuff_bits(bits: u128, length: u32) -> u32 {
     // From here on the first bit is the highest, and a place is counted from it.
     let bits = bits << (u128::BITS - length);
     let alike = !(bits ^ bits << 1) & u128::MAX << (u128::BITS + 1 - length);
-    let four = alike & alike << 1 & alike << 2;
-    let mut five = four & alike << 3;
-    let is_set = |mask: u128, place: u32| mask << place >> (u128::BITS - 1) != 0;
+    let mut five = alike & alike << 1;
+    five &= five << 2;
     let mut count = 0;
     while five != 0 {
-        let mut last = five.leading_zeros() + 4;
-        count += 1;
-        // A stuff bit is the first of five where four like it follow.
-        while last + 4 < length && !is_set(alike, last) && is_set(four, last + 1) {
-            last += 4;
-            count += 1;
+        // So many bits are alike from here, and where a stuff bit is behind the last of them, it is the first of the next.
+        let (mut start, mut before) = (five.leading_zeros(), 0);
+        while start < length {
+            let run = (alike << start).leading_ones() + 1;
+            start += run;
+            count += (before + run) / 5;
+            if !(before + run).is_multiple_of(5) {
+                break;
+            }
+            before = 1;
         }
-        five &= (u128::MAX >> 1) >> last;
+        five &= u128::MAX.checked_shr(start).unwrap_or(0);
     }
     count
 }
