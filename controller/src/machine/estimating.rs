@@ -1,15 +1,12 @@
 //! The estimator beside the paper's way: fed with what arrives, asked for what is believed.
 
 use super::{Controller, Task};
+use crate::config::BRIDGE_MAX;
 use crate::kalman::{Correction, Fault, Kalman, Step};
 use crate::mission::{BiasTestResult, Estimator, HeadingSource, Uncertainty};
 use crate::standstill::Rest;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Length};
-
-/// A gyro that is silent may be bridged by the odometry for so long: by then the heading may be off by one degree, from
-/// the base's own errors that nobody has measured yet (1 % of 90 deg).
-const BRIDGE_MAX: Span = Span::from_secs(5);
 
 /// The filter and what it has been told.
 #[derive(Debug, Clone, Copy)]

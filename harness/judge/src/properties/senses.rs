@@ -2,7 +2,7 @@
 
 use super::Limits;
 use super::seen::{Seen, Truth};
-use controller::config::Transport;
+use controller::config::{BRIDGE_MAX, Transport};
 use controller::health::Health;
 use controller::mission::{Command, HeadingSource, MissionId, Report, State};
 use controller::{Output, Port};
@@ -143,6 +143,12 @@ impl Senses {
     /// Times that the gyro's decoder found its place again.
     pub(super) const fn resyncs(&self) -> u64 {
         self.gyro.counters().resyncs
+    }
+
+    /// The controller says that the odometry stands in for a gyro that is silent, and may.
+    pub(super) fn is_bridged(&self) -> bool {
+        self.health.causes.bridging
+            && self.gyro_heard.is_some_and(|heard| self.now - heard <= BRIDGE_MAX)
     }
 
     /// The base moves, in truth.

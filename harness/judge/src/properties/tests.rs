@@ -59,6 +59,30 @@ fn the_age_of_the_heading_is_that_of_the_last_good_sample() {
 }
 
 #[test]
+fn a_gyro_may_be_bridged_for_so_long_where_that_is_said() {
+    let bridged = |name: &str, millis: i64, said: bool| {
+        verdict(name, |scene| {
+            scene.gyro().motion().truth(0.0, 0.4);
+            for passed in (10..=millis).step_by(10) {
+                scene.after(10).motion();
+                if passed == 100 && said {
+                    scene.health(Causes { bridging: true, ..Causes::default() });
+                }
+                scene.velocity(0.4).truth(0.0, 0.4);
+            }
+        })
+    };
+    for name in ["fresh_heading", "stops_on_loss"] {
+        assert!(bridged(name, 5_000, true).held, "{name}");
+        assert!(!bridged(name, 5_000, false).held, "{name}");
+        // 5 s of bridge, and for the second all of its reaction time and brakes behind it.
+        assert!(!bridged(name, 6_700, true).held, "{name}");
+    }
+    assert!(!bridged("fresh_heading", 5_010, true).held);
+    assert!(bridged("stops_on_loss", 6_100, true).held);
+}
+
+#[test]
 fn who_loses_an_input_has_time_and_distance_to_stop() {
     // 0.62 s of reaction and 0.4 m/s at 0.4 m/s^2: 1.62 s.
     let moving_for = |millis: i64, gyro: bool, base: bool| {

@@ -1,4 +1,4 @@
-//! Nothing is told to move on a heading older than its limit.
+//! Nothing is told to move on a heading older than its limit, or on a bridge that is not announced or too long.
 
 use super::Judge;
 use crate::properties::senses::{Fact, Senses, Topic};
@@ -7,7 +7,7 @@ use controller::mission::HeadingSource;
 use wire::base::Request;
 use wire::time::Span;
 
-/// Judged at every velocity that is sent, where the gyro closes the loops.
+/// Judged at every velocity that is sent, where the gyro closes the loops and is not bridged.
 #[derive(Debug)]
 pub(super) struct FreshHeading {
     age_max: Span,
@@ -28,7 +28,7 @@ impl Judge for FreshHeading {
     fn judge(&mut self, senses: &Senses, fact: &Fact) {
         let Fact::Request(Request::SetVelocity { drive, steer }) = fact else { return };
         let moves = drive.m_per_s() != 0.0 || steer.rad_per_s() != 0.0;
-        if !moves || senses.source != HeadingSource::Gyro {
+        if !moves || senses.source != HeadingSource::Gyro || senses.is_bridged() {
             return;
         }
         let limit_s = self.age_max.as_secs_f64();

@@ -2,7 +2,8 @@
 //!
 //! Both follow from the fastest motion since the input was last heard: reaction time and a brake,
 //! `t + v / a` and `v t + v^2 / 2 a`. Drive and steering have the time of the slower to stop. An input is missed from when it was last heard, or from when the base
-//! began to move, whichever is later: a base that stands is heard less often.
+//! began to move, whichever is later: a base that stands is heard less often. A gyro that is bridged, as the controller says
+//! and for no longer than it may, is missed from the end of that.
 
 use super::Judge;
 use crate::properties::senses::{Fact, Senses, Topic};
@@ -98,6 +99,9 @@ impl StopsOnLoss {
             missed.steer.go(truth.steer_rate.rad_per_s(), passed_s);
         }
         let by_gyro = senses.source == HeadingSource::Gyro;
+        if senses.is_bridged() {
+            self.gyro.heard(now);
+        }
         let reaction_s = self.allowed.reaction.as_secs_f64();
         let braking = self.allowed.braking.m_per_s2();
         let steer_braking = self.allowed.steer_braking.rad_per_s2();
