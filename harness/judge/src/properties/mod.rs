@@ -22,6 +22,9 @@
 //! Heading-based ones are judged while the gyro closes the loops: by odometry a plan asks for worse. A
 //! lap is a step of the plan; without steps, the run.
 //!
+//! They are no formulas: they go by the truth and by the controller's reports, which are in no message, and their margins are
+//! of time and of distance gone, where a formula's is of values.
+//!
 //! Each always-property gives a **margin**, the least signed distance to a violation as a share of its
 //! limit, which a search goes down along. Those of `sometimes` ([`Sometimes`]) come about or not.
 //!
