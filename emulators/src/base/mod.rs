@@ -28,6 +28,7 @@ mod kinematics;
 mod parameters;
 mod ramp;
 mod reports;
+mod servo;
 #[cfg(test)]
 mod tests;
 mod track;
@@ -91,6 +92,10 @@ pub struct BaseEmulator {
     steered_at_write: f64,
     turn_scale: Spread,
     leakage: Spread,
+    drive_noise: Spread,
+    steering_noise: Spread,
+    /// When the noise of both rates is drawn anew.
+    noise_due: Timestamp,
     device: Device,
     frames_ignored: u64,
     reports: Reports,
@@ -115,6 +120,9 @@ impl BaseEmulator {
             steered_at_write: 0.0,
             turn_scale: Spread::new(seed, name, "base turn scale"),
             leakage: Spread::new(seed, name, "base leakage"),
+            drive_noise: Spread::new(seed, name, "base drive noise"),
+            steering_noise: Spread::new(seed, name, "base steering noise"),
+            noise_due: Timestamp::MAX,
             device: Device::new(),
             frames_ignored: 0,
             reports: Reports::new(transport),

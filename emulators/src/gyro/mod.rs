@@ -208,9 +208,9 @@ impl GyroEmulator {
         self.motor_ampere = ampere;
     }
 
-    /// Does the motors' current reach the coil?
+    /// Does the motors' current reach the gyro, by its field or by the supply?
     pub fn feels_motors(&self) -> bool {
-        self.parameters.bias_deg_per_h_per_ampere != 0.0
+        self.parameters.motor_deg_per_h_per_ampere() != 0.0
     }
 
     /// Sets the parameter of this name, effective from the next output on.
