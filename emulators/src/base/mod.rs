@@ -6,9 +6,10 @@
 //! ([`curvature`]).
 //!
 //! Rates ramp to the commanded ones under the accelerations in force: the host's, or the hardware's
-//! where they are lower. Between commands and ramp ends motion is a closed form of time, or pieces of
-//! 20 ms on a fixed grid while the base steers and drives at once, so that it does not depend on how
-//! often anybody looks.
+//! where they are lower. Drive and steering follow the ramps as servos do, with noise, stiction and
+//! play (`servo.rs`). Between commands, ramp ends and what else changes motion is a closed form of
+//! time, or pieces of 20 ms on a fixed grid while the base steers and drives at once, so that it does
+//! not depend on how often anybody looks.
 //!
 //! # Odometry against truth on a closed lap
 //!
