@@ -28,6 +28,8 @@ impl Domain {
     pub const CELSIUS: Self = Self { min: -273.15, max: 1e3 };
     /// Differences of such temperatures.
     pub const KELVIN: Self = Self { min: -1e3, max: 1e3 };
+    /// Degrees of latitude, north positive.
+    pub const LATITUDE: Self = Self { min: -90.0, max: 90.0 };
     /// Parts per million by which a clock may be off: half of its rate.
     pub const CLOCK_ERROR: Self = Self { min: -5e5, max: 5e5 };
     /// Seconds by which an output may come late: what the emulator's queue of outputs can hold.

@@ -64,6 +64,7 @@ fn every_file_describes_devices() {
         files,
         [
             "dsp3000-table.toml",
+            "paper-mounted.toml",
             "paper-noisier.toml",
             "paper-serial.toml",
             "paper-table.toml",
@@ -91,6 +92,37 @@ fn the_papers_files_differ_in_what_they_say_and_share_the_rest() {
     let band = [gyro.bias_instability_shortest_s, gyro.bias_instability_longest_s];
     assert_eq!(band, [INSTABILITY_SHORTEST_S, INSTABILITY_LONGEST_S]);
     assert_eq!(devices("dsp3000-table.toml").gyro.0.mode, OutputMode::Increment);
+}
+
+/// The plan that adds one effect after the other sets what the file of all of them says.
+#[test]
+fn the_plan_of_single_effects_has_the_sizes_of_the_mounted_robot() {
+    let plan: toml::Table = read("../table-to-robot.toml").unwrap();
+    let step = |step: &toml::Value| {
+        let set = step.get("set_parameter")?;
+        Some((set["parameter"].as_str()?.to_owned(), set["value"].clone()))
+    };
+    let number = |value: &toml::Value| {
+        value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64)).unwrap()
+    };
+    let mut set: Vec<(String, f64)> = plan["steps"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(step)
+        .map(|(name, value)| (name, number(&value)))
+        .filter(|(_, value)| *value != 0.0)
+        .collect();
+    set.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    set.dedup();
+    let file: DeviceFile = read("paper-mounted.toml").unwrap();
+    let of = |device: &'static str, parameters: std::collections::BTreeMap<String, f64>| {
+        parameters.into_iter().map(move |(name, value)| (format!("{device}.{name}"), value))
+    };
+    let mut added: Vec<_> = of("gyro", file.gyro.parameters).collect();
+    added.extend(of("base", file.base.unwrap().parameters));
+    added.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    assert_eq!(set, added);
 }
 
 /// Angle by the gyro's bytes of one turn of the table, in degrees.

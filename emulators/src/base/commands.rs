@@ -2,6 +2,8 @@
 
 use super::BaseEmulator;
 use super::curvature::Harmonic;
+use super::kinematics::Following;
+use super::servo::{NOISE_HELD, Servo};
 use super::track::{Slip, Track, TrackModel};
 use crate::random::RandomStream;
 use wire::base::PoseWriteResult;
@@ -24,6 +26,9 @@ impl BaseEmulator {
         while self.next_change() <= now {
             let at = self.next_change();
             let mut targets = self.kinematics.targets();
+            if self.noise_due <= at {
+                self.draw_noise(at);
+            }
             if self.deadline == Some(at) {
                 self.deadline = None;
                 self.status.command_timed_out = true;
@@ -34,9 +39,26 @@ impl BaseEmulator {
         self.kinematics.advance(now);
     }
 
-    /// When a ramp ends or a command runs out; [`Timestamp::MAX`] for never.
+    /// When a ramp ends, a command runs out or noise is drawn; [`Timestamp::MAX`] for never.
     pub(super) fn next_change(&self) -> Timestamp {
-        self.kinematics.phase_end().min(self.deadline.unwrap_or(Timestamp::MAX))
+        let noise_due = if self.kinematics.is_moving() { self.noise_due } else { Timestamp::MAX };
+        let deadline = self.deadline.unwrap_or(Timestamp::MAX);
+        self.kinematics.phase_end().min(deadline).min(noise_due)
+    }
+
+    /// The noise of both rates, for a while from `now`.
+    fn draw_noise(&mut self, now: Timestamp) {
+        let p = &self.parameters;
+        if p.drive_noise_m_per_s == 0.0 && p.steering_noise_deg_per_s == 0.0 {
+            self.noise_due = Timestamp::MAX;
+            return;
+        }
+        self.noise_due = now + NOISE_HELD;
+        self.drive_noise.draw();
+        self.steering_noise.draw();
+        // A phase begins here, with what it is told as it is.
+        self.start_phase(now, self.kinematics.targets(), self.accelerations());
+        self.apply_track_model(now);
     }
 
     pub(super) fn set_velocity(&mut self, now: Timestamp, drive: Speed, steer: AngularRate) {
@@ -62,6 +84,7 @@ impl BaseEmulator {
             self.turn_scale.draw();
             self.leakage.draw();
             self.apply_track_model(now);
+            self.draw_noise(now);
         }
         self.ramp_to(now, targets, self.accelerations());
     }
@@ -145,7 +168,7 @@ impl BaseEmulator {
         let leakage_deg_per_m =
             p.leakage_deg_per_m + p.leakage_spread_deg_per_m * self.leakage.last;
         let hours = (now - Timestamp::ZERO).as_secs_f64() / SECONDS_PER_HOUR;
-        self.kinematics.set_model(TrackModel {
+        let model = TrackModel {
             path_scale: (1.0 + p.displacement_scale_error + p.tyre_growth_per_h * hours)
                 * self.grip(),
             turn_scale: 1.0 + turn_scale_error,
@@ -157,11 +180,24 @@ impl BaseEmulator {
                 braking: p.slip_braking_per_m_per_s2,
                 free: p.slip_free_m_per_s2,
             },
-        });
+        };
+        let rad = |deg| Angle::from_deg(deg).rad();
+        let following = Following {
+            drive: Servo {
+                slowest: p.drive_stiction_m_per_s,
+                faster: p.drive_noise_m_per_s * self.drive_noise.last,
+            },
+            steer: Servo {
+                slowest: rad(p.steering_stiction_deg_per_s),
+                faster: rad(p.steering_noise_deg_per_s) * self.steering_noise.last,
+            },
+            play: rad(p.steering_play_deg),
+        };
+        self.kinematics.set_model(model, following);
     }
 }
 
-/// A standard normal number that is drawn anew at each start from rest.
+/// A standard normal number that is drawn anew, such as at each start from rest.
 #[derive(Debug)]
 pub(super) struct Spread {
     stream: RandomStream,

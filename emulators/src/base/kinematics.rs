@@ -1,11 +1,16 @@
 //! Motion in phases between commands and ramp ends.
 //!
+//! Drive and steering are told rates, and follow them as servos do ([`servo`](super::servo)). Between the encoder of the
+//! steering and what it turns there may be play: after a reversal the truth stands until it is taken up. Each such change
+//! begins a phase.
+//!
 //! Within a phase both rates are single ramps, so that odometers have a closed form, and the place on
 //! the floor has one as well unless the base steers while it drives. Then pieces of [`PIECE_S`] are
 //! integrated, counted from the start of the phase. Whoever asks where the base is, and how often,
 //! changes nothing.
 
 use super::ramp::Ramp;
+use super::servo::Servo;
 use super::track::{PIECE_NS, PIECE_S, Piece, Track, TrackModel};
 use wire::time::Timestamp;
 
@@ -18,17 +23,44 @@ pub(super) struct State {
     pub(super) steered: f64,
     /// Where the base is.
     pub(super) truth: Track,
+    /// What the steering has to turn counter-clockwise, by its encoder, to take up its play.
+    pub(super) slack: f64,
     /// Where it believes to be; the body's heading stands for the heading at the last pose write.
     pub(super) reckoned: Track,
 }
 
+/// How told rates become rates, and the steering's rate the truth's; SI units.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Following {
+    pub(super) drive: Servo,
+    pub(super) steer: Servo,
+    /// Of the steering.
+    pub(super) play: f64,
+}
+
+impl Following {
+    /// Exactly.
+    const EXACT: Self = Self {
+        drive: Servo { slowest: 0.0, faster: 0.0 },
+        steer: Servo { slowest: 0.0, faster: 0.0 },
+        play: 0.0,
+    };
+}
+
+/// Play below this is taken up (rad): less than a nanosecond's turn.
+const PLAY_MIN: f64 = 1e-9;
+
 #[derive(Debug)]
 pub(super) struct Kinematics {
+    following: Following,
     model: TrackModel,
     /// The same for the phase.
     phase_model: TrackModel,
     phase_start: Timestamp,
     phase_end: Timestamp,
+    /// What drive and steering are told.
+    told: [Ramp; 2],
+    /// What they do.
     drive: Ramp,
     steer: Ramp,
     at_start: State,
@@ -40,10 +72,12 @@ pub(super) struct Kinematics {
 impl Kinematics {
     pub(super) fn new(model: TrackModel) -> Self {
         Self {
+            following: Following::EXACT,
             model,
             phase_model: model,
             phase_start: Timestamp::ZERO,
             phase_end: Timestamp::MAX,
+            told: [Ramp::default(); 2],
             drive: Ramp::default(),
             steer: Ramp::default(),
             at_start: State::default(),
@@ -62,14 +96,20 @@ impl Kinematics {
         self.drive.acceleration()
     }
 
+    /// The rates that drive and steering are told at `now`.
+    fn told_at(&self, now: Timestamp) -> [f64; 2] {
+        let t = (now - self.phase_start).as_secs_f64();
+        self.told.map(|told| told.rate(t))
+    }
+
     /// Drive or steering turns, or is told to.
     pub(super) fn is_moving(&self) -> bool {
-        !(self.drive.is_at_rest() && self.steer.is_at_rest())
+        !self.told.iter().all(Ramp::is_at_rest)
     }
 
     /// The rates that are being ramped to: drive and steering.
     pub(super) const fn targets(&self) -> (f64, f64) {
-        (self.drive.target(), self.steer.target())
+        (self.told[0].target(), self.told[1].target())
     }
 
     /// The odometers' rates at `now`.
@@ -92,7 +132,9 @@ impl Kinematics {
             &self.at_start.reckoned,
             &self.at_piece.reckoned,
         );
-        State { displacement, steered, truth: self.truth_at(now), reckoned }
+        let turned = steered - self.at_start.steered;
+        let slack = (self.at_start.slack - turned).clamp(0.0, self.following.play);
+        State { displacement, steered, truth: self.truth_at(now), slack, reckoned }
     }
 
     /// The odometers at `now`: path and steering angle.
@@ -188,20 +230,52 @@ impl Kinematics {
         (steer, steer_limit): (f64, f64),
     ) {
         let state = self.state_at(now);
-        let (drive_rate, steer_rate) = self.rates_at(now);
+        let [drive_rate, steer_rate] = self.told_at(now);
         self.phase_start = now;
-        self.drive = Ramp::new(drive_rate, drive, drive_limit);
-        self.steer = Ramp::new(steer_rate, steer, steer_limit);
-        self.phase_end = self.drive.settles_at(now).min(self.steer.settles_at(now));
-        self.phase_model = self.model.in_phase(&self.drive, &self.steer);
+        self.told =
+            [Ramp::new(drive_rate, drive, drive_limit), Ramp::new(steer_rate, steer, steer_limit)];
         self.set_state(state);
+        self.follow();
     }
 
-    /// From now on, the odometers' rates become motion like this; to be called at the start of a
-    /// phase.
-    pub(super) fn set_model(&mut self, model: TrackModel) {
-        self.model = model;
-        self.phase_model = model.in_phase(&self.drive, &self.steer);
+    /// From now on, what is told becomes motion like this; to be called at the start of a phase.
+    pub(super) fn set_model(&mut self, model: TrackModel, following: Following) {
+        (self.model, self.following) = (model, following);
+        self.follow();
+    }
+
+    /// What drive, steering and truth make of what is told, and until when.
+    fn follow(&mut self) {
+        let now = self.phase_start;
+        let [drive, steer] = &self.told;
+        self.phase_end = drive.settles_at(now).min(steer.settles_at(now));
+        self.phase_model = self.model.in_phase(drive, steer);
+        (self.drive, self.steer) = (*drive, *steer);
+        if self.following == Following::EXACT {
+            return;
+        }
+        let Following { drive: drive_servo, steer: steer_servo, play } = self.following;
+        let reverses = if play > 0.0 { steer.passes(0.0) } else { None };
+        let changes =
+            [drive_servo.changes_after(drive), steer_servo.changes_after(steer), reverses];
+        let first = changes.into_iter().flatten().min();
+        self.phase_end = first.map_or(self.phase_end, |after| self.phase_end.min(now + after));
+        // At its ends a rate may be on either side of a level; in the middle it is not. Without an end it is constant.
+        let middle = match self.phase_end {
+            Timestamp::MAX => 0.0,
+            end => 0.5 * (end - now).as_secs_f64(),
+        };
+        let steer_rate = steer.rate(middle);
+        self.drive = drive_servo.follow(drive, drive.rate(middle));
+        self.steer = steer_servo.follow(steer, steer_rate);
+        let slack = self.at_start.slack.min(play);
+        let free = if steer_rate > 0.0 { slack } else { slack - play };
+        if free.abs() > PLAY_MIN && !self.steer.is_at_rest() {
+            self.phase_model.turn_scale = 0.0;
+            if let Some(after) = self.steer.adds_up_to(free) {
+                self.phase_end = self.phase_end.min(now + after);
+            }
+        }
     }
 
     /// The base is somewhere else; to be called at rest.

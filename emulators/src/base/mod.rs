@@ -6,9 +6,10 @@
 //! ([`curvature`]).
 //!
 //! Rates ramp to the commanded ones under the accelerations in force: the host's, or the hardware's
-//! where they are lower. Between commands and ramp ends motion is a closed form of time, or pieces of
-//! 20 ms on a fixed grid while the base steers and drives at once, so that it does not depend on how
-//! often anybody looks.
+//! where they are lower. Drive and steering follow the ramps as servos do, with noise, stiction and
+//! play (`servo.rs`). Between commands, ramp ends and what else changes motion is a closed form of
+//! time, or pieces of 20 ms on a fixed grid while the base steers and drives at once, so that it does
+//! not depend on how often anybody looks.
 //!
 //! # Odometry against truth on a closed lap
 //!
@@ -28,6 +29,7 @@ mod kinematics;
 mod parameters;
 mod ramp;
 mod reports;
+mod servo;
 #[cfg(test)]
 mod tests;
 mod track;
@@ -91,6 +93,10 @@ pub struct BaseEmulator {
     steered_at_write: f64,
     turn_scale: Spread,
     leakage: Spread,
+    drive_noise: Spread,
+    steering_noise: Spread,
+    /// When the noise of both rates is drawn anew.
+    noise_due: Timestamp,
     device: Device,
     frames_ignored: u64,
     reports: Reports,
@@ -115,6 +121,9 @@ impl BaseEmulator {
             steered_at_write: 0.0,
             turn_scale: Spread::new(seed, name, "base turn scale"),
             leakage: Spread::new(seed, name, "base leakage"),
+            drive_noise: Spread::new(seed, name, "base drive noise"),
+            steering_noise: Spread::new(seed, name, "base steering noise"),
+            noise_due: Timestamp::MAX,
             device: Device::new(),
             frames_ignored: 0,
             reports: Reports::new(transport),

@@ -53,6 +53,19 @@ parameters! {
         /// odometer's: play and wind-up of the steering. This class: 0 to 0.0005. A ramp through zero
         /// counts as turning to where it ends.
         turn_scale_asymmetry: FINITE = 0.0,
+        /// Play of the steering between its encoder and what it turns, wheels and turret: after each
+        /// reversal the encoder turns by so much alone. This class: 0.1 to 0.5.
+        steering_play_deg: NOT_NEGATIVE = 0.0,
+        /// Slowest speed that the drive keeps up against its friction: told less, it stands. A DC
+        /// servo of this class: a thousandth of the top speed (assumption).
+        drive_stiction_m_per_s: NOT_NEGATIVE = 0.0,
+        /// The same of the steering.
+        steering_stiction_deg_per_s: NOT_NEGATIVE = 0.0,
+        /// How far the speed is off what it is told, rms; the odometer sees it. Assumption: 1 % of a
+        /// usual speed; see `base::servo`.
+        drive_noise_m_per_s: NOT_NEGATIVE = 0.0,
+        /// The same of the steering rate.
+        steering_noise_deg_per_s: NOT_NEGATIVE = 0.0,
         /// Growth of the true path over the odometer's with time, as tyres warm up and grow: of the
         /// time since the run began, taken at each start from rest. This class: 0.0001 to 0.001.
         tyre_growth_per_h: FINITE = 0.0,

@@ -62,10 +62,54 @@ impl Ramp {
         self.target == 0.0 && self.settles_after == Span::ZERO
     }
 
+    /// The same ramp `by` higher, its target with it.
+    pub(super) fn raised(&self, by: f64) -> Self {
+        Self { rate: self.rate + by, target: self.target + by, ..*self }
+    }
+
+    /// The same ramp with all rates `times` as large.
+    pub(super) fn scaled(&self, times: f64) -> Self {
+        Self {
+            rate: self.rate * times,
+            target: self.target * times,
+            acceleration: self.acceleration * times,
+            ..*self
+        }
+    }
+
+    /// The first time at which the rate, in either direction, passes `level` on its way to the target.
+    pub(super) fn passes(&self, level: f64) -> Option<Span> {
+        let settles_after = self.settles_after.as_secs_f64();
+        [level, -level]
+            .map(|rate| (rate - self.rate) / self.acceleration)
+            .into_iter()
+            .filter(|t| *t > 0.0 && *t < settles_after)
+            .min_by(f64::total_cmp)
+            .map(later)
+    }
+
+    /// The first time at which the integral comes to `sum`, for a rate that begins with the sign of `sum`.
+    pub(super) fn adds_up_to(&self, sum: f64) -> Option<Span> {
+        let settles_after = self.settles_after.as_secs_f64();
+        // The first root of rate t + acceleration t^2 / 2 = sum, written so that nothing cancels; NaN where there is none.
+        let root = (self.rate * self.rate + 2.0 * self.acceleration * sum).sqrt().copysign(sum);
+        let ramping = 2.0 * sum / (self.rate + root);
+        if ramping <= settles_after {
+            return Some(later(ramping));
+        }
+        let settled = (sum - self.integral(settles_after)) / self.target;
+        (settled.is_finite() && settled >= 0.0).then(|| later(settles_after + settled))
+    }
+
     /// When the target is reached; [`Timestamp::MAX`] where it has been from the start.
     pub(super) fn settles_at(&self, start: Timestamp) -> Timestamp {
         if self.settles_after > Span::ZERO { start + self.settles_after } else { Timestamp::MAX }
     }
+}
+
+/// `seconds` in whole nanoseconds, at least one: not before, and later than now.
+fn later(seconds: f64) -> Span {
+    Span::from_nanos((ceil(seconds * NANOS_PER_SECOND) as i64).max(1))
 }
 
 #[cfg(test)]
@@ -98,6 +142,36 @@ mod tests {
             let h = t / 10_000.0;
             let sum: f64 = (0..10_000).map(|n| ramp.rate((f64::from(n) + 0.5) * h) * h).sum();
             prop_assert!((ramp.integral(t) - sum).abs() < 1e-5);
+        }
+
+        #[test]
+        fn a_level_is_passed_when_it_is_said_to_be(
+            rate in -1f64..1.0, target in -1f64..1.0, limit in 0.01f64..10.0, level in 0f64..1.0,
+        ) {
+            let ramp = Ramp::new(rate, target, limit);
+            let above = |t: f64| ramp.rate(t).abs() >= level;
+            let Some(at) = ramp.passes(level).map(|at| at.as_secs_f64()) else {
+                // Through zero it may go under and up again, but then it passes twice.
+                prop_assert!(above(0.0) == above(1e3) || (ramp.rate(0.0).abs() - level).abs() < 1e-9);
+                return Ok(());
+            };
+            prop_assert!((ramp.rate(at).abs() - level).abs() < 1e-8 * limit.max(1.0));
+            prop_assert_eq!(above(0.5 * at), above(0.01 * at));
+        }
+
+        #[test]
+        fn the_sum_is_reached_when_it_is_said_to_be(
+            rate in 0f64..1.0, target in -1f64..1.0, limit in 0.01f64..10.0, sum in 0.001f64..2.0,
+            sign in prop_oneof![Just(1.0), Just(-1.0)],
+        ) {
+            let ramp = Ramp::new(sign * rate, sign * target, limit);
+            match ramp.adds_up_to(sign * sum) {
+                Some(at) => {
+                    let off = ramp.integral(at.as_secs_f64()) - sign * sum;
+                    prop_assert!(off.abs() < 3e-9 && off * sign > -1e-12, "{off}");
+                }
+                None => prop_assert!((1..1_000).all(|n| sign * ramp.integral(0.1 * f64::from(n)) < sum)),
+            }
         }
 
         #[test]

@@ -56,7 +56,8 @@ impl GyroParameters {
     pub(super) fn has_fast_effects(&self) -> bool {
         [
             self.magnetic_bias_deg_per_h,
-            self.bias_deg_per_h_per_ampere,
+            self.motor_deg_per_h_per_ampere(),
+            self.earth_deg_per_h().1,
             self.bias_step_deg_per_h,
             self.periodic_bias_deg_per_h,
             self.resonance_ppm,
@@ -66,12 +67,18 @@ impl GyroParameters {
         .any(|&size| size != 0.0)
     }
 
-    /// Bias in rad/s by the magnetic field, the carrier's motors, a step and a disturbance.
+    /// Bias in rad/s by the magnetic field, the carrier's motors, the Earth's rate along a tilted axis, a step and a
+    /// disturbance.
     pub(super) fn fast_effects(&self, moment: &Moment, motor_ampere: f64) -> f64 {
         let from_field = moment.heading - Angle::from_deg(self.magnetic_heading_deg).rad();
         let mut deg_per_h = self.magnetic_bias_deg_per_h * cos(from_field)
-            + self.bias_deg_per_h_per_ampere * motor_ampere
+            + self.motor_deg_per_h_per_ampere() * motor_ampere
             + self.periodic_bias_deg_per_h * sin(TAU * moment.time_s / self.periodic_bias_period_s);
+        let horizontal = self.earth_deg_per_h().1;
+        if horizontal != 0.0 {
+            let from_north = moment.heading - Angle::from_deg(self.tilt_north_heading_deg).rad();
+            deg_per_h += horizontal * cos(from_north);
+        }
         if moment.time_s >= self.bias_step_at_s {
             deg_per_h += self.bias_step_deg_per_h;
         }

@@ -4,8 +4,8 @@
 //!
 //! 1. the mean rate since the last output, through the first-order lag of the bandwidth;
 //! 2. times the scale, which depends on temperature, rate, direction and age;
-//! 3. plus bias (temperature, its rate of change and history, heading, motors, supply, time, bias
-//!    instability, drift, random walk, turn-on) and white noise;
+//! 3. plus bias (temperature, its rate of change and history, heading, motors, supply, the Earth's
+//!    rate, time, bias instability, drift, random walk, turn-on) and white noise;
 //! 4. clipped to the range and flagged beyond it, with the stream's validity bit left good;
 //! 5. as a rate, an increment or an integrated angle, quantised by the stream's encoder.
 //!
@@ -208,9 +208,9 @@ impl GyroEmulator {
         self.motor_ampere = ampere;
     }
 
-    /// Does the motors' current reach the coil?
+    /// Does the motors' current reach the gyro, by its field or by the supply?
     pub fn feels_motors(&self) -> bool {
-        self.parameters.bias_deg_per_h_per_ampere != 0.0
+        self.parameters.motor_deg_per_h_per_ampere() != 0.0
     }
 
     /// Sets the parameter of this name, effective from the next output on.

@@ -2,7 +2,7 @@
 
 use super::terms::Term;
 use crate::parameters::parameters;
-use libm::{cos, exp};
+use libm::{cos, exp, sincos};
 use wire::units::Angle;
 
 /// Correlation time of the exponentially correlated drift where a device file does not give one
@@ -50,9 +50,16 @@ parameters! {
         rate_random_walk_deg_per_s_per_sqrt_s: NOT_NEGATIVE = 0.0,
         /// Turn-on bias, rms from one power-up to the next; drawn once. This class: 1 to 20.
         turn_on_bias_deg_per_h: NOT_NEGATIVE = 0.0,
-        /// Constant bias, the vertical part of the Earth's rate included (10.1 deg/h at 42.3 deg
-        /// north).
+        /// Constant bias. Where `earth_rate_deg_per_h` is zero, the vertical part of the Earth's rate
+        /// is in it (10.1 deg/h at 42.3 deg north).
         bias_deg_per_h: FINITE = 0.0,
+        /// Rate of the Earth: 15.041 (a turn in a sidereal day, 23.934 h). Zero leaves it out.
+        earth_rate_deg_per_h: NOT_NEGATIVE = 0.0,
+        /// Where the bench is, north positive. The axis sees the vertical part of the Earth's rate,
+        /// its sine, and where it is tilted the horizontal part too.
+        latitude_deg: LATITUDE = 0.0,
+        /// Heading of the carrier at which the tilted axis leans to the north.
+        tilt_north_heading_deg: FINITE = 0.0,
         /// Bias against coil temperature, about `reference_celsius`. This class: 1 to 5.
         bias_deg_per_h_per_kelvin: FINITE = 0.0,
         /// Bias against the square of the coil temperature, about `reference_celsius`.
@@ -103,6 +110,9 @@ parameters! {
         bias_deg_per_h_per_volt: FINITE = 0.0,
         /// How far the supply is off its nominal voltage; may change during a run.
         supply_deviation_volt: FINITE = 0.0,
+        /// By how much the current of the carrier's motors pulls the supply down. A lead-acid battery
+        /// of 24 V with its cables: 0.02 to 0.1 ohm (assumption).
+        supply_sag_volt_per_ampere: NOT_NEGATIVE = 0.0,
         /// Fringes of the bias over the coil temperature about `reference_celsius`: a sine within a
         /// bell, by parasitic interference (assumption: its size is that of the bias against
         /// temperature).
@@ -135,7 +145,7 @@ parameters! {
         resonance_width_deg_per_s: POSITIVE = 5.0,
         /// Scaled rates within this of zero read zero, before bias and noise. This class: 0 to 0.005.
         dead_zone_deg_per_s: NOT_NEGATIVE = 0.0,
-        /// Angle between the sensitive axis and the vertical: 1 deg costs 0.055 deg in a turn.
+        /// Angle between the sensitive axis and the vertical: 1 deg costs 0.055 deg in a turn, 2 deg 0.22.
         axis_tilt_deg: FINITE = 0.0,
         /// Rates beyond this are clipped and flagged. The paper's data sheet: 100.
         range_deg_per_s: LIMIT = f64::INFINITY,
@@ -193,8 +203,27 @@ impl GyroParameters {
             + off_reference
                 * (self.bias_deg_per_h_per_kelvin
                     + off_reference * self.bias_deg_per_h_per_kelvin2)
-            + self.bias_deg_per_h_per_kelvin_per_min * kelvin_per_s * SECONDS_PER_MINUTE;
+            + self.bias_deg_per_h_per_kelvin_per_min * kelvin_per_s * SECONDS_PER_MINUTE
+            + self.earth_deg_per_h().0;
         wire::units::AngularRate::from_deg_per_h(deg_per_h).rad_per_s()
+    }
+
+    /// What the axis sees of the Earth's rate: always, and at most by its tilt, with the cosine of
+    /// the heading.
+    pub(super) fn earth_deg_per_h(&self) -> (f64, f64) {
+        if self.earth_rate_deg_per_h == 0.0 {
+            return (0.0, 0.0);
+        }
+        let (sin_latitude, cos_latitude) = sincos(Angle::from_deg(self.latitude_deg).rad());
+        let (sin_tilt, cos_tilt) = sincos(Angle::from_deg(self.axis_tilt_deg).rad());
+        let earth = self.earth_rate_deg_per_h;
+        (earth * sin_latitude * cos_tilt, earth * cos_latitude * sin_tilt)
+    }
+
+    /// Bias for each ampere of the carrier's motors: by their field, and by the supply.
+    pub(super) fn motor_deg_per_h_per_ampere(&self) -> f64 {
+        self.bias_deg_per_h_per_ampere
+            - self.bias_deg_per_h_per_volt * self.supply_sag_volt_per_ampere
     }
 
     /// What multiplies the rate, for the coil at `celsius`, at low rates and the mean of both

@@ -1,6 +1,7 @@
 //! The base as a host sees it, against what is true.
 
 mod faults;
+mod following;
 mod imperfections;
 mod motion;
 mod protocol;

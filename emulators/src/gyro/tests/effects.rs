@@ -140,6 +140,57 @@ fn motors_and_supply_add_to_the_bias() {
 }
 
 #[test]
+fn motors_pull_the_supply_down() {
+    let parameters = GyroParameters {
+        bias_deg_per_h_per_volt: 5.0,
+        supply_sag_volt_per_ampere: 0.1,
+        ..Default::default()
+    };
+    let mut gyro = gyro(parameters, NAVIGATOR);
+    assert!(gyro.feels_motors());
+    gyro.set_motor_current(6.0);
+    close(&readings(&mut gyro, 0.0, &[1.0]), &[-5.0 * 0.6 * DEG_PER_H], 1e-9);
+    gyro.set_motor_current(0.0);
+    close(&readings(&mut gyro, 0.0, &[2.0]), &[0.0], 1e-12);
+    gyro.set_parameter("bias_deg_per_h_per_volt", 0.0).unwrap();
+    assert!(!gyro.feels_motors());
+}
+
+/// The Earth's rate, 15.041 deg/h, at 42.3 deg north: 10.12 deg/h up, 11.12 deg/h to the north.
+fn on_the_earth(axis_tilt_deg: f64) -> GyroParameters {
+    GyroParameters {
+        earth_rate_deg_per_h: 15.041,
+        latitude_deg: 42.3,
+        tilt_north_heading_deg: 30.0,
+        axis_tilt_deg,
+        ..Default::default()
+    }
+}
+
+#[test]
+fn an_upright_axis_sees_the_vertical_part_of_the_earths_rate() {
+    close(&at_rest(on_the_earth(0.0), &[1.0]), &[10.123 * DEG_PER_H], 1e-6);
+    let south = GyroParameters { latitude_deg: -42.3, ..on_the_earth(0.0) };
+    close(&at_rest(south, &[1.0]), &[-10.123 * DEG_PER_H], 1e-6);
+    let off = GyroParameters { earth_rate_deg_per_h: 0.0, ..on_the_earth(2.0) };
+    close(&at_rest(off, &[1.0]), &[0.0], 1e-12);
+}
+
+#[test]
+fn a_tilted_axis_sees_the_horizontal_part_with_the_heading() {
+    for heading in [0.0, 30.0, 120.0, 210.0f64] {
+        let mut gyro = gyro(on_the_earth(2.0), NAVIGATOR);
+        let mut last = 0.0;
+        run(&mut gyro, 1.0, |_| Angle::from_deg(heading), |sample| last = rate(sample));
+        // The angle between the axis and the Earth's, as unit vectors up and to the north.
+        let (tilt, latitude) = (2f64.to_radians(), 42.3f64.to_radians());
+        let north = tilt.sin() * (heading - 30.0).to_radians().cos();
+        let expected = 15.041 * (tilt.cos() * latitude.sin() + north * latitude.cos());
+        close(&[last], &[expected * DEG_PER_H], 1e-9);
+    }
+}
+
+#[test]
 fn below_the_dead_zone_nothing_is_read() {
     let parameters =
         GyroParameters { dead_zone_deg_per_s: 0.005, bias_deg_per_h: 3.6, ..Default::default() };
