@@ -50,7 +50,7 @@ parameters! {
         /// The same, drawn anew at each start from rest: rms about `leakage_deg_per_m`.
         leakage_spread_deg_per_m: NOT_NEGATIVE = 0.0,
         /// How much larger the true steering angle is counter-clockwise than clockwise, over the
-        /// odometer's: play and wind-up of the steering. This class: 0 to 0.0005. A ramp through zero
+        /// odometer's: wind-up of the steering. This class: 0 to 0.0005. A ramp through zero
         /// counts as turning to where it ends.
         turn_scale_asymmetry: FINITE = 0.0,
         /// Play of the steering between its encoder and what it turns, wheels and turret: after each
