@@ -2,6 +2,7 @@
 
 use crate::align::{Aligned, align};
 use crate::assemble::{Done, assemble};
+use crate::clipping::{Clipped, clip};
 use crate::dataset::Dataset;
 use crate::experiment::Experiment;
 use crate::finding::Finding;
@@ -80,6 +81,12 @@ pub fn identify(
     let is_plain = model.is_none();
     let aligned: Vec<Option<Aligned>> =
         problem.blocks.iter_mut().map(|block| if is_plain { align(block) } else { None }).collect();
+    let mut clipped: Vec<Option<Clipped>> = Vec::new();
+    for block in problem.blocks.iter_mut().filter(|_| is_plain) {
+        let channels = block.own.clone();
+        clipped.push(clip(block, channels.as_deref().unwrap_or(&problem.channels)));
+    }
+    clipped.resize_with(problem.blocks.len(), || None);
     let problem = problem;
     let noises = options.noise_from.as_ref().map(static_noises).transpose()?;
     let mut notices = Vec::new();
@@ -133,6 +140,7 @@ pub fn identify(
             plain,
             fit,
             aligned: aligned[index].clone(),
+            clipped: None,
             step: steps[index],
         });
         bases.push((base, asked));
@@ -144,6 +152,9 @@ pub fn identify(
             one.fit = identify_block(one.data, &one.judge, base.clone(), asked, &mut |_| {});
             one.plain = fit_terms(one.data, &base, &one.fit.noise, &one.fit.left_out);
         }
+    }
+    for (one, clipped) in done.iter_mut().zip(&clipped) {
+        clipped.iter().for_each(|clipped| one.put_before(clipped));
     }
     progress(1.0, "done");
     let mut identified = assemble(dataset, &problem, &done, options);

@@ -174,7 +174,10 @@ fn cause(effect: &Effect) -> String {
             return format!("What is measured{of} is rounded to steps of {size}.");
         }
         ("saturation", _) => {
-            return format!("What is measured{of} is clipped at {}.", number(effect, "limit"));
+            let limits = effect.parameters.iter().filter(|one| one.name.ends_with("limit"));
+            let known: Vec<String> =
+                limits.filter(|one| one.standard_error.is_some()).map(with_unit).collect();
+            return format!("What is measured{of} is clipped at {}.", known.join(" and at "));
         }
         _ => {}
     }

@@ -47,7 +47,10 @@ pub fn without_rounding(
             .zip(&block.residual)
             .map(|((corrected, left), residual)| corrected + residual - left)
             .collect();
-        working.spread.clone_from(&found.spread);
+        let says = |i: usize| block.spread.get(i).is_none_or(|spread| spread.is_finite());
+        let spread = found.spread.iter().enumerate();
+        working.spread =
+            spread.map(|(i, found)| if says(i) { *found } else { f64::INFINITY }).collect();
         corrected = Some(());
     }
     corrected.map(|()| (working, step))
