@@ -80,9 +80,10 @@ impl<'a> Done<'a> {
         (&self.fit.path[0].metrics, &self.fit.nested)
     }
 
-    /// Rounding that is coarser than the noise.
-    fn rounding(&self) -> Option<Effect> {
-        self.step.map(|step| outcome::rounding(self.data, &self.fit, step))
+    /// Rounding that is coarser than the noise, and noise that walks. It has this `share` of the risk.
+    fn unmended(&self, share: f64) -> impl Iterator<Item = Effect> {
+        let rounding = self.step.map(|step| outcome::rounding(self.data, &self.fit, step));
+        rounding.into_iter().chain(outcome::random_walk(self.data, &self.fit, share))
     }
 
     /// Held-out error over the noise that is new in a reading, where readings are alone.
@@ -223,7 +224,7 @@ pub(crate) fn assemble(
     } else {
         Verdict::StructureLeft
     };
-    effects.extend(done.iter().filter_map(Done::rounding));
+    effects.extend(done.iter().flat_map(|one| one.unmended(1.0 / done.len() as f64)));
     let main = main_block(done);
     let runs = dataset.run_labels.len();
     let mut fields = std::collections::BTreeMap::new();

@@ -170,6 +170,12 @@ fn cause(effect: &Effect) -> String {
                 number(effect, "width")
             );
         }
+        ("noise", _) => {
+            let walks = first.map_or("", |one| one.name.as_str()).replace('_', " ");
+            return format!(
+                "What is measured{of} wanders as a random walk does: by {size} {walks}, farther with the root of time."
+            );
+        }
         ("quantisation", _) => {
             return format!("What is measured{of} is rounded to steps of {size}.");
         }

@@ -20,7 +20,7 @@ mod sound;
 mod state;
 mod timing;
 
-pub use block::{Asked, BlockFit, Found, Waypoint, fit_terms, identify_block};
+pub use block::{Asked, BlockFit, Found, RISK, Waypoint, fit_terms, identify_block};
 pub use cross::{Fold, folds};
 pub use data::{Data, combine};
 #[cfg(test)]
