@@ -11,7 +11,7 @@ use crate::model::{Acts, Model, Shape, exposure};
 use crate::noise::{self, Layout, NoiseModel};
 use crate::outcome::Diagnostics;
 use crate::problem::{Block, Known, Problem};
-use crate::select::{Asked, Data, agreed, fit_terms, identify_block, without_rounding};
+use crate::select::{Asked, Data, Memory, agreed, fit_terms, identify_block, without_rounding};
 
 pub use crate::outcome::predict;
 
@@ -115,9 +115,11 @@ pub fn identify(
         layouts.push(layout(block, &problem, &base_terms(model, block, &problem)?));
     }
     let count = problem.blocks.len();
+    let memories: Vec<Memory> = (0..count).map(|_| Memory::default()).collect();
     let (mut done, mut bases) = (Vec::new(), Vec::new());
     for (index, (block, layout)) in working.iter().zip(&layouts).enumerate() {
-        let data = Data { block, channels: problem.channels_of(block), layout };
+        let memory = Some(&memories[index]);
+        let data = Data { block, channels: problem.channels_of(block), layout, memory };
         let base = base_terms(model, block, &problem)?;
         let known = noises.as_ref().and_then(|noises| matching(noises, block));
         let mut report = |share: f64| {
@@ -199,7 +201,7 @@ fn layout(block: &Block, problem: &Problem, base: &[Shape]) -> Layout {
         return plain;
     };
     let durations: Vec<f64> = block.rows.iter().map(|&row| bias.per_row[row]).collect();
-    let data = Data { block, channels: problem.channels_of(block), layout: &plain };
+    let data = Data { block, channels: problem.channels_of(block), layout: &plain, memory: None };
     let columns = data.all_columns(base);
     noise::likeliest_layout(plain, &durations, &block.residual, &columns)
 }
@@ -212,7 +214,8 @@ fn static_noises(dataset: &Dataset) -> Result<Vec<(Block, NoiseModel)>, Identify
         .iter()
         .map(|block| {
             let layout = Layout::new(block, problem.channels_of(block));
-            let data = Data { block, channels: problem.channels_of(block), layout: &layout };
+            let data =
+                Data { block, channels: problem.channels_of(block), layout: &layout, memory: None };
             let base: Vec<Shape> = block
                 .constants
                 .iter()

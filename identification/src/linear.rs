@@ -198,6 +198,15 @@ impl Normal {
         Self { products: (0..width).map(|i| vec![0.0; i + 1]).collect(), target: vec![0.0; width] }
     }
 
+    /// Of all rows.
+    pub fn of(columns: &[Vec<f64>], target: &[f64]) -> Self {
+        let mut found = Self::new(columns.len());
+        for from in (0..target.len()).step_by(ROWS) {
+            found.add(columns, target, from..(from + ROWS).min(target.len()));
+        }
+        found
+    }
+
     /// Adds the rows of `range`.
     pub fn add(&mut self, columns: &[Vec<f64>], target: &[f64], range: std::ops::Range<usize>) {
         for (i, column) in columns.iter().enumerate() {

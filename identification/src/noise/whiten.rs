@@ -32,18 +32,15 @@ impl Whitener {
         let m = noise.coloured.len().min(COLOURED_MAX);
         let states = m + offset;
         let plain = states == 0;
-        let mut whitener = Self {
-            filter: Filter {
-                states,
-                levels,
-                starts: layout.starts.clone(),
-                seen: layout.gain.clone(),
-                step: layout.step.clone(),
-                ..Filter::default()
-            },
-            log_determinant: 0.0,
-            unknown_starts: Vec::new(),
+        // White noise needs nothing of what went before.
+        let filter = if plain {
+            Filter::default()
+        } else {
+            let (starts, seen) = (layout.starts.clone(), layout.gain.clone());
+            Filter { states, levels, starts, seen, step: layout.step.clone(), ..Filter::default() }
         };
+        let mut whitener = Self { filter, log_determinant: 0.0, unknown_starts: Vec::new() };
+        whitener.filter.weight.reserve_exact(n);
         let mut last = Last::default();
         let mut p = [[0.0; STATES_MAX]; STATES_MAX];
         for i in 0..n {
@@ -52,7 +49,9 @@ impl Whitener {
             let skip = left_out.get(i).copied().unwrap_or(false) || !own.is_finite();
             if plain {
                 whitener.filter.weight.push(if skip { 0.0 } else { 1.0 / (scale * own) });
-                whitener.log_determinant += if skip { 0.0 } else { 2.0 * (scale * own).ln() };
+                if !skip && scale * own != 1.0 {
+                    whitener.log_determinant += 2.0 * (scale * own).ln();
+                }
                 continue;
             }
             let inputs = Inputs {
@@ -152,6 +151,11 @@ impl Whitener {
                 .collect();
         }
         whitener
+    }
+
+    /// Whether each whitened value is its own value, weighed.
+    pub fn is_by_row(&self) -> bool {
+        self.filter.states == 0 && self.unknown_starts.is_empty()
     }
 
     /// The whitened column, without what an error of where a run began could be.
