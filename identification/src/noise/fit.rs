@@ -2,7 +2,7 @@
 
 use super::search::Search;
 use super::{Layout, NoiseModel, Whitener};
-use crate::linear::{Basis, dot};
+use crate::linear::{Basis, Normal, dot};
 use crate::robust;
 
 /// How well a noise model explains a residual.
@@ -34,16 +34,22 @@ pub fn evidence(
     left_out: &[bool],
 ) -> Evidence {
     let whitener = Whitener::new(layout, noise, left_out);
-    let mut basis = Basis::default();
-    basis.extend(whitener.apply_all(columns));
-    let mut white = whitener.apply(residual);
-    basis.project(&mut white);
+    let all: Vec<&[f64]> = columns.iter().map(Vec::as_slice).chain([residual]).collect();
+    let mut white = whitener.apply_each(&all);
+    let mut target = white.pop().unwrap_or_default();
+    let (sum, width) =
+        Normal::of(&white, &target).left(dot(&target, &target)).unwrap_or_else(|| {
+            let mut basis = Basis::default();
+            basis.extend(white);
+            basis.project(&mut target);
+            (dot(&target, &target), basis.len())
+        });
     let used = whitener.used();
     let n = used as f64;
-    let sum = dot(&white, &white).max(f64::MIN_POSITIVE);
+    let sum = sum.max(f64::MIN_POSITIVE);
     Evidence {
         log_likelihood: -0.5 * (n * (sum / n).ln() + whitener.log_determinant),
-        scale: (sum / (n - basis.len() as f64).max(1.0)).sqrt(),
+        scale: (sum / (n - width as f64).max(1.0)).sqrt(),
         used,
     }
 }

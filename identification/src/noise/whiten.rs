@@ -41,10 +41,13 @@ impl Whitener {
         };
         let mut whitener = Self { filter, log_determinant: 0.0, unknown_starts: Vec::new() };
         whitener.filter.weight.reserve_exact(n);
+        // Logarithms of the variances of runs: there are fewer than observations.
+        let log_scales: Vec<f64> = noise.run_scale.iter().map(|scale| 2.0 * scale.ln()).collect();
         let mut last = Last::default();
         let mut p = [[0.0; STATES_MAX]; STATES_MAX];
         for i in 0..n {
             let scale = noise.run_scale.get(layout.run[i]).copied().unwrap_or(1.0);
+            let log_scale = log_scales.get(layout.run[i]).copied().unwrap_or(0.0);
             let own = layout.spread.get(i).copied().unwrap_or(1.0);
             let skip = left_out.get(i).copied().unwrap_or(false) || !own.is_finite();
             if plain {
@@ -65,7 +68,7 @@ impl Whitener {
             if !varies && last.repeats(&inputs) {
                 whitener.filter.weight.push(last.weight / scale);
                 whitener.filter.which.push(last.which);
-                whitener.log_determinant += last.log_variance + 2.0 * scale.ln();
+                whitener.log_determinant += last.log_variance + log_scale;
                 continue;
             }
             let before = p;
@@ -127,7 +130,7 @@ impl Whitener {
                     }
                 }
                 whitener.filter.weight.push(1.0 / (s.sqrt() * scale));
-                whitener.log_determinant += s.ln() + 2.0 * scale.ln();
+                whitener.log_determinant += s.ln() + log_scale;
             }
             let which = whitener.filter.push(Gains { keep, gain });
             let is_settled =
@@ -167,6 +170,11 @@ impl Whitener {
 
     /// The same of many columns at once.
     pub fn apply_all(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        self.apply_each(columns)
+    }
+
+    /// The same, whoever has the columns.
+    pub fn apply_each<C: AsRef<[f64]>>(&self, columns: &[C]) -> Vec<Vec<f64>> {
         let mut whitened = self.filter.innovations(columns);
         self.forget_starts(&mut whitened);
         whitened
