@@ -160,7 +160,9 @@ fn run_scales(
     let white = whitened(layout, residual, columns, &even);
     let mut of_run: Vec<Vec<f64>> = vec![Vec::new(); runs];
     for i in 1..white.len() {
-        if layout.run[i] == layout.run[i - 1] {
+        // What says nothing is whitened to zero.
+        let counts = white[i] != 0.0 && white[i - 1] != 0.0;
+        if counts && layout.run[i] == layout.run[i - 1] {
             of_run[layout.run[i]].push((white[i] - white[i - 1]) * std::f64::consts::FRAC_1_SQRT_2);
         }
     }
@@ -174,4 +176,24 @@ fn run_scales(
             if known { (spread / overall).clamp(0.05, 20.0) } else { 1.0 }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{NoiseModel, run_scales};
+    use crate::noise::Layout;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    #[test]
+    fn readings_that_say_nothing_do_not_make_a_run_quiet() {
+        let mut random = chacha20::ChaCha8Rng::seed_from_u64(1);
+        let residual: Vec<f64> = (0..800).map(|_| StandardNormal.sample(&mut random)).collect();
+        // Of the second run, three stretches in four.
+        let says_nothing = |i: usize| i >= 400 && i % 80 < 60;
+        let spread = (0..800).map(|i| if says_nothing(i) { f64::INFINITY } else { 1.0 }).collect();
+        let layout = Layout::of_rows(2, 400, 1.0).with_spread(spread);
+        let scales = run_scales(&layout, &residual, &[], &NoiseModel::white(2));
+        assert!(scales.iter().all(|scale| (scale - 1.0).abs() < 0.2), "{scales:?}");
+    }
 }
