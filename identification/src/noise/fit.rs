@@ -156,6 +156,12 @@ fn run_scales(
     noise: &NoiseModel,
 ) -> Vec<f64> {
     let runs = layout.runs();
+    let differ = layout.spread.iter().any(|spread| spread.is_finite() && *spread != 1.0);
+    if differ && layout.spread.iter().any(|spread| spread.is_infinite()) {
+        // Readings are rounded so coarsely that some say nothing: what is left takes few values, whose median says
+        // nothing of a run, and the noise of each is known.
+        return vec![1.0; runs];
+    }
     let even = NoiseModel { run_scale: vec![1.0; runs], ..noise.clone() };
     let white = whitened(layout, residual, columns, &even);
     let mut of_run: Vec<Vec<f64>> = vec![Vec::new(); runs];
