@@ -135,7 +135,7 @@ Written by `cargo run --release -p evaluation`, from data made apart from the li
 
 * z: norm of the whitened part of the effect that the plain model cannot absorb, over the noise; for quantisation,
   z is 2.5 times the step in standard deviations of the noise.
-* detected: explained, or something named as left. first: the first effect is a true one. within: every true cause is
+* detected: an effect is found, or something named as left. first: the first effect is a true one. within: every true cause is
   an effect found or a rival of one. rivals: mean number, of the first effect.
 * gain: fall of the squared error on a fresh set, over that of an oracle that knows the true form and noise.
 * covered: 95 % intervals that hold the true parameter, where the finding has it.

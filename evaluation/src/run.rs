@@ -55,7 +55,7 @@ pub struct Outcome {
     pub failed: Option<String>,
     /// The verdict.
     pub verdict: Option<Verdict>,
-    /// Something was found: explained, or named as left.
+    /// Something was found: an effect, or what is named as left.
     pub detected: bool,
     /// Explained.
     pub explained: bool,
@@ -136,8 +136,8 @@ fn compare(outcome: &mut Outcome, finding: &Finding, truths: &[Truth], purpose: 
     outcome.verdict = Some(finding.verdict);
     outcome.explained = finding.verdict == Verdict::Explained;
     outcome.detected = outcome.explained
-        || (finding.verdict == Verdict::StructureLeft
-            && !(finding.left.is_empty() && finding.effects.is_empty()));
+        || !finding.effects.is_empty()
+        || (finding.verdict == Verdict::StructureLeft && !finding.left.is_empty());
     let spell = |effect: &identification::finding::Effect| {
         format!("{}: {}", effect.term, effect.drivers.join(" + "))
     };

@@ -1,6 +1,7 @@
 //! Outcomes of many cases, put together.
 
 use crate::run::Outcome;
+use identification::finding::Verdict;
 use serde::Serialize;
 
 /// A share of cases, with what it is a share of.
@@ -121,7 +122,10 @@ impl Alarms {
             noise: noise.into(),
             alarms,
             ci95: alarms.wilson(),
-            left: found.iter().filter(|o| o.detected && !o.false_alarm).count(),
+            left: found
+                .iter()
+                .filter(|o| o.verdict == Some(Verdict::StructureLeft) && !o.false_alarm)
+                .count(),
             failed: outcomes.len() - found.len(),
         }
     }

@@ -1,6 +1,7 @@
 //! From the fits of all blocks to a finding and a model.
 
 use crate::align::Aligned;
+use crate::clipping::Clipped;
 use crate::compensation::compensation;
 use crate::dataset::Dataset;
 use crate::experiment::{self, Doubt};
@@ -8,11 +9,12 @@ use crate::finding::{
     Compensation, Effect, Figure, Finding, HeldOut, Left, PathModel, SCHEMA, Verdict,
 };
 use crate::identify::{Identified, Options};
-use crate::judge::{Judge, Metric};
-use crate::model::{Acts, KNOT, Model, Term};
+use crate::judge::{Judge, Metric, margin};
+use crate::model::{Acts, KNOT, Model, Shape, Term};
+use crate::noise::{Layout, NoiseModel};
 use crate::outcome::{self, Diagnostics};
 use crate::problem::{Aggregate, Problem};
-use crate::select::{BlockFit, Data, Found};
+use crate::select::{BlockFit, Data, Found, Waypoint};
 
 /// One block with what came of it.
 pub(crate) struct Done<'a> {
@@ -21,11 +23,13 @@ pub(crate) struct Done<'a> {
     pub fit: BlockFit,
     pub judge: Judge<'a>,
     pub aligned: Option<Aligned>,
+    /// What was clipped, with the error of what was found beside it while nobody knows that.
+    pub clipped: Option<(&'a Clipped, Vec<Metric>)>,
     /// The step of readings that are rounded more coarsely than their noise.
     pub step: Option<f64>,
 }
 
-impl Done<'_> {
+impl<'a> Done<'a> {
     /// What was set right, as a term that was found.
     fn set_right(&self) -> Option<Found> {
         self.aligned.as_ref().map(|aligned| Found {
@@ -37,14 +41,49 @@ impl Done<'_> {
         })
     }
 
+    /// Puts the model that does not know what was clipped before all others.
+    pub fn put_before(&mut self, clipped: &'a Clipped) {
+        let layout = Layout::new(&clipped.before, self.data.channels);
+        let data = Data { block: &clipped.before, layout: &layout, ..self.data };
+        let judge = Judge { data, ..self.judge };
+        let white = NoiseModel::white(layout.runs());
+        let base: Vec<Shape> = self.fit.base.iter().map(|found| found.shape.clone()).collect();
+        let metrics = judge.judge(&base, &white, &[]);
+        let of = metrics.iter().zip(&self.fit.path[self.fit.chosen].metrics);
+        let margins = of.map(|(plain, chosen)| margin(plain, chosen, false)).collect();
+        for model in &mut self.fit.path {
+            model.effects.insert(0, clipped.shape.name.clone());
+        }
+        self.fit.path.insert(0, Waypoint { effects: Vec::new(), metrics, margins });
+        self.fit.chosen += 1;
+        self.clipped = Some((clipped, judge.judge(&self.fit.shapes(), &white, &[])));
+    }
+
+    /// What was clipped, as a term that was found, and its effect.
+    fn clipping(&self) -> Option<(Found, Effect)> {
+        let (clipped, without) = self.clipped.as_ref()?;
+        let found = Found {
+            shape: clipped.shape.clone(),
+            coefficients: vec![(clipped.gain, f64::NAN)],
+            numbers: clipped.errors.clone(),
+            strength: clipped.strength,
+            rivals: Vec::new(),
+        };
+        let after = &self.fit.path[self.fit.chosen].metrics[0];
+        let of = |metric: &Metric| metric.errors.rmse() / metric.unit.si;
+        let effect = outcome::effect(self.data, &found, of(&without[0]), of(after));
+        Some((found, effect))
+    }
+
     /// Held-out errors of the model given, and with what was found; these without what the choice saw of a run.
     fn errors(&self) -> (&[Metric], &[Metric]) {
         (&self.fit.path[0].metrics, &self.fit.nested)
     }
 
-    /// Rounding that is coarser than the noise.
-    fn rounding(&self) -> Option<Effect> {
-        self.step.map(|step| outcome::rounding(self.data, &self.fit, step))
+    /// Rounding that is coarser than the noise, and noise that walks. It has this `share` of the risk.
+    fn unmended(&self, share: f64) -> impl Iterator<Item = Effect> {
+        let rounding = self.step.map(|step| outcome::rounding(self.data, &self.fit, step));
+        rounding.into_iter().chain(outcome::random_walk(self.data, &self.fit, share))
     }
 
     /// Held-out error over the noise that is new in a reading, where readings are alone.
@@ -96,6 +135,10 @@ pub(crate) fn assemble(
             let term = outcome::term(one.data, &found);
             plain.push(term.clone());
             terms.push(term);
+        }
+        if let Some((found, effect)) = one.clipping() {
+            terms.push(outcome::term(one.data, &found));
+            effects.push((found.strength, effect));
         }
         for found in &one.plain {
             plain.push(outcome::term(one.data, found));
@@ -181,7 +224,7 @@ pub(crate) fn assemble(
     } else {
         Verdict::StructureLeft
     };
-    effects.extend(done.iter().filter_map(Done::rounding));
+    effects.extend(done.iter().flat_map(|one| one.unmended(1.0 / done.len() as f64)));
     let main = main_block(done);
     let runs = dataset.run_labels.len();
     let mut fields = std::collections::BTreeMap::new();

@@ -2,6 +2,7 @@
 
 use crate::align::{Aligned, align};
 use crate::assemble::{Done, assemble};
+use crate::clipping::{Clipped, clip};
 use crate::dataset::Dataset;
 use crate::experiment::Experiment;
 use crate::finding::Finding;
@@ -10,7 +11,7 @@ use crate::model::{Acts, Model, Shape, exposure};
 use crate::noise::{self, Layout, NoiseModel};
 use crate::outcome::Diagnostics;
 use crate::problem::{Block, Known, Problem};
-use crate::select::{Asked, Data, agreed, fit_terms, identify_block, without_rounding};
+use crate::select::{Asked, Data, Memory, agreed, fit_terms, identify_block, without_rounding};
 
 pub use crate::outcome::predict;
 
@@ -80,6 +81,12 @@ pub fn identify(
     let is_plain = model.is_none();
     let aligned: Vec<Option<Aligned>> =
         problem.blocks.iter_mut().map(|block| if is_plain { align(block) } else { None }).collect();
+    let mut clipped: Vec<Option<Clipped>> = Vec::new();
+    for block in problem.blocks.iter_mut().filter(|_| is_plain) {
+        let channels = block.own.clone();
+        clipped.push(clip(block, channels.as_deref().unwrap_or(&problem.channels)));
+    }
+    clipped.resize_with(problem.blocks.len(), || None);
     let problem = problem;
     let noises = options.noise_from.as_ref().map(static_noises).transpose()?;
     let mut notices = Vec::new();
@@ -108,9 +115,11 @@ pub fn identify(
         layouts.push(layout(block, &problem, &base_terms(model, block, &problem)?));
     }
     let count = problem.blocks.len();
+    let memories: Vec<Memory> = (0..count).map(|_| Memory::default()).collect();
     let (mut done, mut bases) = (Vec::new(), Vec::new());
     for (index, (block, layout)) in working.iter().zip(&layouts).enumerate() {
-        let data = Data { block, channels: problem.channels_of(block), layout };
+        let memory = Some(&memories[index]);
+        let data = Data { block, channels: problem.channels_of(block), layout, memory };
         let base = base_terms(model, block, &problem)?;
         let known = noises.as_ref().and_then(|noises| matching(noises, block));
         let mut report = |share: f64| {
@@ -133,6 +142,7 @@ pub fn identify(
             plain,
             fit,
             aligned: aligned[index].clone(),
+            clipped: None,
             step: steps[index],
         });
         bases.push((base, asked));
@@ -144,6 +154,9 @@ pub fn identify(
             one.fit = identify_block(one.data, &one.judge, base.clone(), asked, &mut |_| {});
             one.plain = fit_terms(one.data, &base, &one.fit.noise, &one.fit.left_out);
         }
+    }
+    for (one, clipped) in done.iter_mut().zip(&clipped) {
+        clipped.iter().for_each(|clipped| one.put_before(clipped));
     }
     progress(1.0, "done");
     let mut identified = assemble(dataset, &problem, &done, options);
@@ -188,7 +201,7 @@ fn layout(block: &Block, problem: &Problem, base: &[Shape]) -> Layout {
         return plain;
     };
     let durations: Vec<f64> = block.rows.iter().map(|&row| bias.per_row[row]).collect();
-    let data = Data { block, channels: problem.channels_of(block), layout: &plain };
+    let data = Data { block, channels: problem.channels_of(block), layout: &plain, memory: None };
     let columns = data.all_columns(base);
     noise::likeliest_layout(plain, &durations, &block.residual, &columns)
 }
@@ -201,7 +214,8 @@ fn static_noises(dataset: &Dataset) -> Result<Vec<(Block, NoiseModel)>, Identify
         .iter()
         .map(|block| {
             let layout = Layout::new(block, problem.channels_of(block));
-            let data = Data { block, channels: problem.channels_of(block), layout: &layout };
+            let data =
+                Data { block, channels: problem.channels_of(block), layout: &layout, memory: None };
             let base: Vec<Shape> = block
                 .constants
                 .iter()

@@ -11,6 +11,7 @@
 mod align;
 mod assemble;
 mod candidates;
+mod clipping;
 pub mod compensation;
 pub mod dataset;
 pub mod experiment;

@@ -189,6 +189,12 @@ pub struct Normal {
     target: Vec<f64>,
 }
 
+/// Cholesky's factor of the products, and what of the target goes with each of its rows.
+struct Factors {
+    lower: Vec<Vec<f64>>,
+    half: Vec<f64>,
+}
+
 /// A column of which less than this share of the square is left beyond the columns before it depends on them.
 const DEPENDENT: f64 = 1e-11;
 
@@ -196,6 +202,15 @@ impl Normal {
     /// Of `width` columns and no rows.
     pub fn new(width: usize) -> Self {
         Self { products: (0..width).map(|i| vec![0.0; i + 1]).collect(), target: vec![0.0; width] }
+    }
+
+    /// Of all rows.
+    pub fn of(columns: &[Vec<f64>], target: &[f64]) -> Self {
+        let mut found = Self::new(columns.len());
+        for from in (0..target.len()).step_by(ROWS) {
+            found.add(columns, target, from..(from + ROWS).min(target.len()));
+        }
+        found
     }
 
     /// Adds the rows of `range`.
@@ -217,8 +232,24 @@ impl Normal {
         self.target.iter_mut().zip(&other.target).for_each(|(mine, its)| *mine += its);
     }
 
-    /// Coefficients, one a column; 0 for a column that depends on those before it. By Cholesky's factors.
-    pub fn solve(&self) -> Vec<f64> {
+    /// Of a target with this sum of squares, what the columns leave of it, and how many of them are independent. `None`
+    /// where products do not say it to ten digits: where a column nearly depends on others, or hardly anything is left.
+    pub fn left(&self, square: f64) -> Option<(f64, usize)> {
+        /// The square of a column beyond those before it, as a share: less is nothing, more is sure.
+        const DOUBTFUL: std::ops::Range<f64> = 1e-14..1e-5;
+        /// Share of the target's square from which on a difference of sums says what is left.
+        const LEFT_MIN: f64 = 1e-5;
+        let Factors { lower, half } = self.factors(DOUBTFUL.start);
+        let explained: f64 = half.iter().map(|value| value * value).sum();
+        let left = square - explained;
+        let share = |(i, row): (usize, &Vec<f64>)| row[i] * row[i] / self.products[i][i];
+        let is_sure = !lower.iter().enumerate().map(share).any(|share| DOUBTFUL.contains(&share));
+        let width = lower.iter().enumerate().filter(|(i, row)| row[*i] > 0.0).count();
+        (is_sure && left > LEFT_MIN * square).then_some((left, width))
+    }
+
+    /// Cholesky's factors; zeros for a column of which less than this share of the square is left beyond those before it.
+    fn factors(&self, dependent: f64) -> Factors {
         let k = self.target.len();
         let mut lower: Vec<Vec<f64>> = Vec::with_capacity(k);
         let mut half = vec![0.0; k];
@@ -231,13 +262,20 @@ impl Normal {
             }
             let own = self.products[i][i];
             let left = own - row[..i].iter().map(|value| value * value).sum::<f64>();
-            row[i] = if left > DEPENDENT * own { left.sqrt() } else { 0.0 };
+            row[i] = if left > dependent * own { left.sqrt() } else { 0.0 };
             if row[i] > 0.0 {
                 let sum: f64 = (0..i).map(|l| row[l] * half[l]).sum();
                 half[i] = (self.target[i] - sum) / row[i];
             }
             lower.push(row);
         }
+        Factors { lower, half }
+    }
+
+    /// Coefficients, one a column; 0 for a column that depends on those before it.
+    pub fn solve(&self) -> Vec<f64> {
+        let Factors { lower, half } = self.factors(DEPENDENT);
+        let k = self.target.len();
         let mut found = vec![0.0; k];
         for i in (0..k).rev() {
             if lower[i][i] > 0.0 {
@@ -251,7 +289,7 @@ impl Normal {
 
 #[cfg(test)]
 mod tests {
-    use super::{Basis, Normal, solve};
+    use super::{Basis, Normal, dot, solve};
 
     #[test]
     fn normal_equations_add_up_to_the_fit_of_all_rows() {
@@ -268,6 +306,24 @@ mod tests {
         for (a, b) in normal.solve().iter().zip(&whole) {
             assert!((a - b).abs() < 1e-9, "{a} {b}");
         }
+    }
+
+    #[test]
+    fn what_is_left_is_told_or_left_to_others() {
+        let x: Vec<f64> = (0..40).map(f64::from).collect();
+        let y: Vec<f64> = x.iter().map(|x| 3.0 * x.sin()).collect();
+        let double = x.iter().map(|x| 2.0 * x).collect();
+        let left = |columns: &[Vec<f64>]| Normal::of(columns, &y).left(dot(&y, &y));
+        let columns = vec![vec![1.0; 40], x.clone(), double];
+        let mut basis = Basis::default();
+        basis.extend(columns.clone());
+        let mut rest = y.clone();
+        basis.project(&mut rest);
+        let (sum, width) = left(&columns).unwrap();
+        assert!((sum - dot(&rest, &rest)).abs() < 1e-10 && width == 2, "{sum}");
+        let near = x.iter().map(|x| x + 1e-4 * (7.0 * x).sin()).collect();
+        assert_eq!(left(&[x, near]), None);
+        assert_eq!(left(std::slice::from_ref(&y)), None);
     }
 
     #[test]

@@ -189,7 +189,8 @@ fn form(
         }
         Form::Saturation => {
             let limit = fixed(shape, "limit")?;
-            let clipped = call("clamp", [x.clone(), number(-limit), number(limit)]);
+            let lower = shape.number("lower_limit").unwrap_or(-limit);
+            let clipped = call("clamp", [x.clone(), number(lower), number(limit)]);
             one()? * (clipped - x)
         }
         Form::Delay => return Err("it is no sum of terms".to_owned()),

@@ -92,7 +92,7 @@ pub enum Form {
     Delay,
     /// Rates within `width` of zero read zero.
     DeadZone,
-    /// Rates beyond `limit` are clipped.
+    /// Rates beyond `limit` are clipped, and those below `lower_limit`: `-limit` where it is not said.
     Saturation,
 }
 

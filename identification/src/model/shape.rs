@@ -231,7 +231,8 @@ impl Shape {
             }
             Form::Saturation => {
                 let limit = number("limit")?;
-                one(&|x| x.clamp(-limit, limit) - x)
+                let lower = fixed_or(&self.fixed, "lower_limit", -limit);
+                one(&|x| x.max(lower).min(limit) - x)
             }
         })
     }

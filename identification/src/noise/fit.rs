@@ -2,7 +2,7 @@
 
 use super::search::Search;
 use super::{Layout, NoiseModel, Whitener};
-use crate::linear::{Basis, dot};
+use crate::linear::{Basis, Normal, dot};
 use crate::robust;
 
 /// How well a noise model explains a residual.
@@ -34,16 +34,22 @@ pub fn evidence(
     left_out: &[bool],
 ) -> Evidence {
     let whitener = Whitener::new(layout, noise, left_out);
-    let mut basis = Basis::default();
-    basis.extend(whitener.apply_all(columns));
-    let mut white = whitener.apply(residual);
-    basis.project(&mut white);
+    let all: Vec<&[f64]> = columns.iter().map(Vec::as_slice).chain([residual]).collect();
+    let mut white = whitener.apply_each(&all);
+    let mut target = white.pop().unwrap_or_default();
+    let (sum, width) =
+        Normal::of(&white, &target).left(dot(&target, &target)).unwrap_or_else(|| {
+            let mut basis = Basis::default();
+            basis.extend(white);
+            basis.project(&mut target);
+            (dot(&target, &target), basis.len())
+        });
     let used = whitener.used();
     let n = used as f64;
-    let sum = dot(&white, &white).max(f64::MIN_POSITIVE);
+    let sum = sum.max(f64::MIN_POSITIVE);
     Evidence {
         log_likelihood: -0.5 * (n * (sum / n).ln() + whitener.log_determinant),
-        scale: (sum / (n - basis.len() as f64).max(1.0)).sqrt(),
+        scale: (sum / (n - width as f64).max(1.0)).sqrt(),
         used,
     }
 }
@@ -150,11 +156,19 @@ fn run_scales(
     noise: &NoiseModel,
 ) -> Vec<f64> {
     let runs = layout.runs();
+    let differ = layout.spread.iter().any(|spread| spread.is_finite() && *spread != 1.0);
+    if differ && layout.spread.iter().any(|spread| spread.is_infinite()) {
+        // Readings are rounded so coarsely that some say nothing: what is left takes few values, whose median says
+        // nothing of a run, and the noise of each is known.
+        return vec![1.0; runs];
+    }
     let even = NoiseModel { run_scale: vec![1.0; runs], ..noise.clone() };
     let white = whitened(layout, residual, columns, &even);
     let mut of_run: Vec<Vec<f64>> = vec![Vec::new(); runs];
     for i in 1..white.len() {
-        if layout.run[i] == layout.run[i - 1] {
+        // What says nothing is whitened to zero.
+        let counts = white[i] != 0.0 && white[i - 1] != 0.0;
+        if counts && layout.run[i] == layout.run[i - 1] {
             of_run[layout.run[i]].push((white[i] - white[i - 1]) * std::f64::consts::FRAC_1_SQRT_2);
         }
     }
@@ -168,4 +182,24 @@ fn run_scales(
             if known { (spread / overall).clamp(0.05, 20.0) } else { 1.0 }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{NoiseModel, run_scales};
+    use crate::noise::Layout;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    #[test]
+    fn readings_that_say_nothing_do_not_make_a_run_quiet() {
+        let mut random = chacha20::ChaCha8Rng::seed_from_u64(1);
+        let residual: Vec<f64> = (0..800).map(|_| StandardNormal.sample(&mut random)).collect();
+        // Of the second run, three stretches in four.
+        let says_nothing = |i: usize| i >= 400 && i % 80 < 60;
+        let spread = (0..800).map(|i| if says_nothing(i) { f64::INFINITY } else { 1.0 }).collect();
+        let layout = Layout::of_rows(2, 400, 1.0).with_spread(spread);
+        let scales = run_scales(&layout, &residual, &[], &NoiseModel::white(2));
+        assert!(scales.iter().all(|scale| (scale - 1.0).abs() < 0.2), "{scales:?}");
+    }
 }

@@ -2,9 +2,9 @@
 
 /// Most states: the level and the coloured parts.
 pub const STATES_MAX: usize = 5;
-/// Columns that are filtered together: one column waits for its own last state in each step, several keep the
+/// Columns that are filtered together, at most: one column waits for its own last state in each step, several keep the
 /// processor busy.
-const LANES: usize = 4;
+const LANES: usize = 8;
 
 /// What an observation does to the state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,14 +55,25 @@ impl Filter {
         }
         let mut found = Vec::with_capacity(columns.len());
         for several in columns.chunks(LANES) {
-            match several {
-                [a, b, c, d] => {
-                    found.extend(self.several([a.as_ref(), b.as_ref(), c.as_ref(), d.as_ref()]));
+            let several: Vec<&[f64]> = several.iter().map(AsRef::as_ref).collect();
+            match *several.as_slice() {
+                [a, b, c, d, e, f, g, h] => found.extend(self.several([a, b, c, d, e, f, g, h])),
+                [a, b, c, d, ref rest @ ..] => {
+                    found.extend(self.several([a, b, c, d]));
+                    found.extend(self.few(rest));
                 }
-                fewer => found.extend(fewer.iter().flat_map(|one| self.several([one.as_ref()]))),
+                ref few => found.extend(self.few(few)),
             }
         }
         found
+    }
+
+    fn few(&self, columns: &[&[f64]]) -> Vec<Vec<f64>> {
+        match *columns {
+            [a, b, c] => self.several([a, b, c]).into(),
+            [a, b] => self.several([a, b]).into(),
+            ref others => others.iter().flat_map(|one| self.several([one])).collect(),
+        }
     }
 
     fn several<const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N] {
@@ -188,7 +199,7 @@ mod tests {
                 filter.push(Gains { keep, gain });
             }
             let columns: Vec<Vec<f64>> =
-                (0..7).map(|k| (0..n).map(|i| ((i * (k + 3)) as f64).sin()).collect()).collect();
+                (0..23).map(|k| (0..n).map(|i| ((i * (k + 3)) as f64).sin()).collect()).collect();
             let together = filter.innovations(&columns);
             let alone: Vec<Vec<f64>> =
                 columns.iter().flat_map(|column| filter.innovations(&[column])).collect();

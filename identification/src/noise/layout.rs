@@ -70,6 +70,24 @@ impl Layout {
         layout
     }
 
+    /// So many runs of so many rows, each as long after the one before.
+    #[cfg(test)]
+    pub(super) fn of_rows(runs: usize, rows: usize, step: f64) -> Self {
+        let n = runs * rows;
+        let starts: Vec<bool> = (0..n).map(|i| i % rows == 0).collect();
+        Self {
+            step: vec![step; n],
+            activity: vec![0.0; n],
+            new_run: starts.clone(),
+            starts,
+            run: (0..n).map(|i| i / rows).collect(),
+            gain: vec![1.0; n],
+            spread: Vec::new(),
+            levels: false,
+            starts_of_poses: None,
+        }
+    }
+
     /// The same observations where each took `durations`: a coloured rate adds up over the time, and where `white`
     /// too, white noise of the rate does (an angle random walk).
     pub fn over(&self, durations: &[f64], white: bool) -> Self {

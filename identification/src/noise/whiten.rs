@@ -32,27 +32,29 @@ impl Whitener {
         let m = noise.coloured.len().min(COLOURED_MAX);
         let states = m + offset;
         let plain = states == 0;
-        let mut whitener = Self {
-            filter: Filter {
-                states,
-                levels,
-                starts: layout.starts.clone(),
-                seen: layout.gain.clone(),
-                step: layout.step.clone(),
-                ..Filter::default()
-            },
-            log_determinant: 0.0,
-            unknown_starts: Vec::new(),
+        // White noise needs nothing of what went before.
+        let filter = if plain {
+            Filter::default()
+        } else {
+            let (starts, seen) = (layout.starts.clone(), layout.gain.clone());
+            Filter { states, levels, starts, seen, step: layout.step.clone(), ..Filter::default() }
         };
+        let mut whitener = Self { filter, log_determinant: 0.0, unknown_starts: Vec::new() };
+        whitener.filter.weight.reserve_exact(n);
+        // Logarithms of the variances of runs: there are fewer than observations.
+        let log_scales: Vec<f64> = noise.run_scale.iter().map(|scale| 2.0 * scale.ln()).collect();
         let mut last = Last::default();
         let mut p = [[0.0; STATES_MAX]; STATES_MAX];
         for i in 0..n {
             let scale = noise.run_scale.get(layout.run[i]).copied().unwrap_or(1.0);
+            let log_scale = log_scales.get(layout.run[i]).copied().unwrap_or(0.0);
             let own = layout.spread.get(i).copied().unwrap_or(1.0);
             let skip = left_out.get(i).copied().unwrap_or(false) || !own.is_finite();
             if plain {
                 whitener.filter.weight.push(if skip { 0.0 } else { 1.0 / (scale * own) });
-                whitener.log_determinant += if skip { 0.0 } else { 2.0 * (scale * own).ln() };
+                if !skip && scale * own != 1.0 {
+                    whitener.log_determinant += 2.0 * (scale * own).ln();
+                }
                 continue;
             }
             let inputs = Inputs {
@@ -66,7 +68,7 @@ impl Whitener {
             if !varies && last.repeats(&inputs) {
                 whitener.filter.weight.push(last.weight / scale);
                 whitener.filter.which.push(last.which);
-                whitener.log_determinant += last.log_variance + 2.0 * scale.ln();
+                whitener.log_determinant += last.log_variance + log_scale;
                 continue;
             }
             let before = p;
@@ -128,7 +130,7 @@ impl Whitener {
                     }
                 }
                 whitener.filter.weight.push(1.0 / (s.sqrt() * scale));
-                whitener.log_determinant += s.ln() + 2.0 * scale.ln();
+                whitener.log_determinant += s.ln() + log_scale;
             }
             let which = whitener.filter.push(Gains { keep, gain });
             let is_settled =
@@ -154,6 +156,11 @@ impl Whitener {
         whitener
     }
 
+    /// Whether each whitened value is its own value, weighed.
+    pub fn is_by_row(&self) -> bool {
+        self.filter.states == 0 && self.unknown_starts.is_empty()
+    }
+
     /// The whitened column, without what an error of where a run began could be.
     pub fn apply(&self, column: &[f64]) -> Vec<f64> {
         let mut whitened = self.filter.innovations(&[column]);
@@ -163,6 +170,11 @@ impl Whitener {
 
     /// The same of many columns at once.
     pub fn apply_all(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        self.apply_each(columns)
+    }
+
+    /// The same, whoever has the columns.
+    pub fn apply_each<C: AsRef<[f64]>>(&self, columns: &[C]) -> Vec<Vec<f64>> {
         let mut whitened = self.filter.innovations(columns);
         self.forget_starts(&mut whitened);
         whitened

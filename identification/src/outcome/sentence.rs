@@ -170,11 +170,20 @@ fn cause(effect: &Effect) -> String {
                 number(effect, "width")
             );
         }
+        ("noise", _) => {
+            let walks = first.map_or("", |one| one.name.as_str()).replace('_', " ");
+            return format!(
+                "What is measured{of} wanders as a random walk does: by {size} {walks}, farther with the root of time."
+            );
+        }
         ("quantisation", _) => {
             return format!("What is measured{of} is rounded to steps of {size}.");
         }
         ("saturation", _) => {
-            return format!("What is measured{of} is clipped at {}.", number(effect, "limit"));
+            let limits = effect.parameters.iter().filter(|one| one.name.ends_with("limit"));
+            let known: Vec<String> =
+                limits.filter(|one| one.standard_error.is_some()).map(with_unit).collect();
+            return format!("What is measured{of} is clipped at {}.", known.join(" and at "));
         }
         _ => {}
     }

@@ -346,7 +346,7 @@ pub fn fit_terms(
     terms
         .iter()
         .map(|shape| {
-            let width = data.columns(shape).len();
+            let width = data.width(shape);
             let coefficients =
                 (at..at + width).map(|i| (fit.coefficients[i], fit.errors[i])).collect();
             at += width;

@@ -3,6 +3,9 @@
 use crate::model::Shape;
 use crate::noise::Layout;
 use crate::problem::{Block, Channels};
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
 
 /// The data of one block, which never change.
 #[derive(Clone, Copy)]
@@ -13,6 +16,37 @@ pub struct Data<'a> {
     pub channels: &'a Channels,
     /// When observations were made.
     pub layout: &'a Layout,
+    /// Columns of the terms of models, which are asked for again and again.
+    pub memory: Option<&'a Memory>,
+}
+
+/// Columns of shapes over the observations of one block, the latest last.
+#[derive(Debug, Default)]
+pub struct Memory(RefCell<VecDeque<(Shape, Columns)>>);
+
+type Columns = Rc<Vec<Vec<f64>>>;
+
+/// Values that are remembered, at most: 64 MB; and shapes, which are compared one by one.
+const VALUES_MAX: usize = 8_000_000;
+const SHAPES_MAX: usize = 40;
+
+impl Memory {
+    fn find(&self, shape: &Shape) -> Option<Columns> {
+        let known = self.0.borrow();
+        known.iter().rev().find(|(one, _)| one == shape).map(|(_, columns)| Rc::clone(columns))
+    }
+
+    fn add(&self, shape: &Shape, columns: &Columns) {
+        let mut known = self.0.borrow_mut();
+        known.push_back((shape.clone(), Rc::clone(columns)));
+        let values =
+            |(_, columns): &(Shape, Columns)| -> usize { columns.iter().map(Vec::len).sum() };
+        let mut total: usize = known.iter().map(values).sum();
+        while total > VALUES_MAX || known.len() > SHAPES_MAX {
+            let Some(oldest) = known.pop_front() else { break };
+            total -= values(&oldest);
+        }
+    }
 }
 
 impl Data<'_> {
@@ -22,9 +56,26 @@ impl Data<'_> {
         if columns.iter().flatten().all(|value| value.is_finite()) { columns } else { Vec::new() }
     }
 
+    /// Columns of a term of a model.
+    fn of_term(&self, term: &Shape) -> Columns {
+        if let Some(found) = self.memory.and_then(|memory| memory.find(term)) {
+            return found;
+        }
+        let found = Rc::new(self.columns(term));
+        if let Some(memory) = self.memory {
+            memory.add(term, &found);
+        }
+        found
+    }
+
+    /// How many columns a term of a model has.
+    pub fn width(&self, term: &Shape) -> usize {
+        self.of_term(term).len()
+    }
+
     /// Columns of all `terms`, one after the other.
     pub fn all_columns(&self, terms: &[Shape]) -> Vec<Vec<f64>> {
-        terms.iter().flat_map(|term| self.columns(term)).collect()
+        terms.iter().flat_map(|term| self.of_term(term).to_vec()).collect()
     }
 
     /// How the observations change with each number of each term that they are not linear in, at `coefficients`
@@ -33,7 +84,7 @@ impl Data<'_> {
         let mut found = Vec::new();
         let mut at = 0;
         for (index, term) in terms.iter().enumerate() {
-            let width = self.columns(term).len();
+            let width = self.width(term);
             let mine =
                 &coefficients[at.min(coefficients.len())..(at + width).min(coefficients.len())];
             at += width;

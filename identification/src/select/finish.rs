@@ -45,7 +45,7 @@ pub(super) fn finish(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
     let mut at = 0;
     let mut found = Vec::new();
     for (index, shape) in state.terms.iter().enumerate() {
-        let width = data.columns(shape).len();
+        let width = data.width(shape);
         let coefficients =
             (at..at + width).map(|i| (first.coefficients[i], errors[i])).collect::<Vec<_>>();
         at += width;

@@ -9,10 +9,11 @@ use super::sound::is_sound;
 use super::state::State;
 use crate::candidates::Candidate;
 use crate::judge::{Judge, Metric, margin};
-use crate::linear::{Basis, dot, solve};
+use crate::linear::{Basis, Normal, dot};
 use crate::model::{Form, Shape};
 use crate::noise::{NoiseModel, Whitener};
 use crate::robust::root_mean_square;
+use std::cell::OnceCell;
 
 /// Observations on which candidates are compared, at most.
 const SAMPLE: usize = 6000;
@@ -31,6 +32,8 @@ pub(super) struct Material<'a> {
     data: Data<'a>,
     judge: &'a Judge<'a>,
     candidates: Vec<Candidate>,
+    /// Columns of each candidate at the observations on which they are compared.
+    sampled: OnceCell<Vec<Vec<Vec<f64>>>>,
 }
 
 /// How many classes there are.
@@ -57,7 +60,7 @@ impl<'a> Material<'a> {
             .map(|seen| seen.candidate.clone())
             .filter(|candidate| candidate.shape.form != Form::Step)
             .collect();
-        Self { data: record.data, judge, candidates }
+        Self { data: record.data, judge, candidates, sampled: OnceCell::new() }
     }
 
     /// Models from `state` on, one term at a time.
@@ -112,8 +115,9 @@ impl<'a> Material<'a> {
         let mut left_out = vec![false; residual.len()];
         for _ in 0..2 {
             let whitener = Whitener::new(self.data.layout, &state.noise, &left_out);
-            let fit = solve(&whitener.apply_all(&columns), &whitener.apply(residual));
-            let fitted = combine(&columns, &fit.coefficients);
+            let white = whitener.apply_all(&columns);
+            let coefficients = Normal::of(&white, &whitener.apply(residual)).solve();
+            let fitted = combine(&columns, &coefficients);
             let error = |i: usize| residual[i] - fitted.get(i).copied().unwrap_or(0.0);
             let errors: Vec<f64> =
                 (0..residual.len()).filter(|&i| !left_out[i]).map(error).collect();
@@ -149,11 +153,19 @@ impl<'a> Material<'a> {
     /// small share of what is left from row to row can be much at the end of a path.
     fn scored(&self, state: &State<'_>) -> Vec<Candidate> {
         let sample = Sample::new(self.data, state);
+        let share = |(index, candidate): (usize, &Candidate)| {
+            if sample.whitener.is_by_row() {
+                sample.share_of(sample.weighed(&self.sampled(&sample.at)[index]))
+            } else {
+                sample.share(&candidate.shape)
+            }
+        };
         let mut scored: Vec<(f64, &Candidate)> = self
             .candidates
             .iter()
-            .filter(|candidate| !state.terms.contains(&candidate.shape))
-            .map(|candidate| (sample.share(&candidate.shape), candidate))
+            .enumerate()
+            .filter(|(_, candidate)| !state.terms.contains(&candidate.shape))
+            .map(|one| (share(one), one.1))
             .filter(|(share, candidate)| *share > SHARE_MIN || candidate.shape.drivers.is_empty())
             .collect();
         scored.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -173,6 +185,15 @@ impl<'a> Material<'a> {
             found.push(refined(candidate));
         }
         found
+    }
+
+    /// Columns of each candidate at the observations `at`, which are the same every time.
+    fn sampled(&self, at: &[usize]) -> &[Vec<Vec<f64>>] {
+        self.sampled.get_or_init(|| {
+            let picked = |column: &Vec<f64>| at.iter().map(|&i| column[i]).collect();
+            let of = |one: &Candidate| self.data.columns(&one.shape).iter().map(picked).collect();
+            self.candidates.iter().map(of).collect()
+        })
     }
 
     /// Those of a class, each beside `state`.
@@ -249,15 +270,15 @@ fn settle_delays(data: Data<'_>, state: &mut State<'_>) -> bool {
     }
     let whitener = Whitener::new(data.layout, &state.noise, &state.left_out);
     let columns = whitener.apply_all(&data.all_columns(&state.terms));
-    let fit = solve(&columns, &whitener.apply(&data.block.residual));
+    let coefficients = Normal::of(&columns, &whitener.apply(&data.block.residual)).solve();
     let mut at = 0;
     let mut moved = false;
     for term in &mut state.terms {
-        let width = data.columns(term).len();
+        let width = data.width(term);
         if term.form == Form::Delay {
             let name = term.fixed.first().map(|(name, _)| name.clone()).unwrap_or_default();
             let now = term.number(&name).unwrap_or(0.0);
-            let found = fit.coefficients[at];
+            let found = coefficients[at];
             let positive = name != "time_constant" || found > now / 4.0;
             let next = if positive { found } else { now / 4.0 };
             if next.is_finite() && next != 0.0 && (next - now).abs() > 1e-3 * now.abs() {
@@ -300,16 +321,32 @@ impl<'a> Sample<'a> {
 
     fn picked(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let pick = |column: &Vec<f64>| self.at.iter().map(|&i| column[i]).collect();
+        if self.whitener.is_by_row() {
+            let columns: Vec<Vec<f64>> = columns.iter().map(pick).collect();
+            return self.weighed(&columns);
+        }
         self.whitener.apply_all(columns).iter().map(pick).collect()
+    }
+
+    /// Columns at the observations of the sample, each value with its weight.
+    fn weighed(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let weights = self.whitener.weights();
+        let weigh = |column: &Vec<f64>| {
+            column.iter().zip(&self.at).map(|(value, &i)| value * weights[i]).collect()
+        };
+        columns.iter().map(weigh).collect()
     }
 
     /// How much of what is left `shape` explains.
     fn share(&self, shape: &Shape) -> f64 {
-        let columns = self.data.columns(shape);
-        if columns.is_empty() {
+        self.share_of(self.picked(&self.data.columns(shape)))
+    }
+
+    fn share_of(&self, picked: Vec<Vec<f64>>) -> f64 {
+        if picked.is_empty() {
             return 0.0;
         }
-        self.basis.beyond(self.picked(&columns)).explained(&self.left) / self.total
+        self.basis.beyond(picked).explained(&self.left) / self.total
     }
 
     /// `shape` with its numbers where it explains most: by factors, since what is sought are orders first.

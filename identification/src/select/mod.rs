@@ -20,9 +20,9 @@ mod sound;
 mod state;
 mod timing;
 
-pub use block::{Asked, BlockFit, Found, Waypoint, fit_terms, identify_block};
+pub use block::{Asked, BlockFit, Found, RISK, Waypoint, fit_terms, identify_block};
 pub use cross::{Fold, folds};
-pub use data::{Data, combine};
+pub use data::{Data, Memory, combine};
 #[cfg(test)]
 pub use rivals::RivalFound;
 pub use rounding::without_rounding;

@@ -8,7 +8,7 @@ use super::material::Material;
 use super::rivals::RivalFound;
 use super::state::State;
 use crate::judge::{Metric, margin};
-use crate::linear::{dot, solve};
+use crate::linear::{Normal, dot, solve};
 use crate::model::Shape;
 use crate::noise::Whitener;
 use crate::robust;
@@ -77,23 +77,23 @@ fn estimates(state: &State<'_>) -> Estimates {
     let target = whitener.apply(&data.block.residual);
     let mut columns = whitener.apply_all(&data.all_columns(&state.terms));
     let linear = columns.len();
-    let first = solve(&columns, &target);
-    let fitted = combine(&columns, &first.coefficients);
+    let first = Normal::of(&columns, &target).solve();
+    let fitted = combine(&columns, &first);
     let left: Vec<f64> = target
         .iter()
         .enumerate()
         .map(|(i, value)| value - fitted.get(i).copied().unwrap_or(0.0))
         .collect();
-    let derivatives = data.derivatives(&state.terms, &first.coefficients);
+    let derivatives = data.derivatives(&state.terms, &first);
     columns.extend(derivatives.iter().map(|derivative| whitener.apply(&derivative.column)));
     let inverse = solve(&columns, &left).inverse;
     let (covariance, count) = covariance(&columns, &left, &inverse, &clusters(&data.layout.run));
     let mut at = 0;
     let mut terms = Vec::new();
     for (index, shape) in state.terms.iter().enumerate() {
-        let width = data.columns(shape).len();
+        let width = data.width(shape);
         let coefficients: Vec<(f64, f64)> =
-            (at..at + width).map(|i| (first.coefficients[i], covariance[i][i].sqrt())).collect();
+            (at..at + width).map(|i| (first[i], covariance[i][i].sqrt())).collect();
         at += width;
         let numbers = derivatives
             .iter()

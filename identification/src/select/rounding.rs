@@ -21,7 +21,7 @@ pub fn without_rounding(
     let mut corrected = None;
     for _ in 0..6 {
         let layout = Layout::new(&working, channels);
-        let data = Data { block: &working, channels, layout: &layout };
+        let data = Data { block: &working, channels, layout: &layout, memory: None };
         let noise = NoiseModel::white(layout.runs());
         let fitted: Vec<(Vec<Vec<f64>>, Vec<f64>)> = fit_terms(data, base, &noise, &[])
             .iter()
@@ -47,7 +47,10 @@ pub fn without_rounding(
             .zip(&block.residual)
             .map(|((corrected, left), residual)| corrected + residual - left)
             .collect();
-        working.spread.clone_from(&found.spread);
+        let says = |i: usize| block.spread.get(i).is_none_or(|spread| spread.is_finite());
+        let spread = found.spread.iter().enumerate();
+        working.spread =
+            spread.map(|(i, found)| if says(i) { *found } else { f64::INFINITY }).collect();
         corrected = Some(());
     }
     corrected.map(|()| (working, step))

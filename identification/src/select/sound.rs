@@ -37,7 +37,7 @@ fn fitted(state: &State<'_>) -> Option<(Solution, Vec<usize>)> {
     let mut at = 0;
     let mut of_term = Vec::new();
     for (index, term) in state.terms.iter().enumerate() {
-        let width = data.columns(term).len();
+        let width = data.width(term);
         of_term.extend(std::iter::repeat_n(index, width));
         let mine = &fit.coefficients[at..at + width];
         at += width;

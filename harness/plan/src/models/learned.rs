@@ -51,12 +51,26 @@ fn add(model: &Model, term: &model::Term, learned: &mut Learned) -> Result<(), S
         {
             return Err("it holds back only a part, which an emulated gyro does not".to_owned());
         }
+        model::Acts::Saturation if ends_differ(&numbers)? => {
+            return Err("its range ends differ, and an emulated gyro has one for both".to_owned());
+        }
         model::Acts::DeadZone => ("dead_zone_deg_per_s", deg_per_s(numbers.get("width")?)),
         model::Acts::Saturation => ("range_deg_per_s", deg_per_s(numbers.get("limit")?)),
         other => return Err(format!("an emulated gyro learns nothing of `{other:?}`")),
     };
     learned.parameters.insert(name.to_owned(), value);
     Ok(())
+}
+
+/// Ends of a range that differ by more than this share of it are those of no symmetric one with a bias. Assumption.
+const ENDS_MAX: f64 = 0.05;
+
+fn ends_differ(numbers: &Numbers<'_>) -> Result<bool, String> {
+    if !numbers.has("lower_limit") {
+        return Ok(false);
+    }
+    let (upper, lower) = (numbers.get("limit")?, numbers.get("lower_limit")?);
+    Ok((upper + lower).abs() > ENDS_MAX * (upper - lower).abs())
 }
 
 /// What a controller takes off, as what is true.

@@ -96,7 +96,17 @@ fn standard(name: &str) -> Option<&'static str> {
              sensor is tilted in its mount."
         }
         "dead_zone" => "Slow rotation is not seen at all.",
-        "saturation" => "Rotation faster than a limit is cut off.",
+        "saturation" => {
+            "What is beyond the range of the sensor is cut off: readings at its end say no more."
+        }
+        "rounding" => {
+            "Readings come in steps that are coarser than their noise: what is smaller than a step does not show in one \
+             reading."
+        }
+        "random_walk" => {
+            "The error wanders by small steps that stay, farther the longer one waits. No model foresees it: a bias test \
+             just before takes off what has come so far."
+        }
         "delay" => {
             "The gyro tells what happened some time ago: its data and the reference are shifted."
         }

@@ -1,0 +1,244 @@
+//! Readings that end where the sensor's range does: found before anything else is looked for, since a reading at its
+//! limit says of no other cause anything, and what is missing there mimics every curve.
+//!
+//! What is measured is a straight line over its reference between two limits, and flat beyond them. Only what is beyond
+//! doubt is taken; a limit that few readings reach, or a gain that falls before it ends, is left to the search.
+
+use crate::model::{Acts, Form, Shape};
+use crate::problem::{Aggregate, Block, Channels, rotation_driver};
+use crate::robust;
+use crate::significance::surprise_chi2;
+use std::ops::Range;
+
+/// Where a range ends, in the unit of the reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Limit {
+    /// The reference at which readings begin to stay.
+    at: f64,
+    /// Its standard error.
+    error: f64,
+    /// How surprising it would be in noise, in nats.
+    strength: f64,
+}
+
+/// What was clipped in a block.
+#[derive(Debug, Clone)]
+pub struct Clipped {
+    /// The term, with its limits.
+    pub shape: Shape,
+    /// How much of what is beyond the limits is missing: all of it, times the scale.
+    pub gain: f64,
+    /// Standard errors of the limits, by name.
+    pub errors: Vec<(String, f64)>,
+    /// How surprising it would be in noise, in nats.
+    pub strength: f64,
+    /// The readings as they are.
+    pub before: Block,
+}
+
+/// Fewer readings at a limit are left to the search.
+const READINGS_MIN: usize = 10;
+/// Fewer readings in all say nothing.
+const ALL_MIN: usize = 60;
+/// The line must be above a limit by so many times the noise, in the mean over the readings at it: a step of rounding is
+/// flat too, and ends at 1.7 times its own noise.
+const OVERSHOOT_MIN: f64 = 3.0;
+/// How much readings at a limit may vary, over the noise of the others.
+const VARY_MAX: f64 = 1.5;
+/// Slope of the readings at a limit, with two standard errors, over that of the others.
+const SLOPE_MAX: f64 = 0.1;
+/// What is as surprising as this is beyond doubt, in nats; no false alarm has come near it.
+const STRENGTH_MIN: f64 = 20.0;
+/// A reading so many times the noise from a limit does not feel it.
+const FEELS: f64 = 3.0;
+/// Shares of the range of the reference in which the line is sought first.
+const STARTS: [f64; 3] = [0.7, 0.4, 0.2];
+/// Rounds in which the line and the limits are brought together.
+const ROUNDS: usize = 8;
+
+/// Reference and reading, by rising reference.
+struct Sorted {
+    x: Vec<f64>,
+    y: Vec<f64>,
+}
+
+/// A line between limits.
+#[derive(Debug, Clone)]
+struct Line {
+    slope: f64,
+    offset: f64,
+    /// Readings between the limits.
+    inside: Range<usize>,
+    square: f64,
+}
+
+/// Takes what is clipped out of `block`, if that is beyond doubt: readings at a limit are set right and say nothing any
+/// more.
+pub fn clip(block: &mut Block, channels: &Channels) -> Option<Clipped> {
+    let has_scale = block.constants.iter().any(|known| known.acts == Acts::Scale);
+    if block.aggregate != Aggregate::Row || !has_scale || block.rows.len() < ALL_MIN {
+        return None;
+    }
+    let per_row = &block.exposure(Acts::Scale)?.per_row;
+    let truth: Vec<f64> = block.rows.iter().map(|&row| per_row[row]).collect();
+    let mut order: Vec<usize> = (0..truth.len()).collect();
+    order.sort_by(|a, b| truth[*a].total_cmp(&truth[*b]));
+    let sorted = Sorted {
+        x: order.iter().map(|&i| truth[i]).collect(),
+        y: order.iter().map(|&i| truth[i] + block.residual[i]).collect(),
+    };
+    let lines = STARTS.iter().filter_map(|share| sorted.line(*share));
+    let line = lines.min_by(|a, b| a.square.total_cmp(&b.square))?;
+    let noise = sorted.noise(&line)?;
+    let [low, high] = [true, false].map(|is_low| sorted.limit(&line, noise, is_low));
+    let strength = low.iter().chain(&high).map(|limit| limit.strength).reduce(f64::max)?;
+    let (least, most) = (*sorted.x.first()?, *sorted.x.last()?);
+    // What no reading has reached is as far away on the other side, or where the data end.
+    let upper = high.map_or_else(|| low.map_or(most, |low| most.max(-low.at)), |high| high.at);
+    let lower = low.map_or_else(|| least.min(-upper), |low| low.at);
+    let mut shape =
+        Shape::new("saturation", Acts::Saturation, rotation_driver(channels), Form::Saturation)
+            .with("limit", upper);
+    if lower != -upper {
+        shape.set("lower_limit", lower);
+    }
+    let before = block.clone();
+    let feels = FEELS * noise / line.slope;
+    block.spread.resize(truth.len(), 1.0);
+    for (i, x) in truth.iter().enumerate() {
+        block.residual[i] -= line.slope * (x.clamp(lower, upper) - x);
+        let is_near = high.is_some() && *x > upper - feels || low.is_some() && *x < lower + feels;
+        if is_near {
+            block.spread[i] = f64::INFINITY;
+        }
+    }
+    let named = [("limit", high), ("lower_limit", low)];
+    let errors =
+        named.iter().filter_map(|(name, limit)| Some(((*name).to_owned(), (*limit)?.error)));
+    Some(Clipped { shape, gain: line.slope, errors: errors.collect(), strength, before })
+}
+
+impl Sorted {
+    /// The line between limits, sought first in the middle `share` of the range.
+    fn line(&self, share: f64) -> Option<Line> {
+        let (least, most) = (*self.x.first()?, *self.x.last()?);
+        let margin = 0.5 * (1.0 - share) * (most - least);
+        let mut inside = self.x.partition_point(|x| *x < least + margin)
+            ..self.x.partition_point(|x| *x <= most - margin);
+        for _ in 0..ROUNDS {
+            let (slope, offset) = self.fit(inside.clone())?;
+            let from = self.best(slope, offset, true);
+            let to = self.best(slope, offset, false);
+            let found = from..to;
+            if found == inside {
+                break;
+            }
+            inside = found;
+        }
+        let (slope, offset) = self.fit(inside.clone())?;
+        let between = inside.clone().map(|i| self.y[i] - slope * self.x[i] - offset);
+        let flat = |range: Range<usize>| {
+            let mean = self.y[range.clone()].iter().sum::<f64>() / range.len().max(1) as f64;
+            self.y[range].iter().map(|y| (y - mean).powi(2)).sum::<f64>()
+        };
+        let square = between.map(|left| left * left).sum::<f64>()
+            + flat(0..inside.start)
+            + flat(inside.end..self.x.len());
+        (slope > 0.0).then_some(Line { slope, offset, inside, square })
+    }
+
+    /// Slope and offset of a line through the readings of `range`.
+    fn fit(&self, range: Range<usize>) -> Option<(f64, f64)> {
+        let n = range.len() as f64;
+        let (x, y) = (&self.x[range.clone()], &self.y[range]);
+        let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
+        let xx: f64 = x.iter().map(|x| (x - mx).powi(2)).sum();
+        let xy: f64 = x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum();
+        (n >= ALL_MIN as f64 / 4.0 && xx > 0.0).then(|| (xy / xx, my - xy / xx * mx))
+    }
+
+    /// How many readings from one end are explained best by staying where they are: where the rest begins or ends.
+    fn best(&self, slope: f64, offset: f64, is_low: bool) -> usize {
+        let n = self.x.len();
+        let (mut count, mut sum, mut square, mut line) = (0.0, 0.0, 0.0, 0.0);
+        let mut best = (0.0, 0);
+        for taken in 1..=n / 2 + n / 4 {
+            let i = if is_low { taken - 1 } else { n - taken };
+            let left = self.y[i] - slope * self.x[i] - offset;
+            // Sums of small numbers: readings less the first of them.
+            let y = self.y[i] - self.y[if is_low { 0 } else { n - 1 }];
+            (count, sum, square, line) = (count + 1.0, sum + y, square + y * y, line + left * left);
+            let gain: f64 = line - (square - sum * sum / count);
+            if gain > best.0 {
+                best = (gain, taken);
+            }
+        }
+        if is_low { best.1 } else { n - best.1 }
+    }
+
+    fn left(&self, line: &Line, i: usize) -> f64 {
+        self.y[i] - line.slope * self.x[i] - line.offset
+    }
+
+    /// Noise between the limits.
+    fn noise(&self, line: &Line) -> Option<f64> {
+        let left: Vec<f64> = line.inside.clone().map(|i| self.left(line, i)).collect();
+        let noise = robust::spread(&left);
+        (noise > 0.0).then_some(noise)
+    }
+
+    /// The limit at one end, if readings reach it.
+    fn limit(&self, line: &Line, noise: f64, is_low: bool) -> Option<Limit> {
+        let range = if is_low { 0..line.inside.start } else { line.inside.end..self.x.len() };
+        if range.len() < READINGS_MIN {
+            return None;
+        }
+        let n = range.len() as f64;
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / n;
+        let (x, y) = (&self.x[range.clone()], &self.y[range.clone()]);
+        let (mx, my) = (mean(x), mean(y));
+        let xx: f64 = x.iter().map(|x| (x - mx).powi(2)).sum();
+        let xy: f64 = x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum();
+        let yy: f64 = y.iter().map(|y| (y - my).powi(2)).sum();
+        let beyond = (line.slope * mx + line.offset - my) * if is_low { -1.0 } else { 1.0 };
+        let slope = (xy / xx).abs() + 2.0 * noise / xx.sqrt();
+        let gain = range.map(|i| self.left(line, i).powi(2)).sum::<f64>() - yy;
+        let strength = surprise_chi2(gain / (noise * noise), 2.0) - (self.x.len() as f64).ln();
+        let is_clear = beyond > OVERSHOOT_MIN * noise
+            && yy <= n * (VARY_MAX * noise).powi(2)
+            && slope < SLOPE_MAX * line.slope
+            && strength > STRENGTH_MIN;
+        let error = (yy / n).sqrt().max(noise / n.sqrt()) / n.sqrt() / line.slope;
+        is_clear.then_some(Limit { at: (my - line.offset) / line.slope, error, strength })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Sorted;
+
+    /// The limits of what is measured of a reference from -10 to 10, with a noise of 0.05.
+    fn limits(measured: impl Fn(f64) -> f64) -> Option<[Option<f64>; 2]> {
+        let x: Vec<f64> = (0..2000).map(|i| -10.0 + 0.01 * f64::from(i)).collect();
+        let noise = |i: usize| 0.0866 * ((i as f64 * 0.754_877).fract() * 2.0 - 1.0);
+        let y = x.iter().enumerate().map(|(i, x)| measured(*x) + noise(i)).collect();
+        let sorted = Sorted { x, y };
+        let lines = super::STARTS.iter().filter_map(|share| sorted.line(*share));
+        let line = lines.min_by(|a, b| a.square.total_cmp(&b.square))?;
+        let noise = sorted.noise(&line)?;
+        Some([true, false].map(|is_low| sorted.limit(&line, noise, is_low).map(|limit| limit.at)))
+    }
+
+    #[test]
+    fn only_a_flat_end_is_a_limit() {
+        let [low, high] = limits(|x| 1.01 * x.clamp(-9.0, 4.0)).expect("a line");
+        assert!((low.expect("reached") + 9.0).abs() < 0.02);
+        assert!((high.expect("reached") - 4.0).abs() < 0.02);
+        let none = Some([None, None]);
+        assert_eq!(limits(|x| x), none);
+        assert_eq!(limits(|x| x - 0.001 * x * x * x), none, "a cubic");
+        assert_eq!(limits(|x| if x.abs() < 1.0 { 0.0 } else { x }), none, "a dead zone");
+        assert_eq!(limits(|x| 12.0 * (x / 12.0).tanh()), none, "a gain that falls");
+        assert_eq!(limits(|x| x.round()), none, "steps");
+    }
+}
