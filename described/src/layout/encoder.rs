@@ -10,7 +10,7 @@ use wire::device::Transmit;
 pub enum Encoded {
     /// At once.
     Whole(Transmit),
-    /// By a [`Transport`](crate::Transport).
+    /// By a [`Transport`](crate::transport::Transport).
     InParts(InParts),
 }
 
