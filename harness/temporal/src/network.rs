@@ -11,28 +11,19 @@ use crate::truth::Truth;
 pub(crate) struct Network {
     nodes: Vec<Node>,
     streams: Vec<Stream>,
-    /// Of each comparison.
-    widths: Vec<Width>,
 }
 
 /// An operator; a number is the node that is its operand, and each is the operand of one node alone.
 #[derive(Debug, Clone)]
 enum Node {
-    Compare(Comparator, Number, Number, Own),
-    Near(bool, Number, Number, Number, Own),
-    Changes(Number, Change, Own),
+    Compare(Comparator, Number, Number, Width),
+    Near(bool, Number, Number, Number, Width),
+    Changes(Number, Change, Width),
     Not(usize),
     Edge(usize, Edge),
     Join(usize, usize, Join),
     Window(usize, Window),
     Until(usize, usize, Box<Until>),
-}
-
-/// Which comparison it is, and the width of its range.
-#[derive(Debug, Clone, Copy)]
-struct Own {
-    comparison: u32,
-    width: Width,
 }
 
 /// What `changes` keeps.
@@ -45,7 +36,7 @@ struct Change {
 
 impl Network {
     pub(crate) fn new(condition: &Condition) -> Self {
-        let mut network = Self { nodes: Vec::new(), streams: Vec::new(), widths: Vec::new() };
+        let mut network = Self { nodes: Vec::new(), streams: Vec::new() };
         network.add(condition);
         network
     }
@@ -64,14 +55,14 @@ impl Network {
     fn add(&mut self, condition: &Condition) -> usize {
         let node = match condition {
             Condition::Compare(how, a, b, width) => {
-                Node::Compare(*how, a.clone(), b.clone(), self.own(*width))
+                Node::Compare(*how, a.clone(), b.clone(), *width)
             }
             Condition::Near(is_near, a, b, tolerance, width) => {
-                Node::Near(*is_near, a.clone(), b.clone(), tolerance.clone(), self.own(*width))
+                Node::Near(*is_near, a.clone(), b.clone(), tolerance.clone(), *width)
             }
             Condition::Changes(of, width) => {
                 let change = Change { last: f64::NAN, over: None };
-                Node::Changes(of.clone(), change, self.own(*width))
+                Node::Changes(of.clone(), change, *width)
             }
             Condition::Not(of) => Node::Not(self.add(of)),
             Condition::Rises(of) => Node::Edge(self.add(of), Edge::new()),
@@ -95,14 +86,14 @@ impl Network {
         self.nodes.len() - 1
     }
 
-    fn own(&mut self, width: Width) -> Own {
-        self.widths.push(width);
-        Own { comparison: self.widths.len() as u32 - 1, width }
-    }
-
     /// How far the comparison that decides is from changing, in its unit.
     pub(crate) fn distance(&self, truth: Truth) -> Option<f64> {
-        let width = self.widths.get(truth.comparison() as usize).map_or(1.0, |width| width.0);
+        let width = match self.nodes.get(truth.comparison()) {
+            Some(Node::Compare(.., width) | Node::Near(.., width) | Node::Changes(.., width)) => {
+                width.0
+            }
+            _ => 1.0,
+        };
         truth.robustness().map(|share| share * width)
     }
 
@@ -116,22 +107,22 @@ impl Network {
             let (inputs, outputs) = self.streams.split_at_mut(index);
             let out = &mut outputs[0];
             match node {
-                Node::Compare(how, a, b, own) => {
-                    let truth = how.truth(a.value(slots), b.value(slots), own.width);
-                    out.push(from, truth.by(own.comparison));
+                Node::Compare(how, a, b, width) => {
+                    let truth = how.truth(a.value(slots), b.value(slots), *width);
+                    out.push(from, truth.by(index));
                     out.know(to);
                 }
-                Node::Near(is_near, a, b, tolerance, own) => {
+                Node::Near(is_near, a, b, tolerance, width) => {
                     let apart = distance(a.value(slots), b.value(slots));
                     let tolerance = tolerance.value(slots);
                     let is_within = apart <= tolerance;
-                    let share = distance(apart, tolerance) / own.width.0;
+                    let share = distance(apart, tolerance) / width.0;
                     let truth = Truth::new(is_within == *is_near, share);
-                    out.push(from, truth.by(own.comparison));
+                    out.push(from, truth.by(index));
                     out.know(to);
                 }
-                Node::Changes(of, change, own) => {
-                    change.run(of.value(slots), from, to, *own, out);
+                Node::Changes(of, change, width) => {
+                    change.run(of.value(slots), (from, to), (index, *width), out);
                     out.know(to);
                 }
                 Node::Not(of) => {
@@ -155,16 +146,22 @@ impl Network {
 }
 
 impl Change {
-    fn run(&mut self, value: f64, from: i64, to: i64, own: Own, out: &mut Stream) {
+    fn run(
+        &mut self,
+        value: f64,
+        (from, to): (i64, i64),
+        (comparison, width): (usize, Width),
+        out: &mut Stream,
+    ) {
         if let Some((over, truth)) = self.over.take_if(|(over, _)| *over < from) {
             out.push(over, truth);
         }
         let apart = distance(value, self.last);
-        let truth = Truth::new(apart > 0.0, apart / own.width.0).by(own.comparison);
+        let truth = Truth::new(apart > 0.0, apart / width.0).by(comparison);
         out.push(from, truth);
         self.last = value;
         let steady =
-            if value.is_nan() { Truth::UNKNOWN } else { Truth::new(false, 0.0).by(own.comparison) };
+            if value.is_nan() { Truth::UNKNOWN } else { Truth::new(false, 0.0).by(comparison) };
         let over = from.saturating_add(1);
         if over < to {
             out.push(over, steady);

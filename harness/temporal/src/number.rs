@@ -38,7 +38,7 @@ impl Number {
     }
 
     /// The least and the greatest that it can be, by the ranges of the signals, as if each were there by itself; `None`
-    /// where one has none.
+    /// where one is not known.
     pub(crate) fn range(&self, of: &dyn Fn(usize) -> Option<(f64, f64)>) -> Option<(f64, f64)> {
         Some(match self {
             Self::Constant(value) => (*value, *value),

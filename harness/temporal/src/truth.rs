@@ -16,8 +16,8 @@ use std::ops::Neg;
 #[derive(Clone, Copy)]
 pub struct Truth {
     rank: i64,
-    /// The comparison that decides. Of equals it may be either.
-    comparison: u32,
+    /// The comparison that decides, by the caller's number. Of equals it may be either.
+    comparison: usize,
 }
 
 impl Truth {
@@ -43,12 +43,12 @@ impl Truth {
     }
 
     /// The same, decided by this comparison.
-    pub(crate) const fn by(self, comparison: u32) -> Self {
+    pub(crate) const fn by(self, comparison: usize) -> Self {
         Self { comparison, ..self }
     }
 
     /// The comparison that decides.
-    pub(crate) const fn comparison(self) -> u32 {
+    pub(crate) const fn comparison(self) -> usize {
         self.comparison
     }
 

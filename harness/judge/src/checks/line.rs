@@ -20,6 +20,8 @@ pub struct Line {
     pub correlation: f64,
     /// Standard deviation of the points about the line; zero for two points.
     pub scatter: f64,
+    /// Root mean square of the points' own uncertainties.
+    pub own: f64,
 }
 
 impl Line {
@@ -48,6 +50,7 @@ impl Line {
             intercept_uncertainty: (variance * (1.0 / count + centre_x.powi(2) / sxx)).sqrt(),
             correlation: (sxy / (sxx * syy).sqrt()).clamp(-1.0, 1.0),
             scatter: scatter.sqrt(),
+            own: own.sqrt(),
         };
         let figures = [slope, intercept, line.slope_uncertainty, line.intercept_uncertainty];
         (sxx > 0.0 && figures.iter().all(|figure| figure.is_finite())).then_some(line)
@@ -57,7 +60,12 @@ impl Line {
 pub(super) fn slope_within(points: &[Point], band: Band) -> Result<Figure, Refusal> {
     let line = fit(points, 2)?;
     let statistic = format!("slope of {} points", points.len());
-    Figure::in_band(line.slope, line.slope_uncertainty * of_few(points, &line), band, statistic)
+    Figure::in_band(
+        line.slope,
+        line.slope_uncertainty * of_few(&line, points.len()),
+        band,
+        statistic,
+    )
 }
 
 pub(super) fn intercept_within(points: &[Point], band: Band) -> Result<Figure, Refusal> {
@@ -65,21 +73,19 @@ pub(super) fn intercept_within(points: &[Point], band: Band) -> Result<Figure, R
     let statistic = format!("intercept of {} points", points.len());
     Figure::in_band(
         line.intercept,
-        line.intercept_uncertainty * of_few(points, &line),
+        line.intercept_uncertainty * of_few(&line, points.len()),
         band,
         statistic,
     )
 }
 
 /// What few points widen the uncertainties of their line by, where these are of the scatter about it.
-fn of_few(points: &[Point], line: &Line) -> f64 {
+fn of_few(line: &Line, count: usize) -> f64 {
     if line.scatter == 0.0 {
         return 1.0;
     }
-    let own = points.iter().map(|point| point.sample.uncertainty.powi(2)).sum::<f64>();
-    let own = own / points.len() as f64;
-    let scatter = line.scatter.powi(2);
-    let wide = scatter * widening(points.len() - 2).powi(2);
+    let (scatter, own) = (line.scatter.powi(2), line.own.powi(2));
+    let wide = scatter * widening(count - 2).powi(2);
     (wide.max(own) / scatter.max(own)).sqrt()
 }
 

@@ -3,7 +3,7 @@
 use super::at;
 use crate::{Formula, Monitor, NotFound, Signal, Signals, Verdict};
 
-/// A battery: signals of very different ranges, and one that has none.
+/// A battery: signals of very different ranges, and one without.
 struct Battery;
 
 const NAMES: [&str; 4] = ["Voltage", "Contactor", "Revolutions", "Unbounded"];
@@ -56,7 +56,7 @@ fn the_comparison_that_is_nearest_by_its_own_range_decides() {
     assert_eq!(share(text, [4.0, 1.0, 6_990.0, 0.0]), 10.0 / 16_000.0);
     let both = verdict("Revolutions < 7000 or Voltage < 4.5", [4.75, 1.0, 7_080.0, 0.0]);
     assert_eq!(both.robustness, -80.0 / 16_000.0);
-    // By how much it was false is told in the unit of that one.
+    // How far off it was is in the unit of that one.
     assert_eq!(both.first_violation.map(|violation| violation.distance), Some(-80.0));
     let volt = verdict(text, [5.0, 1.0, 7_080.0, 0.0]);
     assert_eq!(volt.first_violation.map(|violation| violation.distance), Some(-0.5));

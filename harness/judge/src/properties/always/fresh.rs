@@ -1,4 +1,4 @@
-//! Nothing is told to move on a heading older than its limit, or on a bridge that is not announced or too long.
+//! No motion is ordered on a heading older than its limit, or on a bridge that is not announced or too long.
 
 use super::Judge;
 use crate::properties::senses::{Fact, Senses, Topic};
