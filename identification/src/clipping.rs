@@ -62,6 +62,16 @@ struct Sorted {
     y: Vec<f64>,
 }
 
+/// Of a stretch of readings: their number, their means, and squares and products about these.
+struct Sums {
+    count: f64,
+    x: f64,
+    y: f64,
+    xx: f64,
+    xy: f64,
+    yy: f64,
+}
+
 /// A line between limits.
 #[derive(Debug, Clone)]
 struct Line {
@@ -87,10 +97,7 @@ pub fn clip(block: &mut Block, channels: &Channels) -> Option<Clipped> {
         x: order.iter().map(|&i| truth[i]).collect(),
         y: order.iter().map(|&i| truth[i] + block.residual[i]).collect(),
     };
-    let lines = STARTS.iter().filter_map(|share| sorted.line(*share));
-    let line = lines.min_by(|a, b| a.square.total_cmp(&b.square))?;
-    let noise = sorted.noise(&line)?;
-    let [low, high] = [true, false].map(|is_low| sorted.limit(&line, noise, is_low));
+    let (line, noise, [low, high]) = sorted.limits()?;
     let strength = low.iter().chain(&high).map(|limit| limit.strength).reduce(f64::max)?;
     let (least, most) = (*sorted.x.first()?, *sorted.x.last()?);
     // What no reading has reached is as far away on the other side, or where the data end.
@@ -119,6 +126,15 @@ pub fn clip(block: &mut Block, channels: &Channels) -> Option<Clipped> {
 }
 
 impl Sorted {
+    /// The line, its noise, and the lower and the upper limit.
+    fn limits(&self) -> Option<(Line, f64, [Option<Limit>; 2])> {
+        let lines = STARTS.iter().filter_map(|share| self.line(*share));
+        let line = lines.min_by(|a, b| a.square.total_cmp(&b.square))?;
+        let noise = self.noise(&line)?;
+        let limits = [true, false].map(|is_low| self.limit(&line, noise, is_low));
+        Some((line, noise, limits))
+    }
+
     /// The line between limits, sought first in the middle `share` of the range.
     fn line(&self, share: f64) -> Option<Line> {
         let (least, most) = (*self.x.first()?, *self.x.last()?);
@@ -137,24 +153,30 @@ impl Sorted {
         }
         let (slope, offset) = self.fit(inside.clone())?;
         let between = inside.clone().map(|i| self.y[i] - slope * self.x[i] - offset);
-        let flat = |range: Range<usize>| {
-            let mean = self.y[range.clone()].iter().sum::<f64>() / range.len().max(1) as f64;
-            self.y[range].iter().map(|y| (y - mean).powi(2)).sum::<f64>()
-        };
-        let square = between.map(|left| left * left).sum::<f64>()
-            + flat(0..inside.start)
-            + flat(inside.end..self.x.len());
+        let ends = [0..inside.start, inside.end..self.x.len()].map(|range| self.sums(range).yy);
+        let square = between.map(|left| left * left).sum::<f64>() + ends[0] + ends[1];
         (slope > 0.0).then_some(Line { slope, offset, inside, square })
     }
 
     /// Slope and offset of a line through the readings of `range`.
     fn fit(&self, range: Range<usize>) -> Option<(f64, f64)> {
-        let n = range.len() as f64;
-        let (x, y) = (&self.x[range.clone()], &self.y[range]);
-        let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
-        let xx: f64 = x.iter().map(|x| (x - mx).powi(2)).sum();
-        let xy: f64 = x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum();
-        (n >= ALL_MIN as f64 / 4.0 && xx > 0.0).then(|| (xy / xx, my - xy / xx * mx))
+        let Sums { count, x, y, xx, xy, .. } = self.sums(range);
+        (count >= ALL_MIN as f64 / 4.0 && xx > 0.0).then(|| (xy / xx, y - xy / xx * x))
+    }
+
+    fn sums(&self, range: Range<usize>) -> Sums {
+        let count = range.len() as f64;
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / count;
+        let (xs, ys) = (&self.x[range.clone()], &self.y[range]);
+        let (x, y) = (mean(xs), mean(ys));
+        Sums {
+            count,
+            x,
+            y,
+            xx: xs.iter().map(|one| (one - x).powi(2)).sum(),
+            xy: xs.iter().zip(ys).map(|(one, other)| (one - x) * (other - y)).sum(),
+            yy: ys.iter().map(|one| (one - y).powi(2)).sum(),
+        }
     }
 
     /// How many readings from one end are explained best by staying where they are: where the rest begins or ends.
@@ -193,13 +215,7 @@ impl Sorted {
         if range.len() < READINGS_MIN {
             return None;
         }
-        let n = range.len() as f64;
-        let mean = |values: &[f64]| values.iter().sum::<f64>() / n;
-        let (x, y) = (&self.x[range.clone()], &self.y[range.clone()]);
-        let (mx, my) = (mean(x), mean(y));
-        let xx: f64 = x.iter().map(|x| (x - mx).powi(2)).sum();
-        let xy: f64 = x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum();
-        let yy: f64 = y.iter().map(|y| (y - my).powi(2)).sum();
+        let Sums { count: n, x: mx, y: my, xx, xy, yy } = self.sums(range.clone());
         let beyond = (line.slope * mx + line.offset - my) * if is_low { -1.0 } else { 1.0 };
         let slope = (xy / xx).abs() + 2.0 * noise / xx.sqrt();
         let gain = range.map(|i| self.left(line, i).powi(2)).sum::<f64>() - yy;
@@ -222,11 +238,8 @@ mod tests {
         let x: Vec<f64> = (0..2000).map(|i| -10.0 + 0.01 * f64::from(i)).collect();
         let noise = |i: usize| 0.0866 * ((i as f64 * 0.754_877).fract() * 2.0 - 1.0);
         let y = x.iter().enumerate().map(|(i, x)| measured(*x) + noise(i)).collect();
-        let sorted = Sorted { x, y };
-        let lines = super::STARTS.iter().filter_map(|share| sorted.line(*share));
-        let line = lines.min_by(|a, b| a.square.total_cmp(&b.square))?;
-        let noise = sorted.noise(&line)?;
-        Some([true, false].map(|is_low| sorted.limit(&line, noise, is_low).map(|limit| limit.at)))
+        let (.., limits) = Sorted { x, y }.limits()?;
+        Some(limits.map(|limit| limit.map(|limit| limit.at)))
     }
 
     #[test]

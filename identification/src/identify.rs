@@ -81,12 +81,12 @@ pub fn identify(
     let is_plain = model.is_none();
     let aligned: Vec<Option<Aligned>> =
         problem.blocks.iter_mut().map(|block| if is_plain { align(block) } else { None }).collect();
-    let mut clipped: Vec<Option<Clipped>> = Vec::new();
-    for block in problem.blocks.iter_mut().filter(|_| is_plain) {
-        let channels = block.own.clone();
-        clipped.push(clip(block, channels.as_deref().unwrap_or(&problem.channels)));
-    }
-    clipped.resize_with(problem.blocks.len(), || None);
+    let Problem { blocks, channels, .. } = &mut problem;
+    let clipped = blocks.iter_mut().map(|block| {
+        let own = block.own.clone();
+        if is_plain { clip(block, own.as_deref().unwrap_or(channels)) } else { None }
+    });
+    let clipped: Vec<Option<Clipped>> = clipped.collect();
     let problem = problem;
     let noises = options.noise_from.as_ref().map(static_noises).transpose()?;
     let mut notices = Vec::new();
@@ -201,7 +201,7 @@ fn layout(block: &Block, problem: &Problem, base: &[Shape]) -> Layout {
         return plain;
     };
     let durations: Vec<f64> = block.rows.iter().map(|&row| bias.per_row[row]).collect();
-    let data = Data { block, channels: problem.channels_of(block), layout: &plain, memory: None };
+    let data = Data::new(block, problem.channels_of(block), &plain);
     let columns = data.all_columns(base);
     noise::likeliest_layout(plain, &durations, &block.residual, &columns)
 }
@@ -214,8 +214,7 @@ fn static_noises(dataset: &Dataset) -> Result<Vec<(Block, NoiseModel)>, Identify
         .iter()
         .map(|block| {
             let layout = Layout::new(block, problem.channels_of(block));
-            let data =
-                Data { block, channels: problem.channels_of(block), layout: &layout, memory: None };
+            let data = Data::new(block, problem.channels_of(block), &layout);
             let base: Vec<Shape> = block
                 .constants
                 .iter()

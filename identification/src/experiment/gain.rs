@@ -51,8 +51,7 @@ pub(super) fn gains(
         let layout = Layout::new(block, ahead.channels_of(block));
         let noise = noise_of_means(&doubt.fit.noise, given, block, rows.samples, layout.runs());
         let whitener = Whitener::new(&layout, &noise, &[]);
-        let data =
-            Data { block, channels: ahead.channels_of(block), layout: &layout, memory: None };
+        let data = Data::new(block, ahead.channels_of(block), &layout);
         for (case, gain) in cases.iter().zip(&mut gains).filter(|(case, _)| case.doubt == index) {
             let both = [0, 1].map(|way: usize| {
                 let seen = case.contests[way].seen(data, &whitener, case.sigma, true);

@@ -87,7 +87,7 @@ fn experiment(
     }
     let block = &problem.blocks[0];
     let layout = Layout::new(block, &problem.channels);
-    let data = Data { block, channels: &problem.channels, layout: &layout, memory: None };
+    let data = Data::new(block, &problem.channels, &layout);
     let noise = NoiseModel::white(layout.runs());
     let mut shapes: Vec<Shape> =
         block.constants.iter().map(|known| Shape::constant(known.name, known.acts)).collect();

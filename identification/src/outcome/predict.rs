@@ -80,8 +80,7 @@ pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyE
     let (mut corrections, mut plain_corrections) = (Added::nothing(rows), Added::nothing(rows));
     for block in &problem.blocks {
         let layout = Layout::new(block, problem.channels_of(block));
-        let data =
-            Data { block, channels: problem.channels_of(block), layout: &layout, memory: None };
+        let data = Data::new(block, problem.channels_of(block), &layout);
         let all = of_block(&model.terms, block, &problem)?;
         let plain = of_block(&model.plain, block, &problem)?;
         if block.aggregate == Aggregate::Pose {

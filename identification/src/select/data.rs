@@ -49,6 +49,13 @@ impl Memory {
     }
 }
 
+impl<'a> Data<'a> {
+    /// Without a memory: its columns are asked for once.
+    pub fn new(block: &'a Block, channels: &'a Channels, layout: &'a Layout) -> Self {
+        Self { block, channels, layout, memory: None }
+    }
+}
+
 impl Data<'_> {
     /// Columns of `shape` over the observations; none where it cannot be had.
     pub fn columns(&self, shape: &Shape) -> Vec<Vec<f64>> {

@@ -53,7 +53,7 @@ impl Means {
     /// The means as data. What was measured is not among them.
     pub fn data(&self) -> Data<'_> {
         let Equations { block, channels } = &self.equations;
-        Data { block, channels, layout: &self.layout, memory: None }
+        Data::new(block, channels, &self.layout)
     }
 
     /// Means of `values`, one an observation, each with its weight.

@@ -135,7 +135,7 @@ mod tests {
         let problem = problem();
         let block = &problem.blocks[0];
         let layout = Layout::new(block, &problem.channels);
-        let data = Data { block, channels: &problem.channels, layout: &layout, memory: None };
+        let data = Data::new(block, &problem.channels, &layout);
         let record = Record::new(data, None);
         let shape = |acts, driver: &str, form| Shape::new("any", acts, Driver::plain(driver), form);
         let slow = shape(Acts::Bias, "temperature", Form::Linear).with("origin", 20.0);

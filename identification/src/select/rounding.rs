@@ -21,7 +21,7 @@ pub fn without_rounding(
     let mut corrected = None;
     for _ in 0..6 {
         let layout = Layout::new(&working, channels);
-        let data = Data { block: &working, channels, layout: &layout, memory: None };
+        let data = Data::new(&working, channels, &layout);
         let noise = NoiseModel::white(layout.runs());
         let fitted: Vec<(Vec<Vec<f64>>, Vec<f64>)> = fit_terms(data, base, &noise, &[])
             .iter()
