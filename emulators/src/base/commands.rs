@@ -56,7 +56,7 @@ impl BaseEmulator {
         self.noise_due = now + NOISE_HELD;
         self.drive_noise.draw();
         self.steering_noise.draw();
-        // A phase begins here, with what it is told as it is.
+        // A phase begins here, with the commands as they are.
         self.start_phase(now, self.kinematics.targets(), self.accelerations());
         self.apply_track_model(now);
     }

@@ -1,6 +1,6 @@
 //! Motion in phases between commands and ramp ends.
 //!
-//! Drive and steering are told rates, and follow them as servos do ([`servo`](super::servo)). Between the encoder of the
+//! Drive and steering follow the commanded rates as servos do ([`servo`](super::servo)). Between the encoder of the
 //! steering and what it turns there may be play: after a reversal the truth stands until it is taken up. Each such change
 //! begins a phase.
 //!
@@ -29,7 +29,7 @@ pub(super) struct State {
     pub(super) reckoned: Track,
 }
 
-/// How told rates become rates, and the steering's rate the truth's; SI units.
+/// How commanded rates become rates, and the steering's rate the truth's; SI units.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Following {
     pub(super) drive: Servo,
@@ -58,8 +58,8 @@ pub(super) struct Kinematics {
     phase_model: TrackModel,
     phase_start: Timestamp,
     phase_end: Timestamp,
-    /// What drive and steering are told.
-    told: [Ramp; 2],
+    /// Commands to drive and steering.
+    commanded: [Ramp; 2],
     /// What they do.
     drive: Ramp,
     steer: Ramp,
@@ -77,7 +77,7 @@ impl Kinematics {
             phase_model: model,
             phase_start: Timestamp::ZERO,
             phase_end: Timestamp::MAX,
-            told: [Ramp::default(); 2],
+            commanded: [Ramp::default(); 2],
             drive: Ramp::default(),
             steer: Ramp::default(),
             at_start: State::default(),
@@ -96,20 +96,20 @@ impl Kinematics {
         self.drive.acceleration()
     }
 
-    /// The rates that drive and steering are told at `now`.
-    fn told_at(&self, now: Timestamp) -> [f64; 2] {
+    /// The commanded rates of drive and steering at `now`.
+    fn commanded_at(&self, now: Timestamp) -> [f64; 2] {
         let t = (now - self.phase_start).as_secs_f64();
-        self.told.map(|told| told.rate(t))
+        self.commanded.map(|commanded| commanded.rate(t))
     }
 
-    /// Drive or steering turns, or is told to.
+    /// Drive or steering turns, or has the command to.
     pub(super) fn is_moving(&self) -> bool {
-        !self.told.iter().all(Ramp::is_at_rest)
+        !self.commanded.iter().all(Ramp::is_at_rest)
     }
 
     /// The rates that are being ramped to: drive and steering.
     pub(super) const fn targets(&self) -> (f64, f64) {
-        (self.told[0].target(), self.told[1].target())
+        (self.commanded[0].target(), self.commanded[1].target())
     }
 
     /// The odometers' rates at `now`.
@@ -230,24 +230,24 @@ impl Kinematics {
         (steer, steer_limit): (f64, f64),
     ) {
         let state = self.state_at(now);
-        let [drive_rate, steer_rate] = self.told_at(now);
+        let [drive_rate, steer_rate] = self.commanded_at(now);
         self.phase_start = now;
-        self.told =
+        self.commanded =
             [Ramp::new(drive_rate, drive, drive_limit), Ramp::new(steer_rate, steer, steer_limit)];
         self.set_state(state);
         self.follow();
     }
 
-    /// From now on, what is told becomes motion like this; to be called at the start of a phase.
+    /// From now on, commands become motion like this; to be called at the start of a phase.
     pub(super) fn set_model(&mut self, model: TrackModel, following: Following) {
         (self.model, self.following) = (model, following);
         self.follow();
     }
 
-    /// What drive, steering and truth make of what is told, and until when.
+    /// What drive, steering and truth make of their commands, and until when.
     fn follow(&mut self) {
         let now = self.phase_start;
-        let [drive, steer] = &self.told;
+        let [drive, steer] = &self.commanded;
         self.phase_end = drive.settles_at(now).min(steer.settles_at(now));
         self.phase_model = self.model.in_phase(drive, steer);
         (self.drive, self.steer) = (*drive, *steer);

@@ -56,12 +56,12 @@ parameters! {
         /// Play of the steering between its encoder and what it turns, wheels and turret: after each
         /// reversal the encoder turns by so much alone. This class: 0.1 to 0.5.
         steering_play_deg: NOT_NEGATIVE = 0.0,
-        /// Slowest speed that the drive keeps up against its friction: told less, it stands. A DC
+        /// Slowest speed that the drive keeps up against its friction: below it the drive stands. A DC
         /// servo of this class: a thousandth of the top speed (assumption).
         drive_stiction_m_per_s: NOT_NEGATIVE = 0.0,
         /// The same of the steering.
         steering_stiction_deg_per_s: NOT_NEGATIVE = 0.0,
-        /// How far the speed is off what it is told, rms; the odometer sees it. Assumption: 1 % of a
+        /// How far the speed is off the commanded one, rms; the odometer sees it. Assumption: 1 % of a
         /// usual speed; see `base::servo`.
         drive_noise_m_per_s: NOT_NEGATIVE = 0.0,
         /// The same of the steering rate.

@@ -1,7 +1,7 @@
-//! What drive and steering make of what they are told: noise, stiction, play.
+//! What drive and steering make of their commands: noise, stiction, play.
 
 use super::super::{BaseEmulator, BaseParameters, Transport};
-use super::{any_request, base, seconds, velocity};
+use super::{any_request, base, looked_at, seconds, velocity};
 use proptest::prelude::*;
 use wire::base::Request;
 use wire::time::{Span, Timestamp};
@@ -82,7 +82,7 @@ fn below_its_stiction_a_drive_stands() {
         (truth.speed.m_per_s(), truth.pose, truth.steer_rate.deg_per_s()),
         Default::default()
     );
-    assert!(base.kinematics.is_moving(), "it is told to");
+    assert!(base.kinematics.is_moving(), "it has the command to");
     base.request(seconds(10.0), velocity(0.005, -0.5));
     base.wake(seconds(20.0));
     let truth = base.truth_at(seconds(20.0));
@@ -104,7 +104,7 @@ fn a_ramp_loses_what_lies_below_the_stiction_at_both_ends() {
     assert!((lost - 0.05 * 0.05 / 0.25).abs() < 1e-9, "{lost}");
 }
 
-/// Paths of the odometer in intervals of 100 ms at 0.4 m/s, less those that it was told.
+/// Paths of the odometer in intervals of 100 ms at 0.4 m/s, less the commanded ones.
 fn noise_of_the_path(parameters: &BaseParameters, name: &str) -> Vec<f64> {
     let mut base = BaseEmulator::new(parameters.clone(), Transport::Can, 1, name);
     base.request(seconds(0.0), velocity(0.4, 10.0));
@@ -199,16 +199,16 @@ proptest! {
         }
     }
 
-    /// A drive goes neither against what it is told nor faster than twice that.
+    /// A drive goes neither against its command nor faster than twice that.
     #[test]
     fn noise_turns_nothing_round(
         parameters in rough(),
-        told in prop::collection::vec(((1i64..1_500), -0.5f64..0.5, -60f64..60.0), 1..8),
+        commanded in prop::collection::vec(((1i64..1_500), -0.5f64..0.5, -60f64..60.0), 1..8),
     ) {
         let mut exact = base(BaseParameters::default());
         let mut noisy = base(parameters);
         let mut now = Timestamp::ZERO;
-        for (millis, m_per_s, deg_per_s) in told {
+        for (millis, m_per_s, deg_per_s) in commanded {
             for base in [&mut exact, &mut noisy] {
                 let drive = Acceleration::from_m_per_s2(0.4);
                 let steer = AngularAcceleration::from_deg_per_s2(15.0);
@@ -219,10 +219,10 @@ proptest! {
                 now += Span::from_millis(1);
                 exact.wake(now);
                 noisy.wake(now);
-                let (told, goes) = (exact.kinematics.rates_at(now), noisy.kinematics.rates_at(now));
-                for (told, goes) in [(told.0, goes.0), (told.1, goes.1)] {
-                    prop_assert!(told * goes >= -1e-9, "{told} {goes}");
-                    prop_assert!(goes.abs() <= 2.0 * told.abs() + 1e-6, "{told} {goes}");
+                let (commanded, goes) = (exact.kinematics.rates_at(now), noisy.kinematics.rates_at(now));
+                for (commanded, goes) in [(commanded.0, goes.0), (commanded.1, goes.1)] {
+                    prop_assert!(commanded * goes >= -1e-9, "{commanded} {goes}");
+                    prop_assert!(goes.abs() <= 2.0 * commanded.abs() + 1e-6, "{commanded} {goes}");
                 }
             }
         }
@@ -256,22 +256,6 @@ proptest! {
         requests in prop::collection::vec((1i64..2_000_000_000, any_request()), 1..8),
         looks in prop::collection::vec(1i64..50_000_000, 1..20),
     ) {
-        let (mut seldom, mut often) = (base(parameters.clone()), base(parameters));
-        let mut now = Timestamp::ZERO;
-        for (gap, request) in requests {
-            let next = now + Span::from_nanos(gap);
-            for look in looks.iter().cycle() {
-                now += Span::from_nanos(*look);
-                if now >= next {
-                    break;
-                }
-                often.wake(now);
-                often.truth_at(now);
-            }
-            now = next;
-            seldom.request(now, request);
-            often.request(now, request);
-            prop_assert_eq!(seldom.kinematics.state_at(now), often.kinematics.state_at(now));
-        }
+        looked_at(parameters, requests, &looks)?;
     }
 }

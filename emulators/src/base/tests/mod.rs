@@ -28,6 +28,33 @@ pub(super) fn base(parameters: BaseParameters) -> BaseEmulator {
     BaseEmulator::new(parameters, Transport::Can, 1, "base")
 }
 
+/// Of two bases one is woken and looked at more often: both are in the same place, to the last bit.
+pub(super) fn looked_at(
+    parameters: BaseParameters,
+    requests: Vec<(i64, Request)>,
+    looks: &[i64],
+) -> Result<(), TestCaseError> {
+    let (mut seldom, mut often) = (base(parameters.clone()), base(parameters));
+    let mut now = Timestamp::ZERO;
+    for (gap, request) in requests {
+        let next = now + Span::from_nanos(gap);
+        for look in looks.iter().cycle() {
+            now += Span::from_nanos(*look);
+            if now >= next {
+                break;
+            }
+            often.wake(now);
+            often.truth_at(now);
+        }
+        now = next;
+        seldom.request(now, request);
+        often.request(now, request);
+        prop_assert_eq!(seldom.truth_at(now), often.truth_at(now));
+        prop_assert_eq!(seldom.kinematics.state_at(now), often.kinematics.state_at(now));
+    }
+    Ok(())
+}
+
 pub(super) fn papers_base() -> BaseParameters {
     BaseParameters {
         turn_scale_error: 0.011,

@@ -1,6 +1,6 @@
 //! What is true: laps, limits, and independence of who looks.
 
-use super::{any_request, base, lap, papers_base, replies, seconds, velocity};
+use super::{any_request, base, lap, looked_at, papers_base, replies, seconds, velocity};
 use crate::base::{BaseEmulator, BaseParameters, Transport, Wheel};
 use proptest::prelude::*;
 use wire::base::{Reply, Request};
@@ -98,25 +98,7 @@ proptest! {
             wheels: vec![Wheel { x_m: 0.25, toe_deg: 0.1, ..Default::default() }],
             ..papers_base()
         };
-        let mut seldom = base(crooked.clone());
-        let mut often = base(crooked);
-        let mut now = Timestamp::ZERO;
-        for (gap, request) in requests {
-            let next = now + Span::from_nanos(gap);
-            for look in looks.iter().cycle() {
-                now += Span::from_nanos(*look);
-                if now >= next {
-                    break;
-                }
-                often.wake(now);
-                often.truth_at(now);
-            }
-            now = next;
-            seldom.request(now, request);
-            often.request(now, request);
-            prop_assert_eq!(seldom.truth_at(now), often.truth_at(now));
-            prop_assert_eq!(seldom.kinematics.state_at(now), often.kinematics.state_at(now));
-        }
+        looked_at(crooked, requests, &looks)?;
     }
 
     /// Between any two instants the truth moves no faster than the limits.
