@@ -25,6 +25,7 @@ mod histogram;
 mod in_process;
 mod journal;
 mod lateness;
+mod machine_watch;
 mod placement;
 pub(crate) mod ports;
 mod programs;
@@ -55,6 +56,7 @@ use crate::engine::{Action, Ending, Engine};
 use crate::live::lines;
 use crate::outcome::PortSide;
 use crate::plan::Speaker;
+use crate::port::PortError;
 use crate::properties::{Limits, Property};
 use crate::record::Device;
 use crate::record::Progress;
@@ -70,6 +72,7 @@ use eyes::{Ear, Eyes};
 use flood::FloodWatch;
 use journal::Journal;
 use lateness::{Course, Lateness};
+use machine_watch::MachineWatch;
 use ports::Ports;
 use programs::Programs;
 use role_port::PortEvent;
@@ -115,6 +118,7 @@ enum Awaited {
     Due,
     Port(usize, PortEvent),
     Device(Heard),
+    Machine,
 }
 
 impl LiveWorld {
@@ -192,6 +196,8 @@ impl LiveWorld {
         let (mut device, mut programs) = self.start(log, sink, &clock, &mut ports).await?;
         // Only now: what is started inherits it.
         let scheduling = realtime::ask(self.setting.scheduling);
+        let machine = MachineWatch::new(clock.now(), self.lateness.late_max());
+        let mut machine = machine.map_err(PortError::from)?;
         let (mut events, mut pulse_at, mut until) = (0, clock.now(), None);
 
         let ending = loop {
@@ -200,6 +206,8 @@ impl LiveWorld {
             if now >= pulse_at {
                 pulse_at = now + PULSE_PERIOD;
                 self.look_up(now, sink, pulse);
+                let processes = device.process().into_iter().chain(programs.processes());
+                self.lateness.add_machine(now, machine.look(processes));
                 if let Some(why) = ports.wrong_rate(now) {
                     self.director.engine.broke(now, &why);
                 }
@@ -214,22 +222,26 @@ impl LiveWorld {
             self.deliver(now, sink, &mut ports);
             self.wake(now);
             device.wake(&clock, now);
+            machine.wake(now);
             self.transmit(now, sink, keep, &mut device, &clock);
             self.overhear(now, sink, &mut device);
             self.lateness.reach(self.course());
-            if self.director.engine.is_ending() {
+            if self.director.engine.is_ending() && !self.lateness.is_broken_off() {
+                self.lateness.add_machine(now, machine.late(now));
                 self.lateness.break_off();
             }
             if let Some(ending) = self.over(now, &mut until) {
                 break ending;
             }
             let due = self.next_due().min(device.next_wakeup()).min(pulse_at);
+            let due = due.min(machine.next_wakeup());
             let due = due.min(until.unwrap_or(Timestamp::MAX));
             let awaited = tokio::select! {
                 () = clock.sleep_until(due) => Awaited::Due,
                 (place, event) = ports.next() => Awaited::Port(place, event),
                 heard = device.heard(&clock) => Awaited::Device(heard),
                 heard = programs.heard() => Awaited::Device(heard),
+                () = machine.arrives() => Awaited::Machine,
             };
             let then = clock.now();
             if then >= due {
@@ -239,6 +251,7 @@ impl LiveWorld {
                 Awaited::Due => {}
                 Awaited::Port(place, event) => self.hear(then, sink, &ports, place, event),
                 Awaited::Device(heard) => self.hear_device(then, sink, &device, heard),
+                Awaited::Machine => self.lateness.add_machine(then, machine.arrived(then)),
             }
         };
         let end = clock.now();

@@ -31,6 +31,13 @@ pub struct PtyError {
     source: io::Error,
 }
 
+impl PtyError {
+    /// The side that others open does not open.
+    pub const fn other_side(source: io::Error) -> Self {
+        Self { step: "open the other side of", source }
+    }
+}
+
 /// A pty pair. The device's side is here; the other side is opened by [name](Self::path) as if it were
 /// a serial port, as often as one likes: the line does not hang up in between.
 #[derive(Debug)]

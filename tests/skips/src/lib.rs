@@ -2,6 +2,10 @@
 //!
 //! The test runner keeps what a passing test prints to itself. What is said here goes past it.
 
+mod in_time;
+
+pub use in_time::{NOT_IN_TIME, in_time};
+
 use std::fmt::Display;
 use std::io::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};

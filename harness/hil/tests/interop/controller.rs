@@ -2,11 +2,9 @@
 
 use super::rig::{file, python, shown};
 use serde_json::Value;
+use skips::in_time;
 use std::path::Path;
 use std::process::{Command, Output};
-
-/// Runs that a good controller gets.
-const TRIES: u32 = 3;
 
 fn run(python: &Path, out: &Path, slip: &[&str]) -> (Output, Value) {
     let mut controller = vec![
@@ -40,45 +38,39 @@ fn with_verdict<'a>(summary: &'a Value, verdict: &str) -> Vec<&'a str> {
 #[test]
 fn somebody_elses_controller_drives_a_square() {
     let Some(python) = python() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    // In real time on a machine that others use too, a late command may rightly spoil a run.
-    let attempt = |number: u32| run(&python, &folder.path().join(number.to_string()), &[]);
-    let passed = |output: &Output| output.status.code() == Some(0);
-    let (output, summary) = (1..TRIES)
-        .map(attempt)
-        .find(|(output, _)| passed(output))
-        .unwrap_or_else(|| attempt(TRIES));
-    assert!(passed(&output), "{}{summary:#}", shown(&output));
-    assert!(with_verdict(&summary, "fail").is_empty(), "{summary:#}");
+    in_time(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let (output, summary) = run(&python, &folder.path().join("run"), &[]);
+        assert_eq!(output.status.code(), Some(0), "{}{summary:#}", shown(&output));
+        assert!(with_verdict(&summary, "fail").is_empty(), "{summary:#}");
+    });
 }
 
 /// The same program, started by somebody else, takes its missions over a socket.
 #[test]
 fn somebody_elses_controller_is_attached_to() {
     let Some(python) = python() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let attempt = |number: u32| attached(&python, folder.path(), number);
-    let (output, summary) = (1..TRIES)
-        .map(attempt)
-        .find(|(output, _)| output.status.code() == Some(0))
-        .unwrap_or_else(|| attempt(TRIES));
-    assert_eq!(output.status.code(), Some(0), "{}{summary:#}", shown(&output));
-    let device = summary["device_under_test"].as_str().unwrap();
-    assert!(device.starts_with("attached at tcp:127.0.0.1:"), "{device}");
+    in_time(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let (output, summary) = attached(&python, folder.path());
+        assert_eq!(output.status.code(), Some(0), "{}{summary:#}", shown(&output));
+        let device = summary["device_under_test"].as_str().unwrap();
+        assert!(device.starts_with("attached at tcp:127.0.0.1:"), "{device}");
+    });
 }
 
 /// A run on ptys whose controller is started once they are there.
-fn attached(python: &Path, folder: &Path, number: u32) -> (Output, Value) {
+fn attached(python: &Path, folder: &Path) -> (Output, Value) {
     // A port that was free a moment ago.
     let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    let at = |name: &str| folder.join(format!("{name}-{number}")).display().to_string();
+    let at = |name: &str| folder.join(name).display().to_string();
     let bench = format!(
         "[gyro]\nport = \"pty:{}\"\nemulated = true\n[base]\nport = \"pty:{}\"\nemulated = true\n\
          [controller]\nattach = \"tcp:127.0.0.1:{port}\"\n",
         at("gyro"),
         at("base")
     );
-    let (file_name, out) = (folder.join(format!("bench-{number}.toml")), at("run"));
+    let (file_name, out) = (folder.join("bench.toml"), at("run"));
     std::fs::write(&file_name, bench).unwrap();
     let run = Command::new(env!("CARGO_BIN_EXE_hil"))
         .arg("run")
@@ -111,11 +103,13 @@ fn attached(python: &Path, folder: &Path, number: u32) -> (Output, Value) {
 #[test]
 fn a_sign_that_has_slipped_is_found() {
     let Some(python) = python() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let slip = ["--slip", "clockwise-positive"];
-    let (output, summary) = run(&python, &folder.path().join("run"), &slip);
-    assert_eq!(output.status.code(), Some(1), "{}{summary:#}", shown(&output));
-    assert_eq!(summary["outcome"], "failed");
-    assert!(with_verdict(&summary, "fail").contains(&"corner_heading"), "{summary:#}");
-    assert!(with_verdict(&summary, "pass").contains(&"return_x"), "{summary:#}");
+    in_time(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let slip = ["--slip", "clockwise-positive"];
+        let (output, summary) = run(&python, &folder.path().join("run"), &slip);
+        assert_eq!(output.status.code(), Some(1), "{}{summary:#}", shown(&output));
+        assert_eq!(summary["outcome"], "failed");
+        assert!(with_verdict(&summary, "fail").contains(&"corner_heading"), "{summary:#}");
+        assert!(with_verdict(&summary, "pass").contains(&"return_x"), "{summary:#}");
+    });
 }

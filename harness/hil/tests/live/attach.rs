@@ -2,6 +2,7 @@
 
 use crate::can::plan;
 use crate::{hil, out, record, shown, summary};
+use skips::in_time;
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -101,23 +102,27 @@ fn passes(run: Run, place: &str) {
 
 #[test]
 fn a_controller_that_listens_on_a_socket() {
-    let run = Run::start("unix:{folder}/missions.sock", 60.0);
-    let place = format!("unix:{}", run.path("missions.sock").display());
-    let _controller = Kept(run.controller().arg("--listen").arg(&place).spawn().unwrap());
-    passes(run, "unix:");
+    in_time(|| {
+        let run = Run::start("unix:{folder}/missions.sock", 60.0);
+        let place = format!("unix:{}", run.path("missions.sock").display());
+        let _controller = Kept(run.controller().arg("--listen").arg(&place).spawn().unwrap());
+        passes(run, "unix:");
+    });
 }
 
 /// Any program with missions on stdin and reports on stdout, started in another terminal.
 #[test]
 fn a_controller_with_its_stdin_and_stdout_on_a_pty() {
-    let run = Run::start("pty:{folder}/missions.pty", 60.0);
-    let mut controller = run.controller();
-    appears(&run.path("missions.pty"));
-    let mut both_ways = std::fs::File::options();
-    let line = both_ways.read(true).write(true).open(run.path("missions.pty")).unwrap();
-    controller.stdin(line.try_clone().unwrap()).stdout(line);
-    let _controller = Kept(controller.spawn().unwrap());
-    passes(run, "pty:");
+    in_time(|| {
+        let run = Run::start("pty:{folder}/missions.pty", 60.0);
+        let mut controller = run.controller();
+        appears(&run.path("missions.pty"));
+        let mut both_ways = std::fs::File::options();
+        let line = both_ways.read(true).write(true).open(run.path("missions.pty")).unwrap();
+        controller.stdin(line.try_clone().unwrap()).stdout(line);
+        let _controller = Kept(controller.spawn().unwrap());
+        passes(run, "pty:");
+    });
 }
 
 /// It is an error of the bench, by the name of the place.
@@ -137,23 +142,30 @@ fn one_that_never_comes_is_named_by_its_place() {
 
 #[test]
 fn one_that_is_there_and_says_nothing_is_named() {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let place = format!("tcp:{}", listener.local_addr().unwrap());
-    breaks(Run::start(&place, 2.0), &["the device under test at tcp:127.0.0.1:", "said nothing"]);
+    in_time(|| {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let place = format!("tcp:{}", listener.local_addr().unwrap());
+        breaks(
+            Run::start(&place, 2.0),
+            &["the device under test at tcp:127.0.0.1:", "said nothing"],
+        );
+    });
 }
 
 #[test]
 fn one_that_vanishes_in_the_middle_is_named() {
-    let run = Run::start("unix:{folder}/missions.sock", 60.0);
-    let place = format!("unix:{}", run.path("missions.sock").display());
-    let mut controller = run.controller();
-    controller.arg("--listen").arg(&place).env("RUST_LOG", "info").stderr(Stdio::piped());
-    let mut controller = Kept(controller.spawn().unwrap());
-    let log = std::io::BufReader::new(controller.0.stderr.take().unwrap());
-    let mut lines = std::io::BufRead::lines(log).map_while(Result::ok);
-    assert!(lines.any(|line| line.contains("a client is there")), "nobody attached");
-    drop(controller);
-    breaks(run, &["lost the device under test: unix:", "missions.sock"]);
+    in_time(|| {
+        let run = Run::start("unix:{folder}/missions.sock", 60.0);
+        let place = format!("unix:{}", run.path("missions.sock").display());
+        let mut controller = run.controller();
+        controller.arg("--listen").arg(&place).env("RUST_LOG", "info").stderr(Stdio::piped());
+        let mut controller = Kept(controller.spawn().unwrap());
+        let log = std::io::BufReader::new(controller.0.stderr.take().unwrap());
+        let mut lines = std::io::BufRead::lines(log).map_while(Result::ok);
+        assert!(lines.any(|line| line.contains("a client is there")), "nobody attached");
+        drop(controller);
+        breaks(run, &["lost the device under test: unix:", "missions.sock"]);
+    });
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Other nodes beside the paper's robot: a device that a file describes on the base's bus, and somebody's program on a line
 //! of its own.
 
-use crate::{out, record, run, run_patiently, shown, summary};
+use crate::{out, record, run, shown, summary};
+use skips::in_time;
 use std::path::Path;
 
 /// It blinks, and counts what it hears of the base's motion.
@@ -116,22 +117,32 @@ fn project(folder: &Path) {
 
 #[test]
 fn nodes_beside_the_papers_robot_in_real_time() {
-    let (folder, out) = out("beside");
-    project(folder.path());
-    let plan = folder.path().join("beside.toml");
-    let arguments =
-        ["run", plan.to_str().unwrap(), "--clock", "real", "--bus", "slcan", "--record", "full"];
-    let output = run_patiently(&arguments, &out);
-    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
-    let summary = summary(&out);
-    let tested = summary["device_under_test"].as_str().unwrap();
-    assert!(tested.contains("echo: python3 "), "{tested}");
-    assert_eq!(summary["bus"], "pty+slcan-pty+pty");
-    let record = record(&out);
-    for (by, what) in [("lamp", "3A0#28"), ("base", "181#"), ("controller", "101#")] {
-        let kept = |line: &str| line.contains(by) && line.contains(what);
-        assert!(record.lines().any(kept), "no {what} of the {by} in the record");
-    }
+    in_time(|| {
+        let (folder, out) = out("beside");
+        project(folder.path());
+        let plan = folder.path().join("beside.toml");
+        let arguments = [
+            "run",
+            plan.to_str().unwrap(),
+            "--clock",
+            "real",
+            "--bus",
+            "slcan",
+            "--record",
+            "full",
+        ];
+        let output = run(&arguments, &out);
+        assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+        let summary = summary(&out);
+        let tested = summary["device_under_test"].as_str().unwrap();
+        assert!(tested.contains("echo: python3 "), "{tested}");
+        assert_eq!(summary["bus"], "pty+slcan-pty+pty");
+        let record = record(&out);
+        for (by, what) in [("lamp", "3A0#28"), ("base", "181#"), ("controller", "101#")] {
+            let kept = |line: &str| line.contains(by) && line.contains(what);
+            assert!(record.lines().any(kept), "no {what} of the {by} in the record");
+        }
+    });
 }
 
 #[test]

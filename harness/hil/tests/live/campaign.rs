@@ -2,8 +2,9 @@
 //! saved.
 
 use crate::can::plan;
-use crate::{hil, run_until, shown};
+use crate::{hil, run, shown};
 use serde_json::Value;
+use skips::in_time;
 
 const PLAN: &str = r#"
 name = "short"
@@ -31,41 +32,43 @@ always = { finite_outputs = {} }
 /// Wheels that slip break `done_is_done` whenever they slip enough: always the same, as far as a machine keeps time.
 #[test]
 fn what_breaks_on_a_bench_is_repeated_made_smaller_and_saved() {
-    let folder = tempfile::tempdir().unwrap();
-    let plan = plan(folder.path(), PLAN);
-    let out = folder.path().join("campaign");
-    let plan = plan.to_str().unwrap();
-    let mut arguments =
-        vec!["campaign", plan, "--clock", "real", "--controller", "in-process", "--json"];
-    arguments.extend([
-        "--faults",
-        "wheel_slip",
-        "--faults-max",
-        "1",
-        "--cases",
-        "2",
-        "--seed",
-        "2",
-    ]);
-    arguments.extend(["--shrink-max", "2", "--repeat", "2", "--confidence", "0.7"]);
-    let output = run_until(1, &arguments, &out);
-    assert_eq!(output.status.code(), Some(1), "{}", shown(&output));
-    let end: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let found = &end["found"][0];
-    assert_eq!(found["property"], "done_is_done", "{end}");
-    let repeated = &found["repeated"];
-    assert_eq!(repeated["of"], 2, "{end}");
-    let at_least = repeated["at_least"].as_f64().unwrap();
-    // The exact bounds at 70 %: what is nearly broken may hold in one of two.
-    let shown = match repeated["broke"].as_u64() {
-        Some(2) => 0.3f64.sqrt(),
-        Some(1) => 1.0 - 0.7f64.sqrt(),
-        _ => panic!("{repeated}"),
-    };
-    assert!((at_least - shown).abs() < 1e-6, "{repeated}");
-    assert_eq!(end["not_judged"], serde_json::json!({}));
-    let saved = std::fs::read_to_string(found["plan"].as_str().unwrap()).unwrap();
-    assert!(saved.contains("wheel_slip") && saved.contains("done_is_done"), "{saved}");
+    in_time(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let plan = plan(folder.path(), PLAN);
+        let out = folder.path().join("campaign");
+        let plan = plan.to_str().unwrap();
+        let mut arguments =
+            vec!["campaign", plan, "--clock", "real", "--controller", "in-process", "--json"];
+        arguments.extend([
+            "--faults",
+            "wheel_slip",
+            "--faults-max",
+            "1",
+            "--cases",
+            "2",
+            "--seed",
+            "2",
+        ]);
+        arguments.extend(["--shrink-max", "2", "--repeat", "2", "--confidence", "0.7"]);
+        let output = run(&arguments, &out);
+        assert_eq!(output.status.code(), Some(1), "{}", shown(&output));
+        let end: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let found = &end["found"][0];
+        assert_eq!(found["property"], "done_is_done", "{end}");
+        let repeated = &found["repeated"];
+        assert_eq!(repeated["of"], 2, "{end}");
+        let at_least = repeated["at_least"].as_f64().unwrap();
+        // The exact bounds at 70 %: what is nearly broken may hold in one of two.
+        let shown = match repeated["broke"].as_u64() {
+            Some(2) => 0.3f64.sqrt(),
+            Some(1) => 1.0 - 0.7f64.sqrt(),
+            _ => panic!("{repeated}"),
+        };
+        assert!((at_least - shown).abs() < 1e-6, "{repeated}");
+        assert_eq!(end["not_judged"], serde_json::json!({}));
+        let saved = std::fs::read_to_string(found["plan"].as_str().unwrap()).unwrap();
+        assert!(saved.contains("wheel_slip") && saved.contains("done_is_done"), "{saved}");
+    });
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! A base on CAN: behind an adapter that is a pty, and on a virtual interface.
 
-use crate::{hil, out, record, run, run_patiently, shown, summary};
+use crate::{hil, out, record, run, shown, summary};
 use ports::can_socket::{Interface, InterfaceState};
+use skips::in_time;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -72,7 +73,7 @@ fn drives_on(bus: &str, kinds: &str, controller: &str) {
         "--record",
         "full",
     ];
-    let output = run_patiently(&arguments, &out);
+    let output = run(&arguments, &out);
     assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
     let summary = summary(&out);
     assert_eq!((&summary["outcome"], &summary["bus"]), (&"passed".into(), &kinds.into()));
@@ -89,33 +90,43 @@ fn drives_on(bus: &str, kinds: &str, controller: &str) {
 
 #[test]
 fn an_adapter_on_a_pty_with_the_controller_in_the_process() {
-    drives_on("slcan", "pty+slcan-pty", "in-process");
+    in_time(|| {
+        drives_on("slcan", "pty+slcan-pty", "in-process");
+    });
 }
 
 #[test]
 fn an_adapter_on_a_pty_with_the_controller_as_a_process() {
-    drives_on("slcan", "pty+slcan-pty", "process");
+    in_time(|| {
+        drives_on("slcan", "pty+slcan-pty", "process");
+    });
 }
 
 #[test]
 fn a_bus_of_the_kernel_is_struck() {
-    if let Some(_bus) = vcan() {
-        crate::faults::bus_is_struck("vcan");
-    }
+    in_time(|| {
+        if let Some(_bus) = vcan() {
+            crate::faults::bus_is_struck("vcan");
+        }
+    });
 }
 
 #[test]
 fn a_virtual_interface_with_the_controller_in_the_process() {
-    if let Some(_bus) = vcan() {
-        drives_on("vcan", "pty+can", "in-process");
-    }
+    in_time(|| {
+        if let Some(_bus) = vcan() {
+            drives_on("vcan", "pty+can", "in-process");
+        }
+    });
 }
 
 #[test]
 fn a_virtual_interface_with_the_controller_as_a_process() {
-    if let Some(_bus) = vcan() {
-        drives_on("vcan", "pty+can", "process");
-    }
+    in_time(|| {
+        if let Some(_bus) = vcan() {
+            drives_on("vcan", "pty+can", "process");
+        }
+    });
 }
 
 #[test]
@@ -152,26 +163,34 @@ fn disturbed(controller: &str, disturb: &str) -> (serde_json::Value, String) {
 
 #[test]
 fn a_second_base_on_the_bus_is_told_from_ours() {
-    let Some(_bus) = vcan() else { return };
-    let (summary, record) = disturbed("in-process", "cansend vcan0 181#0000000000000000");
-    let reason = summary["reason"].as_str().unwrap();
-    assert_eq!(summary["outcome"], "error", "{reason}");
-    assert!(reason.contains("another node on can:vcan0") && reason.contains("0x181"), "{reason}");
-    assert!(record.contains("another node on can:vcan0"), "no note of it");
+    in_time(|| {
+        let Some(_bus) = vcan() else { return };
+        let (summary, record) = disturbed("in-process", "cansend vcan0 181#0000000000000000");
+        let reason = summary["reason"].as_str().unwrap();
+        assert_eq!(summary["outcome"], "error", "{reason}");
+        assert!(
+            reason.contains("another node on can:vcan0") && reason.contains("0x181"),
+            "{reason}"
+        );
+        assert!(record.contains("another node on can:vcan0"), "no note of it");
+    });
 }
 
 /// Frames that concern nobody, as fast as they go: whatever comes of it has a name, and is recorded.
 #[test]
 fn a_flooded_bus_has_a_named_outcome() {
-    let Some(_bus) = vcan() else { return };
-    let (summary, _) = disturbed("in-process", "timeout 4 cangen vcan0 -g 0 -I 7FF -L 8 -i; true");
-    let base = summary["ports"].as_array().unwrap().iter().find(|port| port["role"] == "base");
-    let frames = base.unwrap()["counters"]["frames_in"].as_u64().unwrap();
-    assert!(frames > 100, "{summary}");
-    // A controller that bears it passes; one that does not is not to blame.
-    let reason = summary["reason"].as_str().unwrap_or_default();
-    let named =
-        reason.contains("can:vcan0 was flooded") || reason.contains("did not keep real time");
-    let outcome = &summary["outcome"];
-    assert!(outcome == "passed" || (outcome == "error" && named), "{summary}");
+    in_time(|| {
+        let Some(_bus) = vcan() else { return };
+        let (summary, _) =
+            disturbed("in-process", "timeout 4 cangen vcan0 -g 0 -I 7FF -L 8 -i; true");
+        let base = summary["ports"].as_array().unwrap().iter().find(|port| port["role"] == "base");
+        let frames = base.unwrap()["counters"]["frames_in"].as_u64().unwrap();
+        assert!(frames > 100, "{summary}");
+        // A controller that bears it passes; one that does not is not to blame.
+        let reason = summary["reason"].as_str().unwrap_or_default();
+        let named =
+            reason.contains("can:vcan0 was flooded") || reason.contains("did not keep real time");
+        let outcome = &summary["outcome"];
+        assert!(outcome == "passed" || (outcome == "error" && named), "{summary}");
+    });
 }

@@ -1,8 +1,9 @@
 //! Faults and properties in real time: the same schedule, and what this bench can judge of it.
 
 use crate::can::plan;
-use crate::{hil, out, record, run_patiently, run_until, shown, summary};
+use crate::{hil, out, record, run, shown, summary};
 use serde_json::Value;
+use skips::in_time;
 
 /// Short, and every property that can be declared without a limit.
 const PLAN: &str = r#"
@@ -56,7 +57,8 @@ fn struck(summary: &Value, index: usize) -> (bool, u64) {
 
 #[test]
 fn lines_devices_and_the_host_are_struck_in_real_time() {
-    let faults = r#"
+    in_time(|| {
+        let faults = r#"
 [[fault]]
 target = "gyro"
 toward = "host"
@@ -80,66 +82,69 @@ target = "gyro"
 what = { disconnect = { for_s = 1 } }
 when = { step = "turn", number = 1, after_s = 100 }
 "#;
-    let (folder, out) = out("struck");
-    let plan = plan(folder.path(), &format!("{PLAN}{PROPERTIES}{faults}"));
-    let plan = plan.to_str().unwrap();
-    let output = run_patiently(
-        &["run", plan, "--clock", "real", "--controller", "in-process", "--record", "full"],
-        &out,
-    );
-    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
-    let summary = summary(&out);
-    for index in 0..4 {
-        let (begun, acted) = struck(&summary, index);
-        assert!(begun && acted > 0, "fault {index}: {}", summary["faults"]);
-    }
-    assert_eq!(struck(&summary, 4), (false, 0), "it waits for longer than the run");
-    let record = record(&out);
-    for told in [
-        "fault 0 begins: drop of gyro",
-        "fault 1 ends: wheel_slip of base",
-        "fault 2 begins: scheduler_stall of host",
-        "fault 4 never happened: disconnect of gyro",
-    ] {
-        assert!(record.contains(told), "{told}");
-    }
-    let judged = |name| {
-        let one = property(&summary, name);
-        assert_eq!(one["held"], true, "{one}");
-        one["margin"].as_f64()
-    };
-    for always in ["fresh_heading", "stops_on_loss", "within_limits", "done_is_done"] {
-        let margin = judged(always).unwrap_or_else(|| panic!("{always} had nothing to judge"));
-        assert!((0.0..1.0).contains(&margin), "{always}: {margin}");
-    }
-    assert_eq!(judged("finite_outputs"), Some(1.0));
-    assert_eq!(judged("samples_lost"), None);
-    assert_eq!(property(&summary, "gyro_silent")["held"], false);
+        let (folder, out) = out("struck");
+        let plan = plan(folder.path(), &format!("{PLAN}{PROPERTIES}{faults}"));
+        let plan = plan.to_str().unwrap();
+        let output = run(
+            &["run", plan, "--clock", "real", "--controller", "in-process", "--record", "full"],
+            &out,
+        );
+        assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+        let summary = summary(&out);
+        for index in 0..4 {
+            let (begun, acted) = struck(&summary, index);
+            assert!(begun && acted > 0, "fault {index}: {}", summary["faults"]);
+        }
+        assert_eq!(struck(&summary, 4), (false, 0), "it waits for longer than the run");
+        let record = record(&out);
+        for told in [
+            "fault 0 begins: drop of gyro",
+            "fault 1 ends: wheel_slip of base",
+            "fault 2 begins: scheduler_stall of host",
+            "fault 4 never happened: disconnect of gyro",
+        ] {
+            assert!(record.contains(told), "{told}");
+        }
+        let judged = |name| {
+            let one = property(&summary, name);
+            assert_eq!(one["held"], true, "{one}");
+            one["margin"].as_f64()
+        };
+        for always in ["fresh_heading", "stops_on_loss", "within_limits", "done_is_done"] {
+            let margin = judged(always).unwrap_or_else(|| panic!("{always} had nothing to judge"));
+            assert!((0.0..1.0).contains(&margin), "{always}: {margin}");
+        }
+        assert_eq!(judged("finite_outputs"), Some(1.0));
+        assert_eq!(judged("samples_lost"), None);
+        assert_eq!(property(&summary, "gyro_silent")["held"], false);
+    });
 }
 
 /// The gyro's plug is out while the robot drives. A controller that is a process of its own says so, and stops in time.
 #[test]
 fn a_plug_that_is_out_is_noticed_by_a_process_and_the_properties_say_so() {
-    let fault = "\n[[fault]]\ntarget = \"gyro\"\nwhat = { disconnect = { for_s = 60 } }\n\
+    in_time(|| {
+        let fault = "\n[[fault]]\ntarget = \"gyro\"\nwhat = { disconnect = { for_s = 60 } }\n\
                  when = { step = \"straight\", after_s = 1 }\n";
-    let (folder, out) = out("unplugged");
-    let plan = plan(folder.path(), &format!("{PLAN}{PROPERTIES}{fault}"));
-    let output = run_until(1, &["run", plan.to_str().unwrap(), "--clock", "real"], &out);
-    assert_eq!(output.status.code(), Some(1), "{}", shown(&output));
-    let summary = summary(&out);
-    assert!(struck(&summary, 0).0, "{summary}");
-    assert_eq!(property(&summary, "gyro_silent")["held"], true, "{summary}");
-    let stops = property(&summary, "stops_on_loss");
-    assert_eq!(stops["held"], true, "{stops}");
-    assert!(stops["margin"].as_f64().unwrap() < 0.9, "{stops}");
-    // What a process says as lines of JSON cannot be judged, which is said wherever verdicts are.
-    let finite = property(&summary, "finite_outputs");
-    assert!(finite.get("held").is_none(), "{finite}");
-    assert!(shown(&output).contains("finite_outputs not judged: "), "{}", shown(&output));
-    for file in ["report.html", "junit.xml"] {
-        let text = std::fs::read_to_string(out.join(file)).unwrap();
-        assert!(text.contains("line of JSON"), "{file}");
-    }
+        let (folder, out) = out("unplugged");
+        let plan = plan(folder.path(), &format!("{PLAN}{PROPERTIES}{fault}"));
+        let output = run(&["run", plan.to_str().unwrap(), "--clock", "real"], &out);
+        assert_eq!(output.status.code(), Some(1), "{}", shown(&output));
+        let summary = summary(&out);
+        assert!(struck(&summary, 0).0, "{summary}");
+        assert_eq!(property(&summary, "gyro_silent")["held"], true, "{summary}");
+        let stops = property(&summary, "stops_on_loss");
+        assert_eq!(stops["held"], true, "{stops}");
+        assert!(stops["margin"].as_f64().unwrap() < 0.9, "{stops}");
+        // What a process says as lines of JSON cannot be judged, which is said wherever verdicts are.
+        let finite = property(&summary, "finite_outputs");
+        assert!(finite.get("held").is_none(), "{finite}");
+        assert!(shown(&output).contains("finite_outputs not judged: "), "{}", shown(&output));
+        for file in ["report.html", "junit.xml"] {
+            let text = std::fs::read_to_string(out.join(file)).unwrap();
+            assert!(text.contains("line of JSON"), "{file}");
+        }
+    });
 }
 
 const BUS: &str = r#"
@@ -179,7 +184,9 @@ always = { within_limits = {} }
 
 #[test]
 fn a_bus_behind_an_adapter_is_struck() {
-    bus_is_struck("slcan");
+    in_time(|| {
+        bus_is_struck("slcan");
+    });
 }
 
 /// A base on CAN: bits that are read wrongly until a node leaves the bus, and other nodes that talk.
@@ -188,7 +195,7 @@ pub fn bus_is_struck(bus: &str) {
     let plan = plan(folder.path(), BUS);
     let plan = plan.to_str().unwrap();
     let arguments = ["run", plan, "--clock", "real", "--bus", bus, "--record", "full"];
-    let output = run_patiently(&arguments, &out);
+    let output = run(&arguments, &out);
     assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
     let summary = summary(&out);
     for index in 0..2 {
@@ -205,15 +212,17 @@ pub fn bus_is_struck(bus: &str) {
 
 #[test]
 fn a_property_that_breaks_in_real_time_fails_the_run() {
-    let fault = "\n[[property]]\nalways = { done_is_done = { distance_m_max = 0.05 } }\n\
+    in_time(|| {
+        let fault = "\n[[property]]\nalways = { done_is_done = { distance_m_max = 0.05 } }\n\
                  [[fault]]\ntarget = \"base\"\nwhat = { wheel_slip = { slip_percent = 30 } }\n";
-    let (folder, out) = out("slips");
-    let plan = plan(folder.path(), &format!("{PLAN}{fault}"));
-    let output = run_until(1, &["run", plan.to_str().unwrap(), "--clock", "real"], &out);
-    assert_eq!(output.status.code(), Some(1), "{}", shown(&output));
-    let summary = summary(&out);
-    assert_eq!(property(&summary, "done_is_done")["held"], false, "{summary}");
-    assert!(summary["reason"].as_str().unwrap().contains("broke done_is_done at"), "{summary}");
+        let (folder, out) = out("slips");
+        let plan = plan(folder.path(), &format!("{PLAN}{fault}"));
+        let output = run(&["run", plan.to_str().unwrap(), "--clock", "real"], &out);
+        assert_eq!(output.status.code(), Some(1), "{}", shown(&output));
+        let summary = summary(&out);
+        assert_eq!(property(&summary, "done_is_done")["held"], false, "{summary}");
+        assert!(summary["reason"].as_str().unwrap().contains("broke done_is_done at"), "{summary}");
+    });
 }
 
 #[test]

@@ -4,6 +4,7 @@ use crate::attach::appears;
 use crate::can::plan;
 use crate::{hil, out, record, shown, summary};
 use serde_json::{Value, json};
+use skips::in_time;
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Output, Stdio};
@@ -126,19 +127,23 @@ fn kept_to_the_end(record: &str, reason: &str, device: &str) {
 /// Its answers come after the controller has given them up: it must break off, and does.
 #[test]
 fn a_base_that_answers_late_is_named_and_every_answer_kept() {
-    let (output, summary, record) = late("base");
-    assert_eq!(output.status.code(), Some(1), "{}", shown(&output));
-    let reason = summary["reason"].as_str().unwrap();
-    assert!(reason.contains("straight") && reason.contains("base"), "{reason}");
-    kept_to_the_end(&record, reason, "base");
+    in_time(|| {
+        let (output, summary, record) = late("base");
+        assert_eq!(output.status.code(), Some(1), "{}", shown(&output));
+        let reason = summary["reason"].as_str().unwrap();
+        assert!(reason.contains("straight") && reason.contains("base"), "{reason}");
+        kept_to_the_end(&record, reason, "base");
+    });
 }
 
 /// A buffer on the gyro's line: for a moment nothing comes, then all of it, later.
 #[test]
 fn a_gyro_that_is_held_up_is_named_and_every_sample_kept() {
-    let (output, summary, record) = late("gyro");
-    assert_eq!(output.status.code(), Some(1), "{}", shown(&output));
-    let reason = summary["reason"].as_str().unwrap();
-    assert!(reason.contains("straight") && reason.contains("gyro"), "{reason}");
-    kept_to_the_end(&record, reason, "gyro");
+    in_time(|| {
+        let (output, summary, record) = late("gyro");
+        assert_eq!(output.status.code(), Some(1), "{}", shown(&output));
+        let reason = summary["reason"].as_str().unwrap();
+        assert!(reason.contains("straight") && reason.contains("gyro"), "{reason}");
+        kept_to_the_end(&record, reason, "gyro");
+    });
 }

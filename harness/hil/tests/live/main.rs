@@ -26,6 +26,7 @@ mod ports;
 mod table;
 mod wrong;
 
+use skips::in_time;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
@@ -49,23 +50,6 @@ fn hil() -> Command {
 
 fn run(arguments: &[&str], out: &Path) -> Output {
     hil().args(arguments).arg("--out").arg(out).output().unwrap()
-}
-
-/// The same, up to three times: in real time on a machine that others use too, the controller rightly
-/// breaks off when the gyro's bytes come a tenth of a second late.
-fn run_patiently(arguments: &[&str], out: &Path) -> Output {
-    run_until(0, arguments, out)
-}
-
-/// The same for a run that is to end with this status.
-fn run_until(status: i32, arguments: &[&str], out: &Path) -> Output {
-    for _ in 0..2 {
-        let output = run(arguments, out);
-        if output.status.code() == Some(status) {
-            return output;
-        }
-    }
-    run(arguments, out)
 }
 
 fn summary(out: &Path) -> serde_json::Value {
@@ -93,38 +77,40 @@ fn out(name: &str) -> (tempfile::TempDir, PathBuf) {
 /// The paper's table run: 20 s of bias test and a turn each way, 50 s of real time.
 #[test]
 fn a_table_run_with_the_controller_as_a_process() {
-    let (_folder, out) = out("table-run");
-    let output = run_patiently(
-        &["run", "live-table-run", "--clock", "real", "--controller", "process"],
-        &out,
-    );
-    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
-    let summary = summary(&out);
-    assert_eq!(summary["outcome"], "passed");
-    assert_eq!((&summary["clock"], &summary["bus"]), (&"real".into(), &"pty".into()));
-    assert_eq!(summary["device_under_test"], "process");
-    assert!(summary["simulated_s"].as_f64().unwrap() > 45.0);
-    let late = &summary["timing"]["late"];
-    assert!(late["count"].as_u64().unwrap() > 100, "{late}");
-    assert!(late["p50_ms"].as_f64().unwrap() <= late["p99_ms"].as_f64().unwrap(), "{late}");
-    for file in ["record.hilrec", "junit.xml", "report.html", "device-under-test.log"] {
-        assert!(out.join(file).is_file(), "{file}");
-    }
+    in_time(|| {
+        let (_folder, out) = out("table-run");
+        let output =
+            run(&["run", "live-table-run", "--clock", "real", "--controller", "process"], &out);
+        assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+        let summary = summary(&out);
+        assert_eq!(summary["outcome"], "passed");
+        assert_eq!((&summary["clock"], &summary["bus"]), (&"real".into(), &"pty".into()));
+        assert_eq!(summary["device_under_test"], "process");
+        assert!(summary["simulated_s"].as_f64().unwrap() > 45.0);
+        let late = &summary["timing"]["late"];
+        assert!(late["count"].as_u64().unwrap() > 100, "{late}");
+        assert!(late["p50_ms"].as_f64().unwrap() <= late["p99_ms"].as_f64().unwrap(), "{late}");
+        for file in ["record.hilrec", "junit.xml", "report.html", "device-under-test.log"] {
+            assert!(out.join(file).is_file(), "{file}");
+        }
+    });
 }
 
 /// One side and one corner of the square over the base's serial line, 40 s of real time.
 #[test]
 fn a_side_and_a_corner_with_the_controller_in_the_process() {
-    let (_folder, out) = out("side");
-    let output =
-        run_patiently(&["run", "live-side", "--clock", "real", "--controller", "in-process"], &out);
-    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
-    let summary = summary(&out);
-    assert_eq!(summary["measurements"].as_array().unwrap().len(), 3);
-    assert!(summary["timing"]["bus_to_command"]["count"].as_u64().unwrap() > 10);
-    assert_eq!(summary["timing"]["misses_judged"], 0);
-    // Both sides of both lines.
-    assert_eq!(summary["ports"].as_array().unwrap().len(), 4);
+    in_time(|| {
+        let (_folder, out) = out("side");
+        let output =
+            run(&["run", "live-side", "--clock", "real", "--controller", "in-process"], &out);
+        assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+        let summary = summary(&out);
+        assert_eq!(summary["measurements"].as_array().unwrap().len(), 3);
+        assert!(summary["timing"]["bus_to_command"]["count"].as_u64().unwrap() > 10);
+        assert_eq!(summary["timing"]["misses_judged"], 0);
+        // Both sides of both lines.
+        assert_eq!(summary["ports"].as_array().unwrap().len(), 4);
+    });
 }
 
 #[test]
@@ -171,19 +157,24 @@ fn a_device_under_test_that_ends_or_never_speaks_breaks_the_bench() {
 /// Ctrl-C in a live run: the base is told to stop, and what was recorded is kept.
 #[test]
 fn an_interrupted_run_keeps_its_record() {
-    let (_folder, out) = out("interrupted");
-    let mut child = hil()
-        .args(["run", "live-side", "--clock", "real", "--quiet", "--out"])
-        .arg(&out)
-        .stdout(std::process::Stdio::null())
-        .spawn()
-        .unwrap();
-    // The wait is for a process in real time; nothing depends on its exact length.
-    #[expect(clippy::disallowed_methods, reason = "another process needs real time to get going")]
-    std::thread::sleep(std::time::Duration::from_secs(4));
-    let pid = rustix::process::Pid::from_child(&child);
-    rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(5));
-    assert_eq!(summary(&out)["outcome"], "aborted");
-    assert!(record(&out).contains("stop"), "no stop in the record");
+    in_time(|| {
+        let (_folder, out) = out("interrupted");
+        let mut child = hil()
+            .args(["run", "live-side", "--clock", "real", "--quiet", "--out"])
+            .arg(&out)
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        // The wait is for a process in real time; nothing depends on its exact length.
+        #[expect(
+            clippy::disallowed_methods,
+            reason = "another process needs real time to get going"
+        )]
+        std::thread::sleep(std::time::Duration::from_secs(4));
+        let pid = rustix::process::Pid::from_child(&child);
+        rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(5));
+        assert_eq!(summary(&out)["outcome"], "aborted");
+        assert!(record(&out).contains("stop"), "no stop in the record");
+    });
 }

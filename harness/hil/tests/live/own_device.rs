@@ -1,8 +1,9 @@
 //! A device of one's own in real time: emulated, with its port between it and the plan, and given up where that is gone.
 
-use crate::{hil, out, run_patiently, shown, summary};
+use crate::{hil, out, run, shown, summary};
 use hil::project::{Template, write};
 use plan::Name;
+use skips::in_time;
 use std::path::Path;
 
 fn project(folder: &Path, template: Template) {
@@ -11,17 +12,19 @@ fn project(folder: &Path, template: Template) {
 
 #[test]
 fn an_emulated_one_is_tested_through_its_port() {
-    for (template, bus) in [(Template::Can, "slcan-pty"), (Template::Serial, "pty")] {
-        let (folder, out) = out("own-device");
-        project(folder.path(), template);
-        let plan = folder.path().join("oven/safe-alone.toml");
-        let output = run_patiently(&["run", plan.to_str().unwrap(), "--clock", "real"], &out);
-        assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
-        let summary = summary(&out);
-        assert_eq!(summary["bus"], bus, "{summary}");
-        assert_eq!(summary["device_under_test"], "oven, emulated", "{summary}");
-        assert_eq!(summary["ports"].as_array().unwrap().len(), 2, "{summary}");
-    }
+    in_time(|| {
+        for (template, bus) in [(Template::Can, "slcan-pty"), (Template::Serial, "pty")] {
+            let (folder, out) = out("own-device");
+            project(folder.path(), template);
+            let plan = folder.path().join("oven/safe-alone.toml");
+            let output = run(&["run", plan.to_str().unwrap(), "--clock", "real"], &out);
+            assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+            let summary = summary(&out);
+            assert_eq!(summary["bus"], bus, "{summary}");
+            assert_eq!(summary["device_under_test"], "oven, emulated", "{summary}");
+            assert_eq!(summary["ports"].as_array().unwrap().len(), 2, "{summary}");
+        }
+    });
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! An emulated table on a port: what the plan commands crosses the kernel, and so do the answers.
 
 use crate::can::plan;
-use crate::{hil, out, run_patiently, shown, summary};
+use crate::{hil, out, run, shown, summary};
+use skips::in_time;
 
 const QUARTERS: &str = r#"
 name = "quarters"
@@ -25,25 +26,28 @@ observations_min = 2
 
 #[test]
 fn an_emulated_table_is_commanded_through_its_port() {
-    let (folder, out) = out("table");
-    let bench = folder.path().join("bench.toml");
-    let link = folder.path().join("table.pty");
-    let table = format!("[table]\nport = \"pty:{}\"\nemulated = true\n", link.display());
-    std::fs::write(&bench, table).unwrap();
-    let plan = plan(folder.path(), QUARTERS);
-    let arguments =
-        ["run", plan.to_str().unwrap(), "--clock", "real", "--bench", bench.to_str().unwrap()];
-    let output = run_patiently(&arguments, &out);
-    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
-    let summary = summary(&out);
-    let ports = summary["ports"].as_array().unwrap().iter().filter(|port| port["role"] == "table");
-    let sides: Vec<_> = ports.collect();
-    assert_eq!((&sides[0]["side"], &sides[1]["side"]), (&"plan".into(), &"bench".into()));
-    for (from, to) in [(sides[0], sides[1]), (sides[1], sides[0])] {
-        let (sent, heard) = (&from["counters"]["bytes_out"], &to["counters"]["bytes_in"]);
-        assert!(sent.as_u64().unwrap() > 20, "{summary}");
-        assert_eq!(sent, heard, "{summary}");
-    }
+    in_time(|| {
+        let (folder, out) = out("table");
+        let bench = folder.path().join("bench.toml");
+        let link = folder.path().join("table.pty");
+        let table = format!("[table]\nport = \"pty:{}\"\nemulated = true\n", link.display());
+        std::fs::write(&bench, table).unwrap();
+        let plan = plan(folder.path(), QUARTERS);
+        let arguments =
+            ["run", plan.to_str().unwrap(), "--clock", "real", "--bench", bench.to_str().unwrap()];
+        let output = run(&arguments, &out);
+        assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+        let summary = summary(&out);
+        let ports =
+            summary["ports"].as_array().unwrap().iter().filter(|port| port["role"] == "table");
+        let sides: Vec<_> = ports.collect();
+        assert_eq!((&sides[0]["side"], &sides[1]["side"]), (&"plan".into(), &"bench".into()));
+        for (from, to) in [(sides[0], sides[1]), (sides[1], sides[0])] {
+            let (sent, heard) = (&from["counters"]["bytes_out"], &to["counters"]["bytes_in"]);
+            assert!(sent.as_u64().unwrap() > 20, "{summary}");
+            assert_eq!(sent, heard, "{summary}");
+        }
+    });
 }
 
 #[test]

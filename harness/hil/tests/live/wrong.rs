@@ -2,6 +2,7 @@
 
 use crate::can::{SIDE, plan};
 use crate::{hil, out, record, run, shown, summary};
+use skips::in_time;
 use std::path::Path;
 
 /// Runs `plan` with this bench; what came of it, and what was said.
@@ -24,33 +25,37 @@ fn controller(arguments: &[&str]) -> String {
 
 #[test]
 fn a_wrong_rate_is_named() {
-    let (_folder, out) = out("rate");
-    let bench = controller(&["--gyro", "{gyro}:4800", "--base", "none"]);
-    let (status, said) = on_bench("live-table-run", &bench, &out);
-    assert_eq!(status, Some(3), "{said}");
-    let reason = summary(&out)["reason"].as_str().unwrap().to_owned();
-    assert!(reason.contains("gyro's port to 4800 baud"), "{reason}");
-    assert!(reason.contains("9600"), "{reason}");
-    assert!(record(&out).contains("bias"), "what was recorded is kept");
+    in_time(|| {
+        let (_folder, out) = out("rate");
+        let bench = controller(&["--gyro", "{gyro}:4800", "--base", "none"]);
+        let (status, said) = on_bench("live-table-run", &bench, &out);
+        assert_eq!(status, Some(3), "{said}");
+        let reason = summary(&out)["reason"].as_str().unwrap().to_owned();
+        assert!(reason.contains("gyro's port to 4800 baud"), "{reason}");
+        assert!(reason.contains("9600"), "{reason}");
+        assert!(record(&out).contains("bias"), "what was recorded is kept");
+    });
 }
 
 /// The gyro's line at the base's socket and the base's at the gyro's, at rates that fit the sockets.
 #[test]
 fn crossed_lines_are_no_verdict_on_the_controller() {
-    let (_folder, out) = out("crossed");
-    let crossed = controller(&[
-        "--gyro",
-        "{base}:19200",
-        "--base",
-        "serial:{gyro}:9600",
-        "--stream",
-        "navigator",
-    ]);
-    let (status, said) = on_bench("live-side", &crossed, &out);
-    assert_eq!(status, Some(3), "{said}");
-    let reason = summary(&out)["reason"].as_str().unwrap().to_owned();
-    assert!(reason.contains("are the lines crossed?"), "{reason}");
-    assert!(!record(&out).is_empty());
+    in_time(|| {
+        let (_folder, out) = out("crossed");
+        let crossed = controller(&[
+            "--gyro",
+            "{base}:19200",
+            "--base",
+            "serial:{gyro}:9600",
+            "--stream",
+            "navigator",
+        ]);
+        let (status, said) = on_bench("live-side", &crossed, &out);
+        assert_eq!(status, Some(3), "{said}");
+        let reason = summary(&out)["reason"].as_str().unwrap().to_owned();
+        assert!(reason.contains("are the lines crossed?"), "{reason}");
+        assert!(!record(&out).is_empty());
+    });
 }
 
 #[test]
@@ -76,30 +81,34 @@ fn a_base_on_the_other_kind_of_line_is_bad_input() {
 /// A program that plays the base on the bus where the harness plays it.
 #[test]
 fn frames_of_the_base_that_the_harness_did_not_send_are_an_error() {
-    let (folder, out) = out("clash");
-    let plan = plan(folder.path(), SIDE);
-    let script = r"printf 'S6\rO\rt18180000000000000000\r' > {base}; sleep 30";
-    let bench = format!("[controller]\ncommand = [\"sh\", \"-c\", {script:?}]\n");
-    let (status, said) = on_bench(plan.to_str().unwrap(), &bench, &out);
-    assert_eq!(status, Some(3), "{said}");
-    let reason = summary(&out)["reason"].as_str().unwrap().to_owned();
-    assert!(reason.contains("another node on slcan-pty sends frames of the base"), "{reason}");
+    in_time(|| {
+        let (folder, out) = out("clash");
+        let plan = plan(folder.path(), SIDE);
+        let script = r"printf 'S6\rO\rt18180000000000000000\r' > {base}; sleep 30";
+        let bench = format!("[controller]\ncommand = [\"sh\", \"-c\", {script:?}]\n");
+        let (status, said) = on_bench(plan.to_str().unwrap(), &bench, &out);
+        assert_eq!(status, Some(3), "{said}");
+        let reason = summary(&out)["reason"].as_str().unwrap().to_owned();
+        assert!(reason.contains("another node on slcan-pty sends frames of the base"), "{reason}");
+    });
 }
 
 /// Frames as fast as a pty takes them: the bus within the harness drops and counts them.
 #[test]
 fn a_flood_is_counted_and_the_run_ends_in_order() {
-    let (folder, out) = out("flood");
-    let plan = plan(folder.path(), SIDE);
-    let script = r"printf 'S6\rO\r' > {base}; for i in $(seq 20000); do printf 't7FF0\r'; done > {base}; sleep 30";
-    let bench = format!("[controller]\ncommand = [\"sh\", \"-c\", {script:?}]\n");
-    let (status, said) = on_bench(plan.to_str().unwrap(), &bench, &out);
-    assert_eq!(status, Some(3), "{said}");
-    let summary = summary(&out);
-    assert!(summary["reason"].as_str().unwrap().contains("said nothing within"), "{summary}");
-    let base = summary["ports"].as_array().unwrap().iter().find(|port| port["role"] == "base");
-    assert_eq!(base.unwrap()["counters"]["frames_in"], 20_000, "{summary}");
-    assert!(!record(&out).is_empty());
+    in_time(|| {
+        let (folder, out) = out("flood");
+        let plan = plan(folder.path(), SIDE);
+        let script = r"printf 'S6\rO\r' > {base}; for i in $(seq 20000); do printf 't7FF0\r'; done > {base}; sleep 30";
+        let bench = format!("[controller]\ncommand = [\"sh\", \"-c\", {script:?}]\n");
+        let (status, said) = on_bench(plan.to_str().unwrap(), &bench, &out);
+        assert_eq!(status, Some(3), "{said}");
+        let summary = summary(&out);
+        assert!(summary["reason"].as_str().unwrap().contains("said nothing within"), "{summary}");
+        let base = summary["ports"].as_array().unwrap().iter().find(|port| port["role"] == "base");
+        assert_eq!(base.unwrap()["counters"]["frames_in"], 20_000, "{summary}");
+        assert!(!record(&out).is_empty());
+    });
 }
 
 /// A run of `live-table-run` with this shell script in the controller's place: its status, its reason and its folder. HEALTH
@@ -123,25 +132,31 @@ const HEALTH: &str = r#"{"at_ns":1,"report":{"health":{"level":"ok","causes":{}}
 
 #[test]
 fn a_controller_that_reports_no_state_ends_the_run() {
-    let (status, reason, _folder) = run_with("stateless", "cat HEALTH; sleep 60");
-    assert_eq!(status, Some(3), "{reason}");
-    assert!(reason.contains("reported no state within 10 s"), "{reason}");
+    in_time(|| {
+        let (status, reason, _folder) = run_with("stateless", "cat HEALTH; sleep 60");
+        assert_eq!(status, Some(3), "{reason}");
+        assert!(reason.contains("reported no state within 10 s"), "{reason}");
+    });
 }
 
 #[test]
 fn a_controller_that_floods_fails_and_fills_no_disk() {
-    let (status, reason, _folder) = run_with("talk", r#"exec yes "$(cat HEALTH)""#);
-    assert_eq!(status, Some(1), "{reason}");
-    assert!(reason.contains("more than 20000 reports within 1 s"), "{reason}");
+    in_time(|| {
+        let (status, reason, _folder) = run_with("talk", r#"exec yes "$(cat HEALTH)""#);
+        assert_eq!(status, Some(1), "{reason}");
+        assert!(reason.contains("more than 20000 reports within 1 s"), "{reason}");
+    });
 }
 
 #[test]
 fn lines_that_are_no_reports_are_counted_and_not_kept() {
-    let (status, reason, folder) = run_with("noise", "exec yes 'this is no report'");
-    assert_eq!(status, Some(3), "{reason}");
-    assert!(reason.contains("said nothing within 10 s"), "{reason}");
-    let shown = record(&folder.path().join("noise"));
-    let notes = shown.lines().filter(|line| line.contains("of the device under test:")).count();
-    assert_eq!(notes as u64, 500, "the others are counted");
-    assert!(shown.contains("lines that are no reports are not noted"), "{shown}");
+    in_time(|| {
+        let (status, reason, folder) = run_with("noise", "exec yes 'this is no report'");
+        assert_eq!(status, Some(3), "{reason}");
+        assert!(reason.contains("said nothing within 10 s"), "{reason}");
+        let shown = record(&folder.path().join("noise"));
+        let notes = shown.lines().filter(|line| line.contains("of the device under test:")).count();
+        assert_eq!(notes as u64, 500, "the others are counted");
+        assert!(shown.contains("lines that are no reports are not noted"), "{shown}");
+    });
 }

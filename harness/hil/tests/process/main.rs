@@ -13,6 +13,7 @@ use controller::health::Level;
 use controller::mission::{AbortReason, MissionResult, Report};
 use devices::{BIAS_DEG_PER_S, base, gyro};
 use rustix::process::Signal;
+use skips::in_time;
 use wire::base::Request;
 
 const BIAS_TEST: &str = "{\"id\":1,\"command\":{\"bias_test\":{\"duration_s\":0.5}}}\n";
@@ -37,17 +38,6 @@ fn serial(base: &pty::Device) -> String {
     format!("serial:{}", base.port)
 }
 
-/// Real time on a machine that others use too: a test that had no processor for a tenth of a second
-/// fails by the controller's own time-outs, rightly. It has three attempts.
-fn patiently(test: fn()) {
-    for _ in 0..2 {
-        if std::panic::catch_unwind(test).is_ok() {
-            return;
-        }
-    }
-    test();
-}
-
 /// A process whose base is on its way.
 fn driving(gyro_port: &str, base: &str) -> Process {
     let mut process = Process::start(&["--gyro", gyro_port, "--base", base]);
@@ -55,25 +45,17 @@ fn driving(gyro_port: &str, base: &str) -> Process {
     process.wait_for(|report| {
         matches!(report, Report::Health(health) if health.level == Level::Degraded).then_some(())
     });
-    // The devices are threads of this test. On a machine that has no time for them for a tenth of a
-    // second the controller rightly breaks the mission off: then once more from the start.
-    for _ in 0..5 {
-        process.say(BIAS_TEST);
-        let done = process.wait_for(answer(1));
-        if matches!(done, Report::Done { .. }) {
-            process.say(LONG_STRAIGHT);
-            let on_its_way = process.wait_for(|report| match report {
-                Report::State(state) if state.moving && state.displacement.m() > 0.02 => Some(true),
-                Report::Aborted { id: 2, .. } | Report::Refused { id: 2, .. } => Some(false),
-                _ => None,
-            });
-            if on_its_way {
-                return process;
-            }
-        }
-        process.rest(std::time::Duration::from_secs(2));
-    }
-    panic!("the base never got on its way");
+    process.say(BIAS_TEST);
+    let tested = process.wait_for(answer(1));
+    assert!(matches!(tested, Report::Done { .. }), "{tested:?}");
+    process.say(LONG_STRAIGHT);
+    let ended = process.wait_for(|report| match report {
+        Report::State(state) if state.moving && state.displacement.m() > 0.02 => Some(None),
+        Report::Aborted { id: 2, .. } | Report::Refused { id: 2, .. } => Some(Some(*report)),
+        _ => None,
+    });
+    assert_eq!(ended, None, "the base never got on its way");
+    process
 }
 
 fn assert_stopped_and_at_rest(requests: &devices::Requests, reports: &[Report]) {
@@ -108,7 +90,7 @@ fn a_bias_test_runs_on_a_gyro_alone() {
 
 #[test]
 fn stdin_closed_brings_the_base_to_rest() {
-    patiently(|| {
+    in_time(|| {
         let (gyro, (base, requests)) = (gyro(b""), base(b""));
         let mut process = driving(&gyro.port, &serial(&base));
         process.close_stdin();
@@ -123,7 +105,7 @@ fn stdin_closed_brings_the_base_to_rest() {
 /// stopped.
 #[test]
 fn missions_come_from_one_client_after_the_other() {
-    patiently(|| {
+    in_time(|| {
         let (gyro, (base, requests)) = (gyro(b""), base(b""));
         let folder = std::env::temp_dir().join(format!("k2a-listen-{}", std::process::id()));
         let place = format!("unix:{}", folder.display());
@@ -168,7 +150,7 @@ fn missions_come_from_one_client_after_the_other() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_base_on_can_is_driven_and_brought_to_rest() {
-    patiently(|| {
+    in_time(|| {
         let Some((_base, requests)) = devices::can_base("vcan0") else {
             let how = format!("{} -p hil --test process -- a_base_on_can", skips::IN_GUEST);
             skips::skip("no CAN interface vcan0", how);
@@ -185,7 +167,7 @@ fn a_base_on_can_is_driven_and_brought_to_rest() {
 
 #[test]
 fn a_signal_brings_the_base_to_rest() {
-    patiently(|| {
+    in_time(|| {
         for (signal, name) in
             [(Signal::TERM, "SIGTERM"), (Signal::INT, "SIGINT"), (Signal::HUP, "SIGHUP")]
         {
@@ -202,7 +184,7 @@ fn a_signal_brings_the_base_to_rest() {
 
 #[test]
 fn stdout_closed_brings_the_base_to_rest() {
-    patiently(|| {
+    in_time(|| {
         let (gyro, (base, requests)) = (gyro(b""), base(b""));
         let mut process = driving(&gyro.port, &serial(&base));
         process.close_stdout();
@@ -215,7 +197,7 @@ fn stdout_closed_brings_the_base_to_rest() {
 
 #[test]
 fn a_moment_without_the_processor_is_not_silence() {
-    patiently(|| {
+    in_time(|| {
         let gyro = gyro(b"");
         let mut process = Process::start(&["--gyro", &gyro.port]);
         process.wait_for(|report| {
@@ -252,7 +234,7 @@ fn a_base_that_does_not_answer_is_told_in_the_status() {
 
 #[test]
 fn garbage_on_both_ports_hurts_nobody() {
-    patiently(|| {
+    in_time(|| {
         const NOISE: &[u8] = b"\xff\x00\x80:;0F\r\n\x7f\xfe";
         let (gyro, (base, requests)) = (gyro(NOISE), base(NOISE));
         let mut process = driving(&gyro.port, &serial(&base));
@@ -315,7 +297,7 @@ fn bad_arguments_have_their_own_status() {
 
 #[test]
 fn a_port_that_vanishes_shows_as_silence_and_the_base_is_stopped() {
-    patiently(|| {
+    in_time(|| {
         let (gyro, (base, requests)) = (gyro(b""), base(b""));
         let mut process = driving(&gyro.port, &serial(&base));
         let port = gyro.port.clone();

@@ -18,6 +18,10 @@ pub struct Timing {
     pub misses: u64,
     /// Those during steps that something was measured in.
     pub misses_judged: u64,
+    /// Times that the machine was later with what it does for others: bytes that cross a pty, a program that waits for a
+    /// processor.
+    #[serde(default)]
+    pub machine_misses: u64,
     /// `normal`, or what `realtime` came to.
     pub scheduling: String,
 }

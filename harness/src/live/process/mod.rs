@@ -231,6 +231,11 @@ impl DeviceProcess {
         taken
     }
 
+    /// As the kernel numbers it; none once it has ended.
+    pub fn id(&self) -> Option<u32> {
+        self.child.id()
+    }
+
     /// Missions that it did not take.
     pub const fn missions_lost(&self) -> u64 {
         self.missions_lost

@@ -220,6 +220,14 @@ impl Running {
         }
     }
 
+    /// The process, where it has one of its own that was started here.
+    pub(super) fn process(&self) -> Option<u32> {
+        match self {
+            Self::Process { process, .. } => process.id(),
+            Self::InProcess(_) | Self::Attached { .. } | Self::Device => None,
+        }
+    }
+
     /// The controller, where it is in this process.
     pub(super) const fn in_process(&self) -> Option<&InProcess> {
         match self {

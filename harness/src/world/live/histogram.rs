@@ -38,10 +38,6 @@ impl Histogram {
         self.counts.iter().sum()
     }
 
-    pub(super) const fn max(&self) -> Span {
-        self.max
-    }
-
     pub(super) fn spread(&self) -> Spread {
         let bins = self.counts.iter().enumerate().filter(|(_, count)| **count > 0);
         Spread {

@@ -85,6 +85,11 @@ impl Programs {
         .await
     }
 
+    /// Those that run.
+    pub(super) fn processes(&self) -> impl Iterator<Item = u32> {
+        self.0.iter().filter_map(|(_, process, _)| process.id())
+    }
+
     pub(super) async fn end(self) {
         for (_, process, _) in self.0 {
             _ = process.end(|_| {}).await;

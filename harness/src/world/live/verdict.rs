@@ -62,16 +62,14 @@ impl LiveWorld {
     /// The ending, with what the ports and the machine have to do with it.
     pub(super) fn judge(&self, ending: Ending, end: Timestamp, ports: &Ports) -> Ending {
         let ending = self.journal.explain(ending, end);
-        let late = self.lateness.verdict();
         let gyro = self.rig.robot().map(|robot| robot.bench.gyro_stream().format);
         let miswired = ports.miswired(gyro);
         let why = match ending.outcome {
-            Outcome::Passed => late,
+            Outcome::Passed => self.lateness.verdict_on_pass(),
             Outcome::Failed | Outcome::Timeout => {
                 let flooded = self.foreign.verdict(end, ports.name(BASE));
-                let broken = self.lateness.verdict_on_broken_step();
                 // A flood makes a machine late, not the other way round.
-                flooded.or(late).or(broken).or(miswired)
+                flooded.or_else(|| self.lateness.verdict_on_failure()).or(miswired)
             }
             Outcome::Error | Outcome::Aborted => None,
         };
