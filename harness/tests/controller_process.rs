@@ -10,9 +10,11 @@ use harness::run::{Options, Prepared, run_to_folder};
 use plan::library::{Kind, Library, names};
 use plan::made::Made;
 use record::sink::Level;
+use std::num::NonZero;
 use std::path::Path;
 use std::process::Command;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// `k2a-controller` is beside this test's program; a test of the whole workspace has built it already.
 fn build_controller() {
@@ -68,19 +70,26 @@ fn shortened(text: &str) -> String {
 
 fn compare(change: impl Fn(&str) -> String) {
     let library = Library::shipped();
-    let mut compared = 0;
-    for name in names(Kind::Plan) {
+    let prepared = names(Kind::Plan).into_iter().map(|name| {
         let mut source = library.open(Kind::Plan, &name).unwrap();
         source.text = change(&source.text);
         let prepared = Prepared::of_source(&library, &source, &Made::default());
-        let prepared = prepared.unwrap_or_else(|error| panic!("{name}: {error}"));
-        // Others have no controller.
-        if prepared.rig.robot.is_some() {
-            is_the_same_in_a_process(&prepared);
-            compared += 1;
+        prepared.unwrap_or_else(|error| panic!("{name}: {error}"))
+    });
+    // Others have no controller.
+    let prepared: Vec<_> = prepared.filter(|prepared| prepared.rig.robot.is_some()).collect();
+    assert!(prepared.len() >= 17, "{} plans ship", prepared.len());
+    let next = AtomicUsize::new(0);
+    let threads = std::thread::available_parallelism().map_or(1, NonZero::get);
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                while let Some(prepared) = prepared.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    is_the_same_in_a_process(prepared);
+                }
+            });
         }
-    }
-    assert!(compared >= 17, "{compared} plans ship");
+    });
 }
 
 #[test]
