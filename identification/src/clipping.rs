@@ -158,10 +158,14 @@ impl Sorted {
         (slope > 0.0).then_some(Line { slope, offset, inside, square })
     }
 
-    /// Slope and offset of a line through the readings of `range`.
+    /// Slope and offset of a line through the readings of `range`; `None` where there are few, or where two flat ends
+    /// meet and leave none between them.
     fn fit(&self, range: Range<usize>) -> Option<(f64, f64)> {
-        let Sums { count, x, y, xx, xy, .. } = self.sums(range);
-        (count >= ALL_MIN as f64 / 4.0 && xx > 0.0).then(|| (xy / xx, y - xy / xx * x))
+        if range.len() < ALL_MIN / 4 {
+            return None;
+        }
+        let Sums { x, y, xx, xy, .. } = self.sums(range);
+        (xx > 0.0).then(|| (xy / xx, y - xy / xx * x))
     }
 
     fn sums(&self, range: Range<usize>) -> Sums {
@@ -253,5 +257,6 @@ mod tests {
         assert_eq!(limits(|x| if x.abs() < 1.0 { 0.0 } else { x }), none, "a dead zone");
         assert_eq!(limits(|x| 12.0 * (x / 12.0).tanh()), none, "a gain that falls");
         assert_eq!(limits(|x| x.round()), none, "steps");
+        assert_eq!(limits(|x| if x.abs() < 3.0 { x } else { 0.0 }), None, "ends that meet");
     }
 }

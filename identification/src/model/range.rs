@@ -4,8 +4,11 @@ use super::{Acts, Form, Shape};
 use crate::dataset::Dimension;
 use crate::problem::Channels;
 
+/// What filters and buffers hold back is counted in samples: so many of them, at most.
+const SAMPLES_LATE_MAX: f64 = 10.0;
+
 /// Where the values of a kind of term lie, SI. `None` where nothing is known.
-pub fn range(acts: Acts) -> Option<[f64; 2]> {
+pub fn range(acts: Acts, channels: &Channels) -> Option<[f64; 2]> {
     Some(match acts {
         // A gyro that reads nothing has a scale error of -1; one that reads twice the rate is another unit or gyro
         // (data sheets of MEMS parts state 3 % and less). What has the wrong sign is found before.
@@ -23,8 +26,11 @@ pub fn range(acts: Acts) -> Option<[f64; 2]> {
         Acts::Clock => [-0.05, 0.05],
         // A sensor sits on the robot.
         Acts::Reference => [-5.0, 5.0],
-        // Whoever is later than a second is another recording.
-        Acts::Delay => [-1.0, 1.0],
+        // Whoever is later than a second, and than some samples where these are slow, is another recording.
+        Acts::Delay => {
+            let late = (SAMPLES_LATE_MAX * channels.interval()).max(1.0);
+            [-late, late]
+        }
         // The share of a rotation about another axis: the sine of an angle, a little more where it is scaled.
         Acts::Axis => [-1.1, 1.1],
         _ => return None,
@@ -50,7 +56,7 @@ pub fn is_physical(
         // A probe in a thick wall is minutes late.
         return true;
     }
-    let Some([low, high]) = range(shape.acts) else { return true };
+    let Some([low, high]) = range(shape.acts, channels) else { return true };
     let inside = |value: f64| value >= low && value <= high;
     if matches!(shape.form, Form::Delay) || shape.acts == Acts::Axis {
         return coefficients.iter().all(|value| inside(*value));
@@ -104,7 +110,7 @@ mod tests {
         assert!(is_physical(&line, &channels, &column, &[3.6e-4]));
         assert!(!is_physical(&line, &channels, &column, &[-9e-3]));
         let late = Shape::new("bandwidth", Acts::Delay, Driver::plain("jolt"), Form::Delay);
-        assert!(!is_physical(&late, &channels, &column, &[20.0]));
+        assert!(!is_physical(&late, &channels, &column, &[1200.0]));
         // A pressure sensor is no gyro, and a thermometer is slow.
         channels.of_sensor = true;
         assert!(is_physical(&line, &channels, &column, &[-9e-3]));

@@ -70,7 +70,7 @@ impl Term {
                 standard_error: fitted.error.is_finite().then_some(fitted.error / written.si),
                 unit: written.text.clone(),
                 range: (told_by_itself(shape) && !channels.of_sensor)
-                    .then(|| range(shape.acts))
+                    .then(|| range(shape.acts, channels))
                     .flatten()
                     .map(|range| range.map(|end| end / written.si)),
             })

@@ -1,0 +1,77 @@
+//! A gyro that comes late by some slow samples is named late, and noise far above the motion is no error.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use identification::dataset::{Column, Dataset, Kind, Role, Unit};
+use identification::finding::Finding;
+use identification::identify::{Options, identify};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use std::collections::BTreeMap;
+
+const RUNS: usize = 4;
+const ROWS: usize = 900;
+/// How late, s, at one sample a second.
+const LATE: f64 = 3.4;
+
+/// Slow turns to and fro, of which the gyro reads what was `LATE` before, with so much noise (deg/s).
+fn dataset(noise: f64, seed: u64) -> Dataset {
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(seed);
+    let (mut time, mut truth, mut reads) = (vec![], vec![], vec![]);
+    for row in 0..RUNS * ROWS {
+        let (run, at) = (row / ROWS, (row % ROWS) as f64);
+        let rate = |at: f64| {
+            let phase = at.max(0.0) + 40.0 * run as f64;
+            3.0 * (phase / 17.0).sin() + 2.0 * (phase / 41.0).cos()
+        };
+        let drawn: f64 = StandardNormal.sample(&mut random);
+        time.push(4000.0 * run as f64 + at);
+        truth.push(rate(at));
+        reads.push(0.1 + 1.002 * rate(at - LATE) + noise * drawn);
+    }
+    let column = |name: &str, role, unit, values| Column {
+        name: name.to_owned(),
+        role,
+        axis: None,
+        unit,
+        values,
+    };
+    Dataset {
+        name: "bench".to_owned(),
+        kind: Kind::Series,
+        drive: None,
+        constants: BTreeMap::new(),
+        columns: vec![
+            column("time", Role::Time, Unit::Second, time),
+            column("gyro", Role::GyroRate, Unit::DegreePerSecond, reads),
+            column("reference", Role::ReferenceRate, Unit::DegreePerSecond, truth),
+        ],
+        run_of_row: (0..RUNS * ROWS).map(|row| row / ROWS).collect(),
+        run_labels: (0..RUNS).map(|run| run.to_string()).collect(),
+        notices: Vec::new(),
+    }
+}
+
+fn found(noise: f64, seed: u64) -> Finding {
+    identify(&dataset(noise, seed), None, &Options::default(), &mut |_, _| ()).unwrap().finding
+}
+
+#[test]
+fn a_delay_of_some_slow_samples_is_a_delay() {
+    for noise in [0.1, 1.0] {
+        let finding = found(noise, 5);
+        let names: Vec<&str> = finding.effects.iter().map(|one| one.name.as_str()).collect();
+        assert_eq!(names, ["delay"], "{noise}");
+        let late = &finding.effects[0].parameters[0];
+        let error = late.standard_error.unwrap();
+        assert!((late.value - LATE).abs() < 4.0 * error + 0.02, "{late:?}");
+    }
+}
+
+#[test]
+fn noise_far_above_the_motion_is_no_error() {
+    for seed in 0..12 {
+        let finding = found(200.0, seed);
+        assert!(finding.effects.is_empty(), "{seed} {:?}", finding.effects);
+    }
+}
