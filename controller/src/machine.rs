@@ -19,6 +19,7 @@ use crate::heading_watch::{HeadingWatch, Heard};
 use crate::health::{Health, Level};
 use crate::mission::{BiasMethod, HeadingSource, MissionId, Report};
 use crate::mutant::Mutant;
+use crate::own_time::OwnTime;
 use crate::pose_download::PoseDownload;
 use crate::standstill::{Rest, Standstill};
 use estimating::Estimating;
@@ -96,6 +97,7 @@ struct GyroNews {
 /// The code under test: one gyro, at most one base, one mission at a time.
 #[derive(Debug, Clone)]
 pub struct Controller {
+    time: OwnTime,
     config: Config,
     decoder: GyroDecoder,
     gyro: GyroInput,
@@ -147,7 +149,10 @@ impl Controller {
             .then(|| dsp3000_command::Command::Output(config.gyro.stream.mode).encode());
         let mut gyro = GyroInput::new(config.gyro, config.base.is_some());
         gyro.plant(config.planted());
+        let mut time = OwnTime::default();
+        let now = time.hear(now);
         Self {
+            time,
             decoder: GyroDecoder::new(config.gyro.stream),
             gyro,
             base: config.base.map(|base| BaseDriver::new(base, config.planted())),
@@ -186,6 +191,7 @@ impl Controller {
 
     /// Takes bytes or a frame that arrived `now`.
     pub fn receive(&mut self, now: Timestamp, port: Port, input: Input<'_>) {
+        let now = self.time.hear(now);
         match (port, input) {
             (Port::Gyro, Input::Bytes(bytes)) => self.receive_gyro(now, bytes),
             (Port::Base, Input::Bytes(bytes)) => {
@@ -203,6 +209,7 @@ impl Controller {
 
     /// Does what is due `now`.
     pub fn wake(&mut self, now: Timestamp) {
+        let now = self.time.hear(now);
         if let Some(base) = &mut self.base {
             base.wake(now);
         }
@@ -238,11 +245,12 @@ impl Controller {
                 at = at.min(self.base_silent_at() + Span::from_nanos(1));
             }
         }
-        at
+        self.time.told(at)
     }
 
     /// What goes out next.
     pub fn transmit(&mut self, now: Timestamp) -> Option<Output> {
+        let now = self.time.hear(now);
         if let Some(packet) = self.gyro_command.take() {
             return Some(Output::Bytes(Port::Gyro, packet));
         }
@@ -260,6 +268,7 @@ impl Controller {
     /// Neither [`Self::transmit`] nor [`Self::report`] has anything `now`; false where that is not certain.
     #[inline]
     pub fn has_nothing_to_say(&self, now: Timestamp) -> bool {
+        let now = self.time.at(now);
         self.gyro_command.is_none()
             && self.reports.is_empty()
             && self.base.as_ref().is_none_or(|base| base.has_nothing_to_send(now))

@@ -3,7 +3,10 @@
 use controller::config::IntegrationClock;
 use controller::health::Level;
 use emulators::gyro::GyroParameters;
-use tests::devices::{NAVIGATOR, ideal_table};
+use record::Device;
+use record::outcome::Outcome;
+use tests::devices::{NAVIGATOR, ideal_table, shipped};
+use tests::plans::{plan_of, prepared, run};
 use tests::rig::{Direction, Rig, bytes};
 use wire::device::Transmit;
 use wire::gyro::{GyroFormat, GyroStream, OutputMode, dsp3000_binary};
@@ -292,5 +295,32 @@ fn samples_that_come_in_bunches_are_all_used() {
         assert!(error.abs() <= quantisation_deg(NAVIGATOR, 360) + slack, "{clock:?}: {error}");
         assert_eq!(rig.state().samples_lost, 0);
         assert_eq!(rig.health().level, Level::Ok);
+    }
+}
+
+/// What waits for a moment of the future would wait for longer, and the base would go on unheard.
+#[test]
+fn a_host_clock_that_is_set_back_holds_up_nothing() {
+    let steps = "{ bias_test = { duration_s = 3 } }, { place = { x_m = 0, y_m = 0, heading_deg = 0 } }, \
+                 { straight = { distance_m = 2, speed_m_per_s = 0.4 } }";
+    let fault = "\n[[fault]]\ntarget = \"host\"\nwhat = { clock_step = { step_s = -0.7 } }\n\
+                 when = { step = \"straight\", after_s = 2 }\n";
+    for devices in ["paper", "paper-serial"] {
+        let text = format!("{}{fault}", plan_of(steps));
+        let run = run(&prepared(&text, shipped(devices)), 1);
+        assert_eq!(run.simulated.ending.outcome, Outcome::Passed, "{:?}", run.simulated.ending);
+        assert_eq!(run.simulated.faults.first().map(|fault| fault.acted), Some(1));
+        let sent = run.sent_by(Device::Controller);
+        let driving = sent.iter().map(|record| record.at.as_secs_f64());
+        let driving: Vec<f64> = driving.filter(|at| (5.0..9.0).contains(at)).collect();
+        assert!(driving.len() > 100, "{devices}");
+        for pair in driving.windows(2) {
+            assert!(
+                pair[1] - pair[0] < 0.06,
+                "{devices}: nothing from {} to {} s",
+                pair[0],
+                pair[1]
+            );
+        }
     }
 }

@@ -19,6 +19,7 @@ use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Pose};
 impl Controller {
     /// Takes a mission; the answer is a report.
     pub fn command(&mut self, now: Timestamp, mission: Mission) {
+        let now = self.time.hear(now);
         let id = mission.id;
         let answer = match mission.command {
             Command::BiasTest(order) => self.begin_bias_test(now, id, order),
