@@ -94,7 +94,8 @@ struct GyroNews {
     returned: Option<Reading>,
 }
 
-/// The code under test: one gyro, at most one base, one mission at a time.
+/// The code under test: one gyro, at most one base, one mission at a time. Times are those of the host's clock; one that is set
+/// back stands for as long.
 #[derive(Debug, Clone)]
 pub struct Controller {
     time: OwnTime,
