@@ -94,8 +94,8 @@ struct GyroNews {
     returned: Option<Reading>,
 }
 
-/// The code under test: one gyro, at most one base, one mission at a time. Times are those of the host's clock; one that is set
-/// back stands for as long.
+/// The code under test: one gyro, at most one base, one mission at a time. Times are those of the host's clock; where it is set
+/// back, the controller's own time goes on from where it was.
 #[derive(Debug, Clone)]
 pub struct Controller {
     time: OwnTime,
