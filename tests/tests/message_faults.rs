@@ -37,7 +37,7 @@ e2e = { profile = "1A", data_id = 0x0a5b, counter = "Alive", checksum = "Crc" }
 expression = "Request.Limit"
 "#;
 
-const RIG: &str = r#"title = "Cells and the plan"
+pub const RIG: &str = r#"title = "Cells and the plan"
 [[line]]
 name = "can0"
 can = { bit_rate = 250_000, dbc = "pack.dbc" }
@@ -67,21 +67,26 @@ name = "sealed"
 always = "cells.CellStatus.Crc fits"
 "#;
 
+/// A folder of this rig and plan, loaded.
+pub fn load_pack(rig: &str, plan: &str) -> (TempDir, Result<Trial, TrialError>) {
+    let folder = project::of([
+        ("rigs/pack.toml", rig),
+        ("rigs/pack.dbc", DBC),
+        ("devices/pack.dbc", DBC),
+        ("devices/cells.toml", CELLS),
+        ("plan.toml", plan),
+    ]);
+    let trial = project::load(&folder, "plan.toml");
+    (folder, trial)
+}
+
 fn load(fault: &str) -> (TempDir, Result<Trial, TrialError>) {
     let plan = format!(
         "name = \"plan\"\ntitle = \"\"\nrig = \"pack\"\nsteps = [{STEPS}]\n[[measurement]]\nname = \"limit\"\ndoc = \"\"\n\
          quantity = \"cells.CellStatus.Limit\"\nwhere = {{ \"during.after\" = 1 }}\nunit = \"A\"\n\
          check = {{ all_within = [0, 300] }}\n{PROPERTIES}{fault}"
     );
-    let folder = project::of([
-        ("rigs/pack.toml", RIG),
-        ("rigs/pack.dbc", DBC),
-        ("devices/pack.dbc", DBC),
-        ("devices/cells.toml", CELLS),
-        ("plan.toml", &plan),
-    ]);
-    let trial = project::load(&folder, "plan.toml");
-    (folder, trial)
+    load_pack(RIG, &plan)
 }
 
 fn fault(target: &str, what: &str) -> String {

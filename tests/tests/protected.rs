@@ -3,51 +3,9 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+use crate::message_faults::{RIG, load_pack};
 use harness::{Trial, TrialError};
 use tempfile::TempDir;
-use tests::project;
-
-const DBC: &str = r#"VERSION ""
-BU_: Manager Cells
-BO_ 256 CellStatus: 8 Cells
- SG_ Crc : 0|8@1+ (1,0) [0|255] "" Manager
- SG_ Alive : 8|4@1+ (1,0) [0|15] "" Manager
- SG_ Limit : 16|16@1+ (0.01,0) [0|300] "A" Manager
-BO_ 512 Request: 5 Manager
- SG_ Crc : 0|8@1+ (1,0) [0|255] "" Cells
- SG_ Alive : 8|4@1+ (1,0) [0|15] "" Cells
- SG_ Limit : 16|16@1+ (0.01,0) [0|300] "A" Cells
-"#;
-
-/// It tells the limit that it was given.
-const CELLS: &str = r#"
-name = "cells"
-title = "Cells"
-dbc = "pack.dbc"
-node = "Cells"
-[message.CellStatus]
-period_s = 0.1
-e2e = { profile = "1C", data_id = 0x123, counter = "Alive", checksum = "Crc" }
-[message.Request]
-e2e = { profile = "1A", data_id = 0x0a5b, counter = "Alive", checksum = "Crc" }
-[signal."CellStatus.Limit"]
-expression = "Request.Limit"
-"#;
-
-const RIG: &str = r#"title = "Cells and the plan"
-[[line]]
-name = "can0"
-can = { bit_rate = 250_000, dbc = "pack.dbc" }
-message.Request = { e2e = { profile = "1A", data_id = 0x0a5b, counter = "Alive", checksum = "Crc" } }
-[[node]]
-name = "cells"
-at = "can0"
-emulate = "cells"
-[[node]]
-name = "manager"
-at = "can0"
-tester = true
-"#;
 
 fn load(
     rig: &str,
@@ -59,15 +17,7 @@ fn load(
         "name = \"plan\"\ntitle = \"\"\nrig = \"pack\"\nsteps = [{steps}]\n[[measurement]]\nname = \"it\"\ndoc = \"\"\n\
          quantity = \"{quantity}\"\nwhere = {{ \"during.after\" = 1 }}\nunit = \"A\"\ncheck = {{ {check} }}\n"
     );
-    let folder = project::of([
-        ("rigs/pack.toml", rig),
-        ("rigs/pack.dbc", DBC),
-        ("devices/pack.dbc", DBC),
-        ("devices/cells.toml", CELLS),
-        ("plan.toml", &plan),
-    ]);
-    let trial = project::load(&folder, "plan.toml");
-    (folder, trial)
+    load_pack(rig, &plan)
 }
 
 fn passes(rig: &str, steps: &str, check: &str) -> bool {
