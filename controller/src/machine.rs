@@ -251,7 +251,8 @@ impl Controller {
 
     /// What goes out next.
     pub fn transmit(&mut self, now: Timestamp) -> Option<Output> {
-        let now = self.time.hear(now);
+        // Who only looks moves no time: it may look at any moment.
+        let now = self.time.at(now);
         if let Some(packet) = self.gyro_command.take() {
             return Some(Output::Bytes(Port::Gyro, packet));
         }
