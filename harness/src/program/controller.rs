@@ -60,12 +60,12 @@ pub(super) fn start(
         program = program.output(Printed::File(log.to_owned()));
     }
     let running = program.start().map_err(|error| super::in_step::why("controller", &error))?;
-    Ok(Box::new(InStep::new(running)))
+    Ok(Box::new(ControllerInStep::new(running)))
 }
 
 /// A controller's program in step with the world.
 #[derive(Debug)]
-struct InStep {
+struct ControllerInStep {
     running: Lockstep,
     now: Timestamp,
     /// Lines that it has said.
@@ -78,7 +78,7 @@ struct InStep {
     is_told: bool,
 }
 
-impl InStep {
+impl ControllerInStep {
     const fn new(running: Lockstep) -> Self {
         let now = Timestamp::ZERO;
         Self { running, now, lines: 0, note: None, is_deaf: false, is_told: false }
@@ -90,7 +90,7 @@ impl InStep {
     }
 }
 
-impl HostedController for InStep {
+impl HostedController for ControllerInStep {
     fn receive(&mut self, now: Timestamp, port: Port, input: Input<'_>) {
         let at = if port == Port::Gyro { GYRO } else { BASE };
         match input {
@@ -167,7 +167,7 @@ impl HostedController for InStep {
 }
 
 /// As on a bench: it may put its things in order, and is killed where it does not.
-impl Drop for InStep {
+impl Drop for ControllerInStep {
     fn drop(&mut self) {
         self.running.stop(self.now, STOPPING);
     }
