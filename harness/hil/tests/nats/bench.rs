@@ -7,6 +7,7 @@ use campaign::{Case, CaseResult, Executor};
 use campaign_nats::VERSION;
 use campaign_nats::{Holder, Package, Place, Stopping, WorkerSettings, work};
 use serde_json::Value;
+use skips::in_time;
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -120,25 +121,36 @@ fn what_breaks_on_a_workers_bench_is_what_breaks_on_ones_own() {
 
 #[test]
 fn a_coordinator_that_was_killed_goes_on_with_the_same_cases() {
-    let Some(server) = Server::start() else { return };
-    let hil = there(BENCH);
-    let url = server.url();
-    let _worker = hil.start("worker", &worker(&url, "window.toml"));
-    let mut arguments =
-        vec!["campaign", "./short.toml", "--clock", "real", "--json", "--out", "over"];
-    arguments.extend(["--bench", "window.toml", "--faults", "drop,wheel_slip", "--cases", "3"]);
-    arguments.extend(["--shrink-max", "0", "--repeat", "2", "--confidence", "0.7", "--nats", &url]);
-    let mut first = hil.start("first", &arguments);
-    hil.wait_for_cases("over", 1);
-    first.kill();
-    let done = hil.journal("over").len() - 1;
-    assert!(done < 3, "killed in the middle");
-    let second = hil.start("second", &arguments).ends();
-    assert!(matches!(second.status, Some(0 | 1)), "{second:#?}");
-    let end: Value = serde_json::from_str(&second.out).unwrap();
-    // A run without faults takes another time each time: the cases are those of the first all the same.
-    assert!(end["resumed"].as_u64().unwrap() >= done as u64, "{end}");
-    assert_eq!(cases(&hil.journal("over")).len(), 3);
+    in_time(|| {
+        let Some(server) = Server::start() else { return };
+        let hil = there(BENCH);
+        let url = server.url();
+        let _worker = hil.start("worker", &worker(&url, "window.toml"));
+        let mut arguments =
+            vec!["campaign", "./short.toml", "--clock", "real", "--json", "--out", "over"];
+        arguments.extend(["--bench", "window.toml", "--faults", "drop,wheel_slip", "--cases", "3"]);
+        arguments.extend([
+            "--shrink-max",
+            "0",
+            "--repeat",
+            "2",
+            "--confidence",
+            "0.7",
+            "--nats",
+            &url,
+        ]);
+        let mut first = hil.start("first", &arguments);
+        hil.wait_for_cases("over", 1);
+        first.kill();
+        let done = hil.journal("over").len() - 1;
+        assert!(done < 3, "killed in the middle");
+        let second = hil.start("second", &arguments).ends();
+        assert!(matches!(second.status, Some(0 | 1)), "{second:#?}");
+        let end: Value = serde_json::from_str(&second.out).unwrap();
+        // A run without faults takes another time each time: the cases are those of the first all the same.
+        assert!(end["resumed"].as_u64().unwrap() >= done as u64, "{end}");
+        assert_eq!(cases(&hil.journal("over")).len(), 3);
+    });
 }
 
 #[test]
