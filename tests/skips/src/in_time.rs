@@ -13,7 +13,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// What a run says of itself where its machine was late.
-pub const NOT_IN_TIME: &str = "this machine did not keep real time";
+const NOT_IN_TIME: &str = "this machine did not keep real time";
 /// Between two bytes that show how late others are.
 const PERIOD: Duration = Duration::from_millis(5);
 /// A fifth of the shortest time-out of what is tested, 100 ms: an exchange on a line waits several times. Where nothing else

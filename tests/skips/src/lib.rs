@@ -2,19 +2,17 @@
 //!
 //! The test runner keeps what a passing test prints to itself. What is said here goes past it.
 
+mod bus;
 mod in_time;
 
-pub use in_time::{NOT_IN_TIME, in_time};
+pub use bus::{CAN_REQUIRED, Vcan0, how as in_guest};
+pub use in_time::in_time;
 
 use std::fmt::Display;
 use std::io::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 static SKIPPED: AtomicUsize = AtomicUsize::new(0);
-
-/// How to run a test under a kernel with CAN: what goes before `cargo test`.
-pub const IN_GUEST: &str = "with the Debian packages user-mode-linux, busybox-static and can-utils: \
-     CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUNNER=\"$PWD/tests/vcan-guest/run --\" cargo test";
 
 /// As [`skip`], but a failure where the environment variable `required` is set.
 ///

@@ -3,7 +3,6 @@
 use super::rows::{read, row, rows, sample, write};
 use bus_log::{Channel, Entry, Payload};
 use std::io::{BufRead, BufReader};
-use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc;
 use std::time::Duration;
@@ -48,14 +47,9 @@ fn can_utils_convert_as_it_is_done_here() {
     assert_eq!(rows(&from_the_first(&read(&path("theirs.log")))), expected);
 }
 
-/// Needs an interface `vcan0` with CAN FD; `tests/vcan-guest/run` gives one.
 #[test]
 fn a_log_is_played_onto_a_bus_and_logged_again() {
-    if !Path::new("/sys/class/net/vcan0").exists() {
-        let how = format!("{} -p tests --test scenarios -- a_log_is_played", skips::IN_GUEST);
-        skips::skip("no CAN interface vcan0", how);
-        return;
-    }
+    let Some(_bus) = skips::Vcan0::take("--test scenarios -- a_log_is_played") else { return };
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("ours.log");
     let vcan0 = Channel::new("vcan0").unwrap();

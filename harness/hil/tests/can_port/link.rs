@@ -5,9 +5,6 @@ use std::io;
 use std::process::Stdio;
 use tokio::process::Command;
 
-/// Set where a test that cannot run is to fail, as where a kernel with CAN was started for it.
-const REQUIRED: &str = "HIL_TESTS_NEED_CAN";
-
 /// A virtual CAN interface; deleted when this is dropped.
 pub struct Link(pub &'static str);
 
@@ -71,10 +68,6 @@ pub async fn ip(arguments: &[&str]) -> Result<(), String> {
 }
 
 fn skip<T>(why: &str) -> Option<T> {
-    skips::skip_unless(
-        REQUIRED,
-        why,
-        format_args!("{} -p harness --test can_port", skips::IN_GUEST),
-    );
+    skips::skip_unless(skips::CAN_REQUIRED, why, skips::in_guest("--test can_port"));
     None
 }

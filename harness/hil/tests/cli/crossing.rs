@@ -1,8 +1,12 @@
 //! Virtual time across the kernel: the same verdicts and the same record as in memory, whatever is crossed.
 
 use crate::hil::{Hil, TURN};
-use ports::can_socket::{Interface, InterfaceState, kernel_has_can};
+use ports::can_socket::kernel_has_can;
+use skips::Vcan0;
 use std::fs;
+
+/// Those that need a bus of the kernel.
+const TESTS: &str = "--test cli -- crossing::";
 
 /// What a run left: every byte and frame, and the summary.
 struct Left {
@@ -34,10 +38,6 @@ fn compare(plan: &str, bus: &str) {
     assert!(memory.record == crossed.record, "the records differ");
 }
 
-fn has_vcan() -> bool {
-    kernel_has_can().is_ok() && Interface::new("vcan0").state() == InterfaceState::Up
-}
-
 #[test]
 fn a_base_on_a_serial_line_crosses_ptys() {
     compare(&TURN.replace("\"paper\"", "\"paper-serial\""), "pty");
@@ -50,22 +50,14 @@ fn a_base_on_can_crosses_an_adapter() {
 
 #[test]
 fn a_base_on_can_crosses_a_vcan() {
-    if !has_vcan() {
-        let how = format!("{} -p harness --test cli -- crossing::", skips::IN_GUEST);
-        skips::skip("there is no vcan0 here", how);
-        return;
-    }
+    let Some(_bus) = Vcan0::take(TESTS) else { return };
     compare(TURN, "vcan");
 }
 
 #[test]
 fn a_frame_of_another_program_is_an_error() {
     use socketcan::{CanSocket, EmbeddedFrame as _, Socket as _, StandardId};
-    if !has_vcan() {
-        let how = format!("{} -p harness --test cli -- crossing::", skips::IN_GUEST);
-        skips::skip("there is no vcan0 here", how);
-        return;
-    }
+    let Some(_bus) = Vcan0::take(TESTS) else { return };
     let stranger = CanSocket::open("vcan0").unwrap();
     let frame = socketcan::CanFrame::new(StandardId::new(0x7ff).unwrap(), b"stray").unwrap();
     // A plan that is not over before the stranger was there.

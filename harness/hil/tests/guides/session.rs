@@ -4,6 +4,7 @@ use crate::compare::compare;
 use crate::markdown::{Command, Needs};
 use crate::python_package::python_path;
 use rustix::process::{Pid, Signal, kill_process};
+use skips::Vcan0;
 use std::fs::{self, File};
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
@@ -26,6 +27,8 @@ pub struct Session {
     within: PathBuf,
     path: String,
     others: Vec<(String, Child)>,
+    /// Once a command has needed it.
+    bus: Option<Vcan0>,
 }
 
 impl Session {
@@ -42,21 +45,19 @@ impl Session {
         let known = std::env::var_os("PATH").unwrap_or_default();
         places.extend(std::env::split_paths(&known));
         let path = std::env::join_paths(places).unwrap().into_string().unwrap();
-        Self { folder, aside, within, path, others: Vec::new() }
+        Self { folder, aside, within, path, others: Vec::new(), bus: None }
     }
 
     /// What the machine lacks for such commands; said aloud.
-    pub fn lacks(&self, needs: Needs, guide: &str) -> bool {
+    pub fn lacks(&mut self, needs: Needs, guide: &str) -> bool {
         match needs {
             Needs::Nothing | Needs::AnotherTerminal => false,
             Needs::NotRun => true,
             Needs::Can => {
-                let lacks = !Path::new("/sys/class/net/vcan0").exists();
-                if lacks {
-                    let why = format!("there is no vcan0 for a part of {guide}");
-                    skips::skip_unless("HIL_TESTS_NEED_CAN", why, skips::IN_GUEST);
+                if self.bus.is_none() {
+                    self.bus = Vcan0::take("--test guides");
                 }
-                lacks
+                self.bus.is_none()
             }
             Needs::Python => {
                 let mut probe =

@@ -1,6 +1,7 @@
 //! The base through a square, driven by python-can and cantools from the DBC file.
 
-use super::rig::{Emulated, can_interface, file, number, python, told};
+use super::rig::{Emulated, GUEST, file, number, python, told};
+use skips::Vcan0;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -42,7 +43,8 @@ fn a_square_over_an_adapter_that_is_a_pty() {
 
 #[test]
 fn guest_a_square_over_a_bus_of_the_kernel() {
-    let (Some(interface), Some(python)) = (can_interface(), python()) else { return };
+    let (Some(_bus), Some(python)) = (Vcan0::take(GUEST), python()) else { return };
+    let interface = Vcan0::NAME;
     let folder = tempfile::tempdir().unwrap();
     square(python, folder.path(), &format!("can:{interface}"), "socketcan", interface);
 }

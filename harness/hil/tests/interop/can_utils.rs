@@ -1,7 +1,8 @@
 //! The tools that every CAN engineer has: cansend, candump, cangen, canplayer.
 
-use super::rig::{Emulated, can_interface, number, said};
+use super::rig::{Emulated, GUEST, number, said};
 use serde_json::json;
+use skips::Vcan0;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 
@@ -23,7 +24,8 @@ fn statuses(line: &str) -> Option<u8> {
 
 #[test]
 fn guest_can_utils_talk_to_the_base() {
-    let Some(interface) = can_interface() else { return };
+    let Some(_bus) = Vcan0::take(GUEST) else { return };
+    let interface = Vcan0::NAME;
     let folder = tempfile::tempdir().unwrap();
     let (mut base, ready) = Emulated::start(folder.path(), &["base", "--can", interface]);
     assert_eq!(ready["port"], interface);

@@ -1,9 +1,10 @@
 //! A device that is described in a file, and a client in Python that knows nothing but its DBC.
 
-use super::rig::{Emulated, can_interface, file, number, python, told};
+use super::rig::{Emulated, GUEST, file, number, python, told};
 use hil::project::{Template, write};
 use plan::Name;
 use serde_json::{Value, json};
+use skips::Vcan0;
 use std::path::Path;
 use std::process::Command;
 
@@ -46,7 +47,8 @@ fn python_can_commands_it_through_an_adapter() {
 
 #[test]
 fn guest_python_can_commands_it_on_a_bus_of_the_kernel() {
-    let Some(interface) = can_interface() else { return };
+    let Some(_bus) = Vcan0::take(GUEST) else { return };
+    let interface = Vcan0::NAME;
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), &Template::Can.files(&Name::new("oven").unwrap())).unwrap();
     let arguments = ["device", "devices/oven.toml", "--can", interface];

@@ -7,8 +7,8 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
 
 /// Set where a missing Python package is a mistake.
 const PYTHON_REQUIRED: &str = "HIL_TESTS_NEED_PYTHON";
-/// Set where a kernel without CAN is a mistake.
-const CAN_REQUIRED: &str = "HIL_TESTS_NEED_CAN";
+/// Tests that need a bus of the kernel.
+pub const GUEST: &str = "--test interop -- guest_";
 
 /// A file below the root of the repository.
 pub fn file(path: &str) -> PathBuf {
@@ -37,20 +37,6 @@ pub fn python_with(imports: &str, packages: &str) -> Option<PathBuf> {
              tests/interop/requirements.txt, then HIL_TESTS_PYTHON=$PWD/target/interop/bin/python",
         ),
     }
-}
-
-/// The name of a CAN interface that is there.
-pub fn can_interface() -> Option<&'static str> {
-    const INTERFACE: &str = "vcan0";
-    if Path::new("/sys/class/net").join(INTERFACE).exists() {
-        return Some(INTERFACE);
-    }
-    skip(
-        CAN_REQUIRED,
-        "there is no vcan0",
-        "CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUNNER=\"$PWD/tests/vcan-guest/run --\" cargo test -p \
-         harness --test interop",
-    )
 }
 
 /// `hil emulate` in a process of its own.

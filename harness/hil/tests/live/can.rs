@@ -1,11 +1,9 @@
 //! A base on CAN: behind an adapter that is a pty, and on a virtual interface.
 
 use crate::{hil, out, record, run, shown, summary};
-use ports::can_socket::{Interface, InterfaceState};
-use skips::in_time;
+use skips::{Vcan0, in_time};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// A side of a metre and a corner: some 20 s of real time.
 pub const SIDE: &str = r#"
@@ -35,26 +33,13 @@ check = { all_within = [-0.5, 0.5] }
 paper = "none"
 "#;
 
-/// Set where a test that cannot run is to fail, as where a kernel with CAN was started for it.
-const REQUIRED: &str = "HIL_TESTS_NEED_CAN";
+/// Those that need a bus of the kernel.
+const TESTS: &str = "--test live -- can::";
 
 pub fn plan(folder: &Path, text: &str) -> PathBuf {
     let path = folder.join("plan.toml");
     std::fs::write(&path, text).unwrap();
     path
-}
-
-/// The bus vcan0, one test at a time; `None`, and said why, where there is none.
-fn vcan() -> Option<MutexGuard<'static, ()>> {
-    static BUS: Mutex<()> = Mutex::new(());
-    let up = ports::can_socket::kernel_has_can().is_ok()
-        && Interface::new("vcan0").state() == InterfaceState::Up;
-    if !up {
-        let how = format!("{} -p harness --test live can", skips::IN_GUEST);
-        skips::skip_unless(REQUIRED, "there is no vcan0 that is up", how);
-    }
-    // Who held it last may have failed, which is not ours to judge.
-    up.then(|| BUS.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
 fn drives_on(bus: &str, kinds: &str, controller: &str) {
@@ -105,7 +90,7 @@ fn an_adapter_on_a_pty_with_the_controller_as_a_process() {
 #[test]
 fn a_bus_of_the_kernel_is_struck() {
     in_time(|| {
-        if let Some(_bus) = vcan() {
+        if let Some(_bus) = Vcan0::take(TESTS) {
             crate::faults::bus_is_struck("vcan");
         }
     });
@@ -114,7 +99,7 @@ fn a_bus_of_the_kernel_is_struck() {
 #[test]
 fn a_virtual_interface_with_the_controller_in_the_process() {
     in_time(|| {
-        if let Some(_bus) = vcan() {
+        if let Some(_bus) = Vcan0::take(TESTS) {
             drives_on("vcan", "pty+can", "in-process");
         }
     });
@@ -123,7 +108,7 @@ fn a_virtual_interface_with_the_controller_in_the_process() {
 #[test]
 fn a_virtual_interface_with_the_controller_as_a_process() {
     in_time(|| {
-        if let Some(_bus) = vcan() {
+        if let Some(_bus) = Vcan0::take(TESTS) {
             drives_on("vcan", "pty+can", "process");
         }
     });
@@ -164,7 +149,7 @@ fn disturbed(controller: &str, disturb: &str) -> (serde_json::Value, String) {
 #[test]
 fn a_second_base_on_the_bus_is_told_from_ours() {
     in_time(|| {
-        let Some(_bus) = vcan() else { return };
+        let Some(_bus) = Vcan0::take(TESTS) else { return };
         let (summary, record) = disturbed("in-process", "cansend vcan0 181#0000000000000000");
         let reason = summary["reason"].as_str().unwrap();
         assert_eq!(summary["outcome"], "error", "{reason}");
@@ -180,7 +165,7 @@ fn a_second_base_on_the_bus_is_told_from_ours() {
 #[test]
 fn a_flooded_bus_has_a_named_outcome() {
     in_time(|| {
-        let Some(_bus) = vcan() else { return };
+        let Some(_bus) = Vcan0::take(TESTS) else { return };
         let (summary, _) =
             disturbed("in-process", "timeout 4 cangen vcan0 -g 0 -I 7FF -L 8 -i; true");
         let base = summary["ports"].as_array().unwrap().iter().find(|port| port["role"] == "base");

@@ -13,7 +13,7 @@ use controller::health::Level;
 use controller::mission::{AbortReason, MissionResult, Report};
 use devices::{BIAS_DEG_PER_S, base, gyro};
 use rustix::process::Signal;
-use skips::in_time;
+use skips::{Vcan0, in_time};
 use wire::base::Request;
 
 const BIAS_TEST: &str = "{\"id\":1,\"command\":{\"bias_test\":{\"duration_s\":0.5}}}\n";
@@ -146,16 +146,12 @@ fn missions_come_from_one_client_after_the_other() {
     });
 }
 
-/// Needs an interface `vcan0`; `tests/vcan-guest/run` gives one.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_base_on_can_is_driven_and_brought_to_rest() {
     in_time(|| {
-        let Some((_base, requests)) = devices::can_base("vcan0") else {
-            let how = format!("{} -p hil --test process -- a_base_on_can", skips::IN_GUEST);
-            skips::skip("no CAN interface vcan0", how);
-            return;
-        };
+        let Some(_bus) = Vcan0::take("--test process -- a_base_on_can") else { return };
+        let (_base, requests) = devices::can_base(Vcan0::NAME);
         let gyro = gyro(b"");
         let mut process = driving(&gyro.port, "can:vcan0");
         process.close_stdin();

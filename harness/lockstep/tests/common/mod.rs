@@ -181,7 +181,7 @@ pub fn python_with(packages: &str) -> Option<String> {
 pub fn has_tool(name: &str) -> bool {
     let found = Command::new("which").arg(name).output().is_ok_and(|out| out.status.success());
     if !found {
-        skips::skip_unless("HIL_TESTS_NEED_CAN", format!("no {name}"), "apt install can-utils");
+        skips::skip_unless(skips::CAN_REQUIRED, format!("no {name}"), "apt install can-utils");
     }
     found
 }

@@ -22,7 +22,7 @@ pub struct Timing {
     /// processor.
     #[serde(default)]
     pub machine_misses: u64,
-    /// `normal`, or what `realtime` came to.
+    /// `normal`, or what the kernel granted of `realtime`.
     pub scheduling: String,
 }
 

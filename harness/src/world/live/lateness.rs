@@ -128,7 +128,7 @@ impl Lateness {
     }
 
     /// The run ends here, and is only torn down after this. What was late in the step until now may be why it
-    /// came to nothing.
+    /// was broken off.
     pub(super) fn break_off(&mut self) {
         for misses in [&mut self.own, &mut self.machine] {
             misses.at_end.get_or_insert(misses.in_step);
@@ -165,7 +165,7 @@ impl Lateness {
         (judged > 0).then(|| self.say(judged, self.own.worst, "while something was measured"))
     }
 
-    /// Why a plan that failed, or a step that came to nothing, is not to be held against the device under test; `None` where
+    /// Why a plan that failed, or a step that was broken off, is not to be held against the device under test; `None` where
     /// it is.
     pub(super) fn verdict_on_failure(&self) -> Option<String> {
         self.too_late(|misses| misses.judged, "while something was measured").or_else(|| {
