@@ -9,7 +9,7 @@ pub fn column(name: &str, role: Role, unit: Unit, values: Vec<f64>, step: f64) -
     } else {
         values
     };
-    Column { name: name.into(), role, axis: None, unit, values }
+    Column::new(name, role, unit, values)
 }
 
 /// The same column, of one axis.

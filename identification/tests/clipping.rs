@@ -7,7 +7,6 @@ use identification::finding::{Finding, Verdict};
 use identification::identify::{Identified, Options, identify, predict};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use std::collections::BTreeMap;
 
 const RUNS: usize = 6;
 const ROWS: usize = 600;
@@ -40,32 +39,21 @@ fn dataset(
         warm.push(celsius);
         reads.push(range(SCALE * x + BIAS + thermal * (celsius - 25.0) + slow));
     }
-    let column = |name: &str, role, unit, values| Column {
-        name: name.to_owned(),
-        role,
-        axis: None,
-        unit,
-        values,
-    };
     let (measured, reference, unit) = match kind {
         Kind::Sensor => (Role::Measured, Role::Reference, Unit::Ampere),
         _ => (Role::GyroRate, Role::ReferenceRate, Unit::DegreePerSecond),
     };
-    Dataset {
-        name: "bench".to_owned(),
+    Dataset::new(
+        "bench",
         kind,
-        drive: None,
-        constants: BTreeMap::new(),
-        columns: vec![
-            column("time", Role::Time, Unit::Second, time),
-            column("reads", measured, unit, reads),
-            column("truth", reference, unit, truth),
-            column("warmth", Role::Temperature, Unit::Celsius, warm),
+        vec![
+            Column::new("time", Role::Time, Unit::Second, time),
+            Column::new("reads", measured, unit, reads),
+            Column::new("truth", reference, unit, truth),
+            Column::new("warmth", Role::Temperature, Unit::Celsius, warm),
         ],
-        run_of_row: (0..RUNS * ROWS).map(|row| row / ROWS).collect(),
-        run_labels: (0..RUNS).map(|run| run.to_string()).collect(),
-        notices: Vec::new(),
-    }
+        (0..RUNS * ROWS).map(|row| row / ROWS).collect(),
+    )
 }
 
 fn found(dataset: &Dataset) -> Identified {

@@ -60,13 +60,10 @@ fn drive(robot: &Robot, runs: usize, rows: usize, seed: u64) -> Dataset {
         ("y", Role::ReferenceY, Unit::Metre),
         ("heading", Role::ReferenceHeading, Unit::Radian),
     ];
-    let columns = named.into_iter().zip(columns).map(|((name, role, unit), values)| Column {
-        name: name.to_owned(),
-        role,
-        axis: None,
-        unit,
-        values,
-    });
+    let columns = named
+        .into_iter()
+        .zip(columns)
+        .map(|((name, role, unit), values)| Column::new(name, role, unit, values));
     Dataset {
         name: "robot".to_owned(),
         kind: Kind::Odometry,
@@ -167,13 +164,10 @@ fn tricycle(scale: f64, offset: f64, runs: usize, rows: usize) -> Dataset {
         ("y", Role::ReferenceY, Unit::Metre),
         ("heading", Role::ReferenceHeading, Unit::Radian),
     ];
-    let columns = roles.into_iter().zip(columns).map(|((name, role, unit), values)| Column {
-        name: name.to_owned(),
-        role,
-        axis: None,
-        unit,
-        values,
-    });
+    let columns = roles
+        .into_iter()
+        .zip(columns)
+        .map(|((name, role, unit), values)| Column::new(name, role, unit, values));
     Dataset {
         drive: Some(Drive::Tricycle),
         constants: BTreeMap::from([(

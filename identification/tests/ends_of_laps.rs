@@ -7,7 +7,6 @@ use identification::identify::{Identified, Options, identify};
 use identification::model::Model;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use std::collections::BTreeMap;
 
 const LAPS: usize = 80;
 /// Half a side, m.
@@ -26,13 +25,6 @@ fn laps(curvature: &[f64], seed: u64) -> Dataset {
         };
         (0..LAPS).map(draw).collect()
     };
-    let column = |name: &str, role, unit, values: Vec<f64>| Column {
-        name: name.to_owned(),
-        role,
-        axis: None,
-        unit,
-        values,
-    };
     let direction: Vec<f64> = (0..LAPS).map(|lap| if lap % 2 == 0 { 1.0 } else { -1.0 }).collect();
     let row = |value: &dyn Fn(usize) -> f64| (0..LAPS).map(value).collect::<Vec<f64>>();
     let plus = |noise: Vec<f64>, by: f64| -> Vec<f64> {
@@ -46,38 +38,39 @@ fn laps(curvature: &[f64], seed: u64) -> Dataset {
         let noise = noise(0.05);
         noise.iter().zip(&direction).map(|(n, direction)| direction * 360.0 + n).collect()
     };
-    Dataset {
-        name: "laps".to_owned(),
-        kind: Kind::Laps,
-        drive: None,
-        constants: BTreeMap::new(),
-        columns: vec![
-            column("time", Role::Time, Unit::Second, row(&|lap| 100.0 * lap as f64)),
-            column("direction", Role::Direction, Unit::One, direction.clone()),
-            column("gyro_angle", Role::GyroAngle, Unit::Degree, gyro),
-            column("odometry_x", Role::OdometryX, Unit::Metre, vec![0.0; LAPS]),
-            column("odometry_y", Role::OdometryY, Unit::Metre, vec![0.0; LAPS]),
-            column("odometry_heading", Role::OdometryHeading, Unit::Radian, vec![0.0; LAPS]),
-            column("reference_x", Role::ReferenceX, Unit::Metre, along(noise(POSITION))),
-            column("reference_y", Role::ReferenceY, Unit::Metre, plus(noise(POSITION), -LEVER_M)),
-            column(
+    Dataset::new(
+        "laps",
+        Kind::Laps,
+        vec![
+            Column::new("time", Role::Time, Unit::Second, row(&|lap| 100.0 * lap as f64)),
+            Column::new("direction", Role::Direction, Unit::One, direction.clone()),
+            Column::new("gyro_angle", Role::GyroAngle, Unit::Degree, gyro),
+            Column::new("odometry_x", Role::OdometryX, Unit::Metre, vec![0.0; LAPS]),
+            Column::new("odometry_y", Role::OdometryY, Unit::Metre, vec![0.0; LAPS]),
+            Column::new("odometry_heading", Role::OdometryHeading, Unit::Radian, vec![0.0; LAPS]),
+            Column::new("reference_x", Role::ReferenceX, Unit::Metre, along(noise(POSITION))),
+            Column::new(
+                "reference_y",
+                Role::ReferenceY,
+                Unit::Metre,
+                plus(noise(POSITION), -LEVER_M),
+            ),
+            Column::new(
                 "reference_heading",
                 Role::ReferenceHeading,
                 Unit::Radian,
                 plus(noise(HEADING), 1.0),
             ),
-            column(
+            Column::new(
                 "temperature",
                 Role::Temperature,
                 Unit::Celsius,
                 row(&|lap| 25.0 + 5.0 * (lap as f64 / 13.0).sin()),
             ),
-            column("duration", Role::Duration, Unit::Second, vec![64.0; LAPS]),
+            Column::new("duration", Role::Duration, Unit::Second, vec![64.0; LAPS]),
         ],
-        run_of_row: (0..LAPS).map(|lap| lap / 4).collect(),
-        run_labels: (0..LAPS / 4).map(|run| run.to_string()).collect(),
-        notices: Vec::new(),
-    }
+        (0..LAPS).map(|lap| lap / 4).collect(),
+    )
 }
 
 fn identified(laps: &Dataset, model: Option<&Model>) -> Identified {

@@ -5,7 +5,6 @@ use identification::finding::Verdict;
 use identification::identify::{Identified, Options, identify, predict};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use std::collections::BTreeMap;
 
 const RUNS: usize = 4;
 const ROWS: usize = 1800;
@@ -58,19 +57,12 @@ fn dataset(bench: &Bench, seed: u64, sigma: f64, effect: impl Fn(usize) -> f64) 
         let noise: f64 = StandardNormal.sample(&mut random);
         gyro.push(1.002 * bench.rate[row] + 0.01 + effect(row) + sigma * noise);
     }
-    let column = |name: &str, role, unit, values: &[f64]| Column {
-        name: name.to_owned(),
-        role,
-        axis: None,
-        unit,
-        values: values.to_vec(),
-    };
-    Dataset {
-        name: "bench".to_owned(),
-        kind: Kind::Series,
-        drive: None,
-        constants: BTreeMap::new(),
-        columns: vec![
+    let column =
+        |name: &str, role, unit, values: &[f64]| Column::new(name, role, unit, values.to_vec());
+    Dataset::new(
+        "bench",
+        Kind::Series,
+        vec![
             column("time", Role::Time, Unit::Second, &bench.time),
             column("gyro", Role::GyroRate, Unit::DegreePerSecond, &gyro),
             column("reference_rate", Role::ReferenceRate, Unit::DegreePerSecond, &bench.rate),
@@ -78,10 +70,8 @@ fn dataset(bench: &Bench, seed: u64, sigma: f64, effect: impl Fn(usize) -> f64) 
             column("heading", Role::Heading, Unit::Degree, &bench.heading),
             column("supply", Role::Auxiliary, Unit::Volt, &bench.supply),
         ],
-        run_of_row: bench.run.clone(),
-        run_labels: (0..RUNS).map(|run| run.to_string()).collect(),
-        notices: Vec::new(),
-    }
+        bench.run.clone(),
+    )
 }
 
 fn run(data: &Dataset) -> Identified {

@@ -7,7 +7,6 @@ use identification::finding::Finding;
 use identification::identify::{Options, identify};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use std::collections::BTreeMap;
 
 const RUNS: usize = 4;
 const ROWS: usize = 900;
@@ -29,27 +28,16 @@ fn dataset(noise: f64, seed: u64) -> Dataset {
         truth.push(rate(at));
         reads.push(0.1 + 1.002 * rate(at - LATE) + noise * drawn);
     }
-    let column = |name: &str, role, unit, values| Column {
-        name: name.to_owned(),
-        role,
-        axis: None,
-        unit,
-        values,
-    };
-    Dataset {
-        name: "bench".to_owned(),
-        kind: Kind::Series,
-        drive: None,
-        constants: BTreeMap::new(),
-        columns: vec![
-            column("time", Role::Time, Unit::Second, time),
-            column("gyro", Role::GyroRate, Unit::DegreePerSecond, reads),
-            column("reference", Role::ReferenceRate, Unit::DegreePerSecond, truth),
+    Dataset::new(
+        "bench",
+        Kind::Series,
+        vec![
+            Column::new("time", Role::Time, Unit::Second, time),
+            Column::new("gyro", Role::GyroRate, Unit::DegreePerSecond, reads),
+            Column::new("reference", Role::ReferenceRate, Unit::DegreePerSecond, truth),
         ],
-        run_of_row: (0..RUNS * ROWS).map(|row| row / ROWS).collect(),
-        run_labels: (0..RUNS).map(|run| run.to_string()).collect(),
-        notices: Vec::new(),
-    }
+        (0..RUNS * ROWS).map(|row| row / ROWS).collect(),
+    )
 }
 
 fn found(noise: f64, seed: u64) -> Finding {

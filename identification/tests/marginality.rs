@@ -7,7 +7,6 @@ use identification::finding::{Finding, Verdict};
 use identification::identify::{Options, identify};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use std::collections::BTreeMap;
 
 const RUNS: usize = 8;
 const ROWS: usize = 60;
@@ -28,28 +27,22 @@ fn found(bias: impl Fn(f64, f64) -> f64) -> Finding {
         temperature.push(celsius);
         gyro.push(0.02 + bias(celsius, t / 3600.0) + NOISE * noise);
     }
-    let column = |name: &str, role, unit, values: Vec<f64>| Column {
-        name: name.to_owned(),
-        role,
-        axis: None,
-        unit,
-        values,
-    };
-    let dataset = Dataset {
-        name: "chamber".to_owned(),
-        kind: Kind::Series,
-        drive: None,
-        constants: BTreeMap::new(),
-        columns: vec![
-            column("reference", Role::ReferenceRate, Unit::DegreePerSecond, vec![0.0; time.len()]),
-            column("time", Role::Time, Unit::Second, time),
-            column("gyro", Role::GyroRate, Unit::DegreePerSecond, gyro),
-            column("temperature", Role::Temperature, Unit::Celsius, temperature),
+    let dataset = Dataset::new(
+        "chamber",
+        Kind::Series,
+        vec![
+            Column::new(
+                "reference",
+                Role::ReferenceRate,
+                Unit::DegreePerSecond,
+                vec![0.0; time.len()],
+            ),
+            Column::new("time", Role::Time, Unit::Second, time),
+            Column::new("gyro", Role::GyroRate, Unit::DegreePerSecond, gyro),
+            Column::new("temperature", Role::Temperature, Unit::Celsius, temperature),
         ],
-        run_labels: (0..RUNS).map(|run| run.to_string()).collect(),
-        run_of_row: (0..RUNS * ROWS).map(|row| row / ROWS).collect(),
-        notices: Vec::new(),
-    };
+        (0..RUNS * ROWS).map(|row| row / ROWS).collect(),
+    );
     identify(&dataset, None, &Options::default(), &mut |_, _| {}).unwrap().finding
 }
 

@@ -7,7 +7,6 @@ use identification::finding::{Finding, Verdict};
 use identification::identify::{Options, identify};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use std::collections::BTreeMap;
 
 const RUNS: usize = 3;
 const ROWS: usize = 600;
@@ -34,28 +33,22 @@ fn at_rest(slope: f64, slow_part: f64) -> Dataset {
             gyro.push(0.02 + slope * volt + NOISE * (draw() + slow_part * slow));
         }
     }
-    let column = |name: &str, role, unit, values: Vec<f64>| Column {
-        name: name.to_owned(),
-        role,
-        axis: None,
-        unit,
-        values,
-    };
-    Dataset {
-        name: "bench".to_owned(),
-        kind: Kind::Series,
-        drive: None,
-        constants: BTreeMap::new(),
-        columns: vec![
-            column("reference", Role::ReferenceRate, Unit::DegreePerSecond, vec![0.0; time.len()]),
-            column("time", Role::Time, Unit::Second, time),
-            column("gyro", Role::GyroRate, Unit::DegreePerSecond, gyro),
-            column("supply", Role::Auxiliary, Unit::Volt, supply),
+    Dataset::new(
+        "bench",
+        Kind::Series,
+        vec![
+            Column::new(
+                "reference",
+                Role::ReferenceRate,
+                Unit::DegreePerSecond,
+                vec![0.0; time.len()],
+            ),
+            Column::new("time", Role::Time, Unit::Second, time),
+            Column::new("gyro", Role::GyroRate, Unit::DegreePerSecond, gyro),
+            Column::new("supply", Role::Auxiliary, Unit::Volt, supply),
         ],
-        run_labels: (0..RUNS).map(|run| run.to_string()).collect(),
-        run_of_row: (0..RUNS * ROWS).map(|row| row / ROWS).collect(),
-        notices: Vec::new(),
-    }
+        (0..RUNS * ROWS).map(|row| row / ROWS).collect(),
+    )
 }
 
 fn found(dataset: &Dataset, noise_from: Option<Dataset>) -> Finding {

@@ -6,7 +6,6 @@ use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use identification::identify::{Identified, Options, identify};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use std::collections::BTreeMap;
 
 const RUNS: usize = 150;
 
@@ -44,24 +43,9 @@ fn warm_up(size: f64) -> Identified {
     let columns = fields
         .into_iter()
         .zip(values)
-        .map(|((name, role, unit), values)| Column {
-            name: name.to_owned(),
-            role,
-            axis: None,
-            unit,
-            values,
-        })
+        .map(|((name, role, unit), values)| Column::new(name, role, unit, values))
         .collect();
-    let dataset = Dataset {
-        name: "warm-up".to_owned(),
-        kind: Kind::Turns,
-        drive: None,
-        constants: BTreeMap::new(),
-        columns,
-        run_of_row,
-        run_labels: (0..RUNS).map(|run| run.to_string()).collect(),
-        notices: Vec::new(),
-    };
+    let dataset = Dataset::new("warm-up", Kind::Turns, columns, run_of_row);
     identify(&dataset, None, &Options::default(), &mut |_, _| ()).unwrap()
 }
 

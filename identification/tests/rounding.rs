@@ -5,7 +5,6 @@ use identification::finding::Finding;
 use identification::identify::{Options, identify};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use std::collections::BTreeMap;
 
 const ROWS: usize = 2400;
 const SIGMA: f64 = 0.02;
@@ -23,27 +22,16 @@ fn found(step: f64, seed: u64) -> Finding {
             if step > 0.0 { (reading / step).round() * step } else { reading }
         })
         .collect();
-    let column = |name: &str, role, unit, values| Column {
-        name: name.to_owned(),
-        role,
-        axis: None,
-        unit,
-        values,
-    };
-    let dataset = Dataset {
-        name: "bench".to_owned(),
-        kind: Kind::Series,
-        drive: None,
-        constants: BTreeMap::new(),
-        columns: vec![
-            column("time", Role::Time, Unit::Second, time),
-            column("gyro", Role::GyroRate, Unit::DegreePerSecond, gyro),
-            column("table", Role::ReferenceRate, Unit::DegreePerSecond, rate),
+    let dataset = Dataset::new(
+        "bench",
+        Kind::Series,
+        vec![
+            Column::new("time", Role::Time, Unit::Second, time),
+            Column::new("gyro", Role::GyroRate, Unit::DegreePerSecond, gyro),
+            Column::new("table", Role::ReferenceRate, Unit::DegreePerSecond, rate),
         ],
-        run_of_row: vec![0; ROWS],
-        run_labels: vec!["0".to_owned()],
-        notices: Vec::new(),
-    };
+        vec![0; ROWS],
+    );
     identify(&dataset, None, &Options::default(), &mut |_, _| ()).expect("whole data").finding
 }
 

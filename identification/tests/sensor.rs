@@ -7,7 +7,6 @@ use identification::finding::{Effect, Verdict};
 use identification::identify::{Identified, Options, identify, predict};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use std::collections::BTreeMap;
 
 const RUNS: usize = 6;
 const ROWS: usize = 500;
@@ -35,28 +34,17 @@ fn dataset(
             run_of_row.push(run);
         }
     }
-    let column = |name: &str, role, unit, values: Vec<f64>| Column {
-        name: name.to_owned(),
-        role,
-        axis: None,
-        unit,
-        values,
-    };
-    Dataset {
-        name: "sensor".to_owned(),
-        kind: Kind::Sensor,
-        drive: None,
-        constants: BTreeMap::new(),
-        columns: vec![
-            column("time", Role::Time, Unit::Second, time),
-            column("reads", Role::Measured, unit, reads),
-            column("truth", Role::Reference, unit, reference),
-            column("warmth", Role::Temperature, Unit::Celsius, warm),
+    Dataset::new(
+        "sensor",
+        Kind::Sensor,
+        vec![
+            Column::new("time", Role::Time, Unit::Second, time),
+            Column::new("reads", Role::Measured, unit, reads),
+            Column::new("truth", Role::Reference, unit, reference),
+            Column::new("warmth", Role::Temperature, Unit::Celsius, warm),
         ],
-        run_labels: (0..RUNS).map(|run| run.to_string()).collect(),
         run_of_row,
-        notices: Vec::new(),
-    }
+    )
 }
 
 fn found(dataset: &Dataset) -> Identified {

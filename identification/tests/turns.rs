@@ -7,7 +7,6 @@ use identification::finding::Finding;
 use identification::identify::{Identified, Options, identify};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use std::collections::BTreeMap;
 
 /// Noise of one turn, deg.
 const NOISE_DEG: f64 = 0.01;
@@ -51,46 +50,40 @@ fn identified(turns: &[Turn], error: impl Fn(f64, f64) -> f64) -> Identified {
             z
         }
     };
-    let column = |name: &str, role, unit, values: Vec<f64>| Column {
-        name: name.to_owned(),
-        role,
-        axis: None,
-        unit,
-        values,
-    };
     let of = |value: &dyn Fn(&Turn) -> f64| turns.iter().map(value).collect::<Vec<f64>>();
     let gyro = turns
         .iter()
         .map(|turn| 1.001 * turn.angle + 0.002 * turn.duration() + turn.integral(&error) + noise())
         .collect();
-    let dataset = Dataset {
-        name: "table".to_owned(),
-        kind: Kind::Turns,
-        drive: None,
-        constants: BTreeMap::new(),
-        columns: vec![
-            column(
+    let dataset = Dataset::new(
+        "table",
+        Kind::Turns,
+        vec![
+            Column::new(
                 "time",
                 Role::Time,
                 Unit::Second,
                 (0..turns.len()).map(|i| 100.0 * i as f64).collect(),
             ),
-            column("direction", Role::Direction, Unit::One, of(&|turn| turn.angle.signum())),
-            column("gyro_angle", Role::GyroAngle, Unit::Degree, gyro),
-            column("reference_angle", Role::ReferenceAngle, Unit::Degree, of(&|turn| turn.angle)),
-            column(
+            Column::new("direction", Role::Direction, Unit::One, of(&|turn| turn.angle.signum())),
+            Column::new("gyro_angle", Role::GyroAngle, Unit::Degree, gyro),
+            Column::new(
+                "reference_angle",
+                Role::ReferenceAngle,
+                Unit::Degree,
+                of(&|turn| turn.angle),
+            ),
+            Column::new(
                 "table_rate",
                 Role::TableRate,
                 Unit::DegreePerSecond,
                 of(&|turn| turn.rate.copysign(turn.angle)),
             ),
-            column("duration", Role::Duration, Unit::Second, of(&Turn::duration)),
-            column("heading", Role::Heading, Unit::Degree, of(&|turn| turn.from)),
+            Column::new("duration", Role::Duration, Unit::Second, of(&Turn::duration)),
+            Column::new("heading", Role::Heading, Unit::Degree, of(&|turn| turn.from)),
         ],
-        run_labels: (0..turns.len() / 2).map(|run| run.to_string()).collect(),
-        run_of_row: (0..turns.len()).map(|row| row / 2).collect(),
-        notices: Vec::new(),
-    };
+        (0..turns.len()).map(|row| row / 2).collect(),
+    );
     identify(&dataset, None, &Options::default(), &mut |_, _| {}).unwrap()
 }
 

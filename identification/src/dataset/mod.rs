@@ -55,6 +55,21 @@ pub struct Dataset {
 }
 
 impl Dataset {
+    /// These columns, with the run of each row, counted from 0; the labels of the runs are their numbers.
+    pub fn new(name: &str, kind: Kind, columns: Vec<Column>, run_of_row: Vec<usize>) -> Self {
+        let runs = run_of_row.iter().max().map_or(0, |last| last + 1);
+        Self {
+            name: name.to_owned(),
+            kind,
+            drive: None,
+            constants: BTreeMap::new(),
+            columns,
+            run_of_row,
+            run_labels: (0..runs).map(|run| run.to_string()).collect(),
+            notices: Vec::new(),
+        }
+    }
+
     /// How many rows there are.
     pub fn rows(&self) -> usize {
         self.run_of_row.len()
@@ -77,6 +92,11 @@ impl Dataset {
 }
 
 impl Column {
+    /// A column that is of no axis.
+    pub fn new(name: &str, role: Role, unit: Unit, values: Vec<f64>) -> Self {
+        Self { name: name.to_owned(), role, axis: None, unit, values }
+    }
+
     /// Values in SI (radians, seconds, metres); temperatures in degrees Celsius.
     pub fn si(&self) -> impl Iterator<Item = f64> + '_ {
         let factor = self.unit.si();

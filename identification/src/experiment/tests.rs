@@ -51,24 +51,9 @@ fn warm_up(rates: &[f64]) -> Dataset {
     let columns = fields
         .into_iter()
         .zip(values)
-        .map(|((name, role, unit), values)| Column {
-            name: name.to_owned(),
-            role,
-            axis: None,
-            unit,
-            values,
-        })
+        .map(|((name, role, unit), values)| Column::new(name, role, unit, values))
         .collect();
-    Dataset {
-        name: "warm-up".to_owned(),
-        kind: Kind::Turns,
-        drive: None,
-        constants: BTreeMap::new(),
-        columns,
-        run_of_row,
-        run_labels: (0..RUNS).map(|run| run.to_string()).collect(),
-        notices: Vec::new(),
-    }
+    Dataset::new("warm-up", Kind::Turns, columns, run_of_row)
 }
 
 /// The experiment for `effect` of that size (coefficient, SI) against `rivals`, and what each plan brings.
@@ -210,12 +195,8 @@ fn driven(kind: Kind, fields: &[(&str, Role, Unit)], steps: Vec<Step>) -> Datase
     template.constants.insert("wheelbase".to_owned(), wheelbase);
     template.columns = fields
         .iter()
-        .map(|&(name, role, unit)| Column {
-            name: name.to_owned(),
-            role,
-            axis: None,
-            unit,
-            values: vec![0.0; template.run_of_row.len()],
+        .map(|&(name, role, unit)| {
+            Column::new(name, role, unit, vec![0.0; template.run_of_row.len()])
         })
         .collect();
     let thermal = Thermal::of(&template);

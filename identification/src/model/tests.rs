@@ -3,33 +3,24 @@
 use super::{Acts, Driver, Fitted, Form, KNOT, Shape, Term, Wrap};
 use crate::dataset::{Column, Dataset, Kind, Role, Unit};
 use crate::problem::{Channels, DisplayUnit};
-use std::collections::BTreeMap;
 
 const ROWS: usize = 40;
 
 /// A temperature in degrees Celsius, an acceleration, and a rotation that is told in deg/s.
 pub(super) fn channels() -> Channels {
-    let column = |name: &str, role, unit, value: &dyn Fn(f64) -> f64| Column {
-        name: name.to_owned(),
-        role,
-        axis: None,
-        unit,
-        values: (0..ROWS).map(|row| value(row as f64)).collect(),
+    let column = |name: &str, role, unit, value: &dyn Fn(f64) -> f64| {
+        Column::new(name, role, unit, (0..ROWS).map(|row| value(row as f64)).collect())
     };
-    let dataset = Dataset {
-        name: "bench".to_owned(),
-        kind: Kind::Turns,
-        drive: None,
-        constants: BTreeMap::new(),
-        columns: vec![
+    let dataset = Dataset::new(
+        "bench",
+        Kind::Turns,
+        vec![
             column("time", Role::Time, Unit::Second, &|row| 60.0 * row),
             column("coil", Role::Temperature, Unit::Celsius, &|row| 20.0 + 0.3 * row),
             column("jolt", Role::Auxiliary, Unit::MetrePerSecondSquared, &|row| row.sin()),
         ],
-        run_of_row: vec![0; ROWS],
-        run_labels: vec!["1".to_owned()],
-        notices: Vec::new(),
-    };
+        vec![0; ROWS],
+    );
     let mut channels = Channels::new(&dataset);
     channels.rotation = (0..ROWS).map(|row| 0.01 * row as f64).collect();
     channels.rotation_unit = Unit::DegreePerSecond;

@@ -95,38 +95,27 @@ mod tests {
         let rate = |t: f64| 20.0 * (4.0 * t).sin();
         let noise = |t: f64| 0.1 * ((t * 1e4).sin() * 1e4).fract();
         let error = |t: f64| 1e-3 * (t / 900.0).sin() + noise(t);
-        let column = |name: &str, role, unit, values| Column {
-            name: name.to_owned(),
-            role,
-            axis: None,
-            unit,
-            values,
-        };
-        let dataset = Dataset {
-            name: "long".to_owned(),
-            kind: Kind::Series,
-            drive: None,
-            constants: std::collections::BTreeMap::new(),
-            columns: vec![
-                column("time", Role::Time, Unit::Second, series(&|t| t)),
-                column(
+        let dataset = Dataset::new(
+            "long",
+            Kind::Series,
+            vec![
+                Column::new("time", Role::Time, Unit::Second, series(&|t| t)),
+                Column::new(
                     "gyro",
                     Role::GyroRate,
                     Unit::DegreePerSecond,
                     series(&|t| rate(t) + error(t)),
                 ),
-                column("table", Role::ReferenceRate, Unit::DegreePerSecond, series(&rate)),
-                column(
+                Column::new("table", Role::ReferenceRate, Unit::DegreePerSecond, series(&rate)),
+                Column::new(
                     "temperature",
                     Role::Temperature,
                     Unit::Celsius,
                     series(&|t| 20.0 + (t / 900.0).sin()),
                 ),
             ],
-            run_of_row: vec![0; n],
-            run_labels: vec!["0".to_owned()],
-            notices: Vec::new(),
-        };
+            vec![0; n],
+        );
         Problem::new(&dataset, Known::default()).unwrap()
     }
 

@@ -3,7 +3,6 @@
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 /// The same duration of a programme step at any sampling, s.
@@ -121,18 +120,9 @@ pub fn turns(count: usize) -> Dataset {
 }
 
 fn column(name: &str, role: Role, unit: Unit, values: &[f64]) -> Column {
-    Column { name: name.to_owned(), role, axis: None, unit, values: values.to_vec() }
+    Column::new(name, role, unit, values.to_vec())
 }
 
 fn dataset(kind: Kind, columns: Vec<Column>, run: &[usize]) -> Dataset {
-    Dataset {
-        name: "recorded".to_owned(),
-        kind,
-        drive: None,
-        constants: BTreeMap::new(),
-        columns,
-        run_of_row: run.to_vec(),
-        run_labels: (0..=run.last().copied().unwrap_or(0)).map(|run| run.to_string()).collect(),
-        notices: Vec::new(),
-    }
+    Dataset::new("recorded", kind, columns, run.to_vec())
 }

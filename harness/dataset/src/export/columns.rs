@@ -22,13 +22,7 @@ pub struct Columns {
 impl Columns {
     /// Empty ones of these fields.
     pub fn new(fields: &[Field]) -> Self {
-        let column = |&(name, role, unit): &Field| Column {
-            name: name.to_owned(),
-            role,
-            axis: None,
-            unit,
-            values: Vec::new(),
-        };
+        let column = |&(name, role, unit): &Field| Column::new(name, role, unit, Vec::new());
         Self { columns: fields.iter().map(column).collect(), runs: Vec::new() }
     }
 
@@ -47,7 +41,7 @@ impl Columns {
 
     /// Another field, with a value a row.
     pub fn add(&mut self, name: &str, role: Role, unit: Unit, values: Vec<f64>) {
-        self.columns.push(Column { name: name.to_owned(), role, axis: None, unit, values });
+        self.columns.push(Column::new(name, role, unit, values));
     }
 
     /// A data set, made by the rules for those that are read. Fields of which nothing is known are left out.

@@ -5,6 +5,7 @@ use crate::hil::{ENDLESS, Hil, Ran, TURN};
 use record::reader::RecordError;
 use record::run_folder::{RECORD, RunFolder};
 use rustix::process::{Pid, Signal, kill_process};
+use skips::in_time;
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
@@ -80,26 +81,28 @@ fn a_run_that_is_killed_leaves_a_record_and_the_same_command_works_again() {
 
 #[test]
 fn a_run_in_real_time_that_is_killed_lacks_at_most_a_second() {
-    let hil = Hil::new();
-    fs::write(hil.path("endless.toml"), ENDLESS).unwrap();
-    let arguments = ["run", "endless.toml", "--clock", "real", "--controller", "in-process"];
-    let arguments = [&arguments[..], &["--record", "full", "--out", "run"]].concat();
-    let mut child = start(&hil, &arguments);
-    let record = hil.path("run").join(RECORD);
-    wait_for("the record", || length(&record) > 0);
-    wait_for("records", || {
-        RunFolder::open(hil.path("run"))
-            .is_ok_and(|run| run.records().is_ok_and(|all| all.count() > 1))
+    in_time(|| {
+        let hil = Hil::new();
+        fs::write(hil.path("endless.toml"), ENDLESS).unwrap();
+        let arguments = ["run", "endless.toml", "--clock", "real", "--controller", "in-process"];
+        let arguments = [&arguments[..], &["--record", "full", "--out", "run"]].concat();
+        let mut child = start(&hil, &arguments);
+        let record = hil.path("run").join(RECORD);
+        wait_for("the record", || length(&record) > 0);
+        wait_for("records", || {
+            RunFolder::open(hil.path("run"))
+                .is_ok_and(|run| run.records().is_ok_and(|all| all.count() > 1))
+        });
+        let (seen_s, ran) = (last_s(&hil.path("run")), Duration::from_secs(4));
+        pause(ran);
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let last_s = last_s(&hil.path("run"));
+        assert!(
+            last_s > seen_s + ran.as_secs_f64() - 1.0,
+            "{last_s} s, {seen_s} s were seen before {ran:?}"
+        );
     });
-    let (seen_s, ran) = (last_s(&hil.path("run")), Duration::from_secs(4));
-    pause(ran);
-    child.kill().unwrap();
-    child.wait().unwrap();
-    let last_s = last_s(&hil.path("run"));
-    assert!(
-        last_s > seen_s + ran.as_secs_f64() - 1.0,
-        "{last_s} s, {seen_s} s were seen before {ran:?}"
-    );
 }
 
 #[test]

@@ -93,30 +93,32 @@ fn said(ran: &Ran) -> (BTreeSet<String>, Value) {
 
 #[test]
 fn what_breaks_on_a_workers_bench_is_what_breaks_on_ones_own() {
-    let Some(server) = Server::start() else { return };
-    let hil = there(BENCH);
-    let url = server.url();
-    let first = hil.start("first", &worker(&url, "window.toml"));
-    first.wait_until_it_says("holds the bench window");
-    let over = hil.start("over", &slips("over", &["--nats", &url]));
+    in_time(|| {
+        let Some(server) = Server::start() else { return };
+        let hil = there(BENCH);
+        let url = server.url();
+        let first = hil.start("first", &worker(&url, "window.toml"));
+        first.wait_until_it_says("holds the bench window");
+        let over = hil.start("over", &slips("over", &["--nats", &url]));
 
-    // One that is asked to end breaks off what it had begun, and the next begins it anew.
-    first.wait_until_it_says(": short");
-    first.interrupt();
-    let first = first.ends().exits(0);
-    assert!(first.err.contains("0 cases carried out"), "{}", first.err);
-    let second = hil.start("second", &worker(&url, "./window.toml"));
-    second.wait_until_it_says("holds the bench window");
+        // One that is asked to end breaks off what it had begun, and the next begins it anew.
+        first.wait_until_it_says(": short");
+        first.interrupt();
+        let first = first.ends().exits(0);
+        assert!(first.err.contains("0 cases carried out"), "{}", first.err);
+        let second = hil.start("second", &worker(&url, "./window.toml"));
+        second.wait_until_it_says("holds the bench window");
 
-    // One after the other: both are in real time.
-    let over = over.ends().exits(1);
-    let alone = hil.start("alone", &slips("alone", &[])).ends().exits(1);
-    let ((there, end), (here, _)) = (said(&over), said(&alone));
-    assert_eq!(there, here, "the same is said wherever the bench is");
-    assert_eq!((&end["confidence"], &end["stopped"]), (&0.7.into(), &false.into()));
-    assert_eq!(cases_waiting(&url), 0);
-    second.interrupt();
-    second.ends().exits(0);
+        // One after the other: both are in real time.
+        let over = over.ends().exits(1);
+        let alone = hil.start("alone", &slips("alone", &[])).ends().exits(1);
+        let ((there, end), (here, _)) = (said(&over), said(&alone));
+        assert_eq!(there, here, "the same is said wherever the bench is");
+        assert_eq!((&end["confidence"], &end["stopped"]), (&0.7.into(), &false.into()));
+        assert_eq!(cases_waiting(&url), 0);
+        second.interrupt();
+        second.ends().exits(0);
+    });
 }
 
 #[test]
