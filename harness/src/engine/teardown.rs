@@ -1,6 +1,7 @@
 //! The end of every run, however it came about: the base is told to stop, and asked until it stands.
 
 use super::Action;
+use crate::record::{Device, RecordKind};
 use controller::mission::{Command, Mission, MissionId, Report};
 use std::collections::VecDeque;
 use wire::table;
@@ -56,7 +57,9 @@ impl Teardown {
         if now < self.ask_at {
             return false;
         }
-        let mut send = |command| {
+        let mut send = |command: Command| {
+            let record = RecordKind::Command(Box::new(command.clone()));
+            actions.push_back(Action::Record(Device::Plan, record));
             let mission = Mission { id: *next_id, command };
             *next_id = next_id.wrapping_add(1);
             actions.push_back(Action::Mission(Box::new(mission)));

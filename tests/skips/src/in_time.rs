@@ -21,7 +21,7 @@ const PERIOD: Duration = Duration::from_millis(5);
 const LATE_MS_MAX: u64 = 20;
 
 /// Runs a test that needs real time. It fails like any other, but where the machine was late meanwhile: then its failure
-/// proves nothing, and it is skipped aloud. A test that says [`NOT_IN_TIME`] when it fails tells so itself.
+/// proves nothing, and it is skipped aloud. A test whose panic says that its run did not keep real time tells so itself.
 pub fn in_time(test: impl FnOnce() + UnwindSafe) {
     let watch = Watch::start();
     let Err(panic) = catch_unwind(test) else { return };
