@@ -1,7 +1,8 @@
 //! Runs plans in the simulated world and judges them: the way from files to a summary.
 //!
 //! [`Prepared::load`] reads a plan and what it names; [`run_to_folder`] runs it and leaves a run
-//! folder; [`verdicts`] runs it and keeps nothing; [`judge_again`] judges what was recorded earlier.
+//! folder; [`verdicts`] runs it and keeps nothing; [`judge_again`] judges what was recorded earlier, and [`rerun()`] gives it
+//! once more to who was under test.
 
 mod again;
 mod declared;
@@ -10,6 +11,7 @@ mod prepared;
 mod recorded_properties;
 mod rig_of;
 
+pub use crate::rig::rerun::{Difference, Rerun, RerunError, Said};
 pub use again::{IMPORTED, JudgedAgain, judge_again, unfinished};
 #[cfg(feature = "live")]
 pub(crate) use keep::keep;
@@ -30,8 +32,10 @@ use crate::operator::Answers;
 use crate::outcome::{Measurement, Outcome};
 use crate::properties::{Property, PropertyVerdict, Unjudged};
 use crate::record::FaultSummary;
-use crate::record::Progress;
+use crate::record::reader::RecordError;
 use crate::record::sink::{NullSink, RecordSink};
+use crate::record::{Progress, Record};
+use crate::rig::rerun;
 use crate::rig::simulate::Simulation;
 use crate::world::crossing::{Crossing, Memory};
 use wire::time::Timestamp;
@@ -107,10 +111,7 @@ fn go(
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Simulated {
-    let start = |place: usize| {
-        let own = prepared.own.start(&prepared.rig.nodes[place].name);
-        own.map(Ok).or_else(|| prepared.programs.start(&prepared.rig, place))
-    };
+    let start = |place: usize| prepared.start(place);
     let seed = prepared.plan.seed_of_run(seed);
     let (rig, director, monitor) = prepared.simulated(seed, answers, watched, &start);
     let mut simulation = Simulation::new(crossing, rig, director, seed).with_monitor(monitor);
@@ -130,6 +131,22 @@ fn go(
         unjudged: Vec::new(),
         announced: simulation.director.engine.has_announced(),
     }
+}
+
+/// Who is under test in a prepared plan once more, on what it heard in the run of `records`, which `seed` made.
+///
+/// # Errors
+///
+/// When the record does not hold what was heard, or nobody is under test here.
+pub fn rerun(
+    prepared: &Prepared,
+    seed: u64,
+    records: impl IntoIterator<Item = Result<Record, RecordError>>,
+) -> Result<Rerun, RerunError> {
+    let start = |place: usize| prepared.start(place);
+    let seed = prepared.plan.seed_of_run(seed);
+    let (rig, ..) = prepared.simulated(seed, &Answers::default(), None, &start);
+    rerun::rerun(rig, records)
 }
 
 /// Closes the record; a run whose record is not whole is broken.

@@ -49,12 +49,13 @@ use crate::library::{Kind, Library, Source};
 use crate::made::Made;
 use crate::operator::Answers;
 use crate::plan::{Plan, Property};
+use crate::record::run_folder::RunFolder;
 use crate::record::sink::Level;
-use crate::run::{Options, Prepared, run_to_folder};
+use crate::run::{Options, Prepared, Rerun, rerun, run_to_folder};
 use crate::stopwatch::Stopwatch;
 use controller::config::Config;
 use folder::Folder;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use wire::device::Device;
 
 /// The seed where none is given, as of `hil run`.
@@ -198,6 +199,18 @@ impl Trial {
         let watch = Stopwatch::start();
         let done = run_to_folder(&self.prepared, &options, &mut |_| true, &|| watch.elapsed_s())?;
         Ok(TrialRun::new(done.summary, done.made, folder))
+    }
+
+    /// Who is under test hears again what was heard in the run of this folder, which was recorded at [`Level::Full`]: a
+    /// controller that was changed since, say. The plan and its devices are those of that run.
+    ///
+    /// # Errors
+    ///
+    /// When the folder has no run, or its record does not hold what was heard.
+    pub fn rerun(&self, recorded: &Path) -> Result<Rerun, TrialError> {
+        let records = RunFolder::open(recorded)?.records()?;
+        let seed = records.header().seed;
+        Ok(rerun(&self.prepared, seed, records)?)
     }
 
     /// A search for faults that break it.

@@ -26,6 +26,7 @@ mod properties;
 mod protected;
 mod reactions;
 mod refusals;
+mod rerun;
 mod rigs;
 mod seeds;
 mod silence;

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use harness::{Trial, TrialRun};
+use record::sink::Level;
 use std::path::Path;
 use tempfile::TempDir;
 use tests::project;
@@ -184,6 +185,21 @@ for _ in range(20):
     bus.recv(16)
 time.sleep(1e6)
 ";
+
+/// What the cells sent stands in the record; the sound program says what it said, a changed one does not.
+#[test]
+fn a_recorded_run_is_given_once_more_to_a_program() {
+    let recorded = load(&pack(&manager(None)), "deadlines.toml").with_record(Level::Full);
+    let recorded = recorded.run().unwrap();
+    let again = |mistake| {
+        let trial = load(&pack(&manager(mistake)), "deadlines.toml");
+        trial.rerun(recorded.folder()).unwrap()
+    };
+    let same = again(None);
+    assert_eq!((same.difference, same.recorded.outputs > 20), (None, true));
+    let changed = again(Some("skips-precharge")).difference.unwrap();
+    assert!(changed.recorded.is_some() && changed.now.is_some(), "{changed:?}");
+}
 
 #[test]
 fn a_program_listens_beside_the_papers_robot() {

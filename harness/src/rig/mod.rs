@@ -27,6 +27,7 @@ pub(crate) mod line;
 pub(crate) mod node;
 mod own;
 mod replayed;
+pub mod rerun;
 pub(crate) mod robot;
 pub mod simulate;
 mod slips;

@@ -4,7 +4,7 @@ use super::declared;
 use super::rig_of::{RigError, load_rig};
 use crate::calibrations::{self, CalibrationError};
 use crate::engine::Engine;
-use crate::hosted::{Hosting, OwnDevices};
+use crate::hosted::{Hosting, NodeDevice, OwnDevices};
 use crate::library::{Kind, Library, LibraryError, PLAN, Pack, Source};
 use crate::made::Made;
 use crate::models::{self, ModelError};
@@ -205,6 +205,12 @@ impl Prepared {
             |node: &&RigNode| matches!(node.part, NodePart::UnderTest(_) | NodePart::Replayed(_));
         let awaited = self.rig.nodes.iter().filter(awaited).map(|node| node.name.clone());
         engine.awaiting(awaited.collect())
+    }
+
+    /// What plays the node under test at `place` in virtual time; none where nothing does.
+    pub(super) fn start(&self, place: usize) -> Option<Result<Box<dyn NodeDevice>, String>> {
+        let own = self.own.start(&self.rig.nodes[place].name);
+        own.map(Ok).or_else(|| self.programs.start(&self.rig, place))
     }
 
     /// The rig at work in the run whose random numbers are of `seed`, who gives orders on it, and who watches over `properties`.

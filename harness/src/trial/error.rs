@@ -1,7 +1,7 @@
 //! Why a trial cannot be carried out at all.
 
 use crate::campaign::{JournalError, RegressionError};
-use crate::run::PrepareError;
+use crate::run::{PrepareError, RerunError};
 use crate::run_folder::RunFolderError;
 use miette::Diagnostic;
 use std::{fmt, io};
@@ -18,6 +18,10 @@ pub enum TrialError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Folder(#[from] RunFolderError),
+    /// A run cannot be carried out again on its record.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Rerun(#[from] RerunError),
     /// There is no room for what a run leaves behind.
     #[error("failed to make a temporary folder in {}", std::env::temp_dir().display())]
     #[diagnostic(help("say where with `in_folder`, or set TMPDIR"))]

@@ -46,6 +46,7 @@ mod progress;
 mod repetition;
 mod replay;
 mod report;
+mod rerun;
 mod run;
 mod schema;
 mod seeds;
@@ -107,6 +108,7 @@ enum Command {
     Show(show::ShowArguments),
     List(list::ListArguments),
     Diff(diff::DiffArguments),
+    Rerun(rerun::RerunArguments),
     Doctor(doctor::DoctorArguments),
     Draw(draw::DrawArguments),
     Emulate(emulate::EmulateArguments),
@@ -133,6 +135,7 @@ impl Cli {
             Some(Command::Identify(arguments)) => arguments.json,
             Some(Command::Predict(arguments)) => arguments.json,
             Some(Command::Log(arguments)) => arguments.json(),
+            Some(Command::Rerun(arguments)) => arguments.json,
             Some(_) => false,
         }
     }
@@ -150,6 +153,7 @@ impl Cli {
             Some(Command::Show(arguments)) => arguments.execute(),
             Some(Command::List(arguments)) => arguments.execute(),
             Some(Command::Diff(arguments)) => arguments.execute(),
+            Some(Command::Rerun(arguments)) => arguments.execute(screen),
             Some(Command::Doctor(arguments)) => arguments.execute(),
             Some(Command::Draw(arguments)) => arguments.execute(),
             Some(Command::Emulate(arguments)) => arguments.execute(screen),

@@ -43,6 +43,20 @@ pub(super) enum Controller {
     Command(String),
 }
 
+impl Controller {
+    /// How it is started in virtual time; ours in this process where none is named.
+    pub(super) fn hosting(named: Option<&Self>) -> Hosting {
+        match named {
+            None | Some(Self::InProcess) => Hosting::default(),
+            Some(Self::Process) => Hosting::program(ControllerProgram::Ours),
+            Some(Self::Command(line)) => {
+                let words = line.split_whitespace().map(str::to_owned).collect();
+                Hosting::program(ControllerProgram::Words(words))
+            }
+        }
+    }
+}
+
 impl FromStr for Controller {
     type Err = String;
 
@@ -221,14 +235,7 @@ impl SetupArguments {
 
     /// Whose controller is tested in virtual time.
     pub(super) fn hosting(&self) -> Hosting {
-        match &self.controller {
-            None | Some(Controller::InProcess) => Hosting::default(),
-            Some(Controller::Process) => Hosting::program(ControllerProgram::Ours),
-            Some(Controller::Command(line)) => {
-                let words = line.split_whitespace().map(str::to_owned).collect();
-                Hosting::program(ControllerProgram::Words(words))
-            }
-        }
+        Controller::hosting(self.controller.as_ref())
     }
 
     /// What a run in virtual time of what a campaign found has to be told.

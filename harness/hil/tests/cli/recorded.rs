@@ -237,3 +237,19 @@ fn properties_are_judged_again_by_what_the_record_holds_of_them() {
         }
     }
 }
+
+#[test]
+fn a_run_is_given_once_more_to_its_controller() {
+    let hil = Hil::with_plan(TURN);
+    hil.run(&["run", "turn.toml", "--record", "full", "--out", "full"]).exits(0);
+    let same = hil.run(&["rerun", "full"]).exits(0).out;
+    assert!(same.starts_with("the same: "), "{same}");
+    assert_eq!(hil.run(&["rerun", "full", "--controller", "process"]).exits(0).out, same);
+    let dumb = hil.run(&["rerun", "full", "--controller", "sleep 1000000", "--json"]).exits(1);
+    let dumb: serde_json::Value = serde_json::from_str(&dumb.out).unwrap();
+    assert!(dumb["difference"]["recorded"].as_str().unwrap().contains("starting"), "{dumb}");
+    assert_eq!((&dumb["difference"]["now"], &dumb["now"]["outputs"]), (&().into(), &0.into()));
+    hil.run(&["run", "turn.toml", "--out", "events"]).exits(0);
+    let refused = hil.run(&["rerun", "events"]).exits(2).err;
+    assert!(refused.contains("no bytes and no frames") && refused.contains("--record full"));
+}

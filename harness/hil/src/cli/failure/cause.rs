@@ -10,7 +10,7 @@ use exchange::mcap::McapExportError;
 use exchange::tables::TablesError;
 use harness::emulation::EmulationError;
 use harness::operator::AnswersError;
-use harness::run::PrepareError;
+use harness::run::{PrepareError, RerunError};
 use harness::run_live::LiveRunError;
 use harness::world::bench::DevicesError;
 use harness::world::crossing::KernelError;
@@ -148,6 +148,10 @@ pub(super) enum Cause {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Replay(#[from] ReplayError),
+    /// A run cannot be carried out again on its record.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Rerun(#[from] RerunError),
     /// A device file cannot be used.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -175,6 +179,7 @@ impl Cause {
             | Self::Export(_)
             | Self::Import(_)
             | Self::Model(_)
+            | Self::Rerun(_)
             | Self::Answers(_)
             | Self::Bench(_)
             | Self::Account(AccountError::Foreign { .. } | AccountError::Version { .. })

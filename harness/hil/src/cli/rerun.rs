@@ -1,0 +1,107 @@
+//! `hil rerun`: a controller on what it heard in a recorded run.
+
+use super::failure::Failure;
+use super::progress::Screen;
+use super::setup::Controller;
+use super::{say, say_json};
+use clap::Args;
+use harness::run::{Difference, Prepared, Rerun, Said, load_recorded, rerun};
+use record::header::Header;
+use record::outcome::Outcome;
+use record::run_folder::RunFolder;
+use record::text::Line;
+use record::{Device, Record};
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Gives a controller what it heard in a recorded run, and compares what it says with what was said then.
+///
+/// Nothing answers it: what the devices sent stands in the record. The run needs `--record full`. A run in virtual time is the
+/// same to the nanosecond; in a run in real time the controller was woken at moments that no record holds, and its
+/// reports differ in their last digits. Fails where anything differs.
+#[derive(Debug, Args)]
+pub(super) struct RerunArguments {
+    /// A run folder.
+    #[arg(value_name = "RUN")]
+    run: PathBuf,
+    /// The controller: in-process, process, or a command line with {gyro} and {base} for the ports
+    #[arg(long, value_name = "in-process|process|COMMAND")]
+    controller: Option<Controller>,
+    /// Print one JSON document and nothing else.
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+impl RerunArguments {
+    pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        let name = self.run.display().to_string();
+        let folder = RunFolder::open(&self.run)?.telling(screen.reading(&name));
+        let records = folder.records()?;
+        let header = records.header().clone();
+        let Some((plan, rig)) = load_recorded(&header, None)? else {
+            let message = format!("the record of {name} holds no plan");
+            return Err(Failure::arguments(message, "run the plan again with this version"));
+        };
+        if self.controller.is_some() && rig.robot.is_none() {
+            let message =
+                format!("--controller has no meaning for {name}: it has no controller of a robot");
+            return Err(Failure::arguments(
+                message,
+                "leave it out: the rig names what is under test",
+            ));
+        }
+        let mut prepared = Prepared::new(Arc::new(plan), rig, <_>::default(), <_>::default());
+        prepared.hosting = Controller::hosting(self.controller.as_ref());
+        let came = rerun(&prepared, header.seed, records)?;
+        let is_same = came.difference.is_none() && came.ended.is_none();
+        if self.json {
+            say_json(&document(&came, &header))?;
+        } else {
+            say(&text(&came, &header))?;
+        }
+        Ok(if is_same { Outcome::Passed } else { Outcome::Failed })
+    }
+}
+
+fn line(record: Option<&Record>, header: &Header) -> Option<String> {
+    let name = |device: Device| header.name_of(device);
+    record.map(|record| Line(record, name(record.device)).to_string().trim().to_owned())
+}
+
+fn text(came: &Rerun, header: &Header) -> String {
+    let count = |said: Said| format!("{} outputs and {} reports", said.outputs, said.reports);
+    let mut text = match &came.difference {
+        None => format!("the same: {}\n", count(came.now)),
+        Some(Difference { recorded, now }) => {
+            let told = |record| {
+                line(record, header)
+                    .map_or_else(|| "nothing".to_owned(), |line| format!("`{line}`"))
+            };
+            format!(
+                "first difference: recorded {}, now {}\nrecorded: {}, now: {}\n",
+                told(recorded.as_ref()),
+                told(now.as_ref()),
+                count(came.recorded),
+                count(came.now),
+            )
+        }
+    };
+    if let Some(how) = &came.ended {
+        text += &format!("the program ended before the run was over: {how}\n");
+    }
+    text
+}
+
+fn document(came: &Rerun, header: &Header) -> Value {
+    let count = |said: Said| json!({ "outputs": said.outputs, "reports": said.reports });
+    let difference = came.difference.as_ref().map(|Difference { recorded, now }| {
+        json!({ "recorded": line(recorded.as_ref(), header), "now": line(now.as_ref(), header) })
+    });
+    json!({
+        "recorded": count(came.recorded),
+        "now": count(came.now),
+        "difference": difference,
+        "ended": came.ended,
+    })
+}
