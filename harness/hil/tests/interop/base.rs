@@ -1,7 +1,7 @@
 //! The base through a square, driven by python-can and cantools from the DBC file.
 
 use super::rig::{Emulated, GUEST, file, number, python, told};
-use skips::Vcan0;
+use skips::{Vcan0, in_time};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -36,15 +36,19 @@ fn square(python: PathBuf, folder: &Path, port: &str, interface: &str, channel: 
 
 #[test]
 fn a_square_over_an_adapter_that_is_a_pty() {
-    let Some(python) = python() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    square(python, folder.path(), "slcan-pty:can.pty", "slcan", "can.pty");
+    in_time(|| {
+        let Some(python) = python() else { return };
+        let folder = tempfile::tempdir().unwrap();
+        square(python, folder.path(), "slcan-pty:can.pty", "slcan", "can.pty");
+    });
 }
 
 #[test]
 fn guest_a_square_over_a_bus_of_the_kernel() {
-    let (Some(_bus), Some(python)) = (Vcan0::take(GUEST), python()) else { return };
-    let interface = Vcan0::NAME;
-    let folder = tempfile::tempdir().unwrap();
-    square(python, folder.path(), &format!("can:{interface}"), "socketcan", interface);
+    in_time(|| {
+        let (Some(_bus), Some(python)) = (Vcan0::take(GUEST), python()) else { return };
+        let interface = Vcan0::NAME;
+        let folder = tempfile::tempdir().unwrap();
+        square(python, folder.path(), &format!("can:{interface}"), "socketcan", interface);
+    });
 }

@@ -2,6 +2,7 @@
 
 use super::rig::{Emulated, file, number, python, told};
 use serde_json::json;
+use skips::in_time;
 use std::process::Command;
 
 /// How far the mean of a stream may be off: half a count of the coarsest.
@@ -36,20 +37,28 @@ fn decoded(stream: &str, frames: u32, nominal_hz: f64) {
 
 #[test]
 fn navigator() {
-    decoded("navigator", 300, 100.0);
+    in_time(|| {
+        decoded("navigator", 300, 100.0);
+    });
 }
 
 #[test]
 fn ecore2000() {
-    decoded("ecore2000", 300, 100.0);
+    in_time(|| {
+        decoded("ecore2000", 300, 100.0);
+    });
 }
 
 #[test]
 fn dsp3000_ascii() {
-    decoded("dsp3000-ascii", 300, 100.0);
+    in_time(|| {
+        decoded("dsp3000-ascii", 300, 100.0);
+    });
 }
 
 #[test]
 fn dsp3000_binary() {
-    decoded("dsp3000-binary", 3_000, 1_000.0);
+    in_time(|| {
+        decoded("dsp3000-binary", 3_000, 1_000.0);
+    });
 }

@@ -2,6 +2,7 @@
 
 use super::python_package::python_path;
 use super::rig::{file, python_with, shown};
+use skips::in_time;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -71,28 +72,30 @@ fn count(text: &str, what: &str) -> usize {
 
 #[test]
 fn verdicts_are_tests_and_programs_find_their_lines_in_virtual_and_in_real_time() {
-    let Some(project) = Project::new() else { return };
-    let output = project.pytest(&["-v", "--junitxml", "pytest.xml"]);
-    let shown = shown(&output);
-    assert!(output.status.success(), "{shown}");
-    for passed in [
-        "plans/settles.toml::time_to_heat PASSED",
-        "plans/thermostat.toml::run PASSED",
-        "plans/thermostat.toml::never too hot PASSED",
-        "test_device.py::test_the_heater_follows_its_command PASSED",
-        "test_seeds.py::test_other_noise_passes_too[4] PASSED",
-    ] {
-        assert!(shown.contains(passed), "no {passed} in {shown}");
-    }
-    assert!(shown.contains("12 passed"), "{shown}");
-    let junit = fs::read_to_string(project.path("pytest.xml")).unwrap();
-    for part in [
-        r#"<testcase classname="plans.settles.toml" name="temperature_held""#,
-        r#"<property name="verdict" value="time_to_heat: measured "#,
-        "runs/thermostat-seed1/report.html",
-    ] {
-        assert!(junit.contains(part), "no {part} in {junit}");
-    }
+    in_time(|| {
+        let Some(project) = Project::new() else { return };
+        let output = project.pytest(&["-v", "--junitxml", "pytest.xml"]);
+        let shown = shown(&output);
+        assert!(output.status.success(), "{shown}");
+        for passed in [
+            "plans/settles.toml::time_to_heat PASSED",
+            "plans/thermostat.toml::run PASSED",
+            "plans/thermostat.toml::never too hot PASSED",
+            "test_device.py::test_the_heater_follows_its_command PASSED",
+            "test_seeds.py::test_other_noise_passes_too[4] PASSED",
+        ] {
+            assert!(shown.contains(passed), "no {passed} in {shown}");
+        }
+        assert!(shown.contains("12 passed"), "{shown}");
+        let junit = fs::read_to_string(project.path("pytest.xml")).unwrap();
+        for part in [
+            r#"<testcase classname="plans.settles.toml" name="temperature_held""#,
+            r#"<property name="verdict" value="time_to_heat: measured "#,
+            "runs/thermostat-seed1/report.html",
+        ] {
+            assert!(junit.contains(part), "no {part} in {junit}");
+        }
+    });
 }
 
 #[test]

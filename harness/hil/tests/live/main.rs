@@ -115,43 +115,47 @@ fn a_side_and_a_corner_with_the_controller_in_the_process() {
 
 #[test]
 fn an_unreachable_port_is_named_and_the_bench_is_broken() {
-    let (folder, out) = out("port");
-    let bench = folder.path().join("bench.toml");
-    std::fs::write(&bench, "[gyro]\nport = \"/dev/there-is-no-such-port\"\n").unwrap();
-    let bench = bench.to_str().unwrap();
-    for controller in ["process", "in-process"] {
-        let output = run(
-            &[
-                "run",
-                "live-table-run",
-                "--clock",
-                "real",
-                "--controller",
-                controller,
-                "--bench",
-                bench,
-            ],
-            &out,
-        );
-        assert_eq!(output.status.code(), Some(3), "{controller}: {}", shown(&output));
-        assert!(shown(&output).contains("/dev/there-is-no-such-port"), "{}", shown(&output));
-    }
+    in_time(|| {
+        let (folder, out) = out("port");
+        let bench = folder.path().join("bench.toml");
+        std::fs::write(&bench, "[gyro]\nport = \"/dev/there-is-no-such-port\"\n").unwrap();
+        let bench = bench.to_str().unwrap();
+        for controller in ["process", "in-process"] {
+            let output = run(
+                &[
+                    "run",
+                    "live-table-run",
+                    "--clock",
+                    "real",
+                    "--controller",
+                    controller,
+                    "--bench",
+                    bench,
+                ],
+                &out,
+            );
+            assert_eq!(output.status.code(), Some(3), "{controller}: {}", shown(&output));
+            assert!(shown(&output).contains("/dev/there-is-no-such-port"), "{}", shown(&output));
+        }
+    });
 }
 
 #[test]
 fn a_device_under_test_that_ends_or_never_speaks_breaks_the_bench() {
-    let silent = "said nothing within 10 s";
-    for (command, said) in [
-        ("false", "lost the device under test"),
-        ("no-such-program", "start"),
-        ("sleep 60", silent),
-    ] {
-        let (_folder, out) = out("device");
-        let output =
-            run(&["run", "live-table-run", "--clock", "real", "--controller", command], &out);
-        assert_eq!(output.status.code(), Some(3), "{command}: {}", shown(&output));
-        assert!(shown(&output).contains(said), "{command}: {}", shown(&output));
-    }
+    in_time(|| {
+        let silent = "said nothing within 10 s";
+        for (command, said) in [
+            ("false", "lost the device under test"),
+            ("no-such-program", "start"),
+            ("sleep 60", silent),
+        ] {
+            let (_folder, out) = out("device");
+            let output =
+                run(&["run", "live-table-run", "--clock", "real", "--controller", command], &out);
+            assert_eq!(output.status.code(), Some(3), "{command}: {}", shown(&output));
+            assert!(shown(&output).contains(said), "{command}: {}", shown(&output));
+        }
+    });
 }
 
 /// Ctrl-C in a live run: the base is told to stop, and what was recorded is kept.

@@ -4,6 +4,7 @@ use crate::can::plan;
 use crate::{hil, out, record, summary};
 use ports::slcan::SlcanAdapter;
 use ports::{FrameEvent, pty::PtyPort};
+use skips::in_time;
 use std::path::{Path, PathBuf};
 use std::process::Child;
 use std::time::Duration;
@@ -69,44 +70,58 @@ fn unplugged(again: bool) -> (Option<i32>, serde_json::Value, String) {
 
 #[test]
 fn a_port_that_is_plugged_in_again_is_used_again() {
-    let (status, summary, record) = unplugged(true);
-    assert_eq!(status, Some(0), "{summary}");
-    assert!(record.contains("is lost: the device was unplugged"), "{record}");
-    assert!(record.contains("is back"), "{record}");
-    let port = &summary["ports"][0];
-    assert_eq!((&port["lost"], &port["counters"]["returns"]), (&1.into(), &1.into()), "{summary}");
-    assert_eq!((&port["role"], &port["side"]), (&"gyro".into(), &"controller".into()), "{summary}");
+    in_time(|| {
+        let (status, summary, record) = unplugged(true);
+        assert_eq!(status, Some(0), "{summary}");
+        assert!(record.contains("is lost: the device was unplugged"), "{record}");
+        assert!(record.contains("is back"), "{record}");
+        let port = &summary["ports"][0];
+        assert_eq!(
+            (&port["lost"], &port["counters"]["returns"]),
+            (&1.into(), &1.into()),
+            "{summary}"
+        );
+        assert_eq!(
+            (&port["role"], &port["side"]),
+            (&"gyro".into(), &"controller".into()),
+            "{summary}"
+        );
+    });
 }
 
 #[test]
 fn a_port_that_never_returns_ends_the_run_by_its_name() {
-    let (status, summary, record) = unplugged(false);
-    assert_eq!((status, &summary["outcome"]), (Some(3), &"error".into()), "{summary}");
-    let reason = summary["reason"].as_str().unwrap();
-    assert!(reason.contains("ttyUSB0") && reason.contains("is lost"), "{reason}");
-    assert!(record.contains("is lost"), "{record}");
+    in_time(|| {
+        let (status, summary, record) = unplugged(false);
+        assert_eq!((status, &summary["outcome"]), (Some(3), &"error".into()), "{summary}");
+        let reason = summary["reason"].as_str().unwrap();
+        assert!(reason.contains("ttyUSB0") && reason.contains("is lost"), "{reason}");
+        assert!(record.contains("is lost"), "{record}");
+    });
 }
 
 #[test]
 fn an_adapter_that_vanishes_ends_the_run_by_its_name() {
-    let (folder, out) = out("adapter");
-    let link = folder.path().join("ttyACM0");
-    let status = block_on(async {
-        let mut adapter = SlcanAdapter::open(Some(&link)).unwrap();
-        let bench = format!("[base]\nport = \"slcan:{}\"\n", link.display());
-        let mut child = start(folder.path(), &out, &waiting("paper", 6), &bench);
-        // The controller opens the bus.
-        while adapter.receive().await != Ok(FrameEvent::Up) {}
-        // Attended to for a while, as an adapter is.
-        let _ = tokio::time::timeout(Duration::from_secs(2), async {
-            while adapter.receive().await.is_ok() {}
-        })
-        .await;
-        drop(adapter);
-        tokio::task::spawn_blocking(move || child.wait().unwrap().code()).await.unwrap()
+    in_time(|| {
+        let (folder, out) = out("adapter");
+        let link = folder.path().join("ttyACM0");
+        let status = block_on(async {
+            let mut adapter = SlcanAdapter::open(Some(&link)).unwrap();
+            let bench = format!("[base]\nport = \"slcan:{}\"\n", link.display());
+            let mut child = start(folder.path(), &out, &waiting("paper", 6), &bench);
+            // The controller opens the bus.
+            while adapter.receive().await != Ok(FrameEvent::Up) {}
+            // Attended to for a while, as an adapter is.
+            let _ = tokio::time::timeout(Duration::from_secs(2), async {
+                while adapter.receive().await.is_ok() {}
+            })
+            .await;
+            drop(adapter);
+            tokio::task::spawn_blocking(move || child.wait().unwrap().code()).await.unwrap()
+        });
+        let summary = summary(&out);
+        assert_eq!((status, &summary["outcome"]), (Some(3), &"error".into()), "{summary}");
+        let reason = summary["reason"].as_str().unwrap();
+        assert!(reason.contains("ttyACM0") && reason.contains("is lost"), "{reason}");
     });
-    let summary = summary(&out);
-    assert_eq!((status, &summary["outcome"]), (Some(3), &"error".into()), "{summary}");
-    let reason = summary["reason"].as_str().unwrap();
-    assert!(reason.contains("ttyACM0") && reason.contains("is lost"), "{reason}");
 }

@@ -72,20 +72,23 @@ fn assert_stopped_and_at_rest(requests: &devices::Requests, reports: &[Report]) 
 
 #[test]
 fn a_bias_test_runs_on_a_gyro_alone() {
-    let gyro = gyro(b"");
-    let mut process = Process::start(&["--gyro", &gyro.port]);
-    process.wait_for(|report| matches!(report, Report::State(_)).then_some(()));
-    process.say(BIAS_TEST);
-    let Report::Done { result: MissionResult::BiasTest(result), .. } = process.wait_for(answer(1))
-    else {
-        panic!("not done")
-    };
-    // One step of the Navigator stream is 0.00305 deg/s.
-    assert!((result.mean.deg_per_s() - BIAS_DEG_PER_S).abs() < 0.002, "{result:?}");
-    assert!((30..=51).contains(&result.samples), "{result:?}");
-    process.close_stdin();
-    let (status, _, log) = process.wait();
-    assert_eq!(status, Some(0), "{log}");
+    in_time(|| {
+        let gyro = gyro(b"");
+        let mut process = Process::start(&["--gyro", &gyro.port]);
+        process.wait_for(|report| matches!(report, Report::State(_)).then_some(()));
+        process.say(BIAS_TEST);
+        let Report::Done { result: MissionResult::BiasTest(result), .. } =
+            process.wait_for(answer(1))
+        else {
+            panic!("not done")
+        };
+        // One step of the Navigator stream is 0.00305 deg/s.
+        assert!((result.mean.deg_per_s() - BIAS_DEG_PER_S).abs() < 0.002, "{result:?}");
+        assert!((30..=51).contains(&result.samples), "{result:?}");
+        process.close_stdin();
+        let (status, _, log) = process.wait();
+        assert_eq!(status, Some(0), "{log}");
+    });
 }
 
 #[test]
@@ -217,15 +220,17 @@ fn a_moment_without_the_processor_is_not_silence() {
 
 #[test]
 fn a_base_that_does_not_answer_is_told_in_the_status() {
-    let gyro = gyro(b"");
-    let mute = pty::Device::spawn(|line, _| {
-        line.read();
+    in_time(|| {
+        let gyro = gyro(b"");
+        let mute = pty::Device::spawn(|line, _| {
+            line.read();
+        });
+        let mut process = Process::start(&["--gyro", &gyro.port, "--base", &serial(&mute)]);
+        process.close_stdin();
+        let (status, _, log) = process.wait();
+        assert_eq!(status, Some(1), "{log}");
+        assert!(log.contains("has not said in 2 s that it is at rest"), "{log}");
     });
-    let mut process = Process::start(&["--gyro", &gyro.port, "--base", &serial(&mute)]);
-    process.close_stdin();
-    let (status, _, log) = process.wait();
-    assert_eq!(status, Some(1), "{log}");
-    assert!(log.contains("has not said in 2 s that it is at rest"), "{log}");
 }
 
 #[test]
@@ -246,19 +251,24 @@ fn garbage_on_both_ports_hurts_nobody() {
 
 #[test]
 fn garbage_on_stdin_is_counted_and_the_next_mission_answered() {
-    let gyro = gyro(b"");
-    let mut process = Process::start(&["--gyro", &gyro.port]);
-    process.say("{\"id\":1,\"command\"\n\n\x1b[2J\n{\"id\":1,\"command\":\"fly\"}\n");
-    process.say(b"\xff\xfe\n");
-    process.say(vec![b'x'; 200_000]);
-    process.say("\n{\"id\":7,\"command\":\"stop\"}\n");
-    assert!(matches!(process.wait_for(answer(7)), Report::Done { .. }));
-    process.close_stdin();
-    let (status, _, log) = process.wait();
-    assert_eq!(status, Some(0), "{log}");
-    assert!(log.contains("lines_refused=5"), "{log}");
-    assert!(log.contains("unknown variant `fly`") && log.contains("longer than 65536"), "{log}");
-    assert!(!log.contains('\x1b'), "{log}");
+    in_time(|| {
+        let gyro = gyro(b"");
+        let mut process = Process::start(&["--gyro", &gyro.port]);
+        process.say("{\"id\":1,\"command\"\n\n\x1b[2J\n{\"id\":1,\"command\":\"fly\"}\n");
+        process.say(b"\xff\xfe\n");
+        process.say(vec![b'x'; 200_000]);
+        process.say("\n{\"id\":7,\"command\":\"stop\"}\n");
+        assert!(matches!(process.wait_for(answer(7)), Report::Done { .. }));
+        process.close_stdin();
+        let (status, _, log) = process.wait();
+        assert_eq!(status, Some(0), "{log}");
+        assert!(log.contains("lines_refused=5"), "{log}");
+        assert!(
+            log.contains("unknown variant `fly`") && log.contains("longer than 65536"),
+            "{log}"
+        );
+        assert!(!log.contains('\x1b'), "{log}");
+    });
 }
 
 #[test]
@@ -315,28 +325,31 @@ fn a_port_that_vanishes_shows_as_silence_and_the_base_is_stopped() {
 
 #[test]
 fn a_port_that_comes_back_is_opened_again() {
-    let folder = std::env::temp_dir().join(format!("k2a-controller-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let link = folder.join("gyro");
-    let first = gyro(b"");
-    std::os::unix::fs::symlink(&first.port, &link).unwrap();
-    let mut process = Process::start(&["--gyro", link.to_str().unwrap()]);
-    let heard =
-        |report: &Report| matches!(report, Report::State(state) if state.samples > 0).then_some(());
-    process.wait_for(heard);
-    drop(first);
-    process.wait_for(|report| {
-        matches!(report, Report::Health(health) if health.causes.gyro_silent).then_some(())
+    in_time(|| {
+        let folder = std::env::temp_dir().join(format!("k2a-controller-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let link = folder.join("gyro");
+        let first = gyro(b"");
+        std::os::unix::fs::symlink(&first.port, &link).unwrap();
+        let mut process = Process::start(&["--gyro", link.to_str().unwrap()]);
+        let heard = |report: &Report| {
+            matches!(report, Report::State(state) if state.samples > 0).then_some(())
+        };
+        process.wait_for(heard);
+        drop(first);
+        process.wait_for(|report| {
+            matches!(report, Report::Health(health) if health.causes.gyro_silent).then_some(())
+        });
+        let second = gyro(b"");
+        std::fs::remove_file(&link).unwrap();
+        std::os::unix::fs::symlink(&second.port, &link).unwrap();
+        process.wait_for(|report| {
+            matches!(report, Report::Health(health) if !health.causes.gyro_silent).then_some(())
+        });
+        process.close_stdin();
+        let (status, _, log) = process.wait();
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert_eq!(status, Some(0), "{log}");
+        assert!(log.contains("is open again"), "{log}");
     });
-    let second = gyro(b"");
-    std::fs::remove_file(&link).unwrap();
-    std::os::unix::fs::symlink(&second.port, &link).unwrap();
-    process.wait_for(|report| {
-        matches!(report, Report::Health(health) if !health.causes.gyro_silent).then_some(())
-    });
-    process.close_stdin();
-    let (status, _, log) = process.wait();
-    std::fs::remove_dir_all(&folder).unwrap();
-    assert_eq!(status, Some(0), "{log}");
-    assert!(log.contains("is open again"), "{log}");
 }
