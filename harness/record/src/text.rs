@@ -9,6 +9,7 @@ use controller::mission::{Report, State};
 use serde::Serialize;
 use std::fmt;
 use wire::can::{CanFrame, Id};
+use wire::time::Timestamp;
 use wire::units::Pose;
 
 /// Width of a device's name, and of an instant up to a hundred hours.
@@ -36,11 +37,21 @@ impl Device {
     }
 }
 
+/// How a line begins: when, and whose it is by name.
+#[derive(Debug, Clone, Copy)]
+pub struct Head<'a>(pub Timestamp, pub &'a str);
+
+impl fmt::Display for Head<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let seconds = Seconds(self.0.as_nanos()).to_string();
+        write!(f, "{seconds:>SECONDS_WIDTH$} {:<DEVICE_WIDTH$} ", self.1)
+    }
+}
+
 impl fmt::Display for Line<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Record { at, kind, .. } = self.0;
-        let seconds = Seconds(at.as_nanos()).to_string();
-        write!(f, "{seconds:>SECONDS_WIDTH$} {:<DEVICE_WIDTH$} ", self.1)?;
+        Head(*at, self.1).fmt(f)?;
         match kind {
             RecordKind::Bytes(bytes) => {
                 write!(f, "bytes")?;

@@ -7,6 +7,7 @@ use clap::ValueEnum;
 use exchange::tables::survey::Survey;
 use exchange::tables::{Ears, Format, survey};
 use harness::run::load_recorded;
+use record::header::Header;
 use record::outcome::Outcome;
 use record::run_folder::{RECORD, RunFolder, RunFolderError};
 use std::path::Path;
@@ -39,7 +40,7 @@ pub(super) fn tables(
     screen: &Screen,
 ) -> Result<Outcome, Failure> {
     let survey = survey(folder)?;
-    let ears = ears(&survey, plan, screen)?;
+    let ears = ears_of(&survey, plan, screen)?;
     let exported = exchange::tables::export(folder, survey, out, format, ears)?;
     for (table, rows) in &exported.tables {
         let file = out.join(format!("{}.{}", table.name(), format.name()));
@@ -63,7 +64,7 @@ pub(super) fn mcap(
         ));
     }
     let survey = survey(folder)?;
-    let ears = ears(&survey, plan, screen)?;
+    let ears = ears_of(&survey, plan, screen)?;
     let exported = exchange::mcap::export(folder, survey, path, ears)?;
     let messages: u64 = exported.topics.iter().map(|(_, messages)| messages).sum();
     let topics = exported.topics.len();
@@ -88,18 +89,22 @@ fn ended(folder: &RunFolder, survey: Survey, screen: &Screen) -> Result<Outcome,
     }
 }
 
-/// Who understands what crossed the lines: the plan that is named, or else that of the record, says whose messages they are.
-fn ears(survey: &Survey, plan: Option<&str>, screen: &Screen) -> Result<Ears, Failure> {
-    let Some((_, rig)) = load_recorded(&survey.header, plan)? else {
-        if survey.of_device {
-            screen.note("messages are not decoded: name the plan of the run with --plan FILE");
-            return Ok(Ears::deaf());
-        }
-        return Ok(Ears::of_base());
-    };
-    Ok(match rig.device() {
+/// Who understands what crossed the lines, said aloud where nobody does.
+fn ears_of(survey: &Survey, plan: Option<&str>, screen: &Screen) -> Result<Ears, Failure> {
+    let known = ears(&survey.header, plan)?;
+    if known.is_none() && survey.of_device {
+        screen.note("messages are not decoded: name the plan of the run with --plan FILE");
+        return Ok(Ears::deaf());
+    }
+    Ok(known.unwrap_or_else(Ears::of_base))
+}
+
+/// The plan that is named, or else that of the record, says whose messages they are; none where neither is known.
+pub(super) fn ears(header: &Header, plan: Option<&str>) -> Result<Option<Ears>, Failure> {
+    let Some((_, rig)) = load_recorded(header, plan)? else { return Ok(None) };
+    Ok(Some(match rig.device() {
         Some(description) => Ears::of_device(description),
         None if rig.robot.is_some() => Ears::of_base(),
         None => Ears::of_rig(&rig),
-    })
+    }))
 }

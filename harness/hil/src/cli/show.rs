@@ -1,13 +1,18 @@
 //! `hil show`: a record as lines.
 
+use super::export_whole::ears;
 use super::failure::Failure;
+use super::say;
 use clap::Args;
 use described::hint;
-use record::Device;
+use exchange::moment::Moment;
+use exchange::tables::Ears;
 use record::header::Header;
 use record::outcome::Outcome;
+use record::reader::RecordError;
 use record::run_folder::{RECORD, RunFolder, RunFolderError};
 use record::text::Line;
+use record::{Device, Record};
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
@@ -20,6 +25,10 @@ pub(super) struct ShowArguments {
     /// Only the events of this device (plan, controller, gyro, base, table, absolute, device), or node of a rig.
     #[arg(long, value_name = "NAME")]
     device: Option<String>,
+    /// What stood at this moment (s), in place of the events: steps and faults that are on, what the controller was told and has
+    /// told, the truth, and the last value of every signal of every node and of every quantity. Signals need `--record full`.
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, conflicts_with = "device")]
+    at: Option<f64>,
     /// No more lines than this.
     #[arg(long, value_name = "N")]
     limit: Option<u64>,
@@ -45,6 +54,9 @@ impl ShowArguments {
         let mut left = self.limit.unwrap_or(u64::MAX);
         let records = folder.records()?;
         let header = records.header().clone();
+        if let Some(at_s) = self.at {
+            return self.moment(&folder, &header, at_s, records);
+        }
         let wanted = self.device.as_deref();
         wanted.map_or(Ok(()), |name| check_name(&header, name))?;
         for record in records {
@@ -72,6 +84,38 @@ impl ShowArguments {
             Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::output(error)),
             _ => Ok(Outcome::Passed),
         }
+    }
+}
+
+impl ShowArguments {
+    fn moment(
+        &self,
+        folder: &RunFolder,
+        header: &Header,
+        at_s: f64,
+        records: impl Iterator<Item = Result<Record, RecordError>>,
+    ) -> Result<Outcome, Failure> {
+        if at_s.is_nan() || at_s < 0.0 {
+            let what = format!("{at_s} s is before the run began");
+            return Err(Failure::arguments(what, "a run begins at 0 s"));
+        }
+        let ears = ears(header, None)?.unwrap_or_else(Ears::of_base);
+        let mut moment = Moment::new(header.clone(), ears);
+        for record in records {
+            let path = || folder.file(RECORD);
+            let record =
+                record.map_err(|source| RunFolderError::Record { path: path(), source })?;
+            if record.at.as_secs_f64() > at_s {
+                break;
+            }
+            moment.take(&record);
+        }
+        let limit =
+            self.limit.map_or(usize::MAX, |limit| usize::try_from(limit).unwrap_or(usize::MAX));
+        let lines: Vec<String> =
+            moment.lines().into_iter().take(limit).map(|line| line + "\n").collect();
+        say(&lines.concat())?;
+        Ok(Outcome::Passed)
     }
 }
 

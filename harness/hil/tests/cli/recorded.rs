@@ -53,6 +53,35 @@ fn a_run_is_kept_checked_drawn_and_shown() {
 }
 
 #[test]
+fn what_stood_at_a_moment_is_shown() {
+    let hil = Hil::new();
+    let options = ["--record", "full", "--out", "side"];
+    hil.run(&[&["run", "live-side"][..], &options].concat()).exits(0);
+    let at = |seconds: &str| hil.run(&["show", "side", "--at", seconds]).exits(0).out;
+    let driving = at("30");
+    for what in [
+        "begin steps[",
+        "command {\"straight\"",
+        "state ",
+        "health ",
+        "truth ",
+        "base       MOTION: DISPLACEMENT ",
+    ] {
+        assert!(driving.contains(what), "{what}: {driving}");
+    }
+    assert!(driving.contains("observation straight.heading_error"), "{driving}");
+    assert!(lines(&driving).len() < 60, "{driving}");
+    let over = at("1e6");
+    assert!(!over.contains("begin steps") && over.contains("controller "), "{over}");
+    assert_eq!(
+        lines(&hil.run(&["show", "side", "--at", "30", "--limit", "2"]).exits(0).out).len(),
+        2
+    );
+    let refused = hil.run(&["show", "side", "--at", "-1"]).exits(2).err;
+    assert!(refused.contains("-1 s is before the run began"), "{refused}");
+}
+
+#[test]
 fn several_plans_share_a_parent() {
     let hil = Hil::with_plan(TURN);
     fs::write(hil.path("strict.toml"), strict()).unwrap();

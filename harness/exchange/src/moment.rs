@@ -1,0 +1,181 @@
+//! What stood in a record at one moment: `hil show RUN --at T`.
+
+use crate::tables::{Ears, Heard};
+use controller::mission::Report;
+use record::FaultEvent;
+use record::header::Header;
+use record::text::{Head, Line};
+use record::{Record, RecordKind};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use wire::time::Timestamp;
+
+/// The latest of everything that a run has come to: steps and faults that are on, what the controller was told and has told,
+/// the truth, the last value of every signal of every node, and of every quantity.
+#[derive(Debug)]
+pub struct Moment {
+    header: Header,
+    ears: Ears,
+    /// Steps that are on, the outermost first.
+    steps: Vec<(String, String)>,
+    faults: BTreeMap<u32, String>,
+    /// By what they are about.
+    lines: BTreeMap<About, String>,
+    /// By sender and message.
+    messages: BTreeMap<(String, usize), Message>,
+    quantities: BTreeMap<String, String>,
+}
+
+/// In the order in which they are shown.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum About {
+    Command,
+    State,
+    Health,
+    Answer,
+    Truth,
+    Confinement(String),
+}
+
+#[derive(Debug)]
+struct Message {
+    at: Timestamp,
+    values: Vec<Option<f64>>,
+}
+
+impl Moment {
+    /// Nothing has happened yet in the run of this header; `ears` understand its messages.
+    pub fn new(header: Header, ears: Ears) -> Self {
+        Self {
+            header,
+            ears,
+            steps: Vec::new(),
+            faults: BTreeMap::new(),
+            lines: BTreeMap::new(),
+            messages: BTreeMap::new(),
+            quantities: BTreeMap::new(),
+        }
+    }
+
+    /// Takes the next record.
+    pub fn take(&mut self, record: &Record) {
+        let line = |header: &Header| Line(record, header.name_of(record.device)).to_string();
+        let about = match &record.kind {
+            RecordKind::StepBegan { path, .. } => {
+                self.steps.push((path.clone(), line(&self.header)));
+                return;
+            }
+            RecordKind::StepEnded { path } => {
+                self.steps.retain(|(on, _)| on != path);
+                return;
+            }
+            RecordKind::Observation(observation) => {
+                self.quantities.insert(observation.quantity.clone(), line(&self.header));
+                return;
+            }
+            RecordKind::Bytes(_) | RecordKind::Frame(_) => return self.hear(record),
+            RecordKind::Fault(fault) => match &fault.event {
+                FaultEvent::Began => {
+                    self.faults.insert(fault.index, line(&self.header));
+                    return;
+                }
+                FaultEvent::Ended { .. } => {
+                    self.faults.remove(&fault.index);
+                    return;
+                }
+                FaultEvent::NeverHappened { .. } => return,
+                FaultEvent::Confinement { node, .. } => About::Confinement(node.clone()),
+            },
+            RecordKind::Command(_) => About::Command,
+            RecordKind::Report(Report::State(_)) => About::State,
+            RecordKind::Report(Report::Health(_)) => About::Health,
+            RecordKind::Report(_) => About::Answer,
+            RecordKind::Truth { .. } => About::Truth,
+            RecordKind::Note(_) | RecordKind::Reply(_) => return,
+        };
+        self.lines.insert(about, line(&self.header));
+    }
+
+    fn hear(&mut self, record: &Record) {
+        let Self { ears, messages, .. } = self;
+        ears.take(record, &mut |heard: &Heard<'_>| {
+            let signals = heard.values.len();
+            let message = messages
+                .entry((heard.who.to_owned(), heard.index))
+                .or_insert_with(|| Message { at: record.at, values: vec![None; signals] });
+            message.at = record.at;
+            // What this one does not carry is as it was last said.
+            for (last, said) in message.values.iter_mut().zip(&heard.values) {
+                *last = said.or(*last);
+            }
+        });
+    }
+
+    /// What stands now, a line each.
+    pub fn lines(&self) -> Vec<String> {
+        let steps = self.steps.iter().map(|(_, line)| line.clone());
+        let lines = steps.chain(self.lines.values().cloned()).chain(self.faults.values().cloned());
+        let messages = self.messages.iter().map(|((who, index), message)| {
+            let form = &self.ears.forms()[*index];
+            let mut text = format!("{}{}:", Head(message.at, who), form.name);
+            for (signal, value) in form.signals.iter().zip(&message.values) {
+                if let Some(value) = value {
+                    let value = rounded(*value);
+                    let _ = write!(text, " {} {value} {}", signal.name, signal.unit);
+                    text.truncate(text.trim_end().len());
+                    text.push(',');
+                }
+            }
+            text.trim_end_matches([',', ':']).to_owned()
+        });
+        lines.chain(messages).chain(self.quantities.values().cloned()).collect()
+    }
+}
+
+/// Without the last bits of a product: raw values times their factors.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.12e}").parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Moment, rounded};
+    use crate::tables::Ears;
+    use record::header::Header;
+    use record::{Device, FaultEvent, FaultRecord, Record, RecordKind};
+    use wire::time::Timestamp;
+
+    #[test]
+    fn steps_and_faults_are_there_while_they_are_on() {
+        let mut moment = Moment::new(Header::default(), Ears::deaf());
+        let mut shows = |at, kind, expected: &[&str]| {
+            let at = Timestamp::from_secs_f64(at);
+            moment.take(&Record { at, device: Device::Plan, kind });
+            let lines = moment.lines();
+            let texts =
+                lines.iter().map(|line| line.split_once("plan").map_or("", |it| it.1.trim()));
+            assert_eq!(texts.collect::<Vec<_>>(), expected);
+        };
+        let path = |path: &str| path.to_owned();
+        let began = |at: &str| RecordKind::StepBegan { path: path(at), title: "t".to_owned() };
+        let fault = |event| {
+            RecordKind::Fault(Box::new(FaultRecord { index: 0, name: "drop".to_owned(), event }))
+        };
+        shows(0.0, began("steps[0]"), &["begin steps[0]: t"]);
+        shows(
+            1.0,
+            began("steps[0].repeat[1]"),
+            &["begin steps[0]: t", "begin steps[0].repeat[1]: t"],
+        );
+        let on = ["begin steps[0]: t", "begin steps[0].repeat[1]: t", "fault 0 begins: drop"];
+        shows(2.0, fault(FaultEvent::Began), &on);
+        shows(3.0, RecordKind::StepEnded { path: path("steps[0].repeat[1]") }, &[on[0], on[2]]);
+        shows(4.0, fault(FaultEvent::Ended { acted: 1 }), &[on[0]]);
+    }
+
+    #[test]
+    fn a_product_is_shown_without_its_last_bits() {
+        assert_eq!(rounded(-3.0 * 0.1).to_string(), "-0.3");
+        assert_eq!(rounded(123_456.789_012_3).to_string(), "123456.7890123");
+    }
+}
