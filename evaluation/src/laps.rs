@@ -3,11 +3,11 @@
 
 use crate::design::{Design, Whitener};
 use crate::noise::{Drawn, Noise};
+use crate::poses::{Cause, Poses};
 use crate::programme::temperature;
 use crate::random::Stream;
 use crate::table::{column, run_labels};
-use crate::truth::{TrueValue, Truth};
-use crate::world::{Sizing, Strength, World};
+use crate::world::{Strength, World};
 use identification::dataset::{Dataset, Kind, Role, Unit};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
@@ -136,24 +136,6 @@ impl LapsWorld {
             design,
         }
     }
-
-    /// True return pose (x, y, heading) of each lap, with the errors of those sizes.
-    fn returns(&self, sizes: &[(usize, f64)]) -> Vec<f64> {
-        let mut out = Vec::with_capacity(3 * self.time.len());
-        for lap in 0..self.time.len() {
-            let warmth = self.temperature[lap] - CALIBRATED_AT;
-            let (mut turn, mut curvature) = (0.0, 0.0);
-            for &(effect, size) in sizes {
-                let shape = self.effects[effect].shape;
-                let (more_turn, more_curvature) =
-                    shape(warmth, self.time[lap], self.direction[lap]);
-                turn += size * more_turn;
-                curvature += size * more_curvature;
-            }
-            out.extend(return_of_square(self.direction[lap], turn, curvature));
-        }
-        out
-    }
 }
 
 /// Where a robot ends that believes to have driven a square from the origin along x.
@@ -174,7 +156,7 @@ fn return_of_square(direction: f64, turn: f64, curvature: f64) -> [f64; 3] {
     [x, y, heading - direction * 4.0 * FRAC_PI_2]
 }
 
-impl World for LapsWorld {
+impl Poses for LapsWorld {
     fn dataset(&self, strength: &Strength) -> Dataset {
         let laps = self.time.len();
         let observed = self.observed(strength);
@@ -229,40 +211,34 @@ impl World for LapsWorld {
         &self.design
     }
 
-    fn contribution(&self, effect: usize, size: f64) -> Vec<f64> {
-        let without = self.returns(&[]);
-        self.returns(&[(effect, size)])
-            .iter()
-            .zip(without)
-            .map(|(with, without)| with - without)
-            .collect()
+    fn poses(&self, sizes: &[(usize, f64)]) -> Vec<f64> {
+        let mut out = Vec::with_capacity(3 * self.time.len());
+        for lap in 0..self.time.len() {
+            let warmth = self.temperature[lap] - CALIBRATED_AT;
+            let (mut turn, mut curvature) = (0.0, 0.0);
+            for &(effect, size) in sizes {
+                let shape = self.effects[effect].shape;
+                let (more_turn, more_curvature) =
+                    shape(warmth, self.time[lap], self.direction[lap]);
+                turn += size * more_turn;
+                curvature += size * more_curvature;
+            }
+            out.extend(return_of_square(self.direction[lap], turn, curvature));
+        }
+        out
     }
 
-    fn nominal(&self) -> Option<Vec<f64>> {
-        Some(self.returns(&[]))
+    fn noise(&self) -> &Drawn {
+        &self.noise
     }
 
-    fn observed(&self, strength: &Strength) -> Vec<f64> {
-        let sizes: Vec<(usize, f64)> = strength.sizes.iter().copied().enumerate().collect();
-        let returns = self.returns(&sizes).into_iter().zip(&self.noise.values);
-        returns.map(|(pose, noise)| pose + strength.noise * noise).collect()
-    }
-
-    fn sizings(&self) -> Vec<Sizing> {
-        vec![Sizing::Proportional; self.effects.len()]
-    }
-
-    fn truths(&self, strength: &Strength) -> Vec<Truth> {
-        let truth = |(effect, &size): (&&'static LapEffect, &f64)| Truth {
-            effect: effect.name.into(),
-            spellings: effect.spellings.iter().map(|&s| s.to_owned()).collect(),
-            value: effect.unit.map(|unit| TrueValue { value: size, unit, names: &[] }),
+    fn causes(&self) -> Vec<Cause> {
+        let cause = |effect: &&'static LapEffect| Cause {
+            name: effect.name,
+            spellings: effect.spellings,
+            unit: effect.unit,
         };
-        self.effects.iter().zip(&strength.sizes).map(truth).collect()
-    }
-
-    fn unit(&self) -> Option<&'static str> {
-        None
+        self.effects.iter().map(cause).collect()
     }
 }
 

@@ -11,6 +11,7 @@ pub mod measured;
 pub mod noise;
 pub mod odometry;
 pub mod package;
+pub mod poses;
 pub mod programme;
 pub mod quantity;
 pub mod random;

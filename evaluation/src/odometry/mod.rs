@@ -9,10 +9,10 @@ pub use path::Shape;
 
 use crate::design::{Design, Whitener};
 use crate::noise::{Drawn, Noise};
+use crate::poses::{Cause, Poses};
 use crate::random::Stream;
 use crate::table::{column, run_labels, sparse};
-use crate::truth::{TrueValue, Truth};
-use crate::world::{Sizing, Strength, World};
+use crate::world::{Strength, World};
 use identification::dataset::{Constant, Dataset, Drive, Kind, Role, Unit};
 use path::{Step, path};
 use std::collections::BTreeMap;
@@ -114,35 +114,6 @@ impl OdometryWorld {
         columns
     }
 
-    /// True poses (x, y, heading not wrapped) of each row, with effects of those sizes.
-    fn poses(&self, sizes: &[(usize, f64)]) -> Vec<f64> {
-        let mut out = Vec::with_capacity(3 * self.steps.len());
-        for (run, start) in self.runs.iter().zip(&self.starts) {
-            let [mut x, mut y, mut heading] = *start;
-            let mut steered = 0.0;
-            for k in run.clone() {
-                let step = &self.steps[k];
-                let (mut distance, mut turned) = (step.distance, step.turned);
-                for &(effect, size) in sizes {
-                    let (further, rotated) =
-                        (self.effects[effect].error)(step, self.time[k], steered);
-                    distance += size * further;
-                    turned += size * rotated;
-                }
-                // The first row is the start: what moved before it belongs to no run.
-                if k > run.start {
-                    let middle = heading + turned / 2.0;
-                    x += distance * middle.cos();
-                    y += distance * middle.sin();
-                    heading += turned;
-                    steered += step.turned;
-                }
-                out.extend([x, y, heading]);
-            }
-        }
-        out
-    }
-
     /// Of each row: its sum since the run began of what the step adds.
     fn sums(&self, of: impl Fn(&Step) -> f64) -> Vec<f64> {
         let mut out = Vec::with_capacity(self.steps.len());
@@ -193,7 +164,7 @@ fn in_whole_counts(steps: &mut [Step]) {
     }
 }
 
-impl World for OdometryWorld {
+impl Poses for OdometryWorld {
     fn dataset(&self, strength: &Strength) -> Dataset {
         let observed = self.observed(strength);
         let pose =
@@ -261,39 +232,44 @@ impl World for OdometryWorld {
         &self.design
     }
 
-    fn contribution(&self, effect: usize, size: f64) -> Vec<f64> {
-        let without = self.poses(&[]);
-        self.poses(&[(effect, size)])
-            .iter()
-            .zip(without)
-            .map(|(with, without)| with - without)
-            .collect()
+    fn poses(&self, sizes: &[(usize, f64)]) -> Vec<f64> {
+        let mut out = Vec::with_capacity(3 * self.steps.len());
+        for (run, start) in self.runs.iter().zip(&self.starts) {
+            let [mut x, mut y, mut heading] = *start;
+            let mut steered = 0.0;
+            for k in run.clone() {
+                let step = &self.steps[k];
+                let (mut distance, mut turned) = (step.distance, step.turned);
+                for &(effect, size) in sizes {
+                    let (further, rotated) =
+                        (self.effects[effect].error)(step, self.time[k], steered);
+                    distance += size * further;
+                    turned += size * rotated;
+                }
+                // The first row is the start: what moved before it belongs to no run.
+                if k > run.start {
+                    let middle = heading + turned / 2.0;
+                    x += distance * middle.cos();
+                    y += distance * middle.sin();
+                    heading += turned;
+                    steered += step.turned;
+                }
+                out.extend([x, y, heading]);
+            }
+        }
+        out
     }
 
-    fn nominal(&self) -> Option<Vec<f64>> {
-        Some(self.poses(&[]))
+    fn noise(&self) -> &Drawn {
+        &self.noise
     }
 
-    fn observed(&self, strength: &Strength) -> Vec<f64> {
-        let sizes: Vec<(usize, f64)> = strength.sizes.iter().copied().enumerate().collect();
-        let poses = self.poses(&sizes).into_iter().zip(&self.noise.values);
-        poses.map(|(pose, noise)| pose + strength.noise * noise).collect()
-    }
-
-    fn sizings(&self) -> Vec<Sizing> {
-        vec![Sizing::Proportional; self.effects.len()]
-    }
-
-    fn truths(&self, strength: &Strength) -> Vec<Truth> {
-        let truth = |(effect, &size): (&&'static PathEffect, &f64)| Truth {
-            effect: effect.name.into(),
-            spellings: effect.spellings.iter().map(|&s| s.to_owned()).collect(),
-            value: effect.unit.map(|unit| TrueValue { value: size, unit, names: &[] }),
+    fn causes(&self) -> Vec<Cause> {
+        let cause = |effect: &&'static PathEffect| Cause {
+            name: effect.name,
+            spellings: effect.spellings,
+            unit: effect.unit,
         };
-        self.effects.iter().zip(&strength.sizes).map(truth).collect()
-    }
-
-    fn unit(&self) -> Option<&'static str> {
-        None
+        self.effects.iter().map(cause).collect()
     }
 }

@@ -6,28 +6,7 @@ use crate::{hil, run, shown};
 use serde_json::Value;
 use skips::in_time;
 
-const PLAN: &str = r#"
-name = "short"
-title = "A fifth of a metre"
-devices = "paper-serial"
-steps = [
-    { place = { x_m = 0, y_m = 0, heading_deg = 0 } },
-    { bias_test = { duration_s = 1 } },
-    { straight = { distance_m = 0.2, speed_m_per_s = 0.2 } },
-]
-
-[[measurement]]
-name = "samples_lost"
-doc = "Gyro samples lost on the way"
-quantity = "samples.lost"
-unit = "1"
-check = { all_within = [0, 1e6] }
-
-[[property]]
-always = { done_is_done = { distance_m_max = 0.004 } }
-[[property]]
-always = { finite_outputs = {} }
-"#;
+const PLAN: &str = include_str!("../short.toml");
 
 /// Wheels that slip break `done_is_done` whenever they slip enough: always the same, as far as a machine keeps time.
 #[test]
