@@ -1,6 +1,5 @@
 //! How much faster than real time a device of 100 signals at 100 Hz goes: ten seconds of its life, 1,000 times 25 frames of
-//! four signals each, every one of an expression. 10,000 times real time is 1 ms; 2.3 ms were measured on one core of a cloud
-//! machine, 4,300 times real time and 43 million values a second.
+//! four signals each, every one of an expression. 10,000 times real time is 1 ms; docs/benchmarks.md says what was measured.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use described::{Description, Device};

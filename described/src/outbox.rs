@@ -50,6 +50,10 @@ impl Outbox {
         values: &[f64],
         is_own: impl Fn(usize) -> bool,
     ) -> Result<(), EncodeError> {
+        let has_room = self.queue.len() < self.room;
+        if has_room && self.encoder.push_plain(message, values, &mut self.queue) {
+            return Ok(());
+        }
         match (self.encoder.encode(message, values, is_own), &mut self.transport) {
             (Ok(Encoded::Whole(what)), _) if self.queue.len() < self.room => {
                 self.queue.push_back(what);
@@ -83,9 +87,12 @@ impl Outbox {
     }
 
     /// The next thing for the line.
+    #[inline]
     pub fn transmit(&mut self) -> Option<Transmit> {
-        let whole = self.queue.pop_front();
-        whole.or_else(|| self.transport.as_mut()?.transmit().map(Transmit::Frame))
+        if self.queue.is_empty() {
+            return self.transport.as_mut()?.transmit().map(Transmit::Frame);
+        }
+        self.queue.pop_front()
     }
 
     /// Forgets what waits, and its counters begin again, as those of a device do that loses its power.

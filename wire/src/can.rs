@@ -100,6 +100,14 @@ impl CanFrame {
         }
     }
 
+    /// Puts in these first bytes, as many of them as it has.
+    #[inline]
+    pub fn set_first(&mut self, data: [u8; DATA_BYTES_MAX]) {
+        let behind = u64::BITS - u8::BITS * u32::from(self.length.min(DATA_BYTES_MAX as u8));
+        let kept = u64::from_le_bytes(data) & u64::MAX.checked_shr(behind).unwrap_or(0);
+        self.data[..DATA_BYTES_MAX].copy_from_slice(&kept.to_le_bytes());
+    }
+
     /// The identifier.
     pub const fn id(&self) -> Id {
         self.id

@@ -7,6 +7,7 @@ use super::sending;
 use super::source::{SignalSource, Source, source};
 use super::variables::Variables;
 use crate::error::Mistake;
+use crate::expression::{Batch, Expression};
 use crate::file::{MessageRules, SourceTable};
 use crate::files::Files;
 use crate::hint;
@@ -32,8 +33,28 @@ pub(crate) struct Sent {
     pub(crate) answers: Option<Answer>,
     /// One a signal.
     pub(crate) signals: Vec<SignalSource>,
+    /// The values of those that are expressions, each at its place among the signals.
+    pub(crate) expressions: Batch,
+    /// The places of all others.
+    pub(crate) others: Box<[usize]>,
     /// What a multiplexer that nobody drives goes through: of each signal, empty for others.
     pub(crate) pages: Vec<Vec<u64>>,
+}
+
+impl Sent {
+    /// Sorts its signals by how they come to their values.
+    fn sort(&mut self) {
+        fn expression((place, signal): (usize, &SignalSource)) -> Option<(usize, &Expression)> {
+            match &signal.source {
+                Source::Expression(expression) => Some((place, expression)),
+                _ => None,
+            }
+        }
+        let is_other =
+            |place: &usize| !matches!(self.signals[*place].source, Source::Expression(_));
+        self.others = (0..self.signals.len()).filter(is_other).collect();
+        self.expressions = Batch::new(self.signals.iter().enumerate().filter_map(expression));
+    }
 }
 
 /// A message that the device hears.
@@ -147,6 +168,7 @@ pub(super) fn messages(
         let scope = Local { scope: variables, index: entry.index, has_parts };
         sent.signals[signal] = source(table, unit, &scope, &place, files)?;
     }
+    sent.iter_mut().for_each(Sent::sort);
     for entry in &sources {
         let name = &entry.name;
         let Ok((message, signal)) = layout.resolve_among(name, Some(Sender::Device)) else {
@@ -216,6 +238,8 @@ fn send(
         send: message.send.clone(),
         answers,
         signals: message.signals.iter().map(|_| unsaid()).collect(),
+        expressions: Batch::default(),
+        others: Box::default(),
         pages: pages.collect(),
     })
 }

@@ -46,7 +46,11 @@ impl Answers {
     }
 
     /// The earliest that is due, of several the first, and its place.
+    #[inline]
     pub(super) fn due(&self, now: Timestamp) -> Option<(Timestamp, usize)> {
+        if self.waiting.is_empty() {
+            return None;
+        }
         let times = self.waiting.iter().enumerate().map(|(place, waiting)| (waiting.at, place));
         times.filter(|(at, _)| *at <= now && *at != super::NEVER).min()
     }

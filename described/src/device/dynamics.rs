@@ -102,7 +102,12 @@ impl Dynamics {
     }
 
     /// Integrates up to `now`, the last step a shorter one.
+    #[inline]
     pub(super) fn reach(&mut self, model: &Model, now: Timestamp) {
+        // Most messages are sent in a moment in which another one was.
+        if now <= self.now {
+            return;
+        }
         self.advance(model, now);
         if now > self.now {
             self.step(model, now);

@@ -138,6 +138,7 @@ impl Device {
     }
 
     /// What it sends next.
+    #[inline]
     pub fn transmit(&mut self) -> Option<Transmit> {
         self.outbox.transmit()
     }

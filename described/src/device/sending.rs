@@ -24,8 +24,8 @@ pub(super) struct Sending {
     limits: Box<[(f64, f64)]>,
     /// The places of the multiplexers among them.
     multiplexers: Box<[usize]>,
-    /// One a signal, so that none shifts the numbers of another.
-    noise: Vec<RandomStream>,
+    /// One for each signal that has any, so that none shifts the numbers of another: its place, and its stream.
+    noise: Box<[(usize, RandomStream)]>,
     /// One a signal: what the sensor remembers that it is read from.
     pub(super) sensors: Vec<Memory>,
     /// How errors are taken off what is sent: of which signals.
@@ -55,6 +55,7 @@ impl Sending {
             let purpose = format!("signal {}.{signal}", message.name);
             RandomStream::new(seed, &description.name, &purpose)
         };
+        let noisy = sent.signals.iter().enumerate().filter(|(_, from)| from.noise > 0.0);
         Self {
             due: NEVER,
             occasion: Occasion::new(),
@@ -62,7 +63,7 @@ impl Sending {
             last: message.signals.iter().map(|signal| signal.start).collect(),
             limits: message.signals.iter().map(|one| (one.minimum, one.maximum)).collect(),
             multiplexers: message.multiplexers().collect(),
-            noise: message.signals.iter().map(|signal| stream(&signal.name)).collect(),
+            noise: noisy.map(|(place, _)| (place, stream(&message.signals[place].name))).collect(),
             sensors: vec![Memory::default(); message.signals.len()],
             corrections: Vec::new(),
         }
@@ -247,40 +248,24 @@ impl Device {
 
     fn send(&mut self, model: &Model, index: usize, now: Timestamp) {
         let sent = &model.sent[index];
-        // Out of the device, so that it sees what else was sent.
-        let mut corrections = std::mem::take(&mut self.senders[index].corrections);
-        let sending = &mut self.senders[index];
-        let message = &self.description.layout().messages()[sent.message];
         let mut values = std::mem::take(&mut self.agenda.values);
-        values.resize(sent.signals.len(), 0.0);
-        for (place, (from, into)) in sent.signals.iter().zip(&mut values).enumerate() {
-            let value = match &from.source {
-                Source::Expression(expression) => expression.value(self.dynamics.values()),
-                Source::Unsaid => {
-                    let (pages, signal) = (&sent.pages[place], &message.signals[place]);
-                    let page = pages.get(sending.pages[place] % pages.len().max(1));
-                    page.map_or(signal.start, |page| signal.selecting(*page))
-                }
-                source => source.value(self.dynamics.values(), &mut sending.sensors[place]),
-            };
-            let last = &mut sending.last[place];
-            let value = finite(value, *last, &mut self.not_finite);
-            *last = value;
-            let mut shown = value;
-            if from.noise > 0.0 {
-                shown += from.noise * sending.noise[place].standard_normal();
-            }
-            *into = shown;
-        }
-        for (place, Correction { steps, memory }) in &mut corrections {
-            let (now, value) = (self.dynamics.get(TIME), values[*place]);
-            values[*place] = steps.next(memory, now, value, |seen| match *seen {
-                Seen::Slot(slot) => self.dynamics.get(slot),
-                Seen::Sent { sending, place } => self.senders[sending].last[place],
-            });
+        values.resize(sent.signals.len(), f64::NAN);
+        sent.expressions.values(self.dynamics.values(), &mut values);
+        if !sent.others.is_empty() {
+            self.other_values(sent, index, &mut values);
         }
         let sending = &mut self.senders[index];
-        sending.corrections = corrections;
+        for (value, last) in values.iter_mut().zip(&mut sending.last) {
+            *last = finite(*value, *last, &mut self.not_finite);
+            *value = *last;
+        }
+        for (place, noise) in &mut sending.noise {
+            values[*place] += sent.signals[*place].noise * noise.standard_normal();
+        }
+        if !sending.corrections.is_empty() {
+            self.take_errors_off(index, &mut values);
+        }
+        let sending = &mut self.senders[index];
         for (value, (least, greatest)) in values.iter_mut().zip(&sending.limits) {
             let inside = value.clamp(*least, *greatest);
             self.clipped += u64::from(inside != *value);
@@ -288,6 +273,7 @@ impl Device {
         }
         // One below another goes on when it has been sent, so that all of its pages are.
         for place in &sending.multiplexers {
+            let message = &self.description.layout().messages()[sent.message];
             if message.carries(*place, &values) {
                 sending.pages[*place] = sending.pages[*place].wrapping_add(1);
             }
@@ -296,6 +282,36 @@ impl Device {
         // Values are in range by now; what has no room is counted.
         let _ = self.outbox.send(now, sent.message, &values, is_own);
         self.agenda.values = values;
+    }
+
+    /// The values of the signals that are no expressions.
+    fn other_values(&mut self, sent: &Sent, index: usize, values: &mut [f64]) {
+        let sending = &mut self.senders[index];
+        let signals = &self.description.layout().messages()[sent.message].signals;
+        for place in &sent.others {
+            values[*place] = match &sent.signals[*place].source {
+                Source::Unsaid => {
+                    let (pages, signal) = (&sent.pages[*place], &signals[*place]);
+                    let page = pages.get(sending.pages[*place] % pages.len().max(1));
+                    page.map_or(signal.start, |page| signal.selecting(*page))
+                }
+                source => source.value(self.dynamics.values(), &mut sending.sensors[*place]),
+            };
+        }
+    }
+
+    /// What the corrections make of what is sent.
+    fn take_errors_off(&mut self, index: usize, values: &mut [f64]) {
+        // Out of the device, so that it sees what else was sent.
+        let mut corrections = std::mem::take(&mut self.senders[index].corrections);
+        for (place, Correction { steps, memory }) in &mut corrections {
+            let (now, value) = (self.dynamics.get(TIME), values[*place]);
+            values[*place] = steps.next(memory, now, value, |seen| match *seen {
+                Seen::Slot(slot) => self.dynamics.get(slot),
+                Seen::Sent { sending, place } => self.senders[sending].last[place],
+            });
+        }
+        self.senders[index].corrections = corrections;
     }
 }
 

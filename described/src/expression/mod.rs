@@ -4,6 +4,7 @@
 //! numbers on every platform.
 
 mod array;
+mod batch;
 mod lexer;
 mod operation;
 mod parser;
@@ -12,6 +13,7 @@ mod program;
 mod tests;
 
 pub(crate) use array::Array;
+pub(crate) use batch::Batch;
 pub(crate) use operation::{is_function, is_reserved};
 
 use crate::lookup::Lookup;

@@ -14,7 +14,7 @@ const STACK_SMALL: usize = 2;
 
 /// Where an operand is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum From {
+pub(super) enum From {
     Number(f64),
     Slot(u32),
     /// On top of the stack.
@@ -22,7 +22,7 @@ enum From {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Instruction {
+pub(super) enum Instruction {
     /// It is at hand from now on.
     Load(From),
     /// What is at hand waits.
@@ -86,6 +86,10 @@ impl Program {
         let instructions = fused(&compiler.instructions);
         let height = highest(&instructions);
         Self { instructions: instructions.into(), tables: compiler.tables.into(), height }
+    }
+
+    pub(super) fn instructions(&self) -> &[Instruction] {
+        &self.instructions
     }
 
     /// The value where it is the same whatever the variables are.

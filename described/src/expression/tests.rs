@@ -3,7 +3,9 @@
 use super::array::Array;
 use super::operation::Binary;
 use super::program::choose;
-use super::{Expression, ExpressionError, Meaning, Operation, Scope, States, Unknown, parser};
+use super::{
+    Batch, Expression, ExpressionError, Meaning, Operation, Scope, States, Unknown, parser,
+};
 use crate::hint;
 use crate::lookup::{Lookup, Outside};
 use proptest::prelude::*;
@@ -315,6 +317,41 @@ proptest! {
         let (found, expected) = (Expression::of(&operations).value(&variables), naive(&operations, &variables));
         prop_assert!(found == expected || (found.is_nan() && expected.is_nan()), "{text}: {found} {expected}");
     }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1000))]
+
+    /// What is done for several together is what each comes to by itself, alike or not.
+    #[test]
+    fn a_batch_is_its_expressions(
+        texts in prop::collection::vec((expressions(), 1_usize..7), 1..5),
+        variables in prop::array::uniform10(-5.0f64..5.0),
+    ) {
+        // Of each some that differ in what they read, in turn with the others.
+        let written = texts.iter().flat_map(|(text, count)| (0..*count).map(move |index| (index, text)));
+        let mut written: Vec<(usize, String)> = written
+            .map(|(index, text)| (index, if index % 2 == 0 { text.clone() } else { text.replace('x', "y") }))
+            .collect();
+        written.sort();
+        let expressions: Vec<Expression> = written.iter().filter_map(|(_, text)| parse(text).ok()).collect();
+        let batch = Batch::new(expressions.iter().enumerate());
+        let mut values = vec![0.0; expressions.len()];
+        batch.values(&variables, &mut values);
+        for (expression, value) in expressions.iter().zip(values) {
+            prop_assert_eq!(value.to_bits(), expression.value(&variables).to_bits());
+        }
+    }
+}
+
+/// Cells of a pack are done together, and one that is said otherwise by itself.
+#[test]
+fn those_of_one_shape_are_found() {
+    let texts =
+        ["3.3 + 0.8 * x - t * y", "3.4 + 0.7 * x - t * y", "3.3 + 0.8 * x", "min(x, y) + 1", "x"];
+    let expressions = texts.map(|text| parse(text).unwrap());
+    let batch = Batch::new(expressions.iter().enumerate());
+    assert_eq!(batch.shapes(), [vec![0, 1], vec![2], vec![3], vec![4]]);
 }
 
 proptest! {

@@ -3,6 +3,7 @@
 use super::{EncodeError, Layout};
 use crate::protection::{Own, Sent};
 use crate::transport::InParts;
+use std::collections::VecDeque;
 use wire::device::Transmit;
 
 /// A message that is ready to be sent.
@@ -46,6 +47,24 @@ impl Encoder {
     /// The counters begin again, as those of a device do that loses its power.
     pub fn reset(&mut self) {
         self.sent.fill(Sent::default());
+    }
+
+    /// Puts what [`encode`](Self::encode) makes of it at the end of `queue`, where that is a frame without counter and
+    /// checksum; `false`, and nothing done, where it is something else or an error. Nothing is copied but the frame.
+    #[inline]
+    pub(crate) fn push_plain(
+        &self,
+        message: usize,
+        values: &[f64],
+        queue: &mut VecDeque<Transmit>,
+    ) -> bool {
+        let Some(writer) = self.layout.plain_writer(message) else { return false };
+        let Some(bytes) = writer.first_bytes(values) else { return false };
+        queue.push_back(Transmit::Frame(*writer.blank()));
+        if let Some(Transmit::Frame(frame)) = queue.back_mut() {
+            frame.set_first(bytes);
+        }
+        true
     }
 
     /// The message with these values, one a signal and in its unit. Its counter and its checksum are what they have to be,

@@ -205,7 +205,8 @@ impl Layout {
         for (index, message) in messages.iter_mut().enumerate() {
             change(index, message)?;
         }
-        Ok(Self { messages: messages.into(), ..self })
+        let writers = messages.iter().map(FrameWriter::of).collect();
+        Ok(Self { writers, messages: messages.into(), ..self })
     }
 
     /// Its first message that only CAN FD carries.
@@ -301,12 +302,17 @@ impl Layout {
 
     fn encoded(&self, message: usize, values: &[f64]) -> Result<Encoded, EncodeError> {
         let found = self.messages.get(message).ok_or(EncodeError::NoMessage(message))?;
-        let data = self.writers[message].as_ref().and_then(|writer| writer.write(values));
-        match data.and_then(|data| found.frame(&data)) {
+        match self.writers[message].as_ref().and_then(|writer| writer.write(values)) {
             Some(frame) => Ok(Encoded::Whole(Transmit::Frame(frame))),
             // It is none, or says why it is none.
             None => found.encode(values, None),
         }
+    }
+
+    /// What writes the frames of a message in which its sender's memory has no part; `None` where there is none.
+    #[inline]
+    fn plain_writer(&self, message: usize) -> Option<&FrameWriter> {
+        self.writers.get(message)?.as_ref().filter(|writer| !writer.is_protected())
     }
 
     /// A decoder that hears all messages, whoever sends them.
