@@ -11,6 +11,7 @@ use super::refine::refine;
 use super::scene::{Scene, robust_fit};
 use super::simplify::simplify;
 use super::sound::is_within_physics;
+use super::timing;
 use crate::candidates::{Candidate, Family};
 use crate::model::{Form, Shape};
 use crate::noise::{self, NoiseModel, Whitener};
@@ -159,6 +160,9 @@ impl<'a> State<'a> {
     /// Adds what is missing, if anything is; what did not pass comes back.
     pub fn step(&mut self, threshold: f64) -> Result<(), Vec<Contender>> {
         let mut found = self.round(threshold);
+        found.retain(|one| {
+            !one.all().any(|candidate| timing::is_said_by(&self.terms, &candidate.shape))
+        });
         plainest_first(&mut found, threshold);
         let scene = self.scene(&self.terms);
         let columns = self.data.all_columns(&self.terms);

@@ -27,6 +27,13 @@ impl Timing {
     }
 }
 
+/// Does one of `terms` say already that it is late as `shape` says? How late is a number of that term: a second one would
+/// say the same again, and the two could balance each other.
+pub fn is_said_by(terms: &[Shape], shape: &Shape) -> bool {
+    let timing = Timing::of(shape);
+    timing.is_some() && terms.iter().any(|term| Timing::of(term) == timing)
+}
+
 /// The way of being late that is likeliest for all axes that are late, if there is one that none excludes.
 pub fn agreed(fits: &[&BlockFit]) -> Option<Timing> {
     let ways: Vec<Vec<(Timing, f64)>> = fits
@@ -55,7 +62,7 @@ pub fn agreed(fits: &[&BlockFit]) -> Option<Timing> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Timing, agreed};
+    use super::{Timing, agreed, is_said_by};
     use crate::model::{Acts, Driver, Form, Shape, Wrap};
     use crate::noise::NoiseModel;
     use crate::select::{BlockFit, Found, RivalFound};
@@ -87,6 +94,16 @@ mod tests {
             nested: Vec::new(),
             goes: None,
         }
+    }
+
+    #[test]
+    fn one_is_late_in_one_way_once() {
+        let terms = [late(Wrap::LagOf), late(Wrap::Plain)];
+        assert!(is_said_by(&terms, &late(Wrap::Plain)));
+        assert!(!is_said_by(&terms[..1], &late(Wrap::Plain)));
+        // Two that are not late say nothing of it.
+        let constant = Shape { form: Form::Constant, ..late(Wrap::Plain) };
+        assert!(!is_said_by(std::slice::from_ref(&constant), &constant));
     }
 
     #[test]
