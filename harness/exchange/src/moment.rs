@@ -23,6 +23,8 @@ pub struct Moment {
     lines: BTreeMap<About, String>,
     /// By sender and message.
     messages: BTreeMap<(String, usize), Message>,
+    /// Those of them that the last record completed.
+    heard: Vec<(String, usize)>,
     quantities: BTreeMap<String, String>,
 }
 
@@ -53,12 +55,14 @@ impl Moment {
             faults: BTreeMap::new(),
             lines: BTreeMap::new(),
             messages: BTreeMap::new(),
+            heard: Vec::new(),
             quantities: BTreeMap::new(),
         }
     }
 
     /// Takes the next record.
     pub fn take(&mut self, record: &Record) {
+        self.heard.clear();
         let line = |header: &Header| Line(record, header.name_of(record.device)).to_string();
         let about = match &record.kind {
             RecordKind::StepBegan { path, .. } => {
@@ -97,11 +101,13 @@ impl Moment {
     }
 
     fn hear(&mut self, record: &Record) {
-        let Self { ears, messages, .. } = self;
+        let Self { ears, messages, heard: completed, .. } = self;
         ears.take(record, &mut |heard: &Heard<'_>| {
             let signals = heard.values.len();
+            let name = (heard.who.to_owned(), heard.index);
+            completed.push(name.clone());
             let message = messages
-                .entry((heard.who.to_owned(), heard.index))
+                .entry(name)
                 .or_insert_with(|| Message { at: record.at, values: vec![None; signals] });
             message.at = record.at;
             // What this one does not carry is as it was last said.
@@ -111,23 +117,31 @@ impl Moment {
         });
     }
 
+    /// The messages that the last record completed, a line each.
+    pub fn heard(&self) -> Vec<String> {
+        let message = |name| Some(self.message(name, self.messages.get(name)?));
+        self.heard.iter().filter_map(message).collect()
+    }
+
+    fn message(&self, (who, index): &(String, usize), message: &Message) -> String {
+        let form = &self.ears.forms()[*index];
+        let mut text = format!("{}{}:", Head(message.at, who), form.name);
+        for (signal, value) in form.signals.iter().zip(&message.values) {
+            if let Some(value) = value {
+                let value = rounded(*value);
+                let _ = write!(text, " {} {value} {}", signal.name, signal.unit);
+                text.truncate(text.trim_end().len());
+                text.push(',');
+            }
+        }
+        text.trim_end_matches([',', ':']).to_owned()
+    }
+
     /// What stands now, a line each.
     pub fn lines(&self) -> Vec<String> {
         let steps = self.steps.iter().map(|(_, line)| line.clone());
         let lines = steps.chain(self.lines.values().cloned()).chain(self.faults.values().cloned());
-        let messages = self.messages.iter().map(|((who, index), message)| {
-            let form = &self.ears.forms()[*index];
-            let mut text = format!("{}{}:", Head(message.at, who), form.name);
-            for (signal, value) in form.signals.iter().zip(&message.values) {
-                if let Some(value) = value {
-                    let value = rounded(*value);
-                    let _ = write!(text, " {} {value} {}", signal.name, signal.unit);
-                    text.truncate(text.trim_end().len());
-                    text.push(',');
-                }
-            }
-            text.trim_end_matches([',', ':']).to_owned()
-        });
+        let messages = self.messages.iter().map(|(name, message)| self.message(name, message));
         lines.chain(messages).chain(self.quantities.values().cloned()).collect()
     }
 }

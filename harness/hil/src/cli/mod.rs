@@ -13,6 +13,7 @@ mod campaign;
 mod check;
 mod completions;
 mod crossing;
+mod debug;
 mod determinism;
 mod diff;
 mod doctor;
@@ -109,6 +110,7 @@ enum Command {
     List(list::ListArguments),
     Diff(diff::DiffArguments),
     Rerun(rerun::RerunArguments),
+    Debug(debug::DebugArguments),
     Doctor(doctor::DoctorArguments),
     Draw(draw::DrawArguments),
     Emulate(emulate::EmulateArguments),
@@ -154,6 +156,7 @@ impl Cli {
             Some(Command::List(arguments)) => arguments.execute(),
             Some(Command::Diff(arguments)) => arguments.execute(),
             Some(Command::Rerun(arguments)) => arguments.execute(screen),
+            Some(Command::Debug(arguments)) => arguments.execute(screen),
             Some(Command::Doctor(arguments)) => arguments.execute(),
             Some(Command::Draw(arguments)) => arguments.execute(),
             Some(Command::Emulate(arguments)) => arguments.execute(screen),
@@ -261,6 +264,8 @@ mod tests {
             "report",
             "show",
             "diff",
+            "rerun",
+            "debug",
             "list",
             "doctor",
             "draw",

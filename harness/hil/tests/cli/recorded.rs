@@ -1,6 +1,6 @@
 //! Runs, and what is done with them afterwards.
 
-use crate::hil::{Hil, TURN};
+use crate::hil::{Hil, Ran, TURN};
 use record::header::Header;
 use record::reader::RecordReader;
 use record::writer::RecordWriter;
@@ -79,6 +79,61 @@ fn what_stood_at_a_moment_is_shown() {
     );
     let refused = hil.run(&["show", "side", "--at", "-1"]).exits(2).err;
     assert!(refused.contains("-1 s is before the run began"), "{refused}");
+}
+
+/// What `hil debug` prints when it is asked this.
+fn debugged(hil: &Hil, arguments: &[&str], orders: &str) -> Ran {
+    fs::write(hil.path("orders"), orders).unwrap();
+    let orders = fs::File::open(hil.path("orders")).unwrap();
+    let arguments = [&["debug"], arguments].concat();
+    Ran::of(hil.command(&arguments).stdin(orders).output().unwrap())
+}
+
+#[test]
+fn a_run_is_stopped_stepped_and_goes_on() {
+    let hil = Hil::with_plan(TURN);
+    for (name, level) in [("full", "full"), ("events", "events")] {
+        hil.run(&["run", "turn.toml", "--record", level, "--out", name]).exits(0);
+        let shown = hil.run(&["show", "full", "--at", "3"]).exits(0).out;
+        let begins = debugged(&hil, &[name, "--at", "3"], "quit\n").exits(0);
+        assert_eq!(begins.out, shown, "what stands is what hil show says");
+        // On in pieces it is the run that was recorded, to the byte.
+        let orders = "step 5\nto 3.5\nnext\nfind observation\nend\n";
+        let whole = debugged(&hil, &[name, "--at", "3"], orders).exits(0).out;
+        assert!(whole.contains("\nas recorded to the end\n"), "{whole}");
+        assert!(
+            whole.contains("observation turn.stop_error") && whole.contains("exit status 0"),
+            "{whole}"
+        );
+        let stepped = whole.strip_prefix(&shown).unwrap();
+        let every = hil.run(&["show", "full"]).exits(0).out;
+        // Below a record are the messages that it completes.
+        let records: Vec<&str> =
+            lines(stepped).into_iter().filter(|line| every.contains(line)).take(5).collect();
+        assert!(every.contains(&records.join("\n")), "record by record: {records:?}");
+        assert!(stepped.contains("base       MOTION: DISPLACEMENT 0 m"), "{stepped}");
+    }
+}
+
+#[test]
+fn another_plan_or_controller_goes_on_from_the_run_that_was() {
+    let hil = Hil::with_plan(TURN);
+    hil.run(&["run", "turn.toml", "--record", "full", "--out", "run"]).exits(0);
+    fs::write(hil.path("strict.toml"), TURN.replace("[-5, 5]", "[-1e-9, 1e-9]")).unwrap();
+    let strict = debugged(&hil, &["run", "--plan", "strict.toml"], "end\n").exits(1).out;
+    assert!(strict.contains("as recorded to the end") && strict.contains("fail"), "{strict}");
+    fs::write(hil.path("half.toml"), TURN.replace("angle_deg = 90", "angle_deg = 45")).unwrap();
+    let half = debugged(&hil, &["run", "--plan", "half.toml"], "end\n").exits(0).out;
+    assert_eq!(half.matches("not as recorded: recorded `").count(), 1, "{half}");
+    assert!(half.contains("now `6.0"), "the bias test is the same: {half}");
+
+    let refused = |arguments: &[&str]| debugged(&hil, arguments, "").exits(2).err;
+    assert!(refused(&["run", "--at", "-1"]).contains("-1 s is before the run began"));
+    assert!(refused(&["run", "--plan", "turns.toml"]).contains("turns.toml"));
+    let summary = hil.path("run/summary.json");
+    let text = fs::read_to_string(&summary).unwrap();
+    fs::write(&summary, text.replace("\"virtual\"", "\"real\"")).unwrap();
+    assert!(refused(&["run"]).contains("was run in real time"));
 }
 
 #[test]

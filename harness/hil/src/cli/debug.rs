@@ -1,0 +1,146 @@
+//! `hil debug`: a recorded run once more, stopped where one asks.
+
+mod asked;
+mod session;
+
+use super::export_whole::ears;
+use super::failure::Failure;
+use super::progress::Screen;
+use super::say;
+use super::series::tell;
+use super::setup::Controller;
+use clap::Args;
+use exchange::moment::Moment;
+use exchange::tables::Ears;
+use harness::operator::Answers;
+use harness::run::{Prepared, simulate, summarise};
+use plan::library::{Kind, Library, PLAN, names};
+use plan::made::Made;
+use record::RecordKind;
+use record::header::Header;
+use record::outcome::Outcome;
+use record::run_folder::{RECORD, RunFolder, RunFolderError};
+use session::Session;
+use std::cell::Cell;
+use std::io::{self, IsTerminal};
+use std::path::PathBuf;
+use std::sync::Arc;
+use wire::time::Timestamp;
+
+/// The clock of a run that is the same each time.
+const VIRTUAL: &str = "virtual";
+
+/// Carries out a recorded run once more in virtual time, stops at a moment, shows what stands there, and steps on.
+///
+/// Orders come on the standard input, a line each: `step [N]` goes on by records and prints them with their messages, `next` to the next begin or end of
+/// a step of the plan, `to SECONDS` to a moment, `find TEXT` to the next record whose line holds the text, `show` prints what
+/// stands now, `end` goes on to the end and judges, `quit` leaves. An empty line is `step`.
+///
+/// With another controller or another plan it goes on with that. Where the run is not the recorded one any more, it says so
+/// once. Records are printed as in `hil show`.
+#[derive(Debug, Args)]
+pub(super) struct DebugArguments {
+    /// A run folder.
+    #[arg(value_name = "RUN")]
+    run: PathBuf,
+    /// Where to stop first (s).
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
+    at: f64,
+    /// Another plan in place of the recorded one, by name or path.
+    #[arg(long, value_name = "PLAN")]
+    plan: Option<String>,
+    /// The controller: in-process, process, or a command line with {gyro} and {base} for the ports
+    #[arg(long, value_name = "in-process|process|COMMAND")]
+    controller: Option<Controller>,
+}
+
+impl DebugArguments {
+    pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        let at = asked::moment(self.at).map_err(|why| Failure::arguments(why, asked::MOMENT))?;
+        let name = self.run.display().to_string();
+        let folder = RunFolder::open(&self.run)?.telling(screen.reading(&name));
+        if let Some(summary) = folder.summary_if_any()?
+            && summary.clock != VIRTUAL
+        {
+            let message = format!("{name} was run in {} time, which no run repeats", summary.clock);
+            return Err(Failure::arguments(
+                message,
+                "hil rerun gives its controller what it heard; hil show --at says what stood",
+            ));
+        }
+        let unreadable = |source| RunFolderError::Record { path: folder.file(RECORD), source };
+        let records = folder.records()?;
+        let header = records.header().clone();
+        let mut is_full = false;
+        for record in records {
+            let record = record.map_err(unreadable)?;
+            is_full |= matches!(record.kind, RecordKind::Bytes(_) | RecordKind::Frame(_));
+        }
+        let prepared = self.prepared(&header, &name)?;
+        let seed = header.seed;
+        let ears = ears(&header, self.plan.as_deref())?.unwrap_or_else(Ears::of_base);
+        let header = prepared.header(seed);
+        let (input, output) = (io::stdin().lock(), io::stdout().lock());
+        let is_asked = io::stdin().is_terminal();
+        let has_left = Cell::new(false);
+        // Those that can be read; that one cannot was said above.
+        let recorded = folder.records()?.filter_map(Result::ok);
+        let moment = Moment::new(header.clone(), ears);
+        let mut session = Session::new(
+            (input, output),
+            is_asked,
+            (recorded, is_full),
+            (moment, &header),
+            &has_left,
+        );
+        session.go_to(at);
+        let run =
+            simulate(&prepared, seed, &Answers::default(), &mut session, &mut |_| !has_left.get());
+        let said = session.close(run.end);
+        said.map_err(Failure::output)?;
+        if has_left.get() {
+            return Ok(Outcome::Passed);
+        }
+        let summary = summarise(&prepared, seed, &run);
+        let outcome = summary.outcome;
+        if let Some(reason) = &summary.reason {
+            say(&format!("{}: {reason}\n", outcome.name()))?;
+        }
+        tell(Ok(()), &[summary], false)??;
+        Ok(outcome)
+    }
+
+    /// The recorded plan, or the one that was named, with the controller that was.
+    fn prepared(&self, header: &Header, name: &str) -> Result<Prepared, Failure> {
+        let made = Made::default();
+        let mut prepared = match &self.plan {
+            Some(named) => Prepared::load(named, &made)?,
+            None if header.files.plan().is_some() => {
+                Prepared::load_from(&Library::packed(Arc::clone(&header.files)), PLAN, &made)?
+            }
+            // The name comes from a file: it is not taken for a path.
+            None if names(Kind::Plan).contains(&header.plan) => {
+                Prepared::load_from(&Library::shipped(), &header.plan, &made)?
+            }
+            None => {
+                let message = format!("the record of {name} holds no plan");
+                return Err(Failure::arguments(message, "name the plan with --plan"));
+            }
+        };
+        if self.controller.is_some() && prepared.rig.robot.is_none() {
+            let message =
+                format!("--controller has no meaning for {name}: it has no controller of a robot");
+            return Err(Failure::arguments(
+                message,
+                "leave it out: the rig names what is under test",
+            ));
+        }
+        prepared.hosting = Controller::hosting(self.controller.as_ref());
+        Ok(prepared)
+    }
+}
+
+/// Where the run is when a moment is over.
+fn seconds(at: Timestamp) -> String {
+    format!("{:.6} s", at.as_secs_f64())
+}
