@@ -35,3 +35,4 @@ pub use counters::Counters;
 pub use error::{PortError, PortLost};
 pub use frames::{FrameEvent, FramePort};
 pub use spec::PortSpec;
+pub use watch::watch;

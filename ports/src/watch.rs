@@ -14,6 +14,6 @@ use tokio::io::unix::AsyncFd;
     reason = "its successor is unsafe, which is forbidden here; the types that come here own their \
               descriptor and keep it"
 )]
-pub(super) fn watch<T: AsRawFd>(port: T, interest: Interest) -> io::Result<AsyncFd<T>> {
+pub fn watch<T: AsRawFd>(port: T, interest: Interest) -> io::Result<AsyncFd<T>> {
     AsyncFd::with_interest(port, interest)
 }

@@ -7,7 +7,7 @@ use super::{Device, Observation, Record, RecordKind};
 use controller::health::{Causes, Health};
 use controller::mission::{Report, State};
 use serde::Serialize;
-use std::fmt;
+use std::fmt::{self, Write as _};
 use wire::can::{CanFrame, Id};
 use wire::time::Timestamp;
 use wire::units::Pose;
@@ -59,9 +59,9 @@ impl fmt::Display for Line<'_> {
             }
             RecordKind::Frame(frame) => write_frame(f, frame),
             RecordKind::StepBegan { path, title } => {
-                write!(f, "begin {}: {}", path.escape_debug(), title.escape_debug())
+                write!(f, "begin {}: {}", OneLine(path), OneLine(title))
             }
-            RecordKind::StepEnded { path } => write!(f, "end {}", path.escape_debug()),
+            RecordKind::StepEnded { path } => write!(f, "end {}", OneLine(path)),
             RecordKind::Command(command) => write_json(f, "command", command),
             RecordKind::Report(Report::State(state)) => write_state(f, state),
             RecordKind::Report(Report::Health(health)) => write_health(f, health),
@@ -72,10 +72,23 @@ impl fmt::Display for Line<'_> {
                 let bias = wire::units::AngularRate::from_rad_per_s(*bias_rad_per_s).deg_per_h();
                 write!(f, "bias {bias:.3} deg/h, coil {coil_celsius:.2} degC")
             }
-            RecordKind::Note(text) => write!(f, "note {}", text.escape_debug()),
+            RecordKind::Note(text) => write!(f, "note {}", OneLine(text)),
             RecordKind::Reply(reply) => write!(f, "reply {reply}"),
             RecordKind::Fault(fault) => write!(f, "{fault}"),
         }
+    }
+}
+
+/// A text as it is, but for what would begin another line or tell a terminal something.
+struct OneLine<'a>(&'a str);
+
+impl fmt::Display for OneLine<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.chars().try_for_each(|character| match character {
+            // Escaped they would say what stands there less well.
+            '"' | '\'' | '\\' => f.write_char(character),
+            other => write!(f, "{}", other.escape_debug()),
+        })
     }
 }
 
@@ -207,5 +220,9 @@ mod tests {
         let record = Record { at: wire::time::Timestamp::ZERO, device: Device::Base, kind };
         let line = Line(&record, record.device.name()).to_string();
         assert!(line.ends_with(r"note two\nlines\u{1b}[2J"), "{line}");
+        let said = r#"the controller said: {"state":"a\\b"}"#;
+        let quoted = Record { kind: RecordKind::Note(said.into()), ..record };
+        let line = Line(&quoted, "base").to_string();
+        assert!(line.ends_with(said), "as it was said: {line}");
     }
 }

@@ -8,9 +8,9 @@ use super::outlet::Outlet;
 use super::{request, tell};
 use crate::live::lines;
 use crate::port::{PortError, PortSpec};
-use crate::world::live::Clock;
 use crate::world::live::ports::{OpenPort, Ports};
 use crate::world::live::role_port::PortEvent;
+use crate::world::live::{Alarm, Clock};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -81,6 +81,7 @@ async fn run_in_runtime(
     let mut out = Outlet::spawn(out).map_err(EmulationError::Output)?;
     let _told = lines::Kept::or_warn(&ports.wiring()?.places);
     let clock = Clock::start();
+    let alarm = Alarm::new(clock).map_err(EmulationError::Runtime)?;
     for port in &ports.open {
         out.say(ready(port).to_string());
     }
@@ -95,7 +96,10 @@ async fn run_in_runtime(
         }
         let due = emulated.next_wakeup();
         tokio::select! {
-            () = clock.sleep_until(due) => late_max = late_max.max(clock.now() - due),
+            rung = alarm.at(due) => {
+                rung.map_err(EmulationError::Runtime)?;
+                late_max = late_max.max(clock.now() - due);
+            }
             (place, event) = ports.next() => {
                 let OpenPort { plan, port, .. } = &ports.open[place];
                 let what = format!("the {} on {}", plan.role, port.name());

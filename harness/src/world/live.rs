@@ -65,7 +65,7 @@ use crate::rig::Rig;
 use crate::rig::director::Director;
 use crate::rig::faults::Faults;
 use crate::rig::simulate::look_up;
-pub use clock::{Clock, SPIN_MAX};
+pub use clock::{Alarm, Clock, SPIN_MAX};
 use controller::config::Config;
 use device_under_test::{Heard, Running};
 use eyes::{Ear, Eyes};
@@ -198,6 +198,7 @@ impl LiveWorld {
         let scheduling = realtime::ask(self.setting.scheduling);
         let machine = MachineWatch::new(clock.now(), self.lateness.late_max());
         let mut machine = machine.map_err(PortError::from)?;
+        let alarm = Alarm::new(clock)?;
         let (mut events, mut pulse_at, mut until) = (0, clock.now(), None);
 
         let ending = loop {
@@ -214,7 +215,7 @@ impl LiveWorld {
                 let limit = self.start_limit();
                 // Whatever else it says: the first step waits for its state.
                 if !self.engine().is_heard() && now - Timestamp::ZERO > limit {
-                    let why = device.why_silent(limit, self.talk.reports > 0);
+                    let why = device.why_silent(limit, &self.talk);
                     self.director.engine.broke(now, &why);
                 }
             }
@@ -237,7 +238,7 @@ impl LiveWorld {
             let due = due.min(machine.next_wakeup());
             let due = due.min(until.unwrap_or(Timestamp::MAX));
             let awaited = tokio::select! {
-                () = clock.sleep_until(due) => Awaited::Due,
+                rung = alarm.at(due) => rung.map(|()| Awaited::Due)?,
                 (place, event) = ports.next() => Awaited::Port(place, event),
                 heard = device.heard(&clock) => Awaited::Device(heard),
                 heard = programs.heard() => Awaited::Device(heard),
@@ -338,6 +339,7 @@ impl LiveWorld {
             }
             Heard::Nothing => {}
             Heard::BadLine(what) => {
+                self.talk.misspoke();
                 if let Some(note) = self.journal.note(what) {
                     traffic::note(sink, now, Device::Controller, note);
                 }

@@ -5,6 +5,7 @@ use super::clock::Clock;
 use super::in_process::{Crossing, InProcess, InProcessEvent};
 use super::ports::{BASE, GYRO, Wiring};
 use super::role_port::PortEvent;
+use super::talk::Talk;
 use crate::bench_file::AttachPlace;
 use crate::live::attached::{AttachError, AttachedDevice, AttachedEvent};
 use crate::live::command::{CommandError, fill};
@@ -163,10 +164,9 @@ impl Running {
         Ok(Self::Attached { device: Box::new(device), place: place.clone(), missing })
     }
 
-    /// Why no state was heard of it in all this time; it may have said something else.
-    pub(super) fn why_silent(&self, waited: Span, spoke: bool) -> String {
-        let seconds = waited.as_secs_f64();
-        let said = if spoke { "reported no state" } else { "said nothing" };
+    /// Why no state was heard of it in all this time.
+    pub(super) fn why_silent(&self, waited: Span, talk: &Talk) -> String {
+        let (seconds, said) = (waited.as_secs_f64(), talk.instead_of_a_state());
         match self {
             Self::Attached { place, missing: Some(why), .. } => {
                 format!("no device under test at {place} within {seconds} s: {why}")

@@ -12,7 +12,9 @@ const REPORTS_MAX: u64 = 20_000;
 #[derive(Debug, Default)]
 pub(super) struct Talk {
     /// All of them.
-    pub reports: u64,
+    reports: u64,
+    /// Lines that are none.
+    unread: u64,
     window: Option<(Timestamp, u64)>,
 }
 
@@ -28,7 +30,22 @@ impl Talk {
         *count > REPORTS_MAX
     }
 
-    /// What is said of it.
+    /// A line that is no report.
+    pub(super) const fn misspoke(&mut self) {
+        self.unread += 1;
+    }
+
+    /// What it has said where it has not reported a state.
+    pub(super) fn instead_of_a_state(&self) -> String {
+        match (self.reports, self.unread) {
+            (0, 0) => "said nothing".to_owned(),
+            (0, 1) => "said one line that is no report".to_owned(),
+            (0, unread) => format!("said {unread} lines that are no reports"),
+            _ => "reported no state".to_owned(),
+        }
+    }
+
+    /// What is said of too many.
     pub(super) fn why() -> String {
         format!(
             "the device under test sent more than {REPORTS_MAX} reports within {} s",
@@ -41,6 +58,18 @@ impl Talk {
 mod tests {
     use super::{REPORTS_MAX, Talk, WINDOW};
     use wire::time::Timestamp;
+
+    #[test]
+    fn what_was_said_instead_of_a_state_is_told() {
+        let mut talk = Talk::default();
+        assert_eq!(talk.instead_of_a_state(), "said nothing");
+        talk.misspoke();
+        assert_eq!(talk.instead_of_a_state(), "said one line that is no report");
+        talk.misspoke();
+        assert_eq!(talk.instead_of_a_state(), "said 2 lines that are no reports");
+        talk.floods(Timestamp::ZERO);
+        assert_eq!(talk.instead_of_a_state(), "reported no state");
+    }
 
     #[test]
     fn only_more_than_anybody_needs_is_a_flood() {
