@@ -31,6 +31,8 @@ const char *serial_real(const char *path) {
     return number < 0 ? NULL : ports[number].real;
 }
 
+const char *serial_path(int number) { return ports[number].real; }
+
 const char *serial_shown(const char *path) {
     for (int i = 0; path && i < port_count; i++)
         if (!strcmp(path, ports[i].real)) return ports[i].shown;

@@ -183,6 +183,7 @@ void serial_settled(struct serial *serial);
 int serial_control(int fd, unsigned long request, void *argument);
 struct serial *serial_of(int fd);
 const char *serial_real(const char *path);
+const char *serial_path(int number);
 const char *serial_shown(const char *path);
 ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts, int count, bool is_read);
 

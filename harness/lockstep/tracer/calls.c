@@ -1,0 +1,46 @@
+// The system calls at which the program stops, and how each is answered.
+#include "tracer.h"
+#include <sys/ptrace.h>
+#include <sys/syscall.h>
+
+static handler *handlers[512];
+
+static void list(const struct call *calls) {
+    for (; calls->handler; calls++) handlers[calls->number] = calls->handler;
+}
+
+static void list_all(void) {
+    list(calls_of_time), list(calls_of_timers), list(calls_of_waiting), list(calls_of_files), list(calls_of_bytes);
+    list(calls_of_sockets), list(calls_of_processes);
+}
+
+bool is_of_interest(int number) {
+    if (!handlers[SYS_read]) list_all();
+    return number >= 0 && number < 512 && handlers[number];
+}
+
+// As the kernel gives it: a number, or what is wrong as a negative one.
+int64_t result_of(int64_t result) { return result < 0 ? -errno : result; }
+
+// A call that a signal has ended goes on after its handler, where the program asked for that.
+int64_t restarted(struct tracee *of, int64_t result) { return result == -EINTR && of->restarts ? AGAIN : result; }
+
+void call_stopped(struct tracee *of) {
+    struct user_regs_struct *regs = regs_of(of), before = *regs;
+    uint64_t call = regs->orig_rax;
+    uint64_t a[6] = {regs->rdi, regs->rsi, regs->rdx, regs->r10, regs->r8, regs->r9};
+    if (!is_of_interest((int)call)) return;
+    of->stand = STANDS_BEFORE;
+    int64_t result = handlers[call](of, a);
+    of->is_masked = false;
+    if (result == LET_GO) return;
+    uint64_t made = of->regs.rax, made_call = of->regs.orig_rax;
+    of->regs = before;
+    of->regs.rax = (uint64_t)result;
+    of->regs.orig_rax = (uint64_t)-1;
+    if (result == AGAIN) of->regs.rip -= 2, of->regs.rax = call;
+    if (result == KEPT) of->regs.rax = made, of->regs.orig_rax = made_call;
+    of->is_dirty = of->has_regs = true;
+    if (of->is_shielded) ptrace(PTRACE_SETSIGMASK, of->tid, KERNEL_SIGSET_BYTES, &of->shielded);
+    of->is_shielded = false;
+}
