@@ -1,21 +1,10 @@
 // The descriptors of serial ports, and what the C library asks of terminals.
 #include "shim.h"
-#include <stdio.h>
-#include <sys/un.h>
 #include <termios.h>
-
-static int connect_port(int number) {
-    struct sockaddr_un to = {.sun_family = AF_UNIX};
-    if (snprintf(to.sun_path, sizeof to.sun_path, "%s%d", link_path(), number) >= (int)sizeof to.sun_path) return -1;
-    int fd = REAL(socket)(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    if (fd >= 0 && !REAL(connect)(fd, (struct sockaddr *)&to, sizeof to)) return fd;
-    if (fd >= 0) REAL(close)(fd);
-    return -1;
-}
 
 // The program's descriptor for a port, and the way that stays where it is.
 int serial_connect(int number, int flags, int *way) {
-    *way = connect_port(number);
+    *way = serial_way(number);
     return *way < 0 ? -1 : REAL(fcntl)(*way, flags & O_CLOEXEC ? F_DUPFD_CLOEXEC : F_DUPFD, 0);
 }
 

@@ -4,6 +4,7 @@
 #include "shim.h"
 #include <stdio.h>
 #include <sys/ioctl.h>
+#include <sys/un.h>
 #include <termios.h>
 
 #define PORTS_MAX 32
@@ -51,6 +52,16 @@ struct serial *serial_of(int fd) {
     return of && of->kind == FD_SERIAL ? of->object : NULL;
 }
 
+// A way to the harness for the bytes of a port.
+int serial_way(int number) {
+    struct sockaddr_un to = {.sun_family = AF_UNIX};
+    if (snprintf(to.sun_path, sizeof to.sun_path, "%s%d", link_path(), number) >= (int)sizeof to.sun_path) return -1;
+    int fd = REAL(socket)(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (fd >= 0 && !REAL(connect)(fd, (struct sockaddr *)&to, sizeof to)) return fd;
+    if (fd >= 0) REAL(close)(fd);
+    return -1;
+}
+
 // Opens the port of a name that was declared.
 int serial_open(const char *path, int flags) {
     int number = number_of(path);
@@ -58,10 +69,15 @@ int serial_open(const char *path, int flags) {
     if (tty < 0) return -1;
     struct serial *made = calloc(1, sizeof *made);
     int way, fd = serial_connect(number, flags, &way);
-    if (!made || fd < 0) return errno = EIO, -1;
-    *made = (struct serial){.number = number, .tty = guard(tty), .way = guard(way)};
+    // What is written goes a way of its own: when the harness takes it, a moment that differs between runs, the
+    // program's descriptor is told of no room that has come (which `epoll` would tell on, by EPOLLET).
+    int out = serial_way(number);
+    if (!made || fd < 0 || out < 0) return errno = EIO, -1;
+    shutdown(out, SHUT_RD);
+    *made = (struct serial){.number = number, .tty = guard(tty), .way = guard(way), .out = guard(out)};
     made->is_nonblocking = flags & O_NONBLOCK;
     descriptor_set(fd, FD_SERIAL, made);
+    link_tell(TELL_OPENED, (uint32_t)number, 0);
     link_tell(TELL_OPENED, (uint32_t)number, 0);
     serial_settled(made);
     return fd;
@@ -71,6 +87,7 @@ void serial_release(struct serial *serial) {
     if (--serial->users > 0) return;
     unguard(serial->tty);
     unguard(serial->way);
+    unguard(serial->out);
     free(serial);
 }
 

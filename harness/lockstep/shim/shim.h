@@ -165,8 +165,8 @@ int64_t deadline_ms(int ms);
 // serial_port.c, serial.c, serial_calls.c
 struct serial {
     int users, number;
-    // The pty, which has the settings, and the socket, which has the bytes.
-    int tty, way;
+    // The pty, which has the settings, and the sockets which have the bytes that come and those that go.
+    int tty, way, out;
     bool is_nonblocking, is_cooked, is_marked;
     // VMIN and VTIME, and whether lines are read.
     uint8_t bytes_min, tenths;
@@ -175,6 +175,7 @@ struct serial {
 void serial_declare(const char *shown, const char *real);
 void serial_flush(void);
 int serial_open(const char *path, int flags);
+int serial_way(int number);
 int serial_connect(int number, int flags, int *way);
 void serial_redirect(int fd, const struct serial *serial);
 void serial_forget_input(const struct serial *serial, int queue);

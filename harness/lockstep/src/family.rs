@@ -311,7 +311,10 @@ impl Family {
                     }
                     let executable = format!("/proc/{pid}/exe");
                     let checked = binary::check(executable.as_ref());
-                    if matches!(checked, Ok(Way::Tracer) | Err(BinaryError::Static(_) | BinaryError::Privileged(_))) {
+                    if matches!(
+                        checked,
+                        Ok(Way::Tracer) | Err(BinaryError::Static(_) | BinaryError::Privileged(_))
+                    ) {
                         break;
                     }
                 }

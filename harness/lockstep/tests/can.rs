@@ -5,7 +5,8 @@
 mod common;
 
 use common::{
-    base, c, drive, frame, has_tool, none_left, python_with, same_each_time, secs, source, text,
+    base, c, compiled, drive, frame, has_tool, none_left, python_with, same_each_time, secs,
+    source, text,
 };
 use lockstep::verify::Event;
 use lockstep::{Ended, Output, Program};
@@ -141,8 +142,16 @@ rest: 300@0.300000 300@0.310000 300@0.320000
 
 #[test]
 fn sockets_do_what_those_of_the_kernel_do() {
-    let path = c("sockets.c");
-    let program = Program::new([path.as_str()]).serial("/dev/ttyHIL0").can("can0").can("can1");
+    sockets_do_the_same(&c("sockets.c"));
+}
+
+#[test]
+fn sockets_of_a_static_program_do_what_those_of_the_kernel_do() {
+    sockets_do_the_same(&compiled("gcc", "sockets.c", &["-static"]));
+}
+
+fn sockets_do_the_same(path: &str) {
+    let program = Program::new([path]).serial("/dev/ttyHIL0").can("can0").can("can1");
     let mut running = program.start().unwrap();
     let at = |ms: i64| Timestamp::from_nanos(ms * 1_000_000);
     let mut events = Vec::new();

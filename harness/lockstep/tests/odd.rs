@@ -35,12 +35,13 @@ fn ends_and_leaves_nothing(running: Lockstep) {
 }
 
 #[test]
-fn a_static_program_is_refused_by_name() {
+fn a_static_program_runs_and_waits_in_virtual_time() {
     let path = compiled("gcc", "idle.c", &["-static"]);
-    let error = Program::new([path.as_str()]).start().unwrap_err();
-    assert!(
-        matches!(error, StartError::Binary(BinaryError::Static(found)) if found.ends_with(&path))
-    );
+    let (running, _) = run(Program::new([path.as_str()]), 999);
+    assert_eq!((running.state(), running.next_wakeup()), (State::Running, secs(1_000)));
+    let (running, _) = run(Program::new([path.as_str()]), 1_000);
+    assert!(matches!(running.ended(), Some(Ended::Exited(status)) if status.success()));
+    ends_and_leaves_nothing(running);
 }
 
 #[test]

@@ -4,8 +4,11 @@
 
 mod common;
 
-use common::{c, compiled, drive, gyro, same_each_time, secs, text};
+use common::{base, c, compiled, drive, frame, go, gyro, same_each_time, secs, text};
 use lockstep::Program;
+use lockstep::verify::Event;
+use std::collections::BTreeSet;
+use wire::device::Transmit;
 
 /// Two serial lines: a gyro, and a base.
 fn two(words: &[&str]) -> Program {
@@ -22,4 +25,54 @@ fn a_static_program_sends_what_the_dynamic_one_sends_at_the_same_nanoseconds() {
     let mut running = two(&[&with_shim]).start().unwrap();
     assert_eq!(events, drive(&mut running, secs(100), &[gyro(0)]));
     assert!(text(&events, 1).starts_with("1 1 0.0092 20000000\n"));
+}
+
+#[test]
+fn threads_and_a_condition_variable_as_through_the_shim() {
+    let path = compiled("g++", "condition.cpp", &["-std=c++17", "-static"]);
+    let events = same_each_time(3, 30, &[gyro(0)], || two(&[&path]));
+    let through_shim = compiled("g++", "condition.cpp", &["-std=c++17"]);
+    let mut running = two(&[&through_shim]).start().unwrap();
+    let expected = drive(&mut running, secs(30), &[gyro(0)]);
+    assert_eq!(lockstep::verify::compare(&events, &expected), None);
+}
+
+#[test]
+fn goroutines_on_serial_lines() {
+    let Some(path) = go("serial.go") else { return };
+    let events = same_each_time(4, 30, &[gyro(0)], || two(&[&path]));
+    let text = text(&events, 1);
+    let ticks: Vec<(i64, i64)> = text
+        .lines()
+        .filter(|line| !line.starts_with("silence"))
+        .map(|line| {
+            let words: Vec<i64> = line.split(' ').filter_map(|word| word.parse().ok()).collect();
+            (words[0], *words.last().unwrap())
+        })
+        .collect();
+    // Each tick to the nanosecond.
+    let expected: Vec<(i64, i64)> = (1..=1_500).map(|tick| (tick, tick * 20_000_000)).collect();
+    assert_eq!(ticks, expected);
+    assert!(text.starts_with("1 1 0.0092 20000000 ") && text.contains("\nsilence 100\n"));
+    // The order of a map is drawn by lot, and the lots are the same.
+    let orders: BTreeSet<&str> = text.lines().filter_map(|line| line.split(' ').nth(4)).collect();
+    assert!(orders.len() > 1, "{orders:?}");
+}
+
+#[test]
+fn go_on_a_raw_can_socket() {
+    let Some(path) = go("can.go") else { return };
+    let words = [path.as_str(), "can0", "/dev/ttyHIL0"];
+    let program = || Program::new(words).can("can0").serial("/dev/ttyHIL0");
+    let events = same_each_time(4, 30, &[base(0)], program);
+    let times = |id: u16| -> Vec<i64> {
+        let is_it = |event: &&Event| matches!(event.what, Transmit::Frame(f) if frame(id, f.data()) == event.what);
+        events.iter().filter(is_it).map(|event| event.at.as_nanos() / 1_000_000).collect()
+    };
+    assert_eq!(times(0x201), (1..=1_500).map(|k| k * 20).collect::<Vec<_>>());
+    assert_eq!(times(0x701), (1..=600).map(|k| k * 50).collect::<Vec<_>>());
+    assert_eq!(
+        text(&events, 1),
+        "200 1700000010000000000\n400 1700000020000000000\n600 1700000030000000000\n"
+    );
 }

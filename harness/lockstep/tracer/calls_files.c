@@ -1,5 +1,6 @@
 // Files by name, and descriptors: opened, copied, controlled, closed.
 #include "tracer.h"
+#include <stdio.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
@@ -174,6 +175,21 @@ static int64_t state_more(struct tracee *of, uint64_t *a) {
     return put(of, a[4], &state, sizeof state) ? 0 : -EFAULT;
 }
 
+// The name of a terminal is found by the link of its descriptor in /proc.
+static int64_t read_link(struct tracee *of, uint64_t *a) {
+    char path[64];
+    int fd, length = 0;
+    if (!get_text(of, a[0], path, sizeof path)) return LET_GO;
+    if (sscanf(path, "/proc/self/fd/%d%n", &fd, &length) != 1) return LET_GO;
+    struct descriptor *found = path[length] ? NULL : object_of(of, fd);
+    if (!found || found->kind != FD_SERIAL) return LET_GO;
+    const char *shown = serial_shown(serial_path(((struct serial *)found->object)->number));
+    size_t size = strlen(shown) < a[2] ? strlen(shown) : a[2];
+    return put(of, a[1], shown, size) ? (int64_t)size : -EFAULT;
+}
+
+static int64_t read_link_at(struct tracee *of, uint64_t *a) { return read_link(of, a + 1); }
+
 static int64_t may_open(struct tracee *of, uint64_t *a) {
     const char *path = meant(of, a[0]);
     return path ? result_of(REAL(access)(path, (int)a[1])) : LET_GO;
@@ -187,6 +203,7 @@ const struct call calls_of_files[] = {
     {SYS_dup2, duplicate_to},   {SYS_dup3, duplicate_to_with}, {SYS_fcntl, control},
     {SYS_ioctl, control_device}, {SYS_fstat, state_of_fd},     {SYS_stat, state_of_path},
     {SYS_lstat, state_of_path}, {SYS_newfstatat, state_at},    {SYS_statx, state_more},
+    {SYS_readlink, read_link},  {SYS_readlinkat, read_link_at},
     {SYS_access, may_open},     {SYS_faccessat, may_open_at},  {439, may_open_at},
     {0},
 };

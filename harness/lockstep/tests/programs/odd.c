@@ -1,6 +1,8 @@
 // What programs do that are no model of a program; the first word says which.
 #define _GNU_SOURCE
+#ifndef IS_STATIC
 #include <dlfcn.h>
+#endif
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -59,6 +61,7 @@ int main(int count, char **words) {
         while (read(port, &byte, 1) < 0 && errno == EAGAIN) {}
         tell("byte\n");
     }
+#ifndef IS_STATIC
     if (!strcmp(how, "cut") || !strcmp(how, "cut off")) {
         // Past the shim.
         int (*really_close)(int) = (int (*)(int))dlsym(dlopen("libc.so.6", RTLD_LAZY), "close");
@@ -67,6 +70,7 @@ int main(int count, char **words) {
             for (volatile unsigned long n = 0;; n++) {}
         sleep(1);
     }
+#endif
     if (!strcmp(how, "circle")) {
         int there[2], back[2];
         char byte = 0;
