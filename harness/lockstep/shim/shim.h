@@ -191,6 +191,10 @@ ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts
 // stdio.c
 void stdio_talks(void);
 
+// static_programs.c: programs that the shim cannot be loaded into.
+void tracer_declare(const char *path);
+char **as_traced(const char **file, char *const *arguments);
+
 // can_interface.c, can_socket.c, can_message.c, can_bcm.c
 void can_declare(const char *name, bool takes_fd);
 bool can_takes_fd(int index);

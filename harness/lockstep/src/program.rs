@@ -82,18 +82,17 @@ fn with_shim(
     Ok(command)
 }
 
+fn write_tracer(path: &Path) -> io::Result<()> {
+    fs::write(path, TRACER)?;
+    fs::set_permissions(path, Permissions::from_mode(0o700))
+}
+
 /// The tracer, which starts the program.
-fn with_tracer(path: &Path, name: &str, folder: &Path) -> Result<Command, StartError> {
-    let tracer = folder.join("tracer");
-    let write = || {
-        fs::write(&tracer, TRACER)?;
-        fs::set_permissions(&tracer, Permissions::from_mode(0o700))
-    };
-    write().map_err(failed_to("write the tracer"))?;
+fn with_tracer(path: &Path, name: &str, tracer: PathBuf) -> Command {
     let mut command = Command::new(tracer);
     // What is preloaded is for programs that load something.
     command.arg(path).arg(name).env_remove("LD_PRELOAD");
-    Ok(command)
+    command
 }
 
 #[derive(Debug)]
@@ -253,10 +252,14 @@ impl Program {
         let kept = Kept::open(self.output, folder.path());
         let (kept, stdout, stderr) = kept.map_err(failed_to("make a file for the output"))?;
         let stdout = talk_out.unwrap_or(stdout);
+        // Who loads the shim may start somebody who does not.
+        let tracer = folder.path().join("tracer");
+        write_tracer(&tracer).map_err(failed_to("write the tracer"))?;
+        let _ = writeln!(declarations, "tracer {}", tracer.display());
         let preloaded = variable("LD_PRELOAD");
         let mut command = match way {
             Way::Shim => with_shim(&path, name, folder.path(), preloaded)?,
-            Way::Tracer => with_tracer(&path, name, folder.path())?,
+            Way::Tracer => with_tracer(&path, name, tracer),
         };
         command.args(arguments).envs(self.environment).env("HIL_LOCKSTEP", link);
         command.stdin(stdin).stdout(stdout).stderr(stderr).process_group(0);

@@ -45,10 +45,33 @@ fn a_static_program_runs_and_waits_in_virtual_time() {
 }
 
 #[test]
-fn a_program_that_becomes_a_static_one_is_named() {
+fn static_programs_that_others_start_are_in_the_same_time() {
     let path = compiled("gcc", "idle.c", &["-static"]);
-    let script = format!("sleep 1; exec {path}");
-    let (running, _) = run(Program::new(["sh", "-c", &script]), 2);
+    let script = format!("sleep 1; {path} & exec {path}");
+    let (running, _) = run(Program::new(["sh", "-c", &script]), 1_000);
+    assert_eq!((running.state(), running.next_wakeup()), (State::Running, secs(1_001)));
+    assert_eq!(running.pids().len(), 2);
+    ends_and_leaves_nothing(running);
+    let odd = compiled("gcc", "odd.c", &["-static", "-DIS_STATIC"]);
+    let Some(python) = python_with("subprocess") else { return };
+    let script = format!(
+        "import subprocess, time; s = time.time(); \
+         r = subprocess.run(['{odd}', 'stdin'], input=b'word', stdout=2); \
+         r = subprocess.run(['{odd}', 'crash']); \
+         open('/dev/ttyHIL0', 'w').write(f'{{r.returncode}} {{time.time() - s}}')"
+    );
+    let words = [python.as_str(), "-c", &script];
+    let (_, events) = run(Program::new(words).serial("/dev/ttyHIL0"), 1);
+    assert_eq!(text(&events, 0), "word-6 0.0");
+}
+
+#[test]
+fn a_program_that_becomes_a_static_one_by_its_descriptor_is_named() {
+    let path = compiled("gcc", "idle.c", &["-static"]);
+    let Some(python) = python_with("os") else { return };
+    let script =
+        format!("import os; os.execve(os.open('{path}', os.O_RDONLY), ['idle'], os.environ)");
+    let (running, _) = run(Program::new([python.as_str(), "-c", &script]), 2);
     let Some(Ended::NeverJoined { executable, .. }) = running.ended() else {
         panic!("{:?}", running.state())
     };
