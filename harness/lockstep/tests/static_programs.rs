@@ -4,11 +4,12 @@
 
 mod common;
 
-use common::{base, c, compiled, drive, frame, go, gyro, same_each_time, secs, text};
-use lockstep::Program;
-use lockstep::verify::Event;
+use common::{Busy, base, c, compiled, drive, frame, go, gyro, same_each_time, secs, text};
+use lockstep::verify::{Event, compare};
+use lockstep::{Ended, Program};
 use std::collections::BTreeSet;
-use wire::device::Transmit;
+use wire::device::{Device as _, Transmit};
+use wire::time::Span;
 
 /// Two serial lines: a gyro, and a base.
 fn two(words: &[&str]) -> Program {
@@ -34,7 +35,7 @@ fn threads_and_a_condition_variable_as_through_the_shim() {
     let through_shim = compiled("g++", "condition.cpp", &["-std=c++17"]);
     let mut running = two(&[&through_shim]).start().unwrap();
     let expected = drive(&mut running, secs(30), &[gyro(0)]);
-    assert_eq!(lockstep::verify::compare(&events, &expected), None);
+    assert_eq!(compare(&events, &expected), None);
 }
 
 #[test]
@@ -75,4 +76,33 @@ fn go_on_a_raw_can_socket() {
         text(&events, 1),
         "200 1700000010000000000\n400 1700000020000000000\n600 1700000030000000000\n"
     );
+}
+
+#[test]
+fn garbage_children_and_signals_of_go() {
+    let Some(path) = go("work.go") else { return };
+    let run = || {
+        let mut running = Program::new([path.as_str()]).serial("/dev/ttyHIL0").start().unwrap();
+        let mut events = drive(&mut running, secs(1), &[]);
+        running.stop(secs(1), Span::from_secs(1));
+        while let Some((port, what)) = running.transmit(secs(1)) {
+            events.push(Event { at: secs(1), port, what });
+        }
+        let is_stopped =
+            matches!(running.ended(), Some(Ended::Stopped(status)) if status.success());
+        assert!(is_stopped, "{:?} {}", running.state(), running.last_words());
+        events
+    };
+    let events = run();
+    let text = text(&events, 0);
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(
+        lines[0].starts_with("processors 1 collected true order ") && lines[0].ends_with(" 20ms")
+    );
+    // What it waits for in the child is what the child sleeps.
+    assert_eq!(lines[1], "child child <nil> 270ms");
+    assert!(lines[2].starts_with("computed "));
+    assert_eq!(lines[3..], ["alarm clock 270ms", "terminated 1s"]);
+    let _busy = Busy::start();
+    assert_eq!(compare(&events, &run()), None);
 }
