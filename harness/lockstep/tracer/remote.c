@@ -51,6 +51,7 @@ int64_t make_call(struct tracee *of, int number, const uint64_t *a) {
     struct user_regs_struct *regs = regs_of(of);
     bool has_entered = of->stand == STANDS_BEFORE;
     if (has_entered) {
+        of->before = *regs;
         regs->orig_rax = (uint64_t)number;
     } else {
         shield(of);

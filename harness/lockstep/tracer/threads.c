@@ -161,7 +161,13 @@ enum woken block(const struct wait *wait) {
     self->run_seen = runs;
     self->order = ++orders;
     if (of->is_masked) self->signals = pending_of(of, of->mask);
-    struct tracee *next = await_next();
+    struct tracee *next = of;
+    if (!first->next && (wait->kind == WAIT_FDS || wait->kind == WAIT_RUN)) {
+        // It is alone, looks for itself, and has just done so.
+        if (wait->deadline > now_ns && !self->signals) ask_for_time();
+    } else {
+        next = await_next();
+    }
     if (next != of) {
         current = self = &next->thread;
         swapcontext(&of->context, &next->context);

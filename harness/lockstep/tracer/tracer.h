@@ -54,7 +54,8 @@ struct tracee {
     // What it held back before calls were made in its name.
     bool is_shielded;
     uint64_t shielded;
-    struct user_regs_struct regs;
+    // What they are, and what they were before calls were made in its name.
+    struct user_regs_struct regs, before;
     uint64_t clear_tid, clone_flags, clone_clears;
     ucontext_t context;
     void *stack;
