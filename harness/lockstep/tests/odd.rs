@@ -53,6 +53,11 @@ fn static_programs_that_others_start_are_in_the_same_time() {
     assert_eq!(running.pids().len(), 2);
     ends_and_leaves_nothing(running);
     let odd = compiled("gcc", "odd.c", &["-static", "-DIS_STATIC"]);
+    // What is sent to it arrives, as its status does where it is waited for.
+    let script = format!("{odd} term & sleep 3; kill $!; wait $!; echo $? >/dev/ttyHIL0");
+    let (_, events) = run(Program::new(["bash", "-c", &script]).serial("/dev/ttyHIL0"), 4);
+    assert_eq!(text(&events, 0), "a second\nbye\n0\n");
+    assert_eq!(events.last().unwrap().at, secs(3));
     let Some(python) = python_with("subprocess") else { return };
     let script = format!(
         "import subprocess, time; s = time.time(); \

@@ -43,10 +43,22 @@ static void set_filter(void) {
     if (prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program)) fail("set the filter of system calls");
 }
 
+static sigset_t mask_of_program;
+
+// Others know the program by the tracer's number. What they send there waits until all of the program does.
+static void hold_signals(void) {
+    sigset_t held;
+    sigfillset(&held);
+    sigdelset(&held, SIGCHLD);
+    sigprocmask(SIG_SETMASK, &held, &mask_of_program);
+}
+
 // The child: its name is the first of the words, what it is called by the second.
 static void become(char **words) {
     extern char **environ;
     unsetenv("HIL_LOCKSTEP");
+    // What the program sends to its own group is not for the tracer.
+    setpgid(0, 0);
     if (ptrace(PTRACE_TRACEME, 0, 0, 0)) fail("be traced");
     raise(SIGSTOP);
     // What is drawn from addresses is the same each time.
@@ -54,6 +66,7 @@ static void become(char **words) {
     prctl(PR_SET_TSC, PR_TSC_SIGSEGV);
     char **arguments = words + 1;
     const char *path = words[0];
+    sigprocmask(SIG_SETMASK, &mask_of_program, NULL);
     set_filter();
     execve(path, arguments, environ);
     // No clock is read here: the page of the clock is not there yet.
@@ -71,6 +84,7 @@ int main(int count, char **words) {
         return 2;
     }
     clock_page_make();
+    hold_signals();
     int pid = fork();
     if (pid < 0) fail("start a process");
     if (pid == 0) become(words + 1);

@@ -86,6 +86,15 @@ void schedule_signal(int signal) {
     if (eldest) signal_process(eldest, signal);
 }
 
+// What others have sent to the tracer is meant for the program.
+void signals_pass_on(void) {
+    sigset_t all;
+    int signal;
+    sigfillset(&all);
+    sigdelset(&all, SIGCHLD);
+    while ((signal = sigtimedwait(&all, NULL, &(struct timespec){0})) > 0) schedule_signal(signal);
+}
+
 // The wait is over for these, whose handlers run when the thread goes on.
 void signals_taken(struct tracee *of) {
     of->restarts = true;

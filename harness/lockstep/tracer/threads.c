@@ -144,6 +144,7 @@ static void ask_for_time(void) {
         if (!thread->finished && thread->wait.deadline < deadline) deadline = thread->wait.deadline;
     link_run(deadline);
     runs++;
+    signals_pass_on();
 }
 
 static struct tracee *await_next(void) {
@@ -189,7 +190,10 @@ enum woken block_until(int64_t deadline) { return block(&(struct wait){.kind = W
 static void end(void) {
     if (WIFSIGNALED(first_status)) {
         setrlimit(RLIMIT_CORE, &(struct rlimit){0});
+        sigset_t none;
+        sigemptyset(&none);
         signal(WTERMSIG(first_status), SIG_DFL);
+        sigprocmask(SIG_SETMASK, &none, NULL);
         raise(WTERMSIG(first_status));
     }
     REAL(_exit)(WEXITSTATUS(first_status));

@@ -142,6 +142,7 @@ void signal_sent(struct process *process);
 void signal_process(struct process *process, int signal);
 uint64_t pending_of(struct tracee *of, uint64_t mask);
 
+void signals_pass_on(void);
 void signals_taken(struct tracee *of);
 
 void timers_of_program_end(struct process *process);
