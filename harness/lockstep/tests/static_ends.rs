@@ -101,6 +101,14 @@ fn children_are_in_the_same_time() {
 }
 
 #[test]
+fn a_thread_that_is_left_alone_may_become_another_program() {
+    let (running, events) = run(odd("alone").stdin("other\n"), 2);
+    assert_eq!(text(&events, 0), "alone\nother\n");
+    assert!(events.iter().all(|event| event.at == secs(1)));
+    assert!(matches!(running.ended(), Some(Ended::Exited(status)) if status.success()));
+}
+
+#[test]
 fn forking_without_end_is_stopped() {
     let (running, _) = run(odd("fork").processes_max(8), 1);
     assert_eq!(running.ended(), Some(&Ended::TooManyProcesses { limit: 8 }));

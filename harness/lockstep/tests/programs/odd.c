@@ -5,6 +5,7 @@
 #endif
 #include <errno.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <signal.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -36,6 +37,14 @@ static void ends(int signal) {
     (void)signal;
     tell("bye\n");
     _exit(0);
+}
+
+// Goes on after the first thread, and becomes another program.
+static void *alone(void *name) {
+    sleep(1);
+    tell("alone\n");
+    execl(name, name, "stdin", NULL);
+    return NULL;
 }
 
 int main(int count, char **words) {
@@ -125,6 +134,11 @@ int main(int count, char **words) {
         int64_t before = now();
         pause();
         tell(now() - before == 2000000000 ? "paused\n" : "wrong\n");
+    }
+    if (!strcmp(how, "alone")) {
+        pthread_t thread;
+        pthread_create(&thread, NULL, alone, words[0]);
+        pthread_exit(NULL);
     }
     if (!strcmp(how, "term")) signal(SIGTERM, ends);
     if (!strcmp(how, "deaf")) signal(SIGTERM, SIG_IGN);
