@@ -240,3 +240,20 @@ fn can_utils_with_fd_frames() {
     // The other interface is a classic one.
     assert!(text.ends_with("1\n"), "{text}");
 }
+
+#[test]
+fn programs_in_c_with_fd_frames() {
+    for kind in ["-static", "-pie"] {
+        let path = compiled("gcc", "echo_fd.c", &[kind]);
+        let program = || Program::new([path.as_str()]).can_fd("can0");
+        let events = same_each_time(2, 1, &[long_frames()], program);
+        let answer = |k: usize| {
+            let mut data = [0x5a; 64];
+            data[0] = k as u8;
+            (20 * k as i64, fd(0x182, 1, &data))
+        };
+        let expected: Vec<_> = (1..=50).step_by(2).map(answer).collect();
+        let sent = events.iter().map(|event| (event.at.as_nanos() / 1_000_000, event.what));
+        assert_eq!(sent.collect::<Vec<_>>(), expected, "{kind}");
+    }
+}

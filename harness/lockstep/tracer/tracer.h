@@ -24,7 +24,7 @@ struct slot {
 
 struct process {
     struct process *next, *parent;
-    int pid, pid_fd, threads, status;
+    int pid, pid_fd, threads;
     bool has_ended, is_ending;
     // Where the scratch room of the page of the clock is in its memory.
     uint64_t scratch;
@@ -67,13 +67,12 @@ struct clock_page {
     int64_t now_ns;
     int64_t questions_left;
     int64_t bases[CLOCKS];
+    // Room in the memory of every process of the program, for what calls made in its name take and give.
     char scratch[];
 };
 extern struct clock_page *clock_page;
 void clock_page_make(void);
 void clock_page_enter(struct tracee *of);
-// Room in the memory of every process of the program, for what calls made in its name take and give.
-#define SCRATCH_BYTES 6144
 
 // threads.c
 extern struct process *processes;
