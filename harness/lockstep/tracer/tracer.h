@@ -105,8 +105,8 @@ struct call {
     int number;
     handler *handler;
 };
-extern const struct call calls_of_time[], calls_of_timers[], calls_of_waiting[], calls_of_files[], calls_of_bytes[], calls_of_sockets[],
-    calls_of_processes[];
+extern const struct call calls_of_time[], calls_of_timers[], calls_of_waiting[], calls_of_files[], calls_of_bytes[],
+    calls_of_sockets[], calls_of_processes[];
 bool is_of_interest(int number);
 void call_stopped(struct tracee *of);
 int64_t result_of(int64_t result);
@@ -118,7 +118,6 @@ bool put(struct tracee *of, uint64_t to, const void *from, size_t size);
 bool get_text(struct tracee *of, uint64_t from, char *to, size_t size);
 int64_t make_call(struct tracee *of, int number, const uint64_t *arguments);
 #define CALL(of, number, ...) make_call(of, number, (uint64_t[6]){__VA_ARGS__})
-
 void settle_regs(struct tracee *of);
 struct user_regs_struct *regs_of(struct tracee *of);
 
@@ -140,12 +139,13 @@ int64_t can_socket_open(int type, int protocol);
 void signal_sent(struct process *process);
 void signal_process(struct process *process, int signal);
 uint64_t pending_of(struct tracee *of, uint64_t mask);
-
 void signals_pass_on(void);
 void signals_taken(struct tracee *of);
 
+// calls_timers.c
 void timers_of_program_end(struct process *process);
 
+// main.c
 void fail(const char *what) __attribute__((noreturn));
 
 #endif
