@@ -1,32 +1,66 @@
-//! Builds the shim: a shared library in C that is embedded in the crate and preloaded into programs.
+//! Builds what is embedded in the crate: the shim, a shared library in C that is preloaded into programs, and the tracer, a
+//! program in C that runs those which load nothing.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-fn main() {
-    let folder = Path::new("shim");
-    println!("cargo::rerun-if-changed=shim");
+/// What of the shim the tracer is made of, too.
+const SHARED: [&str; 12] = [
+    "can_bcm.c",
+    "can_interface.c",
+    "can_message.c",
+    "can_socket.c",
+    "descriptors.c",
+    "link.c",
+    "moments.c",
+    "serial.c",
+    "serial_port.c",
+    "timers.c",
+    "turns.c",
+    "wait_fds.c",
+];
+
+fn sources(folder: &str) -> Vec<PathBuf> {
+    println!("cargo::rerun-if-changed={folder}");
     let mut sources: Vec<PathBuf> = fs::read_dir(folder)
-        .expect("the folder of the shim")
-        .map(|entry| entry.expect("a file of the shim").path())
+        .expect("a folder of sources")
+        .map(|entry| entry.expect("a source").path())
         .filter(|path| path.extension().is_some_and(|extension| extension == "c"))
         .collect();
     sources.sort();
-    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo says where")).join("shim.so");
-    // It is loaded into programs of the GNU C library, whatever the harness itself is linked with.
+    sources
+}
+
+fn compile(name: &str, kind: &[&str], sources: &[PathBuf]) {
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo says where")).join(name);
+    // It is for the GNU C library, whatever the harness itself is linked with.
     let target = env::var("TARGET").expect("cargo says for what").replace("-musl", "-gnu");
     let mut build = cc::Build::new();
     build.target(&target).opt_level(2).pic(true).warnings(false);
-    let compiler = build.get_compiler();
-    let status = compiler
+    let status = build
+        .get_compiler()
         .to_command()
-        .args(["-shared", "-std=gnu11", "-fvisibility=hidden", "-Wall", "-Wextra", "-Werror"])
+        .args(kind)
+        .args(["-std=gnu11", "-fvisibility=hidden", "-Wall", "-Wextra", "-Werror"])
         .args(["-Wno-nonnull-compare", "-Wno-unknown-warning-option", "-fno-strict-aliasing"])
         .arg("-o")
         .arg(&out)
-        .args(&sources)
+        .args(sources)
         .args(["-ldl", "-lpthread"])
         .status()
         .expect("a C compiler");
-    assert!(status.success(), "the shim does not compile");
+    assert!(status.success(), "{name} does not compile");
+}
+
+fn main() {
+    let shim = sources("shim");
+    compile("shim.so", &["-shared"], &shim);
+    let mut tracer = sources("tracer");
+    if env::var("CARGO_CFG_TARGET_ARCH").is_ok_and(|machine| machine == "x86_64") {
+        tracer.extend(SHARED.iter().map(|name| Path::new("shim").join(name)));
+        compile("tracer", &[], &tracer);
+    } else {
+        let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo says where")).join("tracer");
+        fs::write(out, []).expect("room for an empty file");
+    }
 }

@@ -8,7 +8,7 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use common::{Stream, base, c, drive, gyro, python_with, secs, source};
+use common::{Stream, base, c, compiled, drive, go, gyro, python_with, secs, source};
 use lockstep::Program;
 use std::time::Instant;
 
@@ -44,6 +44,16 @@ fn main() {
     };
     let poll = c("poll.c");
     report("C, poll, two serial lines", 300, &[gyro(0)], || serial(&[&poll]));
+    let without_library = compiled("gcc", "poll.c", &["-static"]);
+    report("static C, poll, two serial lines", 300, &[gyro(0)], || serial(&[&without_library]));
+    if let Some(controller) = go("serial.go") {
+        report("Go, goroutines, two serial lines", 60, &[gyro(0)], || serial(&[&controller]));
+    }
+    if let Some(node) = go("can.go") {
+        let program =
+            || Program::new([node.as_str(), "can0", two()[0]]).can("can0").serial(two()[0]);
+        report("Go, a raw CAN socket, 50 Hz", 60, &[base(0)], program);
+    }
     let python = |script: &str| {
         let script = source(script).to_str().unwrap().to_owned();
         move |interpreter: &str| vec![interpreter.to_owned(), script.clone()]

@@ -40,6 +40,7 @@ static inline bool is_fd(const struct canfd_frame *frame) { return frame->flags 
 static inline size_t frame_size(const struct canfd_frame *frame) { return is_fd(frame) ? CANFD_MTU : CAN_MTU; }
 
 extern struct can_socket *can_sockets;
+int can_make_pair(int flags, int *hidden);
 void can_put(struct can_socket *can, const void *data, size_t size);
 int can_transmit(struct can_socket *can, int interface, const struct canfd_frame *frame);
 ssize_t bcm_take(struct can_socket *can, int interface, const void *data, size_t size);

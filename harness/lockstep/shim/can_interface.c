@@ -5,7 +5,6 @@
 #include <net/if_arp.h>
 #include <stdio.h>
 #include <sys/ioctl.h>
-#include <sys/mman.h>
 
 #define INTERFACES_MAX 32
 // Far above the numbers of real interfaces.
@@ -85,26 +84,20 @@ static int index_of_file(const char *path, const char **rest) {
     return can_index(name);
 }
 
-// What /sys says of an interface of ours, as a file that is open; negative where it is asked about something else.
-int can_open_file(const char *path, int flags) {
+// What a file in /sys says of an interface of ours; false where it is asked about something else.
+bool can_file_text(const char *path, char text[32]) {
     const char *rest;
     int index = index_of_file(path, &rest), number = -1;
-    if (!index) return -1;
+    if (!index) return false;
     if (!strcmp(rest, "/type")) number = ARPHRD_CAN;
     if (!strcmp(rest, "/mtu")) number = can_takes_fd(index) ? CANFD_MTU : CAN_MTU;
     if (!strcmp(rest, "/ifindex")) number = index;
     if (!strcmp(rest, "/carrier")) number = 1;
-    char text[32];
-    if (number >= 0) snprintf(text, sizeof text, "%d\n", number);
-    else if (!strcmp(rest, "/flags")) snprintf(text, sizeof text, "0x%x\n", FLAGS);
-    else if (!strcmp(rest, "/operstate")) snprintf(text, sizeof text, "up\n");
-    else return -1;
-    int fd = memfd_create("interface", flags & O_CLOEXEC ? MFD_CLOEXEC : 0);
-    if (fd < 0) return fd;
-    REAL(write)(fd, text, strlen(text));
-    lseek(fd, 0, SEEK_SET);
-    descriptor_closed(fd);
-    return fd;
+    if (number >= 0) snprintf(text, 32, "%d\n", number);
+    else if (!strcmp(rest, "/flags")) snprintf(text, 32, "0x%x\n", FLAGS);
+    else if (!strcmp(rest, "/operstate")) snprintf(text, 32, "up\n");
+    else return false;
+    return true;
 }
 
 // A file that is there when one of an interface of ours is asked for: that of the loopback.

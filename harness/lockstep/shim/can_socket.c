@@ -10,21 +10,13 @@ static struct can_socket *of(int fd) {
     return found && found->kind == FD_CAN ? found->object : NULL;
 }
 
-static int make_pair(int flags, int *hidden) {
-    int pair[2];
-    if (REAL(socketpair)(AF_UNIX, SOCK_SEQPACKET | (flags & (SOCK_NONBLOCK | SOCK_CLOEXEC)), 0, pair)) return -1;
-    *hidden = guard(pair[1]);
-    REAL(fcntl)(*hidden, F_SETFL, O_NONBLOCK);
-    return pair[0];
-}
-
 int can_open(int type, int protocol) {
     int plain = type & ~(SOCK_NONBLOCK | SOCK_CLOEXEC);
     bool is_raw = plain == SOCK_RAW && protocol == CAN_RAW;
     if (!is_raw && !(plain == SOCK_DGRAM && protocol == CAN_BCM)) return errno = EPROTONOSUPPORT, -1;
     struct can_socket *made = calloc(1, sizeof *made);
     if (!made) return errno = ENOMEM, -1;
-    int fd = make_pair(type, &made->hidden);
+    int fd = can_make_pair(type, &made->hidden);
     if (fd < 0) return free(made), -1;
     made->type = plain;
     made->is_broadcast_manager = !is_raw;
@@ -49,24 +41,6 @@ void can_release(struct can_socket *can) {
     unguard(can->hidden);
     free(can->filters);
     free(can);
-}
-
-// Parent and child each have the socket from now on; what one hears, the other hears too.
-void can_after_fork(void) {
-    for (struct can_socket *can = can_sockets; can; can = can->next) {
-        can->operations = NULL;
-        unguard(can->hidden);
-        for (int fd = 0, made = -1; fd < DESCRIPTORS_MAX; fd++) {
-            if (of(fd) != can) continue;
-            int flags = REAL(fcntl)(fd, F_GETFL), close_on_exec = REAL(fcntl)(fd, F_GETFD);
-            if (made < 0) made = make_pair(flags & O_NONBLOCK ? SOCK_NONBLOCK : 0, &can->hidden);
-            else made = REAL(dup)(made);
-            if (made < 0) break;
-            REAL(dup3)(made, fd, close_on_exec & FD_CLOEXEC ? O_CLOEXEC : 0);
-            REAL(close)(made);
-            made = fd;
-        }
-    }
 }
 
 EXPORT int socket(int family, int type, int protocol) {

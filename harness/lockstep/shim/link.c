@@ -74,6 +74,7 @@ static void configure(char *line) {
     char *value = strchr(line, ' ');
     if (!value) return;
     *value++ = 0;
+    if (!strcmp(line, "tracer")) tracer_declare(value);
     char *second = strchr(value, ' ');
     if (second) *second++ = 0;
     if (!strcmp(line, "can")) can_declare(value, second && !strcmp(second, "fd"));

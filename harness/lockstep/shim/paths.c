@@ -1,7 +1,20 @@
 // The names of serial ports and CAN interfaces, wherever a program may ask for a file by name.
 #include "shim.h"
 #include <stdarg.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
+
+// A file of /sys about an interface of ours, open; negative where another is asked for.
+int can_open_file(const char *path, int flags) {
+    char text[32];
+    if (!can_file_text(path, text)) return -1;
+    int fd = memfd_create("interface", flags & O_CLOEXEC ? MFD_CLOEXEC : 0);
+    if (fd < 0) return fd;
+    REAL(write)(fd, text, strlen(text));
+    lseek(fd, 0, SEEK_SET);
+    descriptor_closed(fd);
+    return fd;
+}
 
 static int open_at(int folder, const char *path, int flags, mode_t mode) {
     if (is_managed() && serial_real(path)) return serial_open(path, flags);

@@ -42,8 +42,9 @@ EXPORT int daemon(int keep_folder, int keep_files) {
     return 0;
 }
 
-// The environment with the shim in it, in one block that the caller frees; the same where it is there.
-static char **with_shim(char *const *environment, char **made) {
+// The environment with the shim in it, or for the tracer without it, in one block that the caller frees; the same where
+// it is so.
+static char **with_shim(char *const *environment, bool is_traced, char **made) {
     *made = NULL;
     const char *preload = getenv("LD_PRELOAD");
     size_t count = 0;
@@ -52,7 +53,7 @@ static char **with_shim(char *const *environment, char **made) {
         has_preload |= !strncmp(environment[count], "LD_PRELOAD=", 11);
         has_link |= !strncmp(environment[count], "HIL_LOCKSTEP=", 13);
     }
-    if ((has_preload && has_link) || !preload) return (char **)environment;
+    if ((has_preload != is_traced && has_link) || !preload) return (char **)environment;
     size_t texts = strlen(preload) + strlen(link_path()) + 32;
     char **copy = malloc((count + 3) * sizeof *copy + texts);
     if (!copy) return (char **)environment;
@@ -62,37 +63,40 @@ static char **with_shim(char *const *environment, char **made) {
     for (size_t i = 0; i < count; i++)
         if (strncmp(environment[i], "LD_PRELOAD=", 11) && strncmp(environment[i], "HIL_LOCKSTEP=", 13))
             copy[kept++] = environment[i];
-    copy[kept++] = text;
-    text += sprintf(text, "LD_PRELOAD=%s", preload) + 1;
+    if (!is_traced) copy[kept++] = text;
+    if (!is_traced) text += sprintf(text, "LD_PRELOAD=%s", preload) + 1;
     copy[kept++] = text;
     sprintf(text, "HIL_LOCKSTEP=%s", link_path());
     copy[kept] = NULL;
     return copy;
 }
 
-#define REPLACE(call)                                                                              \
+#define REPLACE(path, call)                                                                        \
     ({                                                                                             \
-        char *made_;                                                                               \
-        char **shimmed = with_shim(environment, &made_);                                           \
+        char *made_, **traced_ = as_traced(&path, arguments);                                      \
+        char **words = traced_ ? traced_ : (char **)arguments;                                     \
+        char **shimmed = with_shim(environment, traced_, &made_);                                  \
         link_request(REQUEST_EXEC, 0);                                                             \
         int result_ = (call), kept_ = errno;                                                       \
         link_request(REQUEST_EXEC_FAILED, 0);                                                      \
-        free(made_);                                                                               \
+        free(made_), free(traced_);                                                                               \
         errno = kept_;                                                                             \
         result_;                                                                                   \
     })
 
 EXPORT int execve(const char *path, char *const arguments[], char *const environment[]) {
     if (!in_lockstep()) return REAL(execve)(path, arguments, environment);
-    return REPLACE(REAL(execve)(path, arguments, shimmed));
+    return REPLACE(path, REAL(execve)(path, words, shimmed));
 }
 EXPORT int execvpe(const char *file, char *const arguments[], char *const environment[]) {
     if (!in_lockstep()) return REAL(execvpe)(file, arguments, environment);
-    return REPLACE(REAL(execvpe)(file, arguments, shimmed));
+    return REPLACE(file, REAL(execvpe)(file, words, shimmed));
 }
 EXPORT int fexecve(int fd, char *const arguments[], char *const environment[]) {
     if (!in_lockstep()) return REAL(fexecve)(fd, arguments, environment);
-    return REPLACE(REAL(fexecve)(fd, arguments, shimmed));
+    // One that is known by a descriptor alone is not asked what it loads.
+    const char *nobody = NULL;
+    return REPLACE(nobody, REAL(fexecve)(fd, words, shimmed));
 }
 EXPORT int execv(const char *path, char *const arguments[]) { return execve(path, arguments, environ); }
 EXPORT int execvp(const char *file, char *const arguments[]) { return execvpe(file, arguments, environ); }
@@ -134,11 +138,11 @@ static int spawn(spawner *how, pid_t *pid, const char *path, const posix_spawn_f
     if (!in_lockstep()) return how(pid, path, actions, attributes, arguments, environment);
     if (!link_request(REQUEST_FORK, 0)) return EAGAIN;
     progressed = has_children = true;
-    char *made;
-    char **shimmed = with_shim(environment ? environment : environ, &made);
+    char *made, **traced = as_traced(&path, arguments);
+    char **shimmed = with_shim(environment ? environment : environ, traced, &made);
     pid_t child = -1;
-    int result = how(&child, path, actions, attributes, arguments, shimmed);
-    free(made);
+    int result = how(&child, path, actions, attributes, traced ? traced : (char **)arguments, shimmed);
+    free(made), free(traced);
     link_request(REQUEST_FORKED, result ? -1 : child);
     if (pid && !result) *pid = child;
     return result;

@@ -2,7 +2,8 @@
 #include "shim.h"
 #include <sys/ioctl.h>
 
-// A writer that finds the line full tries again after this: the harness empties the line while the program waits.
+// A writer that finds the line full tries again after this: the harness empties the line while the program waits. One that
+// does not want to wait does so too: it would not be told when there is room again.
 #define FULL_NS 1000000
 
 static size_t bytes_of(const struct iovec *parts, int count) {
@@ -67,10 +68,10 @@ ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts
         size_t written = 0;
         while (written < parts[part].iov_len) {
             const char *from = (const char *)parts[part].iov_base + written;
-            ssize_t some = REAL(write)(fd, from, parts[part].iov_len - written);
+            ssize_t some = REAL(write)(serial->is_cooked ? fd : serial->out, from, parts[part].iov_len - written);
             if (some > 0) {
                 written += (size_t)some, done += some;
-            } else if (some < 0 && errno == EAGAIN && waits) {
+            } else if (some < 0 && errno == EAGAIN && (waits || !serial->is_cooked)) {
                 if (block_until(deadline_after(FULL_NS)) == INTERRUPTED) return done ? done : (errno = EINTR, -1);
             } else if (some < 0 && errno != EINTR) {
                 return done ? done : -1;

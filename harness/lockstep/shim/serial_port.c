@@ -2,7 +2,6 @@
 // which carries the bytes: a pty hands bytes on by a thread of the kernel, and that takes longer than all else. Where
 // the settings ask for a line discipline (echo, lines, ends of lines), the bytes go through the pty after all.
 #include "shim.h"
-#include <stdarg.h>
 #include <stdio.h>
 #include <sys/ioctl.h>
 #include <sys/un.h>
@@ -33,6 +32,8 @@ const char *serial_real(const char *path) {
     return number < 0 ? NULL : ports[number].real;
 }
 
+const char *serial_path(int number) { return ports[number].real; }
+
 const char *serial_shown(const char *path) {
     for (int i = 0; path && i < port_count; i++)
         if (!strcmp(path, ports[i].real)) return ports[i].shown;
@@ -51,7 +52,8 @@ struct serial *serial_of(int fd) {
     return of && of->kind == FD_SERIAL ? of->object : NULL;
 }
 
-static int connect_port(int number) {
+// A way to the harness for the bytes of a port.
+int serial_way(int number) {
     struct sockaddr_un to = {.sun_family = AF_UNIX};
     if (snprintf(to.sun_path, sizeof to.sun_path, "%s%d", link_path(), number) >= (int)sizeof to.sun_path) return -1;
     int fd = REAL(socket)(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
@@ -66,12 +68,16 @@ int serial_open(const char *path, int flags) {
     int tty = REAL(openat)(AT_FDCWD, ports[number].real, O_RDWR | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
     if (tty < 0) return -1;
     struct serial *made = calloc(1, sizeof *made);
-    int way = connect_port(number);
-    if (!made || way < 0) return errno = EIO, -1;
-    int fd = REAL(fcntl)(way, flags & O_CLOEXEC ? F_DUPFD_CLOEXEC : F_DUPFD, 0);
-    *made = (struct serial){.number = number, .tty = guard(tty), .way = guard(way)};
+    int way, fd = serial_connect(number, flags, &way);
+    // What is written goes a way of its own: when the harness takes it, a moment that differs between runs, the
+    // program's descriptor is told of no room that has come (which `epoll` would tell on, by EPOLLET).
+    int out = serial_way(number);
+    if (!made || fd < 0 || out < 0) return errno = EIO, -1;
+    shutdown(out, SHUT_RD);
+    *made = (struct serial){.number = number, .tty = guard(tty), .way = guard(way), .out = guard(out)};
     made->is_nonblocking = flags & O_NONBLOCK;
     descriptor_set(fd, FD_SERIAL, made);
+    link_tell(TELL_OPENED, (uint32_t)number, 0);
     link_tell(TELL_OPENED, (uint32_t)number, 0);
     serial_settled(made);
     return fd;
@@ -81,6 +87,7 @@ void serial_release(struct serial *serial) {
     if (--serial->users > 0) return;
     unguard(serial->tty);
     unguard(serial->way);
+    unguard(serial->out);
     free(serial);
 }
 
@@ -99,14 +106,11 @@ void serial_settled(struct serial *serial) {
     link_tell(TELL_COOKED, (uint32_t)serial->number, is_cooked | is_marked << 1);
     if (is_cooked == serial->is_cooked) return;
     serial->is_cooked = is_cooked;
-    for (int fd = 0; fd < DESCRIPTORS_MAX; fd++) {
-        if (serial_of(fd) != serial) continue;
-        int closes = REAL(fcntl)(fd, F_GETFD) & FD_CLOEXEC;
-        REAL(dup3)(is_cooked ? serial->tty : serial->way, fd, closes ? O_CLOEXEC : 0);
-    }
+    for (int fd = 0; fd < DESCRIPTORS_MAX; fd++)
+        if (serial_of(fd) == serial) serial_redirect(fd, serial);
 }
 
-static void forget_input(const struct serial *serial, int queue) {
+void serial_forget_input(const struct serial *serial, int queue) {
     char data[512];
     is_ready(serial->tty, POLLIN);
     while (queue != TCOFLUSH && REAL(recv)(serial->way, data, sizeof data, MSG_DONTWAIT) > 0) {}
@@ -123,7 +127,7 @@ int serial_control(int fd, unsigned long request, void *argument) {
         if (answer == 0 && *(int *)argument == 0) question();
         return answer;
     }
-    case TCFLSH: forget_input(serial, (int)(intptr_t)argument); break;
+    case TCFLSH: serial_forget_input(serial, (int)(intptr_t)argument); break;
     case FIOCLEX:
     case FIONCLEX: return REAL(ioctl)(fd, request, argument);
     default: break;
@@ -133,40 +137,4 @@ int serial_control(int fd, unsigned long request, void *argument) {
     serial_settled(serial);
     errno = kept;
     return answer;
-}
-
-static int tty_of(int fd) {
-    struct serial *serial = serial_of(fd);
-    return serial ? serial->tty : fd;
-}
-
-EXPORT int isatty(int fd) { return REAL(isatty)(tty_of(fd)); }
-EXPORT int tcgetattr(int fd, struct termios *settings) { return REAL(tcgetattr)(tty_of(fd), settings); }
-EXPORT int tcsetattr(int fd, int actions, const struct termios *settings) {
-    struct serial *serial = serial_of(fd);
-    if (serial && actions == TCSAFLUSH) forget_input(serial, TCIFLUSH);
-    int result = REAL(tcsetattr)(tty_of(fd), actions, settings);
-    if (serial && result == 0) serial_settled(serial);
-    return result;
-}
-EXPORT int tcflush(int fd, int queue) {
-    if (serial_of(fd)) forget_input(serial_of(fd), queue);
-    return REAL(tcflush)(tty_of(fd), queue);
-}
-EXPORT int tcdrain(int fd) { return REAL(tcdrain)(tty_of(fd)); }
-EXPORT int tcflow(int fd, int action) { return REAL(tcflow)(tty_of(fd), action); }
-EXPORT int tcsendbreak(int fd, int duration) { return REAL(tcsendbreak)(tty_of(fd), duration); }
-
-EXPORT int ttyname_r(int fd, char *name, size_t size) {
-    int result = REAL(ttyname_r)(tty_of(fd), name, size);
-    const char *shown = result == 0 ? serial_shown(name) : NULL;
-    if (!shown) return result;
-    if (strlen(shown) >= size) return ERANGE;
-    strcpy(name, shown);
-    return 0;
-}
-EXPORT char *ttyname(int fd) {
-    static char name[PATH_MAX];
-    int result = ttyname_r(fd, name, sizeof name);
-    return result ? errno = result, NULL : name;
 }

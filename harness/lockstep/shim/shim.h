@@ -66,7 +66,16 @@ void link_after_fork(void);
 int link_guard(int fd);
 const char *link_path(void);
 
-// schedule.c: threads, one of which runs at a time.
+// moments.c
+int64_t deadline_after(int64_t span_ns);
+int64_t deadline_at(clockid_t clock, const struct timespec *at);
+int64_t deadline_guessed(const struct timespec *at);
+int64_t nanos(const struct timespec *span);
+struct timespec timespec_of(int64_t ns);
+struct timeval timeval_of(int64_t ns);
+int64_t clock_ns(clockid_t clock);
+
+// turns.c, schedule.c: threads, one of which runs at a time.
 enum wait_kind { WAIT_NOTHING, WAIT_TIME, WAIT_FDS, WAIT_ADDRESS, WAIT_SEMAPHORE, WAIT_RUN };
 enum woken { WOKEN, TIMED_OUT, INTERRUPTED, RESTART, LOOK_AGAIN };
 struct wait {
@@ -93,6 +102,10 @@ struct thread {
 };
 extern __thread struct thread *self;
 extern bool progressed, has_children;
+extern struct thread *first, *current;
+extern uint64_t orders;
+extern unsigned runs;
+struct thread *next_thread(void);
 bool in_lockstep(void);
 enum woken block(const struct wait *wait);
 enum woken block_until(int64_t deadline);
@@ -109,13 +122,6 @@ void thread_unmade(struct thread *thread);
 void *thread_entry(void *thread);
 struct thread *thread_of(pthread_t handle);
 void thread_forget(struct thread *thread);
-int64_t deadline_after(int64_t span_ns);
-int64_t deadline_at(clockid_t clock, const struct timespec *at);
-int64_t deadline_guessed(const struct timespec *at);
-int64_t nanos(const struct timespec *span);
-struct timespec timespec_of(int64_t ns);
-struct timeval timeval_of(int64_t ns);
-int64_t clock_ns(clockid_t clock);
 void futex_wait(int *word, int value);
 void futex_wake(int *word);
 
@@ -144,20 +150,23 @@ void descriptor_set(int fd, enum fd_kind kind, void *object);
 void descriptor_closed(int fd);
 void descriptor_copied(int from, int to);
 bool is_guarded(int fd);
+unsigned next_guarded(unsigned from);
 int guard(int fd);
 void unguard(int fd);
 
-// ready.c: waiting for descriptors.
+// wait_fds.c: waiting for descriptors.
 int wait_fds(struct pollfd *fds, nfds_t count, int64_t deadline);
 int wait_fd(int fd, short events, int64_t deadline);
 bool is_ready(int fd, short events);
 bool is_nonblocking(int fd);
+int64_t deadline_of(const struct timespec *span);
+int64_t deadline_ms(int ms);
 
-// serial_port.c, serial.c
+// serial_port.c, serial.c, serial_calls.c
 struct serial {
     int users, number;
-    // The pty, which has the settings, and the socket, which has the bytes.
-    int tty, way;
+    // The pty, which has the settings, and the sockets which have the bytes that come and those that go.
+    int tty, way, out;
     bool is_nonblocking, is_cooked, is_marked;
     // VMIN and VTIME, and whether lines are read.
     uint8_t bytes_min, tenths;
@@ -166,16 +175,25 @@ struct serial {
 void serial_declare(const char *shown, const char *real);
 void serial_flush(void);
 int serial_open(const char *path, int flags);
+int serial_way(int number);
+int serial_connect(int number, int flags, int *way);
+void serial_redirect(int fd, const struct serial *serial);
+void serial_forget_input(const struct serial *serial, int queue);
 void serial_release(struct serial *serial);
 void serial_settled(struct serial *serial);
 int serial_control(int fd, unsigned long request, void *argument);
 struct serial *serial_of(int fd);
 const char *serial_real(const char *path);
+const char *serial_path(int number);
 const char *serial_shown(const char *path);
 ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts, int count, bool is_read);
 
 // stdio.c
 void stdio_talks(void);
+
+// static_programs.c: programs that the shim cannot be loaded into.
+void tracer_declare(const char *path);
+char **as_traced(const char **file, char *const *arguments);
 
 // can_interface.c, can_socket.c, can_message.c, can_bcm.c
 void can_declare(const char *name, bool takes_fd);
@@ -189,6 +207,7 @@ void can_deliver(const struct sent_frame *sent, const struct can_socket *from);
 void can_after_fork(void);
 void can_release(struct can_socket *can);
 void can_retain(struct can_socket *can);
+bool can_file_text(const char *path, char text[32]);
 int can_open_file(const char *path, int flags);
 const char *can_file_like(const char *path);
 bool can_interface_ioctl(unsigned long request, void *argument, int *result);

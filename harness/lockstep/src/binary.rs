@@ -1,4 +1,4 @@
-//! Whether the shim can be loaded into a program at all.
+//! Which way virtual time has into a program: the shim that is loaded into it, or the tracer that stops its system calls.
 
 use std::fs::File;
 use std::io::{self, Read as _, Seek as _, SeekFrom};
@@ -31,8 +31,8 @@ pub enum BinaryError {
         /// Why.
         source: io::Error,
     },
-    /// It is linked statically (as Go programs are): no library can be preloaded.
-    #[error("{} is linked statically: virtual time needs a program that loads the C library", .0.display())]
+    /// It is linked statically (as Go programs are): no library can be preloaded, and there is no tracer for this machine.
+    #[error("{} is linked statically: on this machine virtual time needs a program that loads the C library", .0.display())]
     Static(PathBuf),
     /// It runs with somebody else's rights, and then the loader preloads nothing.
     #[error("{} is set-uid or set-gid: the shim is not loaded into such a program", .0.display())]
@@ -40,6 +40,15 @@ pub enum BinaryError {
     /// It is for another machine, or no program at all.
     #[error("{} is no 64-bit ELF program or script of this machine", .0.display())]
     Foreign(PathBuf),
+}
+
+/// How virtual time gets into a program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Way {
+    /// The loader preloads the shim.
+    Shim,
+    /// It is linked statically: it is run by the tracer, whose registers are those of x86-64.
+    Tracer,
 }
 
 /// Finds a program as `execvp` does.
@@ -53,8 +62,8 @@ pub(crate) fn find(program: &str, search: Option<&str>) -> Result<PathBuf, Binar
     folders.map(|folder| Path::new(folder).join(program)).find(|p| p.is_file()).ok_or_else(missing)
 }
 
-/// Whether the loader will preload the shim into the program at `path`.
-pub(crate) fn check(path: &Path) -> Result<(), BinaryError> {
+/// How virtual time gets into the program at `path`, if it does.
+pub(crate) fn check(path: &Path) -> Result<Way, BinaryError> {
     let mut path = path.to_owned();
     for _ in 0..INTERPRETERS_MAX {
         let unreadable = |source| BinaryError::Unreadable { path: path.clone(), source };
@@ -85,7 +94,7 @@ fn script_interpreter(head: &[u8]) -> Option<PathBuf> {
     words.split_ascii_whitespace().next().map(PathBuf::from)
 }
 
-fn check_elf(path: PathBuf, head: &[u8], mut file: File) -> Result<(), BinaryError> {
+fn check_elf(path: PathBuf, head: &[u8], mut file: File) -> Result<Way, BinaryError> {
     let half = |at: usize| Some(u16::from_ne_bytes(head.get(at..at + 2)?.try_into().ok()?));
     let is_64_bit = head.starts_with(b"\x7fELF\x02");
     let layout = || Some((u64::from_ne_bytes(head.get(32..40)?.try_into().ok()?), half(56)?));
@@ -107,7 +116,8 @@ fn check_elf(path: PathBuf, head: &[u8], mut file: File) -> Result<(), BinaryErr
         Ok(false)
     };
     match has_interpreter() {
-        Ok(true) => Ok(()),
+        Ok(true) => Ok(Way::Shim),
+        Ok(false) if cfg!(target_arch = "x86_64") => Ok(Way::Tracer),
         Ok(false) => Err(BinaryError::Static(path)),
         Err(source) => Err(BinaryError::Unreadable { path, source }),
     }

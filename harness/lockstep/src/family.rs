@@ -1,6 +1,6 @@
 //! A program's processes. Each has a link; one runs at a time, in the order in which they came, until none can go on.
 
-use crate::binary::{self, BinaryError};
+use crate::binary::{self, BinaryError, Way};
 use crate::link::{Change, Link, Message, PATIENCE, Reading, SentFrame, Turn};
 use crate::spawned::Spawned;
 use crate::state::Ended;
@@ -245,7 +245,7 @@ impl Family {
                 outside.serial(number, change);
                 return Ok(());
             }
-            Message::Fork => self.processes.len() < limit,
+            Message::Fork { others } => self.processes.len().saturating_add(others) < limit,
             Message::Forked { pid } => {
                 if let Some(link) = if pid > 0 { self.join(pid)? } else { None } {
                     self.add(pid, link);
@@ -311,7 +311,10 @@ impl Family {
                     }
                     let executable = format!("/proc/{pid}/exe");
                     let checked = binary::check(executable.as_ref());
-                    if matches!(checked, Err(BinaryError::Static(_) | BinaryError::Privileged(_))) {
+                    if matches!(
+                        checked,
+                        Ok(Way::Tracer) | Err(BinaryError::Static(_) | BinaryError::Privileged(_))
+                    ) {
                         break;
                     }
                 }

@@ -34,8 +34,8 @@ pub(crate) enum Message {
     Hello { pid: i32 },
     /// All of its threads wait.
     Idle { deadline: i64, progressed: bool },
-    /// It is about to start a process.
-    Fork,
+    /// It is about to start a process, and has so many already that have no link of their own.
+    Fork { others: usize },
     /// It has, and this is the number; negative where that failed.
     Forked { pid: i32 },
     /// It is about to replace itself by another program.
@@ -190,7 +190,7 @@ fn parse(bytes: &[u8]) -> Parsed {
                 .map_or(Parsed::Wrong, |message| Parsed::Whole(message, HEAD_BYTES + SENT_BYTES));
         }
         2 => Message::Idle { deadline: argument, progressed: flag != 0 },
-        3 => Message::Fork,
+        3 => Message::Fork { others: usize::try_from(argument).unwrap_or(usize::MAX) },
         4 => Message::Forked { pid },
         5 => Message::Exec,
         6 => Message::ExecFailed,

@@ -1,6 +1,6 @@
 //! What is to be started, and how.
 
-use crate::binary::{self, BinaryError};
+use crate::binary::{self, BinaryError, Way};
 use crate::device::{Lines, Lockstep, Port};
 use crate::family::{Family, Rules};
 use crate::output::{Kept, Output};
@@ -10,8 +10,9 @@ use crate::spawned::Spawned;
 use crate::talk::Talk;
 use std::ffi::OsString;
 use std::fmt::Write as _;
-use std::fs::{self, File};
+use std::fs::{self, File, Permissions};
 use std::io;
+use std::os::unix::fs::PermissionsExt as _;
 use std::os::unix::net::UnixListener;
 use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
@@ -21,6 +22,9 @@ use wire::time::Span;
 
 /// The shim, as `build.rs` made it.
 static SHIM: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/shim.so"));
+
+/// The tracer, for programs that load nothing; empty where there is none for this machine.
+static TRACER: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/tracer"));
 
 /// What programs are told of the date when the run begins: 2023-11-14 22:13:20 UTC, in nanoseconds since 1970.
 const REALTIME_NS: i64 = 1_700_000_000_000_000_000;
@@ -57,6 +61,38 @@ pub enum StartError {
 
 fn failed_to<E: Into<io::Error>>(step: &'static str) -> impl Fn(E) -> StartError {
     move |source| StartError::System { step, source: source.into() }
+}
+
+/// The program itself, which loads the shim before all else.
+fn with_shim(
+    path: &Path,
+    name: &str,
+    folder: &Path,
+    others: Option<OsString>,
+) -> Result<Command, StartError> {
+    let shim = folder.join("shim.so");
+    fs::write(&shim, SHIM).map_err(failed_to("write the shim"))?;
+    let mut preload = shim.into_os_string();
+    if let Some(others) = others {
+        preload.push(":");
+        preload.push(others);
+    }
+    let mut command = Command::new(path);
+    command.arg0(name).env("LD_PRELOAD", preload);
+    Ok(command)
+}
+
+fn write_tracer(path: &Path) -> io::Result<()> {
+    fs::write(path, TRACER)?;
+    fs::set_permissions(path, Permissions::from_mode(0o700))
+}
+
+/// The tracer, which starts the program.
+fn with_tracer(path: &Path, name: &str, tracer: PathBuf) -> Command {
+    let mut command = Command::new(tracer);
+    // What is preloaded is for programs that load something.
+    command.arg(path).arg(name).env_remove("LD_PRELOAD");
+    command
 }
 
 #[derive(Debug)]
@@ -194,16 +230,15 @@ impl Program {
         if path.is_relative() {
             path = path.canonicalize().map_err(failed_to("find the program's folder"))?;
         }
-        binary::check(&path)?;
+        let way = binary::check(&path)?;
         let folder = tempfile::Builder::new().prefix("hil-").tempdir();
         let folder = folder.map_err(failed_to("make a folder for the shim"))?;
-        let (shim, link) = (folder.path().join("shim.so"), folder.path().join("link"));
+        let link = folder.path().join("link");
         let (ports, mut declarations) = self.open_ports(&link)?;
         let step_ns = self.spin_step.as_nanos().max(1);
         // Text in a String does not fail.
         let _ = writeln!(declarations, "realtime {}", self.realtime_ns);
         let _ = writeln!(declarations, "spin {} {step_ns}", self.spin_questions);
-        fs::write(&shim, SHIM).map_err(failed_to("write the shim"))?;
         let listener = UnixListener::bind(&link).map_err(failed_to("make a socket"))?;
         let (talk, stdin, talk_out) = if self.talks {
             let (talk, stdin, stdout) = Talk::open().map_err(failed_to("make pipes"))?;
@@ -214,17 +249,19 @@ impl Program {
             let stdin = File::open(&stdin).map_err(failed_to("open the standard input"))?;
             (None, Stdio::from(stdin), None)
         };
-        let mut preload = shim.into_os_string();
-        if let Some(others) = variable("LD_PRELOAD") {
-            preload.push(":");
-            preload.push(others);
-        }
         let kept = Kept::open(self.output, folder.path());
         let (kept, stdout, stderr) = kept.map_err(failed_to("make a file for the output"))?;
         let stdout = talk_out.unwrap_or(stdout);
-        let mut command = Command::new(path);
-        command.arg0(name).args(arguments).envs(self.environment);
-        command.env("LD_PRELOAD", preload).env("HIL_LOCKSTEP", link);
+        // Who loads the shim may start somebody who does not.
+        let tracer = folder.path().join("tracer");
+        write_tracer(&tracer).map_err(failed_to("write the tracer"))?;
+        let _ = writeln!(declarations, "tracer {}", tracer.display());
+        let preloaded = variable("LD_PRELOAD");
+        let mut command = match way {
+            Way::Shim => with_shim(&path, name, folder.path(), preloaded)?,
+            Way::Tracer => with_tracer(&path, name, tracer),
+        };
+        command.args(arguments).envs(self.environment).env("HIL_LOCKSTEP", link);
         command.stdin(stdin).stdout(stdout).stderr(stderr).process_group(0);
         if let Some(folder) = self.folder {
             command.current_dir(folder);

@@ -4,11 +4,15 @@
 //! nothing else than wait for it, and the caller's threads may come and go.
 
 use rustix::process::{Pid, Signal, kill_process_group};
-use std::io;
+use std::io::{self, ErrorKind};
 use std::process::{Command, ExitStatus};
 use std::sync::mpsc::{Receiver, channel};
-use std::thread::{Builder, JoinHandle};
+use std::thread::{self, Builder, JoinHandle};
 use std::time::Duration;
+
+/// How often an executable that somebody has open is tried again, and after how long.
+const BUSY_TRIES: u32 = 200;
+const BUSY_SPAN: Duration = Duration::from_millis(5);
 
 /// The process that was started. Dropping it kills its process group.
 #[derive(Debug)]
@@ -25,7 +29,17 @@ impl Spawned {
         let (sender, statuses) = channel();
         let (pid_sender, pids) = channel();
         let parent = Builder::new().name("lockstep".to_owned()).spawn(move || {
-            let started = command.spawn();
+            let mut started = command.spawn();
+            // A file that was just written: another thread's fork has it open for a moment.
+            for _ in 0..BUSY_TRIES {
+                match &started {
+                    Err(cause) if cause.kind() == ErrorKind::ExecutableFileBusy => {
+                        thread::park_timeout(BUSY_SPAN);
+                        started = command.spawn();
+                    }
+                    _ => break,
+                }
+            }
             // Its files are its own from here on.
             drop(command);
             match started {

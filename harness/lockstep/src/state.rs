@@ -30,8 +30,8 @@ pub enum Ended {
         /// How long was waited for it to wait.
         limit: Duration,
     },
-    /// It never spoke to the harness: the shim was not loaded. The program, or one that it replaced itself by or
-    /// started, is linked statically or runs with privileges.
+    /// It never spoke to the harness: neither shim nor tracer is there. The program, or one that it replaced itself by or
+    /// started, runs with privileges, or is linked statically and was started by its descriptor.
     NeverJoined {
         /// The number that the process had.
         pid: i32,
@@ -61,8 +61,8 @@ impl fmt::Display for Ended {
             ),
             Self::NeverJoined { pid, executable } => write!(
                 f,
-                "process {pid} ({executable}) is not in virtual time: is it linked statically, or does it run with \
-                 privileges?"
+                "process {pid} ({executable}) is not in virtual time: does it run with privileges, or is it linked \
+                 statically and was started by its descriptor (fexecve)?"
             ),
             Self::TooManyProcesses { limit } => {
                 write!(f, "the program started more than {limit} processes")

@@ -5,7 +5,8 @@
 mod common;
 
 use common::{
-    base, c, drive, frame, has_tool, none_left, python_with, same_each_time, secs, source, text,
+    base, c, compiled, drive, frame, has_tool, none_left, python_with, same_each_time, secs,
+    source, text,
 };
 use lockstep::verify::Event;
 use lockstep::{Ended, Output, Program};
@@ -141,8 +142,16 @@ rest: 300@0.300000 300@0.310000 300@0.320000
 
 #[test]
 fn sockets_do_what_those_of_the_kernel_do() {
-    let path = c("sockets.c");
-    let program = Program::new([path.as_str()]).serial("/dev/ttyHIL0").can("can0").can("can1");
+    sockets_do_the_same(&c("sockets.c"));
+}
+
+#[test]
+fn sockets_of_a_static_program_do_what_those_of_the_kernel_do() {
+    sockets_do_the_same(&compiled("gcc", "sockets.c", &["-static"]));
+}
+
+fn sockets_do_the_same(path: &str) {
+    let program = Program::new([path]).serial("/dev/ttyHIL0").can("can0").can("can1");
     let mut running = program.start().unwrap();
     let at = |ms: i64| Timestamp::from_nanos(ms * 1_000_000);
     let mut events = Vec::new();
@@ -230,4 +239,21 @@ fn can_utils_with_fd_frames() {
     assert!(text.contains("can0 123##5112233\n"), "{text}");
     // The other interface is a classic one.
     assert!(text.ends_with("1\n"), "{text}");
+}
+
+#[test]
+fn programs_in_c_with_fd_frames() {
+    for kind in ["-static", "-pie"] {
+        let path = compiled("gcc", "echo_fd.c", &[kind]);
+        let program = || Program::new([path.as_str()]).can_fd("can0");
+        let events = same_each_time(2, 1, &[long_frames()], program);
+        let answer = |k: usize| {
+            let mut data = [0x5a; 64];
+            data[0] = k as u8;
+            (20 * k as i64, fd(0x182, 1, &data))
+        };
+        let expected: Vec<_> = (1..=50).step_by(2).map(answer).collect();
+        let sent = events.iter().map(|event| (event.at.as_nanos() / 1_000_000, event.what));
+        assert_eq!(sent.collect::<Vec<_>>(), expected, "{kind}");
+    }
 }

@@ -7,7 +7,9 @@
 
 mod common;
 
-use common::{Stream, base, c, compiled, example, gyro, python_with, same_each_time, secs, source};
+use common::{
+    Stream, base, c, compiled, example, go, gyro, python_with, same_each_time, secs, source,
+};
 use lockstep::Program;
 use std::time::Instant;
 
@@ -37,6 +39,29 @@ fn two(words: &[&str]) -> Program {
 fn c_with_poll() {
     let path = c("poll.c");
     an_hour("C, poll", &[gyro(0)], || two(&[&path]));
+}
+
+#[test]
+#[ignore = "minutes"]
+fn static_c_with_poll() {
+    let path = compiled("gcc", "poll.c", &["-static"]);
+    an_hour("static C, poll", &[gyro(0)], || two(&[&path]));
+}
+
+#[test]
+#[ignore = "minutes"]
+fn go_with_goroutines() {
+    let Some(path) = go("serial.go") else { return };
+    an_hour("Go, goroutines", &[gyro(0)], || two(&[&path]));
+}
+
+#[test]
+#[ignore = "minutes"]
+fn go_with_a_raw_can_socket() {
+    let Some(path) = go("can.go") else { return };
+    let words = [path.as_str(), "can0", "/dev/ttyHIL0"];
+    let program = || Program::new(words).can("can0").serial("/dev/ttyHIL0");
+    an_hour("Go, CAN", &[base(0)], program);
 }
 
 #[test]

@@ -35,19 +35,48 @@ fn ends_and_leaves_nothing(running: Lockstep) {
 }
 
 #[test]
-fn a_static_program_is_refused_by_name() {
+fn a_static_program_runs_and_waits_in_virtual_time() {
     let path = compiled("gcc", "idle.c", &["-static"]);
-    let error = Program::new([path.as_str()]).start().unwrap_err();
-    assert!(
-        matches!(error, StartError::Binary(BinaryError::Static(found)) if found.ends_with(&path))
-    );
+    let (running, _) = run(Program::new([path.as_str()]), 999);
+    assert_eq!((running.state(), running.next_wakeup()), (State::Running, secs(1_000)));
+    let (running, _) = run(Program::new([path.as_str()]), 1_000);
+    assert!(matches!(running.ended(), Some(Ended::Exited(status)) if status.success()));
+    ends_and_leaves_nothing(running);
 }
 
 #[test]
-fn a_program_that_becomes_a_static_one_is_named() {
+fn static_programs_that_others_start_are_in_the_same_time() {
     let path = compiled("gcc", "idle.c", &["-static"]);
-    let script = format!("sleep 1; exec {path}");
-    let (running, _) = run(Program::new(["sh", "-c", &script]), 2);
+    let script = format!("sleep 1; {path} & exec {path}");
+    let (running, _) = run(Program::new(["sh", "-c", &script]), 1_000);
+    assert_eq!((running.state(), running.next_wakeup()), (State::Running, secs(1_001)));
+    assert_eq!(running.pids().len(), 2);
+    ends_and_leaves_nothing(running);
+    let odd = compiled("gcc", "odd.c", &["-static", "-DIS_STATIC"]);
+    // What is sent to it arrives, as its status does where it is waited for.
+    let script = format!("{odd} term & sleep 3; kill $!; wait $!; echo $? >/dev/ttyHIL0");
+    let (_, events) = run(Program::new(["bash", "-c", &script]).serial("/dev/ttyHIL0"), 4);
+    assert_eq!(text(&events, 0), "a second\nbye\n0\n");
+    assert_eq!(events.last().unwrap().at, secs(3));
+    let Some(python) = python_with("subprocess") else { return };
+    let script = format!(
+        "import subprocess, time; s = time.time(); \
+         r = subprocess.run(['{odd}', 'stdin'], input=b'word', stdout=2); \
+         r = subprocess.run(['{odd}', 'crash']); \
+         open('/dev/ttyHIL0', 'w').write(f'{{r.returncode}} {{time.time() - s}}')"
+    );
+    let words = [python.as_str(), "-c", &script];
+    let (_, events) = run(Program::new(words).serial("/dev/ttyHIL0"), 1);
+    assert_eq!(text(&events, 0), "word-6 0.0");
+}
+
+#[test]
+fn a_program_that_becomes_a_static_one_by_its_descriptor_is_named() {
+    let path = compiled("gcc", "idle.c", &["-static"]);
+    let Some(python) = python_with("os") else { return };
+    let script =
+        format!("import os; os.execve(os.open('{path}', os.O_RDONLY), ['idle'], os.environ)");
+    let (running, _) = run(Program::new([python.as_str(), "-c", &script]), 2);
     let Some(Ended::NeverJoined { executable, .. }) = running.ended() else {
         panic!("{:?}", running.state())
     };

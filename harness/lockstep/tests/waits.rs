@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{bytes, c, drive, secs, text};
+use common::{bytes, c, compiled, drive, secs, text};
 use lockstep::{Ended, Program};
 use wire::device::{Device as _, PortId};
 use wire::time::{Span, Timestamp};
@@ -34,9 +34,17 @@ vtime 0 500000000
 
 #[test]
 fn every_wait_takes_what_was_asked_for() {
-    let path = c("waits.c");
+    all_take_what_was_asked_for(&c("waits.c"));
+}
+
+#[test]
+fn every_wait_of_a_static_program_takes_what_was_asked_for() {
+    all_take_what_was_asked_for(&compiled("gcc", "waits.c", &["-static"]));
+}
+
+fn all_take_what_was_asked_for(path: &str) {
     let run = || {
-        let program = Program::new([path.as_str()]).serial("/dev/ttyHIL0");
+        let program = Program::new([path]).serial("/dev/ttyHIL0");
         let mut running = program.start().unwrap();
         let mut events = drive(&mut running, secs(2), &[]);
         assert_eq!(text(&events, 0), EXPECTED, "{:?}", running.state());

@@ -161,6 +161,29 @@ pub fn c(name: &str) -> String {
     compiled("gcc", name, &[])
 }
 
+/// One of the programs in Go, without the C library; `None`, and said aloud, where there is no compiler.
+pub fn go(name: &str) -> Option<String> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let path = folder.join(format!("{name}-{}", std::process::id()));
+    let built = Command::new("go")
+        .args(["build", "-o"])
+        .arg(&path)
+        .arg(source(name))
+        .env("CGO_ENABLED", "0")
+        .env("GO111MODULE", "off")
+        .env("GOCACHE", folder.join("go"))
+        .status();
+    match built {
+        Ok(status) => assert!(status.success(), "{name} does not compile"),
+        Err(cause) => {
+            let why = format!("no Go: {cause}");
+            skips::skip_unless("HIL_TESTS_NEED_GO", why, "apt install golang-go");
+            return None;
+        }
+    }
+    Some(path.to_str().unwrap().to_owned())
+}
+
 pub fn python() -> OsString {
     std::env::var_os("HIL_TESTS_PYTHON").unwrap_or_else(|| "python3".into())
 }

@@ -1,8 +1,11 @@
 // What programs do that are no model of a program; the first word says which.
 #define _GNU_SOURCE
+#ifndef IS_STATIC
 #include <dlfcn.h>
+#endif
 #include <errno.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <signal.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -36,6 +39,14 @@ static void ends(int signal) {
     _exit(0);
 }
 
+// Goes on after the first thread, and becomes another program.
+static void *alone(void *name) {
+    sleep(1);
+    tell("alone\n");
+    execl(name, name, "stdin", NULL);
+    return NULL;
+}
+
 int main(int count, char **words) {
     const char *how = count > 1 ? words[1] : "";
     if (!strcmp(how, "close")) {
@@ -59,6 +70,7 @@ int main(int count, char **words) {
         while (read(port, &byte, 1) < 0 && errno == EAGAIN) {}
         tell("byte\n");
     }
+#ifndef IS_STATIC
     if (!strcmp(how, "cut") || !strcmp(how, "cut off")) {
         // Past the shim.
         int (*really_close)(int) = (int (*)(int))dlsym(dlopen("libc.so.6", RTLD_LAZY), "close");
@@ -67,6 +79,7 @@ int main(int count, char **words) {
             for (volatile unsigned long n = 0;; n++) {}
         sleep(1);
     }
+#endif
     if (!strcmp(how, "circle")) {
         int there[2], back[2];
         char byte = 0;
@@ -121,6 +134,11 @@ int main(int count, char **words) {
         int64_t before = now();
         pause();
         tell(now() - before == 2000000000 ? "paused\n" : "wrong\n");
+    }
+    if (!strcmp(how, "alone")) {
+        pthread_t thread;
+        pthread_create(&thread, NULL, alone, words[0]);
+        pthread_exit(NULL);
     }
     if (!strcmp(how, "term")) signal(SIGTERM, ends);
     if (!strcmp(how, "deaf")) signal(SIGTERM, SIG_IGN);

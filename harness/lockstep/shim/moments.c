@@ -1,0 +1,55 @@
+// Moments and spans: where the clocks of a program begin, and when a wait ends.
+#include "shim.h"
+
+// The monotonic clock does not begin at zero, as it does on no machine: programs subtract from it.
+#define MONOTONIC_BASE (10000 * SECOND)
+
+int64_t nanos(const struct timespec *span) {
+    int64_t ns;
+    if (__builtin_mul_overflow((int64_t)span->tv_sec, SECOND, &ns)
+        || __builtin_add_overflow(ns, (int64_t)span->tv_nsec, &ns))
+        return span->tv_sec < 0 ? 0 : NEVER;
+    return ns;
+}
+
+struct timespec timespec_of(int64_t ns) {
+    return (struct timespec){.tv_sec = ns / SECOND, .tv_nsec = ns % SECOND};
+}
+
+struct timeval timeval_of(int64_t ns) {
+    return (struct timeval){.tv_sec = ns / SECOND, .tv_usec = ns % SECOND / 1000};
+}
+
+static int64_t base_of(clockid_t clock) {
+    switch (clock) {
+    case CLOCK_REALTIME:
+    case CLOCK_REALTIME_COARSE:
+    case CLOCK_REALTIME_ALARM:
+    case CLOCK_TAI: return realtime_base_ns;
+    case CLOCK_MONOTONIC:
+    case CLOCK_MONOTONIC_RAW:
+    case CLOCK_MONOTONIC_COARSE:
+    case CLOCK_BOOTTIME:
+    case CLOCK_BOOTTIME_ALARM: return MONOTONIC_BASE;
+    default: return 0;
+    }
+}
+
+int64_t clock_ns(clockid_t clock) { return base_of(clock) + now_ns; }
+
+int64_t deadline_after(int64_t span_ns) {
+    if (span_ns <= 0) return now_ns;
+    return span_ns > NEVER - now_ns ? NEVER : now_ns + span_ns;
+}
+
+int64_t deadline_at(clockid_t clock, const struct timespec *at) {
+    int64_t ns = nanos(at), base = base_of(clock);
+    if (ns == NEVER) return NEVER;
+    return ns - base;
+}
+
+// A condition variable has a clock that cannot be asked for. What is decades away from the one is meant by the other.
+int64_t deadline_guessed(const struct timespec *at) {
+    bool is_monotonic = at->tv_sec < realtime_base_ns / SECOND / 2;
+    return deadline_at(is_monotonic ? CLOCK_MONOTONIC : CLOCK_REALTIME, at);
+}

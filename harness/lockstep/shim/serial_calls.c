@@ -1,0 +1,51 @@
+// The descriptors of serial ports, and what the C library asks of terminals.
+#include "shim.h"
+#include <termios.h>
+
+// The program's descriptor for a port, and the way that stays where it is.
+int serial_connect(int number, int flags, int *way) {
+    *way = serial_way(number);
+    return *way < 0 ? -1 : REAL(fcntl)(*way, flags & O_CLOEXEC ? F_DUPFD_CLOEXEC : F_DUPFD, 0);
+}
+
+// From now on the bytes of a descriptor go by the pty, or by the way again.
+void serial_redirect(int fd, const struct serial *serial) {
+    int closes = REAL(fcntl)(fd, F_GETFD) & FD_CLOEXEC;
+    REAL(dup3)(serial->is_cooked ? serial->tty : serial->way, fd, closes ? O_CLOEXEC : 0);
+}
+
+static int tty_of(int fd) {
+    struct serial *serial = serial_of(fd);
+    return serial ? serial->tty : fd;
+}
+
+EXPORT int isatty(int fd) { return REAL(isatty)(tty_of(fd)); }
+EXPORT int tcgetattr(int fd, struct termios *settings) { return REAL(tcgetattr)(tty_of(fd), settings); }
+EXPORT int tcsetattr(int fd, int actions, const struct termios *settings) {
+    struct serial *serial = serial_of(fd);
+    if (serial && actions == TCSAFLUSH) serial_forget_input(serial, TCIFLUSH);
+    int result = REAL(tcsetattr)(tty_of(fd), actions, settings);
+    if (serial && result == 0) serial_settled(serial);
+    return result;
+}
+EXPORT int tcflush(int fd, int queue) {
+    if (serial_of(fd)) serial_forget_input(serial_of(fd), queue);
+    return REAL(tcflush)(tty_of(fd), queue);
+}
+EXPORT int tcdrain(int fd) { return REAL(tcdrain)(tty_of(fd)); }
+EXPORT int tcflow(int fd, int action) { return REAL(tcflow)(tty_of(fd), action); }
+EXPORT int tcsendbreak(int fd, int duration) { return REAL(tcsendbreak)(tty_of(fd), duration); }
+
+EXPORT int ttyname_r(int fd, char *name, size_t size) {
+    int result = REAL(ttyname_r)(tty_of(fd), name, size);
+    const char *shown = result == 0 ? serial_shown(name) : NULL;
+    if (!shown) return result;
+    if (strlen(shown) >= size) return ERANGE;
+    strcpy(name, shown);
+    return 0;
+}
+EXPORT char *ttyname(int fd) {
+    static char name[PATH_MAX];
+    int result = ttyname_r(fd, name, sizeof name);
+    return result ? errno = result, NULL : name;
+}

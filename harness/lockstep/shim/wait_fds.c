@@ -1,0 +1,45 @@
+// Waiting for descriptors: the kernel is asked without waiting; the waiting is the harness's.
+#include "shim.h"
+
+bool is_ready(int fd, short events) {
+    struct pollfd one = {.fd = fd, .events = events};
+    int kept = errno;
+    int count = REAL(poll)(&one, 1, 0);
+    errno = kept;
+    return count > 0;
+}
+
+bool is_nonblocking(int fd) {
+    struct descriptor *of = descriptor(fd);
+    if (of && of->kind == FD_SERIAL) return ((struct serial *)of->object)->is_nonblocking;
+    int kept = errno, flags = REAL(fcntl)(fd, F_GETFL);
+    errno = kept;
+    return flags >= 0 && (flags & O_NONBLOCK);
+}
+
+// As poll, until a deadline: how many are ready, zero after the deadline, or -1 with EINTR, and with ERESTART where
+// the program asked that calls go on after its signal.
+int wait_fds(struct pollfd *fds, nfds_t count, int64_t deadline) {
+    for (;;) {
+        int ready = REAL(poll)(fds, count, 0);
+        if (ready || deadline <= now_ns) {
+            progressed = true;
+            if (ready == 0) question();
+            return ready;
+        }
+        enum woken woken = block(&(struct wait){.kind = WAIT_FDS, .deadline = deadline, .fds = fds, .count = count});
+        if (woken == INTERRUPTED) return errno = EINTR, -1;
+        if (woken == RESTART) return errno = ERESTART, -1;
+    }
+}
+
+int wait_fd(int fd, short events, int64_t deadline) {
+    struct pollfd one = {.fd = fd, .events = events};
+    return wait_fds(&one, 1, deadline);
+}
+
+int64_t deadline_of(const struct timespec *span) {
+    return span ? deadline_after(nanos(span)) : NEVER;
+}
+
+int64_t deadline_ms(int ms) { return ms < 0 ? NEVER : deadline_after(ms * 1000000LL); }

@@ -1,0 +1,141 @@
+//! What may become of a program that loads no C library: the same as of one that does, and no process is left.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use common::{bytes, compiled, drive, none_left, secs, text};
+use lockstep::verify::Event;
+use lockstep::{Ended, Lockstep, Program, State};
+use std::os::unix::process::ExitStatusExt as _;
+use std::time::Duration;
+use wire::device::{Device as _, PortId};
+use wire::time::{Span, Timestamp};
+
+/// Long for what is to be found out, short for who waits for it.
+const LIMIT: Duration = Duration::from_millis(1_500);
+
+fn odd(how: &str) -> Program {
+    let path = compiled("gcc", "odd.c", &["-static", "-DIS_STATIC"]);
+    Program::new([path.as_str(), how]).serial("/dev/ttyHIL0")
+}
+
+fn run(program: Program, seconds: i64) -> (Lockstep, Vec<Event>) {
+    let mut running = program.start().unwrap();
+    let events = drive(&mut running, secs(seconds), &[]);
+    (running, events)
+}
+
+/// The numbers of all processes whose executable is the one at `path`.
+fn processes_of(path: &str) -> Vec<i32> {
+    let numbers = std::fs::read_dir("/proc").unwrap().filter_map(|entry| {
+        let entry = entry.unwrap();
+        let number = entry.file_name().to_str()?.parse().ok()?;
+        let executable = std::fs::read_link(entry.path().join("exe")).ok()?;
+        (executable.to_str()? == path).then_some(number)
+    });
+    numbers.collect()
+}
+
+#[test]
+fn a_status_and_a_signal_are_told() {
+    let (running, _) = run(odd("crash"), 1);
+    let Some(Ended::Exited(status)) = running.ended() else { panic!("{:?}", running.state()) };
+    assert_eq!(status.signal(), Some(6));
+    let (running, events) = run(odd("stdin").stdin("one\ntwo\n"), 1);
+    assert_eq!(text(&events, 0), "one\ntwo\n");
+    assert!(matches!(running.ended(), Some(Ended::Exited(status)) if status.success()));
+}
+
+#[test]
+fn one_that_computes_without_end_is_given_up_and_none_of_it_is_left() {
+    let path = compiled("gcc", "odd.c", &["-static", "-DIS_STATIC"]);
+    let program = || Program::new([path.as_str(), "compute"]).serial("/dev/ttyHIL0");
+    let (running, _) = run(program().wall_limit(LIMIT), 1);
+    assert_eq!(running.ended(), Some(&Ended::NeverWaited { limit: LIMIT }));
+    let (running, _) = run(Program::new([path.as_str(), "family"]).serial("/dev/ttyHIL0"), 2);
+    let left = processes_of(&path);
+    assert_eq!(left.len(), 3, "the program, its child and its grandchild: {left:?}");
+    drop(running);
+    // The kernel takes its time.
+    for _ in 0..100 {
+        if processes_of(&path).is_empty() {
+            break;
+        }
+        std::thread::park_timeout(Duration::from_millis(20));
+    }
+    none_left(&left);
+}
+
+#[test]
+fn one_that_only_asks_gets_on() {
+    let spin = |how, step| odd(how).spin(100, Span::from_micros(step));
+    let (_, events) = run(spin("clock", 10), 1);
+    assert_eq!((events[0].at.as_nanos(), text(&events, 0)), (5_000_000, "5 ms\n".to_owned()));
+    let (_, events) = run(spin("clock", 3), 1);
+    assert_eq!(events[0].at.as_nanos(), 5_001_000, "the next whole step");
+    let mut running = spin("look", 50).start().unwrap();
+    assert!(drive(&mut running, Timestamp::from_nanos(10_020_000), &[]).is_empty());
+    running.receive(Timestamp::from_nanos(10_020_000), PortId(0), &bytes("x"));
+    let events = drive(&mut running, secs(1), &[]);
+    assert_eq!((text(&events, 0), events[0].at.as_nanos()), ("byte\n".to_owned(), 10_050_000));
+}
+
+#[test]
+fn one_that_closes_all_that_it_does_not_know_goes_on() {
+    let (running, events) = run(odd("close"), 2);
+    assert_eq!(text(&events, 0), "a second\n");
+    assert_eq!((events[0].at, running.state()), (secs(1), State::WaitsForEver));
+}
+
+#[test]
+fn children_are_in_the_same_time() {
+    let (running, events) = run(odd("daemon"), 3);
+    assert_eq!(text(&events, 0), "daemon\ndaemon\ndaemon\n");
+    assert_eq!(running.state(), State::Running);
+    let (_, events) = run(odd("family"), 600);
+    assert_eq!(text(&events, 0), "waited\n");
+    // A shell, which does load the C library.
+    let (_, events) = run(odd("popen"), 0);
+    assert_eq!(text(&events, 0), "42\n");
+}
+
+#[test]
+fn a_thread_that_is_left_alone_may_become_another_program() {
+    let (running, events) = run(odd("alone").stdin("other\n"), 2);
+    assert_eq!(text(&events, 0), "alone\nother\n");
+    assert!(events.iter().all(|event| event.at == secs(1)));
+    assert!(matches!(running.ended(), Some(Ended::Exited(status)) if status.success()));
+}
+
+#[test]
+fn forking_without_end_is_stopped() {
+    let (running, _) = run(odd("fork").processes_max(8), 1);
+    assert_eq!(running.ended(), Some(&Ended::TooManyProcesses { limit: 8 }));
+}
+
+#[test]
+fn signals_come_at_their_time() {
+    for (how, after_ms) in [("signal", 2_000), ("child", 250)] {
+        let (_, events) = run(odd(how), 3);
+        let times: Vec<i64> = events.iter().map(|event| event.at.as_nanos() / 1_000_000).collect();
+        assert_eq!(text(&events, 0), "signal\npaused\na second\n", "{how}");
+        assert_eq!(times, [after_ms, after_ms, after_ms + 1_000], "{how}");
+    }
+}
+
+#[test]
+fn one_that_is_stopped_may_still_say_something() {
+    let mut running = odd("term").start().unwrap();
+    drive(&mut running, secs(5), &[]);
+    running.stop(secs(5), Span::from_secs(1));
+    let (_, what) = running.transmit(secs(5)).unwrap();
+    assert_eq!(what, bytes("bye\n"));
+    let Some(Ended::Stopped(status)) = running.ended() else { panic!("{:?}", running.state()) };
+    assert!(status.success());
+    let mut running = odd("deaf").start().unwrap();
+    drive(&mut running, secs(5), &[]);
+    running.stop(secs(5), Span::from_secs(1));
+    let Some(Ended::Stopped(status)) = running.ended() else { panic!("{:?}", running.state()) };
+    assert_eq!(status.signal(), Some(9));
+}
