@@ -13,6 +13,8 @@ const SET_UID: u32 = 0o4000;
 const SET_GID: u32 = 0o2000;
 /// Program headers that are looked at.
 const SEGMENTS_MAX: u16 = 1_024;
+/// The longest name of a loader that is read.
+const NAME_BYTES_MAX: u64 = 4_096;
 /// `PT_INTERP`: who loads the program, and the shim with it.
 const INTERPRETER: u32 = 3;
 const SEGMENT_BYTES: u64 = 56;
@@ -31,9 +33,10 @@ pub enum BinaryError {
         /// Why.
         source: io::Error,
     },
-    /// It is linked statically (as Go programs are): no library can be preloaded, and there is no tracer for this machine.
-    #[error("{} is linked statically: on this machine virtual time needs a program that loads the C library", .0.display())]
-    Static(PathBuf),
+    /// It is linked statically (as Go programs are) or loads musl: the shim cannot be preloaded, and there is no tracer for this
+    /// machine.
+    #[error("{} does not load glibc: on this machine virtual time needs a program that does", .0.display())]
+    NoShim(PathBuf),
     /// It runs with somebody else's rights, and then the loader preloads nothing.
     #[error("{} is set-uid or set-gid: the shim is not loaded into such a program", .0.display())]
     Privileged(PathBuf),
@@ -47,7 +50,7 @@ pub enum BinaryError {
 pub(crate) enum Way {
     /// The loader preloads the shim.
     Shim,
-    /// It is linked statically: it is run by the tracer, whose registers are those of x86-64.
+    /// It is linked statically, or loads musl: it is run by the tracer, whose registers are those of x86-64.
     Tracer,
 }
 
@@ -104,23 +107,38 @@ fn check_elf(path: PathBuf, head: &[u8], mut file: File) -> Result<Way, BinaryEr
     if half(18) != Some(MACHINE) {
         return Err(BinaryError::Foreign(path));
     }
-    let mut has_interpreter = || {
-        for number in 0..u64::from(count.min(SEGMENTS_MAX)) {
-            file.seek(SeekFrom::Start(start + number * SEGMENT_BYTES))?;
-            let mut kind = [0; 4];
-            file.read_exact(&mut kind)?;
-            if u32::from_ne_bytes(kind) == INTERPRETER {
-                return Ok(true);
-            }
-        }
-        Ok(false)
+    let way = match interpreter(&mut file, start, count) {
+        Ok(Some(loader)) if loads_our_library(&loader) => Way::Shim,
+        Ok(_) => Way::Tracer,
+        Err(source) => return Err(BinaryError::Unreadable { path, source }),
     };
-    match has_interpreter() {
-        Ok(true) => Ok(Way::Shim),
-        Ok(false) if cfg!(target_arch = "x86_64") => Ok(Way::Tracer),
-        Ok(false) => Err(BinaryError::Static(path)),
-        Err(source) => Err(BinaryError::Unreadable { path, source }),
+    match way {
+        Way::Tracer if !cfg!(target_arch = "x86_64") => Err(BinaryError::NoShim(path)),
+        way => Ok(way),
     }
+}
+
+/// Who loads the program, as its header names it; `None` where it needs nobody.
+fn interpreter(file: &mut File, start: u64, count: u16) -> io::Result<Option<String>> {
+    for number in 0..u64::from(count.min(SEGMENTS_MAX)) {
+        file.seek(SeekFrom::Start(start + number * SEGMENT_BYTES))?;
+        let mut segment = [0; SEGMENT_BYTES as usize];
+        file.read_exact(&mut segment)?;
+        let word = |at: usize| u64::from_ne_bytes(std::array::from_fn(|byte| segment[at + byte]));
+        if segment[..4] == INTERPRETER.to_ne_bytes() {
+            file.seek(SeekFrom::Start(word(8)))?;
+            let mut name = Vec::new();
+            file.take(word(32).min(NAME_BYTES_MAX)).read_to_end(&mut name)?;
+            let name = String::from_utf8_lossy(&name);
+            return Ok(Some(name.trim_end_matches('\0').to_owned()));
+        }
+    }
+    Ok(None)
+}
+
+/// Whether a loader can load the shim, which is made for glibc: musl's cannot.
+fn loads_our_library(loader: &str) -> bool {
+    !loader.rsplit('/').next().is_some_and(|name| name.starts_with("ld-musl-"))
 }
 
 /// `e_machine` of what runs here: EM_X86_64, EM_AARCH64, EM_RISCV.
@@ -134,8 +152,14 @@ const MACHINE: u16 = if cfg!(target_arch = "x86_64") {
 
 #[cfg(test)]
 mod tests {
-    use super::{is_privileged, script_interpreter};
+    use super::{is_privileged, loads_our_library, script_interpreter};
     use std::path::PathBuf;
+
+    #[test]
+    fn the_shim_is_for_the_loader_of_glibc() {
+        assert!(loads_our_library("/lib64/ld-linux-x86-64.so.2"));
+        assert!(!loads_our_library("/lib/ld-musl-x86_64.so.1"));
+    }
 
     #[test]
     fn rights_that_one_has_oneself_are_no_privilege() {

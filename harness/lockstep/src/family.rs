@@ -313,7 +313,7 @@ impl Family {
                     let checked = binary::check(executable.as_ref());
                     if matches!(
                         checked,
-                        Ok(Way::Tracer) | Err(BinaryError::Static(_) | BinaryError::Privileged(_))
+                        Ok(Way::Tracer) | Err(BinaryError::NoShim(_) | BinaryError::Privileged(_))
                     ) {
                         break;
                     }

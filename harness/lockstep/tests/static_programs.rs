@@ -37,6 +37,24 @@ fn a_static_program_sends_what_the_dynamic_one_sends_at_the_same_nanoseconds() {
     assert!(text(&events, 1).starts_with("1 1 0.0092 20000000\n"));
 }
 
+/// Its loader preloads no library that is made for glibc.
+#[test]
+fn a_program_that_loads_musl_sends_the_same() {
+    if let Err(cause) = Command::new("musl-gcc").arg("--version").output() {
+        return skips::skip_unless(
+            "HIL_TESTS_NEED_MUSL",
+            format!("no musl: {cause}"),
+            "apt install musl-tools",
+        );
+    }
+    let run = |path: &str| same_each_time(2, 20, &[gyro(0)], || two(&[path]));
+    let with_shim = run(&c("poll.c"));
+    for kind in ["-no-pie", "-static"] {
+        let with_musl = run(&compiled("musl-gcc", "poll.c", &[kind]));
+        assert_eq!(compare(&with_shim, &with_musl), None, "{kind}");
+    }
+}
+
 #[test]
 fn threads_and_a_condition_variable_as_through_the_shim() {
     let path = compiled("g++", "condition.cpp", &["-std=c++17", "-static"]);
