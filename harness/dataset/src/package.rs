@@ -43,6 +43,7 @@ pub(super) struct Table {
     pub delimiter: u8,
     pub missing: BTreeSet<String>,
     /// The group of an MDF file that has the rows, where that is said.
+    #[cfg_attr(not(feature = "mdf"), expect(dead_code, reason = "no MDF file is read then"))]
     pub group: Option<String>,
 }
 

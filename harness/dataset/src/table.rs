@@ -51,6 +51,7 @@ pub(super) enum Given<'a> {
     /// Of a file of text.
     Word(&'a str),
     /// Of a file of numbers.
+    #[cfg_attr(not(feature = "mdf"), expect(dead_code, reason = "no MDF file is read then"))]
     Number(f64),
 }
 

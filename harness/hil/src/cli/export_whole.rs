@@ -90,7 +90,7 @@ fn ends_in(path: &Path, end: &str) -> Result<(), Failure> {
     }
     Err(Failure::arguments(
         format!("the name {} does not end in .{end}", path.display()),
-        &format!("give --{end} a name that ends in .{end}"),
+        format!("give --{end} a name that ends in .{end}"),
     ))
 }
 
