@@ -24,14 +24,14 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("harness/temporal", &["wire"]),
     // What is made of a record.
     ("harness/judge", &["wire", "controller", "described", "plan", "record", "temporal"]),
-    ("harness/dataset", &["controller", "identification", "plan", "record"]),
+    ("harness/dataset", &["controller", "identification", "plan", "record", "bus-log"]),
     ("harness/campaign", &["wire", "emulators", "plan", "record"]),
     (
         "harness/views",
         &["wire", "controller", "identification", "plan", "record", "judge", "campaign"],
     ),
     ("harness/bus-log", &["wire", "record"]),
-    ("harness/exchange", &["wire", "controller", "described", "plan", "record"]),
+    ("harness/exchange", &["wire", "controller", "described", "plan", "record", "bus-log"]),
     // Programs in virtual time know nothing of plans.
     ("harness/lockstep", &["wire"]),
     // Runs.

@@ -13,6 +13,8 @@
 //! writer holds more than one line, or a few blocks, and the names of the channels. What a format has no
 //! place for is left out, and the writer says so ([`Kept`]).
 //!
+//! [`mdf4::channels`] are measured values, which MDF files have besides.
+//!
 //! [`convert`] goes from file to file, [`recorded`] from the record of a run to entries, [`replay`] from
 //! entries to due times; [`playable`] are those that a port can send.
 

@@ -25,7 +25,7 @@ struct Inner {
 pub struct Row {
     /// Which row of data, from 1; the header is none.
     pub number: u64,
-    /// Which line of the file it begins in, from 1.
+    /// Which line of the file it begins in, from 1; 0 in a file that has no lines.
     pub line: u64,
 }
 
@@ -161,6 +161,28 @@ pub enum Defect {
     /// A field without which nothing can be said has nothing in it.
     #[error("every cell is empty, expected values of {}", .0.name())]
     AllMissing(Role),
+    /// The MDF file cannot be read.
+    #[error("{0}")]
+    Mdf(String),
+    /// The MDF file has no such group, or several.
+    #[error("{count} groups have the name {name:?}, expected one")]
+    Group {
+        /// The name.
+        name: String,
+        /// How many groups have it.
+        count: usize,
+        /// The names of all, as far as they have one.
+        known: Vec<String>,
+    },
+    /// No channel of an MDF file has the name of the field.
+    #[error("the file has no channel of this name, expected one for every field that is used")]
+    NoChannel,
+    /// Several channels of an MDF file have the name of the field.
+    #[error("{0} channels have this name, expected one")]
+    Channels(usize),
+    /// The rows cannot be those of one group.
+    #[error("{0}")]
+    OtherRaster(&'static str),
     /// The compressed file ends too early.
     #[error("the gzip file is cut short")]
     CutShort,
@@ -187,6 +209,11 @@ impl Defect {
             Self::NotFinite(_) => "a missing number is an empty cell".to_owned(),
             Self::RoleTwice { role, .. } if role.has_axes() => {
                 "give each an axis of its own (x, y or z), or make one auxiliary".to_owned()
+            }
+            Self::Group { known, .. } => format!("groups: {}", known.join(", ")),
+            Self::Channels(_) => {
+                "\"dialect\": { \"group\": NAME } of the resource says which group has the rows"
+                    .to_owned()
             }
             Self::NotInSchema => "a field that is not needed has the role ignore".to_owned(),
             _ => return None,
@@ -244,8 +271,10 @@ impl DatasetError {
 impl fmt::Display for DatasetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.0.file.display())?;
-        if let Some(Row { number, line }) = self.0.row {
-            write!(f, ", row {number} (line {line})")?;
+        match self.0.row {
+            None => {}
+            Some(Row { number, line: 0 }) => write!(f, ", row {number}")?,
+            Some(Row { number, line }) => write!(f, ", row {number} (line {line})")?,
         }
         if let Some(field) = &self.0.field {
             write!(f, ", field {}", field.escape_debug())?;

@@ -1,4 +1,4 @@
-//! Measured data as data packages: a folder with `datapackage.json` and CSV tables, compressed or not.
+//! Measured data as data packages: a folder with `datapackage.json` and CSV tables, compressed or not, or MDF files.
 //!
 //! A package is a [Frictionless Data Package](https://specs.frictionlessdata.io/data-package/) whose fields have
 //! a `unit` and a `role`, perhaps an `axis`, and which says with `hil` what one row is. [`read`] gives what
@@ -14,6 +14,11 @@ mod descriptor;
 mod error;
 pub mod export;
 mod gzip;
+#[cfg(feature = "mdf")]
+mod mdf;
+#[cfg(not(feature = "mdf"))]
+#[path = "no_mdf.rs"]
+mod mdf;
 mod package;
 mod publish;
 mod rows;
@@ -44,10 +49,14 @@ const DESCRIPTOR_BYTES_MAX: u64 = 16 * 1024 * 1024;
 pub fn read(path: &Path) -> Result<Dataset, DatasetError> {
     let file = descriptor_of(path);
     let text = read_text(&file).map_err(|defect| DatasetError::new(&file, defect))?;
-    let package = package::understand(&file, &text)?;
+    let mut package = package::understand(&file, &text)?;
     let mut rows = table::Rows::new(&package.fields);
     for (index, table) in package.tables.iter().enumerate() {
-        rows.read(&package.fields, table, index)?;
+        if package::is_mdf(&table.path) {
+            mdf::read(&mut rows, &package.fields, table, index, &mut package.notices)?;
+        } else {
+            rows.read(&package.fields, table, index)?;
+        }
     }
     rows::assemble(package, rows)
 }

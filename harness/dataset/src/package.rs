@@ -9,6 +9,9 @@ use std::path::{Component, Path, PathBuf};
 /// Cells of a table that mean nothing, where the schema does not say (Frictionless, `missingValues`).
 const MISSING: &str = "";
 
+/// How names of tables end.
+const ENDS: [&str; 4] = ["csv", "csv.gz", "mf4", "mdf"];
+
 /// A package that makes sense; its tables are still unread.
 #[derive(Debug)]
 pub(super) struct Package {
@@ -39,13 +42,16 @@ pub(super) struct Table {
     pub path: PathBuf,
     pub delimiter: u8,
     pub missing: BTreeSet<String>,
+    /// The group of an MDF file that has the rows, where that is said.
+    #[cfg_attr(not(feature = "mdf"), expect(dead_code, reason = "no MDF file is read then"))]
+    pub group: Option<String>,
 }
 
 impl Table {
     /// Stands for a file that was read in another way.
     pub(super) fn of(path: &Path) -> Self {
-        let missing = BTreeSet::new();
-        Self { name: String::new(), path: path.to_owned(), delimiter: b',', missing }
+        let (name, missing) = (String::new(), BTreeSet::new());
+        Self { name, path: path.to_owned(), delimiter: b',', missing, group: None }
     }
 }
 
@@ -160,9 +166,9 @@ fn constants(context: &Context<'_>, hil: &Hil) -> Result<BTreeMap<String, Consta
 }
 
 fn is_table(resource: &Resource) -> bool {
-    let csv = |text: &str| text.ends_with("csv") || text.ends_with("csv.gz");
-    resource.format.as_deref().is_some_and(csv)
-        || resource.path.as_ref().and_then(|path| path.as_str()).is_some_and(csv)
+    let known = |text: &str| ENDS.iter().any(|end| text.ends_with(end));
+    resource.format.as_deref().is_some_and(known)
+        || resource.path.as_ref().and_then(|path| path.as_str()).is_some_and(known)
 }
 
 fn table(
@@ -219,11 +225,22 @@ fn table(
     }
     let file_stem = path.rsplit('/').next().unwrap_or(path);
     let file_stem = file_stem.trim_end_matches(".gz").trim_end_matches(".csv");
+    let file_stem = match plain.file_stem().and_then(|stem| stem.to_str()) {
+        Some(stem) if is_mdf(plain) => stem,
+        _ => file_stem,
+    };
     let name = match resource.name.as_deref().unwrap_or(file_stem) {
         "" => format!("{}", index + 1),
         name => name.to_owned(),
     };
-    Ok((Table { name, path: folder.join(plain), delimiter, missing }, fields))
+    let group = dialect.and_then(|dialect| dialect.group.clone());
+    Ok((Table { name, path: folder.join(plain), delimiter, missing, group }, fields))
+}
+
+/// An MDF file, by the end of its name: `.mf4` or `.mdf`, in whatever case.
+pub(super) fn is_mdf(path: &Path) -> bool {
+    let end = path.extension().unwrap_or_default();
+    ["mf4", "mdf"].iter().any(|known| end.eq_ignore_ascii_case(known))
 }
 
 /// Two fields that would be one thing.

@@ -44,6 +44,17 @@ impl Labels {
     }
 }
 
+/// A cell as a file has it.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Given<'a> {
+    Missing,
+    /// Of a file of text.
+    Word(&'a str),
+    /// Of a file of numbers.
+    #[cfg_attr(not(feature = "mdf"), expect(dead_code, reason = "no MDF file is read then"))]
+    Number(f64),
+}
+
 /// Where a row stood.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Origin {
@@ -124,9 +135,7 @@ impl Rows {
         }
         let places = places(fields, &record, table)?;
         let width = record.len();
-        let has_runs = fields.iter().any(|field| field.role == Role::Run);
-        let run_of_table =
-            if has_runs { None } else { Some(self.run_labels.index_of(&table.name)) };
+        let run_of_table = self.run_of(fields, table);
         for number in 1.. {
             if !next(&mut record, number)? {
                 break;
@@ -137,14 +146,11 @@ impl Rows {
                 let defect = Defect::Ragged { found: record.len(), expected: width };
                 return Err(fail(defect).at_row(row));
             }
-            if self.origins.len() == ROWS_MAX {
-                return Err(fail(Defect::TooLong { max: ROWS_MAX as u64, what: "rows" }));
-            }
-            self.runs.push(run_of_table);
-            self.origins.push(Origin { table: index, row });
+            self.begin_row(Origin { table: index, row }, run_of_table).map_err(fail)?;
             for (at, field) in fields.iter().enumerate() {
                 let cell = places.get(at).and_then(|place| record.get(*place)).unwrap_or("").trim();
                 let cell = Some(cell).filter(|cell| !table.missing.contains(*cell));
+                let cell = cell.map_or(Given::Missing, Given::Word);
                 self.take(at, field, cell)
                     .map_err(|defect| fail(defect).at_row(row).in_field(&field.name))?;
             }
@@ -161,21 +167,47 @@ impl Rows {
         }
     }
 
-    fn take(&mut self, at: usize, field: &Field, cell: Option<&str>) -> Result<(), Defect> {
+    /// The run that all rows of a table are of, where no field says so.
+    pub(super) fn run_of(&mut self, fields: &[Field], table: &Table) -> Option<usize> {
+        let has_runs = fields.iter().any(|field| field.role == Role::Run);
+        if has_runs { None } else { Some(self.run_labels.index_of(&table.name)) }
+    }
+
+    /// Begins a row; [`Self::take`] gives it a cell a field.
+    pub(super) fn begin_row(&mut self, origin: Origin, run: Option<usize>) -> Result<(), Defect> {
+        if self.origins.len() == ROWS_MAX {
+            return Err(Defect::TooLong { max: ROWS_MAX as u64, what: "rows" });
+        }
+        self.runs.push(run);
+        self.origins.push(origin);
+        Ok(())
+    }
+
+    /// Takes the cell of the field of that place, of the row that was begun last.
+    pub(super) fn take(&mut self, at: usize, field: &Field, cell: Given<'_>) -> Result<(), Defect> {
         match field.role {
             Role::Ignore => return Ok(()),
             Role::Run => {
-                if let (Some(run), Some(label)) = (self.runs.last_mut(), cell) {
-                    *run = Some(self.run_labels.index_of(label));
+                let run = match cell {
+                    Given::Missing => None,
+                    Given::Word(label) => Some(self.run_labels.index_of(label)),
+                    Given::Number(number) => Some(self.run_labels.index_of(&number.to_string())),
+                };
+                if let (Some(of_row), Some(run)) = (self.runs.last_mut(), run) {
+                    *of_row = Some(run);
                 }
                 return Ok(());
             }
             _ => {}
         }
         let value = match cell {
-            None => f64::NAN,
-            Some(word) if field.text => self.words[at].index_of(word) as f64,
-            Some(cell) => number(cell)?,
+            Given::Missing => f64::NAN,
+            Given::Word(word) if field.text => self.words[at].index_of(word) as f64,
+            Given::Number(number) if field.text => {
+                self.words[at].index_of(&number.to_string()) as f64
+            }
+            Given::Word(word) => number(word)?,
+            Given::Number(number) => number,
         };
         if field.role == Role::Direction && !value.is_nan() && value.abs() != 1.0 {
             return Err(Defect::Direction(value));

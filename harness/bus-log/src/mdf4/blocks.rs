@@ -11,6 +11,9 @@ const LINKS_MAX: usize = 8;
 /// Bytes of a block behind its links that are looked at.
 const DATA_MAX: usize = 256;
 
+/// The most bytes of a block that is read as a whole: a table of values, a text.
+const WHOLE_BYTES_MAX: u64 = 4 << 20;
+
 /// A file whose parts are read by their places.
 #[derive(Debug)]
 pub(super) struct Source<R> {
@@ -119,6 +122,45 @@ impl<R: Read + Seek> Source<R> {
         let block = self.block(address, "##TX")?;
         let text = block.data[..block.known].split(|byte| *byte == 0).next().unwrap_or_default();
         Ok(String::from_utf8_lossy(text).into_owned())
+    }
+
+    /// The links of a block, and the bytes behind them.
+    pub(super) fn whole(&mut self, block: &Block) -> Result<(Vec<u64>, Vec<u8>), LogError> {
+        let length = block.length - BLOCK_HEAD_BYTES as u64;
+        if length > WHOLE_BYTES_MAX {
+            let found = format!("{length} bytes");
+            let defect = Defect::new("a block of at most 4 MB", found.as_bytes());
+            return Err(self.malformed(block.address, defect));
+        }
+        let mut bytes = vec![0; length as usize];
+        if self.at(block.address + BLOCK_HEAD_BYTES as u64, &mut bytes)? < bytes.len() {
+            return Err(self.cut(block.address));
+        }
+        // The block has room for its links.
+        let data = bytes.split_off(8 * block.link_count as usize);
+        let links = bytes.as_chunks().0.iter().map(|link| u64::from_le_bytes(*link));
+        Ok((links.collect(), data))
+    }
+
+    /// The text at that address, plain or within XML, however long; none where there is none.
+    pub(super) fn whole_text(&mut self, address: u64) -> Result<String, LogError> {
+        if address == 0 {
+            return Ok(String::new());
+        }
+        let block = self.any_block(address)?;
+        if !matches!(block.mark(), b"##TX" | b"##MD") {
+            let defect = Defect::new("a text: `##TX` or `##MD`", block.mark());
+            return Err(self.malformed(address, defect));
+        }
+        let (_, data) = self.whole(&block)?;
+        let text = data.split(|byte| *byte == 0).next().unwrap_or_default();
+        let text = String::from_utf8_lossy(text).into_owned();
+        if block.mark() == b"##TX" {
+            return Ok(text);
+        }
+        let within = text.split_once("<TX>").and_then(|(_, rest)| rest.split_once("</TX>"));
+        let within = within.map_or("", |(within, _)| within);
+        Ok(within.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&"))
     }
 
     pub(super) fn cut(&self, address: u64) -> LogError {

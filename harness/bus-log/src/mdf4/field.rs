@@ -39,10 +39,8 @@ impl Field {
         };
         let field = Self { byte: byte as usize, bit, bits, kind };
         let fits = match kind {
-            Number::Unsigned { .. } | Number::Signed { .. } => {
-                bit < 8 && (1..=64 - bit).contains(&bits)
-            }
-            Number::Float { .. } => bit == 0 && matches!(bits, 32 | 64),
+            Number::Unsigned { .. } | Number::Signed { .. } => bit < 8 && (1..=64).contains(&bits),
+            Number::Float { .. } => bit == 0 && matches!(bits, 16 | 32 | 64),
             Number::Bytes => bit == 0 && bits.is_multiple_of(8),
         };
         if fits {
@@ -97,6 +95,8 @@ impl Field {
     pub(super) fn float(&self, record: &[u8]) -> Option<f64> {
         let Number::Float { big } = self.kind else { return None };
         match *self.bytes(record) {
+            [a, b] if big => Some(half(u16::from_be_bytes([a, b]))),
+            [a, b] => Some(half(u16::from_le_bytes([a, b]))),
             [a, b, c, d] if big => Some(f32::from_be_bytes([a, b, c, d]).into()),
             [a, b, c, d] => Some(f32::from_le_bytes([a, b, c, d]).into()),
             [a, b, c, d, e, f, g, h] if big => Some(f64::from_be_bytes([a, b, c, d, e, f, g, h])),
@@ -104,6 +104,19 @@ impl Field {
             _ => None,
         }
     }
+}
+
+/// A floating-point number of 16 bits (IEEE 754 binary16).
+fn half(bits: u16) -> f64 {
+    let (exponent, fraction) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff));
+    let size = match exponent {
+        // Below the normal ones.
+        0 => fraction * 2f64.powi(-24),
+        0x1f if fraction == 0.0 => f64::INFINITY,
+        0x1f => f64::NAN,
+        _ => (1.0 + fraction / 1_024.0) * 2f64.powi(exponent - 15),
+    };
+    if bits >> 15 == 0 { size } else { -size }
 }
 
 /// The times of a group: its master channel and the conversion to seconds.
@@ -152,6 +165,26 @@ mod tests {
         assert_eq!(field(0, 0, 8, Number::Bytes).integer(&record), None);
         let half = 0.5f64.to_be_bytes();
         assert_eq!(field(0, 0, 64, Number::Float { big: true }).float(&half), Some(0.5));
+        let nine = [0b1010_0000, 0, 0, 0, 0, 0, 0, 0, 0b0001_1111];
+        let all = Some(0xf800_0000_0000_0005);
+        assert_eq!(field(0, 5, 64, unsigned(false)).integer(&nine), all);
+    }
+
+    /// IEEE 754: 1.5, the greatest, the least above zero, minus two.
+    #[test]
+    fn halves() {
+        for (bits, number) in [
+            (0x3e00_u16, 1.5),
+            (0x7bff, 65_504.0),
+            (0x0001, 5.960_464_477_539_063e-8),
+            (0xc000, -2.0),
+            (0xfc00, f64::NEG_INFINITY),
+        ] {
+            let float = |big| field(0, 0, 16, Number::Float { big });
+            assert_eq!(float(false).float(&bits.to_le_bytes()), Some(number));
+            assert_eq!(float(true).float(&bits.to_be_bytes()), Some(number));
+        }
+        assert!(super::half(0x7e00).is_nan());
     }
 
     #[test]

@@ -8,14 +8,14 @@ use super::{CG_BUS_EVENT, CG_VARIABLE, CN_FIXED, CN_MASTER, CN_MOST, CN_VARIABLE
 use std::io::{Read, Seek};
 
 /// Groups of one file, and channels of its groups of frames: those of loggers have some dozen.
-const GROUPS_MAX: usize = 4_096;
-const CHANNELS_MAX: usize = 65_536;
+pub(super) const GROUPS_MAX: usize = 4_096;
+pub(super) const CHANNELS_MAX: usize = 65_536;
 /// The longest record of a group of frames.
 const RECORD_BYTES_MAX: usize = 16 * 1024;
 /// The most data groups with frames: each has a buffer of its own.
 const STREAMS_MAX: usize = 256;
 /// Structures within structures.
-const DEPTH_MAX: u32 = 3;
+pub(super) const DEPTH_MAX: u32 = 3;
 
 /// Records of one or several groups.
 #[derive(Debug)]
@@ -80,7 +80,7 @@ pub(super) fn all<R: Read + Seek>(
     Ok(all)
 }
 
-fn bounded<R: Read + Seek>(
+pub(super) fn bounded<R: Read + Seek>(
     source: &Source<R>,
     address: u64,
     count: usize,

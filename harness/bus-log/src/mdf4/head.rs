@@ -1,12 +1,8 @@
 //! The blocks at the begin of an MDF file that is written: what its groups and channels are.
 
-use super::{
-    BLOCK_HEAD_BYTES, CG_BUS_EVENT, CG_PLAIN, CN_FIXED, CN_MASTER, FILE_MARK, IDENTIFICATION_BYTES,
-    Kind, UNFINISHED_MARK,
-};
+use super::laid::{BEGIN_BYTES, Blocks, begin};
+use super::{CG_BUS_EVENT, CG_PLAIN, CN_FIXED, CN_MASTER, Kind};
 
-/// Bytes of the header, the first block.
-const HEADER_BYTES: usize = 104;
 /// Data types of channels.
 const UNSIGNED: u8 = 0;
 const SIGNED: u8 = 2;
@@ -56,127 +52,78 @@ pub(super) struct Written {
 
 /// The begin of a file, always of one length. `began` is in nanoseconds since 1970.
 pub(super) fn head(is_finished: bool, began: u64, groups: [Written; Kind::ALL.len()]) -> Vec<u8> {
-    let mut blocks = Blocks(vec![0; IDENTIFICATION_BYTES + HEADER_BYTES]);
+    let mut blocks = Blocks::behind_begin();
     let mut next = 0;
     for (kind, written) in Kind::ALL.into_iter().zip(groups).rev() {
-        next = blocks.data_group(kind, written, next);
+        next = data_group(&mut blocks, kind, written, next);
     }
-    let version = env!("CARGO_PKG_VERSION");
-    let comment = blocks.push(
-        b"##MD",
-        &[],
-        format!(
-            "<FHcomment xmlns=\"http://www.asam.net/mdf/v4\"><TX>written by hil</TX><tool_id>hil</tool_id>\
-             <tool_vendor>hil</tool_vendor><tool_version>{version}</tool_version></FHcomment>\0"
-        )
-        .as_bytes(),
-    );
-    // Nobody looks at a clock here: the file is as old as its first frame.
-    let history =
-        blocks.push(b"##FH", &[0, comment], &[&began.to_le_bytes()[..], &[0; 8]].concat());
-    let mut header = Blocks(Vec::new());
-    // Offsets of the time zone are valid, and zero.
-    let flags = [&began.to_le_bytes()[..], &[0; 4], &[2], &[0; 19]].concat();
-    header.push(b"##HD", &[next, history, 0, 0, 0, 0], &flags);
-    let mark = if is_finished { FILE_MARK } else { UNFINISHED_MARK };
-    blocks.0[..8].copy_from_slice(mark);
-    blocks.0[8..24].copy_from_slice(b"4.10    hil     ");
-    blocks.0[28..30].copy_from_slice(&410u16.to_le_bytes());
-    // Counts of records, while it is not finished.
-    blocks.0[60] = u8::from(!is_finished);
-    blocks.0[IDENTIFICATION_BYTES..][..HEADER_BYTES].copy_from_slice(&header.0);
-    blocks.0
+    let history = blocks.history(began);
+    let mut bytes = blocks.into_bytes();
+    bytes[..BEGIN_BYTES].copy_from_slice(&begin(is_finished, began, next, history, 0));
+    bytes
 }
 
-/// Appends a block to `out`, and bytes up to a multiple of eight.
-pub(super) fn push_block(out: &mut Vec<u8>, mark: [u8; 4], links: &[u64], data: &[u8]) {
-    let length = BLOCK_HEAD_BYTES + 8 * links.len() + data.len();
-    out.extend(mark);
-    out.extend([0; 4]);
-    out.extend((length as u64).to_le_bytes());
-    out.extend((links.len() as u64).to_le_bytes());
-    out.extend(links.iter().flat_map(|link| link.to_le_bytes()));
-    out.extend_from_slice(data);
-    out.resize(out.len().next_multiple_of(8), 0);
+fn data_group(blocks: &mut Blocks, kind: Kind, written: Written, next: u64) -> u64 {
+    let channel_group = channel_group(blocks, kind, written.records);
+    blocks.push(b"##DG", &[next, channel_group, written.data, 0], &[0; 8])
 }
 
-/// Blocks, those first that others lead to.
-struct Blocks(Vec<u8>);
-
-impl Blocks {
-    /// Where the block is.
-    fn push(&mut self, mark: &[u8; 4], links: &[u64], data: &[u8]) -> u64 {
-        let address = self.0.len() as u64;
-        push_block(&mut self.0, *mark, links, data);
-        address
+fn channel_group(blocks: &mut Blocks, kind: Kind, records: u64) -> u64 {
+    let bytes = record_bytes(kind) as u32;
+    let name = blocks.text(kind.name());
+    // A bus; CAN.
+    let source_name = blocks.text("CAN");
+    let source = blocks.push(b"##SI", &[source_name, source_name, 0], &[2, 2, 0, 0, 0, 0, 0, 0]);
+    let (mut first, mut at) = (0, bytes);
+    for (value, length) in values(kind).iter().rev() {
+        at -= length;
+        let data_type = if *length > 8 { BYTES } else { UNSIGNED };
+        let full = format!("{}.{value}", kind.name());
+        first = channel(blocks, &full, [first, 0, 0, 0], source, CN_FIXED, data_type, at, *length);
     }
+    let all = bytes - TIME_BYTES;
+    let frame = [0, first, 0, 0];
+    let frame = channel(blocks, kind.name(), frame, source, CN_FIXED, BYTES, TIME_BYTES, all);
+    let unit = blocks.text("s");
+    // Linear: seconds are no offset and a billionth of the number.
+    let mut linear = vec![1, 0, 0, 0, 0, 0, 2, 0];
+    linear.extend([0; 16]);
+    linear.extend(0f64.to_le_bytes());
+    linear.extend(1e-9f64.to_le_bytes());
+    let seconds = blocks.push(b"##CC", &[0, unit, 0, 0], &linear);
+    let links = [frame, 0, seconds, unit];
+    let time = channel(blocks, "Timestamp", links, 0, CN_MASTER, SIGNED, 0, TIME_BYTES);
+    let mut data = Vec::new();
+    // Its records have no number before them.
+    data.extend(0u64.to_le_bytes());
+    data.extend(records.to_le_bytes());
+    data.extend((CG_BUS_EVENT | CG_PLAIN).to_le_bytes());
+    data.extend([b'.', 0, 0, 0, 0, 0]);
+    data.extend(bytes.to_le_bytes());
+    data.extend([0; 4]);
+    blocks.push(b"##CG", &[0, time, name, source, 0, 0], &data)
+}
 
-    fn text(&mut self, text: &str) -> u64 {
-        self.push(b"##TX", &[], format!("{text}\0").as_bytes())
-    }
-
-    fn data_group(&mut self, kind: Kind, written: Written, next: u64) -> u64 {
-        let channel_group = self.channel_group(kind, written.records);
-        self.push(b"##DG", &[next, channel_group, written.data, 0], &[0; 8])
-    }
-
-    fn channel_group(&mut self, kind: Kind, records: u64) -> u64 {
-        let bytes = record_bytes(kind) as u32;
-        let name = self.text(kind.name());
-        // A bus; CAN.
-        let source_name = self.text("CAN");
-        let source = self.push(b"##SI", &[source_name, source_name, 0], &[2, 2, 0, 0, 0, 0, 0, 0]);
-        let (mut first, mut at) = (0, bytes);
-        for (value, length) in values(kind).iter().rev() {
-            at -= length;
-            let data_type = if *length > 8 { BYTES } else { UNSIGNED };
-            let full = format!("{}.{value}", kind.name());
-            first = self.channel(&full, [first, 0, 0, 0], source, CN_FIXED, data_type, at, *length);
-        }
-        let all = bytes - TIME_BYTES;
-        let frame = [0, first, 0, 0];
-        let frame = self.channel(kind.name(), frame, source, CN_FIXED, BYTES, TIME_BYTES, all);
-        let unit = self.text("s");
-        // Linear: seconds are no offset and a billionth of the number.
-        let mut linear = vec![1, 0, 0, 0, 0, 0, 2, 0];
-        linear.extend([0; 16]);
-        linear.extend(0f64.to_le_bytes());
-        linear.extend(1e-9f64.to_le_bytes());
-        let seconds = self.push(b"##CC", &[0, unit, 0, 0], &linear);
-        let links = [frame, 0, seconds, unit];
-        let time = self.channel("Timestamp", links, 0, CN_MASTER, SIGNED, 0, TIME_BYTES);
-        let mut data = Vec::new();
-        // Its records have no number before them.
-        data.extend(0u64.to_le_bytes());
-        data.extend(records.to_le_bytes());
-        data.extend((CG_BUS_EVENT | CG_PLAIN).to_le_bytes());
-        data.extend([b'.', 0, 0, 0, 0, 0]);
-        data.extend(bytes.to_le_bytes());
-        data.extend([0; 4]);
-        self.push(b"##CG", &[0, time, name, source, 0, 0], &data)
-    }
-
-    /// `links` are the next channel, those that it is made of, its conversion and its unit.
-    #[expect(clippy::too_many_arguments, reason = "a channel has as many properties")]
-    fn channel(
-        &mut self,
-        name: &str,
-        links: [u64; 4],
-        source: u64,
-        kind: u8,
-        data_type: u8,
-        at: u32,
-        bytes: u32,
-    ) -> u64 {
-        let name = self.text(name);
-        let [next, parts, conversion, unit] = links;
-        let is_master = kind == CN_MASTER;
-        let flags = if is_master { 0 } else { CN_BUS_EVENT };
-        let mut data = vec![kind, u8::from(is_master), data_type, 0];
-        data.extend(at.to_le_bytes());
-        data.extend((8 * bytes).to_le_bytes());
-        data.extend(flags.to_le_bytes());
-        data.extend([0; 56]);
-        self.push(b"##CN", &[next, parts, name, source, conversion, 0, unit, 0], &data)
-    }
+/// `links` are the next channel, those that it is made of, its conversion and its unit.
+#[expect(clippy::too_many_arguments, reason = "a channel has as many properties")]
+fn channel(
+    blocks: &mut Blocks,
+    name: &str,
+    links: [u64; 4],
+    source: u64,
+    kind: u8,
+    data_type: u8,
+    at: u32,
+    bytes: u32,
+) -> u64 {
+    let name = blocks.text(name);
+    let [next, parts, conversion, unit] = links;
+    let is_master = kind == CN_MASTER;
+    let flags = if is_master { 0 } else { CN_BUS_EVENT };
+    let mut data = vec![kind, u8::from(is_master), data_type, 0];
+    data.extend(at.to_le_bytes());
+    data.extend((8 * bytes).to_le_bytes());
+    data.extend(flags.to_le_bytes());
+    data.extend([0; 56]);
+    blocks.push(b"##CN", &[next, parts, name, source, conversion, 0, unit, 0], &data)
 }

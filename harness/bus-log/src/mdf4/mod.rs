@@ -22,6 +22,8 @@
 //!   first, is the channel `can`, as it must not be taken for another; without a number it is `can0`.
 //! * Of an error frame nothing is known but that it was: it becomes [`ErrorFrame::BUS_ERROR`].
 //!
+//! [`channels`] are measured values in files of the same blocks.
+//!
 //! Source: ASAM MDF 4.1.1 and its associated standard for bus logging, as far as asammdf's `v4_blocks.py` and
 //! `v4_constants.py` show them.
 //!
@@ -29,10 +31,14 @@
 
 mod blocks;
 mod chain;
+pub mod channels;
 mod field;
 mod frames;
 mod groups;
 mod head;
+mod laid;
+mod opening;
+mod output;
 mod read;
 mod stream;
 mod variable;
@@ -58,7 +64,10 @@ const CG_PLAIN: u16 = 1 << 2;
 const CN_FIXED: u8 = 0;
 const CN_VARIABLE: u8 = 1;
 const CN_MASTER: u8 = 2;
+const CN_VIRTUAL_MASTER: u8 = 3;
+const CN_SYNC: u8 = 4;
 const CN_MOST: u8 = 5;
+const CN_VIRTUAL: u8 = 6;
 
 /// The groups of frames, by the first part of their channels' names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

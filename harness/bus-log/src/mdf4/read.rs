@@ -3,14 +3,11 @@
 use super::super::entry::Entry;
 use super::super::error::{Defect, LogError};
 use super::blocks::Source;
+use super::groups;
+use super::opening::{Opened, open};
 use super::stream::Stream;
-use super::{FILE_MARK, IDENTIFICATION_BYTES, UNFINISHED_MARK, groups};
 use std::io::{Read, Seek};
 use std::path::Path;
-
-/// What may be unfinished in a file and does not matter here: counts of records, the length of the last data block, and
-/// the bytes of a group of variable length.
-const UNFINISHED: u16 = 0x2f;
 
 /// The entries of an MDF file. It has as many buffers as there are data groups with frames.
 #[derive(Debug)]
@@ -30,31 +27,14 @@ impl<R: Read + Seek> Reader<R> {
     /// When it does not begin as such a file does.
     pub(crate) fn new(path: &Path, input: R) -> Result<Self, LogError> {
         let mut source = Source::new(path, input)?;
-        let mut head = [0; IDENTIFICATION_BYTES];
-        source.at(0, &mut head)?;
-        let is_finished = head.starts_with(FILE_MARK);
-        let version = u16::from_le_bytes([head[28], head[29]]);
-        let unfinished = u16::from_le_bytes([head[60], head[61]]);
-        let bad = |expected, found: &str| {
-            Err(source.malformed(0, Defect::new(expected, found.as_bytes())))
-        };
-        if !is_finished && !head.starts_with(UNFINISHED_MARK) {
-            return bad("`MDF` and its version", &String::from_utf8_lossy(&head[..8]));
-        }
-        if !(400..500).contains(&version) {
-            return bad("version 4 of MDF", &format!("version {version}"));
-        }
-        if !is_finished && unfinished & !UNFINISHED != 0 {
-            return bad("a file that its logger finished", &format!("flags {unfinished:#06x}"));
-        }
-        let header = source.block(IDENTIFICATION_BYTES as u64, "##HD")?;
+        let Opened { is_unfinished, header } = open(&mut source)?;
         let Ok(began) = i64::try_from(header.u64(0)) else {
             let defect = Defect::new("a begin before 2262", header.u64(0).to_string().as_bytes());
             return Err(source.malformed(header.address, defect));
         };
         let groups = groups::all(&mut source, header.link(0))?;
         let streams: Vec<_> =
-            groups.into_iter().map(|group| Stream::new(group, began, !is_finished)).collect();
+            groups.into_iter().map(|group| Stream::new(group, began, is_unfinished)).collect();
         let heads = streams.iter().map(|_| None).collect();
         let unknown = (0..streams.len()).collect();
         Ok(Self { source, streams, heads, unknown })

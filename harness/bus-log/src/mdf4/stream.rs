@@ -43,7 +43,7 @@ impl Stream {
                 && let Some(Data::Variable(_, address)) = frames.data
                 && !among.contains_key(&address)
             {
-                signal_data.insert(address, SignalData::new(address, unfinished));
+                signal_data.insert(address, SignalData::new(address, unfinished, FD_BYTES_MAX));
             }
         }
         Self {

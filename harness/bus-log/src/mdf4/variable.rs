@@ -6,12 +6,11 @@ use super::blocks::Source;
 use super::chain::Chain;
 use std::collections::VecDeque;
 use std::io::{Read, Seek};
-use wire::can::FD_BYTES_MAX;
 
 /// How far apart a record and its data may be.
 pub(super) const WAITING_MAX: usize = 1_024;
 
-/// Data bytes, as many as a frame has.
+/// Data bytes of a frame, or of a text.
 pub(super) type Bytes = Vec<u8>;
 
 /// Signal data (`SD`): lengths and bytes one after another, to which records lead in ascending order.
@@ -19,6 +18,8 @@ pub(super) type Bytes = Vec<u8>;
 pub(super) struct SignalData {
     chain: Chain,
     window: Window,
+    /// The most bytes of a value that are looked at.
+    most: usize,
     /// Where the window begins.
     at: u64,
     /// The last that was asked for, and where it was.
@@ -26,8 +27,15 @@ pub(super) struct SignalData {
 }
 
 impl SignalData {
-    pub(super) fn new(address: u64, unfinished: bool) -> Self {
-        Self { chain: Chain::new(address, unfinished), window: Window::new(), at: 0, last: None }
+    /// The data at that address. Of a value no more than `most` bytes are looked at, which a window has room for.
+    pub(super) fn new(address: u64, unfinished: bool, most: usize) -> Self {
+        let (chain, window) = (Chain::new(address, unfinished), Window::new());
+        Self { chain, window, most, at: 0, last: None }
+    }
+
+    /// Where the block begins that is read now.
+    pub(super) const fn began(&self) -> u64 {
+        self.chain.began()
     }
 
     /// The bytes at that place.
@@ -46,7 +54,7 @@ impl SignalData {
             let defect = Defect::new("places of signal data that ascend", found.as_bytes());
             return Err(source.malformed(self.chain.began(), defect));
         };
-        let Self { chain, window, .. } = self;
+        let Self { chain, window, most, .. } = self;
         let mut read = |out: &mut [u8]| chain.read(source, out);
         let mut bytes = None;
         if window.skip(between, &mut read)?
@@ -54,7 +62,7 @@ impl SignalData {
             && let Some(length) = window.bytes().first_chunk().copied()
         {
             let length = u64::from(u32::from_le_bytes(length));
-            let known = length.min(FD_BYTES_MAX as u64) as usize;
+            let known = length.min(*most as u64) as usize;
             if window.has(4 + known, &mut read)? {
                 let given = window.bytes()[4..4 + known].to_vec();
                 if window.skip(4 + length, &mut read)? {

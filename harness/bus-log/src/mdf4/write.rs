@@ -4,20 +4,16 @@ use super::super::entry::{Direction, Entry, Payload};
 use super::super::error::LogError;
 use super::super::numbers::{CHANNELS_MAX, Numbers};
 use super::super::{Format, Kept};
+use super::Kind;
 use super::head::{self, Written};
-use super::{BLOCK_HEAD_BYTES, Kind};
+use super::output::{Data, Output};
 use embedded_can::Frame as _;
-use flate2::Compression;
-use flate2::write::ZlibEncoder;
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
 use wire::can::{CanFrame, Id};
 
 /// Records of a data block: 344 KB of data frames.
 const BLOCK_RECORDS: usize = 4_096;
-/// Data blocks that a list has.
-const LIST_BLOCKS: usize = 64;
-
 /// Writes an MDF file of version 4.10.
 ///
 /// The measurement begins with the first entry. `canN` is the bus N + 1 where that is free, any other name the lowest
@@ -27,25 +23,24 @@ const LIST_BLOCKS: usize = 64;
 #[derive(Debug)]
 pub struct Writer<W: Write + Seek> {
     path: PathBuf,
-    out: W,
-    /// Bytes written so far, always a multiple of eight.
-    place: u64,
+    out: Output<W>,
     numbers: Numbers,
     /// Nanoseconds since 1970; none before the first entry.
     began: Option<i64>,
-    groups: [Group; Kind::ALL.len()],
+    groups: Box<[Group; Kind::ALL.len()]>,
 }
 
 /// The records of a kind.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Group {
-    /// Those that are to go into the next data block.
-    waiting: Vec<u8>,
+    data: Data,
     count: u64,
-    /// The data blocks that are to go into the next list.
-    blocks: Vec<u64>,
-    /// Where the first list is and the last; none before the first.
-    lists: Option<(u64, u64)>,
+}
+
+impl Group {
+    fn of(kind: Kind) -> Self {
+        Self { data: Data::records(BLOCK_RECORDS * head::record_bytes(kind)), count: 0 }
+    }
 }
 
 impl<W: Write + Seek> Writer<W> {
@@ -53,12 +48,12 @@ impl<W: Write + Seek> Writer<W> {
     ///
     /// # Errors
     /// When that cannot be written.
-    pub fn new(path: &Path, mut out: W) -> Result<Self, LogError> {
+    pub fn new(path: &Path, out: W) -> Result<Self, LogError> {
         let head = head::head(false, 0, Default::default());
-        out.write_all(&head).map_err(|source| LogError::unwritable(path, source))?;
+        let out = Output::new(out, &head).map_err(|source| LogError::unwritable(path, source))?;
         let numbers = Numbers::up_to(CHANNELS_MAX);
-        let (path, place) = (path.to_owned(), head.len() as u64);
-        Ok(Self { path, out, place, numbers, began: None, groups: Default::default() })
+        let groups = Box::new(Kind::ALL.map(Group::of));
+        Ok(Self { path: path.to_owned(), out, numbers, began: None, groups })
     }
 
     /// Appends an entry. Bytes of serial lines are left out, and of an error frame everything but that it
@@ -82,18 +77,19 @@ impl<W: Write + Seek> Writer<W> {
         // Both are since 1970.
         let since = at - *self.began.get_or_insert(at);
         let group = &mut self.groups[kind as usize];
-        let end = group.waiting.len() + head::record_bytes(kind);
-        group.waiting.extend(since.to_le_bytes());
-        group.waiting.push(number);
-        if let Some(frame) = frame {
-            push_frame(&mut group.waiting, frame, entry.direction);
-        }
-        // A frame has less than 64 bytes, a remote request no flags.
-        group.waiting.resize(end, 0);
         group.count += 1;
-        if group.waiting.len() == BLOCK_RECORDS * head::record_bytes(kind) {
-            self.flush(kind).map_err(|source| LogError::unwritable(&self.path, source))?;
-        }
+        let push = |records: &mut Vec<u8>| {
+            let end = records.len() + head::record_bytes(kind);
+            records.extend(since.to_le_bytes());
+            records.push(number);
+            if let Some(frame) = frame {
+                push_frame(records, frame, entry.direction);
+            }
+            // A frame has less than 64 bytes, a remote request no flags.
+            records.resize(end, 0);
+        };
+        let pushed = group.data.push(&mut self.out, push);
+        pushed.map_err(|source| LogError::unwritable(&self.path, source))?;
         Ok(Kept::Written)
     }
 
@@ -101,81 +97,18 @@ impl<W: Write + Seek> Writer<W> {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn finish(mut self) -> Result<(), LogError> {
-        self.end().map_err(|source| LogError::unwritable(&self.path, source))
+    pub fn finish(self) -> Result<(), LogError> {
+        let path = self.path.clone();
+        self.end().map_err(|source| LogError::unwritable(&path, source))
     }
 
-    fn end(&mut self) -> io::Result<()> {
+    fn end(mut self) -> io::Result<()> {
         let mut written = [Written::default(); Kind::ALL.len()];
-        for kind in Kind::ALL {
-            self.flush(kind)?;
-            self.list(kind)?;
-            let group = &self.groups[kind as usize];
-            let (records, mut data) = (group.count, 0);
-            if let Some((first, _)) = group.lists {
-                // All blocks but the last are as long as one another; deflate.
-                data = self.block(*b"##HL", &[first], &[1, 0, 0, 0, 0, 0, 0, 0])?;
-            }
-            written[kind as usize] = Written { records, data };
+        for (written, group) in written.iter_mut().zip(self.groups.iter_mut()) {
+            *written = Written { records: group.count, data: group.data.finish(&mut self.out)? };
         }
         let began = self.began.unwrap_or(0).unsigned_abs();
-        let head = head::head(true, began, written);
-        self.out.seek(SeekFrom::Start(0))?;
-        self.out.write_all(&head)?;
-        self.out.flush()
-    }
-
-    /// Writes a data block.
-    fn flush(&mut self, kind: Kind) -> io::Result<()> {
-        let records = std::mem::take(&mut self.groups[kind as usize].waiting);
-        if records.is_empty() {
-            return Ok(());
-        }
-        let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
-        encoder.write_all(&records)?;
-        let compressed = encoder.finish()?;
-        let mut data = b"DT\0\0\0\0\0\0".to_vec();
-        data.extend((records.len() as u64).to_le_bytes());
-        data.extend((compressed.len() as u64).to_le_bytes());
-        data.extend(compressed);
-        let block = self.block(*b"##DZ", &[], &data)?;
-        let group = &mut self.groups[kind as usize];
-        group.waiting = records;
-        group.waiting.clear();
-        group.blocks.push(block);
-        if group.blocks.len() == LIST_BLOCKS { self.list(kind) } else { Ok(()) }
-    }
-
-    /// Writes a list of data blocks, and its place into the list before it.
-    fn list(&mut self, kind: Kind) -> io::Result<()> {
-        let blocks = std::mem::take(&mut self.groups[kind as usize].blocks);
-        if blocks.is_empty() {
-            return Ok(());
-        }
-        let links: Vec<_> = std::iter::once(0).chain(blocks.iter().copied()).collect();
-        let mut data = vec![1, 0, 0, 0];
-        data.extend((blocks.len() as u32).to_le_bytes());
-        data.extend(((BLOCK_RECORDS * head::record_bytes(kind)) as u64).to_le_bytes());
-        let list = self.block(*b"##DL", &links, &data)?;
-        let group = &mut self.groups[kind as usize];
-        let (first, last) = group.lists.map_or((list, None), |(first, last)| (first, Some(last)));
-        group.lists = Some((first, list));
-        if let Some(last) = last {
-            self.out.seek(SeekFrom::Start(last + BLOCK_HEAD_BYTES as u64))?;
-            self.out.write_all(&list.to_le_bytes())?;
-            self.out.seek(SeekFrom::Start(self.place))?;
-        }
-        Ok(())
-    }
-
-    /// Writes a block; where it is.
-    fn block(&mut self, mark: [u8; 4], links: &[u64], data: &[u8]) -> io::Result<u64> {
-        let mut bytes = Vec::new();
-        head::push_block(&mut bytes, mark, links, data);
-        self.out.write_all(&bytes)?;
-        let place = self.place;
-        self.place += bytes.len() as u64;
-        Ok(place)
+        self.out.finish(&head::head(true, began, written))
     }
 }
 

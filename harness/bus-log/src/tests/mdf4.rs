@@ -9,17 +9,17 @@ use wire::time::Timestamp;
 const BEGAN_NS: u64 = 1_506_783_973_191_000_000;
 
 /// The blocks of a file, those first that others lead to.
-struct Blocks(Vec<u8>);
+pub(super) struct Blocks(Vec<u8>);
 
 impl Blocks {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let mut head = b"MDF     4.11    a logger".to_vec();
         head.resize(64 + 104, 0);
         head[28..30].copy_from_slice(&411u16.to_le_bytes());
         Self(head)
     }
 
-    fn put(&mut self, mark: &[u8; 4], links: &[u64], data: &[u8]) -> u64 {
+    pub(super) fn put(&mut self, mark: &[u8; 4], links: &[u64], data: &[u8]) -> u64 {
         let address = self.0.len() as u64;
         let block = block(mark, links, data);
         self.0.extend(block);
@@ -38,7 +38,14 @@ impl Blocks {
         self.put(b"##CN", &[next, 0, name, 0, 0, at, 0, 0], &data)
     }
 
-    fn group(&mut self, next: u64, channels: u64, number: u64, flags: u16, bytes: u32) -> u64 {
+    pub(super) fn group(
+        &mut self,
+        next: u64,
+        channels: u64,
+        number: u64,
+        flags: u16,
+        bytes: u32,
+    ) -> u64 {
         let mut data = number.to_le_bytes().to_vec();
         data.extend([0; 8]);
         data.extend(flags.to_le_bytes());
@@ -61,12 +68,12 @@ impl Blocks {
         self.channel(id, ("Timestamp", 2, 4, 0, 0, 64), 0)
     }
 
-    fn data_group(&mut self, groups: u64, data: u64, number_bytes: u8) -> u64 {
+    pub(super) fn data_group(&mut self, groups: u64, data: u64, number_bytes: u8) -> u64 {
         self.put(b"##DG", &[0, groups, data, 0], &[number_bytes, 0, 0, 0, 0, 0, 0, 0])
     }
 
     /// The whole file.
-    fn file(mut self, first: u64) -> Vec<u8> {
+    pub(super) fn file(mut self, first: u64) -> Vec<u8> {
         let header = block(
             b"##HD",
             &[first, 0, 0, 0, 0, 0],

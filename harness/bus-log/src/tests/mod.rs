@@ -1,4 +1,5 @@
 mod blf;
+mod channels;
 mod damaged;
 mod mdf4;
 mod messages;

@@ -1,6 +1,8 @@
 //! Packages of others, mistakes in them, and what is mended.
 
 mod defects;
+#[cfg(feature = "mdf")]
+mod mdf;
 mod measured;
 mod mended;
 mod round_trip;

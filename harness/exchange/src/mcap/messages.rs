@@ -6,15 +6,16 @@ use super::foxglove::{
     TRUE_BASE,
 };
 use super::measured::Measured;
-use super::names::{Names, Topics};
+use super::names::Topics;
 use super::schema::{Fields, Schema};
 use super::trail::Trail;
-use crate::tables::cell::{Cell, Column, Kind};
+use crate::tables::cell::{Cell, Column};
 use crate::tables::events::{self, Event, EventKind, Severity};
 use crate::tables::row::time;
 use crate::tables::rows;
 use crate::tables::survey::Survey;
-use crate::tables::{Ears, Heard, MessageForm, Row, Table, tagged};
+use crate::tables::{Ears, Heard, MessageForm, Row, Table};
+use crate::wide::{Observed, with_signals};
 use controller::mission::Report;
 use mcap::McapResult;
 use plan::observation::Observation;
@@ -32,7 +33,7 @@ pub(super) struct Messages<W: Write + Seek> {
     survey: Survey,
     ears: Ears,
     /// The fields of the observations of each quantity, made when the first comes.
-    observed: BTreeMap<String, (Vec<Column>, Vec<String>)>,
+    observed: BTreeMap<String, Observed>,
     /// How each message of the layout is written, made when the first comes.
     spoken: BTreeMap<usize, Spoken>,
     topics: Topics,
@@ -174,25 +175,14 @@ impl<W: Write + Seek> Messages<W> {
 
     fn observe(&mut self, at: Timestamp, observation: &Observation) -> McapResult<()> {
         let quantity = &observation.quantity;
-        // Of the quantities beyond the survey's bound there are no messages, and it has counted them.
-        let Some(tags) = self.survey.quantities.get(quantity) else { return Ok(()) };
-        let (columns, tags) = self.observed.entry(quantity.clone()).or_insert_with(|| {
-            let unit = self.survey.unit(quantity);
-            let tags: Vec<&str> = tags.iter().map(String::as_str).collect();
-            let number = |name: &'static str, doc: &str| Column {
-                unit: unit.to_owned().into(),
-                doc: doc.to_owned().into(),
-                ..Column::new(name, Kind::Float, "", "")
-            };
-            let fixed = vec![
-                Table::Observations.fixed_columns()[0].clone(),
-                number("value", &format!("{quantity}: {}", self.survey.title(quantity))),
-                number("uncertainty", "its standard uncertainty"),
-            ];
-            (tagged(fixed, &tags), tags.into_iter().map(str::to_owned).collect())
-        });
-        let mut row = vec![time(at), observation.value.into(), observation.uncertainty.into()];
-        row.extend(tags.iter().map(|tag| Cell::maybe(observation.tags.get(tag).copied())));
+        if !self.observed.contains_key(quantity) {
+            // Of the quantities beyond the survey's bound there are no messages, and it has counted them.
+            let Some(observed) = Observed::new(&self.survey, quantity) else { return Ok(()) };
+            self.observed.insert(quantity.clone(), observed);
+        }
+        let Some(observed) = self.observed.get(quantity) else { return Ok(()) };
+        let row = observed.row(at, observation);
+        let columns = &observed.columns;
         let schema = || {
             let name = format!("hil.observation.{quantity}");
             Schema::of_columns(name, self.survey.title(quantity), columns)
@@ -258,17 +248,7 @@ struct Spoken {
 
 impl Spoken {
     fn new(form: &MessageForm, topics: &mut Topics) -> Self {
-        let mut columns = Table::Signals.fixed_columns()[..2].to_vec();
-        let mut names = Names::default();
-        for column in &columns {
-            names.field(&column.name);
-        }
-        columns.extend(form.signals.iter().map(|signal| Column {
-            name: names.field(&signal.name).into(),
-            kind: Kind::Float,
-            unit: signal.unit.clone().into(),
-            doc: if signal.doc.is_empty() { &signal.name } else { &signal.doc }.clone().into(),
-        }));
+        let columns = with_signals(&Table::Signals.fixed_columns()[..2], form);
         Self { topic: topics.of("/messages", &form.name).to_owned(), columns }
     }
 

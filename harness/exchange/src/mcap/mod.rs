@@ -26,10 +26,11 @@ mod channels;
 pub mod foxglove;
 mod measured;
 mod messages;
-mod names;
+pub(crate) mod names;
 pub mod schema;
 mod trail;
 
+use crate::facts::facts;
 use crate::tables::survey::Survey;
 use crate::tables::{Ears, each_record};
 use ::mcap::{McapError, McapResult};
@@ -38,13 +39,15 @@ use messages::Messages;
 use record::outcome::Summary;
 use record::run_folder::{RunFolder, RunFolderError, SUMMARY};
 use serde_json::Value;
-use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// The largest file that is attached. What plans make is some kilobytes.
 const ATTACHMENT_BYTES_MAX: u64 = 16 * 1024 * 1024;
+
+/// What the times of messages count from.
+const EPOCH: &str = "log time is bench time: nanoseconds since the run began";
 
 /// Why a run is not exported, or not to its end.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -106,7 +109,9 @@ pub fn export(
     }
     let (mut channels, survey) = messages.into_parts();
     attach(&mut channels, folder, summary.as_ref()).map_err(failed)?;
-    channels.metadata("hil", facts(&survey, summary.as_ref())).map_err(failed)?;
+    let mut facts = facts(&survey, summary.as_ref());
+    facts.insert("epoch".to_owned(), EPOCH.to_owned());
+    channels.metadata("hil", facts).map_err(failed)?;
     let (mut out, topics) = channels.finish().map_err(failed)?;
     out.flush().map_err(|source| failed(source.into()))?;
     Ok(Exported { topics, survey })
@@ -147,26 +152,4 @@ fn media_type(name: &str) -> &'static str {
         Some("svg") => "image/svg+xml",
         _ => "application/octet-stream",
     }
-}
-
-fn facts(survey: &Survey, summary: Option<&Summary>) -> BTreeMap<String, String> {
-    let header = &survey.header;
-    let mut facts = BTreeMap::from([
-        ("plan".to_owned(), header.plan.clone()),
-        ("seed".to_owned(), header.seed.to_string()),
-        ("version".to_owned(), header.harness.clone()),
-        ("exported_by".to_owned(), concat!("hil ", env!("CARGO_PKG_VERSION")).to_owned()),
-        ("epoch".to_owned(), "log time is bench time: nanoseconds since the run began".to_owned()),
-        ("records".to_owned(), survey.records.to_string()),
-        ("record".to_owned(), survey.wholeness()),
-    ]);
-    if let Some(summary) = summary {
-        facts.extend([
-            ("outcome".to_owned(), summary.outcome.name().to_owned()),
-            ("clock".to_owned(), summary.clock.clone()),
-            ("bus".to_owned(), summary.bus.clone()),
-            ("device_under_test".to_owned(), summary.device_under_test.clone()),
-        ]);
-    }
-    facts
 }

@@ -18,11 +18,11 @@ fn plain(character: char) -> char {
 
 /// Names that are given once.
 #[derive(Debug, Default)]
-pub(super) struct Names(BTreeSet<String>);
+pub(crate) struct Names(BTreeSet<String>);
 
 impl Names {
     /// A field of that name; where it is taken, with `_` behind it as often as it takes.
-    pub(super) fn field(&mut self, name: &str) -> String {
+    pub(crate) fn field(&mut self, name: &str) -> String {
         self.once(name.chars().map(plain).collect())
     }
 

@@ -45,6 +45,7 @@ pub(super) fn forms() -> Vec<MessageForm> {
         name: (*name).to_owned(),
         unit: (*unit).to_owned(),
         doc: String::new(),
+        names: Vec::new(),
     };
     let form = |message| {
         let (name, signals) = layout(message);

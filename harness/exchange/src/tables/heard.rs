@@ -11,7 +11,7 @@ use record::{Device, Record};
 use std::sync::Arc;
 
 /// A signal of a message.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SignalForm {
     /// Its name in the layout.
     pub name: String,
@@ -19,10 +19,12 @@ pub struct SignalForm {
     pub unit: String,
     /// What it is.
     pub doc: String,
+    /// Names of values, as far as the layout has any, by the values in its unit.
+    pub names: Vec<(f64, String)>,
 }
 
 /// A message of a layout.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct MessageForm {
     /// Its name in the layout.
     pub name: String,
@@ -53,6 +55,7 @@ fn forms(layout: &Layout) -> Vec<MessageForm> {
         name: signal.name.clone(),
         unit: signal.unit.clone(),
         doc: signal.doc.clone(),
+        names: signal.names().map(|(name, value)| (value, name.to_owned())).collect(),
     };
     let form = |message: &described::Message| MessageForm {
         name: message.name.clone(),

@@ -1,4 +1,4 @@
-//! `hil export`: a recorded run as a data package, a bus log, tables or an MCAP file.
+//! `hil export`: a recorded run as a data package, a bus log, tables, an MCAP file or an MDF file.
 
 use super::export_whole::{self, TableFormat};
 use super::failure::Failure;
@@ -41,12 +41,12 @@ impl From<Rows> for Kind {
     }
 }
 
-/// Writes a recorded run for other tools: as a data package (datapackage.json and a CSV table), or with --tables, --mcap or
-/// --bus as tables for notebooks, as a file for Foxglove, or as a bus log.
+/// Writes a recorded run for other tools: as a data package (datapackage.json and a CSV table), or with --tables, --mcap,
+/// --mf4 or --bus as tables for notebooks, as a file for Foxglove, as measured channels, or as a bus log.
 ///
 /// A data package holds what somebody with the same bench would have noted down, and nothing that only an emulator
 /// knows. `hil identify` reads it as it reads anybody's data. Tables and MCAP hold everything that the record does; with
-/// --record full that is every byte and frame.
+/// --record full that is every byte and frame. MDF holds every quantity and signal as a channel.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct ExportArguments {
@@ -75,7 +75,11 @@ pub(super) struct ExportArguments {
     /// An MCAP file to write instead, for Foxglove: FILE.mcap.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables"])]
     mcap: Option<PathBuf>,
-    /// With --tables or --mcap: the plan whose rig says what the messages mean. [default: the one that the record holds]
+    /// An MDF 4 file with the run's quantities and signals as measured channels instead, for asammdf and tools of
+    /// measuring: FILE.mf4. Raw frames are in --bus FILE.mf4.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables", "mcap"])]
+    mf4: Option<PathBuf>,
+    /// With --tables, --mcap or --mf4: the plan whose rig says what the messages mean. [default: the one that the record holds]
     #[arg(long, value_name = "PLAN", conflicts_with_all = ["out", "kind", "gzip", "bus"])]
     plan: Option<String>,
 }
@@ -86,6 +90,7 @@ Examples:
   hil export runs/laps-corrected-seed1 --tables tables --format csv
   hil export runs/laps-corrected-seed1 --mcap laps.mcap
   hil export runs/settles-seed1 --mcap settles.mcap
+  hil export runs/laps-corrected-seed1 --mf4 laps.mf4
   hil export runs/laps-corrected-seed1 --bus laps.pcapng
   hil export runs/laps-corrected-seed1 --kind odometry
 ";
@@ -135,10 +140,13 @@ impl ExportArguments {
         if let Some(path) = &self.mcap {
             return export_whole::mcap(&folder, path, plan, screen);
         }
+        if let Some(path) = &self.mf4 {
+            return export_whole::mf4(&folder, path, plan, screen);
+        }
         if plan.is_some() {
             return Err(Failure::arguments(
                 "--plan is for the messages of a device, which a data package does not hold",
-                "say what to write: --tables DIR or --mcap FILE.mcap",
+                "say what to write: --tables DIR, --mcap FILE.mcap or --mf4 FILE.mf4",
             ));
         }
         let dataset = export(&folder, self.kind.map(Kind::from))?;

@@ -1,4 +1,4 @@
-//! `hil export --tables` and `--mcap`: everything that a record holds.
+//! `hil export --tables`, `--mcap` and `--mf4`: everything that a record holds.
 
 use super::failure::Failure;
 use super::progress::Screen;
@@ -56,13 +56,7 @@ pub(super) fn mcap(
     plan: Option<&str>,
     screen: &Screen,
 ) -> Result<Outcome, Failure> {
-    // A record, or any other file of a run folder, is not to be replaced by a slip.
-    if path.extension().is_none_or(|end| end != "mcap") {
-        return Err(Failure::arguments(
-            format!("the name {} does not end in .mcap", path.display()),
-            "give --mcap a name that ends in .mcap",
-        ));
-    }
+    ends_in(path, "mcap")?;
     let survey = survey(folder)?;
     let ears = ears_of(&survey, plan, screen)?;
     let exported = exchange::mcap::export(folder, survey, path, ears)?;
@@ -70,6 +64,34 @@ pub(super) fn mcap(
     let topics = exported.topics.len();
     say(&format!("{}: {messages} messages on {topics} topics\n", path.display()))?;
     ended(folder, exported.survey, screen)
+}
+
+/// Writes a run as an MDF file of measured channels.
+pub(super) fn mf4(
+    folder: &RunFolder,
+    path: &Path,
+    plan: Option<&str>,
+    screen: &Screen,
+) -> Result<Outcome, Failure> {
+    ends_in(path, "mf4")?;
+    let survey = survey(folder)?;
+    let ears = ears_of(&survey, plan, screen)?;
+    let exported = exchange::mf4::export(folder, survey, path, ears)?;
+    let records: u64 = exported.groups.iter().map(|(_, records)| records).sum();
+    let groups = exported.groups.len();
+    say(&format!("{}: {records} records in {groups} groups\n", path.display()))?;
+    ended(folder, exported.survey, screen)
+}
+
+/// A record, or any other file of a run folder, is not to be replaced by a slip.
+fn ends_in(path: &Path, end: &str) -> Result<(), Failure> {
+    if path.extension().is_some_and(|found| found == end) {
+        return Ok(());
+    }
+    Err(Failure::arguments(
+        format!("the name {} does not end in .{end}", path.display()),
+        format!("give --{end} a name that ends in .{end}"),
+    ))
 }
 
 /// Says what is not in the export, and fails where that is the rest of the record.

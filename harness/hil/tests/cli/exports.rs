@@ -1,4 +1,4 @@
-//! Runs as tables and as files for Foxglove.
+//! Runs as tables, as files for Foxglove and as measured channels.
 
 use super::hil::{Hil, Ran, TURN};
 use std::fs;
@@ -26,6 +26,11 @@ fn a_run_becomes_tables_and_a_file_for_foxglove() {
     assert!(mcap.out.starts_with("run.mcap: ") && mcap.out.contains(" topics"), "{}", mcap.out);
     assert!(fs::read(hil.path("run.mcap")).unwrap().starts_with(b"\x89MCAP0\r\n"));
     assert_eq!(mcap.err, "");
+
+    let mf4 = hil.run(&["export", "run", "--mf4", "run.mf4"]).exits(0);
+    assert!(mf4.out.starts_with("run.mf4: ") && mf4.out.contains(" groups"), "{}", mf4.out);
+    assert!(fs::read(hil.path("run.mf4")).unwrap().starts_with(b"MDF     4.10"));
+    assert_eq!(mf4.err, "");
 }
 
 #[test]
@@ -34,6 +39,8 @@ fn nothing_else_is_written_over() {
     let record = fs::read(hil.path("run/record.hilrec")).unwrap();
     let ran = hil.run(&["export", "run", "--mcap", "run/record.hilrec"]).exits(2);
     assert!(ran.err.contains("does not end in .mcap"), "{}", ran.err);
+    let ran = hil.run(&["export", "run", "--mf4", "run/record.hilrec"]).exits(2);
+    assert!(ran.err.contains("does not end in .mf4"), "{}", ran.err);
     assert_eq!(fs::read(hil.path("run/record.hilrec")).unwrap(), record);
     hil.run(&["export", "run", "--kind", "series", "--out", "data"]).exits(0);
     let ran = hil.run(&["export", "run", "--tables", "data"]).exits(2);
@@ -48,15 +55,15 @@ fn what_is_left_of_a_record_is_exported_and_another_version_refused() {
     let path = hil.path("run/record.hilrec");
     let mut record = fs::read(&path).unwrap();
     fs::write(&path, &record[..record.len() / 2]).unwrap();
-    for arguments in [["export", "run", "--mcap", "cut.mcap"], ["export", "run", "--tables", "cut"]]
-    {
-        let ran = hil.run(&arguments).exits(2);
+    for (what, out) in [("--mcap", "cut.mcap"), ("--tables", "cut"), ("--mf4", "cut.mf4")] {
+        let ran = hil.run(&["export", "run", what, out]).exits(2);
         assert!(ran.err.contains("exported as far as the record goes: "), "{}", ran.err);
         assert!(ran.err.contains("the record is cut short"), "{}", ran.err);
     }
     // Whole, as a file: its end is there.
     assert!(fs::read(hil.path("cut.mcap")).unwrap().ends_with(b"\x89MCAP0\r\n"));
     assert!(hil.path("cut/states.parquet").is_file());
+    assert!(fs::read(hil.path("cut.mf4")).unwrap().starts_with(b"MDF     "));
     record[8] = 9;
     fs::write(&path, &record).unwrap();
     let ran = hil.run(&["export", "run", "--mcap", "other.mcap"]).exits(2);

@@ -201,6 +201,7 @@ pub fn all(seeds: &Seeds) -> Vec<Scene> {
         "--tables tables",
         "--tables tables --format csv",
         "--mcap x.mcap",
+        "--mf4 x.mf4",
         "--bus x.log",
         "--bus x.asc",
         "--bus x.pcapng",

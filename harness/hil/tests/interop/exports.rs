@@ -112,6 +112,55 @@ fn asammdf_decodes_the_frames_of_a_run_by_a_dbc() {
     assert_eq!(signals["DISPLACEMENT"]["unit"], "m");
 }
 
+/// What `read_channels.py` says of the run in `folder/run`, whose tables it is held against.
+fn channels(python: &Path, folder: &Path) -> serde_json::Value {
+    hil(folder, &["export", "run", "--tables", "csv", "--format", "csv"]);
+    hil(folder, &["export", "run", "--mf4", "run.mf4"]);
+    let mut command = Command::new(python);
+    command.arg(file("tests/interop/read_channels.py")).args(["run.mf4", "csv"]);
+    told(command.current_dir(folder))
+}
+
+#[test]
+fn asammdf_finds_in_channels_what_is_in_tables() {
+    let imports = format!("{ASAMMDF}, pandas");
+    let Some(python) = python_with(&imports, "asammdf and pandas") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let run = exported(folder.path());
+    let read = channels(&python, folder.path());
+    assert_eq!(read["differ"], serde_json::json!([]), "channels and tables differ");
+    let truths = run.records().unwrap();
+    let is_truth = |record: &Record| matches!(record.kind, RecordKind::Truth { .. });
+    let truths = truths.filter(|record| is_truth(record.as_ref().unwrap())).count() as f64;
+    assert!(truths > 100.0, "{truths} truths");
+    assert_eq!(number(&read["rows"]["truth"]), truths, "{read}");
+    assert_eq!(number(&read["rows"]["measurements"]), 1.0);
+    assert_eq!(number(&read["rows"]["observations/lap.gyro_error"]), 2.0);
+    assert!(number(&read["rows"]["messages/base.MOTION"]) > 100.0, "{read}");
+    assert_eq!(read["units"]["states"]["time_s"], "s");
+    assert_eq!(read["units"]["states"]["gyro_heading_deg"], "deg");
+    assert_eq!(read["units"]["messages/base.MOTION"]["DISPLACEMENT"], "m");
+    assert_eq!(read["facts"]["plan"], "two-laps");
+    assert_eq!(read["facts"]["outcome"], "passed");
+}
+
+#[test]
+fn asammdf_names_values_as_the_dbc_does() {
+    let imports = format!("{ASAMMDF}, pandas");
+    let Some(python) = python_with(&imports, "asammdf and pandas") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    hil(folder.path(), &["new", "oven"]);
+    let folder = folder.path().join("oven");
+    let dbc = folder.join("devices/oven.dbc");
+    let named = std::fs::read_to_string(&dbc).unwrap() + "VAL_ 257 HeaterOn 0 \"off\" 1 \"on\" ;\n";
+    std::fs::write(dbc, named).unwrap();
+    hil(&folder, &["run", "safe-alone.toml", "--out", "run", "--record", "full"]);
+    let read = channels(&python, &folder);
+    assert_eq!(read["differ"], serde_json::json!([]), "channels and tables differ");
+    let names = &read["names"]["messages/device.Status.HeaterOn"];
+    assert_eq!(*names, serde_json::json!(["off", "on"]), "{read}");
+}
+
 #[test]
 fn the_examples_say_what_the_run_came_to() {
     let Some(python) = python() else { return };

@@ -7,6 +7,7 @@ use campaign::{AccountError, JournalError, RegressionError, RepetitionError};
 use dataset::DatasetError;
 use dataset::export::ExportError;
 use exchange::mcap::McapExportError;
+use exchange::mf4::Mf4ExportError;
 use exchange::tables::TablesError;
 use harness::emulation::EmulationError;
 use harness::operator::AnswersError;
@@ -250,6 +251,15 @@ impl From<TablesError> for Cause {
         match error {
             TablesError::Folder(error) => error.into(),
             error => Self::Tables(error),
+        }
+    }
+}
+
+impl From<Mf4ExportError> for Cause {
+    fn from(error: Mf4ExportError) -> Self {
+        match error {
+            Mf4ExportError::Folder(error) => error.into(),
+            Mf4ExportError::Write(error) => error.into(),
         }
     }
 }

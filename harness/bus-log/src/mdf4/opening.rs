@@ -1,0 +1,39 @@
+//! How a file begins: whether it is one, and what stands in its header.
+
+use super::super::error::{Defect, LogError};
+use super::blocks::{Block, Source};
+use super::{FILE_MARK, IDENTIFICATION_BYTES, UNFINISHED_MARK};
+use std::io::{Read, Seek};
+
+/// What may be unfinished in a file and does not matter here: counts of records, the length of the last data block, and
+/// the bytes of a group of variable length.
+const UNFINISHED: u16 = 0x2f;
+
+/// A file that was begun to be read.
+pub(super) struct Opened {
+    /// Its writer did not come to its end.
+    pub(super) is_unfinished: bool,
+    pub(super) header: Block,
+}
+
+/// Reads the begin of a file.
+pub(super) fn open<R: Read + Seek>(source: &mut Source<R>) -> Result<Opened, LogError> {
+    let mut head = [0; IDENTIFICATION_BYTES];
+    source.at(0, &mut head)?;
+    let is_finished = head.starts_with(FILE_MARK);
+    let version = u16::from_le_bytes([head[28], head[29]]);
+    let unfinished = u16::from_le_bytes([head[60], head[61]]);
+    let bad =
+        |expected, found: &str| Err(source.malformed(0, Defect::new(expected, found.as_bytes())));
+    if !is_finished && !head.starts_with(UNFINISHED_MARK) {
+        return bad("`MDF` and its version", &String::from_utf8_lossy(&head[..8]));
+    }
+    if !(400..500).contains(&version) {
+        return bad("version 4 of MDF", &format!("version {version}"));
+    }
+    if !is_finished && unfinished & !UNFINISHED != 0 {
+        return bad("a file that its logger finished", &format!("flags {unfinished:#06x}"));
+    }
+    let header = source.block(IDENTIFICATION_BYTES as u64, "##HD")?;
+    Ok(Opened { is_unfinished: !is_finished, header })
+}

@@ -1,0 +1,146 @@
+//! Which channels of a file the fields are.
+
+use super::super::error::{DatasetError, Defect};
+use super::super::package::{Field, Table};
+use bus_log::mdf4::channels::{Group, Wanted};
+use identification::dataset::{Role, Unit};
+use std::collections::BTreeMap;
+
+/// Fields and channels of a group, by their places.
+pub(super) type Channels = Vec<(usize, Wanted)>;
+
+/// The channels of the fields.
+#[derive(Debug)]
+pub(super) struct Choice {
+    /// The group whose records are the rows.
+    pub(super) group: usize,
+    /// The channels of that group, in the order of the fields.
+    pub(super) own: Channels,
+    /// Those of other groups, behind the time of their group, which counts as the field of time.
+    pub(super) others: BTreeMap<usize, Channels>,
+    /// The field of time.
+    pub(super) time: Option<usize>,
+}
+
+/// Chooses a channel a field, by its name.
+pub(super) fn choose(
+    groups: &[Group],
+    fields: &[Field],
+    table: &Table,
+) -> Result<Choice, DatasetError> {
+    let fail = |defect| DatasetError::new(&table.path, defect);
+    let used: Vec<(usize, &Field)> =
+        fields.iter().enumerate().filter(|(_, field)| field.role != Role::Ignore).collect();
+    let group = match &table.group {
+        Some(name) => named(groups, name).map_err(fail)?,
+        None => {
+            holding(groups, &used).map_err(|(defect, field)| fail(defect).in_field(&field.name))?
+        }
+    };
+    let time = used.iter().find(|(_, field)| field.role == Role::Time).map(|(at, _)| *at);
+    let (mut own, mut others) = (Channels::new(), BTreeMap::<usize, Channels>::new());
+    for (at, field) in used {
+        let inside = |defect| fail(defect).in_field(&field.name);
+        let wanted = |channel| Wanted { channel, as_text: field.text };
+        let of = |group: usize| groups.get(group).map_or(Vec::new(), |one| find(one, &field.name));
+        match of(group)[..] {
+            [channel] => {
+                own.push((at, wanted(channel)));
+                continue;
+            }
+            [] => {}
+            ref several => return Err(inside(Defect::Channels(several.len()))),
+        }
+        let elsewhere = (0..groups.len())
+            .flat_map(|other| of(other).into_iter().map(move |channel| (other, channel)));
+        let (other, channel) = match elsewhere.collect::<Vec<_>>()[..] {
+            [one] => one,
+            [] => return Err(inside(Defect::NoChannel)),
+            ref several => return Err(inside(Defect::Channels(several.len()))),
+        };
+        if let Some(why) = kept_out(field) {
+            return Err(inside(Defect::OtherRaster(why)));
+        }
+        let clock = groups[other].channels.iter().position(|channel| channel.is_time);
+        let (Some(clock), Some(time)) = (clock, time) else {
+            let why = "it is in another group than the rows, expected both to have times";
+            return Err(inside(Defect::OtherRaster(why)));
+        };
+        let all = others
+            .entry(other)
+            .or_insert_with(|| vec![(time, Wanted { channel: clock, as_text: false })]);
+        all.push((at, wanted(channel)));
+    }
+    if !others.is_empty() && !has_clock(groups, fields, group, &own) {
+        let why = "its channels are in several groups, expected the time to be the master of the rows, in s";
+        return Err(fail(Defect::OtherRaster(why)));
+    }
+    Ok(Choice { group, own, others, time })
+}
+
+/// The field of time is the master channel of the rows, in seconds, as those of other groups are.
+fn has_clock(groups: &[Group], fields: &[Field], group: usize, own: &Channels) -> bool {
+    own.iter().any(|(at, wanted)| {
+        let (field, channel) = (&fields[*at], &groups[group].channels[wanted.channel]);
+        field.role == Role::Time && field.unit == Unit::Second && channel.is_time
+    })
+}
+
+/// Why a field has no place among rows with other times.
+fn kept_out(field: &Field) -> Option<&'static str> {
+    match field.role {
+        Role::Time | Role::Run | Role::Direction => {
+            Some("it is in another group than the rows, expected it in theirs")
+        }
+        Role::WheelLeft | Role::WheelRight | Role::GyroAngleIncrement
+            if field.role == Role::GyroAngleIncrement || field.unit == Unit::Count =>
+        {
+            Some("it counts since the row before, and is in another group than the rows")
+        }
+        _ if field.text => Some("it is text, and is in another group than the rows"),
+        _ => None,
+    }
+}
+
+fn find(group: &Group, name: &str) -> Vec<usize> {
+    let channels = group.channels.iter().enumerate();
+    channels.filter(|(_, channel)| channel.name == name.trim()).map(|(at, _)| at).collect()
+}
+
+fn named(groups: &[Group], name: &str) -> Result<usize, Defect> {
+    let found: Vec<usize> = (0..groups.len()).filter(|at| groups[*at].name == name).collect();
+    if let [one] = found[..] {
+        return Ok(one);
+    }
+    let known = groups.iter().map(|group| group.name.clone()).filter(|name| !name.is_empty());
+    Err(Defect::Group { name: name.to_owned(), count: found.len(), known: known.collect() })
+}
+
+/// The group that has all fields, or else the one that has what is measured.
+fn holding<'a>(
+    groups: &[Group],
+    used: &[(usize, &'a Field)],
+) -> Result<usize, (Defect, &'a Field)> {
+    let has = |group: &Group, field: &Field| !find(group, &field.name).is_empty();
+    let with = |is: &dyn Fn(&Group) -> bool| -> Vec<usize> {
+        (0..groups.len()).filter(|at| is(&groups[*at])).collect()
+    };
+    let whole = with(&|group| used.iter().all(|(_, field)| has(group, field)));
+    let measured = used.iter().map(|(_, field)| *field).find(|field| is_measured(field));
+    let Some(measured) = measured.or(used.first().map(|(_, field)| *field)) else { return Ok(0) };
+    let found = if whole.is_empty() { with(&|group| has(group, measured)) } else { whole };
+    match found[..] {
+        [one] => Ok(one),
+        [] => Err((Defect::NoChannel, measured)),
+        ref several => Err((Defect::Channels(several.len()), measured)),
+    }
+}
+
+/// It is what a sensor gave, not what the sensor is held against or what may be a cause.
+fn is_measured(field: &Field) -> bool {
+    let beside = matches!(
+        field.role,
+        Role::Time | Role::Run | Role::Auxiliary | Role::Temperature | Role::Heading
+    );
+    !beside && !field.role.is_reference()
+}

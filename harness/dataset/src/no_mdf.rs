@@ -1,0 +1,16 @@
+//! Without the feature `mdf` tables in MDF files are refused.
+
+use super::error::{DatasetError, Defect};
+use super::package::{Field, Table};
+use super::table::Rows;
+
+pub(super) fn read(
+    _: &mut Rows,
+    _: &[Field],
+    table: &Table,
+    _: usize,
+    _: &mut Vec<String>,
+) -> Result<(), DatasetError> {
+    let defect = Defect::Unsupported("this build reads no MDF files".to_owned());
+    Err(DatasetError::new(&table.path, defect))
+}

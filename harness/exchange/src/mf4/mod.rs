@@ -1,0 +1,72 @@
+//! A run as one MDF 4 file with measured channels, for asammdf and tools of measuring: `hil export RUN --mf4 FILE.mf4`.
+//!
+//! | group | channels beside `time_s` |
+//! |---|---|
+//! | `states`, `truth`, `health`, `events`, `measurements` | columns of these tables ([`crate::tables`]) |
+//! | `observations/QUANTITY` | `value`, `uncertainty`, and one a tag |
+//! | `messages/SENDER.MESSAGE` | one a signal; names of its values where the layout has them |
+//!
+//! The master channel of each group is `time_s`, bench time in seconds since the run began. A record holds no date, so the
+//! measurement begins at 1970-01-01, and two runs of a seed give the same file, byte for byte. Raw frames are not measured
+//! values: `hil export RUN --bus FILE.mf4` has them.
+
+mod groups;
+
+use crate::facts::facts;
+use crate::tables::survey::Survey;
+use crate::tables::{Ears, each_record};
+use bus_log::LogError;
+use bus_log::mdf4::channels::Writer;
+use groups::Groups;
+use record::run_folder::{RunFolder, RunFolderError};
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+/// Why a run is not exported, or not to its end.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum Mf4ExportError {
+    /// The run cannot be read.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Folder(#[from] RunFolderError),
+    /// The file cannot be written.
+    #[error(transparent)]
+    Write(#[from] LogError),
+}
+
+/// What was written.
+#[derive(Debug)]
+pub struct Exported {
+    /// The groups, and how many records each has.
+    pub groups: Vec<(String, u64)>,
+    /// What the record holds, and whether it could be read to its end.
+    pub survey: Survey,
+}
+
+/// Writes a run, of which there is a survey, as an MDF 4 file. A record that is cut short gives the records before the cut;
+/// the survey and the comment of the file say so.
+///
+/// # Errors
+/// When the run cannot be opened, or the file cannot be written.
+pub fn export(
+    folder: &RunFolder,
+    survey: Survey,
+    path: &Path,
+    ears: Ears,
+) -> Result<Exported, Mf4ExportError> {
+    let summary = folder.summary_if_any()?;
+    let file = File::create(path)
+        .map_err(|source| LogError::Unwritable { path: path.to_owned(), source })?;
+    let writer = Writer::new(path, BufWriter::new(file))?;
+    let is_cut = survey.cut.is_some();
+    let mut groups = Groups::new(writer, survey, ears);
+    each_record(folder, is_cut, &mut |record| groups.take(record).map_err(Mf4ExportError::from))?;
+    if let Some(summary) = &summary {
+        groups.finish(summary)?;
+    }
+    let (writer, survey) = groups.into_parts();
+    let facts = facts(&survey, summary.as_ref());
+    let facts: Vec<_> = facts.iter().map(|(name, fact)| (name.as_str(), fact.clone())).collect();
+    Ok(Exported { groups: writer.finish(&facts)?, survey })
+}
