@@ -1,5 +1,5 @@
 //! What encoding and decoding cost: per sample of a gyro, per exchange with the base, per line of the
-//! table, per frame of an SLCAN adapter.
+//! table, per frame of an SLCAN adapter and for its length on the bus.
 //!
 //! A 16-hour stream at 100 Hz holds 5.76 million samples; a full bus of 1 Mbit/s some 9,000 frames of eight
 //! bytes a second.
@@ -8,7 +8,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 use wire::base::serial_link::{Device, DeviceEvent, Host, HostEvent};
 use wire::base::{Motion, Reply, Request, can_link};
-use wire::can::{CanFrame, ExtendedId};
+use wire::can::{CanFrame, ExtendedId, FdFlags};
 use wire::gyro::{
     GyroDecoder, GyroEncoder, GyroFormat, GyroOutput, GyroSample, GyroStatus, GyroStream,
     OutputMode, Sequence,
@@ -179,6 +179,21 @@ fn lines(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// How long a frame is on its bus, stuff bits included: classic with eight bytes, and FD with 64.
+fn lengths(criterion: &mut Criterion) {
+    let id = ExtendedId::new(0x1ABC_0123).expect("29 bits");
+    let bytes: [u8; 64] = std::array::from_fn(|place| (place * place) as u8);
+    let classic = CanFrame::new(id, &bytes[..8]).expect("eight bytes");
+    let flags = FdFlags { bit_rate_switch: true, error_state: false };
+    let fd = CanFrame::fd(id, flags, &bytes).expect("64 bytes");
+    let mut group = criterion.benchmark_group("can/bits");
+    group.throughput(Throughput::Elements(1));
+    for (name, frame) in [("classic, 8 bytes", classic), ("FD, 64 bytes", fd)] {
+        group.bench_function(name, |bencher| bencher.iter(|| black_box(&frame).bits()));
+    }
+    group.finish();
+}
+
 /// Extended frames of eight bytes with a timestamp: the longest lines.
 fn adapter(criterion: &mut Criterion) {
     const FRAMES: usize = 100;
@@ -242,5 +257,5 @@ fn adapter(criterion: &mut Criterion) {
 criterion_group!(gyros, navigator, ecore2000, dsp3000_ascii, dsp3000_binary);
 criterion_group!(base, can, serial);
 criterion_group!(tables, lines);
-criterion_group!(adapters, adapter);
+criterion_group!(adapters, adapter, lengths);
 criterion_main!(gyros, base, tables, adapters);

@@ -59,9 +59,7 @@ impl CanFrame {
         line.stuffed = 0;
         let code = embedded_can::Frame::dlc(self) as u64;
         line.send(u64::from(flags.error_state) << 4 | code, FD_CONTROL_BITS);
-        for byte in self.data() {
-            line.send(u64::from(*byte), u8::BITS);
-        }
+        self.data().iter().for_each(|byte| line.send_byte(*byte));
         let data = 8 * self.data().len() as u32;
         // Count of stuff bits and checksum, a stuff bit before each four of them; the delimiter.
         let behind = if data <= 128 { 4 + 17 + 6 } else { 4 + 21 + 7 } + 1;
@@ -150,26 +148,68 @@ fn stuff_bits(bits: u128, length: u32) -> u32 {
 }
 
 /// A line on which bit follows bit.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Line {
-    last: Option<bool>,
+    /// What was sent last; none where nothing is alike.
+    last: bool,
     /// How many of the last bits are alike.
     alike: u32,
     stuffed: u32,
 }
 
+/// Bits that are alike before one of the other value is stuffed.
+const ALIKE_MAX: u32 = 5;
+/// States of a line: its last bit, and how many are alike.
+const STATES: usize = 2 * (ALIKE_MAX as usize + 1);
+
+/// For each state and byte: the state behind it, and how many bits are stuffed.
+static BYTES: [[(u8, u8); 256]; STATES] = bytes();
+
+const fn bytes() -> [[(u8, u8); 256]; STATES] {
+    let mut table = [[(0, 0); 256]; STATES];
+    let mut state = 0;
+    while state < STATES {
+        let mut byte = 0;
+        while byte < 256 {
+            let mut line = Line::in_state(state);
+            line.send(byte as u64, u8::BITS);
+            table[state][byte] = (line.state() as u8, line.stuffed as u8);
+            byte += 1;
+        }
+        state += 1;
+    }
+    table
+}
+
 impl Line {
+    const fn in_state(state: usize) -> Self {
+        Self { last: state % 2 == 1, alike: state as u32 / 2, stuffed: 0 }
+    }
+
+    const fn state(&self) -> usize {
+        2 * self.alike as usize + self.last as usize
+    }
+
     /// The lowest `length` of `bits`, the highest first. A bit is stuffed when the next one comes.
-    fn send(&mut self, bits: u64, length: u32) {
-        for place in (0..length).rev() {
-            if self.alike == 5 {
-                (self.last, self.alike) = (self.last.map(|last| !last), 1);
+    const fn send(&mut self, bits: u64, length: u32) {
+        let mut left = length;
+        while left > 0 {
+            left -= 1;
+            if self.alike == ALIKE_MAX {
+                (self.last, self.alike) = (!self.last, 1);
                 self.stuffed += 1;
             }
-            let bit = Some(bits >> place & 1 != 0);
-            self.alike = if bit == self.last { self.alike + 1 } else { 1 };
+            let bit = bits >> left & 1 != 0;
+            self.alike = if self.alike > 0 && bit == self.last { self.alike + 1 } else { 1 };
             self.last = bit;
         }
+    }
+
+    /// Eight bits, as [`send`](Self::send) does them one by one.
+    fn send_byte(&mut self, byte: u8) {
+        let (state, stuffed) = BYTES[self.state()][usize::from(byte)];
+        let stuffed = self.stuffed + u32::from(stuffed);
+        *self = Self { stuffed, ..Self::in_state(state.into()) };
     }
 }
 
@@ -219,6 +259,21 @@ mod tests {
                 (0..length).rev().for_each(|place| line.send((bits >> place) as u64, 1));
                 let expected = line.stuffed + u32::from(line.alike == 5);
                 prop_assert_eq!(super::stuff_bits(bits, length), expected, "{:#b}, {}", bits, length);
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_byte_is_its_bits(bytes: [u8; 12], few: [u8; 12]) {
+            let (mut by_bits, mut by_bytes) = (Line::default(), Line::default());
+            for (byte, few) in bytes.into_iter().zip(few) {
+                // Bits that are rare make long runs.
+                for byte in [byte, byte & few & few.rotate_left(3), byte | few] {
+                    by_bits.send(byte.into(), u8::BITS);
+                    by_bytes.send_byte(byte);
+                }
+                prop_assert_eq!((by_bits.state(), by_bits.stuffed), (by_bytes.state(), by_bytes.stuffed));
             }
         }
     }

@@ -153,7 +153,7 @@ fn lines_that_are_no_reports_are_counted_and_not_kept() {
     in_time(|| {
         let (status, reason, folder) = run_with("noise", "exec yes 'this is no report'");
         assert_eq!(status, Some(3), "{reason}");
-        assert!(reason.contains("said nothing within 10 s"), "{reason}");
+        assert!(reason.contains(" lines that are no reports within 10 s"), "{reason}");
         let shown = record(&folder.path().join("noise"));
         let notes = shown.lines().filter(|line| line.contains("of the device under test:")).count();
         assert_eq!(notes as u64, 500, "the others are counted");
