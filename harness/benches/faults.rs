@@ -5,14 +5,14 @@
 
 mod processor;
 
-use harness::link::SerialLine;
-use harness::operator::Answers;
 use harness::run::{Prepared, simulate};
 use plan::faults::Chance;
 use plan::faults::{Fault, FaultKind, Schedule, Target, When};
 use plan::made::Made;
 use processor::{median, processor_s};
 use record::sink::NullSink;
+use rig::link::SerialLine;
+use rig::operator::Answers;
 use std::hint::black_box;
 use std::sync::Arc;
 use wire::packet::Packet;

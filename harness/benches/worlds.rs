@@ -5,12 +5,12 @@
 
 mod processor;
 
-use harness::operator::Answers;
 use harness::run::{Prepared, simulate};
 use plan::made::Made;
 use processor::{RUNS, processor_s};
 use record::run_folder::RunFolder;
 use record::sink::{Level, NullSink, RecordSink};
+use rig::operator::Answers;
 
 fn main() {
     // `cargo test --benches` only asks whether it starts.

@@ -27,13 +27,13 @@
 //! # How it is made
 //!
 //! ```text
-//!  plan.toml ──> plan ──> engine ──> world ──> record ──> checks ──> summary, report, JUnit
+//!  plan.toml ──> plan ──> engine ───> rig ───> record ──> checks ──> summary, report, JUnit
 //!  device file ─────────────────────┘  └ controller, gyro, base, table, absolute measurement
 //! ```
 //!
 //! A plan says what is done and what is judged. The engine carries it out: missions to the controller
-//! (the device under test), commands to the table, questions to the absolute measurement. A world
-//! joins engine, controller and devices; in the simulated one time jumps from event to event and the
+//! (the device under test), commands to the table, questions to the absolute measurement. A rig
+//! joins engine, controller and devices; in virtual time the clock jumps from event to event and the
 //! bytes are those of real lines. What happens is recorded, and the record is all that checks and
 //! reports read. The same plan, seed and version give the same record, byte for byte.
 //!
@@ -43,20 +43,20 @@
 //! * [`judge`]: verdicts, each with the measurement's own uncertainty, and what must hold at every moment.
 //! * [`campaign`]: cases, searches, the smallest case, envelopes.
 //!
-//! From plan to record:
-//! * [`engine`]: the steps of a plan, without IO and without a clock.
-//! * [`world`]: where plan, controller and devices meet. [`link`]: the lines between them.
-//! * [`operator`]: what a plan asks a person. [`hosted`]: whose controller is tested.
-//! * [`run`]: all of that in order. [`executors`]: the same for the cases of a campaign.
-//! * `live`, `run_live` (feature `live`): the real clock, and a device under test that is a process of its
-//!   own. `emulation`: emulated devices on ports, for anybody's controller.
+//! From plan to record, crates of their own too:
+//! * `rig`: nodes on lines, the steps of a plan, and the loop in virtual time; no IO and no clock. From it
+//!   [`operator`]: what a plan asks a person, and [`hosted`]: whose controller is tested.
+//! * `live` (feature `live`): the real clock, ports, and a device under test that is a process of its own.
+//!
+//! Here:
+//! * [`run`]: all of that in order; `run_live` on a bench. [`executors`]: the same for the cases of a campaign.
 //!
 //! Without a folder, for whoever makes many runs:
 //!
 //! ```
 //! use harness::run::{Prepared, verdicts};
 //! use harness::plan::made::Made;
-//! use harness::operator::Answers;
+//! use rig::operator::Answers;
 //!
 //! let prepared = Prepared::load("straight-accuracy", &Made::default())?;
 //! let run = verdicts(&prepared, 1, &Answers::default(), &mut |_| true);
@@ -67,7 +67,6 @@
 //! # Ok::<(), harness::run::PrepareError>(())
 //! ```
 
-pub use crate::hosted::HostedController;
 pub use crate::trial::{Trial, TrialCampaign, TrialError, TrialFindings, TrialRun};
 pub use campaign;
 /// The code under test, and the missions and reports that any controller in its place speaks.
@@ -76,33 +75,24 @@ pub use judge;
 pub use plan;
 pub use plan::faults;
 pub use record;
+pub use rig::hosted::{self, HostedController};
+pub use rig::operator;
 /// Time, units, frames, and the bytes of gyros and bases.
 pub use wire;
 
-use dataset::export;
 use judge::{checks, properties};
 use plan::{bench_file, calibrations, library, made, models, observation};
 #[cfg(feature = "live")]
 use ports as port;
-use record::{figures, outcome, run_folder};
+use record::{outcome, run_folder};
 use views::{console, watch};
 #[cfg(feature = "report")]
 use views::{junit, report};
 
-#[cfg(feature = "live")]
-pub mod emulation;
-pub mod engine;
 pub mod executors;
-pub mod hosted;
-pub mod link;
-#[cfg(feature = "live")]
-pub mod live;
-pub mod operator;
 pub mod program;
-pub mod rig;
 pub mod run;
 #[cfg(feature = "live")]
 pub mod run_live;
 pub mod stopwatch;
 pub mod trial;
-pub mod world;

@@ -1,15 +1,10 @@
 //! Programs of nodes under test in virtual time: anybody's, unmodified. `docs/virtual-time.md` says what that guarantees.
 
-#[cfg(feature = "programs")]
-mod controller;
-#[cfg(feature = "programs")]
-mod in_step;
-
-use crate::hosted::{ControllerProgram, HostedController, News, NodeDevice};
 use crate::plan::Rig;
 use ::controller::config::Config;
 use ::controller::mission::{Mission, Report};
 use ::controller::{Input, Output, Port};
+use rig::hosted::{ControllerProgram, HostedController, News, NodeDevice};
 use std::path::PathBuf;
 use wire::time::Timestamp;
 
@@ -36,7 +31,7 @@ impl Programs {
         rig: &Rig,
         place: usize,
     ) -> Option<Result<Box<dyn NodeDevice>, String>> {
-        in_step::start(self.log.as_deref(), rig, place)
+        live::program::start_node(self.log.as_deref(), rig, place)
     }
 
     /// Starts nothing: nobody can.
@@ -53,7 +48,7 @@ impl Programs {
         config: &Config,
     ) -> Box<dyn HostedController> {
         #[cfg(feature = "programs")]
-        let started = controller::start(self.log.as_deref(), program, config);
+        let started = live::program::start_controller(self.log.as_deref(), program, config);
         #[cfg(not(feature = "programs"))]
         let started: Result<Box<dyn HostedController>, String> =
             Err(format!("{program:?} of {config:?}: built without `programs`"));

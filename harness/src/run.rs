@@ -11,7 +11,6 @@ mod prepared;
 mod recorded_properties;
 mod rig_of;
 
-pub use crate::rig::rerun::{Difference, Rerun, RerunError, Said};
 pub use again::{IMPORTED, JudgedAgain, judge_again, unfinished};
 #[cfg(feature = "live")]
 pub(crate) use keep::keep;
@@ -20,24 +19,25 @@ pub use keep::{
     write_documents,
 };
 pub use prepared::{PrepareError, Prepared, header, load_plan};
+pub use rig::rerun::{Difference, Rerun, RerunError, Said};
 #[cfg(feature = "logs")]
 pub use rig_of::logged;
 pub use rig_of::{RigError, load_description, load_recorded, load_rig, load_rig_named};
 
 use crate::checks::judge_all;
-use crate::engine::Ending;
 use crate::made::Made;
 use crate::observation::Observation;
-use crate::operator::Answers;
 use crate::outcome::{Measurement, Outcome};
 use crate::properties::{Property, PropertyVerdict, Unjudged};
 use crate::record::FaultSummary;
 use crate::record::reader::RecordError;
 use crate::record::sink::{NullSink, RecordSink};
 use crate::record::{Progress, Record};
-use crate::rig::rerun;
-use crate::rig::simulate::Simulation;
-use crate::world::crossing::{Crossing, Memory};
+use rig::crossing::{Crossing, Memory};
+use rig::engine::Ending;
+use rig::operator::Answers;
+use rig::rerun;
+use rig::simulate::Simulation;
 use wire::time::Timestamp;
 
 /// What a run in the simulated world came to.

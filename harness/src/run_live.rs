@@ -1,9 +1,7 @@
 //! Runs plans in the live world, judges them and writes their run folders.
 
 use crate::bench_file::{BenchFile, ControllerSection};
-use crate::engine::{Action, Engine};
 use crate::made::Made;
-use crate::operator::{Operator, Person};
 use crate::outcome::{PortSummary, Timing};
 use crate::plan::DEVICE;
 use crate::plan::Rig;
@@ -15,13 +13,15 @@ use crate::record::sink::RecordSink;
 use crate::run::{Completed, Options, Prepared, Simulated, finish, keep, summarise};
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::watch::{Feed, Watched};
-use crate::world::bench::base_transport;
-use crate::world::live::{
+use described::Medium;
+use live::world::{
     ATTACH_MAX_DEFAULT, DeviceUnderTest, LATE_MAX_DEFAULT, LineSite, LiveEnd, LiveError, LiveWorld,
     OutOfReach, Placement, PlacementError, Player, Program, Scheduling, Setting, Site, line_port,
     player, usual_port,
 };
-use described::Medium;
+use rig::bench::base_transport;
+use rig::engine::{Action, Engine};
+use rig::operator::{Operator, Person};
 use std::path::Path;
 
 pub use crate::program::DEVICE_LOG;

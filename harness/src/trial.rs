@@ -30,7 +30,7 @@
 //! [`Trial::with_controller`] puts any [`HostedController`] in the place of ours: it hears bytes and
 //! frames, sends bytes and frames, takes missions and reports. `examples/rust-tests` is a crate with such a
 //! controller and its tests. A controller that is a process is tested by `hil run --controller`, or here by
-//! [`Hosting::program`](crate::hosted::Hosting::program).
+//! [`Hosting::program`](rig::hosted::Hosting::program).
 
 mod broken;
 mod campaign;
@@ -44,10 +44,8 @@ pub use error::TrialError;
 pub use run::TrialRun;
 
 use crate::faults::Fault;
-use crate::hosted::{HostedController, Hosting};
 use crate::library::{Kind, Library, Source};
 use crate::made::Made;
-use crate::operator::Answers;
 use crate::plan::{Plan, Property};
 use crate::record::run_folder::RunFolder;
 use crate::record::sink::Level;
@@ -55,6 +53,8 @@ use crate::run::{Options, Prepared, Rerun, rerun, run_to_folder};
 use crate::stopwatch::Stopwatch;
 use controller::config::Config;
 use folder::Folder;
+use rig::hosted::{HostedController, Hosting};
+use rig::operator::Answers;
 use std::path::{Path, PathBuf};
 use wire::device::Device;
 

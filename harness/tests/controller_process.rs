@@ -4,12 +4,12 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 #![cfg(feature = "programs")]
 
-use harness::hosted::{ControllerProgram, Hosting};
-use harness::operator::Answers;
 use harness::run::{Options, Prepared, run_to_folder};
 use plan::library::{Kind, Library, names};
 use plan::made::Made;
 use record::sink::Level;
+use rig::hosted::{ControllerProgram, Hosting};
+use rig::operator::Answers;
 use std::num::NonZero;
 use std::path::Path;
 use std::process::Command;

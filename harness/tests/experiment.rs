@@ -1,6 +1,5 @@
 //! The plans that the identification proposes can be read, and carried out on the shipped benches.
 
-use harness::operator::Answers;
 use harness::run::{Prepared, simulate};
 use identification::dataset::Kind;
 use identification::experiment::plans;
@@ -8,6 +7,7 @@ use plan::made::Made;
 use plan::{Action, Plan, Step};
 use record::outcome::Outcome;
 use record::sink::NullSink;
+use rig::operator::Answers;
 use std::sync::Arc;
 use wire::time::Span;
 

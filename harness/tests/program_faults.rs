@@ -3,12 +3,12 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 #![cfg(feature = "programs")]
 
-use harness::operator::Answers;
 use harness::run::{Prepared, simulate};
 use plan::made::Made;
 use record::RecordKind;
 use record::outcome::Outcome;
 use record::sink::{Level, MemorySink};
+use rig::operator::Answers;
 use std::fs;
 
 /// Says ten times a second, by its own clock, what that clock says, in milliseconds since the run began.

@@ -1,12 +1,12 @@
 //! The loop closed on a user's own sensor: it has an undeclared error, another node's readings are the reference, `hil identify`
 //! finds the error, and the readings are compensated.
 
-use harness::operator::Answers;
 use harness::run::{Prepared, Simulated, simulate};
 use identification::finding::Finding;
 use plan::made::Made;
 use record::outcome::Outcome;
 use record::sink::NullSink;
+use rig::operator::Answers;
 use tempfile::TempDir;
 
 /// Reads an angle 120 ms late, with two cycles a turn and an offset: in the emulator alone, as an expression.

@@ -2,7 +2,7 @@
 
 mod orders;
 
-pub use harness::rig::by_hand::Direction;
+pub use rig::by_hand::Direction;
 
 use controller::config::Config;
 use controller::health::Health;
@@ -13,9 +13,9 @@ use emulators::base::{BaseEmulator, BaseTruth};
 use emulators::device_file::Devices;
 use emulators::gyro::GyroEmulator;
 use emulators::table::TableEmulator;
-use harness::rig::by_hand::ByHand;
-use harness::world::bench::Carrier;
 use judge::properties::PropertyVerdict;
+use rig::bench::Carrier;
+use rig::by_hand::ByHand;
 use std::collections::BTreeMap;
 use wire::device::Transmit;
 use wire::packet::{BYTES_MAX, Packet};

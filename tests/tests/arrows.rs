@@ -34,7 +34,37 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("harness/exchange", &["wire", "controller", "described", "plan", "record", "bus-log"]),
     // Programs in virtual time know nothing of plans.
     ("harness/lockstep", &["wire"]),
-    // Runs.
+    // Runs: in virtual time without a port, in real time, and whole.
+    (
+        "harness/rig",
+        &[
+            "wire",
+            "controller",
+            "emulators",
+            "described",
+            "identification",
+            "plan",
+            "record",
+            "temporal",
+            "judge",
+            "dataset",
+        ],
+    ),
+    (
+        "harness/live",
+        &[
+            "wire",
+            "controller",
+            "emulators",
+            "described",
+            "lockstep",
+            "ports",
+            "plan",
+            "record",
+            "judge",
+            "rig",
+        ],
+    ),
     (
         "harness",
         &[
@@ -43,8 +73,9 @@ const ARROWS: &[(&str, &[&str])] = &[
             "emulators",
             "described",
             "identification",
-            "lockstep",
+            "live",
             "ports",
+            "rig",
             "plan",
             "record",
             "temporal",
@@ -75,6 +106,8 @@ const ARROWS: &[(&str, &[&str])] = &[
             "exchange",
             "campaign-nats",
             "harness",
+            "live",
+            "rig",
         ],
     ),
     (
@@ -93,6 +126,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "exchange",
             "harness",
             "hil",
+            "rig",
         ],
     ),
     // What tests of any room may use.
@@ -107,7 +141,8 @@ const ARROWS_OF_TESTS: &[(&str, &str)] =
     &[("harness/dataset", "harness"), ("harness/exchange", "harness")];
 
 /// Rooms that know the controller and what is emulated.
-const WITH_BOTH: [&str; 4] = ["harness/plan", "harness", "harness/hil", "tests"];
+const WITH_BOTH: [&str; 6] =
+    ["harness/plan", "harness/rig", "harness/live", "harness", "harness/hil", "tests"];
 
 /// A file that a person can no longer hold in mind.
 const LINES_MAX: usize = 400;
@@ -116,7 +151,7 @@ const LINES_MAX: usize = 400;
 const CLOCKS: [&str; 4] = ["std::time", "Instant::", "SystemTime", "thread::sleep"];
 
 /// Folders and files where time is an argument.
-const TIMELESS: [&str; 17] = [
+const TIMELESS: [&str; 14] = [
     "wire/src/",
     "controller/src/",
     "emulators/src/",
@@ -128,12 +163,9 @@ const TIMELESS: [&str; 17] = [
     "harness/views/src/report/",
     "harness/campaign/src/space.rs",
     "harness/campaign/src/shrink.rs",
-    "harness/src/engine/",
-    "harness/src/link/",
     "harness/src/run.rs",
     "harness/src/run/prepared.rs",
-    "harness/src/world/bench.rs",
-    "harness/src/rig/",
+    "harness/rig/src/",
 ];
 
 /// It has a clock: a thread that writes records out now and then, and a test that takes the time of something.

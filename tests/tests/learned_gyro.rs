@@ -2,10 +2,10 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use harness::world::bench::{DevicesError, load_devices};
 use identification::model::Model;
 use plan::library::Library;
 use plan::models::to_toml;
+use rig::bench::{DevicesError, load_devices};
 
 /// A model of these terms, each written as the body of a `[[terms]]`.
 fn model(terms: &[&str]) -> Model {

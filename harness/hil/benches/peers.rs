@@ -15,9 +15,9 @@ mod processor;
 
 use bus_log::{Channel, Entry, Format, LogWriter, Payload};
 use described::Layout;
-use harness::link::CanBus;
 use ports::{ByteEvent, BytePort, FrameEvent, FramePort, PortSpec};
 use processor::{median, processor_s};
+use rig::link::CanBus;
 use std::hint::black_box;
 use std::path::Path;
 use wire::base::can_link::{parse_reply, parse_request, reply_frame, request_frame};

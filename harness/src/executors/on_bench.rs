@@ -3,13 +3,13 @@
 use super::simulated::{result, struck};
 use crate::campaign::{Case, CaseResult, Executor};
 use crate::faults::{FaultKind, Target};
-use crate::operator::{Answers, Operator, Person};
 use crate::plan::Property;
 use crate::properties::Unjudged;
 use crate::record::sink::NullSink;
 use crate::run::Prepared;
 use crate::run_live::{LiveOrder, carry_out};
-use crate::world::live::{LiveError, Setting};
+use live::world::{LiveError, Setting};
+use rig::operator::{Answers, Operator, Person};
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -3,11 +3,11 @@
 use super::passes;
 use crate::campaign::{Case, CaseResult, Executor, Violated};
 use crate::checks::judge_all;
-use crate::operator::Answers;
 use crate::outcome::Outcome;
 use crate::properties::{Kind, PropertyVerdict};
 use crate::record::sink::NullSink;
 use crate::run::{self, Prepared, simulate_watched};
+use rig::operator::Answers;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::time::{Span, Timestamp};

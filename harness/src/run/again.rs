@@ -24,7 +24,6 @@ use super::header;
 use super::keep::{breach, worsen};
 use super::recorded_properties::Replayed;
 use crate::checks::judge_all;
-use crate::engine::OBSERVATIONS_MAX;
 use crate::observation::Observation;
 use crate::outcome::{Outcome, Summary};
 use crate::plan::{Plan, Rig};
@@ -32,8 +31,9 @@ use crate::properties::{Limits, Unjudged};
 use crate::record::header::Header;
 use crate::record::reader::RecordError;
 use crate::record::{Record, RecordKind, VERSION};
-use crate::world::bench::Bench;
 use emulators::device_file::Devices;
+use rig::bench::Bench;
+use rig::engine::OBSERVATIONS_MAX;
 use std::collections::BTreeMap;
 use wire::time::Timestamp;
 

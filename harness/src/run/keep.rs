@@ -7,7 +7,6 @@ use crate::checks::judge_all;
 use crate::junit;
 use crate::made::Made;
 use crate::models;
-use crate::operator::Answers;
 use crate::outcome::{Outcome, PropertySummary, Summary};
 use crate::program::{DEVICE_LOG, Programs};
 use crate::record::header::Header;
@@ -19,7 +18,8 @@ use crate::report;
 use crate::run_folder::JUNIT;
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::watch::{Feed, Watched};
-use crate::world::crossing::{Crossing, Memory};
+use rig::crossing::{Crossing, Memory};
+use rig::operator::Answers;
 use std::path::Path;
 
 /// How a run is to be carried out and kept.

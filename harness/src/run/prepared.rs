@@ -3,32 +3,30 @@
 use super::declared;
 use super::rig_of::{RigError, load_rig};
 use crate::calibrations::{self, CalibrationError};
-use crate::engine::Engine;
-use crate::hosted::{Hosting, NodeDevice, OwnDevices};
 use crate::library::{Kind, Library, LibraryError, PLAN, Pack, Source};
 use crate::made::Made;
 use crate::models::{self, ModelError};
-#[cfg(feature = "live")]
-use crate::operator::RealRoles;
-use crate::operator::{Answers, Operator};
 use crate::plan::rig::{NodePart, RigNode, UnderTest};
 use crate::plan::{Plan, Rig, Speaker};
 use crate::program::Programs;
 use crate::properties::{Limits, Monitor, Property};
 use crate::record::VERSION;
 use crate::record::header::{FILES_BYTES_MAX, Header, Node};
-#[cfg(feature = "live")]
-use crate::rig::build_live;
-use crate::rig::director::Director;
-use crate::rig::{self, build};
-use crate::world::bench::{Bench, DevicesError};
-use crate::world::crossing::CrossedLine;
-#[cfg(feature = "live")]
-use crate::world::live::{PortPlans, Setting, Site};
 use controller::calibration::Calibration;
 use described::FileError;
 use emulators::device_file::Devices;
 use identification::model::Model;
+#[cfg(feature = "live")]
+use live::world::{PortPlans, Setting, Site};
+use rig::bench::{Bench, DevicesError};
+use rig::crossing::CrossedLine;
+use rig::director::Director;
+use rig::engine::Engine;
+use rig::hosted::{Hosting, NodeDevice, OwnDevices};
+#[cfg(feature = "live")]
+use rig::operator::RealRoles;
+use rig::operator::{Answers, Operator};
+use rig::{self, build};
 use std::collections::BTreeMap;
 use std::mem;
 use std::sync::{Arc, PoisonError};
@@ -229,8 +227,12 @@ impl Prepared {
             .filter(is_anything)
             .map(|asked| Monitor::new(asked, limits.as_ref(), &self.rig.speakers));
         let mut engine = self.engine(bench.as_ref());
-        let (rig, away) =
-            build::simulated(&self.rig, bench, (&self.hosting, &self.programs, start), seed);
+        let paper = bench.map(|bench| {
+            let config = bench.controller_config();
+            let program = |program: &_, config: &_| self.programs.controller(program, config);
+            (bench, self.hosting.start(&config, program))
+        });
+        let (rig, away) = build::simulated(&self.rig, paper, start, seed);
         if let Some(why) = away.first() {
             engine.broke(Timestamp::ZERO, why);
         }
@@ -250,14 +252,14 @@ impl Prepared {
         let (built, real) = match (&setting.site, bench, self.rig.device()) {
             (Site::Robot(placement, lines), Some(bench), _) => {
                 let beside = (&self.rig, &lines[..], &self.own);
-                (build_live::paper(bench, placement, beside, seed), placement.real_roles())
+                (live::at_ports::paper(bench, placement, beside, seed), placement.real_roles())
             }
             (Site::Device(player), _, Some(device)) => {
                 let real = RealRoles { device: !player.is_emulated(), ..RealRoles::default() };
-                (build_live::device(device, player, seed), real)
+                (live::at_ports::device(device, player, seed), real)
             }
             (Site::Lines(lines), ..) => {
-                (build_live::rig(&self.rig, lines, &self.own, seed), RealRoles::default())
+                (live::at_ports::rig(&self.rig, lines, &self.own, seed), RealRoles::default())
             }
             // A site is resolved from the rig; of another there is nothing here.
             _ => Default::default(),

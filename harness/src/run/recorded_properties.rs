@@ -1,7 +1,6 @@
 //! Properties judged again, by what a record holds of what they were judged by. What it does not hold, the run
 //! alone has seen: its verdict stays.
 
-use crate::engine::FIRST_MISSION;
 use crate::faults::no_input_shows;
 use crate::outcome::PropertySummary;
 use crate::plan::{Property, Rig, Speaker};
@@ -10,6 +9,7 @@ use crate::record::{Device, FaultEvent, FaultRecord, Record, RecordKind};
 use controller::mission::{Mission, MissionId};
 use controller::{Output, Port};
 use described::Decoder;
+use rig::engine::FIRST_MISSION;
 use std::collections::BTreeMap;
 use wire::packet::Packet;
 use wire::time::Timestamp;
@@ -121,7 +121,7 @@ impl Replayed {
             FaultEvent::Ended { .. } => _ = self.faults.remove(&fault.index),
             FaultEvent::NeverHappened { .. } => return,
             FaultEvent::Confinement { state, .. } => {
-                if state == crate::link::ErrorState::Off.name() {
+                if state == rig::link::ErrorState::Off.name() {
                     self.see(at, &Seen::BusOff);
                 }
                 return;

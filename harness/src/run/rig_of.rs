@@ -6,11 +6,11 @@ use crate::models;
 use crate::plan::replayed::Logged;
 use crate::plan::{Plan, Rig, rig_build};
 use crate::record::header::Header;
-use crate::world::bench::{DevicesError, load_devices};
 use described::{Description, FileError, Files, Layout, Steps};
 use emulators::device_file::Devices;
 use identification::finding::SCHEMA;
 use identification::model::Model;
+use rig::bench::{DevicesError, load_devices};
 #[cfg(feature = "logs")]
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -1,11 +1,11 @@
 use super::{Trial, TrialError};
 use crate::faults::{Fault, FaultKind, Target};
-use crate::hosted::HostedController;
 use crate::plan::{Always, Plan, Property};
 use crate::record::sink::Level;
 use controller::config::Config;
 use controller::mission::{Mission, Report};
 use controller::{Controller, Input, Output, Port};
+use rig::hosted::HostedController;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use wire::time::Timestamp;
 

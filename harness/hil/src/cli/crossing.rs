@@ -2,8 +2,8 @@
 
 use super::failure::Failure;
 use harness::run::{Completed, Options, Prepared};
-use harness::world::crossing::KernelBus;
 use record::Progress;
+use rig::crossing::KernelBus;
 use views::watch::Feed;
 
 /// Opens and closes what each of the plans crosses, so that a bus that is missing does not cost the hours
@@ -37,10 +37,7 @@ pub(super) fn run(
     Ok(harness::run::run_to_folder_watched(kernel, prepared, options, feed, pulse, wall_s)?)
 }
 
-fn opened(
-    bus: KernelBus,
-    prepared: &Prepared,
-) -> Result<harness::world::crossing::Kernel, Failure> {
-    use harness::world::crossing::Kernel;
+fn opened(bus: KernelBus, prepared: &Prepared) -> Result<live::crossing::Kernel, Failure> {
+    use live::crossing::Kernel;
     Ok(Kernel::open(bus, &prepared.crossed_lines())?)
 }

@@ -152,7 +152,7 @@ fn socket(text: &str) -> Result<PathBuf, String> {
 impl EmulateArguments {
     pub(super) fn execute(&self, screen: &super::Screen) -> Result<Outcome, Failure> {
         let mut warn = |what: &str| screen.note(what);
-        harness::emulation::run(&self.setup()?, std::io::stdout(), &mut warn)?;
+        live::emulation::run(&self.setup()?, std::io::stdout(), &mut warn)?;
         Ok(Outcome::Passed)
     }
 }

@@ -36,7 +36,7 @@ pub(super) fn run(
 pub(super) fn setting(
     prepared: &Prepared,
     setup: &LiveSetup,
-) -> Result<harness::world::live::Setting, Failure> {
+) -> Result<live::world::Setting, Failure> {
     Ok(asked(setup).resolve(&prepared.rig)?)
 }
 
@@ -44,7 +44,7 @@ pub(super) fn setting(
 fn asked(setup: &LiveSetup) -> harness::run_live::LiveSetting<'_> {
     use super::setup::BusChoice;
     use harness::run_live::LiveSetting;
-    use harness::world::live::{DeviceUnderTest, Scheduling};
+    use live::world::{DeviceUnderTest, Scheduling};
     use ports::PortSpec;
     let device_under_test = match &setup.controller {
         Controller::InProcess => DeviceUnderTest::InProcess,

@@ -4,9 +4,9 @@ use super::failure::Failure;
 use clap::{Args, ValueEnum};
 use harness::hosted::{ControllerProgram, Hosting};
 use harness::run::Prepared;
-use harness::world::crossing::KernelBus;
 use plan::bench_file::BenchFile;
 use plan::rig::UnderTest;
+use rig::crossing::KernelBus;
 use std::path::PathBuf;
 use std::str::FromStr;
 

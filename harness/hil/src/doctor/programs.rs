@@ -2,7 +2,7 @@
 
 use super::Needs;
 use super::finding::Finding;
-use harness::world::live::our_program;
+use live::world::our_program;
 use rustix::fs::{Access, access};
 use serde::Serialize;
 use std::fs::File;

@@ -3,9 +3,9 @@
 //! A repeat is taken to do all its rounds: whether a condition ended it sooner is not on the bus.
 
 use super::moves::Move;
-use harness::engine::observe::Tags;
-use harness::engine::program::{Next, Program};
 use plan::{Plan, Segment, Step};
+use rig::engine::observe::Tags;
+use rig::engine::program::{Next, Program};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use wire::time::Timestamp;

@@ -3,13 +3,13 @@
 use super::follow::{Legs, follow, in_words};
 use super::moves::{Move, MoveWatch};
 use bus_log::{Channel, Entry, Payload};
-use harness::engine::OBSERVATIONS_MAX;
-use harness::engine::observe::DISPLACEMENT_U_M;
 use plan::Plan;
 use plan::observation::Observation;
 use plan::quantities::{self as q, Quantity};
 use record::sink::RecordSink;
 use record::{Device, Record, RecordKind};
+use rig::engine::OBSERVATIONS_MAX;
+use rig::engine::observe::DISPLACEMENT_U_M;
 use std::collections::BTreeSet;
 use std::fmt;
 use std::sync::Arc;
@@ -234,7 +234,7 @@ impl Scribe {
         &mut self,
         sink: &mut impl RecordSink,
         (quantity, value, uncertainty): (&Quantity, f64, f64),
-        tags: &harness::engine::observe::Tags,
+        tags: &rig::engine::observe::Tags,
     ) {
         if !self.wanted.contains(quantity.name) {
             return;

@@ -6,7 +6,7 @@
 //!
 //! The timer of the event loop has ticks of 1 ms. It is left [`APPROACH`] before a frame is due; from then
 //! on the thread itself sleeps, and turns on the spot for no more than the last
-//! [`SPIN_MAX`](harness::world::live::SPIN_MAX) of it.
+//! [`SPIN_MAX`](live::world::SPIN_MAX) of it.
 
 mod late;
 mod play;

@@ -5,7 +5,7 @@ use super::replayed::{Ending, Replayed};
 use bus_log::playable::Playable;
 use bus_log::replay::Replay;
 use bus_log::{Entry, LogError, Payload};
-use harness::world::live::Clock;
+use live::world::Clock;
 use ports::{FrameEvent, FramePort, PortError, PortLost, PortSpec};
 use std::future::Future;
 use std::io;

@@ -7,12 +7,12 @@ use described::Medium;
 use emulators::base::{BaseParameters, Transport};
 use emulators::device_file::Devices;
 use emulators::gyro::GyroParameters;
-use harness::emulation::{self, Parts, Setup};
 use harness::run::{PrepareError, load_description, load_rig_named};
-use harness::world::bench::load_devices;
+use live::emulation::{self, Parts, Setup};
 use plan::Rig;
 use plan::library::Library;
 use ports::PortSpec;
+use rig::bench::load_devices;
 use std::sync::Arc;
 use wire::gyro::{GyroFormat, GyroStream, OutputMode};
 

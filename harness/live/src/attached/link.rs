@@ -1,0 +1,156 @@
+//! The connection itself: it is made, lines go out and come in, and it ends.
+
+use super::splitter::LineSplitter;
+use super::{AttachedEvent, RETRY, TRY_MAX, told};
+use ports::{ByteEvent, BytePort};
+use std::io;
+use std::path::PathBuf;
+use std::time::Duration;
+use tokio::io::{AsyncRead, AsyncReadExt as _, AsyncWrite, AsyncWriteExt as _};
+use tokio::net::{TcpStream, UnixStream};
+use tokio::sync::mpsc::{Receiver, Sender};
+use tokio::time::{sleep, timeout};
+
+/// Read at once.
+const READ_BYTES: usize = 4_096;
+/// Handed to a serial line at once: less than the smallest buffer of a driver.
+const PART_BYTES: usize = 256;
+/// How long a serial line that has no room is left alone: about what 115,200 baud take for a part.
+const ROOM_WAIT: Duration = Duration::from_millis(20);
+
+type Missions = Receiver<Vec<u8>>;
+type Events = Sender<AttachedEvent>;
+
+pub(super) async fn unix(path: PathBuf, missions: Missions, events: Events) {
+    if let Some(stream) = connected(|| UnixStream::connect(&path), &events).await {
+        over_stream(stream, missions, &events).await;
+    }
+}
+
+pub(super) async fn tcp(address: String, missions: Missions, events: Events) {
+    if let Some(stream) = connected(|| TcpStream::connect(&address), &events).await {
+        // Where that is refused, missions go out a moment later.
+        let _ = stream.set_nodelay(true);
+        over_stream(stream, missions, &events).await;
+    }
+}
+
+/// Tries until somebody is there; `None` when nobody waits for it any more.
+async fn connected<S, F: Future<Output = io::Result<S>>>(
+    mut open: impl FnMut() -> F,
+    events: &Events,
+) -> Option<S> {
+    loop {
+        let why = match timeout(TRY_MAX, open()).await {
+            Ok(Ok(stream)) => {
+                events.send(AttachedEvent::Connected).await.ok()?;
+                return Some(stream);
+            }
+            Ok(Err(cause)) => cause.to_string(),
+            Err(_) => "no answer".to_owned(),
+        };
+        events.send(AttachedEvent::NotThere(why)).await.ok()?;
+        tokio::select! {
+            () = sleep(RETRY) => {}
+            () = events.closed() => return None,
+        }
+    }
+}
+
+async fn over_stream(stream: impl AsyncRead + AsyncWrite, mut missions: Missions, events: &Events) {
+    let (mut reader, mut writer) = tokio::io::split(stream);
+    let lost = tokio::select! {
+        lost = read_all(&mut reader, events) => lost,
+        lost = write_all(&mut writer, &mut missions) => lost,
+    };
+    if let Some(why) = lost {
+        // Where nobody listens any more the run is over.
+        let _ = events.send(AttachedEvent::Lost(why)).await;
+    }
+}
+
+/// Why nothing comes any more; `None` where nobody listens.
+async fn read_all(reader: &mut (impl AsyncRead + Unpin), events: &Events) -> Option<String> {
+    let (mut splitter, mut number) = (LineSplitter::default(), 0);
+    let mut buffer = [0; READ_BYTES];
+    loop {
+        let count = match reader.read(&mut buffer).await {
+            Ok(0) => return Some("it closed the connection".to_owned()),
+            Ok(count) => count,
+            Err(cause) => return Some(cause.to_string()),
+        };
+        let bytes = buffer.get(..count).unwrap_or_default();
+        if !tell(&mut splitter, &mut number, bytes, events).await {
+            // Missions may still have to leave.
+            return std::future::pending().await;
+        }
+    }
+}
+
+/// Why nothing goes out any more; `None` once there is nothing left to say.
+async fn write_all(
+    writer: &mut (impl AsyncWrite + Unpin),
+    missions: &mut Missions,
+) -> Option<String> {
+    while let Some(line) = missions.recv().await {
+        if let Err(cause) = writer.write_all(&line).await {
+            return Some(cause.to_string());
+        }
+    }
+    let _ = writer.shutdown().await;
+    None
+}
+
+pub(super) async fn line(mut port: BytePort, mut missions: Missions, events: Events) {
+    if events.send(AttachedEvent::Connected).await.is_err() {
+        return;
+    }
+    let (mut splitter, mut number) = (LineSplitter::default(), 0);
+    let mut leaving: Vec<u8> = Vec::new();
+    loop {
+        tokio::select! {
+            heard = port.receive() => match heard {
+                Ok(ByteEvent::Bytes(packet)) => {
+                    // Told to nobody at the end, when missions may still have to leave.
+                    tell(&mut splitter, &mut number, packet.as_slice(), &events).await;
+                }
+                Ok(ByteEvent::Break) => {}
+                Err(lost) => {
+                    let _ = events.send(AttachedEvent::Lost(lost.to_string())).await;
+                    return;
+                }
+            },
+            line = missions.recv(), if leaving.is_empty() => match line {
+                Some(line) => leaving = line,
+                None => return,
+            },
+            () = sleep(ROOM_WAIT), if !leaving.is_empty() => {}
+        }
+        while !leaving.is_empty() {
+            let part = leaving.get(..PART_BYTES).unwrap_or(&leaving);
+            let (offered, taken) = (part.len(), port.send(part));
+            leaving.drain(..taken);
+            if taken < offered {
+                break;
+            }
+        }
+    }
+}
+
+/// Tells what the bytes hold; `false` when nobody listens any more.
+async fn tell(
+    splitter: &mut LineSplitter,
+    number: &mut u64,
+    bytes: &[u8],
+    events: &Events,
+) -> bool {
+    for cut in splitter.feed(bytes) {
+        *number += 1;
+        if let Some(event) = told(*number, &cut)
+            && events.send(event).await.is_err()
+        {
+            return false;
+        }
+    }
+    true
+}

@@ -1,0 +1,13 @@
+//! Virtual time across the kernel: what arrives is what was read from a pty or a CAN socket after it was written to the other
+//! side, so that a lap takes what its system calls take and nothing waits.
+
+mod can_wire;
+mod kernel;
+mod pty_wire;
+mod shown;
+mod slcan_wire;
+#[cfg(test)]
+mod tests;
+mod wait;
+
+pub use kernel::{Kernel, KernelError, VCAN_INTERFACE};

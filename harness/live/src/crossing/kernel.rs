@@ -1,0 +1,133 @@
+//! The lines of a rig as ptys and CAN buses of the kernel, with both ends here.
+
+use super::can_wire::CanWire;
+use super::pty_wire::PtyWire;
+use super::slcan_wire::SlcanWire;
+use ports::PortError;
+use ports::pty::PtyError;
+use rig::crossing::{CrossedLine, Crossing, CrossingFailure, KernelBus, Toward};
+use std::sync::Arc;
+use wire::device::Transmit;
+use wire::time::Timestamp;
+
+/// The interface that the frames of the first CAN bus cross.
+pub const VCAN_INTERFACE: &str = "vcan0";
+/// What the names of all begin with.
+const VCAN_INTERFACES: &str = "vcan";
+
+/// Why the lines cannot cross the kernel.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum KernelError {
+    /// There is no pty.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Pty(#[from] PtyError),
+    /// There is no CAN interface.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Port(#[from] PortError),
+    /// A pty carries no frames.
+    #[error("failed to find a bus for the {line}: it is on CAN, and a pty carries bytes")]
+    #[diagnostic(help(
+        "--bus slcan carries its frames across a pty as lines, --bus vcan across {VCAN_INTERFACE}"
+    ))]
+    NoFrames {
+        /// The line.
+        line: Arc<str>,
+    },
+    /// What carries frames does not work.
+    #[error(transparent)]
+    Crossing(#[from] CrossingFailure),
+}
+
+/// What carries one line.
+#[derive(Debug)]
+enum Wire {
+    Pty(PtyWire),
+    Can(CanWire),
+    Slcan(Box<SlcanWire>),
+}
+
+impl Wire {
+    fn carry(
+        &mut self,
+        now: Timestamp,
+        toward: Toward,
+        what: &mut Transmit,
+    ) -> Result<(), CrossingFailure> {
+        match (self, what) {
+            (Self::Pty(wire), Transmit::Bytes(packet)) => wire.carry(toward, packet),
+            (Self::Can(wire), Transmit::Frame(frame)) => wire.carry(toward, frame),
+            (Self::Slcan(wire), Transmit::Frame(frame)) => wire.carry(now, toward, frame),
+            // A line takes nothing of the other medium.
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Every line of a rig, by its place there. Those that failed are `None`.
+#[derive(Debug)]
+pub struct Kernel {
+    wires: Vec<(CrossedLine, Option<Wire>)>,
+    name: &'static str,
+    failure: Option<CrossingFailure>,
+}
+
+impl Kernel {
+    /// Opens what these lines cross. The first CAN bus crosses `vcan0`, the second `vcan1`.
+    ///
+    /// # Errors
+    /// When the system does not have it.
+    pub fn open(bus: KernelBus, lines: &[CrossedLine]) -> Result<Self, KernelError> {
+        let mut kernel = Self { wires: Vec::new(), name: "pty", failure: None };
+        let mut buses = 0;
+        for line in lines {
+            let name = Arc::clone(&line.name);
+            let wire = match (line.is_can, bus) {
+                (false, _) => Wire::Pty(PtyWire::open(name)?),
+                (true, KernelBus::Pty) => return Err(KernelError::NoFrames { line: name }),
+                (true, KernelBus::Vcan) => {
+                    kernel.name = "vcan";
+                    buses += 1;
+                    Wire::Can(CanWire::open(name, &format!("{VCAN_INTERFACES}{}", buses - 1))?)
+                }
+                (true, KernelBus::Slcan) => {
+                    kernel.name = "slcan";
+                    Wire::Slcan(Box::new(SlcanWire::open(name)?))
+                }
+            };
+            kernel.wires.push((line.clone(), Some(wire)));
+        }
+        Ok(kernel)
+    }
+
+    /// With another pty for a serial line.
+    #[cfg(test)]
+    pub(super) fn with_wire(mut self, line: &str, wire: PtyWire) -> Self {
+        let found = self.wires.iter_mut().find(|(known, _)| &*known.name == line);
+        found.unwrap().1 = Some(Wire::Pty(wire));
+        self
+    }
+}
+
+impl Crossing for Kernel {
+    fn carry(&mut self, now: Timestamp, line: usize, from: usize, what: &mut Transmit) -> bool {
+        let Some((line, slot)) = self.wires.get_mut(line) else { return false };
+        let Some(wire) = slot else { return false };
+        // A stranger that a fault put on a bus is heard as the devices are.
+        let is_device = from == line.device_end || from == usize::from(u8::MAX);
+        let toward = if is_device { Toward::Host } else { Toward::Device };
+        let Err(failure) = wire.carry(now, toward, what) else { return true };
+        *slot = None;
+        self.failure.get_or_insert(failure);
+        false
+    }
+
+    fn failure(&mut self) -> Option<CrossingFailure> {
+        self.failure.take()
+    }
+
+    fn bus(&self) -> &'static str {
+        self.name
+    }
+}

@@ -1,0 +1,126 @@
+//! The rig that is emulated, and its ports.
+
+use super::run::Setup;
+use crate::at_ports::{self, port};
+use crate::world::{BASE, GYRO as GYRO_ROLE, PortPlans, Traffic};
+use emulators::absolute::AbsoluteParameters;
+use emulators::base::{BaseParameters, Transport};
+use emulators::device_file::{Devices, Mount};
+use emulators::gyro::GyroParameters;
+use emulators::table::TableParameters;
+use plan::Rig as Declared;
+use plan::faults::{LineKind, Lines, Target};
+use record::Device;
+use rig::Rig;
+use rig::bench::{Bench, Carrier, Turning};
+use rig::build::end;
+use rig::line::{EndId, Line};
+use rig::node::{Node, Part};
+use rig::robot::{CARRIER, GYRO, Robot};
+use wire::can::BitRates;
+use wire::device::PortId;
+use wire::gyro::{GyroFormat, GyroStream, OutputMode};
+
+/// The paper's devices, any of them.
+#[derive(Debug, Clone, Default)]
+pub struct Parts {
+    /// The gyro.
+    pub gyro: Option<(GyroStream, GyroParameters)>,
+    /// The base.
+    pub base: Option<(Transport, BaseParameters)>,
+    /// The table.
+    pub table: Option<TableParameters>,
+    /// What carries the gyro; a rate turns it where this, or what it names, is absent.
+    pub mount: Option<Mount>,
+}
+
+/// What is emulated.
+#[derive(Debug, Clone)]
+pub enum What {
+    /// The paper's devices. Their lines are `gyro`, `base` and `table`.
+    Parts(Box<Parts>),
+    /// The devices of a rig that files describe; everybody else is at the ports.
+    Rig(Box<Declared>),
+}
+
+/// What `setup` says: the rig, its ports, and what there is for faults to strike.
+pub(super) fn build(setup: &Setup) -> (Rig, PortPlans, Lines) {
+    match &setup.what {
+        What::Parts(parts) => paper(parts, setup),
+        What::Rig(declared) => {
+            let (rig, plans) = at_ports::emulated(declared, &setup.ports, setup.seed);
+            (rig, plans, declared.struck())
+        }
+    }
+}
+
+fn paper(parts: &Parts, setup: &Setup) -> (Rig, PortPlans, Lines) {
+    let mut rig = Rig::default();
+    for robot in robots(parts, setup.seed) {
+        rig.node(Node::new("robot", Part::Robot(Box::new(robot))));
+    }
+    let (mut plans, mut lines) = (PortPlans::default(), Lines::default());
+    for (name, spec) in &setup.ports {
+        let (device, target, at, traffic) = match name.as_str() {
+            GYRO_ROLE => {
+                let settings = parts.gyro.as_ref().map(|(stream, _)| stream.format.serial());
+                let traffic = Traffic::Bytes(settings.unwrap_or(wire::table::SETTINGS));
+                (Device::Gyro, Target::Gyro, GYRO, traffic)
+            }
+            BASE => {
+                let traffic = match &parts.base {
+                    Some((Transport::Serial, _)) => {
+                        Traffic::Bytes(wire::base::serial_link::SETTINGS)
+                    }
+                    _ => Traffic::Frames(BitRates::USUAL),
+                };
+                (Device::Base, Target::Base, CARRIER, traffic)
+            }
+            _ => (Device::Table, Target::Table, CARRIER, Traffic::Bytes(wire::table::SETTINGS)),
+        };
+        let is_at = |node: &Node| matches!(&node.part, Part::Robot(robot) if robot.has(target));
+        let Some(node) = rig.nodes.iter().position(is_at) else { continue };
+        let away = rig.node(Node::new("host", Part::Away));
+        let ends = [end(away, PortId(0), Device::Plan, "host"), end(node, at, device, name)];
+        let (kind, line) = match traffic {
+            Traffic::Bytes(settings) => (LineKind::Serial, Line::serial(settings, ends)),
+            Traffic::Frames(rates) => (LineKind::Can, Line::can(rates, ends.into())),
+        };
+        let line = rig.line(name, line);
+        lines.nodes.push((target, kind));
+        plans.ports.push(port(name, spec, traffic, (line, EndId(0)), device));
+    }
+    (rig, plans, lines)
+}
+
+/// The gyro and what carries it, then what carries nothing.
+fn robots(parts: &Parts, seed: u64) -> Vec<Robot> {
+    let ideal =
+        GyroStream { format: GyroFormat::Navigator, mode: OutputMode::default(), reversed: false };
+    let devices = |mount| Devices {
+        mount,
+        gyro: parts.gyro.clone().unwrap_or((ideal, GyroParameters::default())),
+        base: parts.base.clone(),
+        table: parts.table.clone(),
+        absolute: AbsoluteParameters::default(),
+    };
+    let there =
+        [parts.base.as_ref().map(|_| Mount::Base), parts.table.as_ref().map(|_| Mount::Table)];
+    let there = there.into_iter().flatten();
+    let carries = parts.mount.filter(|mount| there.clone().any(|one| one == *mount));
+    let mut robots = Vec::new();
+    if parts.gyro.is_some() {
+        let mut bench = Bench::new(devices(carries.unwrap_or(Mount::Table)), seed);
+        if carries.is_none() {
+            bench.carrier = Carrier::Turning(Turning::default());
+        }
+        robots.push(Robot::new(bench));
+    }
+    let others = there.filter(|mount| parts.gyro.is_none() || Some(*mount) != carries);
+    robots.extend(others.map(|mount| {
+        let mut robot = Robot::new(Bench::new(devices(mount), seed));
+        robot.gyro_is_real = true;
+        robot
+    }));
+    robots
+}

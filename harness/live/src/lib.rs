@@ -1,0 +1,25 @@
+//! Rigs in real time: the real clock, ports, programs beside this process, and the kernel on the way.
+//!
+//! * [`mod@world`]: the loop in real time, for a plan. [`emulation`]: the same for anybody's controller (`hil emulate`).
+//! * [`at_ports`]: rigs of which some nodes are at ports of the system.
+//! * [`attached`]: a device under test that runs already. [`process`]: one that is started here.
+//! * [`command`]: its command line, with the names of its ports filled in. [`lines`]: where the lines of a running rig are, for
+//!   programs beside it.
+//! * [`crossing`]: lines in virtual time that cross the kernel.
+//! * `program` (feature `programs`): programs under test in virtual time.
+
+#![allow(
+    missing_docs,
+    reason = "a crate of this workspace; what others use is documented where `harness` exports it"
+)]
+
+pub mod at_ports;
+pub mod attached;
+pub mod command;
+pub mod crossing;
+pub mod emulation;
+pub mod lines;
+pub mod process;
+#[cfg(feature = "programs")]
+pub mod program;
+pub mod world;

@@ -1,0 +1,226 @@
+//! The three pipes of a process, each with a thread that may block where the harness must not.
+
+use super::ProcessEvent;
+use controller::mission::{Mission, ReportLine};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, PipeReader, PipeWriter, Read as _, Write as _};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
+use tokio::sync::{mpsc, oneshot};
+
+/// The longest line on stdout: dozens of times our controller's longest, which is a state of some 700
+/// bytes.
+pub const LINE_BYTES_MAX: usize = 64 * 1_024;
+/// What is kept of stderr; the rest is read and thrown away.
+pub const LOG_BYTES_MAX: usize = 16 * 1_024 * 1_024;
+/// Events that wait to be fetched; then the pipe fills, and then the process waits.
+pub(super) const EVENTS_MAX: usize = 1_024;
+/// Missions that wait for the process.
+pub(super) const MISSIONS_MAX: usize = 64;
+/// What is kept of stderr to be quoted.
+const TAIL_BYTES_MAX: usize = 1_024;
+/// Lines of it that are quoted.
+const TAIL_LINES_MAX: usize = 6;
+/// Read from stderr at once.
+const READ_BYTES: usize = 4_096;
+
+/// The way to a process's stdin. Dropping it closes the pipe once all is written.
+#[derive(Debug)]
+pub(super) struct MissionSender(SyncSender<Vec<u8>>);
+
+impl MissionSender {
+    /// Starts the thread that writes.
+    pub(super) fn spawn(pipe: PipeWriter) -> io::Result<Self> {
+        let (sender, lines) = sync_channel(MISSIONS_MAX);
+        thread::Builder::new()
+            .name("missions".to_owned())
+            .spawn(move || write_lines(pipe, &lines))?;
+        Ok(Self(sender))
+    }
+
+    /// Queues a mission; `false` when there is no room or nobody to read it.
+    pub(super) fn send(&self, mission: &Mission) -> bool {
+        line_of(mission).is_some_and(|line| self.0.try_send(line).is_ok())
+    }
+}
+
+/// A mission as the line that a device under test is given.
+pub fn line_of(mission: &Mission) -> Option<Vec<u8>> {
+    let mut line = serde_json::to_vec(mission).ok()?;
+    line.push(b'\n');
+    Some(line)
+}
+
+fn write_lines(mut pipe: PipeWriter, lines: &Receiver<Vec<u8>>) {
+    for line in lines {
+        if pipe.write_all(&line).is_err() {
+            // The process has closed its stdin; dropping the receiver lets the sender know.
+            return;
+        }
+    }
+}
+
+/// Starts the thread that reads a process's stdout.
+pub(super) fn spawn_report_reader(
+    pipe: PipeReader,
+    events: mpsc::Sender<ProcessEvent>,
+) -> io::Result<()> {
+    thread::Builder::new()
+        .name("reports".to_owned())
+        .spawn(move || read_reports(BufReader::new(pipe), &events))
+        .map(drop)
+}
+
+fn read_reports(mut pipe: impl BufRead, events: &mpsc::Sender<ProcessEvent>) {
+    let mut line = Vec::new();
+    for number in 1.. {
+        let Ok(Some(end)) = next_line(&mut pipe, &mut line) else { return };
+        let whole = (end == LineEnd::Whole).then_some(line.as_slice());
+        let event = match report_of(whole) {
+            None => continue,
+            Some(Ok(report)) => ProcessEvent::Report(report),
+            Some(Err(cause)) => ProcessEvent::BadLine { number, cause },
+        };
+        if events.blocking_send(event).is_err() {
+            return;
+        }
+    }
+}
+
+/// The report of a line, or what is wrong with it, `None` standing for one that is too long; nothing for a
+/// blank one.
+pub fn report_of(line: Option<&[u8]>) -> Option<Result<Box<ReportLine>, String>> {
+    let Some(line) = line else {
+        return Some(Err(format!("longer than {LINE_BYTES_MAX} bytes")));
+    };
+    if line.trim_ascii().is_empty() {
+        return None;
+    }
+    let read = serde_json::from_slice(line.trim_ascii());
+    Some(read.map(Box::new).map_err(|cause| format!("{cause}: {}", shortened(line))))
+}
+
+/// The beginning of a line, fit to be printed.
+fn shortened(line: &[u8]) -> String {
+    const QUOTED_BYTES: usize = 80;
+    let start = line.get(..QUOTED_BYTES).unwrap_or(line).trim_ascii();
+    start.escape_ascii().to_string()
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum LineEnd {
+    Whole,
+    /// Longer than [`LINE_BYTES_MAX`]; what is beyond has been passed over.
+    Overlong,
+}
+
+/// Reads the next line, of which the end of the pipe is an end too; `None` where there is none.
+fn next_line(pipe: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option<LineEnd>> {
+    line.clear();
+    let limit = LINE_BYTES_MAX as u64 + 1;
+    if pipe.by_ref().take(limit).read_until(b'\n', line)? == 0 {
+        return Ok(None);
+    }
+    if line.len() <= LINE_BYTES_MAX || line.ends_with(b"\n") {
+        return Ok(Some(LineEnd::Whole));
+    }
+    pipe.skip_until(b'\n')?;
+    Ok(Some(LineEnd::Overlong))
+}
+
+/// A process's stderr, on its way into a file.
+#[derive(Debug)]
+pub(super) struct Log {
+    tail: Arc<Mutex<Vec<u8>>>,
+    /// Until the end has been seen.
+    ended: Option<oneshot::Receiver<()>>,
+}
+
+impl Log {
+    /// Starts the thread that copies.
+    pub(super) fn spawn(pipe: PipeReader, file: File) -> io::Result<Self> {
+        let tail = Arc::<Mutex<Vec<u8>>>::default();
+        let (ended_sender, ended) = oneshot::channel();
+        let kept = Arc::clone(&tail);
+        thread::Builder::new().name("stderr".to_owned()).spawn(move || {
+            copy(pipe, file, &kept);
+            // Nobody waits where the process is dropped instead of ended.
+            let _ = ended_sender.send(());
+        })?;
+        Ok(Self { tail, ended: Some(ended) })
+    }
+
+    /// Waits until all is in the file, or `limit` has passed.
+    pub(super) async fn finish(&mut self, limit: Duration) {
+        if let Some(ended) = &mut self.ended
+            && tokio::time::timeout(limit, ended).await.is_ok()
+        {
+            self.ended = None;
+        }
+    }
+
+    /// See [`super::DeviceProcess::last_words`].
+    pub(super) fn last_words(&self) -> String {
+        let tail = self.tail.lock().unwrap_or_else(PoisonError::into_inner);
+        let text = String::from_utf8_lossy(&tail);
+        let lines: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).collect();
+        let last = lines.get(lines.len().saturating_sub(TAIL_LINES_MAX)..).unwrap_or_default();
+        last.join("\n").replace(|c: char| c.is_control() && c != '\n', "?")
+    }
+}
+
+fn copy(mut pipe: PipeReader, mut file: File, tail: &Mutex<Vec<u8>>) {
+    let mut buffer = [0; READ_BYTES];
+    let mut room = LOG_BYTES_MAX;
+    loop {
+        let bytes = match pipe.read(&mut buffer) {
+            Ok(0) => return,
+            Ok(count) => buffer.get(..count).unwrap_or_default(),
+            Err(cause) if cause.kind() == io::ErrorKind::Interrupted => continue,
+            Err(_) => return,
+        };
+        {
+            let mut tail = tail.lock().unwrap_or_else(PoisonError::into_inner);
+            tail.extend_from_slice(bytes);
+            let excess = tail.len().saturating_sub(TAIL_BYTES_MAX);
+            tail.drain(..excess);
+        }
+        // A full disk shows where the record is written; the process must be read all the same.
+        let _ = file.write_all(bytes.get(..room).unwrap_or(bytes));
+        if room > 0 && room < bytes.len() {
+            let _ = file.write_all(b"\n[the rest was not kept]\n");
+        }
+        room = room.saturating_sub(bytes.len());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LINE_BYTES_MAX, ProcessEvent, read_reports};
+    use std::io::BufReader;
+    use tokio::sync::mpsc;
+
+    fn events(bytes: &[u8]) -> Vec<ProcessEvent> {
+        let (sender, mut receiver) = mpsc::channel(100);
+        read_reports(BufReader::with_capacity(7, bytes), &sender);
+        drop(sender);
+        std::iter::from_fn(|| receiver.blocking_recv()).collect()
+    }
+
+    #[test]
+    fn reports_are_told_from_everything_else() {
+        let long = vec![b'x'; 3 * LINE_BYTES_MAX];
+        let report = br#"{"at_ns":5,"report":{"refused":{"id":1,"reason":"busy"}}}"#;
+        let bytes = [report, &b"\r\n\n"[..], b"\x1b[0mhello\n", &long, b"\n", report].concat();
+        let events = events(&bytes);
+        assert_eq!(events.len(), 4);
+        assert!(matches!(&events[0], ProcessEvent::Report(line) if line.at.as_nanos() == 5));
+        let ProcessEvent::BadLine { number: 3, cause } = &events[1] else { panic!("{events:?}") };
+        assert!(cause.ends_with("\\x1b[0mhello"), "{cause}");
+        let ProcessEvent::BadLine { number: 4, cause } = &events[2] else { panic!("{events:?}") };
+        assert!(cause.contains("longer"), "{cause}");
+        assert_eq!(events[3], events[0]);
+    }
+}

@@ -1,0 +1,174 @@
+//! The program of a controller in step with the world: missions go to its standard input, reports come from its standard
+//! output, as in real time.
+
+use super::in_step::{STOPPING, in_words};
+use crate::command::fill;
+use crate::process::{line_of, report_of};
+use crate::world::controller_words;
+use controller::config::{Config, Transport};
+use controller::mission::{Mission, Report};
+use controller::{Input, Output, Port};
+use lockstep::{Lockstep, Output as Printed, Said};
+use rig::hosted::{ControllerProgram, HostedController, News};
+use rig::node::{BASE, GYRO};
+use std::collections::BTreeMap;
+use std::path::Path;
+use wire::device::{Device as _, PortId, Transmit};
+use wire::packet::{BYTES_MAX, Packet};
+use wire::time::Timestamp;
+
+/// What the program opens for the gyro.
+const GYRO_PORT: &str = "/dev/ttyHIL0";
+/// What it opens for a base on a serial line.
+const BASE_PORT: &str = "/dev/ttyHIL1";
+/// The interface of a base on CAN.
+const BASE_INTERFACE: &str = "base";
+
+/// Starts it; what it prints beside its reports goes to `log`.
+pub fn start(
+    log: Option<&Path>,
+    program: &ControllerProgram,
+    config: &Config,
+) -> Result<Box<dyn HostedController>, String> {
+    let transport = config.base.map(|base| base.transport);
+    let words = match program {
+        ControllerProgram::Words(words) => words.clone(),
+        ControllerProgram::Ours => {
+            let base = match transport {
+                None => "none",
+                Some(Transport::Can) => "can:{base}",
+                Some(Transport::Serial) => "serial:{base}",
+            };
+            controller_words(config, "{gyro}", base)
+        }
+    };
+    let base = match transport {
+        None => None,
+        Some(Transport::Can) => Some(BASE_INTERFACE),
+        Some(Transport::Serial) => Some(BASE_PORT),
+    };
+    let mut ports = BTreeMap::from([("gyro".to_owned(), GYRO_PORT.to_owned())]);
+    ports.extend(base.map(|base| ("base".to_owned(), base.to_owned())));
+    let words = fill(&words, &ports).map_err(|error| error.to_string())?;
+    let mut program = in_words(words).serial(GYRO_PORT).talks();
+    program = match transport {
+        None => program,
+        Some(Transport::Can) => program.can(BASE_INTERFACE),
+        Some(Transport::Serial) => program.serial(BASE_PORT),
+    };
+    if let Some(log) = log {
+        program = program.output(Printed::File(log.to_owned()));
+    }
+    let running = program.start().map_err(|error| super::in_step::why("controller", &error))?;
+    Ok(Box::new(ControllerInStep::new(running)))
+}
+
+/// A controller's program in step with the world.
+#[derive(Debug)]
+struct ControllerInStep {
+    running: Lockstep,
+    now: Timestamp,
+    /// Lines that it has said.
+    lines: u64,
+    /// What was said between reports.
+    note: Option<String>,
+    /// It does not take its missions.
+    is_deaf: bool,
+    /// Its end was told.
+    is_told: bool,
+}
+
+impl ControllerInStep {
+    const fn new(running: Lockstep) -> Self {
+        let now = Timestamp::ZERO;
+        Self { running, now, lines: 0, note: None, is_deaf: false, is_told: false }
+    }
+
+    fn hear(&mut self, now: Timestamp, port: PortId, what: &Transmit) {
+        self.now = now;
+        self.running.receive(now, port, what);
+    }
+}
+
+impl HostedController for ControllerInStep {
+    fn receive(&mut self, now: Timestamp, port: Port, input: Input<'_>) {
+        let at = if port == Port::Gyro { GYRO } else { BASE };
+        match input {
+            Input::Frame(frame) => self.hear(now, at, &Transmit::Frame(frame)),
+            Input::Bytes(bytes) => {
+                for packet in bytes.chunks(BYTES_MAX).filter_map(Packet::from_slice) {
+                    self.hear(now, at, &Transmit::Bytes(packet));
+                }
+            }
+        }
+    }
+
+    fn command(&mut self, now: Timestamp, mission: Mission) {
+        self.now = now;
+        let line = line_of(&mission);
+        let is_taken = line.is_some_and(|line| self.running.tell(now, &line));
+        self.is_deaf |= !is_taken && self.running.ended().is_none();
+    }
+
+    fn wake(&mut self, now: Timestamp) {
+        self.now = now;
+        self.running.wake(now);
+    }
+
+    fn next_wakeup(&self) -> Timestamp {
+        self.running.next_wakeup()
+    }
+
+    fn transmit(&mut self, now: Timestamp) -> Option<Output> {
+        self.now = now;
+        let (port, what) = self.running.transmit(now)?;
+        let at = if port == GYRO { Port::Gyro } else { Port::Base };
+        Some(match what {
+            Transmit::Bytes(packet) => Output::Bytes(at, packet),
+            Transmit::Frame(frame) => Output::Frame(frame),
+        })
+    }
+
+    fn report(&mut self) -> Option<Report> {
+        while self.note.is_none() {
+            let said = self.running.said()?;
+            self.lines += 1;
+            let line = match &said {
+                Said::Line(line) => Some(line.as_slice()),
+                Said::Lost => None,
+            };
+            match report_of(line) {
+                None => {}
+                Some(Ok(line)) => return Some(line.report),
+                Some(Err(cause)) => {
+                    let number = self.lines;
+                    self.note = Some(format!("line {number} of the device under test: {cause}"));
+                }
+            }
+        }
+        None
+    }
+
+    fn news(&mut self) -> Option<News> {
+        if let Some(note) = self.note.take() {
+            return Some(News::Note(note));
+        }
+        if self.is_told {
+            return None;
+        }
+        let how = match self.running.ended() {
+            Some(ended) => super::in_step::with_last_words(ended, &self.running),
+            None if self.is_deaf => "it does not read its missions".to_owned(),
+            None => return None,
+        };
+        self.is_told = true;
+        Some(News::Ended(how))
+    }
+}
+
+/// As on a bench: it may put its things in order, and is killed where it does not.
+impl Drop for ControllerInStep {
+    fn drop(&mut self) {
+        self.running.stop(self.now, STOPPING);
+    }
+}

@@ -1,0 +1,168 @@
+//! A program of somebody's own in step with the world.
+
+use crate::command::fill;
+use crate::lines::{self, Place, Places};
+use described::Medium;
+use lockstep::{Ended, Lockstep, Output, Program, StartError};
+use plan::Rig;
+use plan::rig::{NodePart, RigLine, RigNode, UnderTest};
+use rig::hosted::NodeDevice;
+use std::collections::BTreeMap;
+use std::path::Path;
+use wire::can::BitRates;
+use wire::device::{Device, PortId, Transmit};
+use wire::time::{Span, Timestamp};
+
+/// What a program has to end after SIGTERM, as on a bench.
+pub(super) const STOPPING: Span = Span::from_secs(3);
+
+/// The longest name of an interface (`IFNAMSIZ`).
+const INTERFACE_BYTES_MAX: usize = 15;
+
+/// Starts the program of a node by its place; none where nothing is to be started. What it prints goes to `log`.
+pub fn start(
+    log: Option<&Path>,
+    rig: &Rig,
+    place: usize,
+) -> Option<Result<Box<dyn NodeDevice>, String>> {
+    let node = &rig.nodes[place];
+    let NodePart::UnderTest(UnderTest::Command(words)) = &node.part else { return None };
+    let started = started(log, rig, node, words);
+    Some(started.map(|running| Box::new(running) as Box<dyn NodeDevice>))
+}
+
+fn started(
+    log: Option<&Path>,
+    rig: &Rig,
+    node: &RigNode,
+    words: &[String],
+) -> Result<InStep, String> {
+    let lines = 0..rig.robot_lines() + rig.lines.len();
+    let ports: BTreeMap<String, String> =
+        lines.map(|line| (rig.line_name(line).to_owned(), port(rig, line))).collect();
+    let words = fill(words, &ports).map_err(|error| error.to_string())?;
+    let mut program = in_words(words);
+    let mut places = Places::new();
+    for line in &node.lines {
+        let name = port(rig, *line);
+        places.insert(rig.line_name(*line).to_owned(), place(rig, *line, &name));
+        program = match declared(rig, *line) {
+            Some(RigLine { medium: Medium::Serial(_), .. }) => program.serial(name),
+            Some(RigLine { data_bit_rate: Some(_), .. }) => program.can_fd(name),
+            _ => program.can(name),
+        };
+    }
+    program = program.env(lines::VARIABLE, lines::document(&places));
+    if let Some(log) = log {
+        let is_alone = rig.under_test().count() == 1;
+        let log = match is_alone {
+            true => log.to_owned(),
+            false => log.with_extension(format!("{}.log", node.name)),
+        };
+        program = program.output(Output::File(log));
+    }
+    let running = program.start().map_err(|error| why(&node.name, &error))?;
+    Ok(InStep { running, now: Timestamp::ZERO, is_told: false })
+}
+
+/// The program of these words.
+pub(super) fn in_words(words: Vec<String>) -> Program {
+    let program = Program::new(words);
+    // What it draws from the system would differ from run to run.
+    match std::env::var_os("PYTHONHASHSEED") {
+        None => program.env("PYTHONHASHSEED", "0"),
+        Some(_) => program,
+    }
+}
+
+/// Why the program of `name` does not start.
+pub(super) fn why(name: &str, error: &StartError) -> String {
+    let cause = std::error::Error::source(error).map(|cause| format!(": {cause}"));
+    format!("failed to start `{name}`: {error}{}", cause.unwrap_or_default())
+}
+
+/// How a program ended, and what it said last.
+pub(super) fn with_last_words(ended: &Ended, running: &Lockstep) -> String {
+    let words = running.last_words();
+    let last = words.lines().rfind(|line| !line.trim().is_empty());
+    let last = last.map(|line| format!("; its last words: {line}")).unwrap_or_default();
+    format!("{ended}{last}")
+}
+
+/// What programs open for a line. No such file or interface need exist.
+fn port(rig: &Rig, line: usize) -> String {
+    match rig.line_name(line) {
+        _ if is_serial(rig, line) => format!("/dev/ttyHIL{line}"),
+        name if name.len() <= INTERFACE_BYTES_MAX => name.to_owned(),
+        _ => format!("hil{line}"),
+    }
+}
+
+/// What a program learns about a line.
+fn place(rig: &Rig, line: usize, name: &str) -> Place {
+    let declared = declared(rig, line);
+    match declared.map(|line| line.medium) {
+        Some(Medium::Serial(settings)) => {
+            Place::of_port(format_args!("serial:{name}")).with_settings(settings)
+        }
+        Some(Medium::Can) | None => {
+            let rates = declared.map_or(BitRates::USUAL, RigLine::rates);
+            Place::of_port(format_args!("can:{name}")).with_rates(rates)
+        }
+    }
+}
+
+/// The line as the rig file has it; none of the paper's robot, on whose bus alone nodes can be.
+fn declared(rig: &Rig, line: usize) -> Option<&RigLine> {
+    line.checked_sub(rig.robot_lines()).and_then(|line| rig.lines.get(line))
+}
+
+fn is_serial(rig: &Rig, line: usize) -> bool {
+    declared(rig, line).is_some_and(|line| matches!(line.medium, Medium::Serial(_)))
+}
+
+/// A program in step with the world.
+#[derive(Debug)]
+struct InStep {
+    running: Lockstep,
+    now: Timestamp,
+    /// Its end was asked for.
+    is_told: bool,
+}
+
+impl Device for InStep {
+    fn receive(&mut self, now: Timestamp, port: PortId, what: &Transmit) {
+        self.now = now;
+        self.running.receive(now, port, what);
+    }
+
+    fn wake(&mut self, now: Timestamp) {
+        self.now = now;
+        self.running.wake(now);
+    }
+
+    fn next_wakeup(&self) -> Timestamp {
+        // At once: its end is news.
+        let has_news = !self.is_told && self.running.ended().is_some();
+        if has_news { Timestamp::ZERO } else { self.running.next_wakeup() }
+    }
+
+    fn transmit(&mut self, now: Timestamp) -> Option<(PortId, Transmit)> {
+        self.running.transmit(now)
+    }
+}
+
+impl NodeDevice for InStep {
+    fn ended(&mut self) -> Option<String> {
+        let ended = self.running.ended().filter(|_| !self.is_told)?;
+        self.is_told = true;
+        Some(with_last_words(ended, &self.running))
+    }
+}
+
+/// As on a bench: it may put its things in order, and is killed where it does not.
+impl Drop for InStep {
+    fn drop(&mut self) {
+        self.running.stop(self.now, STOPPING);
+    }
+}

@@ -1,0 +1,382 @@
+//! The live world: the real clock, ptys or real ports, the device under test in this process, in its
+//! own, or wherever it runs already.
+//!
+//! The emulated devices, the engine and the pacing of lines are those of the simulated world; here they
+//! are asked when the real clock says so. Bytes and frames cross the kernel: what an emulated device sends
+//! goes to its port once its line time has passed, what arrives there is put on its line. A role with a
+//! real port has no emulator: the device under test opens that port itself.
+//!
+//! | role | emulated | real |
+//! |---|---|---|
+//! | gyro, base | the harness has the near end of the port, the device under test the far one | the device under test has the port; on a bus of the kernel the harness listens |
+//! | table | within the harness, or with both ends of a pty there | the harness has the port |
+//!
+//! Faults strike what is emulated and the lines up to its ports ([`Setting::reaches`]), and properties are judged by what
+//! the bench shows ([`Setting::sight`]).
+//!
+//! A port that goes away is waited for as long as the plan's limits allow. Clock and select loop are the
+//! only ones in the harness.
+
+mod clock;
+mod device_under_test;
+mod eyes;
+mod flood;
+mod histogram;
+mod in_process;
+mod journal;
+mod lateness;
+mod machine_watch;
+mod placement;
+pub mod ports;
+mod programs;
+mod realtime;
+pub(crate) mod role_port;
+mod setting;
+mod strike;
+mod talk;
+mod traffic;
+mod verdict;
+
+#[cfg(feature = "programs")]
+pub use device_under_test::controller_words;
+pub use device_under_test::our_program;
+pub use device_under_test::{DeviceUnderTest, StartError};
+pub use journal::NOTES_MAX;
+pub use lateness::LATE_MAX_DEFAULT;
+pub use placement::{Placement, PlacementError, Player};
+pub use placement::{line_port, player, usual_port};
+pub use ports::{BASE, GYRO, PortPlan, PortPlans, TABLE, base_traffic};
+pub use programs::Program;
+pub use realtime::Scheduling;
+pub use role_port::Traffic;
+pub use setting::{LineSite, LiveError, OutOfReach, Setting, Site};
+pub use verdict::LiveEnd;
+
+use self::ports::Ports;
+use crate::lines;
+use ::ports::PortError;
+pub use clock::{Alarm, Clock, SPIN_MAX};
+use controller::config::Config;
+use device_under_test::{Heard, Running};
+use eyes::{Ear, Eyes};
+use flood::FloodWatch;
+use journal::Journal;
+use judge::properties::{Limits, Property};
+use lateness::{Course, Lateness};
+use machine_watch::MachineWatch;
+use plan::Speaker;
+use programs::Programs;
+use record::Device;
+use record::Progress;
+use record::outcome::PortSide;
+use record::sink::RecordSink;
+use rig::Rig;
+use rig::director::Director;
+use rig::engine::{Action, Ending, Engine};
+use rig::faults::Faults;
+use rig::simulate::look_up;
+use role_port::PortEvent;
+use std::path::Path;
+use talk::Talk;
+use wire::time::{Span, Timestamp};
+
+/// An attached device under test must be heard within this where the bench does not say. Assumption: somebody
+/// has the program at hand, and starts it in another terminal.
+pub const ATTACH_MAX_DEFAULT: Span = Span::from_secs(60);
+/// One that is started here must be heard within this. Assumption: the slowest interpreter starts in 2 s.
+const START_LIMIT: Span = Span::from_secs(10);
+/// What is sent last has so long to leave. Assumption: a message of 64 bytes takes 67 ms at 9,600 baud.
+const LAST_WORDS: Span = Span::from_millis(100);
+/// Between two looks beyond the world.
+const PULSE_PERIOD: Span = Span::from_millis(100);
+
+/// A rig in real time.
+#[derive(Debug)]
+pub struct LiveWorld {
+    rig: Rig,
+    director: Director,
+    setting: Setting,
+    plans: PortPlans,
+    /// The controller's configuration; none where nobody takes missions.
+    config: Option<Config>,
+    journal: Journal,
+    lateness: Lateness,
+    /// Frames of an emulated device that somebody else has sent.
+    clashes: u64,
+    /// Frames on the bus of the base that are none of the base's command set.
+    foreign: FloodWatch,
+    /// How much the device under test says.
+    talk: Talk,
+    /// What goes wrong on purpose; none where the plan has no faults.
+    faults: Option<Box<Faults>>,
+    /// Who watches over properties; none where none are asked for.
+    eyes: Option<Box<Eyes>>,
+}
+
+/// What the loop waited for.
+enum Awaited {
+    Due,
+    Port(usize, PortEvent),
+    Device(Heard),
+    Machine,
+}
+
+impl LiveWorld {
+    /// A rig at these ports; the plan's faults draw from `seed`. [`Setting::reaches`] says before which of them cannot be
+    /// injected.
+    pub fn new(
+        (mut rig, plans): (Rig, PortPlans),
+        director: Director,
+        setting: Setting,
+        seed: u64,
+    ) -> Self {
+        let faults = Faults::of(&director.engine.plan().faults, seed, &mut rig);
+        let config = rig.robot().map(|robot| robot.bench.controller_config());
+        let lateness = Lateness::new(setting.late_max);
+        Self {
+            rig,
+            director,
+            setting,
+            plans,
+            config,
+            journal: Journal::default(),
+            lateness,
+            clashes: 0,
+            foreign: FloodWatch::default(),
+            talk: Talk::default(),
+            faults,
+            eyes: None,
+        }
+    }
+
+    /// These properties are judged as the run goes on, as far as this bench shows what they are judged by.
+    pub fn with_monitor(mut self, properties: &[Property], speakers: &[Speaker]) -> Self {
+        let limits = self.config.as_ref().map(Limits::of);
+        let ear = match self.setting.device_under_test {
+            DeviceUnderTest::InProcess => Ear::Controller,
+            _ => Ear::Lines,
+        };
+        let sight = self.setting.sight();
+        let eyes = Eyes::new(properties, limits.as_ref(), speakers, (&sight, ear));
+        self.eyes = (!properties.is_empty()).then(|| Box::new(eyes));
+        self
+    }
+
+    /// Everything observed and made is the engine's.
+    pub const fn engine(&self) -> &Engine {
+        &self.director.engine
+    }
+
+    /// Runs the plan to its end. What the device under test writes to stderr goes into `log`.
+    ///
+    /// # Errors
+    ///
+    /// When the run cannot begin. Once begun it ends with an outcome.
+    pub fn run(
+        &mut self,
+        log: &Path,
+        sink: &mut impl RecordSink,
+        keep: &mut impl FnMut(&Action),
+        pulse: &mut impl FnMut(Progress) -> bool,
+    ) -> Result<LiveEnd, LiveError> {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        runtime.block_on(self.run_in_runtime(log, sink, keep, pulse))
+    }
+
+    async fn run_in_runtime(
+        &mut self,
+        log: &Path,
+        sink: &mut impl RecordSink,
+        keep: &mut impl FnMut(&Action),
+        pulse: &mut impl FnMut(Progress) -> bool,
+    ) -> Result<LiveEnd, LiveError> {
+        let mut ports = Ports::open(std::mem::take(&mut self.plans)).await?;
+        let _told = lines::Kept::or_warn(&ports.wiring()?.places);
+        let clock = Clock::start();
+        let (mut device, mut programs) = self.start(log, sink, &clock, &mut ports).await?;
+        // Only now: what is started inherits it.
+        let scheduling = realtime::ask(self.setting.scheduling);
+        let machine = MachineWatch::new(clock.now(), self.lateness.late_max());
+        let mut machine = machine.map_err(PortError::from)?;
+        let alarm = Alarm::new(clock)?;
+        let (mut events, mut pulse_at, mut until) = (0, clock.now(), None);
+
+        let ending = loop {
+            let now = clock.now();
+            events += 1;
+            if now >= pulse_at {
+                pulse_at = now + PULSE_PERIOD;
+                self.look_up(now, sink, pulse);
+                let processes = device.process().into_iter().chain(programs.processes());
+                self.lateness.add_machine(now, machine.look(processes));
+                if let Some(why) = ports.wrong_rate(now) {
+                    self.director.engine.broke(now, &why);
+                }
+                let limit = self.start_limit();
+                // Whatever else it says: the first step waits for its state.
+                if !self.engine().is_heard() && now - Timestamp::ZERO > limit {
+                    let why = device.why_silent(limit, &self.talk);
+                    self.director.engine.broke(now, &why);
+                }
+            }
+            self.strike(now, sink, &mut device, &clock);
+            self.deliver(now, sink, &mut ports);
+            self.wake(now);
+            device.wake(&clock, now);
+            machine.wake(now);
+            self.transmit(now, sink, keep, &mut device, &clock);
+            self.overhear(now, sink, &mut device);
+            self.lateness.reach(self.course());
+            if self.director.engine.is_ending() && !self.lateness.is_broken_off() {
+                self.lateness.add_machine(now, machine.late(now));
+                self.lateness.break_off();
+            }
+            if let Some(ending) = self.over(now, &mut until) {
+                break ending;
+            }
+            let due = self.next_due().min(device.next_wakeup()).min(pulse_at);
+            let due = due.min(machine.next_wakeup());
+            let due = due.min(until.unwrap_or(Timestamp::MAX));
+            let awaited = tokio::select! {
+                rung = alarm.at(due) => rung.map(|()| Awaited::Due)?,
+                (place, event) = ports.next() => Awaited::Port(place, event),
+                heard = device.heard(&clock) => Awaited::Device(heard),
+                heard = programs.heard() => Awaited::Device(heard),
+                () = machine.arrives() => Awaited::Machine,
+            };
+            let then = clock.now();
+            if then >= due {
+                self.lateness.add(then, then - due.max(now));
+            }
+            match awaited {
+                Awaited::Due => {}
+                Awaited::Port(place, event) => self.hear(then, sink, &ports, place, event),
+                Awaited::Device(heard) => self.hear_device(then, sink, &device, heard),
+                Awaited::Machine => self.lateness.add_machine(then, machine.arrived(then)),
+            }
+        };
+        let end = clock.now();
+        self.lateness.end_step(self.course());
+        let (faults, dropped) = self.end_faults(end, sink, &mut device);
+        let eyes = self.eyes.take();
+        let (properties, unjudged) = eyes.map(|eyes| eyes.close(end)).unwrap_or_default();
+        let ending = verdict::excuse(self.judge(ending, end, &ports), &properties, &self.lateness);
+        let bus_to_command = device.in_process().map(|here| here.bus_to_command().spread());
+        let timing = self.lateness.timing(bus_to_command, scheduling);
+        let port_summaries = self.port_summaries(&ports, &device);
+        if self.journal.unnoted() > 0 {
+            let note = format!(
+                "{} more events of ports and lines that are no reports are not noted",
+                self.journal.unnoted()
+            );
+            traffic::note(sink, end, Device::Plan, note);
+        }
+        device.end().await;
+        programs.end().await;
+        let ports = port_summaries;
+        Ok(LiveEnd { ending, end, events, timing, ports, dropped, faults, properties, unjudged })
+    }
+
+    /// Starts the device under test. Meanwhile the ports are attended to: an adapter that is played here
+    /// must answer whoever opens it.
+    async fn start(
+        &mut self,
+        log: &Path,
+        sink: &mut impl RecordSink,
+        clock: &Clock,
+        ports: &mut Ports,
+    ) -> Result<(Running, Programs), LiveError> {
+        let Setting { device_under_test, programs, .. } = self.setting.clone();
+        let wiring = ports.wiring()?;
+        let is_alone = programs.len() == 1 && self.config.is_none();
+        let config = (self.config, self.faults.is_some());
+        let mut starting = std::pin::pin!(Running::start(&device_under_test, config, &wiring, log));
+        loop {
+            tokio::select! {
+                started = &mut starting => {
+                    let started = started?;
+                    return Ok((started, Programs::start(&programs, is_alone, &wiring, log)?));
+                }
+                (place, event) = ports.next() => {
+                    self.hear(clock.now(), sink, ports, place, event);
+                }
+            }
+        }
+    }
+
+    /// Does anybody want the run to stop, does the disk still take the record, has a person said something?
+    fn look_up(
+        &mut self,
+        now: Timestamp,
+        sink: &mut impl RecordSink,
+        pulse: &mut impl FnMut(Progress) -> bool,
+    ) {
+        if let Some(eyes) = &self.eyes {
+            eyes.tell(sink);
+        }
+        look_up(&mut self.director.engine, now, sink, pulse);
+        self.director.listen_to_operator(now, sink);
+    }
+
+    /// Takes what came from the device under test.
+    fn hear_device(
+        &mut self,
+        now: Timestamp,
+        sink: &mut impl RecordSink,
+        device: &Running,
+        heard: Heard,
+    ) {
+        match heard {
+            Heard::Report(_) if self.talk.floods(now) => {
+                self.director.engine.failed(now, &Talk::why());
+            }
+            Heard::Report(report) => {
+                if let (Some(eyes), Some(robot)) = (&mut self.eyes, self.rig.robot()) {
+                    eyes.report(now, &robot.bench.carrier, &report);
+                }
+                self.director.record_report(now, &mut self.rig, sink, &report);
+                self.director.engine.report(now, &report);
+            }
+            Heard::Nothing => {}
+            Heard::BadLine(what) => {
+                self.talk.misspoke();
+                if let Some(note) = self.journal.note(what) {
+                    traffic::note(sink, now, Device::Controller, note);
+                }
+            }
+            Heard::Note(what) => traffic::note(sink, now, Device::Controller, what),
+            Heard::Port(role, event) => {
+                let name = device.in_process().and_then(|here| here.port(role));
+                let name = name.map_or("", |port| port.name());
+                let whose = (role.into(), PortSide::Controller);
+                if let Some(note) = self.journal.take(now, whose, name, &event) {
+                    traffic::note(sink, now, Device::Controller, note);
+                }
+            }
+            Heard::Ended(how) => self.director.engine.lost_controller(now, &how),
+            Heard::NodeEnded(node, how) => self.director.engine.lost_node(now, &node, &how),
+        }
+    }
+
+    /// How it ended, once what the plan sent last has left.
+    fn over(&self, now: Timestamp, until: &mut Option<Timestamp>) -> Option<Ending> {
+        let ending = self.director.engine.ending()?;
+        if self.config.is_none() && now < *until.get_or_insert(now + LAST_WORDS) {
+            return None;
+        }
+        Some(ending.clone())
+    }
+
+    /// The device under test must be heard within this.
+    const fn start_limit(&self) -> Span {
+        match self.setting.device_under_test {
+            DeviceUnderTest::Attached(_) => self.setting.attach_max,
+            _ => START_LIMIT,
+        }
+    }
+
+    fn course(&self) -> Course {
+        let observations = self.director.engine.observations().values().map(Vec::len).sum();
+        Course { steps: self.director.engine.progress().0, observations }
+    }
+}

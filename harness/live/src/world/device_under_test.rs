@@ -1,0 +1,375 @@
+//! The device under test of a live run: our controller in this process, a process of its own, or one that
+//! runs already.
+
+use super::clock::Clock;
+use super::in_process::{Crossing, InProcess, InProcessEvent};
+use super::ports::{BASE, GYRO, Wiring};
+use super::role_port::PortEvent;
+use super::talk::Talk;
+use crate::attached::{AttachError, AttachedDevice, AttachedEvent};
+use crate::command::{CommandError, fill};
+use crate::process::{DeviceProcess, ProcessEvent, SpawnError};
+use controller::config::Config;
+use controller::mission::{Mission, Report};
+use plan::bench_file::AttachPlace;
+use ports::spec::SerialSpec;
+use ports::{PortError, PortSpec};
+use rig::node::Machine;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use wire::time::{Span, Timestamp};
+
+/// Which device is tested.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum DeviceUnderTest {
+    /// Our controller, in this process, on the same ports that a process would open.
+    InProcess,
+    /// Our controller, as a process of its own.
+    OurProcess,
+    /// Anybody's program: its command line, with `{gyro}` and `{base}` for the ports.
+    Command(Vec<String>),
+    /// One that somebody else starts, and that takes its missions there.
+    Attached(AttachPlace),
+    /// A device, by its name: it is there, or emulated, and the plan itself speaks to it.
+    Device(String),
+    /// No more than the [programs](super::Program) of nodes.
+    Nodes,
+}
+
+/// As a summary names it.
+impl fmt::Display for DeviceUnderTest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::InProcess => f.write_str("in-process"),
+            Self::OurProcess => f.write_str("process"),
+            Self::Command(words) => f.write_str(&words.join(" ")),
+            Self::Attached(place) => write!(f, "attached at {place}"),
+            Self::Device(name) => f.write_str(name),
+            Self::Nodes => Ok(()),
+        }
+    }
+}
+
+/// Why the device under test does not start.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum StartError {
+    /// Its command line is not right.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Command(#[from] CommandError),
+    /// It does not start.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Spawn(#[from] SpawnError),
+    /// A port cannot be opened.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Port(#[from] PortError),
+    /// There is nothing to wait at.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Attach(#[from] AttachError),
+    /// The emulated device is on a port whose other end is out of sight.
+    #[error("failed to find the other end of the {role}'s port, which the controller should open")]
+    #[diagnostic(help(
+        "give the command line of a controller that knows its port: [controller] command = \
+         [\"./program\", \"--{role}\", \"/dev/ttyUSB1\"]"
+    ))]
+    NoFarSide {
+        /// The role.
+        role: &'static str,
+    },
+}
+
+/// What came from the device under test.
+pub(super) enum Heard {
+    /// A report.
+    Report(Report),
+    /// Bytes or frames were taken in; a report may follow.
+    Nothing,
+    /// Something that is to be noted.
+    Note(String),
+    /// A line that is no report: there may be any number.
+    BadLine(String),
+    /// A port of the controller in the process tells of itself.
+    Port(&'static str, PortEvent),
+    /// It has ended.
+    Ended(String),
+    /// The program of a node has ended.
+    NodeEnded(String, String),
+}
+
+/// A device under test that runs.
+#[derive(Debug)]
+pub(super) enum Running {
+    InProcess(Box<InProcess>),
+    Process {
+        process: Box<DeviceProcess>,
+        /// It has told that it ended, and is not asked again.
+        ended: bool,
+    },
+    Attached {
+        device: Box<AttachedDevice>,
+        place: AttachPlace,
+        /// Why it is not connected; `None` where it is.
+        missing: Option<String>,
+    },
+    /// A device at a port of the harness, or programs of nodes: no controller is started.
+    Device,
+}
+
+impl Running {
+    pub(super) async fn start(
+        which: &DeviceUnderTest,
+        (config, with_faults): (Option<Config>, bool),
+        wiring: &Wiring,
+        log: &Path,
+    ) -> Result<Self, StartError> {
+        let Some(config) = config else { return Ok(Self::Device) };
+        let words = match which {
+            DeviceUnderTest::InProcess => {
+                let started = InProcess::start(config, with_faults, wiring).await?;
+                return Ok(Self::InProcess(Box::new(started)));
+            }
+            DeviceUnderTest::OurProcess => {
+                for (role, needed, known) in [
+                    (GYRO, true, wiring.port(GYRO).is_some()),
+                    (BASE, config.base.is_some(), wiring.port(BASE).is_some()),
+                ] {
+                    if needed && !known {
+                        return Err(StartError::NoFarSide { role });
+                    }
+                }
+                our_command(&config, wiring)
+            }
+            DeviceUnderTest::Command(words) => words.clone(),
+            DeviceUnderTest::Attached(place) => return Ok(Self::attach(place, wiring)?),
+            DeviceUnderTest::Device(_) | DeviceUnderTest::Nodes => return Ok(Self::Device),
+        };
+        let process = DeviceProcess::spawn(&fill(&words, &wiring.words)?, &wiring.places, log)?;
+        Ok(Self::Process { process: Box::new(process), ended: false })
+    }
+
+    /// Begins to connect, and says where everything is: somebody may have to start the controller.
+    fn attach(place: &AttachPlace, wiring: &Wiring) -> Result<Self, AttachError> {
+        let device = AttachedDevice::begin(place)?;
+        let ports = wiring.words.iter().map(|(role, port)| format!("{role} at {port}, "));
+        let ports: String = ports.collect();
+        let missions = match device.far_path() {
+            Some(path) => path.to_owned(),
+            None => place.to_string(),
+        };
+        tracing::warn!("waiting for the device under test: {ports}missions at {missions}");
+        let missing = Some("nobody has connected".to_owned());
+        Ok(Self::Attached { device: Box::new(device), place: place.clone(), missing })
+    }
+
+    /// Why no state was heard of it in all this time.
+    pub(super) fn why_silent(&self, waited: Span, talk: &Talk) -> String {
+        let (seconds, said) = (waited.as_secs_f64(), talk.instead_of_a_state());
+        match self {
+            Self::Attached { place, missing: Some(why), .. } => {
+                format!("no device under test at {place} within {seconds} s: {why}")
+            }
+            Self::Attached { place, missing: None, .. } => {
+                format!("the device under test at {place} {said} within {seconds} s")
+            }
+            Self::InProcess(_) | Self::Process { .. } | Self::Device => {
+                format!("the device under test {said} within {seconds} s{}", self.last_words())
+            }
+        }
+    }
+
+    pub(super) fn command(&mut self, clock: &Clock, mission: Mission) -> bool {
+        match self {
+            Self::InProcess(controller) => {
+                controller.command(clock, mission);
+                true
+            }
+            Self::Device => false,
+            Self::Process { process, .. } => process.send(&mission),
+            Self::Attached { device, .. } => device.send(&mission),
+        }
+    }
+
+    pub(super) fn wake(&mut self, clock: &Clock, now: Timestamp) {
+        if let Self::InProcess(controller) = self {
+            controller.wake(clock, now);
+        }
+    }
+
+    /// Its machine was struck, where it is in this process.
+    pub(super) fn struck(&mut self, clock: &Clock, now: Timestamp) {
+        if let Self::InProcess(controller) = self {
+            controller.struck(clock, now);
+        }
+    }
+
+    /// What faults of its machine strike, where it is in this process.
+    pub(super) const fn machine(&mut self) -> Option<&mut Machine> {
+        match self {
+            Self::InProcess(controller) => Some(controller.machine()),
+            Self::Process { .. } | Self::Attached { .. } | Self::Device => None,
+        }
+    }
+
+    pub(super) fn next_wakeup(&self) -> Timestamp {
+        match self {
+            Self::InProcess(controller) => controller.next_wakeup(),
+            Self::Process { .. } | Self::Attached { .. } | Self::Device => Timestamp::MAX,
+        }
+    }
+
+    /// The process, where it has one of its own that was started here.
+    pub(super) fn process(&self) -> Option<u32> {
+        match self {
+            Self::Process { process, .. } => process.id(),
+            Self::InProcess(_) | Self::Attached { .. } | Self::Device => None,
+        }
+    }
+
+    /// The controller, where it is in this process.
+    pub(super) const fn in_process(&self) -> Option<&InProcess> {
+        match self {
+            Self::InProcess(controller) => Some(controller),
+            Self::Process { .. } | Self::Attached { .. } | Self::Device => None,
+        }
+    }
+
+    /// What has crossed the ports of a controller in this process, oldest first.
+    pub(super) fn crossing(&mut self) -> Option<Crossing> {
+        match self {
+            Self::InProcess(controller) => controller.crossing(),
+            Self::Process { .. } | Self::Attached { .. } | Self::Device => None,
+        }
+    }
+
+    /// The end of what the process wrote to stderr, as an ending of a sentence.
+    fn last_words(&self) -> String {
+        match self {
+            Self::InProcess(_) | Self::Attached { .. } | Self::Device => String::new(),
+            Self::Process { process, .. } => match process.last_words().trim() {
+                "" => String::new(),
+                words => format!(": {words}"),
+            },
+        }
+    }
+
+    /// Waits for what comes next. May be called off without losing anything.
+    pub(super) async fn heard(&mut self, clock: &Clock) -> Heard {
+        match self {
+            Self::Device => std::future::pending().await,
+            Self::InProcess(controller) => match controller.heard(clock).await {
+                InProcessEvent::Report(report) => Heard::Report(report),
+                InProcessEvent::Taken => Heard::Nothing,
+                InProcessEvent::Port(role, event) => Heard::Port(role, event),
+            },
+            Self::Process { ended: true, .. } => std::future::pending().await,
+            Self::Process { process, ended } => match process.next_event().await {
+                ProcessEvent::Report(line) => Heard::Report(line.report),
+                ProcessEvent::BadLine { number, cause } => {
+                    Heard::BadLine(format!("line {number} of the device under test: {cause}"))
+                }
+                ProcessEvent::Exited(exit) => {
+                    *ended = true;
+                    let words = process.last_words();
+                    Heard::Ended(match words.trim() {
+                        "" => exit.to_string(),
+                        words => format!("{exit}: {words}"),
+                    })
+                }
+            },
+            Self::Attached { device, place, missing } => match device.next_event().await {
+                AttachedEvent::Report(line) => Heard::Report(line.report),
+                AttachedEvent::BadLine { number, cause } => {
+                    Heard::BadLine(format!("line {number} of the device under test: {cause}"))
+                }
+                AttachedEvent::NotThere(why) => {
+                    *missing = Some(why);
+                    Heard::Nothing
+                }
+                AttachedEvent::Connected => {
+                    *missing = None;
+                    Heard::Note(format!("attached to the device under test at {place}"))
+                }
+                AttachedEvent::Lost(why) => Heard::Ended(format!("{place}: {why}")),
+            },
+        }
+    }
+
+    pub(super) async fn end(self) {
+        match self {
+            Self::InProcess(_) | Self::Device => {}
+            Self::Process { process, .. } => _ = process.end(|_| {}).await,
+            Self::Attached { device, .. } => device.end().await,
+        }
+    }
+}
+
+/// The command line of our controller for this bench.
+fn our_command(config: &Config, wiring: &Wiring) -> Vec<String> {
+    let base = match wiring.port(BASE) {
+        None => "none".to_owned(),
+        Some(PortSpec::Can { .. }) => "can:{base}".to_owned(),
+        Some(PortSpec::Slcan { .. } | PortSpec::SlcanPty { .. }) => "slcan:{base}".to_owned(),
+        Some(spec @ (PortSpec::Serial(_) | PortSpec::Pty { .. })) => {
+            format!("serial:{{base}}{}", rate(spec))
+        }
+    };
+    let gyro = format!("{{gyro}}{}", wiring.port(GYRO).map(rate).unwrap_or_default());
+    controller_words(config, &gyro, &base)
+}
+
+/// The command line of our controller, with its gyro and its base there.
+pub fn controller_words(config: &Config, gyro: &str, base: &str) -> Vec<String> {
+    let stream = config.gyro.stream;
+    let mut words: Vec<String> = vec![
+        our_program().to_string_lossy().into_owned(),
+        "--gyro".to_owned(),
+        gyro.to_owned(),
+        "--stream".to_owned(),
+        word(&stream.format),
+        "--mode".to_owned(),
+        word(&stream.mode),
+        "--base".to_owned(),
+        base.to_owned(),
+    ];
+    if stream.reversed {
+        words.push("--reversed".to_owned());
+    }
+    words
+}
+
+/// The rate of a port that says one, as our controller takes it.
+fn rate(spec: &PortSpec) -> String {
+    match spec {
+        PortSpec::Serial(SerialSpec { options, .. }) => {
+            options.baud.map(|baud| format!(":{baud}")).unwrap_or_default()
+        }
+        _ => String::new(),
+    }
+}
+
+/// Beside this program, where a build puts it; else wherever PATH has it.
+pub fn our_program() -> PathBuf {
+    let name = "k2a-controller";
+    std::env::current_exe()
+        .ok()
+        .and_then(|path| {
+            let folder = path.parent()?;
+            // A test's program lies one folder deeper.
+            [folder, folder.parent()?]
+                .map(|folder| folder.join(name))
+                .into_iter()
+                .find(|p| p.is_file())
+        })
+        .unwrap_or_else(|| PathBuf::from(name))
+}
+
+/// An enumerator as it is written in files and on command lines.
+fn word(value: &impl serde::Serialize) -> String {
+    serde_json::to_value(value)
+        .ok()
+        .and_then(|value| value.as_str().map(str::to_owned))
+        .unwrap_or_default()
+}

@@ -1,0 +1,189 @@
+//! Our controller in the process of the harness, on the ports that a process of its own would open.
+
+use super::clock::Clock;
+use super::device_under_test::StartError;
+use super::histogram::Histogram;
+use super::ports::{BASE, GYRO, Wiring, base_traffic, device};
+use super::role_port::{PortEvent, RolePort, Traffic, next};
+use controller::config::Config;
+use controller::mission::{Mission, Report};
+use record::Device;
+use rig::hosted::{Hosted, HostedController as _};
+use rig::node::{self, Machine};
+use std::collections::VecDeque;
+use wire::device::Transmit;
+use wire::time::Timestamp;
+
+/// Crossings that wait to be told; far more than one turn of the loop can bring. More are counted as dropped.
+const CROSSINGS_MAX: usize = 256;
+
+/// Something crossed a port of the controller.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Crossing {
+    /// The role that the port leads to.
+    pub(super) role: &'static str,
+    /// Who sent it.
+    pub(super) by: Device,
+    pub(super) crossed: Transmit,
+}
+
+/// The controller, its machine and its ports.
+#[derive(Debug)]
+pub(super) struct InProcess {
+    machine: Machine,
+    gyro: RolePort,
+    base: Option<RolePort>,
+    crossings: VecDeque<Crossing>,
+    dropped: u64,
+    /// The last thing heard, until a command follows it.
+    heard_at: Option<Timestamp>,
+    bus_to_command: Histogram,
+}
+
+/// What came of listening.
+pub(super) enum InProcessEvent {
+    Report(Report),
+    /// Something was taken in.
+    Taken,
+    /// A port tells of itself.
+    Port(&'static str, PortEvent),
+}
+
+impl InProcess {
+    /// Opens the ports.
+    ///
+    /// # Errors
+    ///
+    /// When a port cannot be opened, or nobody knows where it is.
+    pub(super) async fn start(
+        config: Config,
+        with_faults: bool,
+        wiring: &Wiring,
+    ) -> Result<Self, StartError> {
+        let known = |role| StartError::NoFarSide { role };
+        let gyro = wiring.port(GYRO).ok_or(known(GYRO))?;
+        let gyro = RolePort::open(gyro, Traffic::Bytes(config.gyro.stream.format.serial())).await?;
+        let base = match config.base {
+            None => None,
+            Some(base) => {
+                let spec = wiring.port(BASE).ok_or(known(BASE))?;
+                Some(RolePort::open(spec, base_traffic(base.transport)).await?)
+            }
+        };
+        let mut machine = Machine::new(Hosted::ours(&config));
+        if with_faults {
+            machine.host.with_faults();
+        }
+        Ok(Self {
+            machine,
+            gyro,
+            base,
+            crossings: VecDeque::new(),
+            dropped: 0,
+            heard_at: None,
+            bus_to_command: Histogram::default(),
+        })
+    }
+
+    pub(super) fn command(&mut self, clock: &Clock, mission: Mission) {
+        let now = clock.now();
+        self.machine.host.command(now, mission);
+        self.send(clock, now);
+    }
+
+    pub(super) fn wake(&mut self, clock: &Clock, now: Timestamp) {
+        if self.next_wakeup() <= now {
+            self.machine.wake(now);
+            self.send(clock, now);
+        }
+    }
+
+    /// Its machine was struck, or goes on: it may have something to say.
+    pub(super) fn struck(&mut self, clock: &Clock, now: Timestamp) {
+        self.send(clock, now);
+    }
+
+    /// What faults strike.
+    pub(super) const fn machine(&mut self) -> &mut Machine {
+        &mut self.machine
+    }
+
+    /// On the clock of the bench.
+    pub(super) fn next_wakeup(&self) -> Timestamp {
+        self.machine.next_wakeup()
+    }
+
+    /// Waits for what comes next. May be called off without losing anything.
+    pub(super) async fn heard(&mut self, clock: &Clock) -> InProcessEvent {
+        if !self.machine.host.is_stalled()
+            && let Some(report) = self.machine.host.guest.report()
+        {
+            return InProcessEvent::Report(report);
+        }
+        let (port, role, event) = tokio::select! {
+            event = self.gyro.next() => (node::GYRO, GYRO, event),
+            event = next(self.base.as_mut()) => (node::BASE, BASE, event),
+        };
+        let now = clock.now();
+        let what = match event {
+            PortEvent::Bytes(packet) => Transmit::Bytes(packet),
+            PortEvent::Frame(frame) => Transmit::Frame(frame),
+            event => return InProcessEvent::Port(role, event),
+        };
+        self.keep(role, device(role), what);
+        self.machine.host.receive(now, port, &what);
+        self.heard_at = Some(now);
+        self.send(clock, now);
+        InProcessEvent::Taken
+    }
+
+    /// Puts what the controller has to say on its lines.
+    fn send(&mut self, clock: &Clock, now: Timestamp) {
+        if self.machine.host.is_stalled() {
+            return;
+        }
+        let told = self.machine.host.told(now);
+        while let Some(sent) = self.machine.host.guest.transmit(told) {
+            let (port, crossed) = node::output(sent);
+            let role = if port == node::GYRO { GYRO } else { BASE };
+            self.keep(role, Device::Controller, crossed);
+            let port = if role == GYRO { Some(&mut self.gyro) } else { self.base.as_mut() };
+            match (port, crossed) {
+                (Some(port), Transmit::Bytes(packet)) => port.send_bytes(packet.as_slice()),
+                (Some(port), Transmit::Frame(frame)) => port.send_frame(now, &frame),
+                (None, _) => {}
+            }
+            if let Some(heard_at) = self.heard_at.take() {
+                self.bus_to_command.add(clock.now() - heard_at);
+            }
+        }
+        self.machine.ask_due();
+    }
+
+    fn keep(&mut self, role: &'static str, by: Device, crossed: Transmit) {
+        if self.crossings.len() < CROSSINGS_MAX {
+            self.crossings.push_back(Crossing { role, by, crossed });
+        } else {
+            self.dropped += 1;
+        }
+    }
+
+    /// What has crossed its ports, oldest first.
+    pub(super) fn crossing(&mut self) -> Option<Crossing> {
+        self.crossings.pop_front()
+    }
+
+    /// What found no room: in its machine, or to be told.
+    pub(super) fn dropped(&self) -> u64 {
+        self.dropped + self.machine.host.dropped()
+    }
+
+    /// Its port for a role.
+    pub(super) fn port(&self, role: &str) -> Option<&RolePort> {
+        if role == GYRO { Some(&self.gyro) } else { self.base.as_ref() }
+    }
+
+    pub(super) const fn bus_to_command(&self) -> &Histogram {
+        &self.bus_to_command
+    }
+}

@@ -1,0 +1,140 @@
+//! How late the machine is with what it does for others.
+//!
+//! The harness's loop may be in time while the program under test is not: the kernel carries the bytes of a pty across in a
+//! thread of its own, and a program waits for a processor. So a byte crosses a pty of the harness's own all the time, and
+//! the kernel tells how long each thread of a program has waited (`/proc/PID/task/TID/schedstat`).
+
+use ports::pty::{Pty, PtyError};
+use rustix::fs::OFlags;
+use std::collections::BTreeMap;
+use std::fs::{self, File, OpenOptions};
+use std::io::Write as _;
+use std::os::unix::fs::OpenOptionsExt as _;
+use wire::time::{Span, Timestamp};
+
+/// A byte is sent so often within what the harness may be late.
+const PROBES: i64 = 10;
+/// And no more often, and no less: assumptions, a tenth of a percent of a processor, and a sample period of the gyro.
+const PERIODS: (Span, Span) = (Span::from_millis(1), Span::from_millis(10));
+
+/// Watches a machine throughout a run.
+#[derive(Debug)]
+pub(super) struct MachineWatch {
+    near: Pty,
+    far: File,
+    period: Span,
+    is_under_way: bool,
+    /// When the last one arrived: until then nothing was held up.
+    arrived: Timestamp,
+    due: Timestamp,
+    /// What each thread of each program has waited for a processor until now.
+    waited: BTreeMap<(u32, String), Span>,
+}
+
+impl MachineWatch {
+    /// Called within a tokio runtime that has IO enabled.
+    pub(super) fn new(now: Timestamp, late_max: Span) -> Result<Self, PtyError> {
+        let near = Pty::open()?;
+        let flags = OFlags::NOCTTY | OFlags::NONBLOCK;
+        let far = OpenOptions::new()
+            .write(true)
+            .custom_flags(flags.bits().cast_signed())
+            .open(near.path())
+            .map_err(PtyError::other_side)?;
+        let period = (late_max / PROBES).clamp(PERIODS.0, PERIODS.1);
+        let waited = BTreeMap::new();
+        Ok(Self { near, far, period, is_under_way: false, arrived: now, due: now, waited })
+    }
+
+    /// Sends what is due.
+    pub(super) fn wake(&mut self, now: Timestamp) {
+        if now >= self.due && self.far.write(&[0]).is_ok() {
+            self.is_under_way = true;
+            self.due = Timestamp::MAX;
+        }
+    }
+
+    pub(super) const fn next_wakeup(&self) -> Timestamp {
+        self.due
+    }
+
+    /// Waits until what was sent arrives. May be called off without losing anything.
+    pub(super) async fn arrives(&self) {
+        let mut buffer = [0; 16];
+        if self.near.read(&mut buffer).await.is_err() {
+            std::future::pending::<()>().await;
+        }
+    }
+
+    /// It has arrived: how long something may have been under way.
+    pub(super) fn arrived(&mut self, now: Timestamp) -> Span {
+        let late = self.late(now);
+        self.is_under_way = false;
+        self.arrived = now;
+        self.due = now + self.period;
+        late
+    }
+
+    /// How long something may be under way that has not arrived; nothing if nothing is.
+    pub(super) fn late(&self, now: Timestamp) -> Span {
+        if self.is_under_way { now - self.arrived } else { Span::ZERO }
+    }
+
+    /// The longest that a thread of one of these processes has waited for a processor since the last look.
+    pub(super) fn look(&mut self, processes: impl IntoIterator<Item = u32>) -> Span {
+        let mut longest = Span::ZERO;
+        for process in processes {
+            // One that is gone waits for nothing.
+            let threads = fs::read_dir(format!("/proc/{process}/task")).into_iter().flatten();
+            for thread in threads.flatten() {
+                let waited = fs::read_to_string(thread.path().join("schedstat"));
+                let Some(waited) = waited.ok().as_deref().and_then(run_delay) else { continue };
+                let thread = (process, thread.file_name().to_string_lossy().into_owned());
+                if let Some(before) = self.waited.insert(thread, waited) {
+                    longest = longest.max(waited - before);
+                }
+            }
+        }
+        longest
+    }
+}
+
+/// The second of three numbers: time on a run queue, ns.
+fn run_delay(schedstat: &str) -> Option<Span> {
+    schedstat.split_ascii_whitespace().nth(1)?.parse().ok().map(Span::from_nanos)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MachineWatch, Span, Timestamp, run_delay};
+
+    #[test]
+    fn the_kernel_tells_how_long_a_thread_has_waited() {
+        assert_eq!(run_delay("123 4567 8\n"), Some(Span::from_nanos(4_567)));
+        assert_eq!(run_delay("123"), None);
+    }
+
+    #[tokio::test]
+    async fn a_byte_that_arrives_late_is_as_late_as_anything_may_be() {
+        let at = |ms| Timestamp::ZERO + Span::from_millis(ms);
+        let mut watch = MachineWatch::new(at(0), Span::from_millis(100)).unwrap();
+        watch.wake(at(0));
+        watch.arrives().await;
+        assert_eq!(watch.arrived(at(1)), Span::from_millis(1));
+        assert_eq!((watch.late(at(9)), watch.next_wakeup()), (Span::ZERO, at(11)));
+        watch.wake(at(11));
+        watch.arrives().await;
+        assert_eq!(watch.late(at(121)), Span::from_millis(120), "since the first arrived");
+        assert_eq!(watch.arrived(at(121)), Span::from_millis(120));
+        watch.wake(at(131));
+        assert_eq!(watch.late(at(132)), Span::from_millis(11));
+    }
+
+    #[tokio::test]
+    async fn threads_of_this_process_are_found() {
+        let mut watch = MachineWatch::new(Timestamp::ZERO, Span::from_millis(100)).unwrap();
+        assert_eq!(watch.look([std::process::id()]), Span::ZERO, "nothing to compare with");
+        assert!(!watch.waited.is_empty());
+        assert!(watch.look([std::process::id(), u32::MAX]) >= Span::ZERO);
+    }
+}

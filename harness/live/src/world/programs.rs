@@ -1,0 +1,98 @@
+//! The programs of nodes under test, in real time: each started with the ports of its lines.
+
+use super::device_under_test::{Heard, StartError};
+use super::ports::Wiring;
+use crate::command::fill;
+use crate::process::{DeviceProcess, ProcessEvent};
+use std::fmt;
+use std::future::Future as _;
+use std::path::Path;
+use std::task::Poll;
+
+/// The program of a node under test.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Program {
+    /// The node.
+    pub node: String,
+    /// Its words, with `{line}` for the ports of lines; none where it is there already.
+    pub words: Vec<String>,
+}
+
+impl fmt::Display for Program {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let attached = ["attached".to_owned()];
+        let words = if self.words.is_empty() { &attached[..] } else { &self.words };
+        write!(f, "{}: {}", self.node, words.join(" "))
+    }
+}
+
+/// Programs that run; what has ended is not asked again.
+#[derive(Debug, Default)]
+pub(super) struct Programs(Vec<(String, DeviceProcess, bool)>);
+
+impl Programs {
+    /// Each program writes into a log of its own: the one of `log` that bears its node's name, where it is not alone.
+    pub(super) fn start(
+        programs: &[Program],
+        is_alone: bool,
+        wiring: &Wiring,
+        log: &Path,
+    ) -> Result<Self, StartError> {
+        let mut running = Vec::new();
+        for Program { node, words } in programs.iter().filter(|one| !one.words.is_empty()) {
+            let log = match is_alone {
+                true => log.to_owned(),
+                false => log.with_extension(format!("{node}.log")),
+            };
+            let words = fill(words, &wiring.words)?;
+            running.push((
+                node.clone(),
+                DeviceProcess::spawn_plain(&words, &wiring.places, &log)?,
+                false,
+            ));
+        }
+        Ok(Self(running))
+    }
+
+    /// Waits until one of them ends. May be called off without losing anything.
+    pub(super) async fn heard(&mut self) -> Heard {
+        let running = self.0.iter_mut().filter(|(_, _, ended)| !*ended);
+        let mut waiting: Vec<_> = running
+            .map(|(node, process, ended)| {
+                Box::pin(async move {
+                    loop {
+                        if let ProcessEvent::Exited(exit) = process.next_event().await {
+                            *ended = true;
+                            let words = process.last_words();
+                            let how = match words.trim() {
+                                "" => exit.to_string(),
+                                words => format!("{exit}: {words}"),
+                            };
+                            return Heard::NodeEnded(node.clone(), how);
+                        }
+                    }
+                })
+            })
+            .collect();
+        std::future::poll_fn(move |context| {
+            for one in &mut waiting {
+                if let Poll::Ready(heard) = one.as_mut().poll(context) {
+                    return Poll::Ready(heard);
+                }
+            }
+            Poll::Pending
+        })
+        .await
+    }
+
+    /// Those that run.
+    pub(super) fn processes(&self) -> impl Iterator<Item = u32> {
+        self.0.iter().filter_map(|(_, process, _)| process.id())
+    }
+
+    pub(super) async fn end(self) {
+        for (_, process, _) in self.0 {
+            _ = process.end(|_| {}).await;
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! What is said of a run in real time when it is over: whose fault its end is, how well time was kept, and what
+//! crossed the ports.
+
+use super::LiveWorld;
+use super::device_under_test::Running;
+use super::lateness::Lateness;
+use super::ports::{BASE, GYRO, Ports};
+use judge::properties::{PropertyVerdict, Unjudged};
+use record::FaultSummary;
+use record::outcome::{Outcome, PortSide, PortSummary, Timing};
+use rig::engine::Ending;
+use wire::time::Timestamp;
+
+/// What a live run ended with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LiveEnd {
+    /// How the plan ended.
+    pub ending: Ending,
+    /// Bench time at the end.
+    pub end: Timestamp,
+    /// Times that the loop went round.
+    pub events: u64,
+    /// How well real time was kept.
+    pub timing: Timing,
+    /// What crossed the ports.
+    pub ports: Vec<PortSummary>,
+    /// Packets and frames that a line within the harness had no room for.
+    pub dropped: u64,
+    /// What became of the plan's faults.
+    pub faults: Vec<FaultSummary>,
+    /// What became of the properties that were watched.
+    pub properties: Vec<PropertyVerdict>,
+    /// Those that this bench cannot judge.
+    pub unjudged: Vec<Unjudged>,
+}
+
+/// The bench broke: why comes first, and what the run itself says behind it.
+pub(super) fn blame_bench(ending: Ending, why: &str) -> Ending {
+    let then = ending.reason.map_or_else(String::new, |reason| format!("; {reason}"));
+    Ending { outcome: Outcome::Error, reason: Some(format!("{why}{then}")) }
+}
+
+/// A property that broke because this machine was late did not break: the bench did.
+pub(super) fn excuse(
+    ending: Ending,
+    properties: &[PropertyVerdict],
+    lateness: &Lateness,
+) -> Ending {
+    let late = properties.iter().find_map(|verdict| {
+        let violation = verdict.first_violation.as_ref()?;
+        lateness.verdict_on_violation(&verdict.name, violation.at)
+    });
+    match (ending.outcome, late) {
+        (Outcome::Passed | Outcome::Failed | Outcome::Timeout, Some(why)) => {
+            blame_bench(ending, &why)
+        }
+        _ => ending,
+    }
+}
+
+impl LiveWorld {
+    /// The ending, with what the ports and the machine have to do with it.
+    pub(super) fn judge(&self, ending: Ending, end: Timestamp, ports: &Ports) -> Ending {
+        let ending = self.journal.explain(ending, end);
+        let gyro = self.rig.robot().map(|robot| robot.bench.gyro_stream().format);
+        let miswired = ports.miswired(gyro);
+        let why = match ending.outcome {
+            Outcome::Passed => self.lateness.verdict_on_pass(),
+            Outcome::Failed | Outcome::Timeout => {
+                let flooded = self.foreign.verdict(end, ports.name(BASE));
+                // A flood makes a machine late, not the other way round.
+                flooded.or_else(|| self.lateness.verdict_on_failure()).or(miswired)
+            }
+            Outcome::Error | Outcome::Aborted => None,
+        };
+        match why {
+            Some(why) => blame_bench(ending, &why),
+            None if self.foreign.frames() > 0 && ending.outcome != Outcome::Passed => {
+                let then = ending.reason.unwrap_or_else(|| "no reason was given".to_owned());
+                let (foreign, port) = (self.foreign.frames(), ports.name(BASE));
+                let reason =
+                    format!("{then}; {foreign} frames of other nodes crossed {port} meanwhile");
+                Ending { reason: Some(reason), ..ending }
+            }
+            None => ending,
+        }
+    }
+
+    pub(super) fn port_summaries(&self, ports: &Ports, device: &Running) -> Vec<PortSummary> {
+        let mut summaries = ports.summaries(&self.journal);
+        for role in [GYRO, BASE] {
+            if let Some(port) = device.in_process().and_then(|here| here.port(role)) {
+                summaries.push(self.journal.summary((role.into(), PortSide::Controller), port));
+            }
+        }
+        summaries
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Ending, Lateness, Outcome, PropertyVerdict, Timestamp, excuse};
+    use judge::properties::Kind;
+    use record::Violation;
+    use wire::time::Span;
+
+    #[test]
+    fn what_broke_on_a_machine_that_was_late_is_the_fault_of_the_bench() {
+        let at = Timestamp::from_nanos(9_000_000_000);
+        let broken = PropertyVerdict {
+            name: "fresh_heading".to_owned(),
+            kind: Kind::Always,
+            held: false,
+            first_violation: Some(Violation { at, what: "an old one".to_owned() }),
+            never_judged: None,
+            margin: Some(-0.1),
+        };
+        let passed = || Ending { outcome: Outcome::Passed, reason: None };
+        let mut lateness = Lateness::new(Span::from_millis(20));
+        let ended = excuse(passed(), std::slice::from_ref(&broken), &lateness);
+        assert_eq!(ended.outcome, Outcome::Passed, "in time: it counts");
+        lateness.add(at, Span::from_millis(300));
+        let ended = excuse(passed(), &[broken], &lateness);
+        assert_eq!(ended.outcome, Outcome::Error);
+        assert!(ended.reason.unwrap().contains("shortly before fresh_heading broke"));
+        assert_eq!(excuse(passed(), &[], &lateness).outcome, Outcome::Passed);
+    }
+}

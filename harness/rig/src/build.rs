@@ -1,0 +1,149 @@
+//! Rigs at work, from rigs as plans declare them.
+
+use super::Rig;
+use super::line::{End, EndId, Line};
+use super::node::{BASE, Described, GYRO, Machine, Node, Part};
+use super::own::Own;
+use super::replayed::Replaying;
+use super::robot::{CARRIER, Robot};
+use super::tester::Tester;
+use crate::bench::Bench;
+use crate::hosted::{Hosted, NodeDevice};
+use controller::config::Transport;
+use described::Medium;
+use plan::Rig as Declared;
+use plan::rig::{NodePart, RigLine};
+use record::Device;
+use std::sync::Arc;
+use wire::can::BitRates;
+use wire::device::PortId;
+
+pub fn end(node: usize, port: PortId, who: Device, name: &str) -> End {
+    End { node, port, who, name: name.into() }
+}
+
+/// The paper's robot or table, with its controller, which is away where it is not in this process.
+pub fn paper(bench: Bench, controller: Option<Hosted>) -> Rig {
+    let (stream, transport) = (bench.gyro_stream(), bench.base_transport());
+    let mut rig = Rig::default();
+    let robot = rig.node(Node::new("robot", Part::Robot(Box::new(Robot::new(bench)))));
+    let part = match controller {
+        Some(controller) => Part::Controller(Box::new(Machine::new(controller))),
+        None => Part::Away,
+    };
+    let controller = rig.node(Node::new("controller", part));
+    let device = end(robot, super::robot::GYRO, Device::Gyro, "gyro");
+    let host = end(controller, GYRO, Device::Controller, "controller");
+    rig.line("gyro", Line::serial(stream.format.serial(), [device, host]));
+    let device = end(robot, CARRIER, Device::Base, "base");
+    let host = end(controller, BASE, Device::Controller, "controller");
+    match transport {
+        Some(Transport::Can) => rig.line("base", Line::can(BitRates::USUAL, vec![host, device])),
+        Some(Transport::Serial) => {
+            let settings = wire::base::serial_link::SETTINGS;
+            rig.line("base", Line::serial(settings, [host, device]))
+        }
+        None => {
+            let plan = rig.node(Node::new("plan", Part::Plan));
+            let host = end(plan, PortId(0), Device::Plan, "plan");
+            let device = end(robot, CARRIER, Device::Table, "table");
+            rig.line("table", Line::serial(wire::table::SETTINGS, [host, device]))
+        }
+    };
+    rig
+}
+
+/// What plays a node under test, by its place; none where it is away.
+pub type Start<'a> = &'a dyn Fn(usize) -> Option<Result<Box<dyn NodeDevice>, String>>;
+
+/// The declared nodes and their lines beside what is there. What is under test is what `start` starts. Why those are away
+/// that nothing plays.
+pub fn add(rig: &mut Rig, declared: &Declared, start: Start<'_>, seed: u64) -> Vec<String> {
+    let of_robot = rig.lines.len();
+    let mut ends: Vec<Vec<End>> = vec![Vec::new(); of_robot + declared.lines.len()];
+    let mut away = Vec::new();
+    for (place, node) in declared.nodes.iter().enumerate() {
+        let part = match &node.part {
+            NodePart::Described(description) => {
+                Part::Described(Box::new(Described::new(&node.name, description, seed)))
+            }
+            NodePart::Tester(layout, sender) => {
+                Part::Tester(Box::new(Tester::new(layout.clone(), *sender)))
+            }
+            NodePart::Replayed(said) => Part::Replayed(Replaying::new(Arc::clone(said))),
+            NodePart::UnderTest(_) => match start(place) {
+                Some(Ok(device)) => Part::Own(Own::new(device)),
+                Some(Err(why)) => {
+                    away.push(why);
+                    Part::Away
+                }
+                None => {
+                    away.push(format!(
+                        "`{}` is under test, and nothing plays it in virtual time: add `--clock real`, or bring it as \
+                         Rust code",
+                        node.name
+                    ));
+                    Part::Away
+                }
+            },
+        };
+        let at = rig.node(Node::new(&node.name, part));
+        for (port, line) in node.lines.iter().enumerate() {
+            let port = PortId(u8::try_from(port).unwrap_or(u8::MAX));
+            ends[*line].push(end(at, port, Device::of_node(declared, place, *line), &node.name));
+        }
+    }
+    for (line, mut ends) in ends.into_iter().enumerate() {
+        let of_rig = line.checked_sub(of_robot).and_then(|line| declared.lines.get(line));
+        if of_rig.is_some_and(|line| line.medium != Medium::Can) && ends.len() == 1 {
+            let nobody = rig.node(Node::new("nobody", Part::Away));
+            ends.push(end(nobody, PortId(0), Device::Plan, "nobody"));
+        }
+        match line.checked_sub(of_robot).and_then(|line| declared.lines.get(line)) {
+            None => ends.into_iter().for_each(|end| rig.join(line, end)),
+            Some(declared) => _ = rig.line(&declared.name, line_of(declared, ends)),
+        }
+    }
+    away
+}
+
+fn line_of(declared: &RigLine, mut ends: Vec<End>) -> Line {
+    match declared.medium {
+        Medium::Can => Line::can(declared.rates(), ends),
+        Medium::Serial(settings) => {
+            let second = ends.pop();
+            match (ends.pop(), second) {
+                (Some(first), Some(second)) => Line::serial(settings, [first, second]),
+                // Nobody is on it.
+                _ => Line::can(BitRates::USUAL, Vec::new()),
+            }
+        }
+    }
+}
+
+/// What speakers say is read.
+pub fn listen(rig: &mut Rig, declared: &Declared) {
+    for (index, speaker) in declared.speakers.iter().enumerate() {
+        let Some(line) = rig.lines.get(speaker.line) else { continue };
+        let at = |end: &End| *rig.nodes[end.node].name == *speaker.node;
+        let Some(place) = line.ends().iter().position(at) else { continue };
+        let decoder = speaker.layout.decoder_for(speaker.sender);
+        rig.listen((speaker.line, EndId::of(place)), index, decoder, true);
+    }
+}
+
+/// In virtual time: `paper` is the paper's robot or table with its controller, where there is one.
+pub fn simulated(
+    declared: &Declared,
+    paper: Option<(Bench, Hosted)>,
+    start: Start<'_>,
+    seed: u64,
+) -> (Rig, Vec<String>) {
+    let mut rig = match paper {
+        Some((bench, controller)) => self::paper(bench, Some(controller)),
+        None => Rig::default(),
+    };
+    let away = add(&mut rig, declared, start, seed);
+    listen(&mut rig, declared);
+    (rig, away)
+}

@@ -1,0 +1,260 @@
+//! The paper's robot or table in virtual time, with orders from code instead of a plan.
+//!
+//! A plan says what is done and judged. Here a test gives missions one by one, lets time go on by spans, and changes what a
+//! line carries on the way. Lines, devices, controller and the order of events are those of every other run.
+
+use super::Rig;
+use super::build;
+use super::director::Director;
+use super::line::EndId;
+use super::node::Part;
+use super::robot::Robot;
+use super::simulate::Simulation;
+use crate::bench::{Bench, Carrier};
+use crate::crossing::{Crossing, CrossingFailure};
+use crate::engine::{Ending, Engine};
+use crate::hosted::Hosted;
+use crate::operator::{Answers, Operator};
+use controller::Controller;
+use controller::config::Config;
+use controller::mission::{Mission, Report};
+use emulators::device_file::Devices;
+use emulators::gyro::GyroEmulator;
+use judge::properties::{Limits, Monitor, PropertyVerdict, Seen};
+use plan::Plan;
+use record::sink::{Level, RecordSink};
+use record::{Device, Record, RecordKind};
+use std::collections::{BTreeMap, VecDeque};
+use std::io;
+use std::sync::Arc;
+use wire::can::CanFrame;
+use wire::device::Transmit;
+use wire::time::Timestamp;
+use wire::units::Angle;
+
+/// The engine waits beside it and does nothing: as long as a plan may.
+const NO_PLAN: &str = r#"
+name = "by-hand"
+title = "Orders come from code."
+devices = "none"
+steps = [{ wait = { duration_s = 2_678_400 } }]
+"#;
+
+/// Who hears what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Direction {
+    /// The gyro's stream.
+    GyroToController,
+    /// Commands to a gyro that takes some.
+    ControllerToGyro,
+    /// Motion, pose and answers.
+    BaseToController,
+    /// Requests.
+    ControllerToBase,
+}
+
+/// Says what is received in place of what has arrived.
+pub type Tap = Box<dyn FnMut(Timestamp, Transmit) -> Vec<Transmit>>;
+
+/// Controller and emulated devices on their lines, moved on by hand.
+pub struct ByHand {
+    simulation: Simulation<Taps>,
+    heard: Heard,
+}
+
+impl ByHand {
+    /// At time zero. `change` has the controller's configuration in its hands before it starts.
+    ///
+    /// # Errors
+    ///
+    /// Never: the plan beside it is part of the program.
+    pub fn new(
+        devices: &Devices,
+        seed: u64,
+        change: impl FnOnce(&mut Config),
+    ) -> Result<Self, toml::de::Error> {
+        let plan = Arc::new(toml::from_str::<Plan>(NO_PLAN)?);
+        let bench = Bench::new(devices.clone(), seed);
+        let mut config = bench.controller_config();
+        change(&mut config);
+        let controller = Hosted::Ours(Controller::new(config, Timestamp::ZERO));
+        let rig = build::paper(bench, Some(controller));
+        let operator = Operator::simulated(Answers::default());
+        let director = Director::new(Engine::new(plan, Timestamp::ZERO), operator);
+        let monitor = Monitor::new(&[], Some(&Limits::of(&config)), &[]);
+        let mut by_hand = Self {
+            simulation: Simulation::new(Taps::default(), rig, director, seed)
+                .with_monitor(Some(monitor)),
+            heard: Heard::default(),
+        };
+        by_hand.settle();
+        Ok(by_hand)
+    }
+
+    /// Bench time.
+    pub const fn now(&self) -> Timestamp {
+        self.simulation.now
+    }
+
+    /// Goes on to the next event, or to `until` if that comes first; false at `until`.
+    ///
+    /// # Errors
+    ///
+    /// When the run is over: time stands still, or two devices answer each other for ever.
+    pub fn step(&mut self, until: Timestamp) -> Result<bool, Ending> {
+        // Somebody may have had a device in their hands.
+        self.settle();
+        let next = self.simulation.next_event();
+        if next > until {
+            self.simulation.now = self.now().max(until);
+            return Ok(false);
+        }
+        match self.simulation.step(next, &mut self.heard, &mut |_| ()) {
+            Some(ending) => Err(ending),
+            None => self.simulation.director.engine.ending().cloned().map_or(Ok(true), Err),
+        }
+    }
+
+    /// Gives the controller a mission.
+    pub fn command(&mut self, mission: Mission) {
+        self.simulation.command(mission);
+        self.settle();
+    }
+
+    /// What the controller has reported since this was last asked, and when.
+    pub fn take_reports(&mut self) -> Vec<(Timestamp, Report)> {
+        std::mem::take(&mut self.heard.0)
+    }
+
+    /// From now on `tap` says what is received in this direction; none is as it was before.
+    pub fn tap(&mut self, direction: Direction, tap: Option<Tap>) {
+        let Some((line, from)) = from(&self.simulation.rig, direction) else { return };
+        let taps = &mut self.simulation.crossing.taps;
+        match tap {
+            Some(tap) => _ = taps.insert((line, from.place()), tap),
+            None => _ = taps.remove(&(line, from.place())),
+        }
+    }
+
+    /// This is received now, from nobody.
+    pub fn inject(&mut self, direction: Direction, what: &Transmit) {
+        if let Some((line, from)) = from(&self.simulation.rig, direction) {
+            self.simulation.delivered(&mut self.heard, line, from, what);
+            self.settle();
+        }
+    }
+
+    /// A lap begins here, as far as properties go.
+    pub fn begin_lap(&mut self) {
+        self.simulation.show(&Seen::LapBegan);
+    }
+
+    /// What became of every property.
+    pub fn verdicts(self) -> Vec<PropertyVerdict> {
+        let now = self.now();
+        let watch = self.simulation.watch;
+        watch.map(|watch| watch.into_monitor().verdicts(now)).unwrap_or_default()
+    }
+
+    /// The code under test.
+    pub fn controller(&self) -> Option<&Controller> {
+        self.simulation.rig.nodes.iter().find_map(|node| match &node.part {
+            Part::Controller(machine) => match &machine.host.guest {
+                Hosted::Ours(controller) => Some(controller),
+                Hosted::Own(_) => None,
+            },
+            _ => None,
+        })
+    }
+
+    /// The gyro.
+    pub fn gyro(&mut self) -> Option<&mut GyroEmulator> {
+        Some(&mut self.robot()?.bench.gyro)
+    }
+
+    /// What carries the gyro.
+    pub fn carrier(&mut self) -> Option<&mut Carrier> {
+        Some(&mut self.robot()?.bench.carrier)
+    }
+
+    /// True heading of what carries the gyro, not wrapped.
+    pub fn heading(&self) -> Option<Angle> {
+        let robot = self.simulation.rig.robot()?;
+        Some(robot.bench.carrier.heading_at(self.now()))
+    }
+
+    fn robot(&mut self) -> Option<&mut Robot> {
+        self.simulation.touch_all();
+        self.simulation.rig.robot_mut()
+    }
+
+    fn settle(&mut self) {
+        self.simulation.transmit(&mut self.heard, &mut |_| ());
+    }
+}
+
+/// The line of a direction, and the end that what goes that way comes from; none where the rig has no such line.
+fn from(rig: &Rig, direction: Direction) -> Option<(usize, EndId)> {
+    let (name, who) = match direction {
+        Direction::GyroToController => ("gyro", Device::Gyro),
+        Direction::ControllerToGyro => ("gyro", Device::Controller),
+        Direction::BaseToController => ("base", Device::Base),
+        Direction::ControllerToBase => ("base", Device::Controller),
+    };
+    let line = rig.line_names.iter().position(|line| &**line == name)?;
+    let place = rig.lines[line].ends().iter().position(|end| end.who == who)?;
+    Some((line, EndId::of(place)))
+}
+
+/// Keeps the controller's reports.
+#[derive(Debug, Default)]
+struct Heard(Vec<(Timestamp, Report)>);
+
+impl RecordSink for Heard {
+    fn record(&mut self, record: Record) {
+        if let RecordKind::Report(report) = record.kind {
+            self.0.push((record.at, report));
+        }
+    }
+
+    fn bytes(&mut self, _: Timestamp, _: Device, _: &[u8]) {}
+
+    fn frame(&mut self, _: Timestamp, _: Device, _: CanFrame) {}
+
+    fn level(&self) -> Level {
+        Level::Full
+    }
+
+    fn failed(&self) -> Option<&io::Error> {
+        None
+    }
+
+    fn finish(&mut self) {}
+}
+
+/// The taps, by line and end.
+#[derive(Default)]
+struct Taps {
+    taps: BTreeMap<(usize, usize), Tap>,
+    more: VecDeque<Transmit>,
+}
+
+impl Crossing for Taps {
+    fn carry(&mut self, now: Timestamp, line: usize, from: usize, what: &mut Transmit) -> bool {
+        let Some(tap) = self.taps.get_mut(&(line, from)) else { return true };
+        self.more.extend(tap(now, *what));
+        self.more.pop_front().map(|first| *what = first).is_some()
+    }
+
+    fn more(&mut self) -> Option<Transmit> {
+        self.more.pop_front()
+    }
+
+    fn failure(&mut self) -> Option<CrossingFailure> {
+        None
+    }
+
+    fn bus(&self) -> &'static str {
+        "memory"
+    }
+}

@@ -1,0 +1,126 @@
+//! What controllers and the plan have to say in virtual time, once something has reached them.
+
+use super::node::{Part, output};
+use super::simulate::Simulation;
+use super::touched::Touched;
+use crate::crossing::Crossing;
+use crate::engine::Action;
+use crate::hosted::{HostedController as _, News};
+use controller::mission::{Mission, Report};
+use judge::properties::Seen;
+use record::sink::RecordSink;
+use record::{Device, Record, RecordKind};
+
+impl<C: Crossing> Simulation<C> {
+    pub(super) fn ask_controller(&mut self, place: usize, sink: &mut impl RecordSink) {
+        let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
+        if machine.host.is_stalled() {
+            // It is touched again when its machine goes on.
+            return;
+        }
+        let told = machine.host.told(self.now);
+        loop {
+            let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
+            let Some(sent) = machine.host.guest.transmit(told) else { break };
+            self.show(&Seen::Sent(&sent));
+            let (port, what) = output(sent);
+            self.rig.send(self.now, place, port, what);
+        }
+        loop {
+            let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
+            let Some(report) = machine.host.guest.report() else {
+                machine.ask_due();
+                let news = machine.host.guest.news();
+                return news.into_iter().for_each(|news| self.hear_news(sink, place, news));
+            };
+            self.hear_report(sink, &report);
+        }
+    }
+
+    /// Apart, as only programs have any.
+    #[cold]
+    fn hear_news(&mut self, sink: &mut impl RecordSink, place: usize, news: News) {
+        let Self { now, rig, director, touched, .. } = self;
+        match news {
+            News::Note(note) => {
+                let kind = RecordKind::Note(note);
+                sink.record(Record { at: *now, device: Device::Controller, kind });
+                // There may be more.
+                touched.node(place);
+            }
+            News::Ended(how) => {
+                director.engine.lost_controller(*now, &how);
+                touched.0 |= Touched::PLAN;
+            }
+        }
+        if let Part::Controller(machine) = &mut rig.nodes[place].part {
+            machine.ask_due();
+        }
+    }
+
+    /// Apart, as reports are rare and large: their room is not made at every event.
+    #[inline(never)]
+    fn hear_report(&mut self, sink: &mut impl RecordSink, report: &Report) {
+        self.show(&Seen::Report(report));
+        self.director.record_report(self.now, &mut self.rig, sink, report);
+        self.director.engine.report(self.now, report);
+        self.touched.0 |= Touched::PLAN;
+    }
+
+    /// Apart for the same reason: an action may hold a whole calibration.
+    #[inline(never)]
+    pub(super) fn ask_engine(
+        &mut self,
+        sink: &mut impl RecordSink,
+        keep: &mut impl FnMut(&Action),
+    ) {
+        while let Some(action) = self.director.engine.action() {
+            // Whatever it is, it may have reached anybody.
+            self.touched = Touched::ALL;
+            if let (Some(watch), Some(robot)) = (&mut self.watch, self.rig.robot()) {
+                watch.look(self.now, &robot.bench.carrier);
+                watch.see_action(self.now, &action);
+            }
+            if let (Action::Phase(event), Some(faults)) = (&action, &mut self.faults) {
+                faults.phase(self.now, event);
+                continue;
+            }
+            if let Some(mission) = self.director.act(self.now, &mut self.rig, sink, keep, action) {
+                self.order(mission);
+            }
+        }
+        self.plan_due = self.director.engine.next_wakeup();
+    }
+
+    /// Gives a mission that no plan asks for.
+    pub(super) fn command(&mut self, mission: Mission) {
+        self.show(&Seen::Told(&mission));
+        self.order(mission);
+        self.touch_all();
+    }
+
+    /// Shows it to whoever watches, after the truth of now.
+    pub(super) fn show(&mut self, seen: &Seen<'_>) {
+        let Some(watch) = &mut self.watch else { return };
+        if let Some(robot) = self.rig.robot() {
+            watch.look(self.now, &robot.bench.carrier);
+        }
+        watch.see(self.now, seen);
+    }
+
+    /// Anybody may have something to say.
+    pub(super) const fn touch_all(&mut self) {
+        self.touched = Touched::ALL;
+    }
+
+    /// Gives a mission to whoever takes them.
+    fn order(&mut self, mission: Mission) {
+        let machine = self.rig.nodes.iter_mut().find_map(|node| match &mut node.part {
+            Part::Controller(machine) => Some(machine),
+            _ => None,
+        });
+        if let Some(machine) = machine {
+            machine.host.command(self.now, mission);
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! What can go wrong on the way.
+
+use super::Toward;
+use std::io;
+
+/// Something did not get across as it was sent.
+#[derive(Debug, thiserror::Error)]
+#[error("failed to carry {what} across {medium}: {how}")]
+pub struct CrossingFailure {
+    /// Such as `bytes from the gyro`.
+    what: String,
+    /// A pty or an interface.
+    medium: String,
+    how: How,
+}
+
+/// How it failed.
+#[derive(Debug, thiserror::Error)]
+pub enum How {
+    /// It could not be written.
+    #[error("it cannot be written to: {0}")]
+    Write(io::Error),
+    /// The kernel took less than the whole.
+    #[error("it took {taken} of {length} bytes")]
+    Full {
+        /// Bytes taken.
+        taken: usize,
+        /// Bytes sent.
+        length: usize,
+    },
+    /// It could not be read.
+    #[error("it cannot be read: {0}")]
+    Read(io::Error),
+    /// Not all of it came out in time.
+    #[error("{heard} of {sent} came out within {limit_s} s")]
+    Late {
+        /// What had come out by then: `nothing` or so many bytes.
+        heard: String,
+        /// What went in.
+        sent: String,
+        /// Wall-clock time, s.
+        limit_s: f64,
+    },
+    /// Something else came out.
+    #[error("{sent} went in and {heard} came out; does another program use it?")]
+    Changed {
+        /// What went in.
+        sent: String,
+        /// What came out.
+        heard: String,
+    },
+}
+
+impl CrossingFailure {
+    /// Of bytes or frames (`goods`) on `line`.
+    pub fn new(goods: &str, line: &str, toward: Toward, medium: &str, how: How) -> Self {
+        let way = match toward {
+            Toward::Device => "to",
+            Toward::Host => "from",
+        };
+        Self { what: format!("{goods} {way} the {line}"), medium: medium.to_owned(), how }
+    }
+
+    /// How it failed.
+    pub const fn how(&self) -> &How {
+        &self.how
+    }
+}

@@ -1,0 +1,316 @@
+//! Who gives orders on a rig: the plan's engine, and what it needs to have them carried out.
+
+use super::Rig;
+use super::node::Part;
+use super::slips::Slips;
+use crate::engine::{Action, Engine};
+use crate::operator::by_hand::{self, Survey};
+use crate::operator::{Asked, Operator, RealRoles};
+use controller::mission::{Activity, Mission, Report};
+use identification::finding::Compensation;
+use plan::models;
+use plan::{Answer, Order, Send};
+use record::sink::{Level, RecordSink};
+use record::{Device, Record, RecordKind};
+use wire::device::{PortId, Transmit};
+use wire::table::AnswerDecoder;
+use wire::time::{Span, Timestamp};
+
+/// Without the full record, states are kept this far apart in motion and at rest.
+const STATE_PERIOD_MOVING: Span = Span::from_millis(200);
+/// See [`STATE_PERIOD_MOVING`].
+const STATE_PERIOD_AT_REST: Span = Span::from_secs(30);
+
+/// The plan at work.
+#[derive(Debug)]
+pub struct Director {
+    pub engine: Engine,
+    /// Answers what a person is asked.
+    pub operator: Operator,
+    /// Roles whose devices are real: what these are told to be, a person has to make them.
+    pub real: RealRoles,
+    /// What a person gets wrong.
+    pub(super) slips: Slips,
+    /// What a person has measured so far.
+    survey: Option<Survey>,
+    table_answers: AnswerDecoder,
+    state_kept: Option<Timestamp>,
+}
+
+impl Director {
+    pub fn new(engine: Engine, operator: Operator) -> Self {
+        Self {
+            engine,
+            operator,
+            real: RealRoles::default(),
+            slips: Slips::default(),
+            survey: None,
+            table_answers: AnswerDecoder::new(),
+            state_kept: None,
+        }
+    }
+
+    /// Takes what the table has said.
+    pub fn hear_table(&mut self, now: Timestamp, bytes: &[u8]) {
+        let engine = &mut self.engine;
+        self.table_answers.feed(bytes, |answer| engine.table(now, answer));
+    }
+
+    /// Carries out what the engine asks of `rig`; a mission is handed back for the device under test.
+    pub fn act(
+        &mut self,
+        now: Timestamp,
+        rig: &mut Rig,
+        sink: &mut impl RecordSink,
+        keep: &mut impl FnMut(&Action),
+        action: Action,
+    ) -> Option<Mission> {
+        match action {
+            Action::Mission(mission) => return Some(*mission),
+            Action::Table(command) => {
+                if let Some(plan) = place_of_plan(rig) {
+                    rig.send(now, plan, PortId(0), Transmit::Bytes(command.encode()));
+                }
+            }
+            Action::MeasureAbsolute if self.real.base => {
+                self.survey = Some(Survey::default());
+                self.go_on_measuring(now, sink);
+            }
+            Action::Correct { node, signal, compensation } if self.real.has(&node) => {
+                let text = by_hand::correct(&node, &signal, compensation.as_deref());
+                self.ask(now, sink, &text, None);
+            }
+            Action::MeasureAbsolute => {
+                let pose = rig.robot_mut().and_then(|robot| robot.bench.measure_absolute(now));
+                match pose {
+                    Some(pose) => self.engine.absolute(now, pose),
+                    None => self
+                        .engine
+                        .broke(now, "this bench has no base whose pose could be measured"),
+                }
+            }
+            Action::Look => {
+                let robot = rig.robot().filter(|_| !self.real.base);
+                let look = robot.and_then(|robot| robot.bench.look(now));
+                self.engine.looked(now, look);
+            }
+            Action::Order(order) => self.carry_out(now, rig, sink, order),
+            Action::Correct { node, signal, compensation } => {
+                match correct(rig, &node, &signal, compensation.as_deref()) {
+                    Ok(()) => self.engine.answered(now),
+                    Err(why) => self.engine.broke(now, &why),
+                }
+            }
+            Action::SaveCalibration { .. } | Action::KeepFound { .. } => keep(&action),
+            // Whoever injects faults has taken it before.
+            Action::Phase(_) => {}
+            Action::Record(device, kind) => sink.record(Record { at: now, device, kind }),
+        }
+        None
+    }
+
+    fn carry_out(
+        &mut self,
+        now: Timestamp,
+        rig: &mut Rig,
+        sink: &mut impl RecordSink,
+        order: Order,
+    ) {
+        if let Some((text, answer)) = by_hand::question(&order, self.real) {
+            self.survey = None;
+            return self.ask(now, sink, &text, answer.as_ref());
+        }
+        let done = match order {
+            Order::Place(pose) => match rig.robot_mut() {
+                Some(robot) => robot.bench.place(now, pose).map_err(str::to_owned),
+                None => Err("this bench has no robot that could be carried".to_owned()),
+            },
+            Order::SetParameter { device, .. } | Order::PowerCycle { device, .. }
+                if is_replayed(rig, &device) =>
+            {
+                Ok(())
+            }
+            Order::SetParameter { device, parameter, value } => {
+                set_parameter(rig, now, &device, &parameter, value)
+            }
+            Order::PowerCycle { device, off } => {
+                let place = rig.find(&device).and_then(|place| rig.nodes.get_mut(place));
+                match place.map(|node| &mut node.part) {
+                    // Whoever cycles answers once it is on.
+                    Some(Part::Described(described)) => return described.cycle(now, now + off),
+                    _ => Err(format!("this bench cannot switch the power of \"{device}\"")),
+                }
+            }
+            Order::Send(send) => match send_message(rig, now, &send) {
+                Ok(()) => return,
+                failed => failed,
+            },
+            Order::StopSending(message) => {
+                for node in &mut rig.nodes {
+                    if let Part::Tester(tester) = &mut node.part {
+                        tester.stop(&message);
+                    }
+                }
+                return;
+            }
+            Order::Prompt { .. } => return,
+        };
+        match done {
+            Ok(()) => self.engine.answered(now),
+            Err(why) => self.engine.broke(now, &why),
+        }
+    }
+
+    fn ask(
+        &mut self,
+        now: Timestamp,
+        sink: &mut impl RecordSink,
+        text: &str,
+        answer: Option<&Answer>,
+    ) {
+        let asked = self.operator.ask(text, answer);
+        self.asked(now, sink, asked);
+    }
+
+    /// Asks for the next number of a pose; hands the pose on once all is measured.
+    fn go_on_measuring(&mut self, now: Timestamp, sink: &mut impl RecordSink) {
+        let Some(survey) = &self.survey else { return };
+        if let Some(pose) = survey.pose() {
+            self.survey = None;
+            self.engine.absolute(now, pose);
+        } else if let Some((text, answer)) = survey.next() {
+            self.ask(now, sink, &text, answer.as_ref());
+        }
+    }
+
+    /// Hands on what came of a question to a person.
+    fn asked(&mut self, now: Timestamp, sink: &mut impl RecordSink, asked: Asked) {
+        match asked {
+            Asked::Waiting => {}
+            Asked::Assumed => self.engine.answered(now),
+            Asked::Nobody(why) => self.engine.broke(now, &why),
+            Asked::Replied(mut reply) => {
+                self.slips.change(&mut reply);
+                let value = reply.number.as_ref().map(|number| number.value);
+                let kind = RecordKind::Reply(Box::new(reply));
+                sink.record(Record { at: now, device: Device::Plan, kind });
+                match (value, &mut self.survey) {
+                    (Some(value), Some(survey)) => {
+                        survey.take(value);
+                        self.go_on_measuring(now, sink);
+                    }
+                    (Some(value), None) => self.engine.answered_with(now, value),
+                    (None, _) => self.engine.answered(now),
+                }
+            }
+        }
+    }
+
+    /// Takes what the person beside the bench has said by now.
+    pub fn listen_to_operator(&mut self, now: Timestamp, sink: &mut impl RecordSink) {
+        if let Some(asked) = self.operator.heard() {
+            self.asked(now, sink, asked);
+        }
+    }
+
+    /// Records a report, the truth beside a state. Without the full record, states are thinned.
+    pub fn record_report(
+        &mut self,
+        now: Timestamp,
+        rig: &mut Rig,
+        sink: &mut impl RecordSink,
+        report: &Report,
+    ) {
+        if let Report::State(state) = report {
+            if state.heading_error.is_some()
+                && !self.real.base
+                && self.engine.wants_truth()
+                && let Some(truth) = rig.robot().and_then(|robot| robot.bench.true_pose(now))
+            {
+                self.engine.true_on_line(now, &truth);
+            }
+            let period = if state.activity == Activity::Idle && !state.moving {
+                STATE_PERIOD_AT_REST
+            } else {
+                STATE_PERIOD_MOVING
+            };
+            let due = self.state_kept.is_none_or(|kept| now - kept >= period);
+            if !due && sink.level() != Level::Full {
+                return;
+            }
+            self.state_kept = Some(now);
+            // Of real devices nobody knows the truth.
+            let robot = rig.robot_mut().filter(|_| !(self.real.gyro || self.real.base));
+            if let Some(robot) = robot {
+                let kind = robot.bench.truth(now);
+                sink.record(Record { at: now, device: Device::Gyro, kind });
+            }
+        }
+        let kind = RecordKind::Report(*report);
+        sink.record(Record { at: now, device: Device::Controller, kind });
+    }
+}
+
+/// A log plays its part, so that what was done to it then has been done.
+fn is_replayed(rig: &Rig, device: &str) -> bool {
+    rig.find(device).is_some_and(|place| matches!(rig.nodes[place].part, Part::Replayed(_)))
+}
+
+fn place_of_plan(rig: &Rig) -> Option<usize> {
+    rig.nodes.iter().position(|node| matches!(node.part, Part::Plan))
+}
+
+fn set_parameter(
+    rig: &mut Rig,
+    now: Timestamp,
+    device: &str,
+    parameter: &str,
+    value: f64,
+) -> Result<(), String> {
+    if let Some(place) = rig.find(device)
+        && let Part::Described(described) = &mut rig.nodes[place].part
+    {
+        let taken = described.device.set_parameter(now, parameter, value);
+        return taken
+            .then_some(())
+            .ok_or_else(|| format!("the device takes no {parameter} = {value}"));
+    }
+    match rig.robot_mut() {
+        Some(robot) => robot.bench.set_parameter(now, device, parameter, value),
+        None => Err(format!("this bench has no device \"{device}\"")),
+    }
+}
+
+/// The node's emulator takes the errors off its signal, as its firmware would.
+fn correct(
+    rig: &mut Rig,
+    node: &str,
+    signal: &str,
+    compensation: Option<&Compensation>,
+) -> Result<(), String> {
+    let part = rig.find(node).and_then(|place| rig.nodes.get_mut(place)).map(|node| &mut node.part);
+    let Some(Part::Described(described)) = part else {
+        return Err(format!(
+            "`{node}` is no emulated node that a file describes: its own firmware takes the errors off, by the steps in \
+             the finding"
+        ));
+    };
+    described.device.correct(signal, compensation.map(models::correction).as_ref())
+}
+
+/// The node as which it is sent puts it on its line at once.
+fn send_message(rig: &mut Rig, now: Timestamp, send: &Send) -> Result<(), String> {
+    let speaks = |part: &Part| matches!(part, Part::Tester(tester) if tester.knows(&send.message));
+    let place = rig.nodes.iter().position(|node| speaks(&node.part));
+    let Some(place) = place else {
+        if rig.nodes.iter().any(|node| matches!(node.part, Part::Replayed(_))) {
+            return Ok(());
+        }
+        return Err(format!("nobody on this bench sends `{}`", send.message));
+    };
+    if let Part::Tester(tester) = &mut rig.nodes[place].part {
+        tester.send(now, send)?;
+    }
+    rig.empty(now, place);
+    Ok(())
+}

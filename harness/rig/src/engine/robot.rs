@@ -1,0 +1,333 @@
+//! What a run with a robot adds: somebody takes missions and reports, a base or a table carries a gyro, and all of it has to
+//! stand still at the end.
+
+use super::fit::Fitted;
+use super::observe::Ends;
+use super::rest_watch::RestWatch;
+use super::segment::Look;
+use super::teardown::Teardown;
+use super::{Action, Engine, Waiting};
+use controller::calibration::Calibration;
+use controller::health::Level;
+use controller::mission::{BiasTestResult, HeadingSource, MissionId, MissionResult, Report, State};
+use identification::model::Model;
+use plan::Op;
+use plan::quantities as q;
+use record::outcome::Outcome;
+use record::{Device, RecordKind};
+use std::collections::BTreeMap;
+use wire::base::HEADING_STEP;
+use wire::table;
+use wire::time::Timestamp;
+use wire::units::{Angle, Pose};
+
+/// The first mission's number; the others follow in the order in which they are recorded.
+pub const FIRST_MISSION: MissionId = 1;
+
+/// What is said of a run after whose end nobody could see the base at rest.
+pub(super) const NO_REST: &str = "the controller never confirmed that the base stands still";
+
+/// What the engine must know of the bench.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BenchFacts {
+    /// Standard uncertainty of a position by the absolute measurement, m.
+    pub absolute_position_u_m: f64,
+    /// Standard uncertainty of a heading by the absolute measurement, deg.
+    pub absolute_heading_u_deg: f64,
+    /// Standard uncertainty of the table's angle at rest, deg.
+    pub table_u_deg: f64,
+    /// What one step of the table's motor turns the table by.
+    pub table_step: Angle,
+}
+
+/// What is known of the robot and its controller.
+#[derive(Debug)]
+pub(super) struct Robot {
+    pub(super) facts: BenchFacts,
+    pub(super) next_id: MissionId,
+    pub(super) state: Option<State>,
+    pub(super) ends: Ends,
+    /// Sum of the angles that the table was told to turn by.
+    pub(super) table_heading: Angle,
+    pub(super) rest: RestWatch,
+    pub(super) bias_test: Option<(Timestamp, BiasTestResult)>,
+    pub(super) calibration: Calibration,
+    /// Since when the calibration is in force.
+    pub(super) calibration_since: Timestamp,
+    pub(super) heading_source: HeadingSource,
+    /// Calibrations that can be used by name.
+    pub(super) calibrations: BTreeMap<String, Calibration>,
+    pub(super) fits: BTreeMap<String, Fitted>,
+    /// The model in force.
+    pub(super) model: Option<Model>,
+    times_degraded: u32,
+    times_fault: u32,
+    level: Level,
+    /// A mission was refused or broken off.
+    declined: bool,
+    teardown: Option<Teardown>,
+}
+
+impl Robot {
+    /// The controller has been heard.
+    pub(super) const fn is_heard(&self) -> bool {
+        self.state.is_some()
+    }
+
+    fn take_health(&mut self, level: Level) {
+        self.times_degraded += u32::from(level >= Level::Degraded && self.level < Level::Degraded);
+        self.times_fault += u32::from(level == Level::Fault && self.level < Level::Fault);
+        self.level = level;
+    }
+}
+
+impl Engine {
+    /// With a robot, whose calibrations can be used by name.
+    #[must_use]
+    pub fn with_robot(
+        mut self,
+        facts: BenchFacts,
+        calibrations: BTreeMap<String, Calibration>,
+    ) -> Self {
+        self.robot = Some(Box::new(Robot {
+            facts,
+            next_id: FIRST_MISSION,
+            state: None,
+            ends: Ends::default(),
+            table_heading: Angle::ZERO,
+            rest: RestWatch::default(),
+            bias_test: None,
+            calibration: Calibration::default(),
+            calibration_since: self.began,
+            heading_source: HeadingSource::default(),
+            calibrations,
+            fits: BTreeMap::new(),
+            model: None,
+            times_degraded: 0,
+            times_fault: 0,
+            level: Level::Starting,
+            declined: false,
+            teardown: None,
+        }));
+        self
+    }
+
+    /// The controller has said that something is wrong: in its health after it had been well, or by what it did not do.
+    pub fn has_announced(&self) -> bool {
+        let said = |robot: &Robot| robot.declined || robot.times_degraded + robot.times_fault > 0;
+        self.robot.as_deref().is_some_and(said)
+    }
+
+    pub(super) fn teardown(&self) -> Option<&Teardown> {
+        self.robot.as_ref()?.teardown.as_ref()
+    }
+
+    /// Brings the robot to rest. Where there is none, nobody would confirm that anything stands still.
+    pub(super) fn begin_teardown(&mut self, now: Timestamp) {
+        if let Some(robot) = &mut self.robot {
+            robot.teardown = Some(Teardown::begin(now));
+            self.step_teardown(now);
+        }
+    }
+
+    /// The controller is gone: nothing can be confirmed any more, and nobody is left to stop the base
+    /// but its own command time-out.
+    pub fn lost_controller(&mut self, now: Timestamp, how: &str) {
+        self.broke(now, &format!("lost the device under test: {how}"));
+        if let Some(robot) = &mut self.robot {
+            robot.teardown = None;
+        }
+    }
+
+    /// Takes a report of the controller.
+    pub fn report(&mut self, now: Timestamp, report: &Report) {
+        let Some(robot) = &mut self.robot else { return };
+        if let Some(teardown) = &mut robot.teardown {
+            teardown.report(now, report);
+            self.step_teardown(now);
+            return;
+        }
+        match report {
+            Report::State(state) => self.take_state(now, state),
+            Report::Health(health) => robot.take_health(health.level),
+            Report::Done { id, result } if self.waiting == Waiting::Mission(*id) => {
+                self.phases.mission_ended(&mut self.actions);
+                self.take_result(now, result);
+                self.waiting = Waiting::Nothing;
+                self.advance(now);
+            }
+            Report::Refused { id, reason } if self.waiting == Waiting::Mission(*id) => {
+                robot.declined = true;
+                let reason = format!("{}: the controller refused: {}", self.place(), words(reason));
+                self.end(now, Outcome::Failed, Some(reason));
+            }
+            Report::Aborted { id, reason } if self.waiting == Waiting::Mission(*id) => {
+                robot.declined = true;
+                let reason =
+                    format!("{}: the controller broke off: {}", self.place(), words(reason));
+                self.end(now, Outcome::Failed, Some(reason));
+            }
+            // An answer to a mission that nobody waits for any more.
+            Report::Done { .. } | Report::Refused { .. } | Report::Aborted { .. } => {}
+        }
+    }
+
+    /// Takes the table's answer.
+    pub fn table(&mut self, now: Timestamp, answer: table::Answer) {
+        match (&self.waiting, answer) {
+            (Waiting::TableWord, table::Answer::Done(_))
+            | (Waiting::TableRest { .. }, table::Answer::State { moving: false, .. }) => {
+                self.waiting = Waiting::Nothing;
+            }
+            (Waiting::TableWord | Waiting::TableRest { .. }, table::Answer::Refused(_)) => {
+                let reason = format!("{}: the table refused a command", self.place());
+                self.end(now, Outcome::Error, Some(reason));
+            }
+            _ => {}
+        }
+        self.advance(now);
+    }
+
+    /// Takes what the absolute measurement found.
+    pub fn absolute(&mut self, now: Timestamp, pose: Pose) {
+        let (Waiting::Absolute(op), Some(robot)) = (&self.waiting, &mut self.robot) else { return };
+        match op {
+            Op::AbsoluteBefore => robot.ends.pose_before = Some(pose),
+            Op::AbsoluteAfter => robot.ends.pose_after = Some(pose),
+            _ => {
+                let facts = robot.facts;
+                self.observe(now, |collector| collector.pose(&pose, &facts));
+            }
+        }
+        self.waiting = Waiting::Nothing;
+        self.advance(now);
+    }
+
+    /// Takes what a look at the base showed; nothing where it cannot be seen.
+    pub fn looked(&mut self, now: Timestamp, look: Option<Look>) {
+        let Waiting::Look(segment) = self.waiting else { return };
+        if let Some(robot) = &mut self.robot {
+            let before = std::mem::replace(&mut robot.ends.look_after, look);
+            robot.ends.look_before = robot.ends.look_before.or(look);
+            if let (Some(segment), Some(before), Some(after)) = (segment, before, look) {
+                self.observe(now, |collector| collector.segment(segment, &before, &after));
+            }
+        }
+        self.waiting = Waiting::Nothing;
+        self.advance(now);
+    }
+
+    /// Is the truth on a line wanted?
+    pub fn wants_truth(&self) -> bool {
+        self.wanted.contains(q::STRAIGHT_TRUE_HEADING_ERROR.name)
+    }
+
+    /// Takes what is true of the base on a line.
+    pub fn true_on_line(&mut self, now: Timestamp, truth: &Pose) {
+        let Some(look) = self.robot.as_ref().and_then(|robot| robot.ends.look_after) else {
+            return;
+        };
+        let error = (truth.heading - look.truth.heading).deg();
+        self.observe(now, |collector| {
+            collector.add(&q::STRAIGHT_TRUE_HEADING_ERROR, error, 0.0, &[]);
+        });
+    }
+
+    fn take_state(&mut self, now: Timestamp, state: &State) {
+        let Some(robot) = &mut self.robot else { return };
+        let first = robot.state.replace(*state).is_none();
+        robot.ends.take(now, state);
+        robot.rest.take(now, state);
+        if let Some(error) = state.heading_error
+            && self.wanted.contains(q::STRAIGHT_HEADING_ERROR.name)
+        {
+            self.observe(now, |collector| {
+                collector.add(&q::STRAIGHT_HEADING_ERROR, -error.deg(), 0.0, &[]);
+            });
+        }
+        self.ends_wait();
+        if self.waiting == Waiting::Rest && !state.moving {
+            self.waiting = Waiting::Nothing;
+        }
+        if first || self.waiting == Waiting::Nothing {
+            self.advance(now);
+        }
+    }
+
+    fn take_result(&mut self, now: Timestamp, result: &MissionResult) {
+        // By the gyro the resolution is far below its drift in a few seconds; by the odometry it is a
+        // step of 0.3 deg (uniform).
+        let Some(robot) = &mut self.robot else { return };
+        let heading_u_deg = match robot.heading_source {
+            HeadingSource::Gyro => 0.0,
+            HeadingSource::Odometry => HEADING_STEP.deg() / 12f64.sqrt(),
+        };
+        match result {
+            MissionResult::BiasTest(result) => {
+                robot.bias_test = Some((now, *result));
+                self.observe(now, |collector| collector.bias_test(result));
+            }
+            MissionResult::Straight(result) => {
+                self.observe(now, |collector| collector.straight(result, heading_u_deg));
+            }
+            MissionResult::Turn(result) => {
+                self.observe(now, |collector| collector.turn(result, heading_u_deg));
+            }
+            MissionResult::Applied => {}
+        }
+    }
+
+    /// What is known of the run as a whole.
+    pub(super) fn observe_whole_run(&mut self, now: Timestamp) {
+        let (degraded, fault, state) = match &self.robot {
+            Some(robot) => (robot.times_degraded, robot.times_fault, robot.state),
+            None => Default::default(),
+        };
+        let reactions = self.reactions.finish(now);
+        self.observe(now, |collector| {
+            for (name, value) in &reactions {
+                collector.add_named(name, *value, 0.0, &[]);
+            }
+            collector.add(&q::HEALTH_DEGRADED, f64::from(degraded), 0.0, &[]);
+            collector.add(&q::HEALTH_FAULT, f64::from(fault), 0.0, &[]);
+            let Some(state) = state else { return };
+            collector.add(&q::SAMPLES_USED, state.samples as f64, 0.0, &[]);
+            collector.add(&q::SAMPLES_LOST, state.samples_lost as f64, 0.0, &[]);
+            let overflows = f64::from(u8::from(state.health.causes.overflow));
+            collector.add(&q::QUEUE_OVERFLOWS, overflows, 0.0, &[]);
+            if let Some(ratio) = state.clock_ratio {
+                collector.add(&q::CLOCK_RATIO, ratio, 0.0, &[]);
+            }
+        });
+    }
+
+    pub(super) fn step_teardown(&mut self, now: Timestamp) {
+        let Some(robot) = &mut self.robot else { return };
+        let Some(teardown) = &mut robot.teardown else { return };
+        if !teardown.step(now, &mut robot.next_id, &mut self.actions) {
+            return;
+        }
+        let at_rest = teardown.at_rest();
+        robot.teardown = None;
+        if !at_rest && let Some(ending) = &mut self.ending {
+            // A failure or a time-out says more than that the bench fell silent afterwards.
+            if ending.outcome == Outcome::Passed {
+                ending.outcome = Outcome::Error;
+            }
+            self.actions
+                .push_back(Action::Record(Device::Plan, RecordKind::Note(NO_REST.to_owned())));
+            ending.reason = Some(match ending.reason.take() {
+                Some(reason) => format!("{reason}; {NO_REST}"),
+                None => NO_REST.to_owned(),
+            });
+        }
+    }
+}
+
+/// An enumerator of the mission protocol as it stands in JSON, with spaces for underscores.
+fn words(reason: &impl serde::Serialize) -> String {
+    serde_json::to_value(reason)
+        .ok()
+        .and_then(|value| value.as_str().map(|text| text.replace('_', " ")))
+        .unwrap_or_default()
+}

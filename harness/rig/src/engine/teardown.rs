@@ -1,0 +1,113 @@
+//! The end of every run, however it came about: the base is told to stop, and asked until it stands.
+
+use super::Action;
+use controller::mission::{Command, Mission, MissionId, Report};
+use record::{Device, RecordKind};
+use std::collections::VecDeque;
+use wire::table;
+use wire::time::{Span, Timestamp};
+
+/// How long the base is given. Assumption: the longest braking (0.78 m/s at 0.4 m/s^2) takes 2 s.
+const REST_WAIT: Span = Span::from_secs(5);
+/// From the stop to the first question, and between two: a stop is on its line by then, and an answer
+/// back (60 ms, the longest exchange, and 20 ms, a report in motion).
+const ASK_PERIOD: Span = Span::from_millis(200);
+
+/// Stops base and table and waits for rest.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Teardown {
+    give_up: Timestamp,
+    ask_at: Timestamp,
+    told_at: Option<Timestamp>,
+    at_rest: bool,
+}
+
+impl Teardown {
+    pub(super) const fn begin(now: Timestamp) -> Self {
+        Self { give_up: now_plus(now), ask_at: now, told_at: None, at_rest: false }
+    }
+
+    pub(super) fn next_wakeup(&self) -> Timestamp {
+        self.ask_at.min(self.give_up)
+    }
+
+    /// The controller has confirmed that nothing moves.
+    pub(super) const fn at_rest(&self) -> bool {
+        self.at_rest
+    }
+
+    pub(super) fn report(&mut self, now: Timestamp, report: &Report) {
+        if let Report::State(state) = report {
+            // A state from before the stop was carried out says nothing.
+            let stopped = self.told_at.is_some_and(|told_at| now - told_at >= ASK_PERIOD);
+            self.at_rest |= stopped && !state.moving;
+        }
+    }
+
+    /// Asks again when it is time; true when there is nothing left to wait for.
+    pub(super) fn step(
+        &mut self,
+        now: Timestamp,
+        next_id: &mut MissionId,
+        actions: &mut VecDeque<Action>,
+    ) -> bool {
+        if self.at_rest || now >= self.give_up {
+            return true;
+        }
+        if now < self.ask_at {
+            return false;
+        }
+        let mut send = |command: Command| {
+            let record = RecordKind::Command(Box::new(command.clone()));
+            actions.push_back(Action::Record(Device::Plan, record));
+            let mission = Mission { id: *next_id, command };
+            *next_id = next_id.wrapping_add(1);
+            actions.push_back(Action::Mission(Box::new(mission)));
+        };
+        if self.told_at.is_none() {
+            self.told_at = Some(now);
+            send(Command::Stop);
+            actions.push_back(Action::Table(table::Command::Stop));
+        } else {
+            send(Command::RequestState);
+        }
+        self.ask_at = now + ASK_PERIOD;
+        false
+    }
+}
+
+const fn now_plus(now: Timestamp) -> Timestamp {
+    Timestamp::from_nanos(now.as_nanos().saturating_add(REST_WAIT.as_nanos()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Action, REST_WAIT, Timestamp};
+    use crate::engine::robot::NO_REST;
+    use crate::engine::{BenchFacts, Engine};
+    use plan::Plan;
+    use record::RecordKind;
+    use std::collections::BTreeMap;
+    use std::sync::Arc;
+
+    const PLAN: &str = "name = \"still\"\ntitle = \"Nothing moves\"\ndevices = \"paper\"\n\
+        steps = [{ log = { duration_s = 1, interval_s = 1 } }]\n\
+        [[measurement]]\nname = \"degraded\"\ndoc = \"Times degraded\"\nquantity = \"health.degraded\"\n\
+        unit = \"1\"\ncheck = { all_within = [0, 0] }\n";
+
+    #[test]
+    fn a_base_that_nobody_saw_at_rest_is_said_in_the_reason_and_in_the_record() {
+        let plan = Arc::new(Plan::parse("still.toml", PLAN).expect("a plan"));
+        let (facts, none) = (BenchFacts::default(), BTreeMap::new());
+        let mut engine = Engine::new(plan, Timestamp::ZERO).with_robot(facts, none);
+        engine.abort(Timestamp::ZERO);
+        assert_eq!(engine.ending(), None, "the base may still move");
+        engine.wake(Timestamp::ZERO + REST_WAIT);
+        let reason = engine.ending().and_then(|ending| ending.reason.clone());
+        assert_eq!(reason.as_deref(), Some(&*format!("stopped by request; {NO_REST}")));
+        let noted = std::iter::from_fn(|| engine.action()).any(
+            |action| matches!(action, Action::Record(_, RecordKind::Note(note)) if note == NO_REST),
+        );
+        assert!(noted);
+    }
+}

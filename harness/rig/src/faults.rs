@@ -1,0 +1,281 @@
+//! Faults of a rig: what the schedule says is done to lines, devices, the machine of the controller, and the operator.
+
+use super::Rig;
+use super::director::Director;
+use super::injector::Change;
+use super::ledger::Ledger;
+use super::line::EndId;
+use super::node::{Machine, Node};
+use crate::bench::Carrier;
+use crate::link::ErrorState;
+use emulators::base::BaseFault;
+use emulators::gyro::GyroFault;
+use judge::properties::Seen;
+use plan::PhaseEvent;
+use plan::faults::Chance;
+use plan::faults::{FaultKind, Schedule, Target, Toward};
+use record::FaultSummary;
+use record::sink::RecordSink;
+use wire::time::{Span, Timestamp};
+use wire::units::Angle;
+
+/// What faults strike: a rig, the answers of a person, and the machine of a controller that is in this process but not of
+/// the rig.
+type Struck<'a> = (&'a mut Rig, &'a mut Director, Option<&'a mut Machine>);
+
+/// The faults of a run; one without any has none of this.
+#[derive(Debug)]
+pub struct Faults {
+    ledger: Ledger,
+    seed: u64,
+}
+
+impl Faults {
+    /// The faults of `schedule` in the run with `seed`, which begins at zero; none where there are none. Machines of what
+    /// is under test can be struck from now on.
+    pub fn of(schedule: &Schedule, seed: u64, rig: &mut Rig) -> Option<Box<Self>> {
+        let ledger = Ledger::of(schedule, seed)?;
+        rig.nodes.iter_mut().for_each(Node::with_faults);
+        Some(Box::new(Self { ledger, seed }))
+    }
+
+    pub const fn next_due(&self) -> Timestamp {
+        self.ledger.next_due()
+    }
+
+    pub fn phase(&mut self, now: Timestamp, event: &PhaseEvent) {
+        self.ledger.phase(now, event);
+    }
+
+    /// What a monitor sees of them.
+    pub fn seen(&self) -> Seen<'static> {
+        Seen::Faults { active: self.ledger.active(), unseen: self.ledger.unseen() }
+    }
+
+    /// What is due begins and ends; true where anything did.
+    pub fn strike(
+        &mut self,
+        now: Timestamp,
+        rig: &mut Rig,
+        director: &mut Director,
+        mut here: Option<&mut Machine>,
+        sink: &mut impl RecordSink,
+    ) -> bool {
+        let mut any = false;
+        while let Some(change) = self.ledger.change(now, sink) {
+            any = true;
+            match change {
+                Change::Begins(index) => {
+                    self.begin(now, index, (rig, director, here.as_deref_mut()));
+                }
+                Change::Ends(index) => {
+                    self.over(now, index, (rig, director, here.as_deref_mut()), sink);
+                }
+            }
+        }
+        any
+    }
+
+    /// Records what became of the nodes of the buses; says whether one has left its bus.
+    pub fn record_confinement(
+        &self,
+        now: Timestamp,
+        rig: &mut Rig,
+        sink: &mut impl RecordSink,
+    ) -> bool {
+        let mut has_left = false;
+        for line in &mut rig.lines {
+            while let Some((fault, change)) = line.state_change() {
+                has_left |= change.state == ErrorState::Off;
+                self.ledger.confinement(now, sink, fault, (line.name(change.node), &change));
+            }
+        }
+        has_left
+    }
+
+    /// The run is over: what goes on ends, and what never began is listed.
+    pub fn finish(
+        &mut self,
+        now: Timestamp,
+        rig: &mut Rig,
+        director: &mut Director,
+        mut here: Option<&mut Machine>,
+        sink: &mut impl RecordSink,
+    ) -> Vec<FaultSummary> {
+        for index in self.ledger.still_on() {
+            self.over(now, index, (rig, director, here.as_deref_mut()), sink);
+        }
+        self.ledger.close(now, sink)
+    }
+
+    fn over(
+        &mut self,
+        now: Timestamp,
+        index: usize,
+        struck: Struck<'_>,
+        sink: &mut impl RecordSink,
+    ) {
+        let acted = self.end(now, index, struck);
+        self.ledger.over(now, sink, index, acted);
+    }
+
+    /// Switches a fault on; one that is over in an instant is done.
+    fn begin(&mut self, now: Timestamp, index: usize, (rig, director, here): Struck<'_>) {
+        let fault = self.ledger.fault(index).clone();
+        let kind = fault.what;
+        match kind {
+            FaultKind::SchedulerStall { .. } | FaultKind::ClockStep { .. } => {
+                rig.nodes.iter_mut().for_each(|node| node.begin_fault(&kind));
+                here.into_iter().for_each(|machine| machine.host.begin_fault(&kind));
+            }
+            FaultKind::WrongUnit { .. } | FaultKind::WrongSign { .. } => {
+                director.slips.begin(index, kind, Chance::new(self.seed, &index.to_string()));
+            }
+            _ => {
+                let struck = (fault.target, fault.toward, &kind);
+                match rig.begin_fault(now, index, struck, self.seed) {
+                    0 => {}
+                    acted => self.ledger.acted(index, acted),
+                }
+            }
+        }
+    }
+
+    /// Switches a fault off; how often it has acted.
+    fn end(&mut self, now: Timestamp, index: usize, (rig, director, here): Struck<'_>) -> u64 {
+        let fault = self.ledger.fault(index).clone();
+        let kind = fault.what;
+        match kind {
+            FaultKind::SchedulerStall { .. } | FaultKind::ClockStep { .. } => {
+                let here = here.map_or(0, |machine| machine.host.end_fault(now, &kind));
+                rig.nodes.iter_mut().map(|node| node.end_fault(now, &kind)).sum::<u64>() + here
+            }
+            FaultKind::WrongUnit { .. } | FaultKind::WrongSign { .. } => director.slips.end(index),
+            _ => rig.end_fault(now, index, (fault.target, &kind)),
+        }
+    }
+}
+
+impl Rig {
+    /// Switches a fault of a line or of an emulated device on, by its number; how often it has acted where it is over in an
+    /// instant. Its random numbers are from `seed` and the number.
+    pub fn begin_fault(
+        &mut self,
+        now: Timestamp,
+        number: usize,
+        (target, toward, kind): (Target, Toward, &FaultKind),
+        seed: u64,
+    ) -> u64 {
+        if let Some(part) = target.part() {
+            let Some((line, end, struck)) = self.said(target.node(), part) else { return 0 };
+            let chance = |way: &str| Chance::new(seed, &format!("{number} {way}"));
+            match kind.info().reach.is_line() {
+                true => {
+                    let only = struck.layout.messages()[struck.message].can_id();
+                    let at = (end, Toward::Host, only);
+                    self.lines[line].begin_fault(now, (number, kind), at, chance);
+                }
+                false => self.lines[line].tamper((number, kind, chance("to host")), end, struck),
+            }
+            return 0;
+        }
+        if kind.info().reach.is_line() {
+            let chance = |way: &str| Chance::new(seed, &format!("{number} {way}"));
+            for (line, end) in self.lines_of(target) {
+                self.lines[line].begin_fault(now, (number, kind), (end, toward, None), chance);
+            }
+            return 0;
+        }
+        let chance = Chance::new(seed, &number.to_string());
+        let Some(robot) = self.robots_mut().find(|robot| robot.has(target)) else { return 0 };
+        if let Some(of_gyro) = gyro_fault(kind) {
+            robot.bench.gyro.begin_fault(number, of_gyro, chance.into_stream());
+            return 0;
+        }
+        match (*kind, &mut robot.bench.carrier) {
+            (FaultKind::EncoderJump { angle_deg }, Carrier::Base(base)) => {
+                base.jump_encoder(now, Angle::from_deg(angle_deg));
+                1
+            }
+            (FaultKind::LostSteps { steps }, Carrier::Table(table)) => {
+                table.lose_steps(now, steps);
+                1
+            }
+            (_, Carrier::Base(base)) => {
+                if let Some(of_base) = base_fault(kind) {
+                    base.begin_fault(now, number, of_base, chance.into_stream());
+                }
+                0
+            }
+            (_, Carrier::Table(_) | Carrier::Turning(_)) => 0,
+        }
+    }
+
+    /// Switches a fault off; how often it has acted.
+    pub fn end_fault(
+        &mut self,
+        now: Timestamp,
+        number: usize,
+        (target, kind): (Target, &FaultKind),
+    ) -> u64 {
+        if kind.info().reach.is_line() || target.part().is_some() {
+            let lines = self.lines_of(target);
+            return lines.iter().map(|(line, _)| self.lines[*line].end_fault(now, number)).sum();
+        }
+        let Some(robot) = self.robots_mut().find(|robot| robot.has(target)) else { return 0 };
+        if gyro_fault(kind).is_some() {
+            return robot.bench.gyro.end_fault(number);
+        }
+        match &mut robot.bench.carrier {
+            Carrier::Base(base) => base.end_fault(now, number),
+            Carrier::Table(_) | Carrier::Turning(_) => 0,
+        }
+    }
+
+    /// The lines that a fault of this target strikes, and the end that is the target's.
+    fn lines_of(&self, target: Target) -> Vec<(usize, EndId)> {
+        let name = target.node();
+        let of_name = |line: usize| {
+            let ends = self.lines[line].ends();
+            let at = ends.iter().position(|end| &*end.name == name).map(EndId::of);
+            // All that crosses a line of this name: what everybody sends is sent to nobody in particular.
+            let all = (*self.line_names[line] == *name).then_some(EndId::STRANGER);
+            at.or(all).map(|end| (line, end))
+        };
+        (0..self.lines.len()).filter_map(of_name).collect()
+    }
+}
+
+/// The switch of the gyro that a kind is.
+fn gyro_fault(kind: &FaultKind) -> Option<GyroFault> {
+    Some(match *kind {
+        FaultKind::Stuck { .. } => GyroFault::Stuck,
+        FaultKind::OverRange { lost_percent } => {
+            GyroFault::OverRange { lost: lost_percent / 100.0 }
+        }
+        FaultKind::BiasStep { deg_per_h } => {
+            GyroFault::BiasStep { by: (deg_per_h / 3_600.0).to_radians() }
+        }
+        FaultKind::NoiseBurst { rms_deg_per_s } => {
+            GyroFault::Noise { rms: rms_deg_per_s.to_radians() }
+        }
+        FaultKind::TemperatureFrozen { .. } => GyroFault::TemperatureFrozen,
+        FaultKind::TemperatureWild { rms_kelvin } => GyroFault::TemperatureWild { rms_kelvin },
+        FaultKind::Restart { .. } => GyroFault::Off,
+        _ => return None,
+    })
+}
+
+/// The switch of the base that a kind is.
+fn base_fault(kind: &FaultKind) -> Option<BaseFault> {
+    Some(match *kind {
+        FaultKind::RefuseCommands { .. } => BaseFault::RefuseCommands,
+        FaultKind::StuckOdometry { .. } => BaseFault::StuckOdometry,
+        FaultKind::WheelSlip { slip_percent } => {
+            BaseFault::WheelSlip { lost: slip_percent / 100.0 }
+        }
+        FaultKind::LateStop { late_s } => BaseFault::LateStop { by: Span::from_secs_f64(late_s) },
+        FaultKind::EmergencyStop { .. } => BaseFault::EmergencyStop,
+        _ => return None,
+    })
+}

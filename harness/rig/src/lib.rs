@@ -1,0 +1,55 @@
+//! A rig: nodes on lines, whoever they are.
+//!
+//! ```text
+//!   Director (the plan)            Observer (record, properties)
+//!        │ orders                        ▲ what crosses
+//!        ▼                               │
+//!   node ──┤ line ├── node    node ──┤ line ├── node
+//!    emulated, under test, tester, away: each a state machine; lines are paced, and faulty where a fault says so
+//! ```
+//!
+//! [`simulate`] is the loop in virtual time; that in real time is in the crate `live`. Both ask the same nodes and lines.
+//!
+//! * [`engine`]: the steps of a plan, without IO and without a clock. [`operator`]: what a plan asks a person.
+//! * [`link`]: what is between the ends of a line. [`crossing`]: virtual time with every packet and frame sent through the kernel
+//!   on its way.
+//! * [`mod@bench`]: the emulated devices of the paper's robot or table, from a device file.
+//! * [`hosted`]: whose controller is tested, and whose code plays a node.
+//!
+//! At equal times the order is: begin and end faults, deliver what has arrived, wake what is due (emulated devices first,
+//! then what they are emulated for, then the plan), transmit until nothing moves any more, record.
+
+#![allow(
+    missing_docs,
+    reason = "a crate of this workspace; what others use is documented where `harness` exports it"
+)]
+
+pub mod bench;
+pub mod build;
+pub mod by_hand;
+mod conversation;
+pub mod crossing;
+pub mod director;
+pub mod engine;
+pub mod faults;
+mod host;
+pub mod hosted;
+mod injector;
+mod ledger;
+pub mod line;
+pub mod link;
+pub mod node;
+pub mod operator;
+mod own;
+mod replayed;
+pub mod rerun;
+mod rig;
+pub mod robot;
+pub mod simulate;
+mod slips;
+mod stream;
+pub mod tester;
+mod touched;
+pub mod watch;
+
+pub use rig::Rig;

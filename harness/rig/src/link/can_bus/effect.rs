@@ -1,0 +1,199 @@
+//! What one fault does to the frames of a bus.
+
+use crate::link::gilbert_elliott::GilbertElliott;
+use plan::faults::Chance;
+use plan::faults::FaultKind;
+use wire::can::{BitRates, CanFrame, FD_BYTES_MAX, StandardId};
+use wire::time::{Span, Timestamp};
+
+/// Identifiers of frames that other nodes make: none is of a base ([`wire::base`]). The babbler's wins always.
+const BABBLER: StandardId = StandardId::ZERO;
+/// Those that win against a base and its host.
+const RIVALS: (u16, u16) = (0x001, 0x0ff);
+/// Those of other traffic, three in four of them below a base.
+const OTHERS: (u16, u16) = (0x200, 0x7ff);
+const OTHERS_BELOW: f64 = 0.75;
+/// Bits of the mean frame of other traffic: 0 to 8 bytes, each as likely, and 1.4 stuff bits, the mean over its identifiers.
+const MEAN_BITS: f64 = 47.0 + 8.0 * 4.0 + 1.4;
+
+#[derive(Debug)]
+pub(super) enum Effect<Node> {
+    Drop(f64),
+    Burst(GilbertElliott),
+    Duplicate(f64),
+    Disconnect,
+    Delay(Span),
+    /// With the frame that waits.
+    Reorder(f64, Option<(Node, CanFrame)>),
+    Corrupt(f64),
+    /// Every so often, next then.
+    Babble(Span, Timestamp),
+    /// So long between two begins in the mean, next then.
+    Load(f64, Timestamp),
+    BitErrors(f64),
+    LoseArbitration(f64),
+}
+
+/// What becomes of a frame that got through the bus.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Passed {
+    /// It goes on.
+    On,
+    /// Nobody hears it.
+    Lost,
+    /// It goes on by so much later.
+    Later(Span),
+    /// It goes on, and comes again.
+    Twice,
+    /// It goes on, and behind it comes this one, which was before it.
+    Before(CanFrame),
+}
+
+impl<Node: Copy + PartialEq> Effect<Node> {
+    pub(super) fn of(now: Timestamp, kind: &FaultKind, rates: BitRates) -> Option<Self> {
+        let share = |percent: f64| percent / 100.0;
+        Some(match *kind {
+            FaultKind::Drop { loss_percent } => Self::Drop(share(loss_percent)),
+            FaultKind::BurstLoss { loss_percent, recover_percent, bad_percent, good_percent } => {
+                let (p, r) = (loss_percent, recover_percent);
+                Self::Burst(GilbertElliott::from_percent(p, r, bad_percent, good_percent))
+            }
+            FaultKind::Duplicate { duplicate_percent } => Self::Duplicate(share(duplicate_percent)),
+            FaultKind::Disconnect { .. } => Self::Disconnect,
+            FaultKind::Delay { by_s } => Self::Delay(Span::from_secs_f64(by_s)),
+            FaultKind::Reorder { reorder_percent } => Self::Reorder(share(reorder_percent), None),
+            FaultKind::Corrupt { corrupt_percent } => Self::Corrupt(share(corrupt_percent)),
+            FaultKind::Babble { frames_per_s } => {
+                Self::Babble(Span::from_secs_f64(1.0 / frames_per_s), now)
+            }
+            FaultKind::BusLoad { load_percent } => {
+                Self::Load(MEAN_BITS / f64::from(rates.nominal) / share(load_percent), now)
+            }
+            FaultKind::BitErrors { bit_error_rate } => Self::BitErrors(bit_error_rate),
+            FaultKind::LostArbitration { lose_percent } => {
+                Self::LoseArbitration(share(lose_percent))
+            }
+            _ => return None,
+        })
+    }
+
+    /// When it sends a frame of its own next.
+    pub(super) const fn next_made(&self) -> Timestamp {
+        match self {
+            Self::Babble(_, next) | Self::Load(_, next) => *next,
+            _ => Timestamp::MAX,
+        }
+    }
+
+    /// The frame that is due.
+    pub(super) fn make(&mut self, chance: &mut Chance) -> CanFrame {
+        match self {
+            Self::Load(between_s, next) => {
+                // Independent begins: exponential times between them.
+                let wait_s = -*between_s * (1.0 - chance.uniform()).ln();
+                *next += Span::from_secs_f64(wait_s).max(Span::from_nanos(1));
+                let range = if chance.happens(OTHERS_BELOW) { OTHERS } else { RIVALS };
+                let length = chance.below(9);
+                other(range, length, chance)
+            }
+            Self::Babble(period, next) => {
+                *next += (*period).max(Span::from_nanos(1));
+                CanFrame::full(BABBLER, [0; 8])
+            }
+            _ => CanFrame::full(BABBLER, [0; 8]),
+        }
+    }
+
+    /// A frame that wins against one that wants to begin now.
+    pub(super) fn rival(&mut self, chance: &mut Chance) -> Option<CanFrame> {
+        match self {
+            Self::LoseArbitration(share) => {
+                chance.happens(*share).then(|| other(RIVALS, 8, chance))
+            }
+            _ => None,
+        }
+    }
+
+    /// The bit of a frame that is read wrongly, counted from 1, if one is.
+    pub(super) fn bits_until_error(
+        &mut self,
+        frame: &CanFrame,
+        chance: &mut Chance,
+    ) -> Option<u32> {
+        let Self::BitErrors(rate) = self else { return None };
+        let bits = frame.bits();
+        // The first wrong bit: geometric.
+        let first = (1.0 - chance.uniform()).ln() / (1.0 - *rate).ln();
+        (first < f64::from(bits)).then_some(first as u32 + 1)
+    }
+
+    /// The frame of `from` is through.
+    pub(super) fn pass(
+        &mut self,
+        from: Node,
+        frame: &mut CanFrame,
+        chance: &mut Chance,
+        acted: &mut u64,
+    ) -> Passed {
+        let passed = match self {
+            Self::Drop(loss) if chance.happens(*loss) => Passed::Lost,
+            Self::Burst(channel) => {
+                if channel.loses(chance) {
+                    Passed::Lost
+                } else {
+                    Passed::On
+                }
+            }
+            Self::Disconnect => Passed::Lost,
+            Self::Duplicate(share) if chance.happens(*share) => Passed::Twice,
+            Self::Delay(by) if *by > Span::ZERO => Passed::Later(*by),
+            Self::Reorder(share, waiting) => match waiting.take_if(|(of, _)| *of == from) {
+                Some((_, late)) => return Passed::Before(late),
+                None if waiting.is_none() && chance.happens(*share) => {
+                    *waiting = Some((from, *frame));
+                    Passed::Lost
+                }
+                None => Passed::On,
+            },
+            Self::Corrupt(share) => {
+                let changed = chance.happens(*share).then(|| corrupted(frame, chance)).flatten();
+                if let Some(changed) = changed {
+                    *frame = changed;
+                    *acted += 1;
+                }
+                return Passed::On;
+            }
+            _ => Passed::On,
+        };
+        *acted += u64::from(passed != Passed::On);
+        passed
+    }
+
+    /// What still waits, once it is over.
+    pub(super) fn release(&mut self) -> Option<(Node, CanFrame)> {
+        match self {
+            Self::Reorder(_, waiting) => waiting.take(),
+            _ => None,
+        }
+    }
+}
+
+/// A frame of another node.
+fn other((least, greatest): (u16, u16), length: usize, chance: &mut Chance) -> CanFrame {
+    let id = least + chance.below(usize::from(greatest - least) + 1) as u16;
+    let data = [0x55; 8];
+    // Both are in range: an identifier of eleven bits, at most eight bytes.
+    StandardId::new(id)
+        .and_then(|id| CanFrame::new(id, data.get(..length)?))
+        .unwrap_or_else(|| CanFrame::full(BABBLER, data))
+}
+
+/// With one bit of its data inverted; none where it has no data.
+fn corrupted(frame: &CanFrame, chance: &mut Chance) -> Option<CanFrame> {
+    let mut data = [0; FD_BYTES_MAX];
+    let length = frame.data().len();
+    data.get_mut(..length)?.copy_from_slice(frame.data());
+    let bit = chance.below(length * 8);
+    *data.get_mut(..length)?.get_mut(bit / 8)? ^= 1 << (bit % 8);
+    frame.with_data(&data[..length])
+}

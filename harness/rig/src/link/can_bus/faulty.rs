@@ -1,0 +1,308 @@
+//! A CAN bus that is faulty: nodes that nobody wants, bits that are read wrongly, frames that get lost on
+//! their way through a controller.
+
+use super::CanBus;
+use super::confinement::{ErrorCounters, ErrorState};
+use super::effect::{Effect, Passed};
+use super::nodes::{Nodes, StateChange};
+use plan::faults::Chance;
+use plan::faults::FaultKind;
+use wire::can::{CanFrame, Id};
+use wire::time::{Span, Timestamp};
+
+/// Frames that come later; more are dropped and counted.
+pub(crate) const HELD_MAX: usize = 256;
+/// Frames of other nodes that wait for the bus; more wait in their nodes.
+const STRANGERS_WAITING_MAX: usize = 8;
+/// Behind a destroyed bit: error flag (6), delimiter (8) and intermission (3). Flags of several nodes can lie behind
+/// each other and take up to 6 bits more (ISO 11898-1); they are taken to coincide.
+const ERROR_FRAME_BITS: i64 = 6 + 8 + 3;
+/// What an error-passive node waits behind a frame of its own (ISO 11898-1, suspend transmission).
+const SUSPEND_BITS: i64 = 8;
+
+#[derive(Debug)]
+pub(super) struct Faulty<Node> {
+    /// Whom frames are from that no device of the bench sent.
+    stranger: Node,
+    pub(super) layers: Vec<Layer<Node>>,
+    nodes: Nodes<Node>,
+    /// The frame on the bus will be destroyed.
+    destroyed: bool,
+    last_sender: Option<Node>,
+    /// When the last frame was over.
+    free_since: Timestamp,
+    held: Vec<(Timestamp, Node, CanFrame)>,
+}
+
+#[derive(Debug)]
+pub(super) struct Layer<Node> {
+    number: usize,
+    /// Whose frames; those of all where there is none.
+    from: Option<Node>,
+    /// Frames of this identifier; all where there is none.
+    only: Option<Id>,
+    effect: Effect<Node>,
+    chance: Chance,
+    acted: u64,
+}
+
+impl<Node: Copy + PartialEq> CanBus<Node> {
+    /// From now on frames of `from`, of that identifier where one is given, are struck by this too. `number` is the fault's. `nodes` are the nodes that
+    /// count errors; frames that a fault makes are from `stranger`. `false`, and nothing done, for a kind that
+    /// is of no bus.
+    pub fn begin_fault(
+        &mut self,
+        now: Timestamp,
+        fault: (usize, &FaultKind, Chance),
+        (from, only): (Option<Node>, Option<Id>),
+        nodes: &[Node],
+        stranger: Node,
+    ) -> bool {
+        let (number, kind, chance) = fault;
+        let Some(effect) = Effect::of(now, kind, self.rates) else { return false };
+        let (idle_since, bit) = (self.on_bus.is_none().then_some(now), self.rates.bit());
+        let faulty = self.faulty.get_or_insert_with(|| {
+            Box::new(Faulty {
+                stranger,
+                layers: Vec::new(),
+                nodes: Nodes::new(nodes, idle_since, bit),
+                destroyed: false,
+                last_sender: None,
+                free_since: now,
+                held: Vec::new(),
+            })
+        });
+        faulty.layers.push(Layer { number, from, only, effect, chance, acted: 0 });
+        true
+    }
+
+    /// The fault of this number is over; how many frames it struck or made. Counters of errors stay and go on.
+    pub fn end_fault(&mut self, now: Timestamp, number: usize) -> u64 {
+        let acted = self.fault_acted(number);
+        if let Some(faulty) = &mut self.faulty {
+            for layer in faulty.layers.iter_mut().filter(|layer| layer.number == number) {
+                // Nothing comes any more that it could wait for.
+                if let Some((from, frame)) = layer.effect.release() {
+                    hold(&mut faulty.held, &mut self.dropped, now, from, frame);
+                }
+            }
+            faulty.layers.retain(|layer| layer.number != number);
+        }
+        acted
+    }
+
+    /// What the fault of this number has done so far.
+    pub fn fault_acted(&self, number: usize) -> u64 {
+        let layers = self.faulty.as_ref().map_or(&[][..], |faulty| &faulty.layers);
+        layers.iter().filter(|layer| layer.number == number).map(|layer| layer.acted).sum()
+    }
+
+    /// The next change of a node's state that was not told yet.
+    pub fn state_change(&mut self) -> Option<StateChange<Node>> {
+        self.faulty.as_mut()?.nodes.change()
+    }
+
+    /// The error counters of a node; zero where no fault ever was.
+    pub fn error_counters(&self, node: Node) -> ErrorCounters {
+        self.faulty.as_ref().map_or_else(Default::default, |faulty| faulty.nodes.counters(node))
+    }
+
+    /// When something is next to be done beside the frame on the bus.
+    pub(super) fn next_faulty(&self) -> Timestamp {
+        let Some(faulty) = &self.faulty else { return Timestamp::MAX };
+        let made = faulty.layers.iter().map(|layer| layer.effect.next_made());
+        let held = faulty.held.iter().map(|(at, ..)| *at);
+        made.chain(held).min().unwrap_or(Timestamp::MAX).min(faulty.nodes.recovers_at())
+    }
+
+    /// A frame that is through by `now`, on a bus with faults.
+    #[cold]
+    pub(super) fn arrived_faulty(&mut self, now: Timestamp) -> Option<(Node, CanFrame)> {
+        loop {
+            let through_at = self.on_bus.as_ref().map_or(Timestamp::MAX, |(at, ..)| *at);
+            let next = through_at.min(self.next_faulty());
+            if next > now {
+                return None;
+            }
+            let faulty = self.faulty.as_mut()?;
+            if faulty.nodes.recovers_at() == next {
+                faulty.nodes.idle_until(next);
+                continue;
+            }
+            if let Some(place) = faulty.held.iter().position(|(at, ..)| *at == next) {
+                let (_, from, frame) = faulty.held.remove(place);
+                return Some((from, frame));
+            }
+            if let Some(layer) =
+                faulty.layers.iter_mut().find(|layer| layer.effect.next_made() == next)
+            {
+                let stranger = faulty.stranger;
+                let frame = layer.effect.make(&mut layer.chance);
+                // The babbler has one mailbox, and all others together have few.
+                let mut theirs = self.waiting.iter().filter(|(from, _)| *from == stranger);
+                let waits = theirs.clone().count() >= STRANGERS_WAITING_MAX
+                    || theirs.any(|(_, waiting)| waiting.id() == frame.id());
+                if !waits {
+                    layer.acted += 1;
+                    self.send(next, stranger, frame);
+                }
+                continue;
+            }
+            let (at, from, frame) = self.on_bus.take()?;
+            if let Some(through) = self.settle(at, from, frame) {
+                return Some(through);
+            }
+        }
+    }
+
+    /// The frame on the bus is over, for good or ill.
+    fn settle(&mut self, at: Timestamp, from: Node, frame: CanFrame) -> Option<(Node, CanFrame)> {
+        let faulty = self.faulty.as_mut()?;
+        (faulty.last_sender, faulty.free_since) = (Some(from), at);
+        let destroyed = std::mem::take(&mut faulty.destroyed);
+        faulty.nodes.count(from, destroyed);
+        if destroyed {
+            if faulty.nodes.state(from) == ErrorState::Off {
+                let before = self.waiting.len();
+                self.waiting.retain(|(node, _)| *node != from);
+                self.dropped += (before - self.waiting.len()) as u64 + 1;
+            } else {
+                // It tries again, before its later frames.
+                self.waiting.insert(0, (from, frame));
+            }
+            self.arbitrate(at);
+            return None;
+        }
+        self.arbitrate(at);
+        let faulty = self.faulty.as_mut()?;
+        if from == faulty.stranger {
+            return Some((from, frame));
+        }
+        // Others on the bus acknowledge it (assumption), so that it counts as sent.
+        if faulty.nodes.nobody_hears(from) {
+            self.dropped += 1;
+            return None;
+        }
+        let (mut passing, rates) = (frame, self.rates);
+        for layer in faulty.layers.iter_mut().filter(|layer| layer.strikes(from, &frame)) {
+            let Layer { effect, chance, acted, .. } = layer;
+            match effect.pass(from, &mut passing, chance, acted) {
+                Passed::On => {}
+                Passed::Lost => return None,
+                Passed::Later(by) => {
+                    hold(&mut faulty.held, &mut self.dropped, at + by, from, passing);
+                    return None;
+                }
+                Passed::Twice => {
+                    let again = passing.duration(rates);
+                    hold(&mut faulty.held, &mut self.dropped, at + again, from, passing);
+                }
+                Passed::Before(late) => {
+                    hold(&mut faulty.held, &mut self.dropped, at, from, late);
+                }
+            }
+        }
+        Some((from, passing))
+    }
+}
+
+impl<Node: PartialEq> Layer<Node> {
+    fn strikes(&self, from: Node, frame: &CanFrame) -> bool {
+        self.from.as_ref().is_none_or(|of| *of == from)
+            && self.only.is_none_or(|only| only == frame.id())
+    }
+}
+
+impl<Node: Copy + PartialEq> CanBus<Node> {
+    /// A node wants to send, on a bus with faults; `true` when it may.
+    pub(super) fn may_send(&mut self, now: Timestamp, from: Node) -> bool {
+        let Some(faulty) = &mut self.faulty else { return true };
+        faulty.nodes.idle_until(now);
+        faulty.nodes.state(from) != ErrorState::Off
+    }
+
+    /// Who is next, on a bus with faults.
+    #[cold]
+    pub(super) fn arbitrate_faulty(&mut self, now: Timestamp) {
+        let (rates, bit) = (self.rates, self.rates.bit());
+        let Some(faulty) = &mut self.faulty else { return };
+        faulty.nodes.idle_until(now);
+        let suspended = |node: Node| {
+            faulty.last_sender == Some(node)
+                && faulty.nodes.state(node) == ErrorState::Passive
+                && now - faulty.free_since < bit * SUSPEND_BITS
+        };
+        let best = |may: &dyn Fn(Node) -> bool| {
+            (0..self.waiting.len())
+                .filter(|&index| may(self.waiting[index].0))
+                .min_by_key(|&index| super::priority(&self.waiting[index].1))
+        };
+        let at_once = best(&|node| !suspended(node));
+        let Some(index) = at_once.or_else(|| best(&|_| true)) else {
+            faulty.nodes.idle_from(now);
+            return;
+        };
+        let wait = if at_once.is_some() { Span::ZERO } else { bit * SUSPEND_BITS };
+        faulty.nodes.busy();
+        let (from, frame) = self.waiting[index];
+        if let Some(rival) = faulty.rival(from, &frame) {
+            self.on_bus = Some((now + wait + rival.duration(rates), faulty.stranger, rival));
+            return;
+        }
+        self.waiting.remove(index);
+        let bits = faulty.bits_until_error(from, &frame);
+        faulty.destroyed = bits.is_some();
+        let time = match bits {
+            Some(bits) => frame.time_of(bits, rates) + bit * ERROR_FRAME_BITS,
+            None => frame.duration(rates),
+        };
+        self.on_bus = Some((now + wait + time, from, frame));
+    }
+}
+
+impl<Node: Copy + PartialEq> Faulty<Node> {
+    /// The layers that strike a frame of a node.
+    fn layers_of(
+        &mut self,
+        node: Node,
+        frame: &CanFrame,
+    ) -> impl Iterator<Item = &mut Layer<Node>> {
+        let none = node == self.stranger;
+        self.layers.iter_mut().filter(move |layer| !none && layer.strikes(node, frame))
+    }
+
+    /// The frame of another node that wins against this one of `from`.
+    fn rival(&mut self, from: Node, frame: &CanFrame) -> Option<CanFrame> {
+        self.layers_of(from, frame).find_map(|Layer { effect, chance, acted, .. }| {
+            let rival = effect.rival(chance);
+            *acted += u64::from(rival.is_some());
+            rival
+        })
+    }
+
+    /// After how many bits a frame is destroyed, if it is.
+    fn bits_until_error(&mut self, from: Node, frame: &CanFrame) -> Option<u32> {
+        self.layers_of(from, frame).find_map(|Layer { effect, chance, acted, .. }| {
+            let bits = effect.bits_until_error(frame, chance);
+            *acted += u64::from(bits.is_some());
+            bits
+        })
+    }
+}
+
+fn hold<Node>(
+    held: &mut Vec<(Timestamp, Node, CanFrame)>,
+    dropped: &mut u64,
+    at: Timestamp,
+    from: Node,
+    frame: CanFrame,
+) {
+    if held.len() < HELD_MAX {
+        held.push((at, from, frame));
+    } else {
+        *dropped += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests;

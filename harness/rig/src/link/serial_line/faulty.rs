@@ -1,0 +1,215 @@
+//! A serial line that is faulty: layers that bytes go through before they are on the line.
+
+use super::uart;
+use super::{PACKETS_MAX, SerialLine};
+use crate::link::gilbert_elliott::GilbertElliott;
+use plan::faults::Chance;
+use plan::faults::FaultKind;
+use wire::packet::{BYTES_MAX, Packet};
+use wire::time::{Span, Timestamp};
+
+/// The most bytes that one packet can become: faults that add double it.
+const GROWN_MAX: usize = 16 * BYTES_MAX;
+/// Bits of a byte of 8N1.
+const BITS_PER_BYTE: usize = 10;
+
+/// The faults of a line, in the order in which bytes go through them.
+#[derive(Debug, Default)]
+pub(super) struct Faulty {
+    layers: Vec<Layer>,
+}
+
+#[derive(Debug)]
+struct Layer {
+    number: usize,
+    effect: Effect,
+    chance: Chance,
+    acted: u64,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Effect {
+    Drop(f64),
+    Burst(GilbertElliott),
+    Duplicate(f64),
+    Disconnect,
+    /// Until then.
+    Stall(Timestamp),
+    Flip(f64),
+    Insert(f64),
+    /// Bits that the sender sends in the time of one.
+    Drift(f64),
+    Slip(f64),
+    Repeat(f64),
+}
+
+impl SerialLine {
+    /// From now on the line is faulty in this way too. `number` is the fault's; `false`, and nothing done, for a
+    /// kind that is of no serial line.
+    pub fn begin_fault(
+        &mut self,
+        now: Timestamp,
+        number: usize,
+        kind: &FaultKind,
+        chance: Chance,
+    ) -> bool {
+        let Some(effect) = Effect::of(now, kind) else { return false };
+        if let Effect::Stall(until) = effect {
+            // What is under way stands in a buffer by then.
+            self.under_way.iter_mut().for_each(|(at, _)| *at = until.max(*at));
+        }
+        let acted =
+            if matches!(effect, Effect::Stall(_)) { self.under_way.len() as u64 } else { 0 };
+        let faulty = self.faulty.get_or_insert_default();
+        faulty.layers.push(Layer { number, effect, chance, acted });
+        true
+    }
+
+    /// The fault of this number is over; what it did: bytes, packets for [`FaultKind::Stall`],
+    /// [`FaultKind::FramingSlip`] and [`FaultKind::Repeat`].
+    pub fn end_fault(&mut self, number: usize) -> u64 {
+        let Some(faulty) = &mut self.faulty else { return 0 };
+        let acted = faulty.acted(number);
+        faulty.layers.retain(|layer| layer.number != number);
+        if faulty.layers.is_empty() {
+            self.faulty = None;
+        }
+        acted
+    }
+
+    /// What the fault of this number has done so far.
+    pub fn fault_acted(&self, number: usize) -> u64 {
+        self.faulty.as_ref().map_or(0, |faulty| faulty.acted(number))
+    }
+
+    /// Sends through the layers.
+    #[cold]
+    pub(super) fn send_faulty(&mut self, now: Timestamp, packet: Packet) {
+        let Some(faulty) = &mut self.faulty else { return };
+        let mut bytes = packet.as_slice().to_vec();
+        let (mut not_before, mut rate) = (now, 1.0);
+        for layer in &mut faulty.layers {
+            match layer.effect {
+                Effect::Stall(until) => {
+                    not_before = not_before.max(until);
+                    layer.acted += 1;
+                }
+                Effect::Drift(drift) => rate *= drift,
+                _ => {}
+            }
+            layer.pass(&mut bytes);
+        }
+        // What is lost has taken its time on the line, and so does what is added.
+        let on_line = self.settings.time_for(packet.len().max(bytes.len()));
+        let on_line = Span::from_secs_f64(on_line.as_secs_f64() / rate);
+        self.busy_until = self.busy_until.max(now) + on_line;
+        let at = self.busy_until.max(not_before);
+        for chunk in bytes.chunks(BYTES_MAX) {
+            if self.under_way.len() >= PACKETS_MAX {
+                self.dropped += 1;
+            } else if let Some(packet) = Packet::from_slice(chunk) {
+                self.under_way.push_back((at, packet));
+            }
+        }
+    }
+}
+
+impl Faulty {
+    fn acted(&self, number: usize) -> u64 {
+        self.layers.iter().filter(|layer| layer.number == number).map(|layer| layer.acted).sum()
+    }
+}
+
+impl Layer {
+    fn pass(&mut self, bytes: &mut Vec<u8>) {
+        let Self { effect, chance, acted, .. } = self;
+        match effect {
+            Effect::Drop(loss) => thin(bytes, acted, || chance.happens(*loss)),
+            Effect::Burst(channel) => thin(bytes, acted, || channel.loses(chance)),
+            Effect::Disconnect => thin(bytes, acted, || true),
+            Effect::Duplicate(share) => {
+                grow(bytes, acted, |byte| chance.happens(*share).then_some(byte))
+            }
+            Effect::Insert(share) => {
+                grow(bytes, acted, |_| chance.happens(*share).then(|| chance.below(256) as u8));
+            }
+            Effect::Flip(share) => {
+                for byte in bytes {
+                    if chance.happens(*share) {
+                        *byte ^= 1 << chance.below(8);
+                        *acted += 1;
+                    }
+                }
+            }
+            Effect::Drift(rate) => reread(bytes, acted, |sent| uart::read(sent, *rate, 0)),
+            Effect::Slip(share) => {
+                if chance.happens(*share) {
+                    let from = 1 + chance.below(BITS_PER_BYTE - 1);
+                    reread(bytes, acted, |sent| uart::read(sent, 1.0, from));
+                }
+            }
+            Effect::Repeat(share) => {
+                if 2 * bytes.len() <= GROWN_MAX && chance.happens(*share) {
+                    bytes.extend_from_within(..);
+                    *acted += 1;
+                }
+            }
+            Effect::Stall(_) => {}
+        }
+    }
+}
+
+fn thin(bytes: &mut Vec<u8>, acted: &mut u64, mut lost: impl FnMut() -> bool) {
+    let before = bytes.len();
+    bytes.retain(|_| !lost());
+    *acted += (before - bytes.len()) as u64;
+}
+
+/// What `more` gives for a byte stands before it.
+fn grow(bytes: &mut Vec<u8>, acted: &mut u64, mut more: impl FnMut(u8) -> Option<u8>) {
+    let mut grown = Vec::with_capacity(bytes.len());
+    for byte in bytes.iter().copied() {
+        if grown.len() + 2 <= GROWN_MAX
+            && let Some(extra) = more(byte)
+        {
+            grown.push(extra);
+            *acted += 1;
+        }
+        grown.push(byte);
+    }
+    grown.truncate(GROWN_MAX);
+    *bytes = grown;
+}
+
+/// Counts packets that were read as something else.
+fn reread(bytes: &mut Vec<u8>, acted: &mut u64, read: impl Fn(&[u8]) -> Packet) {
+    let heard: Vec<u8> =
+        bytes.chunks(BYTES_MAX).flat_map(|sent| read(sent).as_slice().to_vec()).collect();
+    *acted += u64::from(heard != *bytes);
+    *bytes = heard;
+}
+
+impl Effect {
+    fn of(now: Timestamp, kind: &FaultKind) -> Option<Self> {
+        let share = |percent: f64| percent / 100.0;
+        Some(match *kind {
+            FaultKind::Drop { loss_percent } => Self::Drop(share(loss_percent)),
+            FaultKind::BurstLoss { loss_percent, recover_percent, bad_percent, good_percent } => {
+                let (p, r) = (loss_percent, recover_percent);
+                Self::Burst(GilbertElliott::from_percent(p, r, bad_percent, good_percent))
+            }
+            FaultKind::Duplicate { duplicate_percent } => Self::Duplicate(share(duplicate_percent)),
+            FaultKind::Disconnect { .. } => Self::Disconnect,
+            FaultKind::Stall { for_s } => Self::Stall(now + Span::from_secs_f64(for_s)),
+            FaultKind::Flip { flip_percent } => Self::Flip(share(flip_percent)),
+            FaultKind::Insert { insert_percent } => Self::Insert(share(insert_percent)),
+            FaultKind::BaudDrift { drift_percent } => Self::Drift(1.0 + share(drift_percent)),
+            FaultKind::FramingSlip { slip_percent } => Self::Slip(share(slip_percent)),
+            FaultKind::Repeat { repeat_percent } => Self::Repeat(share(repeat_percent)),
+            _ => return None,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

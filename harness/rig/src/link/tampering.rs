@@ -1,0 +1,160 @@
+//! One message of a node is struck on its way to the line: as a whole, in its counter, its checksum or one of its signals.
+//! Everything else passes as it is.
+
+use described::{Layout, Message, Sender};
+use plan::faults::{Chance, FaultKind};
+use wire::device::Transmit;
+
+/// What is struck: a message of a layout, and which of its signals where one is meant.
+#[derive(Debug, Clone)]
+pub struct Struck {
+    /// The messages of the line.
+    pub layout: Layout,
+    /// Who sends the message.
+    pub sender: Sender,
+    /// Its place in the layout.
+    pub message: usize,
+    /// The signal's place in the message.
+    pub signal: Option<usize>,
+}
+
+/// The faults of messages on one line.
+#[derive(Debug)]
+pub struct Tampering<Node> {
+    layers: Vec<Layer<Node>>,
+}
+
+#[derive(Debug)]
+struct Layer<Node> {
+    number: usize,
+    from: Node,
+    struck: Struck,
+    effect: Effect,
+    chance: Chance,
+    acted: u64,
+}
+
+/// What a kind does, and what it remembers.
+#[derive(Debug)]
+enum Effect {
+    /// The message as it was when the fault began, or came first.
+    Frozen(Option<Transmit>),
+    StuckCounter(Option<u64>),
+    CounterAhead(u64),
+    WrongChecksum(f64),
+    StuckSignal(Option<f64>),
+    Offset(f64),
+    Value(f64),
+}
+
+impl<Node> Default for Tampering<Node> {
+    fn default() -> Self {
+        Self { layers: Vec::new() }
+    }
+}
+
+impl<Node: PartialEq> Tampering<Node> {
+    /// From now on this message of `from` is struck by the fault of this number; one that is of no message does nothing.
+    pub fn begin(
+        &mut self,
+        (number, kind, chance): (usize, &FaultKind, Chance),
+        from: Node,
+        struck: Struck,
+    ) {
+        if let Some(effect) = Effect::of(kind, &struck) {
+            self.layers.push(Layer { number, from, struck, effect, chance, acted: 0 });
+        }
+    }
+
+    /// The fault of this number is over; how many messages it changed.
+    pub fn end(&mut self, number: usize) -> u64 {
+        let of = |layer: &&Layer<Node>| layer.number == number;
+        let acted = self.layers.iter().filter(of).map(|layer| layer.acted).sum();
+        self.layers.retain(|layer| layer.number != number);
+        acted
+    }
+
+    /// Nothing is struck.
+    #[inline]
+    pub const fn is_empty(&self) -> bool {
+        self.layers.is_empty()
+    }
+
+    /// What becomes of something that `from` sends.
+    #[inline]
+    pub fn pass(&mut self, from: Node, what: Transmit) -> Transmit {
+        if self.layers.is_empty() { what } else { self.changed(from, what) }
+    }
+
+    #[cold]
+    fn changed(&mut self, from: Node, mut what: Transmit) -> Transmit {
+        for layer in self.layers.iter_mut().filter(|layer| layer.from == from) {
+            let Struck { layout, sender, message, signal } = &layer.struck;
+            if !layout.is_message(*message, *sender, &what) {
+                continue;
+            }
+            let of = &layout.messages()[*message];
+            let changed = layer.effect.change(&what, (of, *signal), &mut layer.chance);
+            if let Some(changed) = changed.filter(|changed| *changed != what) {
+                what = changed;
+                layer.acted += 1;
+            }
+        }
+        what
+    }
+}
+
+impl Effect {
+    fn of(kind: &FaultKind, struck: &Struck) -> Option<Self> {
+        Some(match *kind {
+            FaultKind::FrozenMessage { .. } => Self::Frozen(None),
+            FaultKind::StuckCounter { .. } => Self::StuckCounter(None),
+            FaultKind::CounterJump { ahead } => Self::CounterAhead(ahead as u64),
+            FaultKind::WrongChecksum { wrong_percent } => {
+                Self::WrongChecksum(wrong_percent / 100.0)
+            }
+            FaultKind::StuckSignal { .. } => Self::StuckSignal(None),
+            FaultKind::SignalOffset { range_percent } => {
+                let message = struck.layout.messages().get(struck.message)?;
+                let signal = message.signals.get(struck.signal?)?;
+                Self::Offset(range_percent / 100.0 * (signal.maximum - signal.minimum))
+            }
+            FaultKind::SignalValue { value } => Self::Value(value),
+            _ => return None,
+        })
+    }
+
+    fn change(
+        &mut self,
+        what: &Transmit,
+        (message, signal): (&Message, Option<usize>),
+        chance: &mut Chance,
+    ) -> Option<Transmit> {
+        match self {
+            Self::Frozen(kept) => Some(*kept.get_or_insert(*what)),
+            Self::StuckCounter(kept) => {
+                let number = match *kept {
+                    Some(number) => number,
+                    None => *kept.insert(message.count(what)?),
+                };
+                message.with_count(what, number)
+            }
+            Self::CounterAhead(by) => message.with_count_ahead(what, *by),
+            Self::WrongChecksum(share) => {
+                chance.happens(*share).then(|| message.with_wrong_checksum(what)).flatten()
+            }
+            Self::StuckSignal(kept) => {
+                let value = match *kept {
+                    Some(value) => value,
+                    None => *kept.insert(message.value(what, signal?)?),
+                };
+                message.with_value(what, signal?, value)
+            }
+            Self::Offset(by) => {
+                let value = message.value(what, signal?)?;
+                message.with_value(what, signal?, value + *by)
+            }
+            Self::Value(value) => message.with_value(what, signal?, *value),
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! A node: who is at the lines of a rig.
+
+use super::host::{Guest, OnHost};
+use super::own::Own;
+use super::replayed::Replaying;
+use super::robot::Robot;
+use super::tester::Tester;
+use crate::hosted::{Hosted, HostedController as _};
+use controller::mission::Mission;
+use controller::{Input, Output, Port};
+use described::Description;
+use plan::DEVICE;
+use plan::faults::FaultKind;
+use std::sync::Arc;
+use wire::device::{PortId, Transmit};
+use wire::time::Timestamp;
+
+/// One node of a rig.
+#[derive(Debug)]
+pub struct Node {
+    pub name: Arc<str>,
+    pub part: Part,
+    /// Of each of its ports, which line and which end of it.
+    pub(super) routes: Vec<Option<Route>>,
+}
+
+/// Where a port leads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Route {
+    pub(super) line: usize,
+    pub(super) end: super::line::EndId,
+}
+
+/// What a node is.
+#[derive(Debug)]
+pub enum Part {
+    /// Emulated, built in: the gyro and what turns it.
+    Robot(Box<Robot>),
+    /// Emulated, from a file.
+    Described(Box<Described>),
+    /// Under test, in this process, and takes missions.
+    Controller(Box<Machine>),
+    /// Somebody's own, in this process: emulated or under test.
+    Own(Own),
+    /// The plan speaks here, in messages.
+    Tester(Box<Tester>),
+    /// A log plays its part.
+    Replayed(Replaying),
+    /// The plan's own port at the table.
+    Plan,
+    /// At a port of this machine: a process, or a real device.
+    Away,
+}
+
+impl Node {
+    pub fn new(name: &str, part: Part) -> Self {
+        Self { name: name.into(), part, routes: Vec::new() }
+    }
+
+    pub(super) fn route(&self, port: PortId) -> Option<Route> {
+        self.routes.get(usize::from(port.0)).copied().flatten()
+    }
+
+    /// It is emulated: woken before those that it is emulated for.
+    pub const fn is_emulated(&self) -> bool {
+        matches!(self.part, Part::Robot(_) | Part::Described(_))
+    }
+
+    #[inline]
+    pub(super) fn receive(&mut self, now: Timestamp, port: PortId, what: &Transmit) {
+        match &mut self.part {
+            Part::Controller(machine) => machine.host.receive(now, port, what),
+            Part::Robot(robot) => robot.receive(now, port, what),
+            Part::Described(described) => described.receive(now, what),
+            Part::Own(own) => own.host.receive(now, port, what),
+            Part::Tester(tester) => tester.receive(now, what),
+            // They read what crosses the line with everybody else's words.
+            Part::Replayed(_) | Part::Plan | Part::Away => {}
+        }
+    }
+
+    #[inline]
+    pub(super) fn next_wakeup(&self) -> Timestamp {
+        match &self.part {
+            Part::Controller(machine) => machine.next_wakeup(),
+            Part::Robot(robot) => robot.next_wakeup(),
+            Part::Described(described) => described.next_wakeup(),
+            Part::Own(own) => own.next_wakeup(),
+            Part::Tester(tester) => tester.next_wakeup(),
+            Part::Replayed(replaying) => replaying.next_wakeup(),
+            Part::Plan | Part::Away => Timestamp::MAX,
+        }
+    }
+
+    /// Faults of its machine can strike it from now on.
+    pub(super) fn with_faults(&mut self) {
+        match &mut self.part {
+            Part::Controller(machine) => machine.host.with_faults(),
+            Part::Own(own) => own.host.with_faults(),
+            _ => {}
+        }
+    }
+
+    /// Its machine begins to err, where it is under test.
+    pub(super) fn begin_fault(&mut self, kind: &FaultKind) {
+        match &mut self.part {
+            Part::Controller(machine) => machine.host.begin_fault(kind),
+            Part::Own(own) => own.host.begin_fault(kind),
+            _ => {}
+        }
+    }
+
+    /// Its machine errs no longer; how often it did.
+    pub(super) fn end_fault(&mut self, now: Timestamp, kind: &FaultKind) -> u64 {
+        match &mut self.part {
+            Part::Controller(machine) => machine.host.end_fault(now, kind),
+            Part::Own(own) => own.host.end_fault(now, kind),
+            _ => 0,
+        }
+    }
+
+    /// What it or its buffers had no room for.
+    pub(super) fn dropped(&self) -> u64 {
+        match &self.part {
+            Part::Controller(machine) => machine.host.dropped(),
+            Part::Described(described) => described.device.dropped(),
+            Part::Own(own) => own.host.dropped(),
+            _ => 0,
+        }
+    }
+}
+
+/// A device that a file describes, which can be switched off and on.
+#[derive(Debug)]
+pub struct Described {
+    pub device: described::Device,
+    /// It is switched on again then.
+    on_at: Option<Timestamp>,
+}
+
+impl Described {
+    /// Its random numbers are from `seed`, and its own by its name as a node.
+    pub fn new(node: &str, description: &Arc<Description>, seed: u64) -> Self {
+        let named = match node == DEVICE || node == description.name {
+            true => Arc::clone(description),
+            false => Arc::new(description.named(node)),
+        };
+        Self { device: described::Device::new(named, seed), on_at: None }
+    }
+
+    pub(super) fn receive(&mut self, now: Timestamp, what: &Transmit) {
+        match what {
+            Transmit::Frame(frame) => self.device.receive_frame(now, frame),
+            Transmit::Bytes(packet) => self.device.receive_bytes(now, packet.as_slice()),
+        }
+    }
+
+    /// Does what is due; true where it has just been switched on again.
+    pub fn wake(&mut self, now: Timestamp) -> bool {
+        let is_back = self.on_at.take_if(|at| *at <= now).is_some();
+        if is_back {
+            self.device.power(now, true);
+        }
+        if self.device.next_wakeup() <= now {
+            self.device.wake(now);
+        }
+        is_back
+    }
+
+    pub fn next_wakeup(&self) -> Timestamp {
+        self.device.next_wakeup().min(self.on_at.unwrap_or(Timestamp::MAX))
+    }
+
+    /// Switches it off, and on again at `on_at`.
+    pub fn cycle(&mut self, now: Timestamp, on_at: Timestamp) {
+        self.device.power(now, false);
+        self.on_at = Some(on_at);
+    }
+}
+
+/// The port of a controller at its gyro.
+pub const GYRO: PortId = PortId(0);
+/// The port of a controller at its base.
+pub const BASE: PortId = PortId(1);
+
+/// A controller and the machine that it runs on.
+#[derive(Debug)]
+pub struct Machine {
+    pub host: OnHost<Hosted>,
+    /// When it wants to be woken; asked again when something has reached it.
+    due: Timestamp,
+}
+
+impl Machine {
+    pub const fn new(controller: Hosted) -> Self {
+        Self { host: OnHost::new(controller), due: Timestamp::ZERO }
+    }
+
+    /// It wants to be woken by now, and its machine runs.
+    #[inline]
+    pub fn is_due(&self, now: Timestamp) -> bool {
+        self.due <= now && !self.host.is_stalled()
+    }
+
+    #[inline]
+    pub fn wake(&mut self, now: Timestamp) {
+        self.host.guest.wake(self.host.told(now));
+    }
+
+    /// Never while its machine stands still: what is due then is due when that goes on.
+    pub fn next_wakeup(&self) -> Timestamp {
+        if self.host.is_stalled() { Timestamp::MAX } else { self.due }
+    }
+
+    /// When it wants to be woken, by the clock of the bench.
+    pub fn ask_due(&mut self) {
+        self.due = self.host.when(self.host.guest.next_wakeup());
+    }
+}
+
+impl Guest for Hosted {
+    #[inline]
+    fn hear(&mut self, now: Timestamp, port: PortId, what: &Transmit) {
+        let at = if port == GYRO { Port::Gyro } else { Port::Base };
+        self.receive(now, at, input(what));
+    }
+
+    fn order(&mut self, now: Timestamp, mission: Mission) {
+        self.command(now, mission);
+    }
+}
+
+fn input(what: &Transmit) -> Input<'_> {
+    match what {
+        Transmit::Bytes(packet) => Input::Bytes(packet.as_slice()),
+        Transmit::Frame(frame) => Input::Frame(*frame),
+    }
+}
+
+/// What a controller sends, and at which port.
+pub const fn output(output: Output) -> (PortId, Transmit) {
+    match output {
+        Output::Bytes(Port::Gyro, packet) => (GYRO, Transmit::Bytes(packet)),
+        Output::Bytes(Port::Base, packet) => (BASE, Transmit::Bytes(packet)),
+        Output::Frame(frame) => (BASE, Transmit::Frame(frame)),
+    }
+}

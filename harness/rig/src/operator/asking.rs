@@ -1,0 +1,117 @@
+//! What plans ask for, and how to say what is missing.
+
+use super::attendance::{AnswersError, Attendance};
+use super::by_hand::{self, RealRoles};
+use super::number::in_unit;
+use plan::{Answer, Plan, Step};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A question of a plan.
+pub(super) struct Asking<'a> {
+    pub(super) plan: &'a Plan,
+    pub(super) text: String,
+    pub(super) answer: Option<Answer>,
+    /// How often the plan asks it.
+    pub(super) times: u64,
+}
+
+impl Asking<'_> {
+    /// Does `plan` ask for `name` here?
+    pub(super) fn is(&self, plan: &Plan, name: &str) -> bool {
+        self.plan.name == plan.name && self.answer.as_ref().is_some_and(|a| a.name.as_str() == name)
+    }
+}
+
+/// Every question in `steps`, which are carried out `times` times on a bench with these real devices.
+pub(super) fn questions<'a>(
+    plan: &'a Plan,
+    steps: &'a [Step],
+    times: u64,
+    real: RealRoles,
+    found: &mut Vec<Asking<'a>>,
+) {
+    for step in steps {
+        for ((text, answer), each_time) in by_hand::questions(&step.action, real) {
+            found.push(Asking { plan, text, answer, times: times.saturating_mul(each_time) });
+        }
+        let times = times.saturating_mul(step.action.repetitions());
+        questions(plan, step.action.steps(), times, real, found);
+    }
+}
+
+/// Where `name` is asked for.
+pub(super) fn asking_for<'a>(
+    name: &'a str,
+    asked: &'a [Asking<'a>],
+) -> impl Iterator<Item = (&'a Plan, &'a Answer)> {
+    let answers = asked.iter().filter_map(|asking| Some((asking.plan, asking.answer.as_ref()?)));
+    answers.filter(move |(_, answer)| answer.name.as_str() == name)
+}
+
+/// Name, unit and range.
+pub(super) fn wanted(Answer { name, unit, range, .. }: &Answer) -> String {
+    format!("{name}{}, {range}", in_unit(unit))
+}
+
+/// What is asked for at all.
+pub(super) fn known(asked: &[Asking<'_>]) -> String {
+    let names: BTreeSet<_> =
+        asked.iter().filter_map(|asking| Some(asking.answer.as_ref()?.name.as_str())).collect();
+    match names.len() {
+        0 => "asked for: nothing".to_owned(),
+        _ => format!("asked for: {}", Vec::from_iter(names).join(", ")),
+    }
+}
+
+/// What is missing, and a file that would do.
+pub(super) fn tell(missing: &[&Asking<'_>], attendance: Attendance) -> AnswersError {
+    let numbers = missing.iter().filter(|asking| asking.answer.is_some()).count();
+    let what = match (numbers, missing.len() - numbers) {
+        (0, by_hand) => plural(by_hand, "thing has to be done", "things have to be done"),
+        (numbers, 0) => plural(numbers, "answer is missing", "answers are missing"),
+        (numbers, by_hand) => format!(
+            "{} and {}",
+            plural(numbers, "answer is missing", "answers are missing"),
+            plural(by_hand, "thing has to be done", "things have to be done"),
+        ),
+    };
+    let mut help = String::new();
+    let mut lines = BTreeMap::new();
+    let mut told = BTreeSet::new();
+    for Asking { plan, text, answer, .. } in missing {
+        let text = text.escape_debug();
+        let line = match answer {
+            None => format!("plan {} asks to be done: {text}\n", plan.name),
+            Some(answer) => {
+                let Answer { name, unit, .. } = answer;
+                lines.insert(name.as_str(), format!("{name} = \"... {unit}\"\n"));
+                format!("plan {} asks for {}: {text}\n", plan.name, wanted(answer))
+            }
+        };
+        // What is asked again and again is said once.
+        if !told.contains(&line) {
+            help += &line;
+            told.insert(line);
+        }
+    }
+    let (why, otherwise) = match attendance {
+        Attendance::Simulated => ("nobody is asked in virtual time", ""),
+        _ => (
+            "nobody is there to be asked: the standard input is no terminal",
+            "run it in a terminal, or ",
+        ),
+    };
+    help += &format!("{otherwise}add --answers FILE with:\nby = \"your name\"\n");
+    if missing.len() > numbers {
+        help += "done = true\n";
+    }
+    if !lines.is_empty() {
+        help += "[answers]\n";
+        help.extend(lines.into_values());
+    }
+    AnswersError::Missing { what, why, help: help.trim_end().to_owned() }
+}
+
+fn plural(count: usize, one: &str, many: &str) -> String {
+    if count == 1 { format!("1 {one}") } else { format!("{count} {many}") }
+}

@@ -1,0 +1,114 @@
+//! Answers in a file: what a person has read off, for runs that nobody watches.
+//!
+//! ```toml
+//! by = "Jane Doe"                 # who answers; goes into the record
+//! done = true                     # what is to be done by hand has been done
+//!
+//! [answers]
+//! gap = "1.5 mm"                  # whenever it is asked for
+//! mass = ["60 kg", "61.5 kg"]     # the first time, the second time
+//! ```
+
+use plan::library::{LibraryError, Source};
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{self, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::Path;
+use toml::Spanned;
+
+/// The most answers to one question. Assumption: a person reads off fewer in a month.
+pub const ANSWERS_MAX: usize = 10_000;
+
+/// A file of answers, its texts not yet read as numbers: only a plan knows their units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AnswerFile {
+    pub(super) by: String,
+    pub(super) done: bool,
+    pub(super) answers: BTreeMap<String, Spanned<Written>>,
+    source: Source,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Contents {
+    by: Spanned<String>,
+    #[serde(default)]
+    done: bool,
+    #[serde(default)]
+    answers: BTreeMap<String, Spanned<Written>>,
+}
+
+/// What is written for one question.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Written {
+    /// The same whenever it is asked.
+    Always(String),
+    /// One after the other.
+    InTurn(Vec<Spanned<String>>),
+}
+
+struct WrittenVisitor;
+
+impl<'de> Visitor<'de> for WrittenVisitor {
+    type Value = Written;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a text with a unit such as \"1.5 deg\", or a list of such texts")
+    }
+
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<Written, E> {
+        Ok(Written::Always(text.to_owned()))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, texts: A) -> Result<Written, A::Error> {
+        Vec::deserialize(SeqAccessDeserializer::new(texts)).map(Written::InTurn)
+    }
+}
+
+impl<'de> Deserialize<'de> for Written {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(WrittenVisitor)
+    }
+}
+
+impl AnswerFile {
+    /// Reads the file.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be read or is not right.
+    pub fn load(path: &Path) -> Result<Self, LibraryError> {
+        Self::parse(Source::of_file(path)?)
+    }
+
+    pub(super) fn parse(source: Source) -> Result<Self, LibraryError> {
+        let Contents { by, done, answers } = source.parse()?;
+        if by.get_ref().trim().is_empty() {
+            let message = "nobody answers here, expected a name".to_owned();
+            return Err(source.mistake(by.span(), message, None));
+        }
+        for written in answers.values() {
+            let count = match written.get_ref() {
+                Written::Always(_) => 1,
+                Written::InTurn(texts) => texts.len(),
+            };
+            if !(1..=ANSWERS_MAX).contains(&count) {
+                let message = format!("{count} answers, expected 1 to {ANSWERS_MAX}");
+                return Err(source.mistake(written.span(), message, None));
+            }
+        }
+        Ok(Self { by: by.into_inner(), done, answers, source })
+    }
+
+    /// A mistake that only a plan brings to light, in its place.
+    pub(super) fn mistake(
+        &self,
+        at: std::ops::Range<usize>,
+        message: String,
+        help: Option<String>,
+    ) -> LibraryError {
+        self.source.mistake(at, message, help)
+    }
+}

@@ -1,0 +1,30 @@
+//! A node whose part a log plays: what it sent is sent again, as far apart as it was.
+
+use plan::replayed::Replayed;
+use wire::device::{PortId, Transmit};
+use wire::time::Timestamp;
+
+/// A log in the place of a node. It hears nothing.
+#[derive(Debug)]
+pub struct Replaying {
+    said: Replayed,
+    next: usize,
+}
+
+impl Replaying {
+    pub(super) const fn new(said: Replayed) -> Self {
+        Self { said, next: 0 }
+    }
+
+    pub(super) fn next_wakeup(&self) -> Timestamp {
+        self.said.get(self.next).map_or(Timestamp::MAX, |(at, ..)| Timestamp::ZERO + *at)
+    }
+
+    /// What is due by `now`, one after another.
+    pub(super) fn transmit(&mut self, now: Timestamp) -> Option<(PortId, Transmit)> {
+        let due = |(at, ..): &&(_, _, _)| Timestamp::ZERO + *at <= now;
+        let (_, port, what) = self.said.get(self.next).filter(due)?;
+        self.next += 1;
+        Some((PortId(*port), *what))
+    }
+}

@@ -1,0 +1,384 @@
+//! Who was under test once more, on what it heard in a recorded run: what it says now, beside what it said then.
+//!
+//! Nobody answers it. What the others sent stands in the record, whatever is said now, so a difference is its own. What it
+//! sends goes through lines like those of the run, on which it is alone.
+
+use super::Rig;
+use super::line::EndId;
+use super::node::{Part, output};
+use crate::engine::FIRST_MISSION;
+use crate::hosted::{HostedController as _, News};
+use controller::mission::{Command, Mission, MissionId};
+use record::reader::RecordError;
+use record::{Device, Record, RecordKind};
+use std::collections::{BTreeMap, VecDeque};
+use wire::can::Id;
+use wire::device::Transmit;
+use wire::packet::{BYTES_MAX, Packet};
+use wire::time::{Span, Timestamp};
+
+/// On a bus a frame waits for those of others, on which it is alone here. Assumption: longer than a burst of ten frames
+/// at 125 kbit/s takes.
+const BUS_APART_MAX: Span = Span::from_millis(20);
+/// What one of them said and the other has not after this long is a difference.
+const AWAITED: Span = Span::from_secs(1);
+/// Wake-ups at one instant; more means that it wants to be woken again and again for nothing.
+const WAKES_AT_ONCE_MAX: u32 = 10_000;
+
+/// Why a run cannot be carried out again on its record.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum RerunError {
+    /// The rest of the record cannot be read.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Record(#[from] RecordError),
+    /// What it heard was not recorded.
+    #[error("the record has no bytes and no frames")]
+    #[diagnostic(help("record a run with `hil run PLAN --record full`"))]
+    NoBytes,
+    /// Nobody is under test in this process or as a program.
+    #[error("nobody is under test in this run who could be started again")]
+    #[diagnostic(help("a device at a port and an emulated one are not run again"))]
+    NobodyUnderTest,
+    /// Its machine stood still, or its clock jumped: when it heard what is not in the record.
+    #[error(
+        "the machine of the device under test had a fault at {at_s} s: when it heard what is not known"
+    )]
+    #[diagnostic(help("run the plan again without faults of the host"))]
+    HostFault {
+        /// When, s.
+        at_s: f64,
+    },
+    /// A node speaks on several lines.
+    #[error("{who} speaks on several lines, and the record does not say on which")]
+    #[diagnostic(help("a run of a rig without a gateway can be carried out again"))]
+    SeveralLines {
+        /// The node.
+        who: String,
+    },
+    /// It never rests.
+    #[error("time stands still at {at_s} s: what is under test wants to be woken again and again")]
+    #[diagnostic(help("a wake-up that was called is to lie in the future"))]
+    StandsStill {
+        /// When, s.
+        at_s: f64,
+    },
+}
+
+/// How much was said.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Said {
+    /// Packets of bytes and frames.
+    pub outputs: u64,
+    /// Reports.
+    pub reports: u64,
+}
+
+/// The first that differs: what stands in the record, and what was said now; none where one of them said nothing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Difference {
+    /// In the record.
+    pub recorded: Option<Record>,
+    /// Now.
+    pub now: Option<Record>,
+}
+
+/// What came of carrying a run out again.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Rerun {
+    /// In the record.
+    pub recorded: Said,
+    /// Now.
+    pub now: Said,
+    /// None where all is the same.
+    pub difference: Option<Difference>,
+    /// How a program ended before the run was over.
+    pub ended: Option<String>,
+}
+
+/// Outputs, or reports, that the other side has not said yet.
+#[derive(Debug, Default)]
+struct Pairs {
+    recorded: VecDeque<Record>,
+    now: VecDeque<Record>,
+}
+
+impl Pairs {
+    /// The first pair that differs, of those that are known at `at`.
+    fn difference(&mut self, at: Timestamp) -> Option<Difference> {
+        loop {
+            let (recorded, now) = (self.recorded.front(), self.now.front());
+            let is_late = |record: &Record| at - record.at > AWAITED;
+            match (recorded, now) {
+                (Some(recorded), Some(now)) if is_same(recorded, now) => {
+                    self.recorded.pop_front();
+                    self.now.pop_front();
+                }
+                (None, None) => return None,
+                (Some(one), None) | (None, Some(one)) if !is_late(one) => return None,
+                (recorded, now) => {
+                    return Some(Difference { recorded: recorded.cloned(), now: now.cloned() });
+                }
+            }
+        }
+    }
+}
+
+const fn identifier(record: &Record) -> Option<Id> {
+    match &record.kind {
+        RecordKind::Frame(frame) => Some(frame.id()),
+        _ => None,
+    }
+}
+
+fn is_same(recorded: &Record, now: &Record) -> bool {
+    let (first, last) = (recorded.at.min(now.at), recorded.at.max(now.at));
+    let apart_max =
+        if matches!(now.kind, RecordKind::Frame(_)) { BUS_APART_MAX } else { Span::ZERO };
+    recorded.device == now.device && recorded.kind == now.kind && last - first <= apart_max
+}
+
+/// A run on its record.
+struct Again {
+    rig: Rig,
+    /// Nodes that are run again.
+    tested: Vec<usize>,
+    now: Timestamp,
+    /// Something has reached one of them since they were asked.
+    is_reached: bool,
+    next_id: MissionId,
+    /// Frames by their identifiers: on a busy bus they change places. Bytes have none.
+    outputs: BTreeMap<Option<Id>, Pairs>,
+    reports: Pairs,
+    came: Rerun,
+}
+
+/// Those under test in `rig` hear `records` again.
+pub fn rerun(
+    rig: Rig,
+    records: impl IntoIterator<Item = Result<Record, RecordError>>,
+) -> Result<Rerun, RerunError> {
+    let is_tested =
+        |place: &usize| matches!(rig.nodes[*place].part, Part::Controller(_) | Part::Own(_));
+    let tested: Vec<usize> = (0..rig.nodes.len()).filter(is_tested).collect();
+    if tested.is_empty() {
+        return Err(RerunError::NobodyUnderTest);
+    }
+    let mut again = Again {
+        rig,
+        tested,
+        now: Timestamp::ZERO,
+        is_reached: false,
+        next_id: FIRST_MISSION,
+        outputs: BTreeMap::new(),
+        reports: Pairs::default(),
+        came: Rerun::default(),
+    };
+    // Before anything happens they are asked, and not woken.
+    again.tested.clone().into_iter().for_each(|place| again.ask(place));
+    let (mut has_bytes, mut over) = (false, Timestamp::ZERO);
+    for record in records {
+        let record = record?;
+        match record.kind {
+            RecordKind::Bytes(_) | RecordKind::Frame(_) => has_bytes = true,
+            RecordKind::Note(_) | RecordKind::Fault(_) => {}
+            _ => over = record.at,
+        }
+        again.advance(record.at)?;
+        again.take(record)?;
+    }
+    if !has_bytes {
+        return Err(RerunError::NoBytes);
+    }
+    again.settle();
+    // When a plan is over, what is on a line still goes through, and nobody is asked any more.
+    for pairs in again.outputs.values_mut().chain([&mut again.reports]) {
+        pairs.now.retain(|record| record.at <= over);
+    }
+    again.compare(again.now + AWAITED + Span::from_nanos(1));
+    Ok(again.came)
+}
+
+impl Again {
+    /// All that happens before `until`.
+    fn advance(&mut self, until: Timestamp) -> Result<(), RerunError> {
+        if until <= self.now {
+            return Ok(());
+        }
+        self.settle();
+        let mut at_once = 0;
+        loop {
+            let wakes = self.tested.iter().map(|place| self.rig.nodes[*place].next_wakeup());
+            let next = wakes.min().unwrap_or(Timestamp::MAX).min(self.rig.next_arrival());
+            if next >= until {
+                break;
+            }
+            at_once = if next > self.now { 0 } else { at_once + 1 };
+            if at_once == WAKES_AT_ONCE_MAX {
+                return Err(RerunError::StandsStill { at_s: self.now.as_secs_f64() });
+            }
+            self.now = self.now.max(next);
+            self.arrive();
+            self.settle();
+        }
+        self.compare(self.now);
+        self.now = until;
+        Ok(())
+    }
+
+    /// What has come through the lines was said now.
+    fn arrive(&mut self) {
+        for line in &mut self.rig.lines {
+            while let Some((from, what)) = line.arrived(self.now) {
+                let kind = match what {
+                    Transmit::Bytes(packet) => RecordKind::Bytes(packet.as_slice().to_vec()),
+                    Transmit::Frame(frame) => RecordKind::Frame(frame),
+                };
+                self.came.now.outputs += 1;
+                let said = Record { at: self.now, device: line.who(from), kind };
+                self.outputs.entry(identifier(&said)).or_default().now.push_back(said);
+            }
+        }
+    }
+
+    /// Those under test do what is due, and say what they have to say.
+    fn settle(&mut self) {
+        for place in self.tested.clone() {
+            let is_due = self.rig.nodes[place].next_wakeup() <= self.now;
+            match &mut self.rig.nodes[place].part {
+                Part::Controller(machine) if is_due => machine.wake(self.now),
+                Part::Own(own) if is_due => {
+                    own.wake(self.now);
+                    let ended = own.ended();
+                    self.came.ended = self.came.ended.take().or(ended);
+                }
+                _ if self.is_reached => {}
+                _ => continue,
+            }
+            self.ask(place);
+        }
+        self.is_reached = false;
+    }
+
+    /// What a node has to say goes out.
+    fn ask(&mut self, place: usize) {
+        self.rig.empty(self.now, place);
+        let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
+        let guest = &mut machine.host.guest;
+        let mut sent = Vec::new();
+        while let Some(one) = guest.transmit(self.now) {
+            sent.push(output(one));
+        }
+        while let Some(report) = guest.report() {
+            let kind = RecordKind::Report(report);
+            self.came.now.reports += 1;
+            self.reports.now.push_back(Record { at: self.now, device: Device::Controller, kind });
+        }
+        while let Some(news) = guest.news() {
+            if let News::Ended(how) = news {
+                self.came.ended.get_or_insert(how);
+            }
+        }
+        machine.ask_due();
+        for (port, what) in sent {
+            self.rig.send(self.now, place, port, what);
+        }
+    }
+
+    fn take(&mut self, record: Record) -> Result<(), RerunError> {
+        match &record.kind {
+            RecordKind::Bytes(bytes) => {
+                let packets = bytes.chunks(BYTES_MAX).filter_map(Packet::from_slice);
+                let what: Vec<_> = packets.map(Transmit::Bytes).collect();
+                self.heard(record, &what, false)?;
+            }
+            RecordKind::Frame(frame) => {
+                let what = [Transmit::Frame(*frame)];
+                self.heard(record, &what, true)?;
+            }
+            RecordKind::Command(command) => self.order(Command::clone(command)),
+            RecordKind::Report(_) => {
+                self.settle();
+                self.came.recorded.reports += 1;
+                self.reports.recorded.push_back(record);
+            }
+            RecordKind::Fault(_) if record.device == Device::Controller => {
+                return Err(RerunError::HostFault { at_s: record.at.as_secs_f64() });
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn order(&mut self, command: Command) {
+        self.settle();
+        let mission = Mission { id: self.next_id, command };
+        self.next_id = self.next_id.wrapping_add(1);
+        for node in &mut self.rig.nodes {
+            if let Part::Controller(machine) = &mut node.part {
+                machine.host.command(self.now, mission.clone());
+            }
+        }
+        self.is_reached = true;
+    }
+
+    /// Something had come through a line: those under test hear it, or one of them had said it.
+    fn heard(&mut self, record: Record, what: &[Transmit], is_can: bool) -> Result<(), RerunError> {
+        let is_said = |line: &usize| {
+            let line = &self.rig.lines[*line];
+            line.is_can() == is_can && line.ends().iter().any(|end| end.who == record.device)
+        };
+        let mut lines: Vec<usize> = (0..self.rig.lines.len()).filter(is_said).collect();
+        if lines.is_empty() && record.device == Device::Plan {
+            // A fault sent it, from no end of the bus.
+            lines =
+                (0..self.rig.lines.len()).filter(|line| self.rig.lines[*line].is_can()).collect();
+        }
+        let from = |line: usize| {
+            let ends = self.rig.lines[line].ends();
+            ends.iter().position(|end| end.who == record.device).map(EndId::of)
+        };
+        let is_tested = |line: usize| {
+            let end = from(line).map(|end| self.rig.lines[line].ends()[end.place()].node);
+            end.is_some_and(|node| self.tested.contains(&node))
+        };
+        if lines.iter().any(|line| is_tested(*line)) {
+            self.came.recorded.outputs += 1;
+            let pairs = self.outputs.entry(identifier(&record)).or_default();
+            pairs.recorded.push_back(record);
+            return Ok(());
+        }
+        let [line] = lines[..] else {
+            let who = record.device.name().to_owned();
+            // A line that is not of the rig, as that of an emulated table, is nobody's under test.
+            return if lines.is_empty() { Ok(()) } else { Err(RerunError::SeveralLines { who }) };
+        };
+        let from = from(line).unwrap_or(EndId::STRANGER);
+        let ends = self.rig.lines[line].ends().iter().enumerate();
+        let hear = ends
+            .filter(|(place, end)| EndId::of(*place) != from && self.tested.contains(&end.node));
+        for (node, port) in hear.map(|(_, end)| (end.node, end.port)).collect::<Vec<_>>() {
+            for one in what {
+                self.rig.nodes[node].receive(self.now, port, one);
+            }
+            self.is_reached = true;
+        }
+        Ok(())
+    }
+
+    /// What both have said by `at` is compared, until the first difference.
+    fn compare(&mut self, at: Timestamp) {
+        if self.came.difference.is_some() {
+            self.outputs.clear();
+            self.reports = Pairs::default();
+            return;
+        }
+        let pairs = self.outputs.values_mut().chain([&mut self.reports]);
+        let differences = pairs.filter_map(|pairs| pairs.difference(at));
+        let first = |one: &Difference| {
+            let at = |record: &Option<Record>| record.as_ref().map(|record| record.at);
+            at(&one.recorded).into_iter().chain(at(&one.now)).min()
+        };
+        self.came.difference = differences.min_by_key(first);
+    }
+}

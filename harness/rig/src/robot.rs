@@ -1,0 +1,111 @@
+//! The paper's robot or table as a node: a gyro that rides on a base or a table.
+
+use crate::bench::{Bench, Carrier};
+use plan::faults::Target;
+use wire::device::{PortId, Transmit};
+use wire::time::{Span, Timestamp};
+
+/// The port of the gyro's stream.
+pub const GYRO: PortId = PortId(0);
+/// The port of what carries it: the base or the table.
+pub const CARRIER: PortId = PortId(1);
+
+/// Gyro and carrier.
+#[derive(Debug)]
+pub struct Robot {
+    pub bench: Bench,
+    /// When the carrier wants to be woken; asked again when something has reached it.
+    pub(super) carrier_due: Timestamp,
+    /// A real gyro, or a real carrier, is in the place of the emulated one, which only follows: it says nothing.
+    pub gyro_is_real: bool,
+    /// See `gyro_is_real`.
+    pub carrier_is_real: bool,
+    /// An output of the gyro may be asked for so long after its instant; see [`wake_gyros_late`](super::Rig::wake_gyros_late).
+    pub(super) gyro_late: Span,
+}
+
+impl Robot {
+    pub const fn new(bench: Bench) -> Self {
+        let (gyro_is_real, carrier_is_real) = (false, false);
+        let (carrier_due, gyro_late) = (Timestamp::ZERO, Span::ZERO);
+        Self { bench, carrier_due, gyro_is_real, carrier_is_real, gyro_late }
+    }
+
+    /// The device of that name is part of it.
+    pub fn has(&self, device: Target) -> bool {
+        match (device, &self.bench.carrier) {
+            (Target::Gyro, _) => !self.gyro_is_real,
+            (Target::Base, Carrier::Base(_)) | (Target::Table, Carrier::Table(_)) => {
+                !self.carrier_is_real
+            }
+            _ => false,
+        }
+    }
+
+    #[inline]
+    pub(super) fn receive(&mut self, now: Timestamp, port: PortId, what: &Transmit) {
+        let Bench { gyro, carrier, .. } = &mut self.bench;
+        match (what, carrier) {
+            (Transmit::Bytes(packet), _) if port == GYRO => gyro.receive(now, packet.as_slice()),
+            (Transmit::Bytes(packet), Carrier::Base(base)) => {
+                base.receive_bytes(now, packet.as_slice());
+            }
+            (Transmit::Bytes(packet), Carrier::Table(table)) => {
+                table.receive(now, packet.as_slice());
+            }
+            (Transmit::Frame(frame), Carrier::Base(base)) => base.receive_frame(now, frame),
+            (Transmit::Frame(_), Carrier::Table(_)) | (_, Carrier::Turning(_)) => {}
+        }
+    }
+
+    /// The carrier does what is due; true where it did.
+    #[inline]
+    pub(super) fn wake(&mut self, now: Timestamp) -> bool {
+        let is_due = self.carrier_due <= now;
+        if is_due {
+            self.bench.carrier.wake(now);
+        }
+        is_due
+    }
+
+    /// The gyro's outputs up to `now`, each with its own instant.
+    #[inline]
+    pub(super) fn gyro_output(&mut self, now: Timestamp) -> Option<(Timestamp, Transmit)> {
+        let Bench { gyro, carrier, .. } = &mut self.bench;
+        while gyro.next_wakeup() <= now {
+            let at = gyro.next_wakeup();
+            let heading = carrier.heading_at(at);
+            if gyro.feels_motors() {
+                gyro.set_motor_current(carrier.motor_current_at(at));
+            }
+            if let Some(packet) = gyro.wake(at, heading)
+                && !self.gyro_is_real
+            {
+                return Some((at, Transmit::Bytes(packet)));
+            }
+        }
+        None
+    }
+
+    /// What the carrier sends next; asked until there is nothing, it says when it wants to be woken.
+    #[inline]
+    pub(super) fn transmit(&mut self) -> Option<Transmit> {
+        loop {
+            let sent = self.bench.carrier.transmit();
+            if sent.is_none() {
+                self.carrier_due = self.bench.carrier.next_wakeup();
+            }
+            if sent.is_none() || !self.carrier_is_real {
+                return sent;
+            }
+        }
+    }
+
+    pub(super) fn next_wakeup(&self) -> Timestamp {
+        let gyro = match self.gyro_is_real {
+            true => Timestamp::MAX,
+            false => self.bench.gyro.next_wakeup() + self.gyro_late,
+        };
+        self.carrier_due.min(gyro)
+    }
+}

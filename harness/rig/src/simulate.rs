@@ -1,0 +1,395 @@
+//! The loop in virtual time: the same bytes as on real lines, one event after another.
+//!
+//! Time jumps to the next event. Nothing here reads a clock or draws a number, so plan, seed and version determine every
+//! byte of the record. What is delivered may first [cross](crate::crossing) a pty or a CAN interface of the kernel,
+//! which time does not notice.
+
+use super::Rig;
+use super::director::Director;
+use super::faults::Faults;
+use super::line::EndId;
+use super::node::Part;
+use super::stream::Stream;
+use super::touched::Touched;
+use crate::crossing::Crossing;
+use crate::engine::{Action, Ending, Engine};
+use crate::watch::{Watch, see};
+use judge::properties::{Monitor, Seen};
+use record::outcome::Outcome;
+use record::sink::RecordSink;
+use record::{Device, FaultSummary, Progress, Record, RecordKind};
+use wire::device::Transmit;
+use wire::time::{Span, Timestamp};
+
+/// Rounds of transmitting at one instant; more means that two devices answer each other for ever.
+const ROUNDS_MAX: u32 = 1_000;
+/// Events at one instant; more means that somebody wants to be woken again and again for nothing.
+const EVENTS_AT_ONCE_MAX: u32 = 10_000;
+/// Events between two looks beyond the loop.
+pub(super) const EVENTS_PER_PULSE: u64 = 50_000;
+/// What is sent last has so long to get through. Assumption: the longest queue of a bus is over in a tenth of it.
+const LAST_WORDS: Span = Span::from_secs(1);
+
+/// Looks beyond a run: does anybody want it to stop, does the disk still take the record?
+pub fn look_up(
+    engine: &mut Engine,
+    now: Timestamp,
+    sink: &mut impl RecordSink,
+    pulse: &mut impl FnMut(Progress) -> bool,
+) {
+    let (steps_done, steps) = engine.progress();
+    if !pulse(Progress { now, steps_done, steps }) {
+        engine.abort(now);
+    }
+    if let Some(error) = sink.failed() {
+        engine.broke(now, &format!("failed to write the record: {error}"));
+    }
+}
+
+/// One run in virtual time.
+#[derive(Debug)]
+pub struct Simulation<C> {
+    pub(super) now: Timestamp,
+    pub(super) rig: Rig,
+    pub director: Director,
+    pub(super) crossing: C,
+    pub(super) watch: Option<Box<Watch>>,
+    pub(super) touched: Touched,
+    /// The emulated nodes, and the others: a bit each.
+    emulated: u64,
+    others: u64,
+    /// What goes wrong on purpose; none where the plan has no faults.
+    pub(super) faults: Option<Box<Faults>>,
+    /// When the plan wants to be woken.
+    pub(super) plan_due: Timestamp,
+    pub(super) events: u64,
+    events_at_once: u32,
+    /// See [`Rig::wake_gyros_late`].
+    gyros_are_late: bool,
+    /// What is carried on without the questions of the loop.
+    stream: Option<Stream>,
+}
+
+/// How a run in virtual time ended.
+#[derive(Debug)]
+pub struct End {
+    pub ending: Ending,
+    pub at: Timestamp,
+    pub events: u64,
+    pub dropped: u64,
+    pub faults: Vec<FaultSummary>,
+    pub monitor: Option<Monitor>,
+}
+
+impl<C: Crossing> Simulation<C> {
+    /// A run at time zero; the plan's faults draw from `seed`.
+    pub fn new(crossing: C, mut rig: Rig, director: Director, seed: u64) -> Self {
+        let faults = Faults::of(&director.engine.plan().faults, seed, &mut rig);
+        let now = Timestamp::ZERO;
+        let bits = rig.nodes.iter().enumerate();
+        let emulated = bits.filter(|(_, node)| node.is_emulated()).map(|(place, _)| 1_u64 << place);
+        let emulated: u64 = emulated.sum();
+        let others = ((1 << rig.nodes.len()) - 1) & !emulated;
+        Self {
+            now,
+            emulated,
+            others,
+            rig,
+            director,
+            crossing,
+            watch: None,
+            touched: Touched::ALL,
+            faults,
+            plan_due: now,
+            events: 0,
+            events_at_once: 0,
+            gyros_are_late: false,
+            stream: None,
+        }
+    }
+
+    /// Properties are judged as the run goes on. The record stays what it is.
+    pub fn with_monitor(mut self, monitor: Option<Monitor>) -> Self {
+        self.watch = monitor.map(|monitor| Box::new(Watch::new(monitor)));
+        self
+    }
+
+    /// Runs the plan to its end. What the engine asks to be kept is handed to `keep`. Between two events `pulse` is called
+    /// now and then; when it says false, the run is aborted.
+    pub fn run(
+        &mut self,
+        sink: &mut impl RecordSink,
+        keep: &mut impl FnMut(&Action),
+        pulse: &mut impl FnMut(Progress) -> bool,
+    ) -> End {
+        let ending = self.run_to_end(sink, keep, pulse);
+        self.last_words(sink, keep);
+        let Self { faults, rig, director, now, .. } = self;
+        if rig.damaged() > 0 {
+            let note = format!("{} times what came could not be read", rig.damaged());
+            let kind = RecordKind::Note(note);
+            sink.record(Record { at: *now, device: Device::Plan, kind });
+        }
+        let faults = match faults {
+            Some(faults) => faults.finish(*now, rig, director, None, sink),
+            None => Vec::new(),
+        };
+        End {
+            ending,
+            at: *now,
+            events: self.events,
+            dropped: self.rig.dropped(),
+            faults,
+            monitor: self.watch.take().map(|watch| watch.into_monitor()),
+        }
+    }
+
+    fn run_to_end(
+        &mut self,
+        sink: &mut impl RecordSink,
+        keep: &mut impl FnMut(&Action),
+        pulse: &mut impl FnMut(Progress) -> bool,
+    ) -> Ending {
+        self.transmit(sink, keep);
+        // Properties are shown the truth at every event, those of the gyro included.
+        self.gyros_are_late = self.faults.is_none() && self.watch.is_none();
+        if self.gyros_are_late {
+            self.rig.wake_gyros_late();
+            self.stream = Stream::of(&self.rig);
+        }
+        loop {
+            if let Some(ending) = self.director.engine.ending() {
+                return ending.clone();
+            }
+            if self.events.is_multiple_of(EVENTS_PER_PULSE) {
+                self.look_up(sink, pulse);
+            } else if let Some(stream) = self.stream
+                && self.stream_alone(stream, sink, keep)
+            {
+                continue;
+            }
+            let mut next = self.next_event();
+            if next == Timestamp::MAX {
+                self.broke("nothing is left that could happen");
+                next = self.now;
+            }
+            if let Some(ending) = self.step(next, sink, keep) {
+                return ending;
+            }
+        }
+    }
+
+    /// What happens at `next`, the next event; the end where time stands still.
+    pub(super) fn step(
+        &mut self,
+        next: Timestamp,
+        sink: &mut impl RecordSink,
+        keep: &mut impl FnMut(&Action),
+    ) -> Option<Ending> {
+        self.begin_event(next);
+        if self.events_at_once == EVENTS_AT_ONCE_MAX {
+            // Nothing that takes time can happen any more, a tear-down neither.
+            let reason = format!("time stands still at {} s", self.now.as_secs_f64());
+            return Some(Ending { outcome: Outcome::Error, reason: Some(reason) });
+        }
+        self.events += 1;
+        if self.gyros_are_late {
+            self.rig.wake_gyros_before(self.now);
+        }
+        if self.faults.is_some() {
+            self.strike(sink);
+        }
+        self.deliver(sink);
+        if self.faults.is_some() {
+            self.note_confinement(sink);
+        }
+        self.wake();
+        if let (Some(watch), Some(robot)) = (&mut self.watch, self.rig.robot()) {
+            watch.look_again(self.now, &robot.bench.carrier);
+        }
+        self.transmit(sink, keep);
+        None
+    }
+
+    #[inline]
+    pub(super) fn begin_event(&mut self, next: Timestamp) {
+        self.events_at_once = if next > self.now { 0 } else { self.events_at_once + 1 };
+        self.now = self.now.max(next);
+    }
+
+    /// Looks beyond the run; who is stopped may have something to say.
+    fn look_up(&mut self, sink: &mut impl RecordSink, pulse: &mut impl FnMut(Progress) -> bool) {
+        if let Some(watch) = &self.watch {
+            watch.tell(sink);
+        }
+        look_up(&mut self.director.engine, self.now, sink, pulse);
+        if self.director.engine.is_ending() {
+            self.touched.0 |= Touched::PLAN;
+        }
+    }
+
+    fn broke(&mut self, why: &str) {
+        self.director.engine.broke(self.now, why);
+        self.touched.0 |= Touched::PLAN;
+    }
+
+    pub(super) fn next_event(&self) -> Timestamp {
+        self.rig
+            .next_arrival()
+            .min(self.rig.next_wakeup())
+            .min(self.plan_due)
+            .min(self.faults.as_ref().map_or(Timestamp::MAX, |faults| faults.next_due()))
+    }
+
+    /// Faults that are due begin and end, which may reach anybody.
+    #[cold]
+    fn strike(&mut self, sink: &mut impl RecordSink) {
+        let Self { faults: Some(faults), now, rig, director, watch, touched, .. } = self else {
+            return;
+        };
+        if faults.strike(*now, rig, director, None, sink) {
+            see(watch, *now, &faults.seen());
+            *touched = Touched::ALL;
+        }
+    }
+
+    /// Nodes that have left their bus, or come back to it, by faults.
+    fn note_confinement(&mut self, sink: &mut impl RecordSink) {
+        let Self { faults: Some(faults), now, rig, watch, .. } = self else { return };
+        if faults.record_confinement(*now, rig, sink) {
+            see(watch, *now, &Seen::BusOff);
+        }
+    }
+
+    /// What has come through the lines is delivered, after whatever is crossed.
+    pub(super) fn deliver(&mut self, sink: &mut impl RecordSink) {
+        let now = self.now;
+        for line in 0..self.rig.lines.len() {
+            if self.rig.lines[line].next_arrival() > now {
+                continue;
+            }
+            while let Some((from, mut what)) = self.rig.lines[line].arrived(now) {
+                self.carried(line, from, &mut what, |simulation, what| {
+                    simulation.delivered(sink, line, from, what);
+                });
+            }
+        }
+    }
+
+    /// What has come through a line is delivered as it is after it was crossed.
+    #[inline]
+    pub(super) fn carried(
+        &mut self,
+        line: usize,
+        from: EndId,
+        what: &mut Transmit,
+        mut deliver: impl FnMut(&mut Self, &Transmit),
+    ) {
+        let mut came = self.crossing.carry(self.now, line, from.place(), what);
+        while came {
+            deliver(self, what);
+            came = self.crossing.more().map(|more| *what = more).is_some();
+        }
+        if let Some(failure) = self.crossing.failure() {
+            self.broke(&failure.to_string());
+        }
+    }
+
+    #[inline]
+    pub(super) fn delivered(
+        &mut self,
+        sink: &mut impl RecordSink,
+        line: usize,
+        from: EndId,
+        what: &Transmit,
+    ) {
+        let Self { now, rig, director, touched, watch, .. } = self;
+        let (now, who) = (*now, rig.lines[line].who(from));
+        match what {
+            Transmit::Bytes(packet) => sink.bytes(now, who, packet.as_slice()),
+            Transmit::Frame(frame) => sink.frame(now, who, *frame),
+        }
+        if let Some(watch) = watch {
+            match (what, who) {
+                (Transmit::Bytes(packet), Device::Gyro) => {
+                    watch.see(now, &Seen::GyroBytes(packet.as_slice()));
+                }
+                (Transmit::Bytes(packet), Device::Base) => {
+                    watch.see(now, &Seen::BaseBytes(packet.as_slice()));
+                }
+                (Transmit::Frame(frame), Device::Base | Device::Plan) => {
+                    watch.see(now, &Seen::BaseFrame(frame));
+                }
+                _ => {}
+            }
+        }
+        rig.hand_over(now, line, from, what, |node| touched.node(node));
+        rig.read((line, from), what, |speaker, decoded| {
+            director.engine.message(now, speaker, &decoded);
+            touched.0 |= Touched::PLAN;
+            see(watch, now, &Seen::Message { speaker, decoded });
+        });
+        if let (Device::Table, Transmit::Bytes(packet)) = (who, what) {
+            director.hear_table(now, packet.as_slice());
+            touched.0 |= Touched::PLAN;
+        }
+    }
+
+    pub(super) fn wake(&mut self) {
+        let Self { now, rig, director, touched, .. } = self;
+        let now = *now;
+        let engine = &mut director.engine;
+        rig.wake_emulated(now, |place| touched.node(place), || engine.answered(now));
+        rig.wake_others(now, &mut director.engine, |place| touched.node(place));
+        let was_reached = self.touched.0 & Touched::PLAN != 0;
+        if self.plan_due <= now || (was_reached && director.engine.next_wakeup() <= now) {
+            director.engine.wake(now);
+            self.touched.0 |= Touched::PLAN;
+        }
+    }
+
+    /// Carries everything that those who were reached have to say, until nobody has: those under test and testers first,
+    /// then what the plan orders, then the emulated devices.
+    pub(super) fn transmit(&mut self, sink: &mut impl RecordSink, keep: &mut impl FnMut(&Action)) {
+        let mut rounds = 0;
+        let anybody = Touched::PLAN | self.emulated | self.others;
+        while self.touched.0 & anybody != 0 {
+            rounds += 1;
+            if rounds == ROUNDS_MAX {
+                self.director.engine.broke(self.now, "two devices answer each other without end");
+                return;
+            }
+            for place in self.touched.take(self.others).places() {
+                match self.rig.nodes[place].part {
+                    Part::Controller(_) => self.ask_controller(place, sink),
+                    _ => self.rig.empty(self.now, place),
+                }
+            }
+            if self.touched.take(Touched::PLAN) != Touched::default() {
+                self.ask_engine(sink, keep);
+            }
+            for place in self.touched.take(self.emulated).places() {
+                self.rig.empty(self.now, place);
+            }
+        }
+        self.touched = Touched::default();
+    }
+
+    /// What the plan sent last goes through, where it speaks itself.
+    fn last_words(&mut self, sink: &mut impl RecordSink, keep: &mut impl FnMut(&Action)) {
+        if !self.rig.nodes.iter().any(|node| matches!(node.part, Part::Tester(_))) {
+            return;
+        }
+        self.touched.0 |= Touched::PLAN;
+        self.transmit(sink, keep);
+        let until = self.now + LAST_WORDS;
+        loop {
+            let next = self.rig.next_arrival();
+            if next > until {
+                return;
+            }
+            self.now = self.now.max(next);
+            self.deliver(sink);
+        }
+    }
+}

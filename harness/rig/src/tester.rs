@@ -1,0 +1,209 @@
+//! A node as which the plan speaks: it sends what the plan orders, again and again where it is to.
+
+use described::{Layout, Message, Outbox, Sender};
+use plan::Send;
+use wire::device::Transmit;
+use wire::time::{Span, Timestamp};
+
+/// Somebody on a line who says what the plan orders.
+#[derive(Debug)]
+pub struct Tester {
+    outbox: Outbox,
+    /// Whose messages of the layout it sends.
+    sender: Sender,
+    /// Of each message, what its signals were set to last.
+    values: Vec<Vec<f64>>,
+    /// Of each message, the signals that the last order set: a counter and a checksum among them are not put in.
+    own: Vec<Vec<usize>>,
+    repeats: Vec<Repeat>,
+}
+
+/// A message that is sent again.
+#[derive(Debug)]
+struct Repeat {
+    message: usize,
+    period: Span,
+    due: Timestamp,
+    /// So often, after a change; until it is stopped where there is no number.
+    left: Option<u32>,
+}
+
+impl Tester {
+    pub fn new(layout: Layout, sender: Sender) -> Self {
+        let start = |message: &Message| message.signals.iter().map(|signal| signal.start).collect();
+        Self {
+            values: layout.messages().iter().map(start).collect(),
+            own: vec![Vec::new(); layout.messages().len()],
+            repeats: Vec::new(),
+            outbox: Outbox::new(layout, sender, usize::MAX),
+            sender,
+        }
+    }
+
+    /// It can send a message of this name.
+    pub(super) fn knows(&self, message: &str) -> bool {
+        let layout = self.outbox.layout();
+        let place = layout.find(message);
+        place.is_some_and(|place| layout.messages()[place].sender == self.sender)
+    }
+
+    /// Sends a message now, and again as often as it says, or as the layout does: after a change faster for a while, where
+    /// the layout has that. Its counter and its checksum are put in, unless the order sets them.
+    ///
+    /// # Errors
+    ///
+    /// When the layout has no such message or signal, or a value does not fit in.
+    pub(super) fn send(&mut self, now: Timestamp, send: &Send) -> Result<(), String> {
+        let layout = self.outbox.layout();
+        let Some(message) = layout.find(&send.message) else {
+            return Err(format!("no message `{}` in the layout of the device", send.message));
+        };
+        let form = &layout.messages()[message];
+        self.own[message].clear();
+        let mut is_change = false;
+        for (name, value) in &send.set {
+            let Some(signal) = form.signals.iter().position(|signal| signal.name == *name) else {
+                return Err(format!("`{}` has no signal `{name}`", send.message));
+            };
+            is_change |= self.values[message][signal] != *value;
+            self.values[message][signal] = *value;
+            self.own[message].push(signal);
+        }
+        let signals = form.signals.iter().enumerate();
+        let mut set = signals.filter(|(_, signal)| send.set.contains_key(&signal.name));
+        let values = &self.values[message];
+        if let Some((_, signal)) = set.find(|(place, _)| !form.carries(*place, values)) {
+            return Err(format!(
+                "`{}` has no `{}` with its multiplexers as they are: set them in the same step",
+                send.message, signal.name
+            ));
+        }
+        let every = send.every.or(form.period).filter(|every| *every > Span::ZERO);
+        let repeat = |period, left| Repeat { message, period, due: now + period, left };
+        let fast = form.send.fast.filter(|_| is_change && send.every != Some(Span::ZERO));
+        self.repeats.retain(|repeat| repeat.message != message);
+        self.repeats.extend(every.map(|period| repeat(period, None)));
+        let least = form.send.min_delay;
+        self.repeats.extend(fast.map(|(period, times)| repeat(period.max(least), Some(times))));
+        self.encode(now, message)
+    }
+
+    /// This message is no longer sent again.
+    pub(super) fn stop(&mut self, message: &str) {
+        let message = self.outbox.layout().find(message);
+        self.repeats.retain(|repeat| Some(repeat.message) != message);
+    }
+
+    /// When a message is to be sent again.
+    pub(super) fn next_wakeup(&self) -> Timestamp {
+        let repeats = self.repeats.iter().map(|repeat| repeat.due);
+        repeats.min().unwrap_or(Timestamp::MAX).min(self.outbox.next_wakeup())
+    }
+
+    /// A frame was on its line: of use to it where messages go in parts, and somebody answers.
+    pub(super) fn receive(&mut self, now: Timestamp, what: &Transmit) {
+        if let Transmit::Frame(frame) = what {
+            self.outbox.receive(now, frame);
+        }
+    }
+
+    /// Sends again what is due.
+    ///
+    /// # Errors
+    ///
+    /// When a value does not fit in.
+    pub(super) fn wake(&mut self, now: Timestamp) -> Result<(), String> {
+        let mut due: Vec<usize> = Vec::new();
+        for Repeat { message, period, due: at, left } in &mut self.repeats {
+            if *at > now {
+                continue;
+            }
+            if !due.contains(message) {
+                due.push(*message);
+            }
+            // What real time has missed is left out, and not made up for in a burst.
+            let missed = (now - *at).as_nanos() / period.as_nanos();
+            *at += *period * (missed + 1);
+            *left = left.map(|left| left - 1);
+        }
+        self.repeats.retain(|repeat| repeat.left != Some(0));
+        for message in due {
+            self.encode(now, message)?;
+        }
+        self.outbox.wake(now);
+        Ok(())
+    }
+
+    /// The next thing for the line.
+    pub(super) fn transmit(&mut self) -> Option<Transmit> {
+        self.outbox.transmit()
+    }
+
+    fn encode(&mut self, now: Timestamp, message: usize) -> Result<(), String> {
+        let (values, own) = (&self.values[message], &self.own[message]);
+        let sent = self.outbox.send(now, message, values, |signal| own.contains(&signal));
+        sent.map_err(|error| error.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Tester;
+    use described::{Layout, Sender};
+    use plan::Send;
+    use std::collections::BTreeMap;
+    use wire::time::{Span, Timestamp};
+
+    const DBC: &str = r#"
+BU_: Host Motor
+BO_ 256 Command: 8 Host
+ SG_ Speed : 0|16@1+ (1,0) [0|65535] "rpm" Motor
+BA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;
+BA_DEF_ BO_ "GenMsgCycleTimeFast" INT 0 65535;
+BA_DEF_ BO_ "GenMsgNrOfRepetition" INT 0 100;
+BA_DEF_ BO_ "GenMsgSendType" ENUM "cyclic","cyclicAndOnChange";
+BA_DEF_DEF_ "GenMsgCycleTime" 0;
+BA_DEF_DEF_ "GenMsgCycleTimeFast" 0;
+BA_DEF_DEF_ "GenMsgNrOfRepetition" 0;
+BA_DEF_DEF_ "GenMsgSendType" "cyclic";
+BA_ "GenMsgCycleTime" BO_ 256 100;
+BA_ "GenMsgCycleTimeFast" BO_ 256 10;
+BA_ "GenMsgNrOfRepetition" BO_ 256 3;
+BA_ "GenMsgSendType" BO_ 256 1;
+"#;
+
+    fn at_ms(ms: i64) -> Timestamp {
+        Timestamp::ZERO + Span::from_millis(ms)
+    }
+
+    /// When frames went out until 250 ms, ms.
+    fn sent(tester: &mut Tester) -> Vec<i64> {
+        let mut times = Vec::new();
+        let mut now = Timestamp::ZERO;
+        while now <= at_ms(250) {
+            tester.wake(now).unwrap();
+            while tester.transmit().is_some() {
+                times.push((now - Timestamp::ZERO).as_nanos() / 1_000_000);
+            }
+            now = tester.next_wakeup();
+        }
+        times
+    }
+
+    #[test]
+    fn after_a_change_it_is_sent_faster_for_a_while() {
+        let layout = Layout::from_dbcs(&[("x.dbc", DBC)], &|node| node == "Host").unwrap();
+        let mut tester = Tester::new(layout, Sender::Device);
+        let send = |speed: f64, every: Option<Span>| Send {
+            message: "Command".to_owned(),
+            set: BTreeMap::from([("Speed".to_owned(), speed)]),
+            every,
+        };
+        tester.send(Timestamp::ZERO, &send(7.0, None)).unwrap();
+        assert_eq!(sent(&mut tester), [0, 10, 20, 30, 100, 200]);
+        tester.send(Timestamp::ZERO, &send(7.0, None)).unwrap();
+        assert_eq!(sent(&mut tester), [0, 100, 200], "nothing changed");
+        tester.send(Timestamp::ZERO, &send(8.0, Some(Span::ZERO))).unwrap();
+        assert_eq!(sent(&mut tester), [0], "once is once");
+    }
+}

@@ -1,0 +1,78 @@
+//! Shows a monitor of properties what happens in a world.
+
+use super::bench::Carrier;
+use crate::engine::Action;
+use judge::properties::{Monitor, Seen, TRUTH_PERIOD, Truth};
+use plan::Order;
+use record::RecordKind;
+use record::sink::RecordSink;
+use wire::time::Timestamp;
+
+/// A monitor, and when it was last shown the truth.
+#[derive(Debug)]
+pub struct Watch {
+    monitor: Monitor,
+    looked: Option<Timestamp>,
+}
+
+impl Watch {
+    pub const fn new(monitor: Monitor) -> Self {
+        Self { monitor, looked: None }
+    }
+
+    pub fn into_monitor(self) -> Monitor {
+        self.monitor
+    }
+
+    /// Tells `sink` of the properties that do not hold.
+    pub fn tell(&self, sink: &mut impl RecordSink) {
+        for (name, violation) in self.monitor.broken() {
+            sink.broken(name, violation);
+        }
+    }
+
+    pub fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {
+        self.monitor.see(now, seen);
+    }
+
+    /// What the engine asks for; before it is carried out.
+    pub fn see_action(&mut self, now: Timestamp, action: &Action) {
+        match action {
+            Action::Mission(mission) => self.see(now, &Seen::Told(mission)),
+            Action::Order(Order::Place(_)) => {
+                self.see(now, &Seen::Placed);
+                self.looked = None;
+            }
+            Action::Record(_, RecordKind::StepBegan { .. }) => self.see(now, &Seen::LapBegan),
+            Action::Record(_, RecordKind::StepEnded { .. }) => self.see(now, &Seen::LapEnded),
+            _ => {}
+        }
+    }
+
+    /// Shows the truth of `now`, unless it was shown.
+    pub fn look(&mut self, now: Timestamp, carrier: &Carrier) {
+        if self.looked != Some(now) {
+            self.looked = Some(now);
+            if let Carrier::Base(base) = carrier {
+                let truth = base.truth_at(now);
+                let (pose, speed) = (truth.pose, truth.speed);
+                let truth = Truth { pose, speed, steer_rate: truth.steer_rate };
+                self.monitor.see(now, &Seen::Truth(truth));
+            }
+        }
+    }
+
+    /// Shows the truth if it is due.
+    pub fn look_again(&mut self, now: Timestamp, carrier: &Carrier) {
+        if self.looked.is_none_or(|looked| now - looked >= TRUTH_PERIOD) {
+            self.look(now, carrier);
+        }
+    }
+}
+
+/// Shows it to the monitor, if there is one.
+pub fn see(watch: &mut Option<Box<Watch>>, now: Timestamp, seen: &Seen<'_>) {
+    if let Some(watch) = watch {
+        watch.see(now, seen);
+    }
+}

@@ -1,3 +1,0 @@
-//! Rigs in whole runs.
-
-mod faults;
