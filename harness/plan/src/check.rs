@@ -207,6 +207,26 @@ impl Check {
         }
     }
 
+    /// Where the figure that is judged has to lie.
+    pub fn figure_band(&self) -> Band {
+        match self {
+            Self::AllWithin(band)
+            | Self::MeanWithin(band)
+            | Self::RmsWithin(band)
+            | Self::NeverOutside { band, .. }
+            | Self::RmsRatioWithin { band, .. }
+            | Self::SlopeWithin { band, .. }
+            | Self::InterceptWithin { band, .. }
+            | Self::CorrelationWithin { band, .. }
+            | Self::UmbmarkWithin { band, .. } => *band,
+            Self::ShareWithin { share, .. } => Band::at_least(*share),
+            Self::AllButWithin { count, .. } | Self::AllButInSquare { count, .. } => {
+                Band::at_most(f64::from(*count))
+            }
+            Self::EventuallyWithin { within, .. } => Band::at_most(within.as_secs_f64()),
+        }
+    }
+
     /// Where single values are meant to lie; none where the check is on a figure of all of them.
     pub const fn value_band(&self) -> Option<Band> {
         match self {

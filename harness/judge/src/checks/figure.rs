@@ -1,6 +1,6 @@
 //! The figure that a check judges, and how it compares with its band.
 
-use plan::{Band, Check};
+use plan::Band;
 use record::outcome::Verdict;
 
 /// Expanded uncertainty over standard uncertainty: about 95 % of a normal distribution.
@@ -56,25 +56,5 @@ pub(super) fn graded(inside: bool, clear: bool) -> Verdict {
         (false, _) => Verdict::Fail,
         (true, false) => Verdict::Marginal,
         (true, true) => Verdict::Pass,
-    }
-}
-
-/// The band of the figure that a check judges.
-pub(super) fn bounds(check: &Check) -> Band {
-    match check {
-        Check::AllWithin(band)
-        | Check::MeanWithin(band)
-        | Check::RmsWithin(band)
-        | Check::NeverOutside { band, .. }
-        | Check::RmsRatioWithin { band, .. }
-        | Check::SlopeWithin { band, .. }
-        | Check::InterceptWithin { band, .. }
-        | Check::CorrelationWithin { band, .. }
-        | Check::UmbmarkWithin { band, .. } => *band,
-        Check::ShareWithin { share, .. } => Band::at_least(*share),
-        Check::AllButWithin { count, .. } | Check::AllButInSquare { count, .. } => {
-            Band::at_most(f64::from(*count))
-        }
-        Check::EventuallyWithin { within, .. } => Band::at_most(within.as_secs_f64()),
     }
 }

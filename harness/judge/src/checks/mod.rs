@@ -54,7 +54,7 @@ pub fn judge_all(
 /// Judges one measurement. `observations` may hold other quantities and may be in any order.
 pub fn judge(declared: &Declared, observations: &[Observation]) -> Measurement {
     let selection = Selection::new(declared, observations);
-    let bounds = figure::bounds(&declared.check);
+    let bounds = declared.check.figure_band();
     let judged = selection.complete().and_then(|()| figure(&declared.check, &selection));
     let (value, uncertainty, verdict, statistic) = match judged {
         Ok(found) if declared.band_holds_reference => {
