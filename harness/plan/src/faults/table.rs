@@ -18,25 +18,31 @@ duration_s = 2                                   # without, to the end of the ph
 probability = 0.3                                # that it happens at all, drawn from the seed
 ```
 
-A fault of a line is a layer of that line, one of a device a switch of its emulator; the controller knows of
-none. On a rig targets are nodes and lines by their names, and messages and signals of nodes: `cells.CellStatus` is that
-message, struck by the kinds of a message, and on CAN by those of a line (`drop`, `delay`, `duplicate` ...), which leave all
-else alone; `cells.VoltageMax` is that signal. The checksum of a message is made anew where it is not itself struck. On a
-serial line a message is struck where it comes whole. A step is named by its key or its label, and each round of a labelled repeat counts. Turns, straights
-and bias tests are counted by what the controller is told: a lap holds four turns. Where a kind *lasts* a
-parameter of its own, or an instant, `duration_s` is left out. The first parameter is the severity, which
-`FaultKind::with_severity` and campaigns scale; its sign, where it has one, is the direction.
+A fault of a line acts in a layer of that line, and a fault of a device is a switch in its emulator. The controller knows of
+neither.
 
-Two kinds that are positions of one switch (`stuck` and `restart` of a gyro, say) must not be at work at once: unless
-the order and the times of the plan's phases show that they never are, the plan is refused.
+On a rig, a target is the name of a node or a line, or a message or signal of a node: `cells.CellStatus` is a message,
+`cells.VoltageMax` a signal. The kinds for messages strike a message. On CAN, those for lines (`drop`, `delay`, `duplicate` ...)
+can strike a single message, too, and leave everything else alone. On a serial line, a fault strikes a message only if it arrives
+as a whole. The checksum of a struck message is recalculated, unless the fault strikes the checksum itself.
 
-The host is the machine of all that is under test: the controller, and the [programs](virtual-time.md) of a rig. In virtual time
-its faults are exact for both: a program that is not scheduled finds at the end what has come at each of its ports.
+A step is named by its key or its label, and each round of a labelled repeat counts. Turns, straights and bias tests are counted
+by the commands to the controller: a lap holds four turns. If a kind *lasts* a parameter of its own, or an instant, leave
+`duration_s` out. The first parameter is the severity, which `FaultKind::with_severity` and campaigns scale. Its sign, if it has
+one, is the direction.
 
-In real time (`hil run --clock real`) the same faults strike what is emulated and the lines up to its ports; those of the
-host need the controller in the process. A fault of a real device, or of the machine of another process, is refused
-before the run, with status 2. This table is made from the program (`hil list faults` prints the same); a test keeps
-it true.
+Two kinds that are positions of one switch, such as `stuck` and `restart` of a gyro, must not be active at the same time. `hil`
+refuses the plan, unless the order and the times of its phases show that they never are.
+
+The host is the machine of everything under test: the controller, and the [programs](virtual-time.md) of a rig. In virtual time
+its faults are exact for both. A program that was not scheduled finds, at the end of the fault, all data that has arrived at each
+of its ports.
+
+In real time (`hil run --clock real`), the same faults strike emulated devices, and the lines up to their ports. Faults of the
+host need the controller in the process. A fault of a real device, or of the machine of another process, is refused before the
+run, with status 2.
+
+The table is generated from the program (`hil list faults` prints the same), and a test keeps it up to date.
 ";
 
 /// What a kind strikes, in words.
