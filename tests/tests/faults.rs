@@ -51,7 +51,7 @@ fn prepared(devices: &str, faults: &str) -> Prepared {
         format!("name = \"faulty\"\ntitle = \"\"\ndevices = \"{devices}\"\n{steps}\n{faults}");
     let plan = Plan::parse("faulty.toml", &text)
         .unwrap_or_else(|error| panic!("{:?}\n{faults}", miette::Report::new(error)));
-    let devices = load_devices(&Library::shipped(), devices).unwrap();
+    let devices = load_devices(&Library::shipped(), devices).expect("the devices ship");
     Prepared::new(Arc::new(plan), Rig::of_robot(devices), BTreeMap::new(), BTreeMap::new())
 }
 
@@ -69,7 +69,8 @@ fn run(prepared: &Prepared) -> (Simulated, Vec<Record>) {
 /// The record of a run, every byte in it.
 fn bytes(prepared: &Prepared) -> Vec<u8> {
     let mut out = Vec::new();
-    let mut sink = FileSink::new(&mut out, &prepared.header(5), Level::Full).unwrap();
+    let mut sink =
+        FileSink::new(&mut out, &prepared.header(5), Level::Full).expect("a vector takes all");
     simulate(prepared, 5, &answers(), &mut sink, &mut |_| true);
     drop(sink);
     out
