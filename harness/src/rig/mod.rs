@@ -26,6 +26,7 @@ mod ledger;
 pub(crate) mod line;
 pub(crate) mod node;
 mod own;
+mod remarks;
 mod replayed;
 pub mod rerun;
 pub(crate) mod robot;
@@ -42,6 +43,7 @@ use described::{Decoded, Decoder};
 use line::{End, EndId, Line};
 use node::{Node, Part, Route};
 use robot::Robot;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::device::{PortId, Transmit};
 use wire::time::{Span, Timestamp};
@@ -66,6 +68,8 @@ struct Ear {
     decoder: Decoder,
     /// What came and could not be read counts: somebody's own device has to be understood.
     judged: bool,
+    /// How often each signal was out of its range, by its place behind that of its message.
+    out_of_range: BTreeMap<(usize, usize), u64>,
 }
 
 impl Rig {
@@ -110,7 +114,8 @@ impl Rig {
         decoder: Decoder,
         judged: bool,
     ) {
-        self.ears.push(Ear { line, end, speaker, decoder, judged });
+        let out_of_range = BTreeMap::new();
+        self.ears.push(Ear { line, end, speaker, decoder, judged, out_of_range });
     }
 
     /// Somebody reads what crosses that line.
@@ -196,13 +201,16 @@ impl Rig {
             if ear.line != line || (ear.end != from && !strange) {
                 continue;
             }
-            let speaker = ear.speaker;
-            let mut take = |decoded: Decoded<'_>| take(speaker, decoded);
-            match what {
-                Transmit::Frame(frame) => {
-                    ear.decoder.frame(frame).into_iter().for_each(take);
+            let Ear { speaker, decoder, out_of_range, .. } = ear;
+            let mut take = |decoded: Decoded<'_>| {
+                for signal in decoded.out_of_range() {
+                    *out_of_range.entry((decoded.message, signal)).or_default() += 1;
                 }
-                Transmit::Bytes(packet) => ear.decoder.bytes(packet.as_slice(), &mut take),
+                take(*speaker, decoded);
+            };
+            match what {
+                Transmit::Frame(frame) => decoder.frame(frame).into_iter().for_each(take),
+                Transmit::Bytes(packet) => decoder.bytes(packet.as_slice(), &mut take),
             }
         }
     }
@@ -222,11 +230,6 @@ impl Rig {
             ear.line == line && self.is_away(line, ear.end) && ear.decoder.takes(frame.id())
         };
         self.ears.iter().find(of).map_or(at, |ear| ear.end)
-    }
-
-    /// How often what came from a device whose messages are known was none of them.
-    pub(crate) fn damaged(&self) -> u64 {
-        self.ears.iter().filter(|ear| ear.judged).map(|ear| ear.decoder.damaged()).sum()
     }
 
     /// The gyro's outputs up to `now`, each at its own instant, onto its line.
