@@ -3,7 +3,7 @@
 use crate::layout::{EncodeError, Encoded, Encoder, Layout, Sender};
 use crate::transport::Transport;
 use std::collections::VecDeque;
-use wire::can::CanFrame;
+use wire::can::{CanFrame, DATA_BYTES_MAX};
 use wire::device::Transmit;
 use wire::time::Timestamp;
 
@@ -12,12 +12,23 @@ use wire::time::Timestamp;
 pub struct Outbox {
     /// Its counters go on from one message to the next.
     encoder: Encoder,
-    queue: VecDeque<Transmit>,
+    queue: VecDeque<Waiting>,
     /// Messages that wait at the most.
     room: usize,
     /// Where messages go in parts.
     transport: Option<Box<Transport>>,
     dropped: u64,
+}
+
+/// What waits for the line.
+#[derive(Debug)]
+enum Waiting {
+    /// A frame that its first bytes are all of: it is put together when the line takes it, which copies it once.
+    Plain {
+        message: usize,
+        first: [u8; DATA_BYTES_MAX],
+    },
+    Whole(Transmit),
 }
 
 impl Outbox {
@@ -50,13 +61,15 @@ impl Outbox {
         values: &[f64],
         is_own: impl Fn(usize) -> bool,
     ) -> Result<(), EncodeError> {
-        let has_room = self.queue.len() < self.room;
-        if has_room && self.encoder.push_plain(message, values, &mut self.queue) {
+        if self.queue.len() < self.room
+            && let Some(first) = self.encoder.first_bytes(message, values)
+        {
+            self.queue.push_back(Waiting::Plain { message, first });
             return Ok(());
         }
         match (self.encoder.encode(message, values, is_own), &mut self.transport) {
             (Ok(Encoded::Whole(what)), _) if self.queue.len() < self.room => {
-                self.queue.push_back(what);
+                self.queue.push_back(Waiting::Whole(what));
             }
             (Ok(Encoded::InParts(parts)), Some(transport)) => transport.send(now, parts),
             (encoded, _) => {
@@ -89,10 +102,15 @@ impl Outbox {
     /// The next thing for the line.
     #[inline]
     pub fn transmit(&mut self) -> Option<Transmit> {
-        if self.queue.is_empty() {
-            return self.transport.as_mut()?.transmit().map(Transmit::Frame);
-        }
-        self.queue.pop_front()
+        let next = match self.queue.front() {
+            Some(Waiting::Plain { message, first }) => {
+                self.encoder.plain_frame(*message, *first).map(Transmit::Frame)
+            }
+            Some(Waiting::Whole(what)) => Some(*what),
+            None => return self.transport.as_mut()?.transmit().map(Transmit::Frame),
+        };
+        self.queue.pop_front();
+        next
     }
 
     /// Forgets what waits, and its counters begin again, as those of a device do that loses its power.

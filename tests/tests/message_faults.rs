@@ -3,6 +3,8 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use harness::{Trial, TrialError};
+use record::RecordKind;
+use record::run_folder::RunFolder;
 use tempfile::TempDir;
 use tests::project;
 
@@ -126,6 +128,45 @@ fn what_is_sent_to_a_node_is_struck_in_one_place() {
         let told = f64::min(told, 300.0);
         assert!((limit - told).abs() < 1e-9, "{target} {what}: {limit}, and not {told}");
         assert!(counted && sealed, "{target} {what}: what the cells send was struck too");
+    }
+}
+
+/// What a run with this fault tells at its end, each without how often.
+fn told(fault: &str) -> Vec<String> {
+    let (_folder, trial) = load(fault);
+    let run = trial.unwrap_or_else(|error| panic!("{error:?}")).run().unwrap();
+    let records = RunFolder::open(run.folder()).unwrap().records().unwrap();
+    let note = |kind| match kind {
+        RecordKind::Note(text) => text.split_once(" times ").map(|(_, what)| what.to_owned()),
+        _ => None,
+    };
+    records.filter_map(|record| note(record.unwrap().kind)).collect()
+}
+
+#[test]
+fn what_is_out_of_its_range_or_not_used_is_told() {
+    assert_eq!(told(""), [""; 0]);
+    for (target, what, expected) in [
+        (
+            "manager.Limit",
+            "signal_value = { value = 1e6 }",
+            &[
+                "manager.Request.Limit was out of its range, 0 to 300 A",
+                "cells said a value beyond its range, and sent the end of that",
+            ][..],
+        ),
+        (
+            "cells.Limit",
+            "signal_value = { value = 400 }",
+            &["cells.CellStatus.Limit was out of its range, 0 to 300 A"],
+        ),
+        (
+            "manager.Request",
+            "wrong_checksum = { wrong_percent = 100 }",
+            &["cells did not use a message with a wrong counter or checksum"],
+        ),
+    ] {
+        assert_eq!(told(&fault(target, what)), expected, "{target} {what}");
     }
 }
 

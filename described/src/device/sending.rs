@@ -83,6 +83,16 @@ impl Sending {
         }
     }
 
+    /// Nothing is done to these values before they are sent: all are in range, and nothing is added or taken off.
+    #[inline]
+    fn is_sent_as_it_is(&self, values: &[f64]) -> bool {
+        let mut each = values.iter().zip(&self.limits);
+        // What is not a number is not between two.
+        self.noise.is_empty()
+            && self.corrections.is_empty()
+            && each.all(|(value, (least, greatest))| least <= value && value <= greatest)
+    }
+
     /// When something is to be done for it.
     pub(super) fn next(&self) -> Timestamp {
         self.due.min(self.occasion.look).min(self.occasion.due)
@@ -255,22 +265,11 @@ impl Device {
             self.other_values(sent, index, &mut values);
         }
         let sending = &mut self.senders[index];
-        for (value, last) in values.iter_mut().zip(&mut sending.last) {
-            *last = finite(*value, *last, &mut self.not_finite);
-            *value = *last;
-        }
-        for (place, noise) in &mut sending.noise {
-            values[*place] += sent.signals[*place].noise * noise.standard_normal();
-        }
-        if !sending.corrections.is_empty() {
-            self.take_errors_off(index, &mut values);
+        match sending.is_sent_as_it_is(&values) {
+            true => sending.last.copy_from_slice(&values),
+            false => self.make_fit(sent, index, &mut values),
         }
         let sending = &mut self.senders[index];
-        for (value, (least, greatest)) in values.iter_mut().zip(&sending.limits) {
-            let inside = value.clamp(*least, *greatest);
-            self.clipped += u64::from(inside != *value);
-            *value = inside;
-        }
         // One below another goes on when it has been sent, so that all of its pages are.
         for place in &sending.multiplexers {
             let message = &self.description.layout().messages()[sent.message];
@@ -282,6 +281,26 @@ impl Device {
         // Values are in range by now; what has no room is counted.
         let _ = self.outbox.send(now, sent.message, &values, is_own);
         self.agenda.values = values;
+    }
+
+    /// Puts something else in the place of what is not finite, adds noise, takes errors off, and keeps all in range.
+    fn make_fit(&mut self, sent: &Sent, index: usize, values: &mut [f64]) {
+        let sending = &mut self.senders[index];
+        for (value, last) in values.iter_mut().zip(&mut sending.last) {
+            *last = finite(*value, *last, &mut self.not_finite);
+            *value = *last;
+        }
+        for (place, noise) in &mut sending.noise {
+            values[*place] += sent.signals[*place].noise * noise.standard_normal();
+        }
+        if !sending.corrections.is_empty() {
+            self.take_errors_off(index, values);
+        }
+        for (value, (least, greatest)) in values.iter_mut().zip(&self.senders[index].limits) {
+            let inside = value.clamp(*least, *greatest);
+            self.clipped += u64::from(inside != *value);
+            *value = inside;
+        }
     }
 
     /// The values of the signals that are no expressions.

@@ -20,7 +20,8 @@ pub(crate) struct Batch {
 /// Expressions of one shape.
 #[derive(Debug, Clone, PartialEq)]
 struct Alike {
-    places: Box<[usize]>,
+    /// The last one stands for those that are missing.
+    places: [usize; LANES],
     steps: Box<[Step]>,
 }
 
@@ -68,7 +69,11 @@ impl Batch {
     /// The places of those that are evaluated together.
     #[cfg(test)]
     pub(super) fn shapes(&self) -> Vec<Vec<usize>> {
-        let alike = self.alike.iter().map(|several| several.places.to_vec());
+        let alike = self.alike.iter().map(|several| {
+            let mut places = several.places.to_vec();
+            places.dedup();
+            places
+        });
         alike.chain(self.alone.iter().map(|(place, _)| vec![*place])).collect()
     }
 
@@ -95,14 +100,14 @@ fn are_alike(a: &Expression, b: &Expression) -> bool {
 impl Alike {
     /// `None` for one alone, and for what is no [`Step`].
     fn of(shape: &[(usize, &Expression)]) -> Option<Self> {
-        let [(_, first), _, ..] = shape else { return None };
+        let [(_, first), .., (last, _)] = shape else { return None };
         let step = |index: usize| {
             let each = shape.iter().map(|(_, one)| one.program.instructions().get(index).copied());
             Step::of(&each.collect::<Option<Vec<_>>>()?)
         };
         let steps: Option<Vec<_>> = (0..first.program.instructions().len()).map(step).collect();
-        let places = shape.iter().map(|(place, _)| *place);
-        Some(Self { places: places.collect(), steps: steps?.into() })
+        let place = |lane: usize| shape.get(lane).map_or(*last, |(place, _)| *place);
+        Some(Self { places: std::array::from_fn(place), steps: steps?.into() })
     }
 
     #[inline]
@@ -111,8 +116,8 @@ impl Alike {
         for step in &self.steps {
             hands = step.run(variables, hands);
         }
-        for (place, hand) in self.places.iter().zip(hands) {
-            if let Some(value) = values.get_mut(*place) {
+        for (place, hand) in self.places.into_iter().zip(hands) {
+            if let Some(value) = values.get_mut(place) {
                 *value = hand;
             }
         }

@@ -90,7 +90,7 @@ impl Decoder {
         }
         self.layout.frames[index].read(message, frame.data(), &mut self.values);
         let verdict = judge(message, frame.data(), &mut self.received[index]);
-        Some(Decoded { message: index, values: &self.values, verdict })
+        Some(Decoded { message: index, form: message, values: &self.values, verdict })
     }
 
     /// The message in parts that a frame completes.
@@ -121,7 +121,7 @@ impl Decoder {
         }
         message.read(&data, &mut self.values);
         let verdict = judge(message, &data, &mut self.received[index]);
-        Some(Decoded { message: index, values: &self.values, verdict })
+        Some(Decoded { message: index, form: message, values: &self.values, verdict })
     }
 
     /// Hands each message over that these bytes complete.
@@ -171,7 +171,7 @@ impl Decoder {
                     let verdict = judge(known, packet, &mut self.received[message]);
                     at += length;
                     self.line_begins = true;
-                    each(Decoded { message, values: &self.values, verdict });
+                    each(Decoded { message, form: known, values: &self.values, verdict });
                 }
                 Found::Beginning if self.buffer.len() - at < BYTES_MAX => break,
                 found => {

@@ -3,7 +3,7 @@
 use super::{EncodeError, Layout};
 use crate::protection::{Own, Sent};
 use crate::transport::InParts;
-use std::collections::VecDeque;
+use wire::can::{CanFrame, DATA_BYTES_MAX};
 use wire::device::Transmit;
 
 /// A message that is ready to be sent.
@@ -49,22 +49,25 @@ impl Encoder {
         self.sent.fill(Sent::default());
     }
 
-    /// Puts what [`encode`](Self::encode) makes of it at the end of `queue`, where that is a frame without counter and
-    /// checksum; `false`, and nothing done, where it is something else or an error. Nothing is copied but the frame.
+    /// The first bytes of what [`encode`](Self::encode) makes of it, where that is a frame without counter and checksum:
+    /// [`plain_frame`](Self::plain_frame) is the frame. `None` where it is something else or an error.
     #[inline]
-    pub(crate) fn push_plain(
+    pub(crate) fn first_bytes(
         &self,
         message: usize,
         values: &[f64],
-        queue: &mut VecDeque<Transmit>,
-    ) -> bool {
-        let Some(writer) = self.layout.plain_writer(message) else { return false };
-        let Some(bytes) = writer.first_bytes(values) else { return false };
-        queue.push_back(Transmit::Frame(*writer.blank()));
-        if let Some(Transmit::Frame(frame)) = queue.back_mut() {
-            frame.set_first(bytes);
-        }
-        true
+    ) -> Option<[u8; DATA_BYTES_MAX]> {
+        self.layout.plain_writer(message)?.first_bytes(values)
+    }
+
+    /// The frame of a message with these first bytes.
+    #[inline]
+    pub(crate) fn plain_frame(
+        &self,
+        message: usize,
+        first: [u8; DATA_BYTES_MAX],
+    ) -> Option<CanFrame> {
+        Some(self.layout.plain_writer(message)?.frame(first))
     }
 
     /// The message with these values, one a signal and in its unit. Its counter and its checksum are what they have to be,

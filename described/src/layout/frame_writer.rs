@@ -91,18 +91,17 @@ impl FrameWriter {
         self.is_protected
     }
 
-    /// The frame with nothing in it, which its [first bytes](Self::first_bytes) are put into.
-    #[inline]
-    pub(super) const fn blank(&self) -> &CanFrame {
-        &self.blank
-    }
-
     /// The frame with these values; `None` where they are too many or too few, or one is out of range.
     pub(super) fn write(&self, values: &[f64]) -> Option<CanFrame> {
-        let bytes = self.first_bytes(values)?;
+        Some(self.frame(self.first_bytes(values)?))
+    }
+
+    /// The frame with these first bytes.
+    #[inline]
+    pub(super) fn frame(&self, first: [u8; DATA_BYTES_MAX]) -> CanFrame {
         let mut frame = self.blank;
-        frame.set_first(bytes);
-        Some(frame)
+        frame.set_first(first);
+        frame
     }
 
     /// What the first bytes are with these values; `None` where they are too many or too few, or one is out of range.

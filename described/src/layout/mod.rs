@@ -73,6 +73,8 @@ pub struct Layout {
 pub struct Decoded<'a> {
     /// Its place in [`Layout::messages`].
     pub message: usize,
+    /// What it is.
+    pub form: &'a Message,
     /// One value a signal, in the signal's unit; `None` where this frame does not carry it.
     pub values: &'a [Option<f64>],
     /// What its counter and its checksum say, where it is protected by any.
@@ -86,6 +88,15 @@ impl Decoded<'_> {
             Some(verdict) => verdict.is_sound(),
             None => true,
         }
+    }
+
+    /// The places of the signals that have a value which no sender may say.
+    pub fn out_of_range(&self) -> impl Iterator<Item = usize> {
+        let is_out = |(value, signal): (&Option<f64>, &Signal)| {
+            value.is_some_and(|value| signal.is_out_of_range(value))
+        };
+        let each = self.values.iter().zip(&self.form.signals).enumerate();
+        each.filter(move |(_, one)| is_out(*one)).map(|(place, _)| place)
     }
 }
 

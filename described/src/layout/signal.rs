@@ -160,6 +160,17 @@ impl Signal {
         coding.raw(value, field.length(), self.scale, (self.minimum, self.maximum))
     }
 
+    /// Whether a value that was received is none that a sender may say.
+    pub fn is_out_of_range(&self, value: f64) -> bool {
+        let is_within = self.minimum <= value && value <= self.maximum;
+        // The end of a range may lie between two counts.
+        !is_within
+            && match self.storage {
+                Storage::Bits { .. } => self.number_of(value).is_none(),
+                Storage::Printed { .. } => self.printed(value).is_none(),
+            }
+    }
+
     /// What a receiver takes the value for: the nearest that its bits can carry. The value itself where it is out of
     /// range.
     pub fn as_sent(&self, value: f64) -> f64 {

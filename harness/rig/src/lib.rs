@@ -41,6 +41,7 @@ pub mod link;
 pub mod node;
 pub mod operator;
 mod own;
+mod remarks;
 mod replayed;
 pub mod rerun;
 mod rig;

@@ -7,6 +7,7 @@ use crate::link::Struck;
 use crate::node::{Node, Part, Route};
 use crate::robot::{self, Robot};
 use described::{Decoded, Decoder};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::device::{PortId, Transmit};
 use wire::time::{Span, Timestamp};
@@ -18,19 +19,21 @@ pub struct Rig {
     pub lines: Vec<Line>,
     /// Names of the lines.
     pub line_names: Vec<Arc<str>>,
-    ears: Vec<Ear>,
+    pub(crate) ears: Vec<Ear>,
 }
 
 /// Reads what one end of a line says.
 #[derive(Debug)]
-struct Ear {
-    line: usize,
-    end: EndId,
+pub(crate) struct Ear {
+    pub(crate) line: usize,
+    pub(crate) end: EndId,
     /// By its place among the speakers of the rig.
-    speaker: usize,
-    decoder: Decoder,
+    pub(crate) speaker: usize,
+    pub(crate) decoder: Decoder,
     /// What came and could not be read counts: somebody's own device has to be understood.
-    judged: bool,
+    pub(crate) judged: bool,
+    /// How often each signal was out of its range, by its place behind that of its message.
+    pub(crate) out_of_range: BTreeMap<(usize, usize), u64>,
 }
 
 impl Rig {
@@ -75,7 +78,8 @@ impl Rig {
         decoder: Decoder,
         judged: bool,
     ) {
-        self.ears.push(Ear { line, end, speaker, decoder, judged });
+        let out_of_range = BTreeMap::new();
+        self.ears.push(Ear { line, end, speaker, decoder, judged, out_of_range });
     }
 
     /// Somebody reads what crosses that line.
@@ -161,13 +165,16 @@ impl Rig {
             if ear.line != line || (ear.end != from && !strange) {
                 continue;
             }
-            let speaker = ear.speaker;
-            let mut take = |decoded: Decoded<'_>| take(speaker, decoded);
-            match what {
-                Transmit::Frame(frame) => {
-                    ear.decoder.frame(frame).into_iter().for_each(take);
+            let Ear { speaker, decoder, out_of_range, .. } = ear;
+            let mut take = |decoded: Decoded<'_>| {
+                for signal in decoded.out_of_range() {
+                    *out_of_range.entry((decoded.message, signal)).or_default() += 1;
                 }
-                Transmit::Bytes(packet) => ear.decoder.bytes(packet.as_slice(), &mut take),
+                take(*speaker, decoded);
+            };
+            match what {
+                Transmit::Frame(frame) => decoder.frame(frame).into_iter().for_each(take),
+                Transmit::Bytes(packet) => decoder.bytes(packet.as_slice(), &mut take),
             }
         }
     }
@@ -185,11 +192,6 @@ impl Rig {
             ear.line == line && self.is_away(line, ear.end) && ear.decoder.takes(frame.id())
         };
         self.ears.iter().find(of).map_or(at, |ear| ear.end)
-    }
-
-    /// How often what came from a device whose messages are known was none of them.
-    pub fn damaged(&self) -> u64 {
-        self.ears.iter().filter(|ear| ear.judged).map(|ear| ear.decoder.damaged()).sum()
     }
 
     /// The gyro's outputs up to `now`, each at its own instant, onto its line.

@@ -125,9 +125,8 @@ impl<C: Crossing> Simulation<C> {
         let ending = self.run_to_end(sink, keep, pulse);
         self.last_words(sink, keep);
         let Self { faults, rig, director, now, .. } = self;
-        if rig.damaged() > 0 {
-            let note = format!("{} times what came could not be read", rig.damaged());
-            let kind = RecordKind::Note(note);
+        for remark in rig.remarks() {
+            let kind = RecordKind::Note(remark);
             sink.record(Record { at: *now, device: Device::Plan, kind });
         }
         let faults = match faults {

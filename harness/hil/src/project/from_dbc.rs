@@ -23,10 +23,13 @@ const LOAD_MAX: f64 = 0.5;
 /// What the bus of the emulated device carries, bit/s.
 const BIT_RATE: f64 = 500e3;
 
-/// The longest frames of eight bytes, with the stuff bits of the usual ones and the gap behind them: of identifiers of
-/// 11 bits and of 29.
-const BITS_STANDARD: f64 = 125.0;
-const BITS_EXTENDED: f64 = 150.0;
+/// The longest frames of eight bytes, with all stuff bits and the gap behind them: of identifiers of 11 bits and of 29. Zeros,
+/// which signals are at first, have nearly as many.
+const BITS_STANDARD: f64 = 135.0;
+const BITS_EXTENDED: f64 = 160.0;
+
+/// The same of CAN FD with 64 bytes, where the file says that they go no faster.
+const BITS_FD: f64 = 730.0;
 
 /// The plan listens at least so long, and to so many rounds of each message.
 const LISTENING_S_MIN: f64 = 10.0;
@@ -116,16 +119,27 @@ fn period(message: &Message, assumed: Span) -> Span {
     })
 }
 
+/// The bits of all frames of a message.
+fn bits(message: &Message) -> f64 {
+    let each = match message.can_id() {
+        _ if message.is_fd() => BITS_FD,
+        Some(Id::Extended(_)) => BITS_EXTENDED,
+        _ => BITS_STANDARD,
+    };
+    each * message.frames() as f64
+}
+
 /// The share of the bus that these messages take, with this period where they have none.
 fn load<'a>(messages: impl Iterator<Item = &'a Message>, assumed: Span) -> f64 {
-    let bits_per_s = messages.map(|message| {
-        let bits = match message.can_id() {
-            Some(Id::Extended(_)) => BITS_EXTENDED,
-            _ => BITS_STANDARD,
-        };
-        bits * message.frames() as f64 / period(message, assumed).as_secs_f64()
-    });
+    let bits_per_s = messages.map(|message| bits(message) / period(message, assumed).as_secs_f64());
     bits_per_s.sum::<f64>() / BIT_RATE
+}
+
+/// How long a message waits for the bus at the most, where all others are due at once: for one that has begun, and for those
+/// of better identifiers.
+fn wait_s(layout: &Layout, message: &Message) -> f64 {
+    let better = layout.messages().iter().filter(|other| other.can_id() < message.can_id());
+    (BITS_FD + better.map(bits).sum::<f64>()) / BIT_RATE
 }
 
 /// The period of messages that have none.
@@ -305,6 +319,8 @@ pub(super) fn measure(
         None => format!("period.{}", message.name),
     };
     if QuantityName::new(&quantity).is_some() {
+        let period_s = period.as_secs_f64();
+        let beside_s = wait_s(layout, message).max(0.2 * period_s);
         let _ = write!(
             plan,
             "\n[[measurement]]\nname = \"{}\"\ndoc = {}\nquantity = {}\n\
@@ -315,8 +331,8 @@ pub(super) fn measure(
                 None => format!("Time between two of {}", message.name),
             }),
             text(&quantity),
-            0.8 * period.as_secs_f64(),
-            1.2 * period.as_secs_f64()
+            (period_s - beside_s).max(0.0),
+            period_s + beside_s
         );
     }
     for signal in &message.signals {

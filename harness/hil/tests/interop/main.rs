@@ -12,6 +12,7 @@ mod base;
 mod can_utils;
 mod control;
 mod controller;
+mod dbc_files;
 mod exports;
 mod gyro;
 mod measured;

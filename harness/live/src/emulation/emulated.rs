@@ -221,10 +221,10 @@ impl Emulated {
         }
     }
 
-    /// How many messages a described device did not use, because their counter or their checksum was not right.
-    pub(super) fn refused(&self, name: &str) -> Option<u64> {
+    /// A described device, to be looked at.
+    pub(super) fn shown(&self, name: &str) -> Option<&described::Device> {
         match &self.rig.nodes[self.rig.find(name)?].part {
-            Part::Described(described) => Some(described.device.refused()),
+            Part::Described(described) => Some(&described.device),
             _ => None,
         }
     }

@@ -96,9 +96,14 @@ pub(super) fn values(
 pub(super) fn counters(emulated: &Emulated) -> Value {
     let mut told = Map::new();
     for name in emulated.names() {
-        let device = match (emulated.robot(name), emulated.refused(name)) {
+        let device = match (emulated.robot(name), emulated.shown(name)) {
             (Some(robot), _) => of_robot(robot, name),
-            (None, Some(refused)) => json!({ "messages_refused": refused }),
+            (None, Some(device)) => json!({
+                "messages_refused": device.refused(),
+                "questions_refused": device.refused_busy(),
+                "values_out_of_range": device.clipped(),
+                "values_not_finite": device.not_finite(),
+            }),
             (None, None) => Value::Null,
         };
         told.insert(name.to_owned(), json!({ "device": device }));

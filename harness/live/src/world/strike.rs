@@ -4,9 +4,10 @@
 use super::LiveWorld;
 use super::clock::Clock;
 use super::device_under_test::Running;
+use super::traffic::note;
 use judge::properties::Seen;
-use record::FaultSummary;
 use record::sink::RecordSink;
+use record::{Device, FaultSummary};
 use wire::time::Timestamp;
 
 impl LiveWorld {
@@ -46,13 +47,16 @@ impl LiveWorld {
         }
     }
 
-    /// The run is over: what became of the faults, and what found no room anywhere.
+    /// The run is over: what was counted, what became of the faults, and what found no room anywhere.
     pub(super) fn end_faults(
         &mut self,
         now: Timestamp,
         sink: &mut impl RecordSink,
         device: &mut Running,
     ) -> (Vec<FaultSummary>, u64) {
+        for remark in self.rig.remarks() {
+            note(sink, now, Device::Plan, remark);
+        }
         let dropped = self.rig.dropped() + device.in_process().map_or(0, |here| here.dropped());
         let Some(faults) = &mut self.faults else { return (Vec::new(), dropped) };
         let machine = device.machine();

@@ -1,0 +1,46 @@
+//! What a run counts and no measurement is of. It is said at the end of the run, so that nothing is out of its range in
+//! silence.
+
+use super::Rig;
+use super::node::Part;
+
+impl Rig {
+    /// A line for each thing that was counted.
+    pub fn remarks(&self) -> Vec<String> {
+        let mut remarks = Vec::new();
+        // Of a device whose messages are known each should be one of them.
+        let judged = self.ears.iter().filter(|ear| ear.judged);
+        let damaged: u64 = judged.map(|ear| ear.decoder.damaged()).sum();
+        if damaged > 0 {
+            remarks.push(format!("{damaged} times what came could not be read"));
+        }
+        for ear in &self.ears {
+            let node = self.lines[ear.line].name(ear.end);
+            for ((message, signal), count) in &ear.out_of_range {
+                let message = &ear.decoder.layout().messages()[*message];
+                let signal = &message.signals[*signal];
+                let range = format!("{} to {} {}", signal.minimum, signal.maximum, signal.unit);
+                remarks.push(format!(
+                    "{count} times {node}.{}.{} was out of its range, {}",
+                    message.name,
+                    signal.name,
+                    range.trim_end()
+                ));
+            }
+        }
+        for node in &self.nodes {
+            let Part::Described(described) = &node.part else { continue };
+            let device = &described.device;
+            let counted = [
+                (device.clipped(), "said a value beyond its range, and sent the end of that"),
+                (device.not_finite(), "had a value that is no number, and kept the one before"),
+                (device.refused(), "did not use a message with a wrong counter or checksum"),
+                (device.refused_busy(), "refused a question while it answered another"),
+            ];
+            for (count, what) in counted.into_iter().filter(|(count, _)| *count > 0) {
+                remarks.push(format!("{count} times {} {what}", node.name));
+            }
+        }
+        remarks
+    }
+}
