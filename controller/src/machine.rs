@@ -150,7 +150,7 @@ impl Controller {
             .then(|| dsp3000_command::Command::Output(config.gyro.stream.mode).encode());
         let mut gyro = GyroInput::new(config.gyro, config.base.is_some());
         gyro.plant(config.planted());
-        let mut time = OwnTime::default();
+        let mut time = OwnTime::new(config.planted());
         let now = time.hear(now);
         Self {
             time,

@@ -63,6 +63,8 @@ pub enum Mutant {
     HeadingNotHeld,
     /// Nothing that is noticed shows in health.
     HealthSilent,
+    /// The host's clock is believed where it is set back.
+    HostClockBelieved,
 }
 
 #[cfg(feature = "mutants")]
@@ -96,6 +98,7 @@ impl Mutant {
         Self::RateIgnored,
         Self::HeadingNotHeld,
         Self::HealthSilent,
+        Self::HostClockBelieved,
     ];
 
     /// In words joined by hyphens.
@@ -128,6 +131,7 @@ impl Mutant {
             Self::RateIgnored => "rate-ignored",
             Self::HeadingNotHeld => "heading-not-held",
             Self::HealthSilent => "health-silent",
+            Self::HostClockBelieved => "host-clock-believed",
         }
     }
 }

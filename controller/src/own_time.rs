@@ -3,6 +3,7 @@
 //! The host's clock may be set back. What waits for a moment of the future would then wait for longer, and a time-out would
 //! not run out: the base would go on unheard. So the time of the controller goes on from where it was.
 
+use crate::mutant::{Mutant, Planted};
 use wire::time::{Span, Timestamp};
 
 /// From the host's clock to time that never runs back.
@@ -11,9 +12,14 @@ pub(crate) struct OwnTime {
     last: Option<Timestamp>,
     /// Own time less the host's: by how much its clock has been set back in all.
     ahead: Span,
+    planted: Planted,
 }
 
 impl OwnTime {
+    pub(crate) fn new(planted: Planted) -> Self {
+        Self { planted, ..Self::default() }
+    }
+
     /// The host's clock says `told`.
     pub(crate) fn hear(&mut self, told: Timestamp) -> Timestamp {
         let own = self.at(told);
@@ -24,6 +30,9 @@ impl OwnTime {
 
     /// The same for one who only looks.
     pub(crate) fn at(&self, told: Timestamp) -> Timestamp {
+        if self.planted.is(Mutant::HostClockBelieved) {
+            return told;
+        }
         let own = told + self.ahead;
         self.last.map_or(own, |last| own.max(last))
     }
@@ -39,6 +48,18 @@ mod tests {
     use super::OwnTime;
     use proptest::prelude::*;
     use wire::time::{Span, Timestamp};
+
+    #[cfg(feature = "mutants")]
+    #[test]
+    fn one_that_believes_the_host_runs_back() {
+        let runs_back = |mutant| {
+            let mut time = OwnTime::new(crate::mutant::Planted::new(mutant));
+            let before = time.hear(Timestamp::from_nanos(700));
+            time.hear(Timestamp::from_nanos(10)) < before
+        };
+        assert!(runs_back(Some(crate::mutant::Mutant::HostClockBelieved)));
+        assert!(!runs_back(None));
+    }
 
     proptest! {
         #[test]

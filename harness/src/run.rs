@@ -26,7 +26,7 @@ pub use rig_of::{RigError, load_description, load_recorded, load_rig, load_rig_n
 
 use crate::checks::judge_all;
 use crate::made::Made;
-use crate::observation::Observation;
+use crate::observation::Observations;
 use crate::outcome::{Measurement, Outcome};
 use crate::properties::{Property, PropertyVerdict, Unjudged};
 use crate::record::FaultSummary;
@@ -49,8 +49,8 @@ pub struct Simulated {
     pub end: Timestamp,
     /// Events handled.
     pub events: u64,
-    /// Everything observed, by quantity.
-    pub observations: Vec<Observation>,
+    /// Everything observed.
+    pub observations: Observations,
     /// Calibrations and models that the plan made.
     pub made: Made,
     /// What the lines dropped for want of room.
@@ -118,12 +118,12 @@ fn go(
     let mut made = Made::default();
     let mut end = simulation.run(sink, &mut |action| action.keep_in(&mut made), pulse);
     finish(sink, &mut end.ending);
-    let observations = simulation.director.engine.observations();
+    let observations = simulation.director.engine.take_observations();
     Simulated {
         ending: end.ending,
         end: end.at,
         events: end.events,
-        observations: observations.values().flatten().cloned().collect(),
+        observations,
         made,
         dropped: end.dropped,
         faults: end.faults,

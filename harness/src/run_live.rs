@@ -204,17 +204,17 @@ pub(crate) fn carry_out(
     let mut keep_made = |action: &Action| action.keep_in(&mut made);
     let mut end = world.run(log, sink, &mut keep_made, pulse)?;
     finish(sink, &mut end.ending);
-    Ok(LiveRun::of(end, world.engine(), made))
+    Ok(LiveRun::of(end, world.engine_mut(), made))
 }
 
 impl LiveRun {
     /// What a world came to whose engine this is.
-    fn of(end: LiveEnd, engine: &Engine, made: Made) -> Self {
+    fn of(end: LiveEnd, engine: &mut Engine, made: Made) -> Self {
         let run = Simulated {
             ending: end.ending,
             end: end.end,
             events: end.events,
-            observations: engine.observations().values().flatten().cloned().collect(),
+            observations: engine.take_observations(),
             made,
             dropped: end.dropped,
             faults: end.faults,

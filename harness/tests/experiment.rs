@@ -75,10 +75,8 @@ fn every_plan_of_the_menu_runs() {
         assert_eq!(run.ending.outcome, Outcome::Passed, "{name}: {:?}", run.ending);
         if on_table {
             for direction in [-1.0, 1.0] {
-                let turned = run.observations.iter().any(|observation| {
-                    observation.quantity == "table.angle"
-                        && observation.tags.get("direction") == Some(&direction)
-                        && observation.tags.contains_key("temperature")
+                let turned = run.observations.of("table.angle").any(|one| {
+                    one.tag("direction") == Some(direction) && one.tag("temperature").is_some()
                 });
                 assert!(turned, "{name} turns both ways and tells the temperature");
             }

@@ -4,6 +4,7 @@
 use harness::run::{Prepared, Simulated, simulate};
 use identification::finding::Finding;
 use plan::made::Made;
+use plan::observation::Observed;
 use record::outcome::Outcome;
 use record::sink::NullSink;
 use rig::operator::Answers;
@@ -146,14 +147,13 @@ fn shaft(t: f64) -> f64 {
 
 /// Errors of the readings during a label, deg, with when they were.
 fn errors(done: &Simulated, during: Option<&str>) -> Vec<(f64, f64)> {
-    let is_meant = |tags: &std::collections::BTreeMap<String, f64>| {
-        during.is_none_or(|label| tags.contains_key(&format!("during.{label}")))
+    let is_meant = |one: &Observed<'_>| {
+        during.is_none_or(|label| one.tag(&format!("during.{label}")).is_some())
     };
-    let readings = done.observations.iter().filter(|one| one.quantity == "resolver.Angle");
-    let readings = readings.filter(|one| is_meant(&one.tags));
-    let error = |one: &plan::observation::Observation| {
-        let at = one.tags["time"];
-        let error = one.value - shaft(at);
+    let readings = done.observations.of("resolver.Angle").filter(is_meant);
+    let error = |one: Observed<'_>| {
+        let at = one.time().unwrap();
+        let error = one.value() - shaft(at);
         (at, error - 360.0 * (error / 360.0).round())
     };
     readings.map(error).collect()

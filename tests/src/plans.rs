@@ -107,7 +107,6 @@ impl Run {
 
     /// The values of what was observed under this name, in order.
     pub fn observed(&self, quantity: &str) -> Vec<f64> {
-        let of = |o: &&plan::observation::Observation| o.quantity == quantity;
-        self.simulated.observations.iter().filter(of).map(|o| o.value).collect()
+        self.simulated.observations.of(quantity).map(|one| one.value()).collect()
     }
 }

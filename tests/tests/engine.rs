@@ -122,7 +122,7 @@ fn observations_carry_the_sweep_and_the_repetition_they_are_from() {
         // To half a step of the wire's rate, 0.0031 deg/s.
         assert!((bias - swept / 3_600.0).abs() < 0.0016, "{bias} at {swept}");
     }
-    for observation in &run.simulated.observations {
+    for observation in run.simulated.observations.iter() {
         for phase in ["sweep", "repeat", "bias_test", "inner", "outer"] {
             assert!(observation.tags.contains_key(&format!("during.{phase}")), "{phase}");
         }

@@ -100,7 +100,7 @@ pub struct CaseResult {
     /// Every measurement of the plan was in its band, and the plan went to its end.
     pub passed: bool,
     /// A controller that takes missions said that something is wrong: its health was worse than ok after it had been ok, or it
-    /// refused or broke off a mission. Envelopes ask for it, which run where they are asked for.
+    /// refused or broke off a mission. Envelopes ask for it, whose journals keep it beside the result.
     #[serde(skip)]
     pub announced: bool,
 }

@@ -39,6 +39,9 @@ pub struct Line {
     pub case: Case,
     /// What it came to.
     pub result: CaseResult,
+    /// That of the result, where an envelope asks for it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub announced: bool,
 }
 
 /// Why a journal cannot be used.
@@ -230,7 +233,7 @@ mod tests {
             .map(|number| {
                 let case = random.next();
                 let result = Toy::default().execute(&case);
-                Line { number, case, result }
+                Line { number, case, result, announced: false }
             })
             .collect()
     }

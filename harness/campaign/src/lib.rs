@@ -17,7 +17,7 @@
 //! * [`shrink()`]: less faults, later, shorter, weaker, as long as the same property breaks.
 //! * [`Account`]: what a campaign was to do and what came of it, beside its journal: what a report is drawn from.
 //! * [`seeds`]: the same plan under many seeds.
-//! * [`envelope()`]: the share of runs that pass over the severity of one kind.
+//! * [`envelope()`]: the share of runs that pass over the severity of one kind; [`Kept`] lets it go on where it stopped.
 
 mod account;
 mod case;
@@ -26,6 +26,7 @@ mod executor;
 mod guard;
 mod guided;
 mod journal;
+mod kept;
 mod mutation;
 mod regression;
 mod repeat;
@@ -46,6 +47,7 @@ pub use executor::Executor;
 pub use guard::caught;
 pub use guided::Guided;
 pub use journal::{Journal, JournalError, Line, each_line};
+pub use kept::Kept;
 pub use regression::{Regression, RegressionError, slug};
 pub use repeat::{
     BREAKS_AT_LEAST, CONFIDENCE, REPEATS, REPEATS_MAX, Repeatedly, Repetition, RepetitionError,

@@ -133,7 +133,9 @@ impl Drawing<'_> {
         let (number, case) = (self.drawn, self.search.next());
         self.drawn += 1;
         match (self.known)(number, &case) {
-            Some(result) => self.ahead.push_back(Some(Line { number, case, result })),
+            Some(result) => {
+                self.ahead.push_back(Some(Line { number, case, result, announced: false }))
+            }
             None => {
                 self.ahead.push_back(None);
                 // With nobody to take it, the results say so.
@@ -156,7 +158,7 @@ fn carry_out(
             return;
         }
         let result = job(&case);
-        if finished.send(Line { number, case, result }).is_err() {
+        if finished.send(Line { number, case, result, announced: false }).is_err() {
             return;
         }
     }

@@ -162,9 +162,13 @@ impl LiveWorld {
         self
     }
 
-    /// Everything observed and made is the engine's.
-    pub const fn engine(&self) -> &Engine {
+    fn engine(&self) -> &Engine {
         &self.director.engine
+    }
+
+    /// Everything observed and made is the engine's.
+    pub fn engine_mut(&mut self) -> &mut Engine {
+        &mut self.director.engine
     }
 
     /// Runs the plan to its end. What the device under test writes to stderr goes into `log`.
@@ -376,7 +380,7 @@ impl LiveWorld {
     }
 
     fn course(&self) -> Course {
-        let observations = self.director.engine.observations().values().map(Vec::len).sum();
+        let observations = self.director.engine.observations().len();
         Course { steps: self.director.engine.progress().0, observations }
     }
 }

@@ -1,5 +1,9 @@
 //! One measured value of a quantity: what the engine emits and what checks, reports and identification read.
 
+mod kept;
+
+pub use kept::{Full, Observations, Observed};
+
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -14,4 +18,11 @@ pub struct Observation {
     pub uncertainty: f64,
     /// What else was so: `direction` (+1 ccw, -1 cw), `temperature`, `run`, ...
     pub tags: BTreeMap<String, f64>,
+}
+
+impl Observation {
+    /// What else was so.
+    pub fn tag(&self, name: &str) -> Option<f64> {
+        self.tags.get(name).copied()
+    }
 }

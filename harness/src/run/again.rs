@@ -24,7 +24,7 @@ use super::header;
 use super::keep::{breach, worsen};
 use super::recorded_properties::Replayed;
 use crate::checks::judge_all;
-use crate::observation::Observation;
+use crate::observation::Observations;
 use crate::outcome::{Outcome, Summary};
 use crate::plan::{Plan, Rig};
 use crate::properties::{Limits, Unjudged};
@@ -33,8 +33,7 @@ use crate::record::reader::RecordError;
 use crate::record::{Record, RecordKind, VERSION};
 use emulators::device_file::Devices;
 use rig::bench::Bench;
-use rig::engine::OBSERVATIONS_MAX;
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use wire::time::Timestamp;
 
 /// The clock of a run that was made of a bus log.
@@ -158,8 +157,8 @@ pub fn unfinished(recorded: &Header, title: &str, last: Timestamp) -> Summary {
 /// What there is in a record.
 #[derive(Debug)]
 struct Read {
-    /// Of the quantities that are judged, at most [`OBSERVATIONS_MAX`] of each.
-    observations: Vec<Observation>,
+    /// Of the quantities that are judged.
+    observations: Observations,
     last: Timestamp,
     error: Option<RecordError>,
 }
@@ -170,9 +169,10 @@ impl Read {
         header: &Header,
         watch: &mut impl FnMut(&Record),
     ) -> Self {
-        let names = header.quantities.iter().map(|quantity| (quantity.name.as_str(), 0));
-        let mut counts: BTreeMap<&str, usize> = names.collect();
-        let mut read = Self { observations: Vec::new(), last: Timestamp::ZERO, error: None };
+        let judged: BTreeSet<&str> =
+            header.quantities.iter().map(|one| one.name.as_str()).collect();
+        let mut read =
+            Self { observations: Observations::default(), last: Timestamp::ZERO, error: None };
         for record in records {
             let record = match record {
                 Ok(record) => record,
@@ -184,11 +184,9 @@ impl Read {
             read.last = record.at;
             watch(&record);
             let RecordKind::Observation(observation) = record.kind else { continue };
-            let Some(count) = counts.get_mut(observation.quantity.as_str()) else { continue };
-            // The engine ends a run before it makes more; such a record is nobody's.
-            if *count < OBSERVATIONS_MAX {
-                *count += 1;
-                read.observations.push(observation);
+            if judged.contains(observation.quantity.as_str()) {
+                // The engine ends a run before there are more; such a record is nobody's.
+                let _full = read.observations.push(&observation);
             }
         }
         read

@@ -129,9 +129,8 @@ impl Story {
 
 /// Largest error of a turn of the table that has this tag, deg.
 fn worst(run: &Run, tag: &str) -> f64 {
-    let errors = run.simulated.observations.iter();
-    let errors = errors.filter(|o| o.quantity == "table.error" && o.tags.contains_key(tag));
-    errors.fold(0.0, |worst, o| worst.max(o.value.abs()))
+    let errors = run.simulated.observations.of("table.error").filter(|o| o.tag(tag).is_some());
+    errors.fold(0.0, |worst, o| worst.max(o.value().abs()))
 }
 
 /// Is the effect, or a rival that it could be, of that cause?

@@ -52,8 +52,8 @@ fn a_person_in_another_unit_and_with_the_wrong_sign() {
     let faults = fault("target = \"operator\"\nwhat = { wrong_unit = { factor = 1000 } }")
         + &fault("target = \"operator\"\nwhat = { wrong_sign = { wrong_percent = 100 } }");
     let (run, records) = run(&prepared("paper", &faults));
-    let mass = run.observations.iter().find(|one| one.quantity == "operator.mass").unwrap();
-    assert_eq!(mass.value, -3_000.0);
+    let mass = run.observations.of("operator.mass").next().unwrap();
+    assert_eq!(mass.value(), -3_000.0);
     let replied = records.iter().find_map(|record| match &record.kind {
         RecordKind::Reply(reply) => reply.number.as_ref().map(|number| number.value),
         _ => None,
@@ -126,7 +126,7 @@ fn a_table_that_loses_steps_turns_less_than_it_says() {
     let lost = fault("target = \"table\"\nwhat = { lost_steps = { steps = 80 } }");
     let angle = |faults: &str| {
         let (run, _) = run(&prepared("paper-table", faults));
-        run.observations.iter().find(|one| one.quantity == "table.angle").unwrap().value
+        run.observations.of("table.angle").next().unwrap().value()
     };
     let difference = angle(&lost) - angle("");
     assert!((difference + 1.0).abs() < 0.05, "80 steps of 0.0125 deg: {difference}");

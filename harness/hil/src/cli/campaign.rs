@@ -1,6 +1,7 @@
 //! `hil campaign`: faults thrown at a plan, and how much of one it tolerates.
 
 pub(super) mod account;
+mod ended;
 mod on_bench;
 #[cfg(feature = "nats")]
 mod over;
@@ -64,7 +65,7 @@ impl By {
 /// With --clock real the cases are carried out on a bench, one at a time; what breaks there is repeated, and counts as broken
 /// where that shows it.
 ///
-/// With --envelope or --envelopes it measures instead how much of a fault is tolerated. One that was interrupted begins anew.
+/// With --envelope or --envelopes it measures instead how much of a fault is tolerated.
 #[derive(Debug, Args)]
 #[command(after_help = EXIT_STATUSES)]
 pub(super) struct CampaignArguments {
@@ -172,6 +173,7 @@ impl CampaignArguments {
                 let means = Means {
                     prepared: &prepared,
                     executor: &executor,
+                    what: self.envelopes_of(&task),
                     seed: self.seed,
                     threads,
                     interrupt: &interrupt,
@@ -266,14 +268,28 @@ impl CampaignArguments {
     /// What decides the cases of the campaign; `bench` names where they are carried out.
     fn what(&self, task: &Task<'_>, bench: &str) -> String {
         format!(
-            "{} ({}), by {}, seed {}, up to {} of {}{bench}",
-            task.prepared.plan.name,
-            campaign::Case::default().id(task.source),
+            "{}, by {}, seed {}, up to {} of {}{bench}",
+            self.under_test(task),
             self.by.name(),
             self.seed,
             self.faults_max,
             if self.faults.is_empty() { "all faults".to_owned() } else { self.faults.join(", ") },
         )
+    }
+
+    /// What decides the runs of envelopes: cases have their seeds and faults themselves.
+    fn envelopes_of(&self, task: &Task<'_>) -> String {
+        format!("envelopes of {}", self.under_test(task))
+    }
+
+    /// The plan, and who is under test.
+    fn under_test(&self, task: &Task<'_>) -> String {
+        let plan = &task.prepared.plan.name;
+        let id = campaign::Case::default().id(task.source);
+        match self.setup.replay() {
+            ours if ours.is_empty() => format!("{plan} ({id})"),
+            other => format!("{plan} ({id}) with {other}"),
+        }
     }
 
     /// Searches, shrinks and saves, in the folder of the campaign.
@@ -337,7 +353,7 @@ impl CampaignArguments {
             screen.chat(&format!("{}", page.display()));
         }
         self.summary.append(&markdown)?;
-        let outcome = outcome(done);
+        let outcome = ended::outcome(done);
         if outcome == Outcome::Error {
             let cases = done.tally.cases;
             screen.note(&format!("no verdict in any of {cases} cases: nothing was shown"));
@@ -364,36 +380,4 @@ fn states(properties: &[Property]) -> BTreeSet<String> {
         .filter(|property| matches!(property, Property::Sometimes(_)))
         .map(|property| property.name().to_owned())
         .collect()
-}
-
-/// A campaign without a verdict in any of its cases has shown nothing.
-fn outcome(done: &Campaign) -> Outcome {
-    let tally = &done.tally;
-    let unjudged = ["error", "worker_lost"].map(|name| tally.outcomes.get(name).unwrap_or(&0));
-    let unjudged: u64 = unjudged.into_iter().sum();
-    match (done.found.is_empty(), done.stopped) {
-        (false, _) => Outcome::Failed,
-        (true, true) => Outcome::Aborted,
-        (true, false) if unjudged > 0 && unjudged == tally.cases => Outcome::Error,
-        (true, false) => Outcome::Passed,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Campaign, Outcome, outcome};
-    use campaign::Tally;
-
-    #[test]
-    fn a_campaign_of_cases_without_a_verdict_holds_nothing() {
-        let done = |outcomes: &[(&str, u64)]| {
-            let cases = outcomes.iter().map(|(_, times)| times).sum();
-            let outcomes = outcomes.iter().map(|(name, times)| ((*name).to_owned(), *times));
-            let tally = Tally { cases, outcomes: outcomes.collect(), ..Tally::default() };
-            outcome(&Campaign { tally, found: Vec::new(), never: Vec::new(), stopped: false })
-        };
-        assert_eq!(done(&[("error", 3), ("worker_lost", 2)]), Outcome::Error);
-        assert_eq!(done(&[("error", 3), ("passed", 2)]), Outcome::Passed);
-        assert_eq!(done(&[]), Outcome::Passed);
-    }
 }

@@ -6,7 +6,7 @@ use super::interrupt::Interrupt;
 use super::own::only_ours;
 use super::progress::Screen;
 use super::say;
-use campaign::{self, Case, CaseResult, Envelope, EnvelopeSettings, Executor, Measured};
+use campaign::{self, Case, CaseResult, Envelope, EnvelopeSettings, Executor, Kept, Measured};
 use clap::Args;
 use harness::executors::Simulated;
 use harness::run::Prepared;
@@ -50,6 +50,8 @@ pub(super) struct EnvelopeArguments {
 
 /// The figures of a folder of envelopes.
 const FIGURES: &str = "envelopes.json";
+/// Its runs.
+const JOURNAL: &str = "runs.jsonl";
 
 /// One envelope that is asked for.
 struct Asked {
@@ -63,6 +65,8 @@ struct Asked {
 pub(super) struct Means<'a> {
     pub(super) prepared: &'a Prepared,
     pub(super) executor: &'a Simulated,
+    /// What decides the runs, as their journal says it.
+    pub(super) what: String,
     pub(super) seed: u64,
     pub(super) threads: NonZeroUsize,
     pub(super) interrupt: &'a Interrupt,
@@ -91,9 +95,13 @@ impl EnvelopeArguments {
         only_ours(folder, ours, [REPORT, JUNIT, SUMMARY, RECORD])?;
         std::fs::create_dir_all(folder).map_err(|source| Failure::file(folder, source))?;
         let (horizon, _) = means.executor.without_faults(means.seed);
+        let kept = Kept::open(means.executor, &folder.join(JOURNAL), &means.what)?;
         let mut all = Vec::new();
         for asked in asked {
-            let envelope = means.measure(&asked, horizon);
+            let envelope = means.measure(&kept, &asked, horizon);
+            if let Some(failure) = kept.failure() {
+                return Err(failure.into());
+            }
             if !json {
                 say(&console::envelope_table(&envelope, asked.at_least, Style::of_stdout()))?;
             }
@@ -188,7 +196,7 @@ fn declared(prepared: &Prepared) -> Result<Vec<Asked>, Failure> {
 }
 
 impl Means<'_> {
-    fn measure(&self, asked: &Asked, horizon: Span) -> Envelope {
+    fn measure(&self, kept: &Kept<'_, Simulated>, asked: &Asked, horizon: Span) -> Envelope {
         let settings = EnvelopeSettings {
             runs: asked.runs,
             share: asked.share,
@@ -200,7 +208,7 @@ impl Means<'_> {
             threads: self.threads,
         };
         let bar = self.screen.runs_at_most(&asked.fault.to_string(), settings.runs_max());
-        let executor = Counting { executor: self.executor, bar };
+        let executor = Counting { executor: kept, bar };
         campaign::envelope(&executor, &asked.fault, &settings, &mut |level| {
             self.screen.chat(&console::level_line(level, &asked.fault));
             !self.interrupt.requested()
@@ -210,7 +218,7 @@ impl Means<'_> {
 
 /// Carries cases out, and shows how many there were.
 struct Counting<'a> {
-    executor: &'a Simulated,
+    executor: &'a Kept<'a, Simulated>,
     bar: ProgressBar,
 }
 

@@ -4,11 +4,10 @@ use super::follow::{Legs, follow, in_words};
 use super::moves::{Move, MoveWatch};
 use bus_log::{Channel, Entry, Payload};
 use plan::Plan;
-use plan::observation::Observation;
+use plan::observation::{Observation, Observations};
 use plan::quantities::{self as q, Quantity};
 use record::sink::RecordSink;
 use record::{Device, Record, RecordKind};
-use rig::engine::OBSERVATIONS_MAX;
 use rig::engine::observe::DISPLACEMENT_U_M;
 use std::collections::BTreeSet;
 use std::fmt;
@@ -60,7 +59,7 @@ pub(super) struct Scribe {
     frames: u64,
     moves: u64,
     left_out: LeftOut,
-    observations: Vec<Observation>,
+    observations: Observations,
 }
 
 impl Scribe {
@@ -86,7 +85,7 @@ impl Scribe {
             frames: 0,
             moves: 0,
             left_out: LeftOut::default(),
-            observations: Vec::new(),
+            observations: Observations::default(),
         }
     }
 
@@ -98,7 +97,7 @@ impl Scribe {
             && (can_link::parse_request(frame).is_some() || can_link::parse_reply(frame).is_some())
     }
 
-    pub(super) fn observations(&self) -> &[Observation] {
+    pub(super) fn observations(&self) -> &Observations {
         &self.observations
     }
 
@@ -239,13 +238,12 @@ impl Scribe {
         if !self.wanted.contains(quantity.name) {
             return;
         }
-        if self.observations.len() >= OBSERVATIONS_MAX {
-            self.diverge(format!("more than {OBSERVATIONS_MAX} observations"));
-            return;
-        }
         let quantity = quantity.name.to_owned();
         let observation = Observation { quantity, value, uncertainty, tags: tags.clone() };
-        self.observations.push(observation.clone());
+        if let Err(full) = self.observations.push(&observation) {
+            self.diverge(full.to_string());
+            return;
+        }
         let kind = RecordKind::Observation(observation);
         sink.record(Record { at: self.now, device: Device::Plan, kind });
     }

@@ -59,3 +59,36 @@ fn what_fails_without_any_fault_is_told_from_what_fails_by_one() {
         .exits(0);
     assert!(ran.out.contains("too few runs pass without any fault"), "{}", ran.out);
 }
+
+/// Killed in the middle of a line of its journal.
+#[test]
+fn what_was_interrupted_goes_on_where_it_stopped() {
+    let hil = declaring(0.02);
+    let command = ["campaign", "./turn.toml", "--envelopes", "--out", "kept", "--quiet", "--json"];
+    let whole = hil.run(&command).exits(0).out;
+    let journal = hil.path("kept/runs.jsonl");
+    let runs = fs::read_to_string(&journal).unwrap();
+    let cut: String = runs.chars().take(runs.len() / 2).collect();
+    fs::write(&journal, &cut).unwrap();
+    fs::remove_file(hil.path("kept/envelopes.json")).unwrap();
+    fs::remove_file(hil.path("kept/report.html")).unwrap();
+    fs::remove_file(hil.path("kept/junit.xml")).unwrap();
+    assert_eq!(hil.run(&command).exits(0).out, whole);
+    let again = fs::read_to_string(&journal).unwrap();
+    let lines_of = |text: &str| text.lines().count();
+    assert_eq!(lines_of(&again), lines_of(&runs), "what was there was not run again");
+    // A line that was there decides, whatever a run would come to now.
+    fs::write(&journal, again.replace("\"passed\":true", "\"passed\":false")).unwrap();
+    let ran = hil.run(&command).exits(1);
+    let figures: Value = serde_json::from_str(&ran.out).unwrap();
+    assert!(figures[0]["tolerated"].is_null(), "{}", ran.out);
+    // The runs of another plan are not those of this one.
+    let text = fs::read_to_string(hil.path("turn.toml")).unwrap();
+    fs::write(hil.path("turn.toml"), format!("{text}\n# another\n")).unwrap();
+    let ran = hil.run(&command).exits(2);
+    assert!(
+        ran.err.contains("runs.jsonl is of another campaign: envelopes of turn"),
+        "{}",
+        ran.err
+    );
+}

@@ -34,7 +34,7 @@ mod settling;
 pub mod umbmark;
 
 use figure::{Figure, Refusal};
-use plan::observation::Observation;
+use plan::observation::{Observations, Observed};
 use plan::{Check, Declared, quantities};
 use record::outcome::{Measurement, Outcome, Verdict};
 use select::Selection;
@@ -43,7 +43,7 @@ use select::Selection;
 /// [`Outcome::Failed`] otherwise.
 pub fn judge_all(
     declared: &[Declared],
-    observations: &[Observation],
+    observations: &Observations,
 ) -> (Vec<Measurement>, Outcome) {
     let measurements: Vec<_> =
         declared.iter().map(|declared| judge(declared, observations)).collect();
@@ -52,7 +52,7 @@ pub fn judge_all(
 }
 
 /// Judges one measurement. `observations` may hold other quantities and may be in any order.
-pub fn judge(declared: &Declared, observations: &[Observation]) -> Measurement {
+pub fn judge(declared: &Declared, observations: &Observations) -> Measurement {
     let selection = Selection::new(declared, observations);
     let bounds = declared.check.figure_band();
     let judged = selection.complete().and_then(|()| figure(&declared.check, &selection));
@@ -119,8 +119,8 @@ fn figure(check: &Check, selection: &Selection<'_>) -> Result<Figure, Refusal> {
 }
 
 /// Was this observed during the phase, a step's name or label?
-fn is_during(observation: &Observation, phase: &str) -> bool {
-    observation.tags.get(&quantities::during_tag(phase)).is_some_and(|&value| value != 0.0)
+fn is_during(observed: &Observed<'_>, phase: &str) -> bool {
+    observed.tag(&quantities::during_tag(phase)).is_some_and(|value| value != 0.0)
 }
 
 #[cfg(test)]

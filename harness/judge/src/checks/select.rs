@@ -3,7 +3,7 @@
 use super::figure::Refusal;
 use super::is_during;
 use super::jackknife::Together;
-use plan::observation::Observation;
+use plan::observation::{Observations, Observed};
 use plan::{Check, Declared, QuantityName};
 use std::cmp::Ordering;
 
@@ -35,22 +35,25 @@ pub(super) struct Selection<'a> {
     declared: &'a Declared,
     /// The observations' own uncertainties do not count.
     is_exact: bool,
-    first: Vec<&'a Observation>,
-    second: Vec<&'a Observation>,
+    first: Vec<Observed<'a>>,
+    second: Vec<Observed<'a>>,
 }
 
 impl<'a> Selection<'a> {
-    pub(super) fn new(declared: &'a Declared, observations: &'a [Observation]) -> Self {
+    pub(super) fn new(declared: &'a Declared, observations: &'a Observations) -> Self {
         let of = |quantity: &QuantityName| {
             let mut chosen: Vec<_> = observations
-                .iter()
-                .filter(|o| o.quantity == quantity.as_str() && declared.filter.matches(o))
+                .of(quantity.as_str())
+                .filter(|o| declared.filter.matches(|tag| o.tag(tag)))
                 .filter(|o| match &declared.check {
                     Check::NeverOutside { during, .. } => is_during(o, during),
                     _ => true,
                 })
                 .collect();
-            chosen.sort_by(|a, b| order(a, b));
+            // Mostly they are, and sorting takes memory.
+            if !chosen.is_sorted_by(|a, b| order(a, b).is_le()) {
+                chosen.sort_by(order);
+            }
             chosen
         };
         let first = of(&declared.quantity);
@@ -63,9 +66,9 @@ impl<'a> Selection<'a> {
         Self { is_exact: true, ..self.clone() }
     }
 
-    fn sample(&self, observation: &Observation) -> Sample {
-        let uncertainty = if self.is_exact { 0.0 } else { observation.uncertainty };
-        Sample { value: observation.value, uncertainty }
+    fn sample(&self, observed: &Observed<'_>) -> Sample {
+        let uncertainty = if self.is_exact { 0.0 } else { observed.uncertainty() };
+        Sample { value: observed.value(), uncertainty }
     }
 
     /// How many observations there are of the measurement's own quantity.
@@ -103,7 +106,7 @@ impl<'a> Selection<'a> {
 
     /// Whether the order of the values says which are near one another.
     pub(super) fn together(&self) -> Together {
-        let is_timed = self.first.iter().all(|o| o.tags.contains_key("time"));
+        let is_timed = self.first.iter().all(|o| o.time().is_some());
         if is_timed { Together::InTime } else { Together::Alone }
     }
 
@@ -121,7 +124,7 @@ impl<'a> Selection<'a> {
             .first
             .iter()
             .filter_map(|o| {
-                let at = *o.tags.get(tag)?;
+                let at = o.tag(tag)?;
                 at.is_finite().then_some(Point { at, sample: self.sample(o) })
             })
             .collect();
@@ -137,54 +140,51 @@ impl<'a> Selection<'a> {
     /// by their time.
     pub(super) fn positions(&self) -> Result<Vec<Position>, Refusal> {
         let (mut xs, mut ys) = (self.first.clone(), self.second.clone());
-        xs.sort_by(|a, b| order_of_pairs(a, b));
-        ys.sort_by(|a, b| order_of_pairs(a, b));
+        xs.sort_by(order_of_pairs);
+        ys.sort_by(order_of_pairs);
         let joined = xs.len() == ys.len() && xs.iter().zip(&ys).all(|(x, y)| same_run(x, y));
         if !joined {
             return Err(Refusal::Fail("positions that lack x or y".to_owned()));
         }
-        let position = |(x, y): (&&Observation, &&Observation)| Position {
+        let position = |(x, y): (&Observed<'_>, &Observed<'_>)| Position {
             x: self.sample(x),
             y: self.sample(y),
-            direction: x.tags.get("direction").copied(),
+            direction: x.tag("direction"),
         };
         Ok(xs.iter().zip(&ys).map(position).collect())
     }
 }
 
-fn is_usable(observation: &Observation) -> bool {
-    observation.value.is_finite()
-        && observation.uncertainty.is_finite()
-        && observation.uncertainty >= 0.0
+fn is_usable(observed: &Observed<'_>) -> bool {
+    let (value, uncertainty) = (observed.value(), observed.uncertainty());
+    value.is_finite() && uncertainty.is_finite() && uncertainty >= 0.0
 }
 
 /// By time and value, so that sums come out the same whatever the order of arrival.
-fn order(a: &Observation, b: &Observation) -> Ordering {
+fn order(a: &Observed<'_>, b: &Observed<'_>) -> Ordering {
     order_of_tag(a, b, "time")
-        .then_with(|| a.value.total_cmp(&b.value))
-        .then_with(|| a.uncertainty.total_cmp(&b.uncertainty))
+        .then_with(|| a.value().total_cmp(&b.value()))
+        .then_with(|| a.uncertainty().total_cmp(&b.uncertainty()))
         .then_with(|| order_of_tags(a, b))
 }
 
-fn order_of_tags(a: &Observation, b: &Observation) -> Ordering {
-    a.tags
-        .iter()
-        .map(|(tag, value)| (tag, Total(*value)))
-        .cmp(b.tags.iter().map(|(tag, value)| (tag, Total(*value))))
+fn order_of_tags(a: &Observed<'_>, b: &Observed<'_>) -> Ordering {
+    let others = |(tag, value)| (tag, Total(value));
+    a.others().map(others).cmp(b.others().map(others))
 }
 
-fn order_of_pairs(a: &Observation, b: &Observation) -> Ordering {
+fn order_of_pairs(a: &Observed<'_>, b: &Observed<'_>) -> Ordering {
     order_of_tag(a, b, "run")
         .then_with(|| order_of_tag(a, b, "direction"))
         .then_with(|| order_of_tag(a, b, "time"))
 }
 
-fn same_run(a: &Observation, b: &Observation) -> bool {
+fn same_run(a: &Observed<'_>, b: &Observed<'_>) -> bool {
     order_of_tag(a, b, "run").then_with(|| order_of_tag(a, b, "direction")).is_eq()
 }
 
-fn order_of_tag(a: &Observation, b: &Observation, tag: &str) -> Ordering {
-    let key = |o: &Observation| o.tags.get(tag).copied().map(Total);
+fn order_of_tag(a: &Observed<'_>, b: &Observed<'_>, tag: &str) -> Ordering {
+    let key = |o: &Observed<'_>| o.tag(tag).map(Total);
     key(a).cmp(&key(b))
 }
 

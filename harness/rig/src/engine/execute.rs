@@ -250,8 +250,7 @@ impl Engine {
     }
 
     fn fit(&mut self, now: Timestamp, step: &Fit) {
-        let observed = self.observations.get(step.quantity.as_str()).map_or(&[][..], Vec::as_slice);
-        match fit::fit(step, observed) {
+        match fit::fit(step, self.observations.of(step.quantity.as_str())) {
             Ok(fitted) => {
                 let (name, note) = (step.name.as_str().to_owned(), fitted.to_string());
                 self.record(RecordKind::Note(format!("fit {name}: {note}")));

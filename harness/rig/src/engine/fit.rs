@@ -2,7 +2,7 @@
 
 use controller::calibration::{BIAS_POINTS_MAX, BiasPoint, Calibration, FACTORS_MAX, Factor};
 use judge::checks::line::Line;
-use plan::observation::Observation;
+use plan::observation::Observed;
 use plan::{CalibrationPart, Fit, Model};
 use std::fmt;
 
@@ -43,15 +43,18 @@ impl fmt::Display for Fitted {
 }
 
 /// Fits the step's model to those of `observed` that it means.
-pub(super) fn fit(step: &Fit, observed: &[Observation]) -> Result<Fitted, String> {
-    let used: Vec<&Observation> =
-        observed.iter().filter(|observation| step.filter.matches(observation)).collect();
+pub(super) fn fit<'a>(
+    step: &Fit,
+    observed: impl Iterator<Item = Observed<'a>>,
+) -> Result<Fitted, String> {
+    let used: Vec<Observed<'_>> =
+        observed.filter(|one| step.filter.matches(|tag| one.tag(tag))).collect();
     let model = match &step.model {
-        Model::Mean => Shape::Mean(mean(used.iter().map(|o| o.value)).ok_or("nothing to fit")?),
+        Model::Mean => Shape::Mean(mean(used.iter().map(Observed::value)).ok_or("nothing to fit")?),
         Model::ByDirection => {
             let of = |sign: f64| {
-                let in_direction = |o: &&&Observation| o.tags.get("direction") == Some(&sign);
-                mean(used.iter().filter(in_direction).map(|o| o.value))
+                let in_direction = |o: &&Observed<'_>| o.tag("direction") == Some(sign);
+                mean(used.iter().filter(in_direction).map(Observed::value))
             };
             let cw = of(-1.0).ok_or("nothing clockwise to fit")?;
             let ccw = of(1.0).ok_or("nothing counter-clockwise to fit")?;
@@ -60,7 +63,7 @@ pub(super) fn fit(step: &Fit, observed: &[Observation]) -> Result<Fitted, String
         Model::Line { against } => {
             let points: Vec<_> = used
                 .iter()
-                .filter_map(|o| Some((*o.tags.get(against)?, o.value, o.uncertainty)))
+                .filter_map(|o| Some((o.tag(against)?, o.value(), o.uncertainty())))
                 .collect();
             Shape::Line(Line::fit(&points).ok_or("a line needs finite points at two abscissae")?)
         }
@@ -116,9 +119,9 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (count > 0).then(|| sum / f64::from(count))
 }
 
-fn points(used: &[&Observation], against: &str) -> Vec<(f64, f64)> {
+fn points(used: &[Observed<'_>], against: &str) -> Vec<(f64, f64)> {
     used.iter()
-        .filter_map(|observation| Some((*observation.tags.get(against)?, observation.value)))
+        .filter_map(|observation| Some((observation.tag(against)?, observation.value())))
         .collect()
 }
 

@@ -6,13 +6,10 @@ use dataset::export::columns::{Columns, Field};
 use dataset::export::{laps, turns};
 use identification::dataset::{Dataset, Kind, Role, Unit};
 use plan::Source;
-use plan::observation::Observation;
+use plan::observation::{Observation, Observations, Observed};
 use plan::quantities::{self as q, during_tag};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::Path;
-
-/// Observations, by quantity.
-pub(super) type Observations = BTreeMap<String, Vec<Observation>>;
 
 /// Which observations are meant.
 pub(super) struct Selection<'a> {
@@ -85,15 +82,18 @@ pub(super) fn dataset(
 /// The observations that are meant, in their order in time.
 fn select(observations: &Observations, selection: &Selection<'_>) -> Vec<Observation> {
     let during = selection.over.map(during_tag);
-    let time = |observed: &Observation| observed.tags.get("time").copied().unwrap_or(f64::NAN);
+    let is_meant = |observed: &Observed<'_>| {
+        observed.time().is_some_and(|time| time > selection.since_s)
+            && during.as_ref().is_none_or(|tag| observed.tag(tag).is_some())
+    };
     let mut selected: Vec<Observation> = observations
-        .iter()
-        .filter(|(quantity, _)| is_of(selection.source, quantity))
-        .flat_map(|(_, observed)| observed)
-        .filter(|observed| time(observed) > selection.since_s)
-        .filter(|observed| during.as_ref().is_none_or(|tag| observed.tags.contains_key(tag)))
-        .cloned()
+        .quantities()
+        .filter(|quantity| is_of(selection.source, quantity))
+        .flat_map(|quantity| {
+            observations.of(quantity).filter(is_meant).map(|one| one.named(quantity))
+        })
         .collect();
+    let time = |observed: &Observation| observed.tag("time").unwrap_or(f64::NAN);
     selected.sort_by(|one, other| time(one).total_cmp(&time(other)));
     selected
 }
@@ -128,11 +128,11 @@ fn unit_of(parameter: &str) -> Unit {
 
 #[cfg(test)]
 mod tests {
-    use super::{Observations, Selection, dataset};
+    use super::{Selection, dataset};
     use controller::mission::HeadingSource;
     use identification::dataset::{Kind, Role, Unit};
     use plan::Source;
-    use plan::observation::Observation;
+    use plan::observation::{Observation, Observations};
     use plan::quantities as q;
 
     fn turn(observations: &mut Observations, run: f64, direction: f64, error: f64) {
@@ -152,17 +152,13 @@ mod tests {
             .map(|(name, value)| (name.to_owned(), value))
             .collect();
         let quantity = q::TABLE_ANGLE.name.to_owned();
-        observations.entry(quantity.clone()).or_default().push(Observation {
-            quantity,
-            value: 360.0 + error,
-            uncertainty: 0.0,
-            tags,
-        });
+        let turn = Observation { quantity, value: 360.0 + error, uncertainty: 0.0, tags };
+        observations.push(&turn).unwrap();
     }
 
     #[test]
     fn turns_are_rows_with_their_runs_and_their_signs() {
-        let mut observations = Observations::new();
+        let mut observations = Observations::default();
         for run in [1.0, 2.0, 3.0] {
             turn(&mut observations, run, -1.0, -2.0 * run);
             turn(&mut observations, run, 1.0, run);

@@ -30,7 +30,7 @@ use execute::holds;
 use identification::model::Model;
 use observe::{Collector, Tags};
 use phases::Phases;
-use plan::observation::Observation;
+use plan::observation::Observations;
 use plan::{
     Action as StepAction, Answer, Condition, Op, Order, Plan, QuantityName, Segment, Speaker,
     quantities as q,
@@ -45,9 +45,6 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use wire::time::{Span, Timestamp};
 
-/// A quantity is kept at most this often; a plan that makes more of one is cut off there, and the
-/// record says so. 16 hours of 1 Hz are 57,600; the heading errors of 80 laps 130,000.
-pub const OBSERVATIONS_MAX: usize = 1_000_000;
 pub use robot::BenchFacts;
 pub use robot::FIRST_MISSION;
 
@@ -121,7 +118,7 @@ pub struct Engine {
     round_begun: bool,
     /// Quantities that a measurement or a fit of the plan asks for.
     wanted: BTreeSet<String>,
-    observations: BTreeMap<String, Vec<Observation>>,
+    observations: Observations,
     ending: Option<Ending>,
     actions: VecDeque<Action>,
     phases: Phases,
@@ -151,7 +148,7 @@ impl Engine {
             tags: Tags::new(),
             rounds: 0,
             round_begun: false,
-            observations: BTreeMap::new(),
+            observations: Observations::default(),
             ending: None,
             actions: VecDeque::new(),
         }
@@ -192,9 +189,14 @@ impl Engine {
         &self.plan
     }
 
-    /// What has been observed, by quantity.
-    pub const fn observations(&self) -> &BTreeMap<String, Vec<Observation>> {
+    /// What has been observed.
+    pub const fn observations(&self) -> &Observations {
         &self.observations
+    }
+
+    /// The same, of a run that has ended.
+    pub fn take_observations(&mut self) -> Observations {
+        std::mem::take(&mut self.observations)
     }
 
     /// How it ended; `None` while it runs.
@@ -358,13 +360,10 @@ impl Engine {
             if !self.wanted.contains(&observation.quantity) {
                 continue;
             }
-            let kept = self.observations.entry(observation.quantity.clone()).or_default();
-            if kept.len() == OBSERVATIONS_MAX {
-                let note = format!("more than {OBSERVATIONS_MAX} of {}", observation.quantity);
-                self.end(now, Outcome::Error, Some(note));
+            if let Err(full) = self.observations.push(&observation) {
+                self.end(now, Outcome::Error, Some(full.to_string()));
                 return;
             }
-            kept.push(observation.clone());
             let record = RecordKind::Observation(observation);
             self.actions.push_back(Action::Record(Device::Plan, record));
         }

@@ -3,11 +3,10 @@
 //! A row is a value of the signal that is measured. The other signals come in messages of their own: each is taken straight
 //! between its values before and after, an angle the short way round.
 
-use super::gathered::Observations;
 use dataset::export::columns::{Columns, Field as Written};
 use identification::dataset::{Dataset, Dimension, Kind, Role, Unit};
 use plan::QuantityName;
-use plan::observation::Observation;
+use plan::observation::{Observations, Observed};
 use plan::quantities::during_tag;
 use std::path::Path;
 
@@ -31,21 +30,21 @@ pub(super) fn dataset(
     name: &str,
 ) -> Result<Dataset, String> {
     let heard = |field: &Field<'_>| {
-        let heard = observations.get(field.quantity.as_str()).filter(|heard| !heard.is_empty());
-        heard.ok_or_else(|| format!("no `{}` was heard", field.quantity))
+        let heard: Vec<_> = observations.of(field.quantity.as_str()).collect();
+        if heard.is_empty() { Err(format!("no `{}` was heard", field.quantity)) } else { Ok(heard) }
     };
     let during = over.map(during_tag);
-    let rows: Vec<&Observation> = heard(measured)?
-        .iter()
-        .filter(|row| during.as_ref().is_none_or(|tag| row.tags.contains_key(tag)))
+    let rows: Vec<Observed<'_>> = heard(measured)?
+        .into_iter()
+        .filter(|row| during.as_ref().is_none_or(|tag| row.tag(tag).is_some()))
         .collect();
     const FIXED: [Written; 1] = [("time", Role::Time, Unit::Second)];
     let mut columns = Columns::new(&FIXED);
     for row in &rows {
-        let run = row.tags.get("run").copied().unwrap_or(1.0);
-        columns.push(run.to_string(), &[row.tags.get("time").copied()]);
+        let run = row.tag("run").unwrap_or(1.0);
+        columns.push(run.to_string(), &[row.time()]);
     }
-    let values = rows.iter().map(|row| row.value).collect();
+    let values = rows.iter().map(Observed::value).collect();
     columns.add(measured.quantity.as_str(), Role::Measured, measured.unit, values);
     let mut temperature = Some(Role::Temperature);
     for (place, field) in [reference].into_iter().chain(beside).enumerate() {
@@ -56,18 +55,18 @@ pub(super) fn dataset(
             Dimension::Temperature => temperature.take().unwrap_or(Role::Auxiliary),
             _ => Role::Auxiliary,
         };
-        let values = along(heard(field)?, &rows, field.unit);
+        let values = along(&heard(field)?, &rows, field.unit);
         columns.add(field.quantity.as_str(), role, field.unit, values);
     }
     columns.dataset(Kind::Sensor, name, Path::new(name)).map_err(|error| error.to_string())
 }
 
-fn time(observed: &Observation) -> f64 {
-    observed.tags.get("time").copied().unwrap_or(f64::NAN)
+fn time(observed: &Observed<'_>) -> f64 {
+    observed.time().unwrap_or(f64::NAN)
 }
 
 /// What a signal was at each of the rows; not a number before its first value and behind its last.
-fn along(signal: &[Observation], rows: &[&Observation], unit: Unit) -> Vec<f64> {
+fn along(signal: &[Observed<'_>], rows: &[Observed<'_>], unit: Unit) -> Vec<f64> {
     let turn = std::f64::consts::TAU / unit.si();
     let mut behind = 0;
     let at = rows.iter().map(|row| {
@@ -77,14 +76,14 @@ fn along(signal: &[Observation], rows: &[&Observation], unit: Unit) -> Vec<f64> 
         }
         let after = signal.get(behind)?;
         if time(after) == now {
-            return Some(after.value);
+            return Some(after.value());
         }
         let before = signal.get(behind.checked_sub(1)?)?;
-        let mut rise = after.value - before.value;
+        let mut rise = after.value() - before.value();
         if unit.dimension() == Dimension::Angle {
             rise -= turn * (rise / turn).round();
         }
-        Some(before.value + rise * (now - time(before)) / (time(after) - time(before)))
+        Some(before.value() + rise * (now - time(before)) / (time(after) - time(before)))
     });
     at.map(|value| value.unwrap_or(f64::NAN)).collect()
 }
@@ -92,27 +91,27 @@ fn along(signal: &[Observation], rows: &[&Observation], unit: Unit) -> Vec<f64> 
 #[cfg(test)]
 mod tests {
     use super::{Field, dataset};
-    use crate::engine::gathered::Observations;
     use identification::dataset::{Role, Unit};
     use plan::QuantityName;
-    use plan::observation::Observation;
+    use plan::observation::{Observation, Observations};
 
     fn heard(observations: &mut Observations, name: &str, values: &[(f64, f64)], label: bool) {
         for (time, value) in values {
             let mut tags = vec![("time".to_owned(), *time), ("run".to_owned(), 1.0)];
             tags.extend((label && *time > 1.2).then(|| ("during.late".to_owned(), 1.0)));
-            observations.entry(name.to_owned()).or_default().push(Observation {
+            let one = Observation {
                 quantity: name.to_owned(),
                 value: *value,
                 uncertainty: 0.0,
                 tags: tags.into_iter().collect(),
-            });
+            };
+            observations.push(&one).unwrap();
         }
     }
 
     #[test]
     fn rows_are_of_what_is_measured_and_the_rest_is_straight_between() {
-        let mut observations = Observations::new();
+        let mut observations = Observations::default();
         let angles: Vec<(f64, f64)> = (0..20).map(|i| (f64::from(i) * 0.5, 10.0)).collect();
         heard(&mut observations, "signal.Angle", &angles, true);
         let truth = [(0.25, 350.0), (1.25, 10.0), (2.25, 20.0), (9.75, 20.0)];
@@ -133,8 +132,9 @@ mod tests {
         assert!((reference[3] - 12.5).abs() < 1e-9);
         assert_eq!(all.column(Role::Temperature).unwrap().values[1], 21.0);
         assert_eq!(of(Some("late")).rows(), 17);
-        observations.remove("table.Angle");
-        let error = dataset(&observations, (&angle, &table, &[]), None, "x").unwrap_err();
+        let mut alone = Observations::default();
+        heard(&mut alone, "signal.Angle", &angles, true);
+        let error = dataset(&alone, (&angle, &table, &[]), None, "x").unwrap_err();
         assert_eq!(error, "no `table.Angle` was heard");
     }
 }

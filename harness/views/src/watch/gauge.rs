@@ -53,8 +53,9 @@ impl Gauge {
             self.range.map_or((value, value), |(least, most)| (least.min(value), most.max(value))),
         );
         let has = |tag: &String| observation.tags.get(tag).is_some_and(|&value| value != 0.0);
-        let is_meant =
-            |one: &&Strict| one.during.as_ref().is_none_or(has) && one.filter.matches(observation);
+        let is_meant = |one: &&Strict| {
+            one.during.as_ref().is_none_or(has) && one.filter.matches(|tag| observation.tag(tag))
+        };
         if self.strict.iter().filter(is_meant).any(|one| !one.band.contains(value)) {
             self.outside += 1;
         }

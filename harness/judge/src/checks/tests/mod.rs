@@ -3,7 +3,6 @@
 mod properties;
 mod table;
 
-use super::judge;
 use plan::Declared;
 use plan::observation::Observation;
 use record::outcome::{Measurement, Verdict};
@@ -35,6 +34,10 @@ fn table_errors(values: &[f64], uncertainty: f64) -> Vec<Observation> {
         observation("table.error", value, uncertainty, &tags(index))
     };
     values.iter().enumerate().map(each).collect()
+}
+
+fn judge(declared: &Declared, observations: &[Observation]) -> Measurement {
+    super::judge(declared, &observations.iter().collect())
 }
 
 fn verdict(check: &str, observations: &[Observation]) -> Verdict {

@@ -179,7 +179,7 @@ fn a_plan_passes_when_all_its_measurements_do() {
     let observations = table_errors(&[0.0], 0.0);
     let good = declared("table.error", "{ all_within = [-1, 1] }");
     let unset = declared("lap.gyro_error", "{ all_within = [-1, 1] }");
-    let outcome = |declared: &[Declared]| judge_all(declared, &observations).1;
+    let outcome = |declared: &[Declared]| judge_all(declared, &observations.iter().collect()).1;
     assert_eq!(outcome(&[good.clone(), good.clone()]), Outcome::Passed);
     assert_eq!(outcome(&[good, unset]), Outcome::Failed);
 }

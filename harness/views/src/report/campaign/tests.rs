@@ -29,7 +29,7 @@ fn line(number: u64) -> Line {
         ..CaseResult::default()
     };
     let case = Case { seed: number, schedule: Schedule { faults: vec![fault(kind, 5)] } };
-    Line { number, case, result }
+    Line { number, case, result, announced: false }
 }
 
 fn account(end: Option<End>) -> Account {
