@@ -1,7 +1,8 @@
 //! An hour of bench time, twenty times over, on a busy machine: each program sends the same at the same nanosecond.
 //!
-//! `cargo test -p lockstep --release --test hour -- --ignored --nocapture --test-threads 1` prints how long each took.
-//! Programs in Python need an interpreter with what they import (`HIL_TESTS_PYTHON`).
+//! `cargo test -p lockstep --release --test hour -- --ignored --nocapture --test-threads 1` prints a row for each.
+//! `HIL_TESTS_HOURS` says how often, if not twenty times. Programs in Python need an interpreter with what they import
+//! (`HIL_TESTS_PYTHON`).
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -13,16 +14,19 @@ use common::{
 use lockstep::Program;
 use std::time::Instant;
 
-const RUNS: usize = 20;
 const SECONDS: i64 = 3_600;
+
+fn runs() -> usize {
+    std::env::var("HIL_TESTS_HOURS").map_or(20, |text| text.parse().expect("a number of runs"))
+}
 
 #[expect(clippy::disallowed_methods, reason = "how long it takes is what is asked")]
 fn an_hour(name: &str, streams: &[Stream], program: impl Fn() -> Program) {
-    let began = Instant::now();
-    let events = same_each_time(RUNS, SECONDS, streams, program);
+    let (runs, began) = (runs(), Instant::now());
+    let events = same_each_time(runs, SECONDS, streams, program);
     let took_s = began.elapsed().as_secs_f64();
-    let factor = RUNS as f64 * SECONDS as f64 / took_s;
-    println!("{name}: {RUNS} times an hour in {took_s:.0} s, {factor:.0} times real time");
+    let factor = runs as f64 * SECONDS as f64 / took_s;
+    println!("| {name} | {runs} | {} | {took_s:.0} s | {factor:.0} |", events.len());
     // It has not come to rest on the way.
     let last = events.last().unwrap().at;
     assert!(last >= secs(SECONDS - 1), "{name}: nothing after {} s", last.as_secs_f64());
