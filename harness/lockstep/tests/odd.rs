@@ -149,7 +149,7 @@ fn one_that_a_debugger_holds_is_waited_for() {
 
 #[test]
 fn one_that_only_asks_for_the_time_gets_on() {
-    let spin = |step| odd("clock").spin(100, Span::from_micros(step));
+    let spin = |step| odd("clock").spin_questions(100).spin_step(Span::from_micros(step));
     let (_, events) = run(spin(10), 1);
     assert_eq!((events[0].at.as_nanos(), text(&events, 0)), (5_000_000, "5 ms\n".to_owned()));
     let (_, events) = run(spin(3), 1);
@@ -158,7 +158,8 @@ fn one_that_only_asks_for_the_time_gets_on() {
 
 #[test]
 fn one_that_looks_for_bytes_without_end_gets_on() {
-    let mut running = odd("look").spin(100, Span::from_micros(50)).start().unwrap();
+    let mut running =
+        odd("look").spin_questions(100).spin_step(Span::from_micros(50)).start().unwrap();
     assert!(drive(&mut running, Timestamp::from_nanos(10_020_000), &[]).is_empty());
     running.receive(Timestamp::from_nanos(10_020_000), PortId(0), &common::bytes("x"));
     let events = drive(&mut running, secs(1), &[]);

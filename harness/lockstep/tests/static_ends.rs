@@ -51,7 +51,7 @@ fn one_that_computes_without_end_is_given_up_and_none_of_it_is_left() {
 
 #[test]
 fn one_that_only_asks_gets_on() {
-    let spin = |how, step| odd(how).spin(100, Span::from_micros(step));
+    let spin = |how, step| odd(how).spin_questions(100).spin_step(Span::from_micros(step));
     let (_, events) = run(spin("clock", 10), 1);
     assert_eq!((events[0].at.as_nanos(), text(&events, 0)), (5_000_000, "5 ms\n".to_owned()));
     let (_, events) = run(spin("clock", 3), 1);
