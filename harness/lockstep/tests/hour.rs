@@ -90,14 +90,22 @@ fn python_with_pyserial() {
     an_hour("Python, pyserial", &[gyro(0)], || two(&[&python, script.to_str().unwrap()]));
 }
 
+fn python_can(name: &str, script: &str) {
+    let Some(python) = python_with("can") else { return };
+    let script = source(script);
+    let words = [python.as_str(), script.to_str().unwrap()];
+    let program = || Program::new(words).can("can0").env("PYTHONHASHSEED", "0");
+    an_hour(&format!("Python, python-can, {name}"), &[base(0)], program);
+}
+
 #[test]
 #[ignore = "minutes"]
-fn python_with_threads_and_with_asyncio() {
-    let Some(python) = python_with("can") else { return };
-    for (name, script) in [("threads", "notifier.py"), ("asyncio", "asynchronous.py")] {
-        let script = source(script);
-        let words = [python.as_str(), script.to_str().unwrap()];
-        let program = || Program::new(words).can("can0").env("PYTHONHASHSEED", "0");
-        an_hour(&format!("Python, python-can, {name}"), &[base(0)], program);
-    }
+fn python_with_threads() {
+    python_can("threads", "notifier.py");
+}
+
+#[test]
+#[ignore = "minutes"]
+fn python_with_asyncio() {
+    python_can("asyncio", "asynchronous.py");
 }

@@ -3,7 +3,6 @@
 //! * [`campaign`]: the same as in one process, whoever dies meanwhile.
 //! * [`away`]: a server that disappears, a coordinator that is killed, a case that nobody survives.
 //! * [`bench`]: cases on a worker's bench, in real time.
-//! * [`programs`]: somebody's program in virtual time, which the workers start.
 //! * [`refused`]: another version, a bench that is taken, no server.
 //! * [`secured`]: TLS, passwords, keys.
 //!
@@ -16,7 +15,6 @@ mod bench;
 mod campaign;
 mod hil;
 mod jwt;
-mod programs;
 mod refused;
 mod secured;
 mod server;
