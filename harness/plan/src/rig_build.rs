@@ -243,10 +243,7 @@ impl Builder<'_> {
         if !matches!(node.under_test, Some(UnderTest::Command(_))) {
             return refuse(format!("`{}` is no program that is started", node.name));
         }
-        match said.mistake() {
-            Some(mistake) => refuse(mistake.to_owned()),
-            None => Ok(said),
-        }
+        said.mistake().map_or(Ok(said), |mistake| refuse(mistake.to_owned()))
     }
 
     fn check_name(&self, file: &RigFile, number: usize) -> Result<(), LibraryError> {
