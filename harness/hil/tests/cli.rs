@@ -35,6 +35,9 @@ mod operator;
 mod own_log;
 #[path = "cli/own_sensor.rs"]
 mod own_sensor;
+#[cfg(target_os = "linux")]
+#[path = "cli/programs.rs"]
+mod programs;
 #[cfg(unix)]
 #[path = "cli/pty.rs"]
 mod pty;

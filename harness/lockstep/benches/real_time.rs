@@ -1,43 +1,82 @@
 //! How much faster than real time programs run: a gyro at 100 Hz and a base at 50 Hz, one program for each way of waiting.
 //!
 //! `cargo bench -p lockstep`. Each figure is the median of five runs, with best and worst beside it: a shared machine is
-//! noisy. Programs in Python are left out where `HIL_TESTS_PYTHON` names no interpreter with what they import.
+//! noisy. Beside it stands what a program takes from its start to its first wait, in milliseconds, which each case pays. Programs in Python are left out where `HIL_TESTS_PYTHON` names no interpreter with what they import.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot go on ends")]
 
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use common::{Stream, base, c, compiled, drive, go, gyro, python_with, secs, source};
+use common::{Stream, base, bytes, c, compiled, drive, go, gyro, python_with, secs, source};
 use lockstep::Program;
 use std::time::Instant;
+use wire::device::{Device as _, PortId};
+use wire::time::Timestamp;
 
 const RUNS: usize = 5;
 
 #[expect(clippy::disallowed_methods, reason = "a benchmark takes the time of day")]
 fn report(name: &str, seconds: i64, streams: &[Stream], program: impl Fn() -> Program) {
-    let mut factors: Vec<f64> = (0..RUNS)
+    let (mut starts_ms, mut factors) = (Vec::new(), Vec::new());
+    for _ in 0..RUNS {
+        let began = Instant::now();
+        let mut running = program().start().unwrap();
+        drive(&mut running, Timestamp::ZERO, &[]);
+        starts_ms.push(began.elapsed().as_secs_f64() * 1e3);
+        // What it does once after that is not what is asked for.
+        drive(&mut running, secs(1), &[]);
+        let began = Instant::now();
+        let events = drive(&mut running, secs(1 + seconds), streams);
+        assert!(!events.is_empty(), "{name}: {:?} {}", running.state(), running.last_words());
+        factors.push(seconds as f64 / began.elapsed().as_secs_f64());
+    }
+    factors.sort_by(f64::total_cmp);
+    starts_ms.sort_by(f64::total_cmp);
+    let (worst, median, best) = (factors[0], factors[RUNS / 2], factors[RUNS - 1]);
+    let start_ms = starts_ms[RUNS / 2];
+    println!("{name:<46} {median:>10.0} {best:>10.0} {worst:>10.0} {start_ms:>10.1}");
+}
+
+/// How often in a second of real time something is sent to the program and answered, each time at the next moment.
+#[expect(clippy::disallowed_methods, reason = "a benchmark takes the time of day")]
+fn round_trips(name: &str, words: &[&str]) {
+    const TRIPS: i64 = 20_000;
+    let port = "/dev/ttyHIL0";
+    let mut rates: Vec<f64> = (0..RUNS)
         .map(|_| {
-            let mut running = program().start().unwrap();
-            // What it does once, such as to load Python, is not what is asked for.
-            drive(&mut running, secs(1), &[]);
-            let began = Instant::now();
-            let events = drive(&mut running, secs(1 + seconds), streams);
-            assert!(!events.is_empty(), "{name}: {:?} {}", running.state(), running.last_words());
-            seconds as f64 / began.elapsed().as_secs_f64()
+            let program = Program::new(words.iter().copied().chain([port])).serial(port);
+            let mut running = program.start().unwrap();
+            drive(&mut running, Timestamp::ZERO, &[]);
+            let (began, said) = (Instant::now(), bytes("a question of 16"));
+            for trip in 1..=TRIPS {
+                let at = Timestamp::from_nanos(trip * 1_000);
+                running.receive(at, PortId(0), &said);
+                assert_eq!(running.transmit(at), Some((PortId(0), said)), "{name}");
+            }
+            TRIPS as f64 / began.elapsed().as_secs_f64()
         })
         .collect();
-    factors.sort_by(f64::total_cmp);
-    let (worst, median, best) = (factors[0], factors[RUNS / 2], factors[RUNS - 1]);
-    println!("{name:<46} {median:>10.0} {best:>10.0} {worst:>10.0}  x real time");
+    rates.sort_by(f64::total_cmp);
+    let (worst, median, best) = (rates[0], rates[RUNS / 2], rates[RUNS - 1]);
+    println!("{name:<46} {median:>10.0} {best:>10.0} {worst:>10.0}");
 }
+
+/// The same in Python, without a package.
+const ECHO: &str = "
+import os, sys, tty
+port = os.open(sys.argv[1], os.O_RDWR)
+tty.setraw(port)
+while True:
+    os.write(port, os.read(port, 64))
+";
 
 fn main() {
     // `cargo test --benches` only asks whether it starts.
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
-    println!("{:<46} {:>10} {:>10} {:>10}", "", "median", "best", "worst");
+    println!("{:<46} {:>10} {:>10} {:>10} {:>10}", "", "x real", "best", "worst", "start, ms");
     let two = || ["/dev/ttyHIL0", "/dev/ttyHIL1"];
     let serial = |words: &[&str]| {
         Program::new(words.iter().copied().chain(two())).serial(two()[0]).serial(two()[1])
@@ -68,4 +107,9 @@ fn main() {
         let program = || Program::new(words.clone()).can("can0").env("PYTHONHASHSEED", "0");
         report("Python, python-can, Notifier, 50 Hz", 120, &[base(0)], program);
     }
+    println!("\n{:<46} {:>10} {:>10} {:>10}", "round trips a second", "median", "best", "worst");
+    round_trips("C, read and write", &[&c("echo.c")]);
+    round_trips("static C", &[&compiled("gcc", "echo.c", &["-static"])]);
+    let interpreter = common::python();
+    round_trips("Python, os.read and os.write", &[interpreter.to_str().unwrap(), "-c", ECHO]);
 }

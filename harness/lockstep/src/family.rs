@@ -193,7 +193,9 @@ impl Family {
                     self.take(key, message, outside)?;
                 }
                 Reading::Silence => {
-                    silence += PATIENCE;
+                    if !is_held(process.pid) {
+                        silence += PATIENCE;
+                    }
                     if silence >= self.rules.limit {
                         return Err(Ended::NeverWaited { limit: self.rules.limit });
                     }
@@ -367,6 +369,12 @@ impl Drop for Family {
 /// Whether a process has ended, be it that nobody has asked for its status yet.
 fn is_gone(pid: i32) -> bool {
     wait_for_death(pid, Duration::ZERO)
+}
+
+/// Whether a debugger holds a process, which is then waited for as long as that takes.
+fn is_held(pid: i32) -> bool {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    stat.rsplit(") ").next().is_some_and(|rest| rest.starts_with('t'))
 }
 
 fn wait_for_death(pid: i32, limit: Duration) -> bool {

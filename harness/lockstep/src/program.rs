@@ -205,10 +205,15 @@ impl Program {
         self
     }
 
-    /// When a program asks for the time (or finds nothing to read, or gives way) so often without waiting, each further
-    /// question takes `step`. Else 10,000 questions and 10 µs.
-    pub fn spin(mut self, questions: u32, step: Span) -> Self {
+    /// How often a program may ask for the time (or find nothing to read, or give way) without waiting before each further
+    /// question takes a [step](Self::spin_step); else 10,000 times.
+    pub fn spin_questions(mut self, questions: u32) -> Self {
         self.spin_questions = questions;
+        self
+    }
+
+    /// What a question takes then; else 10 µs.
+    pub fn spin_step(mut self, step: Span) -> Self {
         self.spin_step = step;
         self
     }

@@ -1,7 +1,8 @@
 //! An hour of bench time, twenty times over, on a busy machine: each program sends the same at the same nanosecond.
 //!
-//! `cargo test -p lockstep --release --test hour -- --ignored --nocapture --test-threads 1` prints how long each took.
-//! Programs in Python need an interpreter with what they import (`HIL_TESTS_PYTHON`).
+//! `cargo test -p lockstep --release --test hour -- --ignored --nocapture --test-threads 1` prints a row for each.
+//! `HIL_TESTS_HOURS` says how often, if not twenty times. Programs in Python need an interpreter with what they import
+//! (`HIL_TESTS_PYTHON`).
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -13,16 +14,19 @@ use common::{
 use lockstep::Program;
 use std::time::Instant;
 
-const RUNS: usize = 20;
 const SECONDS: i64 = 3_600;
+
+fn runs() -> usize {
+    std::env::var("HIL_TESTS_HOURS").map_or(20, |text| text.parse().expect("a number of runs"))
+}
 
 #[expect(clippy::disallowed_methods, reason = "how long it takes is what is asked")]
 fn an_hour(name: &str, streams: &[Stream], program: impl Fn() -> Program) {
-    let began = Instant::now();
-    let events = same_each_time(RUNS, SECONDS, streams, program);
+    let (runs, began) = (runs(), Instant::now());
+    let events = same_each_time(runs, SECONDS, streams, program);
     let took_s = began.elapsed().as_secs_f64();
-    let factor = RUNS as f64 * SECONDS as f64 / took_s;
-    println!("{name}: {RUNS} times an hour in {took_s:.0} s, {factor:.0} times real time");
+    let factor = runs as f64 * SECONDS as f64 / took_s;
+    println!("| {name} | {runs} | {} | {took_s:.0} s | {factor:.0} |", events.len());
     // It has not come to rest on the way.
     let last = events.last().unwrap().at;
     assert!(last >= secs(SECONDS - 1), "{name}: nothing after {} s", last.as_secs_f64());
@@ -86,14 +90,22 @@ fn python_with_pyserial() {
     an_hour("Python, pyserial", &[gyro(0)], || two(&[&python, script.to_str().unwrap()]));
 }
 
+fn python_can(name: &str, script: &str) {
+    let Some(python) = python_with("can") else { return };
+    let script = source(script);
+    let words = [python.as_str(), script.to_str().unwrap()];
+    let program = || Program::new(words).can("can0").env("PYTHONHASHSEED", "0");
+    an_hour(&format!("Python, python-can, {name}"), &[base(0)], program);
+}
+
 #[test]
 #[ignore = "minutes"]
-fn python_with_threads_and_with_asyncio() {
-    let Some(python) = python_with("can") else { return };
-    for (name, script) in [("threads", "notifier.py"), ("asyncio", "asynchronous.py")] {
-        let script = source(script);
-        let words = [python.as_str(), script.to_str().unwrap()];
-        let program = || Program::new(words).can("can0").env("PYTHONHASHSEED", "0");
-        an_hour(&format!("Python, python-can, {name}"), &[base(0)], program);
-    }
+fn python_with_threads() {
+    python_can("threads", "notifier.py");
+}
+
+#[test]
+#[ignore = "minutes"]
+fn python_with_asyncio() {
+    python_can("asyncio", "asynchronous.py");
 }

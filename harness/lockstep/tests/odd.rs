@@ -4,7 +4,9 @@
 
 mod common;
 
-use common::{c, compiled, drive, none_left, python_with, secs, text};
+use common::{
+    c, compiled, drive, none_left, none_left_of, python_with, secs, text, with_others_rights,
+};
 use lockstep::verify::Event;
 use lockstep::{BinaryError, Ended, Lockstep, Program, StartError, State};
 use std::io::{BufRead as _, BufReader};
@@ -112,9 +114,42 @@ fn one_that_computes_without_end_is_given_up() {
     ends_and_leaves_nothing(running);
 }
 
+/// What a debugger does to a process for so long as one looks at it.
+const HOLDS: &str = "
+import ctypes, os, sys, time
+ptrace = ctypes.CDLL(None, use_errno=True).ptrace
+ptrace.argtypes = [ctypes.c_long] * 4
+pid = int(sys.argv[1])
+if ptrace(16, pid, 0, 0):
+    sys.exit(os.strerror(ctypes.get_errno()))
+os.waitpid(pid, 0)
+print('held', flush=True)
+time.sleep(2.5)
+ptrace(17, pid, 0, 0)
+";
+
+/// A breakpoint breaks no time-out: neither those of the program nor the one by which it is given up.
+#[test]
+fn one_that_a_debugger_holds_is_waited_for() {
+    let mut running = odd("debug").wall_limit(LIMIT).start().unwrap();
+    drive(&mut running, Timestamp::ZERO, &[]);
+    let debugger = Command::new("python3")
+        .args(["-c", HOLDS, &running.pids()[0].to_string()])
+        .stdout(Stdio::piped())
+        .spawn();
+    let mut debugger = debugger.unwrap();
+    let mut line = String::new();
+    BufReader::new(debugger.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    assert_eq!(line, "held\n");
+    let events = drive(&mut running, secs(2), &[]);
+    assert_eq!((text(&events, 0).as_str(), events[0].at), ("a second\n", secs(1)));
+    assert_eq!(running.state(), State::WaitsForEver);
+    assert!(debugger.wait().unwrap().success());
+}
+
 #[test]
 fn one_that_only_asks_for_the_time_gets_on() {
-    let spin = |step| odd("clock").spin(100, Span::from_micros(step));
+    let spin = |step| odd("clock").spin_questions(100).spin_step(Span::from_micros(step));
     let (_, events) = run(spin(10), 1);
     assert_eq!((events[0].at.as_nanos(), text(&events, 0)), (5_000_000, "5 ms\n".to_owned()));
     let (_, events) = run(spin(3), 1);
@@ -123,7 +158,8 @@ fn one_that_only_asks_for_the_time_gets_on() {
 
 #[test]
 fn one_that_looks_for_bytes_without_end_gets_on() {
-    let mut running = odd("look").spin(100, Span::from_micros(50)).start().unwrap();
+    let mut running =
+        odd("look").spin_questions(100).spin_step(Span::from_micros(50)).start().unwrap();
     assert!(drive(&mut running, Timestamp::from_nanos(10_020_000), &[]).is_empty());
     running.receive(Timestamp::from_nanos(10_020_000), PortId(0), &common::bytes("x"));
     let events = drive(&mut running, secs(1), &[]);
@@ -149,8 +185,28 @@ fn a_daemon_goes_on_without_its_parent() {
 
 #[test]
 fn forking_without_end_is_stopped() {
-    let (running, _) = run(odd("fork").processes_max(8), 1);
+    let path = c("odd.c");
+    let program = Program::new([path.as_str(), "fork"]).serial("/dev/ttyHIL0").processes_max(8);
+    let (running, _) = run(program, 1);
     assert_eq!(running.ended(), Some(&Ended::TooManyProcesses { limit: 8 }));
+    none_left_of(&path);
+}
+
+/// The loader preloads nothing into a program with others' rights, and the kernel lets nobody trace it.
+#[test]
+fn one_with_others_rights_is_named() {
+    let Some(path) = with_others_rights(&[]) else { return };
+    let refused = Program::new([path.as_str()]).start().unwrap_err();
+    let is_named = matches!(&refused, StartError::Binary(BinaryError::Privileged(named)) if named.to_str() == Some(&path));
+    assert!(is_named, "{refused:?}");
+    let (running, _) =
+        run(Program::new([c("odd.c").as_str(), "start", &path]).serial("/dev/ttyHIL0"), 2);
+    let Some(Ended::NeverJoined { executable, .. }) = running.ended() else {
+        panic!("{:?}", running.state())
+    };
+    assert_eq!(*executable, path);
+    ends_and_leaves_nothing(running);
+    none_left_of(&path);
 }
 
 #[test]

@@ -4,9 +4,9 @@
 
 mod common;
 
-use common::{bytes, compiled, drive, none_left, secs, text};
+use common::{bytes, compiled, drive, none_left_of, processes_of, secs, text, with_others_rights};
 use lockstep::verify::Event;
-use lockstep::{Ended, Lockstep, Program, State};
+use lockstep::{BinaryError, Ended, Lockstep, Program, StartError, State};
 use std::os::unix::process::ExitStatusExt as _;
 use std::time::Duration;
 use wire::device::{Device as _, PortId};
@@ -24,17 +24,6 @@ fn run(program: Program, seconds: i64) -> (Lockstep, Vec<Event>) {
     let mut running = program.start().unwrap();
     let events = drive(&mut running, secs(seconds), &[]);
     (running, events)
-}
-
-/// The numbers of all processes whose executable is the one at `path`.
-fn processes_of(path: &str) -> Vec<i32> {
-    let numbers = std::fs::read_dir("/proc").unwrap().filter_map(|entry| {
-        let entry = entry.unwrap();
-        let number = entry.file_name().to_str()?.parse().ok()?;
-        let executable = std::fs::read_link(entry.path().join("exe")).ok()?;
-        (executable.to_str()? == path).then_some(number)
-    });
-    numbers.collect()
 }
 
 #[test]
@@ -57,19 +46,12 @@ fn one_that_computes_without_end_is_given_up_and_none_of_it_is_left() {
     let left = processes_of(&path);
     assert_eq!(left.len(), 3, "the program, its child and its grandchild: {left:?}");
     drop(running);
-    // The kernel takes its time.
-    for _ in 0..100 {
-        if processes_of(&path).is_empty() {
-            break;
-        }
-        std::thread::park_timeout(Duration::from_millis(20));
-    }
-    none_left(&left);
+    none_left_of(&path);
 }
 
 #[test]
 fn one_that_only_asks_gets_on() {
-    let spin = |how, step| odd(how).spin(100, Span::from_micros(step));
+    let spin = |how, step| odd(how).spin_questions(100).spin_step(Span::from_micros(step));
     let (_, events) = run(spin("clock", 10), 1);
     assert_eq!((events[0].at.as_nanos(), text(&events, 0)), (5_000_000, "5 ms\n".to_owned()));
     let (_, events) = run(spin("clock", 3), 1);
@@ -110,8 +92,38 @@ fn a_thread_that_is_left_alone_may_become_another_program() {
 
 #[test]
 fn forking_without_end_is_stopped() {
-    let (running, _) = run(odd("fork").processes_max(8), 1);
+    let path = compiled("gcc", "odd.c", &["-static", "-DIS_STATIC"]);
+    let program = Program::new([path.as_str(), "fork"]).serial("/dev/ttyHIL0").processes_max(8);
+    let (running, _) = run(program, 1);
     assert_eq!(running.ended(), Some(&Ended::TooManyProcesses { limit: 8 }));
+    none_left_of(&path);
+}
+
+#[test]
+fn one_with_others_rights_is_named_and_runs_without_them_where_one_starts_it() {
+    let Some(privileged) = with_others_rights(&["-static"]) else { return };
+    let refused = Program::new([privileged.as_str()]).start().unwrap_err();
+    let is_named = matches!(&refused, StartError::Binary(BinaryError::Privileged(_)));
+    assert!(is_named, "{refused:?}");
+    let path = compiled("gcc", "odd.c", &["-static", "-DIS_STATIC"]);
+    let program = Program::new([path.as_str(), "start", &privileged]).serial("/dev/ttyHIL0");
+    let (running, _) = run(program, 2);
+    assert_eq!(processes_of(&privileged).len(), 1);
+    assert_eq!(running.next_wakeup(), secs(1_000), "it waits in the time of the bench");
+    drop(running);
+    none_left_of(&path);
+    none_left_of(&privileged);
+}
+
+/// The tracer is the parent of the program, and there is no other way to it than to kill that.
+#[test]
+fn one_that_kills_the_tracer_is_named() {
+    let path = compiled("gcc", "odd.c", &["-static", "-DIS_STATIC"]);
+    let program = Program::new([path.as_str(), "parent"]).serial("/dev/ttyHIL0");
+    let (running, _) = run(program.wall_limit(LIMIT), 2);
+    let Some(Ended::Exited(status)) = running.ended() else { panic!("{:?}", running.state()) };
+    assert_eq!(status.signal(), Some(9));
+    none_left_of(&path);
 }
 
 #[test]

@@ -30,6 +30,7 @@
 //! | `[[line]]` | `can = { bit_rate, data_bit_rate, dbc }` with one DBC or an array of several, a classic bus without `data_bit_rate`, or `serial = {}`, whose settings are those of the device on it |
 //! | `message.NAME` of a line | counter and checksum of a message of its DBC: `counter`, `checksum` or `e2e` as in the description of a device |
 //! | `[[node]]` | `at`: a line, or several; one of `emulate` (and `set`: parameters of that one), `under_test`, `tester` and `replay = { log, channel }` |
+//! | `virtual_time` | of a program under test: `wall_limit_s`, `processes_max`, `spin_questions`, `spin_step_s` |
 //! | `dbc_node` | the node's name in the DBC, where that is another one |
 //!
 //! `devices = "paper"` and `device = "oven"` in a plan are short for a rig of that alone.
@@ -65,6 +66,45 @@ pub enum UnderTest {
     InProcess(bool),
     /// It is there already: a program that runs, or a real device at the port of its line.
     Attached(bool),
+}
+
+/// What holds for a program in virtual time: `docs/virtual-time.md`. What is absent is as that says.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct VirtualTime {
+    /// How long in real time it may run without waiting, s.
+    #[serde(default)]
+    #[schemars(range(min = 0.1, max = 86400.0))]
+    pub wall_limit_s: Option<f64>,
+    /// How many processes it may have at once.
+    #[serde(default)]
+    #[schemars(range(min = 1))]
+    pub processes_max: Option<u32>,
+    /// How often it may ask without waiting before each further question takes a step.
+    #[serde(default)]
+    pub spin_questions: Option<u32>,
+    /// How long that step is, s.
+    #[serde(default)]
+    #[schemars(range(min = 1e-9, max = 1.0))]
+    pub spin_step_s: Option<f64>,
+}
+
+impl VirtualTime {
+    /// What of it is none, in words.
+    pub(crate) fn mistake(&self) -> Option<&'static str> {
+        let is_outside = |value: Option<f64>, least: f64, most: f64| {
+            value.is_some_and(|value| !(least..=most).contains(&value))
+        };
+        if is_outside(self.wall_limit_s, 0.1, 86_400.0) {
+            Some("`wall_limit_s` is 0.1 s to a day")
+        } else if is_outside(self.spin_step_s, 1e-9, 1.0) {
+            Some("`spin_step_s` is a nanosecond to a second")
+        } else if self.processes_max == Some(0) {
+            Some("a program is one process at least")
+        } else {
+            None
+        }
+    }
 }
 
 /// A line.
@@ -138,6 +178,16 @@ pub struct RigNode {
     pub part: NodePart,
     /// Its lines, in the order of its ports.
     pub lines: Vec<usize>,
+    /// What its program may do in virtual time.
+    pub virtual_time: VirtualTime,
+}
+
+impl RigNode {
+    /// On the line of a device alone.
+    fn of_device(name: &str, part: NodePart) -> Self {
+        let virtual_time = VirtualTime::default();
+        Self { name: name.to_owned(), part, lines: vec![0], virtual_time }
+    }
 }
 
 /// What a plan is carried out on, read and checked.
@@ -185,12 +235,8 @@ impl Rig {
             robot: None,
             lines: vec![line],
             nodes: vec![
-                RigNode { name: "host".to_owned(), part: host, lines: vec![0] },
-                RigNode {
-                    name: DEVICE.to_owned(),
-                    part: NodePart::Described(description),
-                    lines: vec![0],
-                },
+                RigNode::of_device("host", host),
+                RigNode::of_device(DEVICE, NodePart::Described(description)),
             ],
             speakers: vec![speaker(DEVICE, Sender::Device)],
             is_short: true,

@@ -9,6 +9,7 @@ use crate::quantities;
 use crate::replayed::Logged;
 use crate::rig::{
     LINES_MAX, NODES_MAX, NodePart, NodeTable, Rig, RigFile, RigLine, RigNode, UnderTest,
+    VirtualTime,
 };
 use crate::speakers::{DEVICE, Speaker};
 use described::hint;
@@ -226,11 +227,23 @@ impl Builder<'_> {
             }
             let part = self.part(file, number, &lines, parts)?;
             self.check_ends(number, &lines, &built)?;
-            built.push((number, RigNode { name: name.to_owned(), part, lines }));
+            let virtual_time = self.virtual_time(file, number)?;
+            built.push((number, RigNode { name: name.to_owned(), part, lines, virtual_time }));
         }
         built.sort_by_key(|(number, _)| *number);
         self.rig.nodes = built.into_iter().map(|(_, node)| node).collect();
         Ok(())
+    }
+
+    fn virtual_time(&self, file: &RigFile, number: usize) -> Result<VirtualTime, LibraryError> {
+        let node = &file.nodes[number];
+        let Some(said) = node.virtual_time else { return Ok(VirtualTime::default()) };
+        let refuse =
+            |message: String| Err(self.mistake(("node", number, "virtual_time"), message, None));
+        if !matches!(node.under_test, Some(UnderTest::Command(_))) {
+            return refuse(format!("`{}` is no program that is started", node.name));
+        }
+        said.mistake().map_or(Ok(said), |mistake| refuse(mistake.to_owned()))
     }
 
     fn check_name(&self, file: &RigFile, number: usize) -> Result<(), LibraryError> {

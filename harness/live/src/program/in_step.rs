@@ -5,10 +5,11 @@ use crate::lines::{self, Place, Places};
 use described::Medium;
 use lockstep::{Ended, Lockstep, Output, Program, StartError};
 use plan::Rig;
-use plan::rig::{NodePart, RigLine, RigNode, UnderTest};
+use plan::rig::{NodePart, RigLine, RigNode, UnderTest, VirtualTime};
 use rig::hosted::NodeDevice;
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::time::Duration;
 use wire::can::BitRates;
 use wire::device::{Device, PortId, Transmit};
 use wire::time::{Span, Timestamp};
@@ -52,6 +53,7 @@ fn started(
             _ => program.can(name),
         };
     }
+    program = limited(program, &node.virtual_time);
     program = program.env(lines::VARIABLE, lines::document(&places));
     if let Some(log) = log {
         let is_alone = rig.under_test().count() == 1;
@@ -63,6 +65,22 @@ fn started(
     }
     let running = program.start().map_err(|error| why(&node.name, &error))?;
     Ok(InStep { running, now: Timestamp::ZERO, is_told: false })
+}
+
+fn limited(mut program: Program, said: &VirtualTime) -> Program {
+    if let Some(limit_s) = said.wall_limit_s {
+        program = program.wall_limit(Duration::from_secs_f64(limit_s));
+    }
+    if let Some(count) = said.processes_max {
+        program = program.processes_max(count as usize);
+    }
+    if let Some(questions) = said.spin_questions {
+        program = program.spin_questions(questions);
+    }
+    match said.spin_step_s {
+        Some(step_s) => program.spin_step(Span::from_secs_f64(step_s)),
+        None => program,
+    }
 }
 
 /// The program of these words.

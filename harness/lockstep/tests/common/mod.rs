@@ -5,11 +5,14 @@
 use lockstep::verify::{Event, compare};
 use lockstep::{Lockstep, Program};
 use std::ffi::OsString;
+use std::fs::Permissions;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 use std::thread;
+use std::time::Duration;
 use wire::can::{CanFrame, StandardId};
 use wire::device::{Device as _, PortId, Transmit};
 use wire::packet::Packet;
@@ -135,6 +138,40 @@ pub fn none_left(pids: &[i32]) {
     }
 }
 
+/// The numbers of all processes whose executable is the one at `path`.
+pub fn processes_of(path: &str) -> Vec<i32> {
+    let numbers = std::fs::read_dir("/proc").unwrap().filter_map(|entry| {
+        let entry = entry.unwrap();
+        let number = entry.file_name().to_str()?.parse().ok()?;
+        let executable = std::fs::read_link(entry.path().join("exe")).ok()?;
+        (executable.to_str()? == path).then_some(number)
+    });
+    numbers.collect()
+}
+
+/// Panics when a process of that program is left.
+pub fn none_left_of(path: &str) {
+    // The kernel takes its time.
+    for _ in 0..100 {
+        if processes_of(path).is_empty() {
+            return;
+        }
+        thread::park_timeout(Duration::from_millis(20));
+    }
+    panic!("{:?} of {path} are left", processes_of(path));
+}
+
+/// A program that waits long, and runs with somebody else's rights; `None`, and said aloud, where only root could make one.
+pub fn with_others_rights(arguments: &[&str]) -> Option<String> {
+    let path = compiled("gcc", "idle.c", arguments);
+    if std::os::unix::fs::chown(&path, Some(1), None).is_err() {
+        skips::skip("no right to give a file away", "run it as root");
+        return None;
+    }
+    std::fs::set_permissions(&path, Permissions::from_mode(0o4755)).unwrap();
+    Some(path)
+}
+
 pub fn source(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/programs").join(name)
 }
@@ -220,10 +257,19 @@ pub fn text(events: &[Event], port: u8) -> String {
     String::from_utf8(all).unwrap()
 }
 
-/// One of the crate's examples, which cargo builds with the tests.
+/// One of the crate's examples. Cargo builds them with all tests of a crate, and not with one alone.
 pub fn example(name: &str) -> String {
+    static BUILT: Mutex<()> = Mutex::new(());
+    let _one_at_a_time = BUILT.lock();
     let own = std::env::current_exe().unwrap();
     let path = own.parent().and_then(Path::parent).unwrap().join("examples").join(name);
-    assert!(path.is_file(), "{}: cargo builds examples with all tests of a crate", path.display());
+    if !path.is_file() {
+        let mut build = Command::new(env!("CARGO"));
+        build.args(["build", "--offline", "--package", "lockstep", "--example", name]);
+        if !cfg!(debug_assertions) {
+            build.arg("--release");
+        }
+        assert!(build.status().unwrap().success(), "{name} does not compile");
+    }
     path.to_str().unwrap().to_owned()
 }

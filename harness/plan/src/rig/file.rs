@@ -1,6 +1,6 @@
 //! A rig file, as it is written.
 
-use super::UnderTest;
+use super::{UnderTest, VirtualTime};
 use crate::name::Name;
 use described::ProtectionTable;
 use schemars::JsonSchema;
@@ -84,6 +84,9 @@ pub struct NodeTable {
     /// It is the device under test.
     #[serde(default)]
     pub under_test: Option<UnderTest>,
+    /// Limits of its program in virtual time.
+    #[serde(default)]
+    pub virtual_time: Option<VirtualTime>,
     /// The plan itself speaks here.
     #[serde(default)]
     pub tester: Option<bool>,

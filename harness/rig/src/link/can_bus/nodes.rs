@@ -49,10 +49,10 @@ impl<Node: Copy + PartialEq> Nodes<Node> {
         self.counters(node).state()
     }
 
-    /// All that could hear a frame of `from` are off.
+    /// All that could hear a frame of `from` are off. Who has the bus to itself is heard by the record, as without faults.
     pub(super) fn nobody_hears(&self, from: Node) -> bool {
-        let mut others = self.nodes.iter().filter(|(node, _)| *node != from);
-        others.all(|(_, counters)| counters.state() == ErrorState::Off)
+        let mut others = self.nodes.iter().filter(|(node, _)| *node != from).peekable();
+        others.peek().is_some() && others.all(|(_, counters)| counters.state() == ErrorState::Off)
     }
 
     /// Nobody wants to send.
@@ -115,4 +115,19 @@ fn note<Node>(
         changes.pop_front();
     }
     changes.push_back(StateChange { node, state, counters });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Nodes, Span};
+
+    #[test]
+    fn a_node_alone_is_heard_and_one_among_those_that_are_off_is_not() {
+        let bit = Span::from_micros(2);
+        assert!(!Nodes::new(&['a'], None, bit).nobody_hears('a'));
+        let mut two = Nodes::new(&['a', 'b'], None, bit);
+        assert!(!two.nobody_hears('a'));
+        (0..32).for_each(|_| two.count('b', true));
+        assert!(two.nobody_hears('a') && !two.nobody_hears('b'));
+    }
 }

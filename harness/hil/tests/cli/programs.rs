@@ -1,0 +1,185 @@
+//! Somebody's program under test in virtual time, and what is no model of one: each is named, with its status, and no process
+//! of it is left.
+
+use super::hil::Hil;
+use std::fs;
+use std::path::Path;
+
+const RIG: &str = r#"
+title = "A program alone"
+[[line]]
+name = "can0"
+can = { bit_rate = 500_000, dbc = "../beat.dbc" }
+[[node]]
+name = "beat"
+at = "can0"
+under_test = { command = ["python3", "./beat.py", "{can0}"] }
+virtual_time = { wall_limit_s = 10, processes_max = 8 }
+"#;
+
+const DBC: &str = "VERSION \"\"\nBU_: Beat\nBO_ 291 Beat: 1 Beat\n SG_ Count : 0|8@1+ (1,0) [0|0] \"\" Vector__XXX\n";
+
+const PLAN: &str = r#"
+name = "beats"
+title = "A program beats"
+rig = "beat"
+steps = [{ wait = { duration_s = 3 } }]
+
+[[measurement]]
+name = "count"
+doc = "What it counts"
+quantity = "beat.Count"
+unit = "1"
+check = { all_within = { at_least = 0 } }
+observations_min = 20
+"#;
+
+/// Beats ten times a second. `{}` is done before each beat.
+const BEAT: &str = r"
+import ctypes, os, socket, struct, sys, time
+
+bus = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+bus.bind((sys.argv[1],))
+count = 0
+while True:
+    time.sleep(0.1)
+    count += 1
+    DOES
+    bus.send(struct.pack('=IB3x8s', 0x123, 1, bytes([count % 256])))
+";
+
+fn project(does: &str) -> Hil {
+    let hil = Hil::new();
+    fs::create_dir(hil.path("rigs")).unwrap();
+    fs::write(hil.path("rigs/beat.toml"), RIG).unwrap();
+    fs::write(hil.path("beat.dbc"), DBC).unwrap();
+    fs::write(hil.path("beats.toml"), PLAN).unwrap();
+    fs::write(hil.path("beat.py"), BEAT.replace("DOES", does)).unwrap();
+    hil
+}
+
+/// Processes that run in this folder.
+fn processes_in(folder: &Path) -> Vec<String> {
+    let folder = folder.canonicalize().unwrap();
+    let numbers = fs::read_dir("/proc").unwrap().filter_map(|entry| {
+        let path = entry.unwrap().path();
+        let is_there = fs::read_link(path.join("cwd")).ok()? == folder;
+        is_there.then(|| fs::read_to_string(path.join("stat")).unwrap_or_default())
+    });
+    numbers.collect()
+}
+
+#[test]
+fn each_end_of_a_program_is_named_and_none_of_its_processes_is_left() {
+    for (does, status, named) in [
+        ("pass", 0, "passed"),
+        ("sys.exit('no more beats')", 1, "no more beats"),
+        ("os.abort()", 1, "the program ended: signal: 6"),
+        (
+            "while True: pass",
+            1,
+            "the program did not wait within 10s of real time: it computes without end",
+        ),
+        ("while True: os.fork()", 1, "the program started more than 8 processes"),
+        ("if os.fork() == 0: time.sleep(1e6)", 1, "the program started more than 8 processes"),
+        ("bus.recv(16)", 1, "1 never measured"),
+        (
+            "close = ctypes.CDLL('libc.so.6').close; [close(fd) for fd in range(3, 1024)]",
+            1,
+            "the program closed the descriptor by which the shim speaks to the harness",
+        ),
+    ] {
+        let hil = project(does);
+        let ran = hil.run(&["run", "./beats.toml", "--out", "out"]);
+        let words = format!("{} {}", ran.out, ran.err);
+        let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(ran.status, Some(status), "{does}: {words}");
+        assert!(words.contains(named), "{does}: {words}");
+        let left = processes_in(&hil.path("."));
+        assert!(left.is_empty(), "{does}: {left:?}");
+    }
+}
+
+#[test]
+fn a_program_that_breaks_the_contract_is_told_with_the_first_difference() {
+    let verify = |does: &str| {
+        project(does).run(&["run", "./beats.toml", "--verify-determinism", "--out", "out"])
+    };
+    verify("pass").exits(0);
+    // All beats but the first are drawn by lot.
+    let ran = verify("if count > 1: count = int.from_bytes(os.urandom(8), 'big')").exits(3);
+    let words = format!("{} {}", ran.out, ran.err);
+    let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("two runs of seed 1 differ: `0.2"), "{words}");
+    assert!(words.contains(" beat frame 123#") && words.contains("and then `0.2"), "{words}");
+}
+
+#[test]
+fn an_envelope_starts_the_program_afresh_for_each_run() {
+    let hil = project("pass");
+    let lossy = PLAN.replace("observations_min = 20", "observations_min = 25");
+    fs::write(hil.path("beats.toml"), lossy).unwrap();
+    let arguments = [
+        "campaign",
+        "./beats.toml",
+        "--envelope",
+        "drop",
+        "--runs",
+        "35",
+        "--quiet",
+        "--out",
+        "out",
+    ];
+    let ran = hil.run(&arguments).exits(0);
+    let row = |severity: &str| {
+        let mut rows = ran.out.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
+        let row = rows.find(|row| row.first() == Some(&severity));
+        row.map(|row| row[1..4].join(" ")).unwrap_or_default()
+    };
+    assert_eq!(row("0"), "35 of 35", "{}", ran.out);
+    assert_eq!(row("0.01"), "35 of 35", "{}", ran.out);
+    assert_eq!(row("100"), "0 of 20", "{}", ran.out);
+    assert!(ran.out.contains("passes to "), "{}", ran.out);
+}
+
+#[test]
+fn limits_of_virtual_time_are_checked() {
+    for (said, expected) in [
+        ("wall_limit_s = 0.0", "`wall_limit_s` is 0.1 s to a day"),
+        ("spin_step_s = 2.0", "`spin_step_s` is a nanosecond to a second"),
+        ("processes_max = 0", "a program is one process at least"),
+        ("patience_s = 1.0", "unknown field `patience_s`"),
+    ] {
+        let hil = project("pass");
+        let rig = RIG.replace("wall_limit_s = 10, processes_max = 8", said);
+        fs::write(hil.path("rigs/beat.toml"), rig).unwrap();
+        let ran = hil.run(&["run", "./beats.toml"]).exits(2);
+        assert!(ran.err.contains(expected), "{said}: {}", ran.err);
+    }
+}
+
+/// It asks for the time without end between its beats: a busy wait, whose steps are those of the rig file.
+#[test]
+fn what_a_question_takes_is_a_setting() {
+    let hil = project("due = time.monotonic() + 0.05\n    while time.monotonic() < due: pass");
+    let run = |said: &str| {
+        let rig = RIG.replace("wall_limit_s = 10, processes_max = 8", said);
+        fs::write(hil.path("rigs/beat.toml"), rig).unwrap();
+        hil.run(&["run", "./beats.toml", "--record", "full", "--quiet", "--out", "out"]).exits(1);
+        hil.run(&["show", "out"]).exits(0).out
+    };
+    // A start asks much, and takes time by it. From then on one beat is like the other.
+    let between_s = |shown: &str| {
+        let at = |count: &str| {
+            let line = shown.lines().find(|line| line.contains(count));
+            let word = line.and_then(|line| line.split_whitespace().next());
+            word.and_then(|word| word.parse::<f64>().ok()).unwrap_or_else(|| panic!("{shown}"))
+        };
+        at("frame 123#05") - at("frame 123#04")
+    };
+    let fine = run("spin_questions = 2_000, spin_step_s = 1e-5");
+    assert!((between_s(&fine) - 0.15).abs() < 1e-3, "{fine}");
+    let coarse = run("spin_questions = 2_000, spin_step_s = 0.04");
+    // Two steps reach 50 ms, and one more takes what `time.sleep` asks before it waits.
+    assert!((between_s(&coarse) - 0.22).abs() < 1e-3, "{coarse}");
+}
