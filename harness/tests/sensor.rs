@@ -152,7 +152,7 @@ fn errors(done: &Simulated, during: Option<&str>) -> Vec<(f64, f64)> {
     };
     let readings = done.observations.of("resolver.Angle").filter(is_meant);
     let error = |one: Observed<'_>| {
-        let at = one.time().unwrap();
+        let at = one.time().expect("each was made at some time");
         let error = one.value() - shaft(at);
         (at, error - 360.0 * (error / 360.0).round())
     };

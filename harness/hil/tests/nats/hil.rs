@@ -48,6 +48,20 @@ impl Hil {
         Self { folder: tempfile::tempdir().unwrap() }
     }
 
+    /// Files of an example of this repository, and what is to be another in them.
+    pub fn with_example(name: &str, files: &[(&str, &str, &str)]) -> Self {
+        let hil = Self::new();
+        let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples").join(name);
+        for (file, before, after) in files {
+            let text = std::fs::read_to_string(from.join(file)).unwrap();
+            assert!(text.contains(before), "{file}: {before}");
+            let to = hil.path(file);
+            std::fs::create_dir_all(to.parent().unwrap()).unwrap();
+            std::fs::write(to, text.replace(before, after)).unwrap();
+        }
+        hil
+    }
+
     pub fn path(&self, name: impl AsRef<Path>) -> PathBuf {
         self.folder.path().join(name)
     }

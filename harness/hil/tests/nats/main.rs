@@ -3,6 +3,7 @@
 //! * [`campaign`]: the same as in one process, whoever dies meanwhile.
 //! * [`away`]: a server that disappears, a coordinator that is killed, a case that nobody survives.
 //! * [`bench`]: cases on a worker's bench, in real time.
+//! * [`programs`]: a program under test in virtual time, which the workers start.
 //! * [`refused`]: another version, a bench that is taken, no server.
 //! * [`secured`]: TLS, passwords, keys.
 //!
@@ -15,6 +16,7 @@ mod bench;
 mod campaign;
 mod hil;
 mod jwt;
+mod programs;
 mod refused;
 mod secured;
 mod server;
