@@ -42,10 +42,10 @@ use wire::time::Span;
 /// How the next case is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 enum By {
-    /// Evenly over all that can go wrong, and nearer to where properties nearly broke as far as that pays.
+    /// Evenly over all faults, and closer to cases that nearly broke a property where that pays.
     #[default]
     Margins,
-    /// Without regard to earlier ones.
+    /// At random, whatever earlier cases showed.
     Chance,
 }
 
@@ -58,14 +58,15 @@ impl By {
     }
 }
 
-/// Throws seeded fault schedules at a plan until a property breaks, makes the case as small as it gets, and saves it as a plan.
+/// Runs a plan under random faults until a property breaks, shrinks the case, and saves it as a
+/// plan.
 ///
-/// One that was interrupted goes on where it stopped.
+/// An interrupted campaign resumes where it stopped.
 ///
-/// With --clock real the cases are carried out on a bench, one at a time; what breaks there is repeated, and counts as broken
-/// where that shows it.
+/// With --clock real, cases run on a bench, one at a time; a case that breaks a property is
+/// repeated to confirm it.
 ///
-/// With --envelope or --envelopes it measures instead how much of a fault is tolerated.
+/// With --envelope or --envelopes it measures how much of a fault is tolerated instead.
 #[derive(Debug, Args)]
 #[command(after_help = EXIT_STATUSES)]
 pub(super) struct CampaignArguments {
@@ -88,7 +89,7 @@ pub(super) struct CampaignArguments {
     /// Faults of one case, at most.
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=16))]
     faults_max: u8,
-    /// Cases at a time. [default: one a processor]
+    /// Cases at a time. [default: one per processor]
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
     #[cfg(feature = "nats")]
@@ -97,12 +98,12 @@ pub(super) struct CampaignArguments {
     /// Folder of the campaign. [default: runs/campaign-PLAN-seedN, and runs/envelopes-PLAN-seedN for envelopes]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Where the smallest cases go, as plans. [default: the folder of the campaign]
+    /// Folder for the smallest cases, as plans. [default: the folder of the campaign]
     #[arg(long, value_name = "DIR")]
     regressions: Option<PathBuf>,
     #[command(flatten)]
     pub(super) envelopes: EnvelopeArguments,
-    /// Print the end as JSON.
+    /// Print the result as JSON.
     #[arg(long)]
     pub(super) json: bool,
     #[command(flatten)]
@@ -113,7 +114,8 @@ pub(super) struct CampaignArguments {
     summary: SummaryArguments,
     #[command(flatten)]
     pub(super) repetition: RepetitionArguments,
-    /// Tries to make one case smaller. [default: 500; 20 with the real clock, where each takes as long as the plan]
+    /// Attempts to shrink one case. [default: 500; 20 with the real clock, where each takes as long
+    /// as the plan]
     #[arg(long, value_name = "N", conflicts_with_all = ["envelope", "envelopes"])]
     shrink_max: Option<u64>,
 }

@@ -1,4 +1,4 @@
-//! `hil check`: judges recorded runs again. What that means is in [`harness::run::judge_again`].
+//! `hil check`: judges recorded runs again. What that means is in [`harness::run::judge_again`]
 
 use super::EXIT_STATUSES;
 use super::failure::Failure;
@@ -11,11 +11,12 @@ use record::run_folder::RunFolder;
 use std::path::{Path, PathBuf};
 use views::console;
 
-/// Judges recorded runs again: by their plans as they were run, or by another with --plan.
+/// Judges recorded runs again, by the recorded plan or by another one (--plan).
 ///
-/// Properties are judged again as far as the record holds what they are judged by; the others keep their verdicts, and are
-/// named. Summary, junit.xml and report.html are written anew from a whole record. A record that is cut short is
-/// judged as far as it goes; it cannot pass, and replaces no earlier verdict.
+/// Properties are judged again if the record holds their inputs; the others keep their verdicts and
+/// are named. From a complete record, summary.json, junit.xml and report.html are written again. A
+/// truncated record is judged as far as it goes; it cannot pass, and does not replace an earlier
+/// verdict.
 #[derive(Debug, Args)]
 #[command(after_help = EXIT_STATUSES)]
 pub(super) struct CheckArguments {

@@ -12,7 +12,7 @@ Examples:
   hil completions zsh > ~/.zfunc/_hil
   hil completions fish > ~/.config/fish/completions/hil.fish";
 
-/// Prints the completions of a shell.
+/// Prints completions for a shell.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct CompletionsArguments {

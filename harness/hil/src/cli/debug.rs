@@ -30,14 +30,16 @@ use wire::time::Timestamp;
 /// The clock of a run that is the same each time.
 const VIRTUAL: &str = "virtual";
 
-/// Carries out a recorded run once more in virtual time, stops at a moment, shows what stands there, and steps on.
+/// Repeats a recorded run in virtual time, stops at a given time, shows the state, and steps from
+/// there.
 ///
-/// Orders come on the standard input, a line each: `step [N]` goes on by records and prints them with their messages, `next` to the next begin or end of
-/// a step of the plan, `to SECONDS` to a moment, `find TEXT` to the next record whose line holds the text, `show` prints what
-/// stands now, `end` goes on to the end and judges, `quit` leaves. An empty line is `step`.
+/// It reads commands from standard input, one per line: `step [N]` advances by N records and prints
+/// them with their messages, `next` advances to the next begin or end of a plan step, `to SECONDS`
+/// to a time, `find TEXT` to the next record whose line contains the text; `show` prints the state,
+/// `end` continues to the end and judges, `quit` leaves. An empty line is `step`.
 ///
-/// With another controller or another plan it goes on with that. Where the run is not the recorded one any more, it says so
-/// once. Records are printed as in `hil show`.
+/// It can use another controller or plan. When the run first deviates from the recorded one, it
+/// says so. Records are printed as in `hil show`.
 #[derive(Debug, Args)]
 pub(super) struct DebugArguments {
     /// A run folder.
@@ -46,7 +48,7 @@ pub(super) struct DebugArguments {
     /// Where to stop first (s).
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
     at: f64,
-    /// Another plan in place of the recorded one, by name or path.
+    /// Use this plan instead of the recorded one: a name or path.
     #[arg(long, value_name = "PLAN")]
     plan: Option<String>,
     /// The controller: in-process, process, or a command line with {gyro} and {base} for the ports

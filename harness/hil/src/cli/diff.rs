@@ -11,7 +11,7 @@ use views::console::{Style, comparison};
 
 /// Compares two runs: verdicts and figures side by side, and the first event that differs.
 ///
-/// Fails where a verdict differs or is in one of them alone.
+/// Fails if a verdict differs or exists in only one of them.
 #[derive(Debug, Args)]
 pub(super) struct DiffArguments {
     /// A run folder.

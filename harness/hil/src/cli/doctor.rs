@@ -9,17 +9,17 @@ Exit status:
   0  nothing lacks that the bench and the plans need
   3  something lacks that they need";
 
-/// Says what this machine and a bench have, what they lack, and the command that mends it.
+/// Checks this machine and a bench: what is there, what is missing, and the command that fixes it.
 ///
-/// Without a bench nothing is needed but the programs that plans test; with one, the roles and lines of the plans are
-/// looked for on it. Nothing is changed.
+/// Without a bench it checks only the programs that the plans test; with one, also the ports of the
+/// plans' roles and lines. It changes nothing.
 #[derive(Debug, Args)]
 #[command(after_help = STATUSES)]
 pub(super) struct DoctorArguments {
-    /// Plans that are to be run: names (see `hil list plans`) or paths.
+    /// Plans to check for: names (see `hil list plans`) or paths.
     #[arg(value_name = "PLAN")]
     plans: Vec<String>,
-    /// Bench that they are to be run on: a name (see `hil list benches`) or a path.
+    /// Bench to check: a name (see `hil list benches`) or a path.
     #[arg(long, value_name = "FILE")]
     bench: Option<String>,
     /// Print everything as JSON: outcome, findings, and the facts that they rest on.

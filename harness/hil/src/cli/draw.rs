@@ -16,7 +16,7 @@ use views::drawing;
 pub(super) struct DrawArguments {
     /// The plan: a name from `hil list plans`, or a path.
     plan: String,
-    /// With what this bench file has at ports.
+    /// Show which nodes this bench file puts at ports.
     #[arg(long, value_name = "FILE")]
     bench: Option<String>,
     /// Write it to this file instead.

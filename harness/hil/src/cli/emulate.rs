@@ -27,10 +27,10 @@ Exit status:
   2  bad input: arguments or a device file
   3  a port cannot be opened, or was lost for good";
 
-/// Emulates devices on ports, in real time, for anybody's controller.
+/// Emulates devices on ports, in real time, for your own controller.
 ///
-/// Prints a JSON line for each port when all are open, then runs until Ctrl-C or a request to terminate,
-/// and ends with a line of counters. A device that no device file describes is an ideal one.
+/// Prints a JSON line for each port when all are open, then runs until Ctrl-C or a request to
+/// terminate, and ends with a line of counters. A device without a device file is ideal.
 #[derive(Debug, Args)]
 #[command(after_help = PORTS)]
 pub(super) struct EmulateArguments {
@@ -42,10 +42,10 @@ pub(super) struct EmulateArguments {
 enum What {
     /// A gyro alone; the request rate_deg_per_s turns it.
     Gyro {
-        /// Stream format; without it that of the device file, else navigator.
+        /// Stream format. [default: that of the device file, else navigator]
         #[arg(long, value_parser = gyro_arguments::format())]
         stream: Option<GyroFormat>,
-        /// Output mode; without it that of the device file, else rate.
+        /// Output mode. [default: that of the device file, else rate]
         #[arg(long, value_enum)]
         mode: Option<Mode>,
         #[command(flatten)]
@@ -70,7 +70,7 @@ enum What {
         #[command(flatten)]
         common: CommonArguments,
     },
-    /// A device of your own, by its description (`hil new` makes one).
+    /// A custom device, from its description (`hil new` creates one).
     Device {
         /// The description: a path.
         #[arg(value_name = "DESCRIPTION")]
@@ -80,14 +80,14 @@ enum What {
         can: Option<String>,
         #[command(flatten)]
         port: PortArguments,
-        /// Take requests on a socket, too.
+        /// Also take requests on this socket.
         #[arg(long, value_name = "unix:PATH", value_parser = socket)]
         control: Option<PathBuf>,
         /// Seed of all random numbers.
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
-    /// All devices of a rig that files describe; whoever else is on its lines is yours.
+    /// All emulated devices of a rig; the other nodes on its lines are yours.
     Rig {
         /// The rig: a name (see `hil list rigs`) or a path.
         #[arg(value_name = "RIG")]
@@ -95,14 +95,14 @@ enum What {
         /// Port of a line, such as can0=can:vcan0; a line without one is within.
         #[arg(long = "line", value_name = "LINE=PORT", required = true)]
         lines: Vec<String>,
-        /// Take requests on a socket, too.
+        /// Also take requests on this socket.
         #[arg(long, value_name = "unix:PATH", value_parser = socket)]
         control: Option<PathBuf>,
         /// Seed of all random numbers.
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
-    /// A whole bench, whose gyro feels the motion of what carries it by the device file.
+    /// A whole bench of the paper: the gyro feels the motion of its carrier.
     #[command(group(clap::ArgGroup::new("ports").required(true).multiple(true)))]
     Bench {
         /// Port of the gyro.
@@ -134,7 +134,7 @@ struct CommonArguments {
     /// Device file that describes the devices: a name (see `hil list devices`) or a path.
     #[arg(long, value_name = "FILE")]
     devices: Option<String>,
-    /// Take requests on a socket, too.
+    /// Also take requests on this socket.
     #[arg(long, value_name = "unix:PATH", value_parser = socket)]
     control: Option<PathBuf>,
     /// Seed of all random numbers.

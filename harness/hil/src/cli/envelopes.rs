@@ -27,23 +27,23 @@ use wire::time::Span;
 /// Which envelopes, and how they are measured.
 #[derive(Debug, Args)]
 pub(super) struct EnvelopeArguments {
-    /// Measures how much of this kind of fault is tolerated.
+    /// Measure how much of this kind of fault is tolerated.
     #[arg(long, value_name = "KIND", conflicts_with_all = ["cases", "by", "faults", "faults_max"])]
     envelope: Option<String>,
-    /// Measures the envelopes that the plan declares, and fails unless each is as wide as it says.
+    /// Measure the envelopes that the plan declares; fails unless each is as wide as declared.
     #[arg(long, conflicts_with_all = ["cases", "by", "faults", "faults_max", "envelope"])]
     envelopes: bool,
-    /// What the fault of --envelope strikes: gyro, base, table, host or operator, a node or line of the rig, or a message or
-    /// signal of a node. [default: the first that it can]
+    /// Target of the fault of --envelope: gyro, base, table, host or operator, a node or line of
+    /// the rig, or a message or signal of a node. [default: the first that the fault applies to]
     #[arg(long, value_name = "TARGET", requires = "envelope")]
     target: Option<String>,
-    /// Runs at each severity at most; fewer where they decide.
+    /// Runs at each severity, at most; fewer if they decide it.
     #[arg(long, value_name = "N", requires = "envelope", default_value_t = 400)]
     runs: u64,
     /// Share of runs that must pass, at 95 % confidence, for a severity to be tolerated.
     #[arg(long, value_name = "SHARE", requires = "envelope", default_value_t = 0.9)]
     share: f64,
-    /// Fails unless so much is tolerated, in the unit of the kind.
+    /// Fail unless at least this much is tolerated, in the unit of the fault kind.
     #[arg(long, value_name = "SEVERITY", requires = "envelope")]
     at_least: Option<f64>,
 }

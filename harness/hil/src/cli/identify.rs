@@ -22,7 +22,8 @@ Exit status:
   2  bad input: arguments, a data package, a model, or data that do not fit the model
   3  the findings cannot be written";
 
-/// Finds what a model lacks to explain measured data, and which experiment would decide what is in doubt.
+/// Finds which effects a model lacks to explain measured data, and which experiment would decide
+/// between candidates.
 ///
 /// Writes finding.json, model.toml, report.html and, where causes are in doubt, the plan that would decide. The same
 /// data, seed and version give the same bytes.

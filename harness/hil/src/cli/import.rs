@@ -14,7 +14,7 @@ use record::outcome::Outcome;
 use std::path::PathBuf;
 use views::console::{self, Style};
 
-/// Makes a run folder of the log of a bench's CAN bus, and judges it by a plan.
+/// Turns a log of a bench's CAN bus into a run folder, and judges it by a plan.
 ///
 /// Of a rig, or of a device of your own, every node says what it says in the log, and the plan listens: its steps wait and
 /// hold as in a run, and what it would send or set is taken to be in the log. Channels of the log are lines by their names.

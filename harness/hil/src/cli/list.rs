@@ -26,9 +26,10 @@ use views::console::{Style, in_cell};
 enum Topic {
     /// Plans.
     Plans,
-    /// What a step of a plan can do.
+    /// Steps of a plan.
     Steps,
-    /// Device files, the gyros, bases and tables that they name, and descriptions.
+    /// Device files, the gyros, bases and tables that they name, and descriptions of custom
+    /// devices.
     Devices,
     /// Rigs: nodes on lines.
     Rigs,
@@ -40,17 +41,17 @@ enum Topic {
     Quantities,
     /// What device files and plans can set: device.parameter.
     Parameters,
-    /// What can go wrong on purpose.
+    /// Kinds of faults.
     Faults,
 }
 
-/// Lists what ships, what the project in this folder has, and what plans can name.
+/// Lists what ships, what the project in this folder contains, and which names plans can use.
 #[derive(Debug, Args)]
 pub(super) struct ListArguments {
-    /// What to list; everything without.
+    /// What to list. [default: everything]
     #[arg(value_enum)]
     topic: Option<Topic>,
-    /// Print one JSON document: of each topic a list of objects.
+    /// Print one JSON document: a list of objects for each topic.
     #[arg(long)]
     pub(super) json: bool,
 }

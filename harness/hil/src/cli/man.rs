@@ -15,7 +15,7 @@ Examples:
   hil man | man -l -                      the page of hil
   hil man --out ~/.local/share/man/man1   all pages: hil.1, hil-run.1 and so on";
 
-/// Prints the page of the manual, or writes those of all commands.
+/// Prints the manual page, or writes those of all commands.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct ManArguments {

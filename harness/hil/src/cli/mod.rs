@@ -1,5 +1,5 @@
 //! The command line `hil`: reads arguments, shows progress and tables, sets the exit status. What it
-//! does is done elsewhere: [`harness::run`], [`::campaign::seeds`], [`views::report`].
+//! does is done elsewhere: [`harness::run`], [`::campaign::seeds`], [`views::report`]
 //!
 //! Tables and lists go to the standard output, everything else to the standard error, so that
 //! `hil ... > file` keeps what was asked for. A reader that has had enough (`hil show RUN | head`) is no
@@ -82,15 +82,16 @@ Exit status:
   5  aborted: by Ctrl-C or a request to terminate
 Of several runs the worst counts.";
 
-/// Tests CAN and serial devices on a bench, simulated or real.
+/// Tests CAN and serial devices and their controllers, simulated or on a bench.
 ///
-/// Alone it runs every procedure of the paper in virtual time and prints paper against measured.
+/// Without a command it runs every procedure of the paper in virtual time and prints paper against
+/// measured.
 #[derive(Debug, Parser)]
 #[command(name = "hil", version, after_help = EXIT_STATUSES, args_conflicts_with_subcommands = true)]
 struct Cli {
     #[command(flatten)]
     paper: paper::PaperArguments,
-    /// Show nothing but the result and what went wrong.
+    /// Show only the result and errors.
     #[arg(long, global = true)]
     quiet: bool,
     #[command(subcommand)]

@@ -11,13 +11,13 @@ use std::sync::Arc;
 /// By what right, and whom to trust.
 #[derive(Debug, Clone, Default, Args)]
 pub(super) struct CredentialArguments {
-    /// File of credentials (JWT and key) for the server.
+    /// Credentials file (JWT and key) for the server.
     #[arg(long, value_name = "FILE", requires = "nats")]
     creds: Option<PathBuf>,
     /// File that holds the seed of an nkey.
     #[arg(long, value_name = "FILE", requires = "nats", conflicts_with = "creds")]
     nkey: Option<PathBuf>,
-    /// Certificates (PEM) of authorities that may vouch for the server, beside those of this machine.
+    /// CA certificates (PEM) to trust for the server, in addition to those of this machine.
     #[arg(long, value_name = "FILE", requires = "nats")]
     tls_ca: Option<PathBuf>,
     /// Certificate (PEM) of this client.

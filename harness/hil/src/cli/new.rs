@@ -21,7 +21,7 @@ Examples:
 
 The folder has a README that walks through it: test it, break it, make it yours, run it on the real device.";
 
-/// Makes a project for a device of your own: an emulator described without Rust, plans, and a bench file.
+/// Creates a project for your own device: an emulator described in a file, plans, and a bench file.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct NewArguments {

@@ -12,15 +12,15 @@ use std::path::PathBuf;
 /// Answers given before the run, and who gives the others.
 #[derive(Debug, Clone, Default, Args)]
 pub(super) struct OperatorArguments {
-    /// Answer to what a plan asks a person for, such as gap=1.5mm; in the unit that the plan asks for
-    /// where it names none.
+    /// Answer to a question of the plan, such as gap=1.5mm; without a unit, in the unit of the
+    /// question.
     #[arg(long = "answer", value_name = "NAME=VALUE")]
     given: Vec<GivenAnswer>,
-    /// File of such answers, for runs that nobody watches: TOML with by = "your name" and a table
-    /// "answers" of texts such as gap = "1.5 mm".
+    /// File of such answers, for unattended runs: TOML with by = "your name" and a table "answers"
+    /// of strings such as gap = "1.5 mm".
     #[arg(long, value_name = "FILE")]
     answers: Option<PathBuf>,
-    /// Who answers at the terminal, for the record. [default: the user's name]
+    /// Name of the operator at the terminal, for the record. [default: the user's name]
     #[arg(long, value_name = "NAME")]
     operator: Option<String>,
 }

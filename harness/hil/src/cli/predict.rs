@@ -11,7 +11,7 @@ use record::outcome::Outcome;
 use serde_json::json;
 use std::path::PathBuf;
 
-/// Applies a model to measured data and changes nothing of it. Writes prediction.json.
+/// Applies a model to measured data without changing the model. Writes prediction.json.
 ///
 /// Exit status as of `hil identify`.
 #[derive(Debug, Args)]

@@ -8,11 +8,13 @@ use clap::Args;
 /// When a case counts as broken on a bench, where the same case does not always come to the same.
 #[derive(Debug, Clone, Args)]
 pub(super) struct RepetitionArguments {
-    /// With --clock real: repetitions of a case that broke a property once; that first run does not count. [default: 8]
+    /// With --clock real: repetitions of a case that broke a property; the first run does not
+    /// count. [default: 8]
     #[arg(long, value_name = "N", conflicts_with_all = ["envelope", "envelopes"],
           value_parser = clap::value_parser!(u64).range(1..=REPEATS_MAX))]
     repeat: Option<u64>,
-    /// With --clock real: how sure it must be that the property breaks in the share of --breaks-at-least. [default: 0.95]
+    /// With --clock real: confidence that the property breaks in the share of --breaks-at-least.
+    /// [default: 0.95]
     #[arg(long, value_name = "SHARE", conflicts_with_all = ["envelope", "envelopes"])]
     confidence: Option<f64>,
     /// With --clock real: share of all runs in which a property must break to count as broken. [default: 0.5]

@@ -55,7 +55,7 @@ pub(super) struct ReplayArguments {
     /// Say how many frames would be sent and how long that would take, and send none.
     #[arg(long)]
     count_only: bool,
-    /// Print the end as JSON.
+    /// Print the result as JSON.
     #[arg(long)]
     pub(super) json: bool,
 }

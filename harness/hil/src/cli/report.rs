@@ -16,7 +16,8 @@ use wire::time::Timestamp;
 /// Draws report.html again: of recorded runs from summary and record, of campaigns from campaign.json and the journal,
 /// of envelopes from envelopes.json.
 ///
-/// A run that was cut short is drawn as far as its record goes. The verdicts are those of the summary; `hil check` makes new ones.
+/// A truncated run is drawn as far as its record goes. The verdicts are those of the summary; `hil
+/// check` makes new ones.
 #[derive(Debug, Args)]
 pub(super) struct ReportArguments {
     /// Run folders, and folders of campaigns and of envelopes.

@@ -15,11 +15,13 @@ use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Gives a controller what it heard in a recorded run, and compares what it says with what was said then.
+/// Replays the inputs of a recorded run to a controller, and compares its outputs with the recorded
+/// ones.
 ///
-/// Nothing answers it: what the devices sent stands in the record. The run needs `--record full`. A run in virtual time is the
-/// same to the nanosecond; in a run in real time the controller was woken at moments that no record holds, and its
-/// reports differ in their last digits. Fails where anything differs.
+/// Nothing reacts to it: the record holds what the devices sent. The run needs `--record full`.
+/// Outputs in virtual time are the same to the nanosecond. In real time the record does not hold
+/// when the controller was woken, so its reports differ in their last digits. Fails if anything
+/// differs.
 #[derive(Debug, Args)]
 pub(super) struct RerunArguments {
     /// A run folder.

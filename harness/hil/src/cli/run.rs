@@ -15,10 +15,10 @@ use record::outcome::Outcome;
 use record::sink::Level;
 use std::path::PathBuf;
 
-/// How much is recorded.
+/// What to record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 enum Record {
-    /// What the plan, the controller and the measurements said: enough to judge and to draw.
+    /// Events of the plan, the controller and the measurements: enough to judge and to draw.
     #[default]
     Events,
     /// Also every byte and every frame.
@@ -34,7 +34,7 @@ impl From<Record> for Level {
     }
 }
 
-/// Runs plans in order; calibrations that one makes are used by the later ones.
+/// Runs plans in order; later plans use the calibrations that earlier ones make.
 ///
 /// A run folder holds summary.json, the record, junit.xml and report.html.
 #[derive(Debug, Args)]
@@ -47,18 +47,18 @@ pub(super) struct RunArguments {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Run this many seeds on all cores, keep no run folders, and print how many pass. The exit
-    /// status says whether they ran: a share is no verdict.
+    /// status says whether they ran; a share is not a verdict.
     #[arg(long, value_name = "N", conflicts_with_all = ["out", "record"],
           value_parser = clap::value_parser!(u64).range(1..=seeds::SEEDS_MAX))]
     seeds: Option<u64>,
-    /// Write the table of --seeds to this file, too, as Markdown.
+    /// Also write the table of --seeds to this file, as Markdown.
     #[arg(long, value_name = "FILE", requires = "seeds")]
     markdown: Option<PathBuf>,
-    /// The run folder; with several plans the folder for their run folders, each PLAN-seedN.
+    /// The run folder; with several plans, the folder of their run folders, each PLAN-seedN.
     /// [default: runs/PLAN-seedN]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// How much is recorded.
+    /// What to record.
     #[arg(long, value_enum, default_value_t)]
     record: Record,
     /// In virtual time: run each plan twice, every byte recorded, and compare. The first difference is an error.
@@ -73,8 +73,8 @@ pub(super) struct RunArguments {
     /// Print one JSON document and nothing else: the summaries as in summary.json; of --seeds the shares.
     #[arg(long, conflicts_with = "watch")]
     pub(super) json: bool,
-    /// Show the run as it goes: the robot, heading error, gyro, lines, steps, time to go. Without a
-    /// terminal in plain lines.
+    /// Show the run live: the robot, heading error, gyro, lines, steps, remaining time. Without a
+    /// terminal, as plain lines.
     #[arg(long, conflicts_with = "seeds")]
     watch: bool,
 }

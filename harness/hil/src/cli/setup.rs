@@ -10,10 +10,10 @@ use rig::crossing::KernelBus;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// What makes time pass.
+/// The clock of the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum Clock {
-    /// Time jumps to the next event: 16 hours in seconds.
+    /// Time jumps to the next event: 16 hours take seconds.
     Virtual,
     /// A second is a second.
     Real,
@@ -24,11 +24,12 @@ pub(super) enum Clock {
 pub enum BusChoice {
     /// Lines in memory, paced by baud or bit time.
     Memory,
-    /// Pseudo-terminals of the kernel; a base on CAN is behind an adapter (slcan) on one, with the real clock.
+    /// Pseudo-terminals; with the real clock a base on CAN is behind an SLCAN adapter on one.
     Pty,
     /// A base on CAN is on the interface vcan0; serial lines are pseudo-terminals.
     Vcan,
-    /// A base on CAN is behind an adapter on a pseudo-terminal; serial lines are pseudo-terminals.
+    /// A base on CAN is behind an SLCAN adapter on a pseudo-terminal; serial lines are
+    /// pseudo-terminals.
     Slcan,
 }
 
@@ -73,21 +74,23 @@ impl FromStr for Controller {
 /// Clock, bus, device under test and bench.
 #[derive(Debug, Clone, Args)]
 pub(super) struct SetupArguments {
-    /// What makes time pass.
+    /// The clock of the run.
     #[arg(long, value_enum, default_value_t = Clock::Virtual)]
     clock: Clock,
-    /// What bytes and frames cross; memory with the virtual clock, pty with the real one.
+    /// What bytes and frames cross. [default: memory with the virtual clock, pty with the real
+    /// one]
     #[arg(long, value_enum)]
     bus: Option<BusChoice>,
-    /// The device under test: in-process, process, or a command line with {gyro} and {base} for the ports. In-process with
-    /// the virtual clock, process with the real one
+    /// The device under test: in-process, process, or a command line with {gyro} and {base} for the
+    /// ports. [default: in-process with the virtual clock, process with the real one]
     #[arg(long, value_name = "in-process|process|COMMAND")]
     controller: Option<Controller>,
-    /// Bench file: which port plays which role; a name (see `hil list benches`) or a path. Without it
-    /// every device is emulated.
+    /// Bench file, which assigns ports to roles: a name (see `hil list benches`) or a path. Without
+    /// it every device is emulated.
     #[arg(long, value_name = "FILE")]
     bench: Option<String>,
-    /// Ask for real-time priority and locked memory; without the right to them the run goes on as it is.
+    /// Ask for real-time priority and locked memory; without the permission the run continues
+    /// without them.
     #[arg(long)]
     realtime: bool,
 }

@@ -16,7 +16,8 @@ use record::{Device, Record};
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-/// Prints the record of a run, one line an event: bench time in seconds, device, what happened.
+/// Prints the record of a run, one line for each event: bench time in seconds, device, what
+/// happened.
 #[derive(Debug, Args)]
 pub(super) struct ShowArguments {
     /// A run folder.
@@ -25,11 +26,12 @@ pub(super) struct ShowArguments {
     /// Only the events of this device (plan, controller, gyro, base, table, absolute, device), or node of a rig.
     #[arg(long, value_name = "NAME")]
     device: Option<String>,
-    /// What stood at this moment (s), in place of the events: steps and faults that are on, what the controller was told and has
-    /// told, the truth, and the last value of every signal of every node and of every quantity. Signals need `--record full`.
+    /// Print the state at this time (s) instead of events: active steps and faults, the last
+    /// mission and reports of the controller, the truth, and the last value of every signal of
+    /// every node and of every quantity. Signals need `--record full`.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, conflicts_with = "device")]
     at: Option<f64>,
-    /// No more lines than this.
+    /// Print at most this many lines.
     #[arg(long, value_name = "N")]
     limit: Option<u64>,
 }

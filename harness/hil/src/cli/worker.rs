@@ -25,36 +25,36 @@ Exit status:
   2  bad input: no server there, a bench that another worker holds, a campaign of another version
   3  the bench did not come up, and its case is handed back; or the server broke";
 
-/// Carries out cases of campaigns (`hil campaign --nats`) until it is stopped.
+/// Runs cases of campaigns (`hil campaign --nats`) until you stop it.
 ///
-/// It needs nothing but the server: what a campaign's cases need comes from there. A server that goes away is waited for;
-/// what was carried out meanwhile is reported when it is back.
+/// It needs only the server, which sends everything that a case needs. If the server goes away, the
+/// worker waits, and reports its results when the server is back.
 ///
-/// With --bench it carries out the cases of campaigns with --clock real and the same bench file, one at a time, and repeats
-/// what breaks there.
+/// With --bench it runs the cases of campaigns that use --clock real and the same bench file, one
+/// at a time, and repeats those that break a property.
 #[derive(Debug, Args)]
 #[command(after_help = WORKER_STATUSES)]
 pub(super) struct WorkerArguments {
-    /// Address of the NATS server: nats://HOST:PORT or tls://HOST:PORT, with USER:PASSWORD@ or TOKEN@ before the host;
-    /// several of one cluster with commas between.
+    /// Address of the NATS server: nats://HOST:PORT or tls://HOST:PORT, with USER:PASSWORD@ or
+    /// TOKEN@ before the host; separate several servers of a cluster by commas.
     #[arg(long, value_name = "URL", value_delimiter = ',', required = true)]
     nats: Vec<String>,
     #[command(flatten)]
     credentials: CredentialArguments,
-    /// Cases at a time. [default: one a processor; on a bench one]
+    /// Cases at a time. [default: one per processor; on a bench one]
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
-    /// Bench file, a name (see `hil list benches`) or a path: takes the cases for the bench of that name alone, and holds the
-    /// lease on it meanwhile.
+    /// Bench file, a name (see `hil list benches`) or a path: takes only cases for the bench of
+    /// that name, and holds its lease.
     #[arg(long, value_name = "FILE", conflicts_with = "threads")]
     bench: Option<String>,
-    /// Folder that takes what the device under test of the bench writes to stderr. [default: runs/worker-BENCH]
+    /// Folder for the standard error of the bench's device under test. [default: runs/worker-BENCH]
     #[arg(long, value_name = "DIR", requires = "bench")]
     out: Option<PathBuf>,
-    /// Waits as long for a bench that another worker holds, s.
+    /// How long to wait for a bench that another worker holds, s.
     #[arg(long, value_name = "S", requires = "bench", default_value_t = 0)]
     wait: u32,
-    /// Show nothing but what went wrong.
+    /// Show only errors.
     #[arg(long)]
     pub(super) quiet: bool,
 }

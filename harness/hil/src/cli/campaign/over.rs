@@ -18,9 +18,10 @@ pub(super) const AT_A_TIME: NonZeroUsize = NonZeroUsize::new(WINDOW as usize).un
 /// Who carries the cases out, where this process does not.
 #[derive(Debug, Args)]
 pub(super) struct OverArguments {
-    /// Has the cases carried out by the workers (`hil worker`) of the NATS server at this address: nats://HOST:PORT or
-    /// tls://HOST:PORT, with USER:PASSWORD@ or TOKEN@ before the host; several of one cluster with commas between.
-    /// With --clock real by the worker that was given the same bench file.
+    /// Run the cases on the workers (`hil worker`) of the NATS server at this address:
+    /// nats://HOST:PORT or tls://HOST:PORT, with USER:PASSWORD@ or TOKEN@ before the host; separate
+    /// several servers of a cluster by commas. With --clock real, on the worker with the same bench
+    /// file.
     #[arg(long, value_name = "URL", value_delimiter = ',', conflicts_with_all = ["threads", "envelope", "envelopes"])]
     nats: Vec<String>,
     #[command(flatten)]
