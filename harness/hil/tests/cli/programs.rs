@@ -124,8 +124,10 @@ fn an_envelope_starts_the_program_afresh_for_each_run() {
         "./beats.toml",
         "--envelope",
         "drop",
+        "--share",
+        "0.7",
         "--runs",
-        "35",
+        "10",
         "--quiet",
         "--out",
         "out",
@@ -136,9 +138,9 @@ fn an_envelope_starts_the_program_afresh_for_each_run() {
         let row = rows.find(|row| row.first() == Some(&severity));
         row.map(|row| row[1..4].join(" ")).unwrap_or_default()
     };
-    assert_eq!(row("0"), "35 of 35", "{}", ran.out);
-    assert_eq!(row("0.01"), "35 of 35", "{}", ran.out);
-    assert_eq!(row("100"), "0 of 20", "{}", ran.out);
+    assert_eq!(row("0"), "10 of 10", "{}", ran.out);
+    assert_eq!(row("0.01"), "10 of 10", "{}", ran.out);
+    assert!(row("100").starts_with("0 of "), "{}", ran.out);
     assert!(ran.out.contains("passes to "), "{}", ran.out);
 }
 
