@@ -5,16 +5,13 @@ mod kinds;
 
 use harness::operator::Answers;
 use harness::run::{Prepared, Simulated, simulate};
-use plan::Plan;
-use plan::Rig;
-use plan::library::Library;
 use record::outcome::Outcome;
 use record::sink::{FileSink, Level, MemorySink};
 use record::{FaultEvent, FaultRecord, FaultSummary};
 use record::{Record, RecordKind};
-use rig::bench::load_devices;
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use tests::devices::shipped;
+use tests::plans;
 
 /// Stands, drives and turns; asks a number before.
 const ROBOT: &str = r#"
@@ -49,10 +46,7 @@ fn prepared(devices: &str, faults: &str) -> Prepared {
     let steps = if devices == "paper-table" { TABLE } else { ROBOT };
     let text =
         format!("name = \"faulty\"\ntitle = \"\"\ndevices = \"{devices}\"\n{steps}\n{faults}");
-    let plan = Plan::parse("faulty.toml", &text)
-        .unwrap_or_else(|error| panic!("{:?}\n{faults}", miette::Report::new(error)));
-    let devices = load_devices(&Library::shipped(), devices).expect("the devices ship");
-    Prepared::new(Arc::new(plan), Rig::of_robot(devices), BTreeMap::new(), BTreeMap::new())
+    plans::prepared(&text, shipped(devices))
 }
 
 fn answers() -> Answers {
