@@ -1,4 +1,4 @@
-//! DBC files as they come: those of a folder of one's own (`HIL_TESTS_DBC_FILES`), held against cantools over random numbers
+//! DBC files as they come: those of your own folder (`HIL_TESTS_DBC_FILES`), held against cantools over random numbers
 //! in every signal. `HIL_TESTS_PYTHON` names a Python that has cantools.
 
 #![expect(clippy::unwrap_used, reason = "in a test what cannot go on may panic")]

@@ -160,7 +160,7 @@ impl Signal {
         coding.raw(value, field.length(), self.scale, (self.minimum, self.maximum))
     }
 
-    /// Whether a value that was received is none that a sender may say.
+    /// Whether a received value is outside the range that a sender may send.
     pub fn is_out_of_range(&self, value: f64) -> bool {
         let is_within = self.minimum <= value && value <= self.maximum;
         // The end of a range may lie between two counts.

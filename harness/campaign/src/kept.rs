@@ -24,7 +24,7 @@ struct Keeping {
 }
 
 impl<'a, E: Executor> Kept<'a, E> {
-    /// With the journal at `path`, which is begun where there is none; `what` says what it is of.
+    /// With the journal at `path`, which is created if it does not exist; `what` identifies the campaign.
     ///
     /// # Errors
     ///

@@ -90,7 +90,7 @@ pub struct VirtualTime {
 }
 
 impl VirtualTime {
-    /// What of it is none, in words.
+    /// The first limit that is out of its range, as a message.
     pub(crate) fn mistake(&self) -> Option<&'static str> {
         let is_outside = |value: Option<f64>, least: f64, most: f64| {
             value.is_some_and(|value| !(least..=most).contains(&value))

@@ -1,4 +1,4 @@
-//! DBC files as they come: of those of a folder of one's own (`HIL_TESTS_DBC_FILES`) a project of each node, and of all but
+//! DBC files as they come: of those of your own folder (`HIL_TESTS_DBC_FILES`) a project of each node, and of all but
 //! each, runs green at once. `described/tests/dbc_files.rs` holds their frames against cantools.
 
 use described::{dbc_nodes, dbc_text};

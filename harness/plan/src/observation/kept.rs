@@ -100,7 +100,7 @@ impl Observations {
         self.of.values().map(|series| series.rows.len()).sum()
     }
 
-    /// There is none.
+    /// Nothing was observed.
     pub fn is_empty(&self) -> bool {
         self.of.is_empty()
     }
